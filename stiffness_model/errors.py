@@ -1,0 +1,67 @@
+"""What goes wrong with input: one small hierarchy, and "did you mean" for unknown names."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable
+
+
+class InputError(ValueError):
+    """The input is not usable. The message says what was expected, what came, and where."""
+
+
+class UnknownNameError(InputError):
+    """A name (a field, a preset, an effect, a unit) that does not exist."""
+
+
+class DoesNotFitWarning(UserWarning):
+    """The drawing can be computed but not built: its rolling elements overlap."""
+
+
+def unknown_name(kind: str, name: object, known: Iterable[str], where: str = "") -> UnknownNameError:
+    """An error for an unknown name, with the closest known ones.
+
+    >>> str(unknown_name("field", "lobe", ["lobes", "crank_radius"], "drive.toml"))
+    "drive.toml: unknown field 'lobe'; did you mean 'lobes'?"
+    """
+    names = sorted(known)
+    close = difflib.get_close_matches(str(name), names, n=3, cutoff=0.6)
+    prefix = f"{where}: " if where else ""
+    if close:
+        hint = "did you mean " + " or ".join(repr(c) for c in close) + "?"
+    else:
+        hint = "expected one of " + ", ".join(names)
+    return UnknownNameError(f"{prefix}unknown {kind} {name!r}; {hint}")
+
+
+def refuse_unknown(kind: str, given: Iterable[str], known: Iterable[str], where: str = "") -> None:
+    """Raise `UnknownNameError` for the first of `given` that is not among `known`."""
+    names = list(known)
+    for name in given:
+        if name not in names:
+            raise unknown_name(kind, name, names, where)
+
+
+def expect(condition: bool, expected: str, came: object, where: str) -> None:
+    """Raise `InputError` saying what was expected and what came, unless `condition` holds.
+
+    >>> expect(False, "a positive length", -1.0, "crank_radius")
+    Traceback (most recent call last):
+    ...
+    stiffness_model.errors.InputError: crank_radius: expected a positive length, got -1.0
+    """
+    if not condition:
+        raise InputError(f"{where}: expected {expected}, got {came!r}")
+
+
+def expect_number(value: object, expected: str, where: str, *, low: float = -math.inf,
+                  high: float = math.inf) -> float:
+    """A finite float strictly between `low` and `high`, or `InputError`.
+
+    >>> expect_number(3, "a positive number", "lobes", low=0)
+    3.0
+    """
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    expect(is_number and math.isfinite(value) and low < value < high, expected, value, where)  # type: ignore[operator,arg-type]
+    return float(value)  # type: ignore[arg-type]

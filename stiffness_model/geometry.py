@@ -1,0 +1,163 @@
+"""Geometry of the ball path and of the gear profile, its equidistant.
+
+Angle beta: position on one period of the profile. For an element it is the crank angle minus the element's
+own angle. Together-turning drives (lobes = |i| - 1) meet the profile at beta, reversing ones
+(lobes = |i| + 1) at -beta, the mirrored flank; `orientation` is +1 or -1 for the two.
+
+All functions take beta in rad, scalar or array, and lengths in m, and broadcast.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Path:
+    """The path of the elements' centres in the gear.
+
+    centre_distance: a + b, crank radius plus element radius, m; eccentricity: e, m; lobes: z, an integer.
+    """
+
+    centre_distance: float
+    eccentricity: float
+    lobes: int
+
+    def radius(self, beta: ArrayLike) -> Array:
+        """Distance c(beta) from the drive's axis to the element's centre, m (ref. [5] of the paper).
+
+        >>> f"{Path(48e-3, 0.7e-3, 30).radius(0.0):.4f}"
+        '0.0487'
+        """
+        b = np.asarray(beta, float)
+        return self._root(b) + self.eccentricity * np.cos(b)
+
+    def slope(self, beta: ArrayLike) -> Array:
+        """c'(beta), m/rad. Equal to -n_t of eq. 6."""
+        b = np.asarray(beta, float)
+        e = self.eccentricity
+        return -e * np.sin(b) * (1 + e * np.cos(b) / self._root(b))
+
+    def second_slope(self, beta: ArrayLike) -> Array:
+        """c''(beta), m/rad^2."""
+        b = np.asarray(beta, float)
+        e, root = self.eccentricity, self._root(b)
+        bend = -(e**2) * np.cos(2 * b) / root - (e**2 * np.sin(b) * np.cos(b)) ** 2 / root**3
+        return bend - e * np.cos(b)
+
+    def normal(self, beta: ArrayLike, orientation: int = 1) -> tuple[Array, Array]:
+        """Outward unit normal (n_r, n_t) at beta (eqs 5-7, without the sign that turns it inwards).
+
+        orientation -1 is the reversing drive: the element meets the mirrored flank, n_t changes sign.
+        """
+        n_r = self.radius(beta) / self.lobes
+        n_t = -orientation * self.slope(beta)
+        length = np.hypot(n_r, n_t)
+        return n_r / length, n_t / length
+
+    def curvature(self, beta: ArrayLike) -> Array:
+        """Signed curvature det(c', c'')/|c'|^3 of the path (eqs 24, 25), 1/m; positive where it is concave
+        towards the axis.
+
+        >>> [f"{1e3 / Path(48e-3, 0.7e-3, 28).curvature(b):.3f}" for b in (0, math.pi)]
+        ['3.917', '-4.534']
+        """
+        z = self.lobes
+        r, dr, ddr = self.radius(beta), z * self.slope(beta), z**2 * self.second_slope(beta)
+        return (r**2 + 2 * dr**2 - r * ddr) / (r**2 + dr**2) ** 1.5
+
+    def pressure_angle(self, beta: ArrayLike) -> Array:
+        """Angle between the gear's normal and the radius, rad, not negative.
+
+        >>> drive_1 = Path(48e-3, 0.7e-3, 30)
+        >>> f"{math.degrees(drive_1.pressure_angle(np.linspace(0, math.pi, 10001)).max()):.1f}"
+        '23.6'
+        """
+        n_r, n_t = self.normal(beta)
+        return np.arctan2(np.abs(n_t), n_r)
+
+    def point(self, beta: ArrayLike, offset: ArrayLike = 0.0) -> Array:
+        """Cartesian point of the equidistant at `offset` m outside the path, shape (..., 2), m (eq. 24)."""
+        angle = np.asarray(beta, float) / self.lobes
+        n_r, n_t = self.normal(beta)
+        radial, tangential = self.radius(beta) + offset * n_r, offset * n_t
+        cos, sin = np.cos(angle), np.sin(angle)
+        return np.stack([radial * cos - tangential * sin, radial * sin + tangential * cos], axis=-1)
+
+    def _root(self, beta: Array) -> Array:
+        return np.sqrt(self.centre_distance**2 - (self.eccentricity * np.sin(beta)) ** 2)
+
+
+def profile_curvature(path_curvature: ArrayLike, offset: ArrayLike) -> Array:
+    """Curvature of the gear surface as a contact partner, 1/m: 1/r_Gear of eq. 25, negative where concave.
+
+    Written with curvatures, so that the path's inflection (infinite radius) needs no special case.
+    """
+    k = np.asarray(path_curvature, float)
+    return -k / (1 + k * np.asarray(offset, float))
+
+
+def usable_limit(path: Path, offset: float) -> float:
+    """Greatest |beta|, rad, of the part of the profile that exists; pi if the profile does not cut itself.
+
+    The equidistant of a strongly curved path crosses itself on the symmetry line between two lobes,
+    beta = pi. What lies beyond the crossing is cut away, and elements there carry nothing.
+
+    >>> [f"{math.degrees(usable_limit(Path(48e-3, 0.7e-3, z), 7e-3)):.3f}" for z in (28, 30)]
+    ['103.888', '91.426']
+    """
+    symmetry = math.pi / path.lobes
+
+    def beyond(beta: ArrayLike) -> Array:
+        n_r, n_t = path.normal(beta)
+        return np.asarray(beta) / path.lobes + np.arctan2(offset * n_t, path.radius(beta) + offset * n_r) - symmetry
+
+    grid = np.linspace(0.0, math.pi, 2001)[:-1]
+    crossed = np.flatnonzero(beyond(grid) > 0)
+    if crossed.size == 0:
+        return math.pi
+    first = crossed[0]
+    if first == 0:
+        return 0.0
+    return float(brentq(lambda b: float(beyond(b)), grid[first - 1], grid[first], xtol=1e-15))
+
+
+def curvature_limit(path: Path, offset: float) -> float:
+    """|beta| at which undercut by curvature alone starts, rad (1 + k q = 0); pi if it does not.
+
+    Not the exclusion limit: `usable_limit` lies lower, and excluding by curvature alone overstates the
+    stiffness by a third and more.
+
+    >>> [f"{math.degrees(curvature_limit(Path(48e-3, 0.7e-3, z), 7e-3)):.1f}" for z in (28, 30)]
+    ['138.8', '133.0']
+    """
+    grid = np.linspace(0.0, math.pi, 2001)
+    under = np.flatnonzero(1 + path.curvature(grid) * offset < 0)
+    if under.size == 0:
+        return math.pi
+    first = under[0]
+    return float(brentq(lambda b: 1 + float(path.curvature(b)) * offset, grid[first - 1], grid[first]))
+
+
+def wrap(angle: ArrayLike) -> Array:
+    """The angle in (-pi, pi], rad."""
+    a = np.asarray(angle, float)
+    return math.pi - (math.pi - a) % (2 * math.pi)
+
+
+def most_that_fit(centre_distance: float, element_radius: float) -> int:
+    """The most elements of `element_radius` m that fit side by side on a circle of `centre_distance` m.
+
+    Neighbours' chord 2 R sin(pi/n) must reach 2 r.
+
+    >>> most_that_fit(48e-3, 7e-3)
+    21
+    """
+    return int(math.floor(math.pi / math.asin(element_radius / centre_distance) + 1e-12))

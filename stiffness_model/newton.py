@@ -1,0 +1,124 @@
+"""Equilibrium of elements by Newton's method on the stored energy, for the cases without a closed form.
+
+The force field of eq. 15 is conservative; the element rests where its energy
+
+    E(x) = sum_j K_j d_j^(p+1)/(p+1) - P.x
+
+is least. Vectorised over the elements; each keeps its own step length.
+
+Erratum: the paper's eq. 18 (Jacobian of N2) is wrong in its dimensions and undefined for d_t < 0. Used here:
+(I - N2 N2^T)/|d|.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .contacts import Contacts
+
+Array = NDArray[np.float64]
+
+MOST_STEPS = 200
+TOLERANCE = 1e-12
+"""Residual force at which an element counts as in equilibrium, as a share of its contact forces."""
+
+
+def iterate(contacts: Contacts, crank_twist: float, load: Array, start: Array
+            ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    """Equilibrium of n elements at one crank twist under the further forces `load`, (2, n) N.
+
+    start: (2, n) m. Returns the displacement (2, n) m, the contact forces (4, n) N, the crank's normal (2, n)
+    and whether each element converged (n,).
+    """
+    field = _ForceField(contacts, crank_twist, load)
+    x = np.where(np.isfinite(start), start, 0.0)
+    reach = 0.01 * contacts.reach
+    damping = np.zeros(len(contacts))
+    energy = field.energy(x)
+    settled = np.zeros(len(contacts), bool)
+    for _ in range(MOST_STEPS):
+        force, scale, hessian = field.force_and_hessian(x)
+        settled = np.hypot(*force) <= TOLERANCE * scale
+        if settled.all():
+            break
+        step = _newton_step(force, hessian, damping, field.stiffness_unit)
+        length = np.hypot(*step)
+        step *= np.minimum(1.0, reach / np.maximum(length, 1e-300))
+        step[:, settled] = 0.0
+        tried = x + step
+        tried_energy = field.energy(tried)
+        # Below rounding the energy no longer tells: there the residual decides.
+        level = np.abs(tried_energy - energy) <= 1e-11 * np.abs(energy)
+        tried_force = np.hypot(*field.force_and_hessian(tried)[0])
+        better = np.where(level, tried_force < np.hypot(*force), tried_energy < energy)
+        stuck = ~better & ~settled & (np.hypot(*step) <= 1e-16 * contacts.reach)
+        settled |= stuck & (np.hypot(*force) <= 1e-9 * scale)
+        x = np.where(better, tried, x)
+        energy = np.where(better, tried_energy, energy)
+        damping = np.where(better, damping / 8, np.maximum(8 * damping, 1e-6))
+        damping[damping < 1e-9] = 0.0
+    force, scale, _ = field.force_and_hessian(x)
+    converged = np.hypot(*force) <= 1e-9 * scale
+    forces, normal_2 = field.forces(x)
+    return x, forces, normal_2, converged
+
+
+def _newton_step(force: Array, hessian: tuple[Array, Array, Array], damping: Array, unit: Array) -> Array:
+    """Solve the damped 2 x 2 systems; where the Hessian is not positive, add enough to make it so."""
+    rr, rt, tt = hessian
+    mean, spread = (rr + tt) / 2, np.hypot((rr - tt) / 2, rt)
+    lowest = mean - spread
+    add = damping * (mean + spread + unit) + np.maximum(0.0, 1e-6 * (mean + spread + unit) - lowest)
+    rr, tt = rr + add, tt + add
+    det = rr * tt - rt * rt
+    return np.stack([(tt * force[0] - rt * force[1]) / det, (rr * force[1] - rt * force[0]) / det])
+
+
+class _ForceField:
+    """Forces, energy and Hessian of eq. 15 for n elements at one crank twist."""
+
+    def __init__(self, contacts: Contacts, crank_twist: float, load: Array) -> None:
+        c = contacts
+        self._c, self._load = c, load
+        angle = c.beta + crank_twist
+        self._d0 = np.stack([c.path_radius - c.eccentricity * np.cos(angle), -c.eccentricity * np.sin(angle)])
+        self._stiffness = np.stack([c.stiffness_gear, c.stiffness_crank, c.stiffness_cage, c.stiffness_cage])
+        # Stiffness at an indentation of a ten-thousandth of the size: scale for damping where nothing touches.
+        self.stiffness_unit = c.stiffness_gear * (1e-4 * c.reach) ** (c.exponent - 1) * 1e-3
+
+    def _indentations(self, x: Array) -> tuple[Array, Array, Array]:
+        c = self._c
+        d = self._d0 + x
+        distance = np.hypot(*d)
+        delta = np.stack([
+            c.normal_r * x[0] + c.normal_t * x[1] - c.gear_gap,  # eq. 8
+            c.reach - distance,  # eq. 10
+            x[1] - c.cage_gap,  # eq. 13
+            -x[1] - c.cage_gap,  # eq. 14
+        ])
+        return np.maximum(delta, 0.0), d / distance, distance
+
+    def energy(self, x: Array) -> Array:
+        p = self._c.exponent
+        delta, _, _ = self._indentations(x)
+        stored = (self._stiffness * delta ** (p + 1)).sum(axis=0) / (p + 1)
+        return stored - (self._load * x).sum(axis=0)
+
+    def forces(self, x: Array) -> tuple[Array, Array]:
+        delta, normal_2, _ = self._indentations(x)
+        return self._stiffness * delta**self._c.exponent, normal_2
+
+    def force_and_hessian(self, x: Array) -> tuple[Array, Array, tuple[Array, Array, Array]]:
+        """Total force (2, n), the size of the forces in it (n,), and the Hessian of the energy (rr, rt, tt)."""
+        c, p = self._c, self._c.exponent
+        delta, n2, distance = self._indentations(x)
+        f = self._stiffness * delta**p
+        k = p * self._stiffness * delta ** (p - 1)
+        total = np.stack([-c.normal_r * f[0] + n2[0] * f[1], -c.normal_t * f[0] + n2[1] * f[1] - f[2] + f[3]])
+        total = total + self._load
+        bend = f[1] / distance
+        rr = k[0] * c.normal_r**2 + k[1] * n2[0] ** 2 - bend * (1 - n2[0] ** 2)
+        rt = k[0] * c.normal_r * c.normal_t + k[1] * n2[0] * n2[1] + bend * n2[0] * n2[1]
+        tt = k[0] * c.normal_t**2 + k[1] * n2[1] ** 2 + k[2] + k[3] - bend * (1 - n2[1] ** 2)
+        return total, f.max(axis=0) + np.hypot(*self._load) + 1e-12, (rr, rt, tt)

@@ -1,0 +1,89 @@
+"""Virtual drives: the random deviations of every part, in seeded blocks.
+
+A drive's numbers depend on the seed and on its own index alone: not on how many drives are drawn, nor on
+who computes which block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .drive import Drive
+from .errors import expect
+
+Array = NDArray[np.float64]
+
+BLOCK = 16
+"""Drives in one seeded block."""
+
+
+@dataclass(frozen=True)
+class Deviations:
+    """Radii with their deviations, m, and positions of the elements of some virtual drives.
+
+    All arrays have the shape (n_drives, n_elements). beta: position on the profile, rad in (-pi, pi];
+    gear: distance of the equidistant q.
+    """
+
+    beta: Array
+    element: Array
+    crank: Array
+    cage: Array
+    gear: Array
+
+
+def blocks(n_drives: int) -> Iterator[tuple[int, int]]:
+    """(index of the block, drives in it) that make up `n_drives`.
+
+    >>> list(blocks(20))
+    [(0, 16), (1, 4)]
+    """
+    for start in range(0, n_drives, BLOCK):
+        yield start // BLOCK, min(BLOCK, n_drives - start)
+
+
+def draw(drive: Drive, block: int, n_drives: int, seed: int) -> Deviations:
+    """The first `n_drives` virtual drives of one block, section III of the paper.
+
+    Deviations are normal; the first element's position is uniform over the profile's period; the further ones
+    are spaced evenly, k = 0 ... n - 1 (eq. 20, whose printed k runs one too far). Elements k, k + n_ecc, ...
+    share an eccentric.
+    """
+    expect(isinstance(seed, (int, np.integer)) and seed >= 0, "a seed, a whole number not below 0", seed, "seed")
+    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed), spawn_key=(block,))))
+    shape = (BLOCK, drive.elements)
+    start = rng.uniform(-np.pi, np.pi, (BLOCK, 1))
+    normal = {part: rng.standard_normal(shape) for part in ("element", "crank", "cage", "gear")}
+    if drive.crank_deviation == "eccentric":
+        normal["crank"] = normal["crank"][:, np.arange(drive.elements) % drive.eccentrics]
+    step = 2 * np.pi / drive.elements
+    beta = np.pi - (np.pi - start - step * np.arange(drive.elements)) % (2 * np.pi)
+
+    def radius(part: str, nominal: float) -> Array:
+        tolerance = drive.tolerances[part]
+        return nominal + tolerance.offset + tolerance.sigma * normal[part][:n_drives]
+
+    return Deviations(
+        beta=beta[:n_drives],
+        element=radius("element", drive.element_radius),
+        crank=radius("crank", drive.crank_radius),
+        cage=radius("cage", drive.element_radius),
+        gear=radius("gear", drive.element_radius),
+    )
+
+
+def nominal(drive: Drive, n_positions: int = 1) -> Deviations:
+    """Drives without deviations (and without mean offsets), at evenly spread positions of the first element.
+
+    Shape (n_positions, n_elements).
+    """
+    step = 2 * np.pi / drive.elements
+    start = step * (np.arange(n_positions)[:, None] + 0.5) / n_positions
+    beta = np.pi - (np.pi - start - step * np.arange(drive.elements)) % (2 * np.pi)
+    ones = np.ones_like(beta)
+    return Deviations(beta, drive.element_radius * ones, drive.crank_radius * ones, drive.element_radius * ones,
+                      drive.element_radius * ones)

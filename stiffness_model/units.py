@@ -1,0 +1,73 @@
+"""Units at the edges: a drawing's "41 mm" becomes 0.041 and back. Inside, everything is SI.
+
+The table is short on purpose: these are the units of drawings of gears. Records of measurements, which come
+in any unit, are read with a units library (`reefmu.record`).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+from .errors import InputError, expect, unknown_name
+
+ARCMIN = math.pi / (180 * 60)
+"""One arc minute in rad."""
+MICROMETRE = 1e-6
+
+UNITS: dict[str, dict[str, float]] = {
+    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9},
+    "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm2": 1e6},
+    "angle": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "arcmin": ARCMIN, "'": ARCMIN},
+    "density": {"kg/m3": 1.0, "g/cm3": 1e3},
+    "torque": {"N.m": 1.0, "Nm": 1.0, "kN.m": 1e3},
+}
+_PREFERRED = {"length": ("mm", "um"), "pressure": ("GPa",), "angle": ("arcmin",), "density": ("kg/m3",),
+              "torque": ("N.m",)}
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S*)\s*")
+
+
+def parse_quantity(value: object, quantity: str, where: str) -> float:
+    """The SI value of a text such as "41 mm"; a bare number from Python code is taken as SI.
+
+    Raises `InputError` for text without a number or without a unit, and for an unknown unit.
+
+    >>> parse_quantity("41 mm", "length", "crank_radius")
+    0.041
+    >>> parse_quantity("41", "length", "crank_radius")
+    Traceback (most recent call last):
+    ...
+    stiffness_model.errors.InputError: crank_radius: expected a length with its unit, such as '1 mm', got '41'
+    """
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return float(value)
+    example = f"such as '1 {_PREFERRED[quantity][0]}'"
+    kind = f"{'an' if quantity[0] in 'aeiou' else 'a'} {quantity} with its unit, {example}"
+    if not isinstance(value, str):
+        raise InputError(f"{where}: expected {kind}, got {value!r}")
+    match = _QUANTITY.fullmatch(value)
+    expect(match is not None and match[2] != "", kind, value, where)
+    assert match is not None
+    number, unit = match.groups()
+    if unit not in UNITS[quantity]:
+        raise unknown_name(f"unit of {quantity}", unit, UNITS[quantity], where)
+    return float(number) * UNITS[quantity][unit]
+
+
+def format_quantity(value: float, quantity: str) -> str:
+    """The shortest text that reads back as `value`, in the units of a drawing.
+
+    >>> format_quantity(0.041, "length"), format_quantity(13e-6, "length")
+    ('41 mm', '13 um')
+    """
+    names = _PREFERRED[quantity]
+    small = len(names) > 1 and value != 0 and abs(value) < 0.1 * UNITS[quantity][names[0]]
+    unit = names[1] if small else names[0]
+    number = value / UNITS[quantity][unit]
+    for digits in range(6, 18):
+        text = f"{number:.{digits}g}"
+        if float(text) * UNITS[quantity][unit] == value:
+            break
+    else:
+        text = repr(number)
+    return f"{text} {unit}"
