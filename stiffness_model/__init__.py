@@ -3,4 +3,35 @@
 From a drawing to twist-over-torque, stiffness, backlash, contact forces and load shares of many virtual drives.
 After Fritsch et al., "Static Modeling of the Stiffness and Contact Forces of Rolling Element Eccentric Drives
 for Use in Robotic Drive Systems" (the paper; equation numbers are its).
+
+>>> import numpy as np
+>>> drive = load_drive("drive_1")
+>>> curve = simulate(drive, np.linspace(0, 8, 17) * ARCMIN, n_drives=100).curve()
+>>> bool(170 < curve.torque_at(6 * ARCMIN) < 195)
+True
 """
+
+from .curve import TwistTorqueCurve
+from .drive import Drive, drive_from_dict, load_drive, presets
+from .errors import DoesNotFitWarning, InputError, UnknownNameError
+from .materials import MATERIALS, Material
+from .population import Population, simulate
+from .tolerances import Tolerance
+from .units import ARCMIN
+
+__all__ = [
+    "ARCMIN",
+    "DoesNotFitWarning",
+    "Drive",
+    "InputError",
+    "MATERIALS",
+    "Material",
+    "Population",
+    "Tolerance",
+    "TwistTorqueCurve",
+    "UnknownNameError",
+    "drive_from_dict",
+    "load_drive",
+    "presets",
+    "simulate",
+]

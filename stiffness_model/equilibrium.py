@@ -182,16 +182,21 @@ def _iterated(contacts: Contacts, twist: Array, index: NDArray[np.intp], extra_f
         expect(force.shape in ((2,), (2, len(contacts))) and bool(np.isfinite(force).all()),
                f"finite forces of shape (2,) or (2, {len(contacts)})", force.shape, "extra_force")
         load[:] = force[:, None] if force.ndim == 1 else force[:, index]
-    for row, phi in enumerate(twist):
-        start = np.stack([result.radial[row, index], result.tangential[row, index]])
-        x, forces, normal_2, converged = iterate(some, phi, load, start)
-        forces[:, ~converged] = 0.0
-        for values, force in zip((result.gear, result.crank, result.cage_plus, result.cage_minus), forces, strict=True):
-            values[row, index] = force
-        result.radial[row, index], result.tangential[row, index] = x
-        result.output_torque[row, index] = (some.path_radius + x[0]) * (forces[2] - forces[3])
-        centre = some.eccentricity * np.stack([np.cos(some.beta + phi), np.sin(some.beta + phi)])
-        result.crank_torque[row, index] = forces[1] * (centre[0] * normal_2[1] - centre[1] * normal_2[0])
-        carries = (forces[0] > 0) | (forces[1] > 0)
-        result.status[row, index] = np.where(converged, np.where(carries, Status.ITERATED, Status.PLAY),
-                                             Status.NOT_CONVERGED)
+    # Every pair of element and twist is one problem of its own; all are iterated together.
+    pairs = (len(twist), len(some))
+    phi = np.repeat(twist, len(some))
+    every = some[np.tile(np.arange(len(some)), len(twist))]
+    start = np.stack([result.radial[:, index].ravel(), result.tangential[:, index].ravel()])
+    x, forces, normal_2, converged = iterate(every, phi, np.tile(load, len(twist)), start)
+    forces[:, ~converged] = 0.0
+    for values, force in zip((result.gear, result.crank, result.cage_plus, result.cage_minus), forces, strict=True):
+        values[:, index] = force.reshape(pairs)
+    result.radial[:, index], result.tangential[:, index] = x[0].reshape(pairs), x[1].reshape(pairs)
+    output_torque = (every.path_radius + x[0]) * (forces[2] - forces[3])
+    result.output_torque[:, index] = output_torque.reshape(pairs)
+    angle = every.beta + phi
+    lever = every.eccentricity * (np.cos(angle) * normal_2[1] - np.sin(angle) * normal_2[0])
+    result.crank_torque[:, index] = (forces[1] * lever).reshape(pairs)
+    carries = (forces[0] > 0) | (forces[1] > 0)
+    status = np.where(converged, np.where(carries, Status.ITERATED, Status.PLAY), Status.NOT_CONVERGED)
+    result.status[:, index] = status.reshape(pairs)

@@ -20,26 +20,27 @@ from .contacts import Contacts
 Array = NDArray[np.float64]
 
 MOST_STEPS = 200
-TOLERANCE = 1e-12
-"""Residual force at which an element counts as in equilibrium, as a share of its contact forces."""
+TOLERANCE = 1e-11
+"""Residual force at which an element counts as in equilibrium, as a share of its contact forces; on top comes
+the force that the rounding of its position makes."""
 
 
-def iterate(contacts: Contacts, crank_twist: float, load: Array, start: Array
+def iterate(contacts: Contacts, crank_twist: Array, load: Array, start: Array
             ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Equilibrium of n elements at one crank twist under the further forces `load`, (2, n) N.
+    """Equilibrium of n elements, each at its own crank twist (n,) rad, under further forces `load`, (2, n) N.
 
     start: (2, n) m. Returns the displacement (2, n) m, the contact forces (4, n) N, the crank's normal (2, n)
     and whether each element converged (n,).
     """
     field = _ForceField(contacts, crank_twist, load)
     x = np.where(np.isfinite(start), start, 0.0)
-    reach = 0.01 * contacts.reach
+    reach, rounding = 0.01 * contacts.reach, 4 * np.finfo(float).eps * contacts.reach
     damping = np.zeros(len(contacts))
     energy = field.energy(x)
     settled = np.zeros(len(contacts), bool)
     for _ in range(MOST_STEPS):
         force, scale, hessian = field.force_and_hessian(x)
-        settled = np.hypot(*force) <= TOLERANCE * scale
+        settled |= np.hypot(*force) <= TOLERANCE * scale + rounding * (hessian[0] + hessian[2])
         if settled.all():
             break
         step = _newton_step(force, hessian, damping, field.stiffness_unit)
@@ -58,8 +59,8 @@ def iterate(contacts: Contacts, crank_twist: float, load: Array, start: Array
         energy = np.where(better, tried_energy, energy)
         damping = np.where(better, damping / 8, np.maximum(8 * damping, 1e-6))
         damping[damping < 1e-9] = 0.0
-    force, scale, _ = field.force_and_hessian(x)
-    converged = np.hypot(*force) <= 1e-9 * scale
+    force, scale, hessian = field.force_and_hessian(x)
+    converged = np.hypot(*force) <= 1e-9 * scale + rounding * (hessian[0] + hessian[2])
     forces, normal_2 = field.forces(x)
     return x, forces, normal_2, converged
 
@@ -76,9 +77,9 @@ def _newton_step(force: Array, hessian: tuple[Array, Array, Array], damping: Arr
 
 
 class _ForceField:
-    """Forces, energy and Hessian of eq. 15 for n elements at one crank twist."""
+    """Forces, energy and Hessian of eq. 15 for n elements, each at its crank twist."""
 
-    def __init__(self, contacts: Contacts, crank_twist: float, load: Array) -> None:
+    def __init__(self, contacts: Contacts, crank_twist: Array, load: Array) -> None:
         c = contacts
         self._c, self._load = c, load
         angle = c.beta + crank_twist

@@ -1,0 +1,175 @@
+"""The twist-over-torque curve: mean and band, stiffness, backlash, lost motion, inverse."""
+
+from __future__ import annotations
+
+import csv
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import PchipInterpolator
+
+from .errors import InputError, expect
+from .population import CONTACTS, Population
+from .units import ARCMIN
+
+Array = NDArray[np.float64]
+
+LOST_MOTION_SHARE = 0.03
+"""Lost motion is the twist between plus and minus this share of the named torque (makers' catalogues)."""
+BAND = (10.0, 90.0)
+"""Percentiles of the band."""
+
+
+@dataclass(frozen=True)
+class TwistTorqueCurve:
+    """Mean torque and its band over the twist at the output.
+
+    twist: (n,) rad, rising; torque, torque_p10, torque_p90, stiffness: (n,) N.m and N.m/rad. contact_force:
+    (n, 4) N, mean of the drives' greatest at gear, crank, cage t+ and cage t-; load_share: (n,). Between the
+    points the mean is interpolated by a monotone cubic (PCHIP), whose slope is the stiffness.
+    """
+
+    twist: Array
+    torque: Array
+    torque_p10: Array
+    torque_p90: Array
+    stiffness: Array
+    contact_force: Array
+    load_share: Array
+    name: str = ""
+    notes: Mapping[str, str] = field(default_factory=dict)
+
+    def torque_at(self, twist: ArrayLike) -> Array:
+        """Mean torque, N.m, at twists in rad. Odd: a curve that starts at zero twist serves both signs.
+
+        Raises `InputError` beyond the curve's range: nothing is extrapolated.
+        """
+        t = np.asarray(twist, float)
+        if self._one_sided:
+            return np.sign(t) * self._evaluate(self._mean, np.abs(t))
+        return self._evaluate(self._mean, t)
+
+    def stiffness_at(self, twist: ArrayLike) -> Array:
+        """Stiffness, N.m/rad, at twists in rad."""
+        t = np.asarray(twist, float)
+        return self._evaluate(self._mean.derivative(), np.abs(t) if self._one_sided else t)
+
+    def twist_at(self, torque: ArrayLike) -> Array:
+        """Twist, rad, at which the mean curve carries the torque, N.m: the inverse of `torque_at`.
+
+        Where there is play, the twist furthest from zero. Raises `InputError` beyond the curve's torque.
+        """
+        values = np.asarray(torque, float)
+        sign = np.sign(values) if self._one_sided else np.ones_like(values)
+        wanted = sign * values
+        low, high = float(self.torque.min()), float(self.torque.max())
+        if self._one_sided:
+            low = min(low, 0.0)
+        outside = (wanted < low) | (wanted > high) | ~np.isfinite(wanted)
+        if outside.any():
+            raise InputError(f"torque: expected a torque within {low:.4g} ... {high:.4g} N.m, "
+                             f"got {np.extract(outside, values)[0]:.4g}")
+        return sign * np.vectorize(self._solve, otypes=[float])(wanted)
+
+    def backlash(self, torque: float | None = None) -> float:
+        """Twist, rad, across which no more than a thousandth of `torque` (default: of the greatest) is carried."""
+        return self._width(1e-3, torque)
+
+    def lost_motion(self, torque: float | None = None) -> float:
+        """Twist, rad, between plus and minus 3 % of `torque`, N.m (default: of the greatest)."""
+        return self._width(LOST_MOTION_SHARE, torque)
+
+    @property
+    def full_torque(self) -> float:
+        """Greatest mean torque, N.m."""
+        return float(self.torque.max())
+
+    @property
+    def _one_sided(self) -> bool:
+        return bool(self.twist[0] >= 0)
+
+    @property
+    def _mean(self) -> PchipInterpolator:
+        return PchipInterpolator(self.twist, self.torque, extrapolate=False)
+
+    def _evaluate(self, function: Callable[[Array], Array], twist: Array) -> Array:
+        # A rounding error beyond the last point is not an extrapolation.
+        slack = 1e-12 * float(np.abs(self.twist).max())
+        outside = (twist < self.twist[0] - slack) | (twist > self.twist[-1] + slack) | ~np.isfinite(twist)
+        if outside.any():
+            raise InputError(f"twist: expected a twist within {self.twist[0] / ARCMIN:.4g} ... "
+                             f"{self.twist[-1] / ARCMIN:.4g} arcmin, got {np.extract(outside, twist)[0] / ARCMIN:.4g}")
+        return function(np.clip(twist, self.twist[0], self.twist[-1]))
+
+    def _solve(self, torque: float) -> float:
+        from scipy.optimize import brentq
+
+        i = int(np.clip(np.searchsorted(self.torque, torque, side="right"), 1, len(self.twist) - 1))
+        low, high = float(self.torque[i - 1]), float(self.torque[i])
+        if torque >= high:
+            return float(self.twist[i])
+        if torque <= low:
+            return float(self.twist[i - 1])
+        mean = self._mean
+        return float(brentq(lambda x: float(mean(x)) - torque, self.twist[i - 1], self.twist[i], xtol=1e-18, rtol=1e-14))
+
+    def _width(self, share: float, torque: float | None) -> float:
+        full = self.full_torque if torque is None else torque
+        expect(0 < full and share * full <= self.full_torque, "a torque the curve reaches, in N.m", torque, "torque")
+        high = float(self.twist_at(share * full))
+        if self._one_sided:
+            return 2 * high
+        return high - float(self.twist_at(-share * full))
+
+    def write_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write the columns of the contract (`curve.csv`), twist in arcmin; whole or not at all."""
+        columns = {
+            "twist [arcmin]": self.twist / ARCMIN,
+            "torque_mean [N.m]": self.torque,
+            "torque_p10 [N.m]": self.torque_p10,
+            "torque_p90 [N.m]": self.torque_p90,
+            "stiffness [N.m/arcmin]": self.stiffness * ARCMIN,
+            "load_share [1]": self.load_share,
+            **{f"force_{c.replace(' ', '_').replace('+', 'plus').replace('-', 'minus')} [N]": self.contact_force[:, k]
+               for k, c in enumerate(CONTACTS)},
+        }
+        target = Path(path)
+        handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+        try:
+            with os.fdopen(handle, "w", newline="", encoding="utf-8") as file:
+                writer = csv.writer(file)
+                writer.writerow(columns)
+                writer.writerows(zip(*([f"{v:.9g}" for v in values] for values in columns.values()), strict=True))
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, target)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+
+
+def curve_of(population: Population) -> TwistTorqueCurve:
+    """Mean, band and stiffness of a population; its twists are sorted first.
+
+    Raises `InputError` with fewer than two different twists.
+    """
+    order = np.argsort(population.twist)
+    twist = population.twist[order]
+    expect(len(twist) >= 2 and bool((np.diff(twist) > 0).all()), "at least two different twists", population.twist,
+           "twist")
+    torque = population.torque[:, order].mean(axis=0)
+    p10, p90 = np.percentile(population.torque[:, order], BAND, axis=0)
+    share = population.load_share[:, order]
+    known = np.isfinite(share).sum(axis=0)
+    mean_share = np.where(known > 0, np.nansum(share, axis=0) / np.maximum(known, 1), np.nan)
+    return TwistTorqueCurve(
+        twist=twist, torque=torque, torque_p10=p10, torque_p90=p90,
+        stiffness=PchipInterpolator(twist, torque).derivative()(twist),
+        contact_force=population.contact_force[:, order].mean(axis=0), load_share=mean_share,
+        name=population.drive.name,
+        notes={"drives": str(population.n_drives), "seed": str(population.seed)},
+    )

@@ -1,0 +1,140 @@
+"""Twist sweep over many virtual drives: torque, contact forces, load share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import sampling
+from .contacts import Contacts, build_contacts, usable
+from .drive import Drive
+from .equilibrium import Equilibrium, Status, solve
+from .errors import expect
+
+if TYPE_CHECKING:
+    from .curve import TwistTorqueCurve
+
+Array = NDArray[np.float64]
+
+CONTACTS = ("gear", "crank", "cage t+", "cage t-")
+"""Order of the last axis of `Population.contact_force`."""
+CHUNK = 5600
+"""Elements times twists solved at once: their arrays fit a core's cache."""
+
+
+@dataclass(frozen=True)
+class Population:
+    """Results of `simulate` for n_drives virtual drives at n_twist twists.
+
+    twist: (n_twist,) rad at the output. torque: (n_drives, n_twist) N.m exerted on the output, positive for
+    positive twist. crank_torque: (n_drives, n_twist) N.m that holds the crank; torque/(ratio crank_torque) is
+    1 for small twists. contact_force: (n_drives, n_twist, 4) N, the greatest at gear, crank, cage t+ and
+    cage t-. load_share: (n_drives, n_twist), greatest torque of one element over the drive's torque; not
+    representative at low torque, NaN at none. status_counts: elements times twists by `Status` name. capped:
+    elements whose cage bore is closer than Hertz's theory reaches (`hertz.CONFORMITY_LIMIT`).
+    """
+
+    drive: Drive
+    twist: Array
+    seed: int
+    torque: Array
+    crank_torque: Array
+    contact_force: Array
+    load_share: Array
+    status_counts: Mapping[str, int]
+    capped: int
+
+    @property
+    def n_drives(self) -> int:
+        """Number of virtual drives."""
+        return len(self.torque)
+
+    def curve(self) -> TwistTorqueCurve:
+        """Mean and band (10th and 90th percentile) over the twist."""
+        from .curve import curve_of
+
+        return curve_of(self)
+
+
+def simulate(drive: Drive, twist: ArrayLike, n_drives: int = 1000, seed: int = 0, *, gear_shift: float = 0.0,
+             executor: Executor | None = None) -> Population:
+    """Torque and forces of `n_drives` virtual drives with cage and gear fixed and the crank twisted.
+
+    twist: 1-D, rad at the output. gear_shift: m, added to the gear's clearance in all drives (positive: play).
+    executor: any concurrent.futures executor to share the blocks of drives among; the numbers do not depend on
+    it. Raises `InputError` for a twist that is not finite and one-dimensional, or for less than one drive.
+
+    >>> from stiffness_model import load_drive
+    >>> population = simulate(load_drive("drive_1"), [0.0, 0.002], n_drives=50)
+    >>> population.torque.shape, population.contact_force.shape
+    ((50, 2), (50, 2, 4))
+    """
+    angles = np.asarray(twist, float)
+    expect(angles.ndim == 1 and angles.size > 0 and bool(np.isfinite(angles).all()),
+           "a one-dimensional array of finite twists in rad", twist, "twist")
+    whole = isinstance(n_drives, (int, np.integer)) and not isinstance(n_drives, bool)
+    expect(whole and n_drives >= 1, "at least one drive", n_drives, "n_drives")
+    expect(bool(np.isfinite(gear_shift)), "a finite clearance in m", gear_shift, "gear_shift")
+    work = partial(_simulate_block, drive, angles, int(seed) if seed == seed else seed, gear_shift)
+    tasks = list(sampling.blocks(int(n_drives)))
+    parts = list((map if executor is None else executor.map)(work, tasks))
+    torque, crank_torque, force, share = (np.concatenate([part[k] for part in parts]) for k in range(4))
+    counts = sum(part[4] for part in parts)
+    return Population(
+        drive=drive, twist=angles, seed=int(seed), torque=torque, crank_torque=crank_torque, contact_force=force,
+        load_share=share, status_counts={s.name.lower(): int(counts[s]) for s in Status},
+        capped=sum(part[5] for part in parts),
+    )
+
+
+def _simulate_block(drive: Drive, twist: Array, seed: int, gear_shift: float, task: tuple[int, int]
+                    ) -> tuple[Array, Array, Array, Array, NDArray[np.int64], int]:
+    """Results of one seeded block of drives: torque, crank torque, forces, load share, status counts, capped."""
+    block, n_drives = task
+    deviations = sampling.draw(drive, block, n_drives, seed)
+    keep = usable(drive, deviations.beta)
+    contacts = build_contacts(drive, deviations, gear_shift)[keep.ravel()]
+    in_drive = keep.sum(axis=1)
+    torque, crank_torque = np.zeros((n_drives, len(twist))), np.zeros((n_drives, len(twist)))
+    force, best = np.zeros((n_drives, len(twist), 4)), np.zeros((n_drives, len(twist)))
+    counts = np.zeros(len(Status), np.int64)
+    counts[Status.EXCLUDED] = (keep.size - keep.sum()) * len(twist)
+    filled = np.flatnonzero(in_drive)
+    starts = np.concatenate([[0], np.cumsum(in_drive[filled])[:-1]]).astype(np.intp)
+    step = max(1, CHUNK // max(1, len(contacts)))
+    for first in range(0, len(twist) if filled.size else 0, step):
+        part = slice(first, first + step)
+        result = solve(contacts, twist[part] * drive.ratio)
+        torque[filled, part], crank_torque[filled, part], best[filled, part] = _torques(result, starts)
+        for k, values in enumerate((result.gear, result.crank, result.cage_plus, result.cage_minus)):
+            force[filled, part, k] = np.maximum.reduceat(values, starts, axis=1).T
+        counts += np.bincount(result.status.ravel(), minlength=len(Status))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.where(torque != 0, best / np.abs(torque), np.nan)
+    return torque, crank_torque, force, share, counts, int(contacts.capped.sum())
+
+
+def _torques(result: Equilibrium, starts: NDArray[np.intp]) -> tuple[Array, Array, Array]:
+    """Sums of output and crank torque and the greatest contribution in the sum's direction, (n_drives, m)."""
+    torque = np.add.reduceat(result.output_torque, starts, axis=1).T
+    crank_torque = np.add.reduceat(result.crank_torque, starts, axis=1).T
+    highest = np.maximum.reduceat(result.output_torque, starts, axis=1).T
+    lowest = np.minimum.reduceat(result.output_torque, starts, axis=1).T
+    return torque, crank_torque, np.where(torque >= 0, highest, -lowest)
+
+
+def contacts_of(drive: Drive, n_drives: int, seed: int = 0) -> Contacts:
+    """Contacts of the usable elements of the first `n_drives` virtual drives, flattened."""
+    parts = []
+    for block, count in sampling.blocks(n_drives):
+        deviations = sampling.draw(drive, block, count, seed)
+        parts.append((deviations, usable(drive, deviations.beta).ravel()))
+    joined = sampling.Deviations(*(np.concatenate([getattr(d, name) for d, _ in parts])
+                                   for name in ("beta", "element", "crank", "cage", "gear")))
+    return build_contacts(drive, joined)[np.concatenate([mask for _, mask in parts])]
