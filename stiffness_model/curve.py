@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import csv
 import os
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
 from .errors import InputError, expect
+from .files import whole_file
 from .population import CONTACTS, Population
 from .units import ARCMIN
 
@@ -21,6 +20,8 @@ Array = NDArray[np.float64]
 
 LOST_MOTION_SHARE = 0.03
 """Lost motion is the twist between plus and minus this share of the named torque (makers' catalogues)."""
+PLAY_SHARE = 1e-3
+"""Backlash is the twist across which no more than this share of the named torque is carried."""
 BAND = (10.0, 90.0)
 """Percentiles of the band."""
 
@@ -30,7 +31,8 @@ class TwistTorqueCurve:
     """Mean torque and its band over the twist at the output.
 
     twist: (n,) rad, rising; torque, torque_p10, torque_p90, stiffness: (n,) N.m and N.m/rad. contact_force:
-    (n, 4) N, mean of the drives' greatest at gear, crank, cage t+ and cage t-; load_share: (n,). Between the
+    (n, 4) N, mean of the drives' greatest at gear, crank, cage t+ and cage t-; load_share: (n,), NaN where the
+    torque is too low for it to mean anything. Between the
     points the mean is interpolated by a monotone cubic (PCHIP), whose slope is the stiffness.
     """
 
@@ -78,7 +80,7 @@ class TwistTorqueCurve:
 
     def backlash(self, torque: float | None = None) -> float:
         """Twist, rad, across which no more than a thousandth of `torque` (default: of the greatest) is carried."""
-        return self._width(1e-3, torque)
+        return self._width(PLAY_SHARE, torque)
 
     def lost_motion(self, torque: float | None = None) -> float:
         """Twist, rad, between plus and minus 3 % of `torque`, N.m (default: of the greatest)."""
@@ -127,7 +129,10 @@ class TwistTorqueCurve:
         return high - float(self.twist_at(-share * full))
 
     def write_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write the columns of the contract (`curve.csv`), twist in arcmin; whole or not at all."""
+        """Write the columns of the contract (`curve.csv`), twist in arcmin; whole or not at all.
+
+        Raises `InputError` if the file cannot be written.
+        """
         columns = {
             "twist [arcmin]": self.twist / ARCMIN,
             "torque_mean [N.m]": self.torque,
@@ -138,18 +143,10 @@ class TwistTorqueCurve:
             **{f"force_{c.replace(' ', '_').replace('+', 'plus').replace('-', 'minus')} [N]": self.contact_force[:, k]
                for k, c in enumerate(CONTACTS)},
         }
-        target = Path(path)
-        handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-        try:
-            with os.fdopen(handle, "w", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file)
-                writer.writerow(columns)
-                writer.writerows(zip(*([f"{v:.9g}" for v in values] for values in columns.values()), strict=True))
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, target)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
+        with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(columns)
+            writer.writerows(zip(*([f"{v:.9g}" for v in values] for values in columns.values()), strict=True))
 
 
 def curve_of(population: Population) -> TwistTorqueCurve:
@@ -163,13 +160,11 @@ def curve_of(population: Population) -> TwistTorqueCurve:
            "twist")
     torque = population.torque[:, order].mean(axis=0)
     p10, p90 = np.percentile(population.torque[:, order], BAND, axis=0)
-    share = population.load_share[:, order]
-    known = np.isfinite(share).sum(axis=0)
-    mean_share = np.where(known > 0, np.nansum(share, axis=0) / np.maximum(known, 1), np.nan)
+    share = np.where(population.representative, population.load_share, np.nan).mean(axis=0)[order]
     return TwistTorqueCurve(
         twist=twist, torque=torque, torque_p10=p10, torque_p90=p90,
         stiffness=PchipInterpolator(twist, torque).derivative()(twist),
-        contact_force=population.contact_force[:, order].mean(axis=0), load_share=mean_share,
+        contact_force=population.contact_force[:, order].mean(axis=0), load_share=share,
         name=population.drive.name,
         notes={"drives": str(population.n_drives), "seed": str(population.seed)},
     )

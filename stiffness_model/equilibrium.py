@@ -1,14 +1,15 @@
 """Static equilibrium of every rolling element, in closed form.
 
 A loaded element touches gear, crank and one cage wall. With the gear's outward normal n, the crank's normal
-u = d/|d| and a tangential wall, the balance of forces makes every force a fixed multiple of the gear force f1:
+u = d/|d| and a tangential wall, the balance of forces makes every force a fixed multiple of the radial force F:
 
-    crank: f1 n_r/u_r        cage: f1 w, w = n_r u_t/u_r - n_t        (sign(w) picks the wall)
+    gear: F/n_r        crank: F/u_r        cage: F w, w = u_t/u_r - n_t/n_r        (sign(w) picks the wall)
 
-All contacts share one exponent p, so with s = f1^(1/p) all indentations are linear in s, and so is the closing
-condition |d| = r_RE + r_crank - d2 projected on u: one division. u depends weakly on the element's
-displacement (by displacement/|d|), so passes that refresh u converge fast: the torque is right to about 1e-6
-after two and to 1e-10 after three. s <= 0 is play: no force.
+All contacts share one exponent p, so with s = (F/K2)^(1/p) all indentations are linear in s, and so is the
+closing condition |d| = r_RE + r_crank - d2 projected on u: one division. u depends weakly on the element's
+displacement (by displacement/|d|), so passes that refresh u converge fast. The first takes u where the element
+just touches gear and wall; the torque is right to about 1e-6 after two and to 1e-10 after three. s <= 0 is play:
+no force.
 
 Two cases go to a Newton iteration instead (`newton.iterate`): a ball larger than its bore, where both walls
 may touch, and further forces on the element (the "additional forces" of eq. 15).
@@ -30,8 +31,9 @@ Array = NDArray[np.float64]
 
 PASSES = 3
 MOST_PASSES = 12
-TOLERANCE = 1e-10
-"""Greatest change of s in the last pass, as a share of the greatest s."""
+TOLERANCE = 1e-11
+"""Greatest angle, rad, between the crank's normal in the forces and in the displaced position they lead to; of
+that order are the errors of the forces, as shares of the crank's force. Ends the passes."""
 
 
 class Status(IntEnum):
@@ -48,10 +50,10 @@ class Status(IntEnum):
 class Equilibrium:
     """Result for n elements at m crank twists; all arrays (m, n).
 
-    gear, crank, cage_plus, cage_minus: contact forces, N; output_torque: eq. 19, N.m; crank_torque: the torque
-    that holds the crank, N.m, so that output_torque/(i crank_torque) -> 1 as the twist goes to 0;
-    radial, tangential: displacement of the elements' centres, m (where there is play: of the position in which
-    gear and wall just touch); status: of `Status`.
+    gear, crank, cage_plus, cage_minus: contact forces, N; output_torque: eq. 19, N.m; crank_torque: the
+    torque that holds the crank, N.m, so that output_torque/(i crank_torque) -> 1 as the twist goes to 0;
+    radial, tangential: displacement of the elements' centres, m (where there is play: of the position in
+    which gear and wall just touch); status: of `Status`.
     """
 
     gear: Array
@@ -72,7 +74,8 @@ def solve(contacts: Contacts, crank_twist: ArrayLike, extra_force: ArrayLike | N
     An element that finds no equilibrium gets `Status.NOT_CONVERGED` and no force; it never raises for all.
     """
     twist = np.atleast_1d(np.asarray(crank_twist, float))
-    expect(twist.ndim == 1 and bool(np.isfinite(twist).all()), "finite twists in one dimension", crank_twist, "twist")
+    expect(twist.ndim == 1 and bool(np.isfinite(twist).all()), "finite twists in one dimension", crank_twist,
+           "twist")
     result = closed_form(contacts, twist)
     special = contacts.cage_gap < 0 if extra_force is None else np.ones(len(contacts), bool)
     if special.any():
@@ -80,13 +83,13 @@ def solve(contacts: Contacts, crank_twist: ArrayLike, extra_force: ArrayLike | N
     return result
 
 
-def root(x: Array, exponent: float) -> Array:
+def root(x: Array, exponent: float, out: Array | None = None) -> Array:
     """x^(1/exponent) for x >= 0; by the cube root for point contacts, which is faster than a power."""
     if exponent == 1.5:
-        y = np.cbrt(x)
+        y = np.cbrt(x, out=out)
         y *= y
         return y
-    return x ** (1 / exponent)
+    return np.power(x, 1 / exponent, out=out)
 
 
 def power(x: Array, exponent: float) -> Array:
@@ -95,81 +98,86 @@ def power(x: Array, exponent: float) -> Array:
 
 
 def closed_form(contacts: Contacts, crank_twist: Array) -> Equilibrium:
-    """The closed form for n elements at m twists, arrays (m, n). Right for cage_gap >= 0 only.
+    """The closed form for n elements at m twists, arrays (m, n).
 
-    Written with t = u_t/u_r; 1/u_r = sqrt(1 + t^2). Statements work in place: the arrays of one call should
-    fit the processor's cache, which halves the time.
+    An element with cage_gap < 0 gets the result of one that just fits its bore: a start for the iteration.
     """
     c, p = contacts, contacts.exponent
-    a_gear, a_crank, a_cage = (k ** (-1 / p) for k in (c.stiffness_gear, c.stiffness_crank, c.stiffness_cage))
-    per_n_r = 1 / c.normal_r
-    a_gear_n, a_cage_n, gap_cage_n = a_gear * per_n_r, a_cage * per_n_r, c.cage_gap * per_n_r
-    a_crank_n = a_crank * root(c.normal_r, p)
-    slope = c.normal_t * per_n_r
+    # What the twist leaves alone, (n,).
+    cage_gap = np.maximum(c.cage_gap, 0.0)
+    slope, per_n_r = c.normal_t / c.normal_r, 1 / c.normal_r
+    gear_give = root(c.stiffness_crank / (c.stiffness_gear * c.normal_r), p) * per_n_r
+    cage_give = root(c.stiffness_crank / c.stiffness_cage, p)
 
-    phi = crank_twist[:, None]
-    centre_r = np.cos(c.beta) * np.cos(phi) - np.sin(c.beta) * np.sin(phi)
-    centre_r *= c.eccentricity
-    centre_t = np.sin(c.beta) * np.cos(phi) + np.cos(c.beta) * np.sin(phi)
-    centre_t *= c.eccentricity
-    # From the eccentric's centre to the element's neutral position: d of eq. 9 without x.
+    # The eccentric's centre by the addition theorem: a sine and a cosine of every pair would double the time.
+    e_cos, e_sin = c.eccentricity * np.cos(c.beta), c.eccentricity * np.sin(c.beta)
+    cos, sin = np.cos(crank_twist)[:, None], np.sin(crank_twist)[:, None]
+    centre_r = cos * e_cos - sin * e_sin
+    centre_t = sin * e_cos + cos * e_sin
     d_r = c.path_radius - centre_r
-    d_t = -centre_t
-    rest = d_r + c.gear_gap * per_n_r
-    t = d_t / d_r
-    # The wall is the one the neutral position leans to. A displacement towards it only adds to the lean.
-    wall = np.where(c.normal_r * t >= c.normal_t, 1.0, -1.0)
+    # The wall is the one the neutral position leans to: a displacement towards it only adds to the lean.
+    # From here on tangential lengths count positive towards that wall.
+    wall = np.copysign(1.0, -centre_t / d_r - slope)
+    slope = wall * slope
+    # Where the element just touches gear and wall: its displacement, and d there.
+    touch = c.gear_gap * per_n_r - slope * cage_gap
+    d_r += touch
+    d_t = cage_gap - wall * centre_t
 
-    s_before = 0.0
+    # In place, so that the arrays of one call fit the processor's cache.
+    t = d_t / d_r
+    t_next, w, per_u_r, s, x_r, x_t, spare = (np.empty_like(t) for _ in range(7))
     for done in range(1, MOST_PASSES + 1):
-        w = np.multiply(c.normal_r, t)
-        w -= c.normal_t
-        w *= wall
+        np.subtract(t, slope, out=w)
         np.maximum(w, 0.0, out=w)
-        w_root = root(w, p)
-        h = t * t
-        h += 1.0
-        per_u_r = np.sqrt(h)
-        h_root = root(per_u_r, p) if p != 1.5 else np.cbrt(h)
-        # Closing condition: s * compliance = approach
-        compliance = w_root * w
-        compliance *= a_cage_n
-        compliance += a_gear_n
-        h_root *= per_u_r
-        h_root *= a_crank_n
-        compliance += h_root
-        s = c.reach * per_u_r
-        s -= rest
-        s -= t * d_t
-        s -= gap_cage_n * w
+        give = root(w, p, out=x_t)
+        give *= cage_give
+        np.multiply(t, t, out=per_u_r)
+        per_u_r += 1.0
+        np.sqrt(per_u_r, out=per_u_r)
+        compliance = root(per_u_r, p, out=x_r)
+        compliance *= per_u_r
+        compliance += gear_give
+        compliance += np.multiply(w, give, out=spare)
+        # Closing condition: s * compliance = approach.
+        np.multiply(per_u_r, c.reach, out=s)
+        s -= d_r
+        s -= np.multiply(t, d_t, out=spare)
         s /= compliance
         np.maximum(s, 0.0, out=s)
-        x_t = w_root
-        x_t *= a_cage
+        # Displacement beyond touching, and the direction of d there.
+        np.subtract(gear_give, np.multiply(slope, give, out=spare), out=x_r)
+        x_r *= s
         x_t *= s
-        x_t += c.cage_gap
-        x_t *= wall
-        x_r = a_gear_n * s
-        x_r += c.gear_gap * per_n_r
-        x_r -= slope * x_t
-        if done >= PASSES and np.abs(s - s_before).max(initial=0.0) <= TOLERANCE * s.max(initial=0.0):
+        np.add(d_t, x_t, out=t_next)
+        t_next /= np.add(d_r, x_r, out=spare)
+        turn = np.abs(np.subtract(t_next, t, out=spare), out=spare)
+        if done >= PASSES and turn.max(initial=0.0) <= TOLERANCE:
             break
-        s_before = s
-        t = (d_t + x_t) / (d_r + x_r)
-    gear = power(s, p)
-    crank = gear * c.normal_r
-    crank *= per_u_r
-    cage = w * gear
-    cage_plus = np.where(wall > 0, cage, 0.0)
-    output_torque = (c.path_radius + x_r) * wall
-    output_torque *= cage
+        t, t_next = t_next, t
+
+    force = power(s, p)
+    force *= c.stiffness_crank
+    x_r += touch
+    x_t += cage_gap
+    x_t *= wall
+    w *= force
+    w *= wall
+    cage_plus = np.maximum(w, 0.0)
+    output_torque = c.path_radius + x_r
+    output_torque *= w
     # Moment about the drive's axis of the crank force, which acts along u through the eccentric's centre:
-    # f2 (E_r u_t - E_t u_r), u_t = t u_r, f2 u_r = f1 n_r.
-    crank_torque = centre_r * t
-    crank_torque -= centre_t
-    crank_torque *= gear * c.normal_r
+    # F (E_r u_t/u_r - E_t).
+    centre_r *= t
+    centre_r *= wall
+    centre_r -= centre_t
+    centre_r *= force
+    per_u_r *= force
     status = np.where(s > 0, np.int8(Status.LOADED), np.int8(Status.PLAY))
-    return Equilibrium(gear, crank, cage_plus, cage - cage_plus, output_torque, crank_torque, x_r, x_t, status)
+    return Equilibrium(
+        gear=force * per_n_r, crank=per_u_r, cage_plus=cage_plus, cage_minus=cage_plus - w,
+        output_torque=output_torque, crank_torque=centre_r, radial=x_r, tangential=x_t, status=status,
+    )
 
 
 def _iterated(contacts: Contacts, twist: Array, index: NDArray[np.intp], extra_force: ArrayLike | None,
@@ -189,7 +197,8 @@ def _iterated(contacts: Contacts, twist: Array, index: NDArray[np.intp], extra_f
     start = np.stack([result.radial[:, index].ravel(), result.tangential[:, index].ravel()])
     x, forces, normal_2, converged = iterate(every, phi, np.tile(load, len(twist)), start)
     forces[:, ~converged] = 0.0
-    for values, force in zip((result.gear, result.crank, result.cage_plus, result.cage_minus), forces, strict=True):
+    of_contacts = (result.gear, result.crank, result.cage_plus, result.cage_minus)
+    for values, force in zip(of_contacts, forces, strict=True):
         values[:, index] = force.reshape(pairs)
     result.radial[:, index], result.tangential[:, index] = x[0].reshape(pairs), x[1].reshape(pairs)
     output_torque = (every.path_radius + x[0]) * (forces[2] - forces[3])

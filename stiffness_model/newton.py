@@ -36,11 +36,12 @@ def iterate(contacts: Contacts, crank_twist: Array, load: Array, start: Array
     x = np.where(np.isfinite(start), start, 0.0)
     reach, rounding = 0.01 * contacts.reach, 4 * np.finfo(float).eps * contacts.reach
     damping = np.zeros(len(contacts))
-    energy = field.energy(x)
+    energy, local = field.energy(x), field.local(x)
     settled = np.zeros(len(contacts), bool)
     for _ in range(MOST_STEPS):
-        force, scale, hessian = field.force_and_hessian(x)
-        settled |= np.hypot(*force) <= TOLERANCE * scale + rounding * (hessian[0] + hessian[2])
+        force, scale, hessian = local[:2], local[2], local[3:]
+        residual, uncertain = np.hypot(*force), rounding * (hessian[0] + hessian[2])
+        settled |= residual <= TOLERANCE * scale + uncertain
         if settled.all():
             break
         step = _newton_step(force, hessian, damping, field.stiffness_unit)
@@ -48,24 +49,23 @@ def iterate(contacts: Contacts, crank_twist: Array, load: Array, start: Array
         step *= np.minimum(1.0, reach / np.maximum(length, 1e-300))
         step[:, settled] = 0.0
         tried = x + step
-        tried_energy = field.energy(tried)
-        # Below rounding the energy no longer tells: there the residual decides.
-        level = np.abs(tried_energy - energy) <= 1e-11 * np.abs(energy)
-        tried_force = np.hypot(*field.force_and_hessian(tried)[0])
-        better = np.where(level, tried_force < np.hypot(*force), tried_energy < energy)
+        tried_energy, tried_local = field.energy(tried), field.local(tried)
+        # Below its rounding, and below what the rounding of the position makes of it, the energy no longer
+        # tells: there the residual decides.
+        level = np.abs(tried_energy - energy) <= 1e-11 * np.abs(energy) + rounding * scale
+        better = np.where(level, np.hypot(*tried_local[:2]) < residual, tried_energy < energy)
         stuck = ~better & ~settled & (np.hypot(*step) <= 1e-16 * contacts.reach)
-        settled |= stuck & (np.hypot(*force) <= 1e-9 * scale)
-        x = np.where(better, tried, x)
+        settled |= stuck & (residual <= 1e-9 * scale)
+        x, local = np.where(better, tried, x), np.where(better, tried_local, local)
         energy = np.where(better, tried_energy, energy)
         damping = np.where(better, damping / 8, np.maximum(8 * damping, 1e-6))
         damping[damping < 1e-9] = 0.0
-    force, scale, hessian = field.force_and_hessian(x)
-    converged = np.hypot(*force) <= 1e-9 * scale + rounding * (hessian[0] + hessian[2])
+    converged = np.hypot(*local[:2]) <= 1e-9 * local[2] + rounding * (local[3] + local[5])
     forces, normal_2 = field.forces(x)
     return x, forces, normal_2, converged
 
 
-def _newton_step(force: Array, hessian: tuple[Array, Array, Array], damping: Array, unit: Array) -> Array:
+def _newton_step(force: Array, hessian: Array, damping: Array, unit: Array) -> Array:
     """Solve the damped 2 x 2 systems; where the Hessian is not positive, add enough to make it so."""
     rr, rt, tt = hessian
     mean, spread = (rr + tt) / 2, np.hypot((rr - tt) / 2, rt)
@@ -85,7 +85,7 @@ class _ForceField:
         angle = c.beta + crank_twist
         self._d0 = np.stack([c.path_radius - c.eccentricity * np.cos(angle), -c.eccentricity * np.sin(angle)])
         self._stiffness = np.stack([c.stiffness_gear, c.stiffness_crank, c.stiffness_cage, c.stiffness_cage])
-        # Stiffness at an indentation of a ten-thousandth of the size: scale for damping where nothing touches.
+        # Stiffness at an indentation of a ten-thousandth of the size: damping's scale where nothing touches.
         self.stiffness_unit = c.stiffness_gear * (1e-4 * c.reach) ** (c.exponent - 1) * 1e-3
 
     def _indentations(self, x: Array) -> tuple[Array, Array, Array]:
@@ -110,16 +110,17 @@ class _ForceField:
         delta, normal_2, _ = self._indentations(x)
         return self._stiffness * delta**self._c.exponent, normal_2
 
-    def force_and_hessian(self, x: Array) -> tuple[Array, Array, tuple[Array, Array, Array]]:
-        """Total force (2, n), the size of the forces in it (n,), and the Hessian of the energy (rr, rt, tt)."""
+    def local(self, x: Array) -> Array:
+        """Rows (6, n): the total force r, t; the size of the forces in it; the energy's Hessian rr, rt, tt."""
         c, p = self._c, self._c.exponent
         delta, n2, distance = self._indentations(x)
         f = self._stiffness * delta**p
         k = p * self._stiffness * delta ** (p - 1)
-        total = np.stack([-c.normal_r * f[0] + n2[0] * f[1], -c.normal_t * f[0] + n2[1] * f[1] - f[2] + f[3]])
-        total = total + self._load
+        total_r = -c.normal_r * f[0] + n2[0] * f[1] + self._load[0]
+        total_t = -c.normal_t * f[0] + n2[1] * f[1] - f[2] + f[3] + self._load[1]
         bend = f[1] / distance
         rr = k[0] * c.normal_r**2 + k[1] * n2[0] ** 2 - bend * (1 - n2[0] ** 2)
         rt = k[0] * c.normal_r * c.normal_t + k[1] * n2[0] * n2[1] + bend * n2[0] * n2[1]
         tt = k[0] * c.normal_t**2 + k[1] * n2[1] ** 2 + k[2] + k[3] - bend * (1 - n2[1] ** 2)
-        return total, f.max(axis=0) + np.hypot(*self._load) + 1e-12, (rr, rt, tt)
+        size = f.max(axis=0) + np.hypot(*self._load) + 1e-12
+        return np.stack([total_r, total_t, size, rr, rt, tt])

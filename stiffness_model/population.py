@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 CONTACTS = ("gear", "crank", "cage t+", "cage t-")
 """Order of the last axis of `Population.contact_force`."""
+LOW_TORQUE = 0.02
+"""Share of the greatest torque below which load shares are not representative."""
 CHUNK = 5600
 """Elements times twists solved at once: their arrays fit a core's cache."""
 
@@ -54,6 +56,15 @@ class Population:
     def n_drives(self) -> int:
         """Number of virtual drives."""
         return len(self.torque)
+
+    @property
+    def representative(self) -> NDArray[np.bool_]:
+        """Twists, (n_twist,), at which the load share means something: at least 2 % of the greatest torque.
+
+        Below, it is a ratio of random numbers (section V of the paper excludes it too).
+        """
+        mean = np.abs(self.torque.mean(axis=0))
+        return mean >= LOW_TORQUE * mean.max()
 
     def curve(self) -> TwistTorqueCurve:
         """Mean and band (10th and 90th percentile) over the twist."""

@@ -21,9 +21,11 @@ UNITS: dict[str, dict[str, float]] = {
     "angle": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "arcmin": ARCMIN, "'": ARCMIN},
     "density": {"kg/m3": 1.0, "g/cm3": 1e3},
     "torque": {"N.m": 1.0, "Nm": 1.0, "kN.m": 1e3},
+    "torsional stiffness": {"N.m/rad": 1.0, "Nm/rad": 1.0, "kN.m/rad": 1e3, "N.m/arcmin": 1 / ARCMIN,
+                            "Nm/arcmin": 1 / ARCMIN},
 }
 _PREFERRED = {"length": ("mm", "um"), "pressure": ("GPa",), "angle": ("arcmin",), "density": ("kg/m3",),
-              "torque": ("N.m",)}
+              "torque": ("N.m",), "torsional stiffness": ("kN.m/rad",)}
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S*)\s*")
 
 

@@ -1,0 +1,8 @@
+"""`python -m reefmu` is the command `reefmu`."""
+
+import sys
+
+from .cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())

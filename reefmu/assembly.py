@@ -1,0 +1,192 @@
+"""From lookup and effects to the model's functions. See `reefmu.model` for what they are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import casadi as ca
+
+from stiffness_model.lookup import Lookup
+
+from .effects import Along, Effect, Place, Signals
+from .tables import lookup_function
+
+INPUT_NAMES = ("crank.phi", "crank.w", "output.phi", "output.w", "temperature")
+OUTPUT_NAMES = ("output.tau", "crank.tau", "twist", "stiffness", "max_contact_force", "load_share", "in_range")
+
+NEWTON_STEPS = 8
+"""Newton steps for the twist of the contacts in series with a compliance. The residual of eight is below 1e-12
+of the twist for a compliance up to three times the contacts' own (a test holds it)."""
+
+_PATHS = (Along.TWIST, Along.CRANK, Along.OUTPUT)
+
+
+def carried(effects: Sequence[Effect]) -> tuple[Along, ...]:
+    """The paths whose last value must be remembered, because a state moves along them."""
+    used = {state.along for effect in effects for state in effect.states}
+    return tuple(path for path in _PATHS if path in used)
+
+
+def assemble(lookup: Lookup, effects: Sequence[Effect]) -> dict[str, ca.Function]:
+    """The functions initial, advance, rate, output and jacobian by name."""
+    return _Assembly(lookup, effects).functions()
+
+
+class _Assembly:
+    """Symbols of one model and the expressions built on them."""
+
+    def __init__(self, lookup: Lookup, effects: Sequence[Effect]) -> None:
+        self.effects = effects
+        self.table = lookup_function(lookup)
+        self.paths = carried(effects)
+        n_own = sum(len(e.states) for e in effects)
+        n_parameters = 2 + sum(len(e.parameters) for e in effects)
+        self.x = ca.MX.sym("x", len(self.paths) + n_own)
+        self.u = ca.MX.sym("u", len(INPUT_NAMES))
+        self.p = ca.MX.sym("p", n_parameters)
+        self.dt = ca.MX.sym("dt")
+        self.ratio, self.band = self.p[0], self.p[1]
+        self.values: dict[str, dict[str, ca.MX]] = {}
+        at = 2
+        for effect in effects:
+            self.values[effect.name] = {q.name: self.p[at + k] for k, q in enumerate(effect.parameters)}
+            at += len(effect.parameters)
+
+    # -- pieces along the drive -------------------------------------------------------------------------
+
+    def signals(self) -> Signals:
+        """Signals of the inputs alone; directions are those of the speeds."""
+        crank, crank_w, output, output_w, temperature = (self.u[k] for k in range(len(INPUT_NAMES)))
+        twist_rate = crank_w / self.ratio - output_w
+        raw = Signals(crank, crank_w, output, output_w, temperature, crank / self.ratio - output, twist_rate,
+                      ca.sign(twist_rate), ca.sign(crank_w), ca.sign(output_w), None)
+        error = self.total(Place.KINEMATIC, raw, self.x)
+        return raw._replace(twist=raw.twist - error)
+
+    def total(self, place: Place, signals: Signals, x: ca.MX) -> Any:
+        """Sum of the contributions at a place."""
+        return sum((e.contribution(signals, self.values[e.name], self.own(e, x)) for e in self.effects
+                    if e.place is place), start=ca.MX(0))
+
+    def own(self, effect: Effect, x: ca.MX) -> dict[str, ca.MX]:
+        """The states of one effect by name."""
+        at = len(self.paths)
+        for other in self.effects:
+            if other is effect:
+                return {s.name: x[at + k] for k, s in enumerate(effect.states)}
+            at += len(other.states)
+        raise AssertionError(effect.name)
+
+    def contacts(self, signals: Signals, x: ca.MX) -> tuple[ca.MX, ca.MX, list[ca.MX]]:
+        """Elastic torque, stiffness with the series compliance, and the lookup's further outputs."""
+        clearance = self.total(Place.CLEARANCE, signals, x)
+        series = [e.contribution(signals, self.values[e.name], self.own(e, x)) for e in self.effects
+                  if e.place is Place.SERIES]
+        compliance = sum((c for c, _ in series), start=ca.MX(0))
+        offset = sum((o for _, o in series), start=ca.MX(0))
+        contact_twist = signals.twist - offset
+        if series:
+            for _ in range(NEWTON_STEPS):
+                torque, stiffness, *_ = self.table(contact_twist, clearance, self.band)
+                gap = contact_twist + compliance * torque + offset - signals.twist
+                contact_twist = contact_twist - gap / (1 + compliance * stiffness)
+        torque, stiffness, *others = self.table(contact_twist, clearance, self.band)
+        return torque, stiffness / (1 + compliance * stiffness), others
+
+    # -- states -------------------------------------------------------------------------------------------
+
+    def path_value(self, path: Along, signals: Signals) -> ca.MX:
+        return {Along.TWIST: signals.twist, Along.CRANK: signals.crank_angle, Along.OUTPUT: signals.output_angle}[path]
+
+    def advanced(self) -> ca.MX:
+        """States after dt: first those along angles, then, under the torque that gives, those along time."""
+        signals = self.signals()
+        change = {path: self.path_value(path, signals) - self.x[k] for k, path in enumerate(self.paths)}
+        signals = signals._replace(
+            twist_direction=ca.sign(change.get(Along.TWIST, ca.MX(0))),
+            crank_direction=ca.sign(change.get(Along.CRANK, ca.MX(0))),
+            output_direction=ca.sign(change.get(Along.OUTPUT, ca.MX(0))),
+        )
+        length = {path: ca.fabs(value) for path, value in change.items()}
+        moved = self._stepped(signals, self.x, lambda along: length.get(along))
+        if not any(s.along is Along.TIME for e in self.effects for s in e.states):
+            return moved
+        torque, *_ = self.contacts(signals, moved)
+        return self._stepped(signals._replace(elastic_torque=torque), moved,
+                             lambda along: self.dt if along is Along.TIME else None)
+
+    def _stepped(self, signals: Signals, x: ca.MX, length: Callable[[Along], Any]) -> ca.MX:
+        memory = [self.path_value(path, signals) for path in self.paths]
+        states = []
+        for effect in self.effects:
+            for state, value in zip(effect.states, self.own(effect, x).values(), strict=True):
+                way = length(state.along)
+                if way is None:
+                    states.append(value)
+                    continue
+                a, b = state.equation(signals, self.values[effect.name])
+                states.append(value + (a * value + b) * way * _exponential_mean(ca.MX(a) * way))
+        return ca.vertcat(*memory, *states)
+
+    def rates(self) -> ca.MX:
+        """dx/dt: the equations along the paths times the speeds along them."""
+        signals = self.signals()
+        torque, *_ = self.contacts(signals, self.x)
+        signals = signals._replace(elastic_torque=torque)
+        # The corrected twist also turns with the crank through the kinematic error.
+        twist_rate = self._corrected_rate(signals)
+        signals = signals._replace(twist_direction=ca.sign(twist_rate))
+        speed = {Along.TIME: ca.MX(1), Along.TWIST: ca.fabs(twist_rate), Along.CRANK: ca.fabs(signals.crank_speed),
+                 Along.OUTPUT: ca.fabs(signals.output_speed)}
+        memory = [{Along.TWIST: twist_rate, Along.CRANK: signals.crank_speed, Along.OUTPUT: signals.output_speed}[p]
+                  for p in self.paths]
+        states = []
+        for effect in self.effects:
+            for state, value in zip(effect.states, self.own(effect, self.x).values(), strict=True):
+                a, b = state.equation(signals, self.values[effect.name])
+                states.append((a * value + b) * speed[state.along])
+        return ca.vertcat(*memory, *states)
+
+    def _corrected_rate(self, signals: Signals) -> ca.MX:
+        by_inputs = ca.jacobian(signals.twist, self.u)
+        return by_inputs[0] * signals.crank_speed + by_inputs[2] * signals.output_speed
+
+    # -- outputs ------------------------------------------------------------------------------------------
+
+    def outputs(self) -> ca.MX:
+        signals = self.signals()
+        elastic, stiffness, (force, share, in_range) = self.contacts(signals, self.x)
+        # The parallel torques see twist and elastic torque as symbols, for their share in the stiffness.
+        twist, torque = ca.MX.sym("twist"), ca.MX.sym("torque")
+        parallel = self.total(Place.PARALLEL, signals._replace(twist=twist, elastic_torque=torque), self.x)
+        total = torque + parallel
+        by_torque, by_twist = ca.jacobian(total, torque), ca.jacobian(total, twist)
+        total, by_torque, by_twist = ca.graph_substitute(
+            [total, by_torque, by_twist], [twist, torque], [signals.twist, elastic])
+        friction = self.total(Place.OUTPUT, signals._replace(elastic_torque=elastic), self.x)
+        # Virtual work: the crank feels the inner torque through the twist's derivative by its angle.
+        lever = ca.jacobian(signals.twist, self.u)[0]
+        raw_twist = signals.crank_angle / self.ratio - signals.output_angle
+        return ca.vertcat(total - friction, -total * lever, raw_twist, by_torque * stiffness + by_twist, force, share,
+                          in_range)
+
+    def functions(self) -> dict[str, ca.Function]:
+        x, u, p = self.x, self.u, self.p
+        outputs = self.outputs()
+        start = [self.path_value(path, self.signals()) for path in self.paths]
+        own = ca.MX.zeros(x.numel() - len(start))
+        return {
+            "initial": ca.Function("initial", [u, p], [ca.vertcat(*start, own)], ["u", "p"], ["x"]),
+            "advance": ca.Function("advance", [x, u, self.dt, p], [self.advanced()], ["x", "u", "dt", "p"], ["x_next"]),
+            "rate": ca.Function("rate", [x, u, p], [self.rates()], ["x", "u", "p"], ["dx"]),
+            "output": ca.Function("output", [x, u, p], [outputs], ["x", "u", "p"], ["y"]),
+            "jacobian": ca.Function("jacobian", [x, u, p], [ca.jacobian(outputs, u)], ["x", "u", "p"], ["dy_du"]),
+        }
+
+
+def _exponential_mean(z: ca.MX) -> ca.MX:
+    """(exp(z) - 1)/z, 1 at z = 0: the mean of exp over a step."""
+    small = ca.fabs(z) < 1e-9
+    safe = ca.if_else(small, 1, z)
+    return ca.if_else(small, 1 + z / 2, ca.expm1(safe) / safe)

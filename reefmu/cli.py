@@ -1,0 +1,135 @@
+"""The command line: parse, call, print.
+
+Every command is a parser here and a function `run(args) -> int` in a module of `reefmu.commands`, imported when
+it is called: `reefmu --help` loads nothing heavier than argparse. Exit status 0 done, 1 a check failed, 2 the
+input or the call was wrong: then one line on stderr, no traceback, no half-written file.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NoReturn
+
+if TYPE_CHECKING:
+    # In the type checker only: at run time the class is private to argparse.
+    Commands = argparse._SubParsersAction[argparse.ArgumentParser]
+
+DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+MOST_DRIVES = 10_000_000
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status; `argv` without the program's name, default sys.argv."""
+    try:
+        args = build_parser().parse_args(argv)
+        return args.run(args)
+    except BrokenPipeError:
+        # The reader of our output has gone (`reefmu ... | head`): nothing is wrong, and nobody reads on.
+        sys.stdout = None  # type: ignore[assignment]
+        return DONE
+    except KeyboardInterrupt:
+        return _complain("interrupted", INTERRUPTED)
+    except OSError as error:
+        return _complain(str(error), WRONG_INPUT)
+    except ValueError as error:
+        from stiffness_model.errors import InputError
+
+        if not isinstance(error, InputError):
+            raise
+        return _complain(str(error), WRONG_INPUT)
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of all commands; each leaves its function in `args.run`."""
+    parser = _OneLineParser(
+        prog="reefmu", description="Stiffness of rolling element eccentric drives: from a drawing to a curve, an FMU "
+                                   "and a joint under control.")
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and leave")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for add in (_add_curve, _add_compare):
+        add(commands)
+    return parser
+
+
+def _add_curve(commands: Commands) -> None:
+    parser = _command(commands, "curve", "twist over torque, contact forces and load shares of a drawing",
+                      "Writes curve.csv, curve.png, forces.png and load_share.png.")
+    _add_study_options(parser, "curve")
+
+
+def _add_compare(commands: Commands) -> None:
+    parser = _command(commands, "compare", "a drive's stiffness beside published gears",
+                      "Writes compare.csv and compare.png.")
+    _add_study_options(parser, "compare")
+    parser.add_argument("--catalog", metavar="FILE", help="TOML file with further gears, as catalog.toml")
+
+
+def _command(commands: Commands, name: str, summary: str, writes: str) -> argparse.ArgumentParser:
+    """A parser whose `args.run` imports `reefmu.commands.<name>` and calls its `run`."""
+    parser = commands.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}. {writes}")
+
+    def run(args: argparse.Namespace) -> int:
+        from importlib import import_module
+
+        return import_module(f"reefmu.commands.{name}").run(args)
+
+    parser.set_defaults(run=run)
+    return parser
+
+
+def _add_study_options(parser: argparse.ArgumentParser, name: str) -> None:
+    """Options of the commands that simulate a population of one drive."""
+    parser.add_argument("drive", metavar="DRIVE", help="a preset (drive_1, drive_2, drive_3) or a TOML drawing")
+    parser.add_argument("--drives", metavar="N", type=_whole(1, MOST_DRIVES), default=1000,
+                        help="virtual drives (default 1000)")
+    parser.add_argument("--seed", metavar="S", type=_whole(0), default=0, help="seed of the tolerances (default 0)")
+    parser.add_argument("--set", metavar="FIELD=VALUE", dest="fields", type=_field, action="append", default=[],
+                        help="override a field of the drawing, e.g. --set crank_radius='41 mm' --set lobes=28")
+    parser.add_argument("--out", metavar="DIR", help=f"folder for the files (default DRIVE-{name})")
+
+
+def _whole(low: int, high: int | None = None) -> Callable[[str], int]:
+    span = f"of at least {low}" if high is None else f"from {low} to {high}"
+
+    def parse(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = low - 1
+        if value < low or (high is not None and value > high):
+            raise argparse.ArgumentTypeError(f"expected a whole number {span}, got {text!r}")
+        return value
+
+    return parse
+
+
+def _field(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not (equals and name.strip() and value.strip()):
+        raise argparse.ArgumentTypeError(f"expected FIELD=VALUE, such as lobes=28, got {text!r}")
+    return name.strip(), value.strip()
+
+
+def _complain(message: str, status: int) -> int:
+    print("reefmu: " + " ".join(message.split("\n")), file=sys.stderr)
+    return status
+
+
+class _OneLineParser(argparse.ArgumentParser):
+    """Says in one line what is wrong with a call, without the usage before it."""
+
+    def error(self, message: str) -> NoReturn:
+        command = self.prog.removeprefix("reefmu").strip()
+        self.exit(_complain((f"{command}: " if command else "") + message, WRONG_INPUT))
+
+
+class _Version(argparse.Action):
+    """Looks the version up only when it is asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        from . import __version__
+
+        print(f"reefmu {__version__}")
+        parser.exit()

@@ -1,0 +1,16 @@
+"""Backlash: the gear's clearance is larger than drawn, the same everywhere."""
+
+from .base import Effect, Parameter, Place
+
+BACKLASH = Effect(
+    name="backlash",
+    title="Larger gear clearance",
+    place=Place.CLEARANCE,
+    parameters=(
+        Parameter("clearance", "m", 0.0, 0.0, 1e-3, 5e-6, "Gear clearance beyond the drawing's"),
+    ),
+    contribution=lambda signals, p, x: p["clearance"],
+    equation="clearance = drawn + backlash.clearance",
+    excitation="Load in both directions through zero torque.",
+    source="Equidistant q of the gear profile (paper, section III): a real clearance, solved for by the contacts.",
+)

@@ -1,0 +1,104 @@
+"""What an effect is: parameters, states and equations, and the place along the drive where it acts.
+
+Equations are written once, in CasADi expressions. The same ones serve simulation, fitting, generated C and
+linearisation. A state obeys dx/ds = a x + b along a path s (time, or the way travelled by an angle), so that
+it is advanced exactly, by the exponential, over a step of any length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, NamedTuple
+
+Expression = Any
+"""A CasADi expression. CasADi carries no types, and is imported only where a model is built."""
+Values = Mapping[str, Expression]
+
+
+class Place(Enum):
+    """Where an effect acts, and what its contribution is added to."""
+
+    KINEMATIC = "taken from the twist that the two angles give, rad"
+    CLEARANCE = "added to the gear clearance, m"
+    SERIES = "twist added under the elastic torque: a compliance, rad/(N.m), and an offset, rad"
+    PARALLEL = "torque added to the elastic torque inside the drive, N.m"
+    OUTPUT = "torque taken off at the output shaft, N.m"
+
+
+class Along(Enum):
+    """The path along which a state evolves."""
+
+    TIME = "time"
+    TWIST = "twist"
+    CRANK = "crank"
+    OUTPUT = "output"
+
+
+class Signals(NamedTuple):
+    """What effects may look at; angles rad, speeds rad/s, torque N.m, temperature degC.
+
+    twist: after the kinematic effects. *_direction: sign of the change, -1, 0 or 1. elastic_torque: of the
+    contacts; known to parallel and output effects and to states along time, None before.
+    """
+
+    crank_angle: Expression
+    crank_speed: Expression
+    output_angle: Expression
+    output_speed: Expression
+    temperature: Expression
+    twist: Expression
+    twist_rate: Expression
+    twist_direction: Expression
+    crank_direction: Expression
+    output_direction: Expression
+    elastic_torque: Expression
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of an effect.
+
+    neutral: the value at which the effect changes nothing, or, for a parameter that alone switches nothing
+    off (a length, a phase), the value to start from. nominal: a typical size.
+    """
+
+    name: str
+    unit: str
+    neutral: float
+    minimum: float
+    maximum: float
+    nominal: float
+    description: str
+
+
+@dataclass(frozen=True)
+class State:
+    """One state, zero at the start. equation: (signals, parameters) -> (a, b) of dx/ds = a x + b."""
+
+    name: str
+    unit: str
+    description: str
+    along: Along
+    equation: Callable[[Signals, Values], tuple[Expression, Expression]]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect that the contact model leaves out.
+
+    contribution: (signals, parameters, states) -> expression in the unit of its `Place`; a series effect
+    returns the pair (compliance, offset). equation: the same in words, for reports. excitation: what a test
+    must do to show it.
+    """
+
+    name: str
+    title: str
+    place: Place
+    parameters: tuple[Parameter, ...]
+    contribution: Callable[[Signals, Values, Values], Expression]
+    equation: str
+    excitation: str
+    source: str
+    states: tuple[State, ...] = ()

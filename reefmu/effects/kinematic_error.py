@@ -1,0 +1,31 @@
+"""Kinematic error: the contacts see a twist that the two angles do not give, periodic in the crank angle."""
+
+from typing import Any
+
+import casadi as ca
+
+from .base import Effect, Parameter, Place, Signals, Values
+
+ORDERS = (1, 2, 3, 4)
+"""Orders k of the crank angle."""
+
+
+def _contribution(signals: Signals, p: Values, x: Values) -> Any:
+    return sum(p[f"amplitude_{k}"] * ca.sin(k * signals.crank_angle + p[f"phase_{k}"]) for k in ORDERS)
+
+
+KINEMATIC_ERROR = Effect(
+    name="kinematic_error",
+    title="Transmission error of the crank's orders",
+    place=Place.KINEMATIC,
+    parameters=tuple(
+        parameter for k in ORDERS for parameter in (
+            Parameter(f"amplitude_{k}", "rad", 0.0, 0.0, 0.1, 1e-4, f"Amplitude at {k} per turn of the crank"),
+            Parameter(f"phase_{k}", "rad", 0.0, -7.0, 7.0, 1.0, f"Phase at {k} per turn of the crank"),
+        )
+    ),
+    contribution=_contribution,
+    equation="contact twist = twist - sum_k amplitude_k sin(k crank angle + phase_k)",
+    excitation="At least four crank angles over a turn, or rotation.",
+    source="Fourier series of the transmission error over the crank's turn.",
+)

@@ -1,0 +1,196 @@
+"""The drive model: the contact lookup plus effects in their places, as CasADi functions.
+
+This is the one truth. Simulation, FMUs, generated C and python-control all evaluate these functions:
+
+    initial(u, p) -> x              states that fit the first inputs
+    advance(x, u, dt, p) -> x       exact state update; inputs held over dt
+    rate(x, u, p) -> dx/dt          the same states in continuous time
+    output(x, u, p) -> y            outputs; jacobian(x, u, p) -> dy/du with the states held
+
+Signs: twist = crank angle/ratio - output angle, ratio signed; torques are what the drive exerts, positive
+output torque for positive twist.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffness_model.drive import Drive, drive_from_dict
+from stiffness_model.errors import expect_number, unknown_name
+from stiffness_model.lookup import N_DRIVES, Lookup
+
+from .assembly import INPUT_NAMES, OUTPUT_NAMES, assemble, carried
+from .effects import Effect, find_effect
+from .tables import cached_lookup
+
+
+class Signal(NamedTuple):
+    """One input, output or state: unit, meaning, start value and bounds for a tool's dialogue."""
+
+    name: str
+    unit: str
+    description: str
+    start: float = 0.0
+    minimum: float | None = None
+    maximum: float | None = None
+    nominal: float | None = None
+
+
+class ModelParameter(NamedTuple):
+    """One parameter of an assembled model."""
+
+    name: str
+    value: float
+    minimum: float | None
+    maximum: float | None
+    unit: str
+    description: str
+    tunable: bool
+    nominal: float
+
+
+INPUTS = (
+    Signal("crank.phi", "rad", "Angle of the crank"),
+    Signal("crank.w", "rad/s", "Speed of the crank; used by rate-dependent effects only"),
+    Signal("output.phi", "rad", "Angle of the output"),
+    Signal("output.w", "rad/s", "Speed of the output; used by rate-dependent effects only"),
+    Signal("temperature", "degC", "Temperature of the drive", 20.0, -273.15, 1000.0, 20.0),
+)
+OUTPUTS = (
+    Signal("output.tau", "N.m", "Torque that the drive exerts on the output"),
+    Signal("crank.tau", "N.m", "Torque that the drive exerts on the crank"),
+    Signal("twist", "rad", "crank.phi/ratio - output.phi"),
+    Signal("stiffness", "N.m/rad", "Derivative of output.tau by the twist, states held", minimum=0.0),
+    Signal("max_contact_force", "N", "Greatest contact force on a rolling element, mean over drives", minimum=0.0),
+    Signal("load_share", "1", "Greatest torque of one rolling element over the drive's", minimum=0.0),
+    Signal("in_range", "1", "1 inside the lookup's range, 0 where it is continued by its last slope", 1.0, 0.0, 1.0),
+)
+assert tuple(s.name for s in INPUTS) == INPUT_NAMES
+assert tuple(s.name for s in OUTPUTS) == OUTPUT_NAMES
+
+
+@dataclass(frozen=True)
+class DriveModel:
+    """A drive as a component: its lookup, the effects inside and their parameters.
+
+    parameters: "ratio", "band", then "<effect>.<parameter>". Its vector p, like u, x and y, is in the order of
+    `parameters`, `INPUTS`, `states` and `OUTPUTS`.
+    """
+
+    name: str
+    lookup: Lookup
+    effects: tuple[Effect, ...]
+    parameters: tuple[ModelParameter, ...]
+
+    @property
+    def drive(self) -> Drive:
+        """The drawing behind the lookup."""
+        return drive_from_dict(self.lookup.drawing)
+
+    @property
+    def full_torque(self) -> float:
+        """Mean torque at the drawing's max_twist, N.m."""
+        return self.lookup.full_torque
+
+    @property
+    def states(self) -> tuple[Signal, ...]:
+        """The states: what is remembered of the last inputs, then the effects' own."""
+        memory = tuple(Signal(f"last.{path.value}", "rad", f"{path.value.capitalize()} angle at the last step"
+                              if path.value != "twist" else "Twist at the last step") for path in carried(self.effects))
+        own = tuple(Signal(f"{e.name}.{s.name}", s.unit, s.description) for e in self.effects for s in e.states)
+        return memory + own
+
+    @cached_property
+    def _functions(self) -> dict[str, ca.Function]:
+        return assemble(self.lookup, self.effects)
+
+    @property
+    def initial(self) -> ca.Function:
+        """(u, p) -> x."""
+        return self._functions["initial"]
+
+    @property
+    def advance(self) -> ca.Function:
+        """(x, u, dt, p) -> x."""
+        return self._functions["advance"]
+
+    @property
+    def rate(self) -> ca.Function:
+        """(x, u, p) -> dx/dt."""
+        return self._functions["rate"]
+
+    @property
+    def output(self) -> ca.Function:
+        """(x, u, p) -> y."""
+        return self._functions["output"]
+
+    @property
+    def jacobian(self) -> ca.Function:
+        """(x, u, p) -> dy/du, (7, 5)."""
+        return self._functions["jacobian"]
+
+    def parameter_vector(self) -> NDArray[np.float64]:
+        """The values of `parameters`."""
+        return np.array([p.value for p in self.parameters])
+
+    def with_parameters(self, values: Mapping[str, float] | None = None, /, **named: float) -> DriveModel:
+        """The same model with other parameter values, by dotted name.
+
+        Raises `UnknownNameError`, or `InputError` for a value outside the parameter's bounds.
+        """
+        wanted = {**(values or {}), **named}
+        known = {p.name: p for p in self.parameters}
+        for name, value in wanted.items():
+            if name not in known:
+                raise unknown_name("parameter", name, known, self.name)
+            p = known[name]
+            number = expect_number(value, f"a finite number in {p.unit}", f"{self.name}: {name}")
+            if not p.tunable and number != p.value:
+                raise unknown_name("tunable parameter", name, [q.name for q in self.parameters if q.tunable], self.name)
+            low, high = -np.inf if p.minimum is None else p.minimum, np.inf if p.maximum is None else p.maximum
+            expect_number(number, f"a value within {low:g} ... {high:g} {p.unit}", f"{self.name}: {name}",
+                          low=np.nextafter(low, -np.inf), high=np.nextafter(high, np.inf))
+        changed = tuple(p._replace(value=float(wanted.get(p.name, p.value))) for p in self.parameters)
+        return replace(self, parameters=changed)
+
+
+def build_model(drive: Drive, effects: Mapping[str, Mapping[str, float]] | None = None, *, lookup: Lookup | None = None,
+                n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> DriveModel:
+    """The model of a drawing with some effects inside.
+
+    effects: parameter values by effect and parameter name; an empty mapping for an effect that starts neutral.
+    lookup: ready tables; else they come from the cache or are built.
+
+    Raises `UnknownNameError` or `InputError` for effects and values that do not exist or are out of bounds.
+    """
+    chosen = dict(effects or {})
+    for name in chosen:
+        find_effect(name)
+    ordered = tuple(sorted((find_effect(name) for name in chosen), key=lambda e: (list(type(e.place)).index(e.place), e.name)))
+    table = lookup if lookup is not None else cached_lookup(drive, n_drives, seed, executor)
+    parameters = [
+        ModelParameter("ratio", drive.ratio, None, None, "1", "Transmission ratio, crank to output, signed", False,
+                       abs(drive.ratio)),
+        ModelParameter("band", 0.0, -1.0, 1.0, "1", "Place in the population: 0 mean, -1 the 10th, +1 the 90th "
+                       "percentile of the torque", True, 1.0),
+    ]
+    parameters += [
+        ModelParameter(f"{e.name}.{p.name}", p.neutral, p.minimum, p.maximum, p.unit, p.description, True, p.nominal)
+        for e in ordered for p in e.parameters
+    ]
+    model = DriveModel(drive.name, table, ordered, tuple(parameters))
+    return model.with_parameters({f"{e}.{p}": v for e, values in chosen.items() for p, v in values.items()})
+
+
+def describe_effects(model: DriveModel) -> dict[str, dict[str, Any]]:
+    """Parameter values of the effects inside, by effect and parameter name."""
+    values = {p.name: p.value for p in model.parameters}
+    return {e.name: {p.name: values[f"{e.name}.{p.name}"] for p in e.parameters} for e in model.effects}

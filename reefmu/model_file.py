@@ -1,0 +1,123 @@
+"""model.toml: a drive model as a file that people can read, edit and export.
+
+    schema = 1
+    [drawing]            the drawing, as in its own TOML file
+    [lookup]             virtual drives and seed behind the tables
+    [model]              band
+    [effects.NAME]       parameters with their units, such as clearance = "5 um"
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from stiffness_model.drive import drive_from_dict
+from stiffness_model.errors import InputError, expect, expect_number, refuse_unknown, unknown_name
+from stiffness_model.files import whole_file
+from stiffness_model.lookup import Lookup
+from stiffness_model.units import UNITS, parse_quantity
+
+from .effects import Parameter, find_effect
+from .model import DriveModel, build_model, describe_effects
+
+SCHEMA = 1
+_SECTIONS = ("schema", "drawing", "lookup", "model", "effects")
+
+
+def save_model(model: DriveModel, path: str | os.PathLike[str]) -> None:
+    """Write model.toml, whole or not at all. `load_model` gives back a model with the same numbers."""
+    with whole_file(path) as temporary:
+        temporary.write_text(model_text(model), encoding="utf-8")
+
+
+def model_text(model: DriveModel) -> str:
+    """The text of model.toml."""
+    units = {p.name: p.unit for p in model.parameters}
+    values = {p.name: p.value for p in model.parameters}
+    table = {
+        "schema": SCHEMA,
+        "drawing": dict(model.lookup.drawing),
+        "lookup": {"drives": model.lookup.n_drives, "seed": model.lookup.seed},
+        "model": {"band": values["band"]},
+        "effects": {effect: {name: f"{value!r} {units[f'{effect}.{name}']}" for name, value in parameters.items()}
+                    for effect, parameters in describe_effects(model).items()},
+    }
+    return tomli_w.dumps(table)
+
+
+def load_model(path: str | os.PathLike[str], lookup: str | os.PathLike[str] | None = None,
+               executor: Executor | None = None) -> DriveModel:
+    """Read model.toml.
+
+    lookup: a saved lookup, so that nothing is solved; else the tables come from the cache or are built.
+    Raises `InputError` for anything that is not such a file, with what was expected and what came.
+    """
+    where = str(path)
+    try:
+        table = tomllib.loads(Path(path).read_text("utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(f"{where}: expected a model in TOML, got {error}") from None
+    refuse_unknown("section", table, _SECTIONS, where)
+    expect(table.get("schema") == SCHEMA, f"schema = {SCHEMA}", table.get("schema"), where)
+    drive = drive_from_dict(_section(table, "drawing", where), where)
+    settings = _section(table, "lookup", where)
+    refuse_unknown("field", settings, ("drives", "seed"), f"{where} [lookup]")
+    model = _section(table, "model", where)
+    refuse_unknown("field", model, ("band",), f"{where} [model]")
+    effects = {name: _effect_values(name, values, where) for name, values in _section(table, "effects", where).items()}
+    built = build_model(drive, effects, lookup=None if lookup is None else Lookup.load(lookup),
+                        n_drives=settings.get("drives", 500), seed=settings.get("seed", 0), executor=executor)
+    return built.with_parameters(band=float(model.get("band", 0.0)))
+
+
+def is_model_file(path: str | os.PathLike[str]) -> bool:
+    """Whether a TOML file is a model (has a [drawing] inside) and not a drawing itself."""
+    try:
+        return "drawing" in tomllib.loads(Path(path).read_text("utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return False
+
+
+def _section(table: Mapping[str, Any], name: str, where: str) -> Mapping[str, Any]:
+    section = table.get(name, {})
+    expect(isinstance(section, Mapping), f"a table [{name}]", section, where)
+    return section
+
+
+def _effect_values(name: str, values: Any, where: str) -> dict[str, float]:
+    effect = find_effect(name, where)
+    at = f"{where} [effects.{name}]"
+    expect(isinstance(values, Mapping), "a table of parameters", values, at)
+    known = {p.name: p for p in effect.parameters}
+    refuse_unknown("parameter", values, known, at)
+    return {key: parse_parameter(value, known[key], f"{at}: {key}") for key, value in values.items()}
+
+
+def parse_parameter(value: Any, parameter: Parameter, where: str) -> float:
+    """A parameter's SI value from a text with its unit, such as "5 um" or "3e-6 rad/(N.m)".
+
+    Lengths and angles take every unit that a drawing takes; a dimensionless one may be a bare number.
+    """
+    quantity = {"m": "length", "rad": "angle", "N.m": "torque"}.get(parameter.unit)
+    if parameter.unit == "1" and isinstance(value, (int, float)):
+        return expect_number(value, "a finite number", where)
+    if quantity is not None:
+        expect(isinstance(value, str), f"a text with its unit, such as '1 {parameter.unit}'", value, where)
+        return parse_quantity(value, quantity, where)
+    match = re.fullmatch(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*(.*\S)\s*", value) if isinstance(value, str) else None
+    expect(match is not None, f"a text with its unit, such as '1 {parameter.unit}'", value, where)
+    assert match is not None
+    if match[2] != parameter.unit:
+        raise unknown_name("unit", match[2], [parameter.unit], where)
+    return float(match[1])
+
+
+assert set(UNITS) >= {"length", "angle", "torque"}

@@ -1,0 +1,68 @@
+"""Progress of long work: a line that rewrites itself on a terminal, a plain line now and then elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor, Future
+from typing import Any, TextIO
+
+TERMINAL_PAUSE, PLAIN_PAUSE = 0.1, 5.0
+"""Seconds between two lines. Short work stays silent in a log."""
+
+
+class Progress:
+    """Counts `total` steps of work called `what`; a context manager that clears its line at the end."""
+
+    def __init__(self, what: str, total: int, stream: TextIO | None = None) -> None:
+        self._what, self._total, self._done = what, total, 0
+        self._stream = sys.stderr if stream is None else stream
+        self._terminal = self._stream.isatty()
+        self._shown = time.monotonic()
+
+    def step(self) -> None:
+        """One more step is done."""
+        self._done += 1
+        now = time.monotonic()
+        if now - self._shown < (TERMINAL_PAUSE if self._terminal else PLAIN_PAUSE):
+            return
+        self._shown = now
+        text = f"{self._what}: {100 * self._done // max(1, self._total)} %"
+        print(f"\r{text}\033[K" if self._terminal else text, end="" if self._terminal else "\n", file=self._stream,
+              flush=True)
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._terminal:
+            print("\r\033[K", end="", file=self._stream, flush=True)
+
+
+class CountingExecutor(Executor):
+    """Does the work in this thread, one task after another, and shows how much of it is done.
+
+    For functions that take an executor, such as `stiffness_model.simulate`.
+    """
+
+    def __init__(self, what: str) -> None:
+        self._what = what
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Call `fn` at once."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+    def map(self, fn: Callable[..., Any], *iterables: Iterable[Any], timeout: float | None = None,
+            chunksize: int = 1, **_: Any) -> Iterator[Any]:
+        """As the built-in `map`; timeout and chunksize have no meaning here."""
+        tasks = list(zip(*iterables, strict=False))
+        with Progress(self._what, len(tasks)) as progress:
+            for task in tasks:
+                yield fn(*task)
+                progress.step()

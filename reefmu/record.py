@@ -1,0 +1,171 @@
+"""Measured data: CSV with `name [unit]` headers becomes a `Record` in SI units."""
+
+from __future__ import annotations
+
+import csv
+import functools
+import gzip
+import io
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffness_model.errors import InputError, expect, unknown_name
+
+Array = NDArray[np.float64]
+
+COLUMNS: dict[str, str] = {
+    "time": "s", "run": "", "crank_angle": "rad", "output_angle": "rad", "twist": "rad", "output_torque": "N.m",
+    "temperature": "degC",
+}
+"""Canonical columns and the unit that each is converted to."""
+REFERENCE_TEMPERATURE = 20.0
+"""degC; what a record without a temperature column was made at."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """A measured record, all arrays (n,).
+
+    time: s, not falling within a run; run: whole numbers, a new one is a new test; crank_angle, output_angle:
+    rad; output_torque: N.m exerted by the drive on the output; temperature: degC. missing: canonical columns
+    the file did not have (the crank is then locked at 0, the temperature 20 degC).
+    """
+
+    time: Array
+    run: NDArray[np.int64]
+    crank_angle: Array
+    output_angle: Array
+    output_torque: Array
+    temperature: Array
+    missing: tuple[str, ...] = ()
+    source: str = ""
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def starts(self) -> NDArray[np.intp]:
+        """Indices at which runs start."""
+        return np.flatnonzero(np.concatenate([[True], np.diff(self.run) != 0]))
+
+    def twist(self, ratio: float) -> Array:
+        """crank_angle/ratio - output_angle, rad."""
+        return self.crank_angle / ratio - self.output_angle
+
+
+def read_record(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> Record:
+    """Read a record from a .csv or .csv.gz file.
+
+    columns: canonical name (or "name [unit]") by the file's header, for foreign files: {"TORQUE": "output_torque
+    [N.m]"}; other columns are then ignored. A `twist` column serves instead of the two angles: the crank is
+    locked at 0 and the output turns by minus the twist.
+
+    Raises `InputError` for a file that cannot be read, unknown or missing columns or units, values that are no
+    numbers, and time that runs backwards within a run.
+    """
+    where = str(path)
+    header, rows = _read_table(Path(path), where)
+    data: dict[str, Array] = {}
+    for index, title in enumerate(header):
+        if columns is not None:
+            if title not in columns:
+                continue
+            title = columns[title]
+        name, unit = _split_title(title, where)
+        if name in data:
+            raise InputError(f"{where}: expected each column once, got {name!r} twice")
+        data[name] = _convert(_numbers(rows, index, title, where), unit, name, where)
+    return make_record(data, where)
+
+
+def make_record(data: Mapping[str, Any], where: str = "record") -> Record:
+    """A record from arrays in SI units (degC for the temperature) by canonical column name, checked."""
+    for name in data:
+        if name not in COLUMNS:
+            raise unknown_name("column", name, COLUMNS, where)
+    for name in ("time", "output_torque"):
+        expect(name in data, f"a column {name!r}", sorted(data), where)
+    expect("twist" in data or "output_angle" in data, "a column 'twist' or 'output_angle'", sorted(data), where)
+    values = {name: np.asarray(v, float) for name, v in data.items()}
+    n = len(values["time"])
+    expect(n >= 2, "at least two samples", n, where)
+    for name, value in values.items():
+        expect(value.shape == (n,), f"{n} values in column {name!r}", value.shape, where)
+        bad = np.flatnonzero(~np.isfinite(value))
+        expect(bad.size == 0, f"finite numbers in column {name!r}", f"{value[bad[:1]]} in data row {bad[:1] + 1}", where)
+    run = values.get("run", np.zeros(n))
+    expect(bool((run == np.round(run)).all()), "whole numbers in column 'run'", run[run != np.round(run)][:1], where)
+    back = np.flatnonzero((np.diff(values["time"]) < 0) & (np.diff(run) == 0))
+    expect(back.size == 0, "time that does not run backwards within a run",
+           f"a step back at data row {back[:1] + 2}", where)
+    crank = values.get("crank_angle", np.zeros(n))
+    if "twist" in values:
+        expect("output_angle" not in values and "crank_angle" not in values,
+               "either 'twist' or the angles", sorted(values), where)
+        output = -values["twist"]
+    else:
+        output = values["output_angle"]
+    missing = tuple(name for name in ("run", "crank_angle", "temperature") if name not in values)
+    return Record(values["time"], run.astype(np.int64), crank, output, values["output_torque"],
+                  values.get("temperature", np.full(n, REFERENCE_TEMPERATURE)), missing, where)
+
+
+def _read_table(path: Path, where: str) -> tuple[list[str], list[list[str]]]:
+    try:
+        raw = path.read_bytes()
+        text = (gzip.decompress(raw) if raw[:2] == b"\x1f\x8b" else raw).decode("utf-8-sig")
+    except (OSError, EOFError, UnicodeDecodeError) as error:
+        raise InputError(f"{where}: expected a readable CSV file, got {error}") from None
+    rows = [row for row in csv.reader(io.StringIO(text)) if row]
+    expect(len(rows) >= 3, "a header and at least two rows of numbers", f"{len(rows)} rows", where)
+    header = [title.strip() for title in rows[0]]
+    ragged = next((k for k, row in enumerate(rows) if len(row) != len(header)), None)
+    if ragged is not None:
+        raise InputError(f"{where}: expected {len(header)} values in every row, got {len(rows[ragged])} in line {ragged + 1}")
+    return header, rows[1:]
+
+
+def _numbers(rows: list[list[str]], index: int, title: str, where: str) -> Array:
+    try:
+        return np.array([row[index] for row in rows], dtype=float)
+    except ValueError as error:
+        raise InputError(f"{where}: expected numbers in column {title!r}, got {error}") from None
+
+
+def _split_title(title: str, where: str) -> tuple[str, str]:
+    match = re.fullmatch(r"(\w+)\s*(?:\[(.*)\])?", title)
+    if match is None or match[1] not in COLUMNS:
+        raise unknown_name("column", title if match is None else match[1], COLUMNS, where)
+    name, unit = match[1], (match[2] or "").strip()
+    expect(name == "run" or unit != "", f"a unit in the header, such as '{name} [{COLUMNS[name]}]'", title, where)
+    return name, unit
+
+
+@functools.cache
+def _registry() -> Any:
+    import pint
+
+    registry = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+    registry.define("rev = turn")
+    return registry
+
+
+def _convert(values: Array, unit: str, name: str, where: str) -> Array:
+    if name == "run":
+        return values
+    import pint
+
+    # "N.m" is a product; pint reads the point as the start of a number.
+    text = re.sub(r"(?<=[A-Za-z])\.(?=[A-Za-z])", "*", unit)
+    target = COLUMNS[name].replace(".", "*")
+    try:
+        return np.asarray(_registry().Quantity(values, text).to(target).magnitude, float)
+    except (pint.PintError, AttributeError, ValueError, TypeError):
+        raise InputError(f"{where}: expected a unit of {name} such as [{COLUMNS[name]}], got [{unit}]") from None

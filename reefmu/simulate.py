@@ -1,0 +1,96 @@
+"""A model over a record or a signal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stiffness_model.errors import expect
+
+from .model import INPUTS, OUTPUTS, DriveModel
+from .record import REFERENCE_TEMPERATURE, Record
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Response:
+    """What a model does over n samples: outputs (n, 7) in the order of `OUTPUTS`, states (n, n_states)."""
+
+    time: Array
+    outputs: Array
+    states: Array
+
+    def __getitem__(self, name: str) -> Array:
+        """One output over time, (n,), by its name ("output.tau")."""
+        return self.outputs[:, [s.name for s in OUTPUTS].index(name)]
+
+
+def simulate_signal(model: DriveModel, time: ArrayLike, inputs: ArrayLike) -> Response:
+    """The model over one signal: time (n,) s, not falling, and inputs (n, 5) in the order of `INPUTS`.
+
+    The states start from the first sample; between samples an input holds its new value, as in the FMU.
+    """
+    t, u = np.asarray(time, float), np.asarray(inputs, float)
+    expect(t.ndim == 1 and len(t) > 0 and bool((np.diff(t) >= 0).all()), "times that do not fall", t, "time")
+    expect(u.shape == (len(t), len(INPUTS)), f"inputs of shape ({len(t)}, {len(INPUTS)})", u.shape, "inputs")
+    expect(bool(np.isfinite(u).all() and np.isfinite(t).all()), "finite inputs and times", "nan or inf", "inputs")
+    p = model.parameter_vector()
+    steps = np.diff(t, prepend=t[0])
+    n_states = len(model.states)
+    if n_states == 0:
+        states = np.zeros((len(t), 0))
+    else:
+        start = model.initial(u[0], p)
+        states = np.array(_trajectory(model, len(t))(start, u.T, steps, p)).T.reshape(len(t), n_states)
+    outputs = np.array(model.output.map(len(t))(states.T, u.T, ca.repmat(ca.DM(p), 1, len(t)))).T
+    return Response(t, outputs, states)
+
+
+def _trajectory(model: DriveModel, n: int) -> ca.Function:
+    """(x0, u (5, n), dt (1, n), p) -> states (n_states, n)."""
+    x, u, dt, p = (ca.MX.sym(name, size) for name, size in
+                   (("x", len(model.states)), ("u", len(INPUTS)), ("dt", 1), ("p", len(model.parameters))))
+    step = ca.Function("step", [x, u, dt, p], [model.advance(x, u, dt, p)])
+    chain = step.mapaccum(n)
+    start, us, dts = ca.MX.sym("x0", len(model.states)), ca.MX.sym("us", len(INPUTS), n), ca.MX.sym("dts", 1, n)
+    return ca.Function("trajectory", [start, us, dts, p], [chain(start, us, dts, ca.repmat(p, 1, n))])
+
+
+def record_inputs(record: Record) -> Array:
+    """Inputs (n, 5) of a record in the order of `INPUTS`; speeds are central differences within each run."""
+    columns = [record.crank_angle, np.zeros(len(record)), record.output_angle, np.zeros(len(record)), record.temperature]
+    bounds = [*record.starts, len(record)]
+    for first, last in zip(bounds[:-1], bounds[1:], strict=True):
+        part = slice(first, last)
+        if last - first >= 2 and record.time[last - 1] > record.time[first]:
+            columns[1][part] = _speed(record.crank_angle[part], record.time[part])
+            columns[3][part] = _speed(record.output_angle[part], record.time[part])
+    return np.stack(columns, axis=1)
+
+
+def _speed(angle: Array, time: Array) -> Array:
+    # Repeated time stamps of a coarse clock must not divide by zero: differences go over distinct times.
+    distinct, index = np.unique(time, return_inverse=True)
+    mean = np.bincount(index, angle) / np.bincount(index)
+    return np.gradient(mean, distinct)[index] if len(distinct) > 1 else np.zeros_like(angle)
+
+
+def simulate_record(model: DriveModel, record: Record) -> Response:
+    """The model over every run of a record; states restart with each run."""
+    inputs = record_inputs(record)
+    bounds = [*record.starts, len(record)]
+    parts = [simulate_signal(model, record.time[a:b], inputs[a:b]) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    return Response(record.time, np.concatenate([p.outputs for p in parts]), np.concatenate([p.states for p in parts]))
+
+
+def inputs_of(twist: ArrayLike, model: DriveModel, crank_angle: ArrayLike = 0.0) -> Array:
+    """Inputs (n, 5) at rest that give these twists, rad, at the crank angles, rad: for curves and pictures."""
+    t = np.atleast_1d(np.asarray(twist, float))
+    crank = np.broadcast_to(np.asarray(crank_angle, float), t.shape)
+    ratio = model.parameters[0].value
+    zeros = np.zeros_like(t)
+    return np.stack([crank, zeros, crank / ratio - t, zeros, np.full_like(t, REFERENCE_TEMPERATURE)], axis=1)

@@ -1,0 +1,100 @@
+"""The lookup as a CasADi function, and the cache of lookups on disk."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sys
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+import stiffness_model
+from stiffness_model.drive import Drive
+from stiffness_model.errors import InputError
+from stiffness_model.lookup import N_DRIVES, QUANTITIES, Lookup, build_lookup
+from stiffness_model.spline import Axis, slope_weights, weights
+
+
+def lookup_function(lookup: Lookup) -> ca.Function:
+    """(twist rad, clearance m, band) -> (torque, stiffness, max contact force, load share, in range).
+
+    The same splines as `Lookup`, with its weights; the tables stand once in generated code, derivatives are
+    taken of the weights.
+    """
+    twist, clearance, band = ca.MX.sym("twist"), ca.MX.sym("clearance"), ca.MX.sym("band")
+    n_q, _, n_c = lookup.coefficients.shape
+    i, f = _locate(lookup.twist, twist)
+    j, g = _locate(lookup.clearance, clearance)
+    inside, held = _clip(f), _clip(g)
+    # Quantities lie innermost, so that one gather fetches the 4 x 4 cell of all of them.
+    table = ca.MX(ca.DM(lookup.coefficients.transpose(1, 2, 0).ravel()))
+    offsets = [(a * n_c + b) * n_q + q for a in range(4) for b in range(4) for q in range(n_q)]
+    cell = ca.reshape(table[(i * n_c + j) * n_q + ca.DM(offsets)], n_q, 16)
+    along_clearance = ca.vertcat(*weights(held, held))
+    value = cell @ ca.vec(along_clearance @ ca.vertcat(*weights(f, inside)).T)
+    slope = cell[:3, :] @ ca.vec(along_clearance @ ca.vertcat(*slope_weights(inside)).T) / lookup.twist.step
+    in_range = ca.logic_and(ca.logic_and(f >= 0, f <= 1), ca.logic_and(g >= 0, g <= 1))
+    assert QUANTITIES[3:] == ("max_contact_force", "load_share")
+    return ca.Function(
+        "lookup", [twist, clearance, band],
+        [_blend(value[:3], band), _blend(slope, band), value[3], value[4], in_range],
+        ["twist", "clearance", "band"], ["torque", "stiffness", "max_contact_force", "load_share", "in_range"],
+    )
+
+
+def _locate(axis: Axis, x: ca.MX) -> tuple[ca.MX, ca.MX]:
+    u = (x - axis.start) / axis.step
+    cell = ca.fmax(ca.fmin(ca.floor(u), axis.cells - 1), 0)
+    return cell, u - cell
+
+
+def _clip(f: ca.MX) -> ca.MX:
+    return ca.fmax(ca.fmin(f, 1), 0)
+
+
+def _blend(values: ca.MX, band: ca.MX) -> ca.MX:
+    mean, p10, p90 = values[0], values[1], values[2]
+    return mean + ca.fmax(band, 0) * (p90 - mean) + ca.fmax(-band, 0) * (p10 - mean)
+
+
+def cache_folder() -> Path:
+    """Folder of precomputed tables: $REEFMU_CACHE, else the user's cache folder."""
+    if folder := os.environ.get("REEFMU_CACHE"):
+        return Path(folder)
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", Path.home())) / "reefmu"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "reefmu"
+
+
+def cached_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> Lookup:
+    """The drawing's lookup, from the cache if it was built before by the same code, else built (some seconds).
+
+    A cache that cannot be written is no error: the tables are then built anew every time.
+    """
+    path = cache_folder() / f"lookup-{_fingerprint(drive, n_drives, seed)}.npz"
+    if path.is_file():
+        try:
+            return Lookup.load(path)
+        except InputError:
+            pass  # truncated or foreign: build it again
+    lookup = build_lookup(drive, n_drives, seed, executor)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lookup.save(path)
+    except (OSError, InputError):
+        pass
+    return lookup
+
+
+def _fingerprint(drive: Drive, n_drives: int, seed: int) -> str:
+    drawing: dict[str, Any] = drive.to_dict()
+    text = json.dumps([drawing, n_drives, seed, np.lib.NumpyVersion(np.__version__).major], sort_keys=True)
+    digest = hashlib.sha256(text.encode())
+    for source in sorted(Path(stiffness_model.__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:24]

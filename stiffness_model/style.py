@@ -1,0 +1,113 @@
+"""The look of the pictures: one palette, one set of axes, legends that cover no data.
+
+Colours are from Okabe and Ito's set, told apart by all kinds of colour vision; lightness and dashes tell them
+apart in grey print.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.text import Text
+
+INK, FAINT, METAL = "#222222", "#9a9a9a", "#d9dce0"
+BLUE, ORANGE, PURPLE, GREEN, RED, SKY = "#0072B2", "#E69F00", "#7B2D8B", "#009E73", "#D55E00", "#56B4E9"
+
+
+SHADE = 0.16
+"""Opacity of bands: two on top of each other still show both."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """Colour and dashes of one curve."""
+
+    colour: str
+    dashes: tuple[float, ...] = ()
+
+    @property
+    def style(self) -> str | tuple[int, tuple[float, ...]]:
+        """As matplotlib's `linestyle` takes it."""
+        return (0, self.dashes) if self.dashes else "solid"
+
+
+DRIVES = (Line(BLUE), Line(ORANGE, (6, 1.5)), Line(PURPLE, (6, 1.5, 1, 1.5)), Line(SKY, (3, 1.5)),
+          Line(INK, (1, 1.2)))
+"""Drives in their order: blue, orange and purple as in the paper."""
+CONTACTS = (Line(BLUE), Line(RED, (6, 1.5)), Line(GREEN, (6, 1.5, 1, 1.5)), Line(INK, (1, 1.2)))
+"""Gear, crank, cage t+, cage t-."""
+GEARS = {"strain wave": GREEN, "cycloidal": RED}
+"""Colour of a published gear by its kind."""
+GEAR_DASHES = ((6.0, 1.5), (6.0, 1.5, 1.0, 1.5), (1.0, 1.2), (3.0, 1.5))
+
+
+def new_axes(width: float = 6.4, height: float = 4.2) -> Axes:
+    """Empty axes in a figure of their own, sizes in inches; saved with `axes.figure.savefig`."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), dpi=150, layout="constrained").add_subplot()
+
+
+def dress(ax: Axes, x_label: str, y_label: str) -> Axes:
+    """Labels, a light grid and no frame above and on the right."""
+    ax.set_xlabel(x_label, color=INK)
+    ax.set_ylabel(y_label, color=INK)
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.spines[["left", "bottom"]].set_color(FAINT)
+    ax.tick_params(color=FAINT, labelcolor=INK, direction="out", length=3)
+    ax.grid(True, color="#e6e6e6", linewidth=0.7)
+    ax.set_axisbelow(True)
+    return ax
+
+
+def from_zero(ax: Axes) -> Axes:
+    """Both axes start at zero and reach beyond the data, on shared axes beyond that of all."""
+    # matplotlib stops adapting limits once one is set, so a second call on shared axes must widen them itself.
+    ax.set_xlim(0, max(ax.get_xlim()[1], 1.05 * ax.dataLim.xmax))
+    ax.set_ylim(0, max(ax.get_ylim()[1], 1.05 * ax.dataLim.ymax))
+    return ax
+
+
+def legend_above(ax: Axes, title: str = "") -> Axes:
+    """The legend in rows of three above the axes, where no data is; `title` says what the shades are."""
+    ax.legend(loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=3, frameon=False, handlelength=2.8,
+              columnspacing=1.6, borderaxespad=0.2, labelcolor=INK, title=title or None, alignment="left",
+              title_fontproperties={"size": "small"})
+    return ax
+
+
+def legend_beside(ax: Axes) -> Axes:
+    """The legend to the right of the axes, its entries in the order of the curves' ends."""
+    drawn, names = ax.get_legend_handles_labels()
+    last = [float(line.get_ydata()[-1]) for line in drawn]  # type: ignore[attr-defined]
+    order = sorted(range(len(drawn)), key=lambda k: -last[k])
+    ax.legend([drawn[k] for k in order], [names[k] for k in order], loc="upper left", bbox_to_anchor=(1.01, 1.0),
+              frameon=False, handlelength=2.8, labelspacing=0.9, borderaxespad=0.2, labelcolor=INK)
+    return ax
+
+
+def caption(ax: Axes, text: str) -> Axes:
+    """A small line above the axes."""
+    ax.set_title(text, loc="left", fontsize="small", color=INK)
+    return ax
+
+
+def label_ends(ax: Axes, ends: Sequence[tuple[float, float, str, str]]) -> list[Text]:
+    """Names at the ends (x, y, text, colour) of curves, to their right, pushed apart so that none overlap.
+
+    Call it when the axes have their final limits.
+    """
+    # Height of a line of text in data units, from the axes' height without drawing.
+    height_in = ax.get_position().height * ax.get_figure(root=True).get_size_inches()[1]  # type: ignore[union-attr]
+    low, high = ax.get_ylim()
+    gap = (high - low) * 0.165 / height_in
+    texts, previous = [], -float("inf")
+    for x, y, text, colour in sorted(ends, key=lambda end: end[1]):
+        previous = max(y, previous + gap)
+        texts.append(ax.annotate(text, (x, previous), xytext=(5, 0), textcoords="offset points", va="center",
+                                 ha="left", color=colour, fontsize="small", annotation_clip=False))
+    return texts
