@@ -1,10 +1,10 @@
-"""The rolling element eccentric drive as a component: models, FMUs, joints, diagnosis and the command line."""
+"""The rolling element eccentric drive as a component: models, FMUs, joints, diagnosis, command line."""
 
 __version__: str
 
 
 def __getattr__(name: str) -> str:
-    # Looked up when asked for: reading the package's metadata would slow down every start of the command line.
+    # Looked up when asked for: reading the package's metadata would slow down the command line's start.
     if name == "__version__":
         from importlib.metadata import version
 

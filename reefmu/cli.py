@@ -1,20 +1,21 @@
 """The command line: parse, call, print.
 
-Every command is a parser here and a function `run(args) -> int` in a module of `reefmu.commands`, imported when
-it is called: `reefmu --help` loads nothing heavier than argparse. Exit status 0 done, 1 a check failed, 2 the
-input or the call was wrong: then one line on stderr, no traceback, no half-written file.
+Every command is a parser here and a function `run(args) -> int` in a module of `reefmu.commands`, imported
+when it is called: `reefmu --help` loads nothing heavier than argparse. Exit status 0 done, 1 a check failed,
+2 the input or the call was wrong: then one line on stderr, no traceback, no half-written file.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
     # In the type checker only: at run time the class is private to argparse.
-    Commands = argparse._SubParsersAction[argparse.ArgumentParser]
+    Commands = argparse._SubParsersAction["_OneLineParser"]
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 MOST_DRIVES = 10_000_000
@@ -24,10 +25,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status; `argv` without the program's name, default sys.argv."""
     try:
         args = build_parser().parse_args(argv)
-        return args.run(args)
+        status = args.run(args)
+        sys.stdout.flush()
+        return status
     except BrokenPipeError:
         # The reader of our output has gone (`reefmu ... | head`): nothing is wrong, and nobody reads on.
-        sys.stdout = None  # type: ignore[assignment]
+        # What is still in the buffer would raise once more at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except KeyboardInterrupt:
         return _complain("interrupted", INTERRUPTED)
@@ -44,8 +48,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def build_parser() -> argparse.ArgumentParser:
     """The parser of all commands; each leaves its function in `args.run`."""
     parser = _OneLineParser(
-        prog="reefmu", description="Stiffness of rolling element eccentric drives: from a drawing to a curve, an FMU "
-                                   "and a joint under control.")
+        prog="reefmu", description="Stiffness of rolling element eccentric drives: from a drawing to a "
+                                   "curve, an FMU and a joint under control.")
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and leave")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for add in (_add_curve, _add_compare):
@@ -68,7 +72,8 @@ def _add_compare(commands: Commands) -> None:
 
 def _command(commands: Commands, name: str, summary: str, writes: str) -> argparse.ArgumentParser:
     """A parser whose `args.run` imports `reefmu.commands.<name>` and calls its `run`."""
-    parser = commands.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}. {writes}")
+    description = f"{summary[0].upper()}{summary[1:]}. {writes}"
+    parser = commands.add_parser(name, help=summary, description=description)
 
     def run(args: argparse.Namespace) -> int:
         from importlib import import_module
@@ -81,12 +86,15 @@ def _command(commands: Commands, name: str, summary: str, writes: str) -> argpar
 
 def _add_study_options(parser: argparse.ArgumentParser, name: str) -> None:
     """Options of the commands that simulate a population of one drive."""
-    parser.add_argument("drive", metavar="DRIVE", help="a preset (drive_1, drive_2, drive_3) or a TOML drawing")
+    parser.add_argument("drive", metavar="DRIVE",
+                        help="a preset (drive_1, drive_2, drive_3) or a TOML drawing")
     parser.add_argument("--drives", metavar="N", type=_whole(1, MOST_DRIVES), default=1000,
                         help="virtual drives (default 1000)")
-    parser.add_argument("--seed", metavar="S", type=_whole(0), default=0, help="seed of the tolerances (default 0)")
-    parser.add_argument("--set", metavar="FIELD=VALUE", dest="fields", type=_field, action="append", default=[],
-                        help="override a field of the drawing, e.g. --set crank_radius='41 mm' --set lobes=28")
+    parser.add_argument("--seed", metavar="S", type=_whole(0), default=0,
+                        help="seed of the tolerances (default 0)")
+    parser.add_argument("--set", metavar="FIELD=VALUE", dest="fields", type=_field, action="append",
+                        default=[], help="override a field of the drawing: --set lobes=28 "
+                                         "--set crank_radius='41 mm'")
     parser.add_argument("--out", metavar="DIR", help=f"folder for the files (default DRIVE-{name})")
 
 

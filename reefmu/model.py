@@ -23,12 +23,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.drive import Drive, drive_from_dict
+from stiffness_model.drawing_file import drive_from_dict
+from stiffness_model.drive import Drive
 from stiffness_model.errors import expect_number, unknown_name
 from stiffness_model.lookup import N_DRIVES, Lookup
 
 from .assembly import INPUT_NAMES, OUTPUT_NAMES, assemble, carried
-from .effects import Effect, find_effect
+from .effects import Effect, Place, find_effect
 from .tables import cached_lookup
 
 
@@ -174,7 +175,8 @@ def build_model(drive: Drive, effects: Mapping[str, Mapping[str, float]] | None 
     chosen = dict(effects or {})
     for name in chosen:
         find_effect(name)
-    ordered = tuple(sorted((find_effect(name) for name in chosen), key=lambda e: (list(type(e.place)).index(e.place), e.name)))
+    places = list(Place)
+    ordered = tuple(sorted((find_effect(name) for name in chosen), key=lambda e: (places.index(e.place), e.name)))
     table = lookup if lookup is not None else cached_lookup(drive, n_drives, seed, executor)
     parameters = [
         ModelParameter("ratio", drive.ratio, None, None, "1", "Transmission ratio, crank to output, signed", False,

@@ -19,7 +19,7 @@ from typing import Any
 
 import tomli_w
 
-from stiffness_model.drive import drive_from_dict
+from stiffness_model.drawing_file import drive_from_dict
 from stiffness_model.errors import InputError, expect, expect_number, refuse_unknown, unknown_name
 from stiffness_model.files import whole_file
 from stiffness_model.lookup import Lookup

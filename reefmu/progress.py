@@ -29,8 +29,9 @@ class Progress:
             return
         self._shown = now
         text = f"{self._what}: {100 * self._done // max(1, self._total)} %"
-        print(f"\r{text}\033[K" if self._terminal else text, end="" if self._terminal else "\n", file=self._stream,
-              flush=True)
+        # On a terminal: back to the line's start, and clear what is left of the longer line before.
+        line = f"\r{text}\033[K" if self._terminal else f"{text}\n"
+        print(line, end="", file=self._stream, flush=True)
 
     def __enter__(self) -> Progress:
         return self

@@ -99,12 +99,15 @@ def make_record(data: Mapping[str, Any], where: str = "record") -> Record:
     for name, value in values.items():
         expect(value.shape == (n,), f"{n} values in column {name!r}", value.shape, where)
         bad = np.flatnonzero(~np.isfinite(value))
-        expect(bad.size == 0, f"finite numbers in column {name!r}", f"{value[bad[:1]]} in data row {bad[:1] + 1}", where)
+        if bad.size:
+            raise InputError(f"{where}: expected finite numbers in column {name!r}, got {value[bad[0]]} "
+                             f"in data row {bad[0] + 1}")
     run = values.get("run", np.zeros(n))
     expect(bool((run == np.round(run)).all()), "whole numbers in column 'run'", run[run != np.round(run)][:1], where)
     back = np.flatnonzero((np.diff(values["time"]) < 0) & (np.diff(run) == 0))
-    expect(back.size == 0, "time that does not run backwards within a run",
-           f"a step back at data row {back[:1] + 2}", where)
+    if back.size:
+        raise InputError(f"{where}: expected time that does not run backwards within a run, got a step back "
+                         f"at data row {back[0] + 2}")
     crank = values.get("crank_angle", np.zeros(n))
     if "twist" in values:
         expect("output_angle" not in values and "crank_angle" not in values,
@@ -126,9 +129,9 @@ def _read_table(path: Path, where: str) -> tuple[list[str], list[list[str]]]:
     rows = [row for row in csv.reader(io.StringIO(text)) if row]
     expect(len(rows) >= 3, "a header and at least two rows of numbers", f"{len(rows)} rows", where)
     header = [title.strip() for title in rows[0]]
-    ragged = next((k for k, row in enumerate(rows) if len(row) != len(header)), None)
-    if ragged is not None:
-        raise InputError(f"{where}: expected {len(header)} values in every row, got {len(rows[ragged])} in line {ragged + 1}")
+    for line, row in enumerate(rows, start=1):
+        if len(row) != len(header):
+            raise InputError(f"{where}: expected {len(header)} values in every row, got {len(row)} in line {line}")
     return header, rows[1:]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import casadi as ca
@@ -62,9 +63,9 @@ def _trajectory(model: DriveModel, n: int) -> ca.Function:
 
 def record_inputs(record: Record) -> Array:
     """Inputs (n, 5) of a record in the order of `INPUTS`; speeds are central differences within each run."""
-    columns = [record.crank_angle, np.zeros(len(record)), record.output_angle, np.zeros(len(record)), record.temperature]
-    bounds = [*record.starts, len(record)]
-    for first, last in zip(bounds[:-1], bounds[1:], strict=True):
+    still = np.zeros(len(record))
+    columns = [record.crank_angle, still.copy(), record.output_angle, still.copy(), record.temperature]
+    for first, last in itertools.pairwise([*record.starts, len(record)]):
         part = slice(first, last)
         if last - first >= 2 and record.time[last - 1] > record.time[first]:
             columns[1][part] = _speed(record.crank_angle[part], record.time[part])
@@ -82,8 +83,8 @@ def _speed(angle: Array, time: Array) -> Array:
 def simulate_record(model: DriveModel, record: Record) -> Response:
     """The model over every run of a record; states restart with each run."""
     inputs = record_inputs(record)
-    bounds = [*record.starts, len(record)]
-    parts = [simulate_signal(model, record.time[a:b], inputs[a:b]) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    parts = [simulate_signal(model, record.time[a:b], inputs[a:b])
+             for a, b in itertools.pairwise([*record.starts, len(record)])]
     return Response(record.time, np.concatenate([p.outputs for p in parts]), np.concatenate([p.states for p in parts]))
 
 

@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 import stiffness_model
+from stiffness_model.drawing_file import drive_to_dict
 from stiffness_model.drive import Drive
 from stiffness_model.errors import InputError
 from stiffness_model.lookup import N_DRIVES, QUANTITIES, Lookup, build_lookup
@@ -92,7 +93,7 @@ def cached_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executo
 
 
 def _fingerprint(drive: Drive, n_drives: int, seed: int) -> str:
-    drawing: dict[str, Any] = drive.to_dict()
+    drawing: dict[str, Any] = drive_to_dict(drive)
     text = json.dumps([drawing, n_drives, seed, np.lib.NumpyVersion(np.__version__).major], sort_keys=True)
     digest = hashlib.sha256(text.encode())
     for source in sorted(Path(stiffness_model.__file__).parent.glob("*.py")):

@@ -12,7 +12,8 @@ True
 """
 
 from .curve import TwistTorqueCurve
-from .drive import Drive, drive_from_dict, load_drive, presets
+from .drawing_file import drive_from_dict, drive_to_dict, load_drive, presets, save_drive
+from .drive import Drive
 from .errors import DoesNotFitWarning, InputError, UnknownNameError
 from .materials import MATERIALS, Material
 from .population import Population, simulate
@@ -31,7 +32,9 @@ __all__ = [
     "TwistTorqueCurve",
     "UnknownNameError",
     "drive_from_dict",
+    "drive_to_dict",
     "load_drive",
     "presets",
+    "save_drive",
     "simulate",
 ]

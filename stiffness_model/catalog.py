@@ -1,7 +1,7 @@
 """Published gears to compare with: their stiffness as the makers state it, each row with its source.
 
-The rows are in `catalog.toml`; users' own rows come from a TOML file of the same form. A row may lack numbers:
-it then says where they would be found, and has no curve.
+The rows are in `catalog.toml`; users' own rows come from a TOML file of the same form. A row may lack
+numbers: it then says where they would be found, and has no curve.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ _SEGMENTS = ("t1", "t2", "k1", "k2", "k3")
 
 @dataclass(frozen=True)
 class CatalogGear:
-    """One published gear. Torques in N.m, stiffness in N.m/rad, angles in rad; None where nothing is published.
+    """One published gear. Torques in N.m, stiffness in N.m/rad, angles in rad; None where none is published.
 
-    Two kinds of stiffness: k1 up to the torque t1, k2 up to t2, k3 beyond; or one `stiffness` for all torques.
-    *_below: upper limits as stated. second_hand: quoted by others from the maker's page. ratio is a text, since
-    some rows hold for a range ("above 50").
+    Two kinds of stiffness: k1 up to the torque t1, k2 up to t2, k3 beyond; or one `stiffness` throughout.
+    *_below: upper limits as stated. second_hand: quoted by others from the maker's page. ratio is a text,
+    since some rows hold for a range ("above 50").
 
-    Raises `InputError` for a row without maker, type or source, a value that is not positive, t1 not below t2,
-    limits without their stiffnesses, or both kinds of stiffness.
+    Raises `InputError` for a row without maker, type or source, a value that is not positive, t1 not below
+    t2, limits without their stiffnesses, or both kinds of stiffness.
     """
 
     maker: str
@@ -156,8 +156,8 @@ def catalog(own: str | os.PathLike[str] | None = None) -> tuple[CatalogGear, ...
 def read_rows(text: str, where: str) -> tuple[CatalogGear, ...]:
     """Rows of a catalogue in TOML: tables [[gear]] with the keys `FIELDS`, quantities as texts with units.
 
-    >>> rows = read_rows('[[gear]]\\nmaker="A"\\ntype="B"\\nsource="own"\\nstiffness="20 N.m/arcmin"', "own.toml")
-    >>> round(rows[0].stiffness)
+    >>> text = '[[gear]]\\nmaker="A"\\ntype="B"\\nsource="own"\\nstiffness="20 N.m/arcmin"'
+    >>> round(read_rows(text, "own.toml")[0].stiffness)
     68755
     """
     try:
@@ -167,7 +167,7 @@ def read_rows(text: str, where: str) -> tuple[CatalogGear, ...]:
     refuse_unknown("table", table, ("gear",), where)
     rows = table.get("gear", [])
     expect(isinstance(rows, list) and len(rows) > 0 and all(isinstance(row, Mapping) for row in rows),
-           "one table [[gear]] or more", "none" if not rows else rows, where)
+           "one table [[gear]] or more", rows or "none", where)
     return tuple(_row(row, f"{where}: gear {number}") for number, row in enumerate(rows, 1))
 
 

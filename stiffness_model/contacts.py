@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +46,7 @@ class Contacts:
     def __getitem__(self, index: slice | NDArray[np.bool_] | NDArray[np.intp]) -> Contacts:
         """Some of the elements, by a slice, a mask or an index array."""
         values = {f.name: getattr(self, f.name) for f in fields(self)}
-        return Contacts(**{k: v[index] if isinstance(v, np.ndarray) else v for k, v in values.items()})
+        return replace(self, **{name: v[index] for name, v in values.items() if isinstance(v, np.ndarray)})
 
 
 def build_contacts(drive: Drive, deviations: Deviations, gear_shift: float = 0.0) -> Contacts:

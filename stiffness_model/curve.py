@@ -14,6 +14,7 @@ from scipy.interpolate import PchipInterpolator
 from .errors import InputError, expect
 from .files import whole_file
 from .population import CONTACTS, Population
+from .roots import bracketed_root
 from .units import ARCMIN
 
 Array = NDArray[np.float64]
@@ -109,8 +110,6 @@ class TwistTorqueCurve:
         return function(np.clip(twist, self.twist[0], self.twist[-1]))
 
     def _solve(self, torque: float) -> float:
-        from scipy.optimize import brentq
-
         i = int(np.clip(np.searchsorted(self.torque, torque, side="right"), 1, len(self.twist) - 1))
         low, high = float(self.torque[i - 1]), float(self.torque[i])
         if torque >= high:
@@ -118,11 +117,11 @@ class TwistTorqueCurve:
         if torque <= low:
             return float(self.twist[i - 1])
         mean = self._mean
-        return float(brentq(lambda x: float(mean(x)) - torque, self.twist[i - 1], self.twist[i], xtol=1e-18, rtol=1e-14))
+        return bracketed_root(lambda x: float(mean(x)) - torque, self.twist[i - 1], self.twist[i])
 
     def _width(self, share: float, torque: float | None) -> float:
         full = self.full_torque if torque is None else torque
-        expect(0 < full and share * full <= self.full_torque, "a torque the curve reaches, in N.m", torque, "torque")
+        expect(full > 0 and share * full <= self.full_torque, "a torque the curve reaches, in N.m", torque, "torque")
         high = float(self.twist_at(share * full))
         if self._one_sided:
             return 2 * high

@@ -1,15 +1,15 @@
 """Static equilibrium of every rolling element, in closed form.
 
 A loaded element touches gear, crank and one cage wall. With the gear's outward normal n, the crank's normal
-u = d/|d| and a tangential wall, the balance of forces makes every force a fixed multiple of the radial force F:
+u = d/|d| and a tangential wall, the balance of forces makes every force a fixed multiple of the radial F:
 
     gear: F/n_r        crank: F/u_r        cage: F w, w = u_t/u_r - n_t/n_r        (sign(w) picks the wall)
 
 All contacts share one exponent p, so with s = (F/K2)^(1/p) all indentations are linear in s, and so is the
 closing condition |d| = r_RE + r_crank - d2 projected on u: one division. u depends weakly on the element's
-displacement (by displacement/|d|), so passes that refresh u converge fast. The first takes u where the element
-just touches gear and wall; the torque is right to about 1e-6 after two and to 1e-10 after three. s <= 0 is play:
-no force.
+displacement (by displacement/|d|), so passes that refresh u converge fast. The first takes u where the
+element just touches gear and wall; the torque is right to about 1e-6 after two and to 1e-10 after three.
+s <= 0 is play: no force.
 
 Two cases go to a Newton iteration instead (`newton.iterate`): a ball larger than its bore, where both walls
 may touch, and further forces on the element (the "additional forces" of eq. 15).
@@ -32,8 +32,8 @@ Array = NDArray[np.float64]
 PASSES = 3
 MOST_PASSES = 12
 TOLERANCE = 1e-11
-"""Greatest angle, rad, between the crank's normal in the forces and in the displaced position they lead to; of
-that order are the errors of the forces, as shares of the crank's force. Ends the passes."""
+"""Greatest turn of the crank's normal, rad, that one more pass would bring: of that order are the errors of
+the forces, as shares of the crank's."""
 
 
 class Status(IntEnum):
@@ -77,7 +77,9 @@ def solve(contacts: Contacts, crank_twist: ArrayLike, extra_force: ArrayLike | N
     expect(twist.ndim == 1 and bool(np.isfinite(twist).all()), "finite twists in one dimension", crank_twist,
            "twist")
     result = closed_form(contacts, twist)
-    special = contacts.cage_gap < 0 if extra_force is None else np.ones(len(contacts), bool)
+    special = np.ones(len(contacts), bool)
+    if extra_force is None:
+        special = (contacts.cage_gap < 0) | (result.status == Status.NOT_CONVERGED).any(axis=0)
     if special.any():
         _iterated(contacts, twist, np.flatnonzero(special), extra_force, result)
     return result
@@ -101,6 +103,7 @@ def closed_form(contacts: Contacts, crank_twist: Array) -> Equilibrium:
     """The closed form for n elements at m twists, arrays (m, n).
 
     An element with cage_gap < 0 gets the result of one that just fits its bore: a start for the iteration.
+    One whose passes do not settle is marked `Status.NOT_CONVERGED`, for the same.
     """
     c, p = contacts, contacts.exponent
     # What the twist leaves alone, (n,).
@@ -124,9 +127,10 @@ def closed_form(contacts: Contacts, crank_twist: Array) -> Equilibrium:
     d_r += touch
     d_t = cage_gap - wall * centre_t
 
-    # In place, so that the arrays of one call fit the processor's cache.
+    # In place, so that the arrays of one call fit the processor's cache; x_t and x_r first hold other things.
     t = d_t / d_r
     t_next, w, per_u_r, s, x_r, x_t, spare = (np.empty_like(t) for _ in range(7))
+    turn = spare
     for done in range(1, MOST_PASSES + 1):
         np.subtract(t, slope, out=w)
         np.maximum(w, 0.0, out=w)
@@ -151,7 +155,7 @@ def closed_form(contacts: Contacts, crank_twist: Array) -> Equilibrium:
         x_t *= s
         np.add(d_t, x_t, out=t_next)
         t_next /= np.add(d_r, x_r, out=spare)
-        turn = np.abs(np.subtract(t_next, t, out=spare), out=spare)
+        np.abs(np.subtract(t_next, t, out=turn), out=turn)
         if done >= PASSES and turn.max(initial=0.0) <= TOLERANCE:
             break
         t, t_next = t_next, t
@@ -174,6 +178,7 @@ def closed_form(contacts: Contacts, crank_twist: Array) -> Equilibrium:
     centre_r *= force
     per_u_r *= force
     status = np.where(s > 0, np.int8(Status.LOADED), np.int8(Status.PLAY))
+    status[~(turn <= TOLERANCE)] = Status.NOT_CONVERGED
     return Equilibrium(
         gear=force * per_n_r, crank=per_u_r, cage_plus=cage_plus, cage_minus=cage_plus - w,
         output_torque=output_torque, crank_torque=centre_r, radial=x_r, tangential=x_t, status=status,

@@ -24,7 +24,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         # The name keeps the suffix: some writers choose the format by it, or append it.
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}.", suffix=target.suffix)
     except OSError as error:
-        raise InputError(f"{target}: expected a folder that can be written, got {error.strerror or error}") from None
+        raise _not_writable(target, error) from None
     os.close(handle)
     temporary = Path(name)
     try:
@@ -42,9 +42,9 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 def staged_folder(folder: str | os.PathLike[str]) -> Iterator[Path]:
     """A temporary folder whose files move into `folder` when the block ends well: all of them, or none.
 
-    `folder` is made if it does not exist, and taken away again if the block fails. Files of the same names are
-    replaced, others stay. Raises `InputError` at the start of the block if the folder cannot be written: use
-    it around long work, so that a wrong name is not found out at its end.
+    `folder` is made if it does not exist, and taken away again if the block fails. Files of the same names
+    are replaced, others stay. Raises `InputError` at the start of the block if the folder cannot be written:
+    use it around long work, so that a wrong name is not found out at its end.
 
     >>> with tempfile.TemporaryDirectory() as place:
     ...     with staged_folder(Path(place) / "new") as stage:
@@ -87,4 +87,8 @@ def _refuse_unwritable(folder: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError(f"{folder}: expected a folder that can be written, got {error.strerror or error}") from None
+        raise _not_writable(folder, error) from None
+
+
+def _not_writable(path: Path, error: OSError) -> InputError:
+    return InputError(f"{path}: expected a folder that can be written, got {error.strerror or error}")

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
+
+from .roots import bracketed_root
 
 Array = NDArray[np.float64]
 
@@ -87,7 +88,8 @@ class Path:
         """Cartesian point of the equidistant at `offset` m outside the path, shape (..., 2), m (eq. 24)."""
         angle = np.asarray(beta, float) / self.lobes
         n_r, n_t = self.normal(beta)
-        radial, tangential = self.radius(beta) + offset * n_r, offset * n_t
+        q = np.asarray(offset, float)
+        radial, tangential = self.radius(beta) + q * n_r, q * n_t
         cos, sin = np.cos(angle), np.sin(angle)
         return np.stack([radial * cos - tangential * sin, radial * sin + tangential * cos], axis=-1)
 
@@ -126,7 +128,7 @@ def usable_limit(path: Path, offset: float) -> float:
     first = crossed[0]
     if first == 0:
         return 0.0
-    return float(brentq(lambda b: float(beyond(b)), grid[first - 1], grid[first], xtol=1e-15))
+    return bracketed_root(lambda b: float(beyond(b)), float(grid[first - 1]), float(grid[first]))
 
 
 def curvature_limit(path: Path, offset: float) -> float:
@@ -143,7 +145,7 @@ def curvature_limit(path: Path, offset: float) -> float:
     if under.size == 0:
         return math.pi
     first = under[0]
-    return float(brentq(lambda b: 1 + float(path.curvature(b)) * offset, grid[first - 1], grid[first]))
+    return bracketed_root(lambda b: 1 + float(path.curvature(b)) * offset, float(grid[first - 1]), float(grid[first]))
 
 
 def wrap(angle: ArrayLike) -> Array:
@@ -160,4 +162,4 @@ def most_that_fit(centre_distance: float, element_radius: float) -> int:
     >>> most_that_fit(48e-3, 7e-3)
     21
     """
-    return int(math.floor(math.pi / math.asin(element_radius / centre_distance) + 1e-12))
+    return math.floor(math.pi / math.asin(element_radius / centre_distance) + 1e-12)

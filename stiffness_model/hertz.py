@@ -11,12 +11,14 @@ from __future__ import annotations
 
 import functools
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
 from scipy.special import ellipe, ellipkm1
+
+from .roots import bracketed_root
 
 Array = NDArray[np.float64]
 
@@ -44,7 +46,7 @@ def ellipse_axis_ratio(cos_tau: float) -> float:
     """
     if cos_tau < 1e-9:
         return 1.0
-    return math.exp(brentq(lambda x: _cos_tau(x) - cos_tau, 1e-10, 60.0, xtol=1e-14, rtol=1e-14))
+    return math.exp(bracketed_root(lambda x: _cos_tau(x) - cos_tau, 1e-10, 60.0))
 
 
 def _cos_tau(log_k: float) -> float:
@@ -74,7 +76,8 @@ def _splines() -> tuple[CubicSpline, CubicSpline]:
     k = [ellipse_axis_ratio(math.tanh(v)) for v in x]
     psi_xi = [hertz_coefficient_exact(math.tanh(v)) for v in x]
     # psi/xi is even in cos tau, so its slope at a circle is zero.
-    return CubicSpline(x, np.log(psi_xi), bc_type=((1, 0.0), "not-a-knot")), CubicSpline(x, np.log(k))
+    flat_start: Any = ((1, 0.0), "not-a-knot")
+    return CubicSpline(x, np.log(psi_xi), bc_type=flat_start), CubicSpline(x, np.log(k))
 
 
 def conformity(curvature_sum_1: ArrayLike, curvature_sum_2: ArrayLike) -> Array:

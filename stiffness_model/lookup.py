@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import json
 import os
+import zipfile
+import zlib
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .curve import BAND
+from .drawing_file import drive_to_dict
 from .drive import Drive
 from .errors import InputError, expect
 from .files import whole_file
@@ -131,9 +133,9 @@ class Lookup:
     def load(path: str | os.PathLike[str]) -> Lookup:
         """Read what `save` wrote. Raises `InputError` for anything else."""
         try:
-            with np.load(path, allow_pickle=False) as data:
+            with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
                 head, coefficients = json.loads(str(data["head"])), data["coefficients"]
-        except (OSError, ValueError, KeyError, EOFError) as error:
+        except (OSError, ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
             raise InputError(f"{path}: expected a saved lookup (.npz), got {error}") from None
         expect(head.get("format") == _FORMAT, f"a lookup of format {_FORMAT}", head.get("format"), str(path))
         twist, clearance = (Axis(start, step, int(cells)) for start, step, cells in (head["twist"], head["clearance"]))
@@ -151,23 +153,28 @@ def build_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executor
     the scatter of the contact clearances, which is the length over which contact sets in smoothly; if the mean
     torque misses `ERROR_BOUND` they are refined.
     """
-    version = _version()
     per_twist = drive.eccentricity * abs(drive.ratio)
     scatter = float(np.sqrt(sum(drive.tolerances[part].sigma**2 for part in ("gear", "crank", "element"))))
     widest = 0.5 * per_twist * drive.max_twist
     clearance_step = float(np.clip(0.85 * scatter, widest / 30, widest / 12))
     twist_step = float(np.clip(1.05 * scatter / per_twist, drive.max_twist / 60, drive.max_twist / 26))
-    for _ in range(3):
-        axes = (_symmetric(2 * drive.max_twist, twist_step), _symmetric(widest, clearance_step))
-        tables = np.stack([_tables(drive, axes[0].nodes, c, n_drives, seed, executor)[0] for c in axes[1].nodes], -1)
-        coefficients = fit(axes[1], fit(axes[0], tables, 1), 2)
-        coefficients[:3] = _rising(coefficients[:3])
-        full_torque = float(evaluate(axes, coefficients[0], drive.max_twist, 0.0))
-        error = _measured_error(drive, axes, coefficients, n_drives, seed, executor)
-        if error["torque_mean"] <= 0.8 * ERROR_BOUND:
-            break
-        clearance_step, twist_step = clearance_step / 1.5, twist_step / 1.5
-    return Lookup(axes[0], axes[1], coefficients, full_torque, error, drive.to_dict(), n_drives, seed, version)
+    refinements = (1.0, 1.5, 2.25)
+    for finer in refinements:
+        axes = (_symmetric(2 * drive.max_twist, twist_step / finer), _symmetric(widest, clearance_step / finer))
+        lookup = _build_on(drive, axes, n_drives, seed, executor)
+        if lookup.error["torque_mean"] <= 0.8 * ERROR_BOUND or finer == refinements[-1]:
+            return lookup
+    raise AssertionError("the last refinement returns")
+
+
+def _build_on(drive: Drive, axes: tuple[Axis, Axis], n_drives: int, seed: int, executor: Executor | None) -> Lookup:
+    """The lookup on given axes, with its measured error."""
+    tables = np.stack([_tables(drive, axes[0].nodes, c, n_drives, seed, executor)[0] for c in axes[1].nodes], -1)
+    coefficients = fit(axes[1], fit(axes[0], tables, 1), 2)
+    coefficients[:3] = _rising(coefficients[:3])
+    full_torque = float(evaluate(axes, coefficients[0], drive.max_twist, 0.0))
+    error = _measured_error(drive, axes, coefficients, n_drives, seed, executor)
+    return Lookup(axes[0], axes[1], coefficients, full_torque, error, drive_to_dict(drive), n_drives, seed, _version())
 
 
 def _symmetric(reach: float, step: float) -> Axis:
@@ -249,5 +256,6 @@ def _version() -> str:
 
 def describe(lookup: Lookup) -> str:
     """One line on what the lookup covers and how exact it is."""
-    return (f"twist +-{lookup.twist.stop / ARCMIN:.3g} arcmin, gear clearance +-{lookup.clearance.stop / MICROMETRE:.3g} um, "
-            f"{lookup.n_drives} drives, seed {lookup.seed}; mean torque within {lookup.error['torque_mean']:.1e} of full torque")
+    return (f"twist +-{lookup.twist.stop / ARCMIN:.3g} arcmin, gear clearance "
+            f"+-{lookup.clearance.stop / MICROMETRE:.3g} um, {lookup.n_drives} drives, seed {lookup.seed}; "
+            f"mean torque within {lookup.error['torque_mean']:.1e} of full torque")

@@ -111,7 +111,7 @@ class _ForceField:
         return self._stiffness * delta**self._c.exponent, normal_2
 
     def local(self, x: Array) -> Array:
-        """Rows (6, n): the total force r, t; the size of the forces in it; the energy's Hessian rr, rt, tt."""
+        """Rows (6, n): total force r, t; size of the forces in it; Hessian rr, rt, tt of the energy."""
         c, p = self._c, self._c.exponent
         delta, n2, distance = self._indentations(x)
         f = self._stiffness * delta**p

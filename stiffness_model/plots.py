@@ -15,19 +15,15 @@ from numpy.typing import NDArray
 
 from .catalog import CatalogGear
 from .curve import BAND, TwistTorqueCurve
-from .drive import Drive
 from .errors import expect
 from .population import Population
+from .profile_plot import gear_profile
 from .style import (
-    BLUE,
     CONTACTS,
     DRIVES,
-    FAINT,
     GEAR_DASHES,
     GEARS,
     INK,
-    METAL,
-    RED,
     SHADE,
     Line,
     caption,
@@ -44,6 +40,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+
+__all__ = ["against_catalog", "contact_forces", "gear_profile", "load_share", "save", "stiffness_over_torque",
+           "twist_over_torque"]
 
 TORQUE, TWIST = "torque at the output [N.m]", "twist at the output [arcmin]"
 BAND_TEXT = "shaded: 10th to 90th percentile of the drives"
@@ -85,13 +84,14 @@ def against_catalog(curve: TwistTorqueCurve, gears: Iterable[CatalogGear], ax: A
     return caption(legend_beside(ax), BAND_TEXT)
 
 
-def stiffness_over_torque(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve], ax: Axes | None = None) -> Axes:
+def stiffness_over_torque(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve], ax: Axes | None = None
+                          ) -> Axes:
     """Stiffness of the mean curve over its torque, one or several drives."""
     ax = new_axes() if ax is None else ax
     several = _list(curves)
     for curve, line in zip(several, _lines(len(several)), strict=True):
-        ax.plot(curve.torque, curve.stiffness * ARCMIN, color=line.colour, linestyle=line.style, linewidth=1.8,
-                label=_name(curve.name))
+        ax.plot(curve.torque, curve.stiffness * ARCMIN, color=line.colour, linestyle=line.style,
+                linewidth=1.8, label=_name(curve.name))
     dress(ax, TORQUE, "stiffness [N.m/arcmin]")
     _start_at_zero(ax, several)
     return legend_above(ax)
@@ -108,6 +108,9 @@ def contact_forces(population: Population, ax: Axes | None = None) -> Axes:
         _band(ax, torque, mean[:, k], low[:, k], high[:, k], line, name)
     dress(ax, TORQUE, "greatest contact force [N]")
     from_zero(ax)
+    if torque[-1] > 0:
+        # The names stand where the curves end.
+        ax.set_xlim(0, torque[-1])
     caption(ax, f"{_name(population.drive.name)}; shaded: P10 to P90")
     label_ends(ax, [(torque[-1], mean[-1, k], name, line.colour)
                     for k, (line, name) in enumerate(zip(CONTACTS, CONTACT_NAMES, strict=True))])
@@ -124,47 +127,14 @@ def load_share(populations: Population | Sequence[Population], ax: Axes | None =
     expect(len(several) > 0, "at least one population", populations, "populations")
     for population, line in zip(several, _lines(len(several)), strict=True):
         order, torque = _by_torque(population)
-        order, torque = order[torque >= REPRESENTATIVE * torque[-1]], torque[torque >= REPRESENTATIVE * torque[-1]]
+        kept = torque >= REPRESENTATIVE * torque.max()
+        order, torque = order[kept], torque[kept]
         share = 100 * population.load_share[:, order]
         low, high = np.percentile(share, BAND, axis=0)
         _band(ax, torque, share.mean(axis=0), low, high, line, _name(population.drive.name))
     dress(ax, TORQUE, "greatest load share of an element [%]")
     from_zero(ax)
     return legend_above(ax, f"{BAND_TEXT}; torques below {100 * REPRESENTATIVE:g} % of the greatest left out")
-
-
-def gear_profile(drive: Drive, ax: Axes | None = None, lobes: int = 2) -> Axes:
-    """Some lobes of the ring gear to scale, in mm: profile, ball path, elements, and what is cut away.
-
-    The profile crosses itself between two lobes (`Drive.usable_limit`); what lies beyond the crossing does not
-    exist, and elements there carry nothing.
-    """
-    ax = new_axes(width=6.8, height=5.0) if ax is None else ax
-    path, limit, q = drive.path, drive.usable_limit, drive.element_radius
-    pitch = 2 * np.pi / drive.lobes
-    turns = (np.arange(lobes) - (lobes - 1) / 2) * pitch
-    kept, lost = np.linspace(-limit, limit, 721), np.linspace(limit, np.pi, 361)
-    gear = np.hstack([_upright(path.point(kept, q), turn) for turn in turns])
-    rim = 1.05 * float(np.hypot(*gear).max())
-    ends = np.arctan2(gear[1, [-1, 0]], gear[0, [-1, 0]])
-    angle = np.linspace(ends[0], ends[1], 361)
-    ax.fill(*np.hstack([gear, rim * np.stack([np.cos(angle), np.sin(angle)])]), color=METAL, linewidth=0)
-    _elements(ax, drive, float(turns[0]), lobes * pitch / 2)
-    for k, turn in enumerate(turns):
-        ax.plot(*_upright(path.point(kept), turn), color=BLUE, linewidth=1.6,
-                label=None if k else "path of the centres")
-        for side in (-1, 1) if limit < np.pi else ():
-            for offset in (0.0, q):
-                ax.plot(*_upright(path.point(side * lost, offset), turn), color=RED, linewidth=1.4,
-                        linestyle=(0, (3, 1.2)), label="cut away: carries nothing" if k + offset == 0 and side > 0 else None)
-    ax.plot(*gear, color=INK, linewidth=2.0, label="gear profile")
-    dress(ax, "across [mm]", "from the drive's axis [mm]")
-    ax.set_aspect("equal")
-    ax.set_ylim(bottom=1e3 * (drive.path.centre_distance - drive.eccentricity - 0.5 * q))
-    ax.margins(x=0.02)
-    return legend_above(ax, f"{drive.lobes} lobes; profile exists up to {np.degrees(limit):.1f} deg of 180 from a lobe's "
-                            f"middle;\n{drive.elements_per_row} elements of {2e3 * q:g} mm on one eccentric, "
-                            f"at most {drive.most_per_row} fit")
 
 
 def save(ax: Axes, path: str | os.PathLike[str]) -> None:
@@ -174,35 +144,14 @@ def save(ax: Axes, path: str | os.PathLike[str]) -> None:
     figure.savefig(path)
 
 
-def _upright(points: Array, turn: float) -> Array:
-    """Points (n, 2) in m, turned by `turn` rad and then so that the middle is up: (2, n) in mm."""
-    cos, sin = np.cos(turn + np.pi / 2), np.sin(turn + np.pi / 2)
-    x, y = 1e3 * points.T
-    return np.stack([x * cos - y * sin, x * sin + y * cos])
-
-
-def _elements(ax: Axes, drive: Drive, lobe: float, half_width: float) -> None:
-    """The elements of one eccentric within +-half_width rad; one stands half-way up the flank of the `lobe`."""
-    from matplotlib.patches import Circle
-
-    step = 2 * np.pi / drive.elements_per_row
-    first = lobe + drive.usable_limit / 2 / drive.lobes
-    for angle in first + step * np.arange(-drive.elements_per_row // 2, drive.elements_per_row // 2 + 1):
-        if abs(angle) > half_width:
-            continue
-        radius = 1e3 * float(drive.path.radius(drive.lobes * (angle - lobe)))
-        centre = (radius * np.cos(angle + np.pi / 2), radius * np.sin(angle + np.pi / 2))
-        ax.add_patch(Circle(centre, 1e3 * drive.element_radius, facecolor="none", edgecolor=FAINT, linewidth=1.2))
-        ax.plot(*centre, marker="+", color=BLUE, markersize=7)
-
-
 def _sideways_band(ax: Axes, curve: TwistTorqueCurve, line: Line) -> None:
     """Mean and band of the torque at each twist, with the torque along."""
     twist = curve.twist / ARCMIN
     ax.fill_betweenx(twist, curve.torque_p10, curve.torque_p90, color=line.colour, alpha=SHADE, linewidth=0)
     for edge in (curve.torque_p10, curve.torque_p90):
         ax.plot(edge, twist, color=line.colour, linewidth=0.6)
-    ax.plot(curve.torque, twist, color=line.colour, linestyle=line.style, linewidth=1.8, label=_name(curve.name))
+    ax.plot(curve.torque, twist, color=line.colour, linestyle=line.style, linewidth=1.8,
+            label=_name(curve.name))
 
 
 def _band(ax: Axes, x: Array, mean: Array, low: Array, high: Array, line: Line, name: str) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +15,7 @@ from . import sampling
 from .contacts import Contacts, build_contacts, usable
 from .drive import Drive
 from .equilibrium import Equilibrium, Status, solve
-from .errors import expect
+from .errors import expect, expect_number
 
 if TYPE_CHECKING:
     from .curve import TwistTorqueCurve
@@ -86,27 +86,48 @@ def simulate(drive: Drive, twist: ArrayLike, n_drives: int = 1000, seed: int = 0
     >>> population.torque.shape, population.contact_force.shape
     ((50, 2), (50, 2, 4))
     """
-    angles = np.asarray(twist, float)
-    expect(angles.ndim == 1 and angles.size > 0 and bool(np.isfinite(angles).all()),
-           "a one-dimensional array of finite twists in rad", twist, "twist")
+    angles = _finite_twists(twist)
     whole = isinstance(n_drives, (int, np.integer)) and not isinstance(n_drives, bool)
     expect(whole and n_drives >= 1, "at least one drive", n_drives, "n_drives")
-    expect(bool(np.isfinite(gear_shift)), "a finite clearance in m", gear_shift, "gear_shift")
-    work = partial(_simulate_block, drive, angles, int(seed) if seed == seed else seed, gear_shift)
+    expect_number(gear_shift, "a finite clearance in m", "gear_shift")
+    sampling.check_seed(seed)
+    work = partial(_simulate_block, drive, angles, int(seed), float(gear_shift))
     tasks = list(sampling.blocks(int(n_drives)))
     parts = list((map if executor is None else executor.map)(work, tasks))
-    torque, crank_torque, force, share = (np.concatenate([part[k] for part in parts]) for k in range(4))
-    counts = sum(part[4] for part in parts)
+    counts = np.sum([part.counts for part in parts], axis=0)
     return Population(
-        drive=drive, twist=angles, seed=int(seed), torque=torque, crank_torque=crank_torque, contact_force=force,
-        load_share=share, status_counts={s.name.lower(): int(counts[s]) for s in Status},
-        capped=sum(part[5] for part in parts),
+        drive=drive, twist=angles, seed=int(seed),
+        torque=np.concatenate([part.torque for part in parts]),
+        crank_torque=np.concatenate([part.crank_torque for part in parts]),
+        contact_force=np.concatenate([part.force for part in parts]),
+        load_share=np.concatenate([part.share for part in parts]),
+        status_counts={s.name.lower(): int(counts[s]) for s in Status},
+        capped=sum(part.capped for part in parts),
     )
 
 
-def _simulate_block(drive: Drive, twist: Array, seed: int, gear_shift: float, task: tuple[int, int]
-                    ) -> tuple[Array, Array, Array, Array, NDArray[np.int64], int]:
-    """Results of one seeded block of drives: torque, crank torque, forces, load share, status counts, capped."""
+class _Part(NamedTuple):
+    """Results of one block of drives."""
+
+    torque: Array
+    crank_torque: Array
+    force: Array
+    share: Array
+    counts: NDArray[np.int64]
+    capped: int
+
+
+def _finite_twists(twist: ArrayLike) -> Array:
+    try:
+        angles = np.asarray(twist, float)
+    except (TypeError, ValueError):
+        angles = np.array(np.nan)
+    expect(angles.ndim == 1 and angles.size > 0 and bool(np.isfinite(angles).all()),
+           "a one-dimensional array of finite twists in rad", twist, "twist")
+    return angles
+
+
+def _simulate_block(drive: Drive, twist: Array, seed: int, gear_shift: float, task: tuple[int, int]) -> _Part:
     block, n_drives = task
     deviations = sampling.draw(drive, block, n_drives, seed)
     keep = usable(drive, deviations.beta)
@@ -128,7 +149,7 @@ def _simulate_block(drive: Drive, twist: Array, seed: int, gear_shift: float, ta
         counts += np.bincount(result.status.ravel(), minlength=len(Status))
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(torque != 0, best / np.abs(torque), np.nan)
-    return torque, crank_torque, force, share, counts, int(contacts.capped.sum())
+    return _Part(torque, crank_torque, force, share, counts, int(contacts.capped.sum()))
 
 
 def _torques(result: Equilibrium, starts: NDArray[np.intp]) -> tuple[Array, Array, Array]:

@@ -46,6 +46,12 @@ def blocks(n_drives: int) -> Iterator[tuple[int, int]]:
         yield start // BLOCK, min(BLOCK, n_drives - start)
 
 
+def check_seed(seed: object) -> None:
+    """Raise `InputError` unless `seed` is a whole number not below 0."""
+    whole = isinstance(seed, (int, np.integer)) and not isinstance(seed, bool)
+    expect(whole and int(seed) >= 0, "a whole number not below 0", seed, "seed")  # type: ignore[call-overload]
+
+
 def draw(drive: Drive, block: int, n_drives: int, seed: int) -> Deviations:
     """The first `n_drives` virtual drives of one block, section III of the paper.
 
@@ -53,7 +59,7 @@ def draw(drive: Drive, block: int, n_drives: int, seed: int) -> Deviations:
     are spaced evenly, k = 0 ... n - 1 (eq. 20, whose printed k runs one too far). Elements k, k + n_ecc, ...
     share an eccentric.
     """
-    expect(isinstance(seed, (int, np.integer)) and seed >= 0, "a seed, a whole number not below 0", seed, "seed")
+    check_seed(seed)
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed), spawn_key=(block,))))
     shape = (BLOCK, drive.elements)
     start = rng.uniform(-np.pi, np.pi, (BLOCK, 1))

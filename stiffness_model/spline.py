@@ -27,7 +27,7 @@ class Axis:
     @property
     def nodes(self) -> Array:
         """The grid's nodes, (cells + 1,)."""
-        return self.start + self.step * np.arange(self.cells + 1)
+        return self.start + self.step * np.arange(self.cells + 1, dtype=float)
 
     @property
     def stop(self) -> float:

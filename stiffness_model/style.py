@@ -6,6 +6,7 @@ apart in grey print.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -66,9 +67,10 @@ def dress(ax: Axes, x_label: str, y_label: str) -> Axes:
 
 def from_zero(ax: Axes) -> Axes:
     """Both axes start at zero and reach beyond the data, on shared axes beyond that of all."""
-    # matplotlib stops adapting limits once one is set, so a second call on shared axes must widen them itself.
-    ax.set_xlim(0, max(ax.get_xlim()[1], 1.05 * ax.dataLim.xmax))
-    ax.set_ylim(0, max(ax.get_ylim()[1], 1.05 * ax.dataLim.ymax))
+    # matplotlib stops adapting limits once one is set: a second call on shared axes must widen them itself.
+    right, top = 1.05 * ax.dataLim.max
+    ax.set_xlim(0, max(ax.get_xlim()[1], right if math.isfinite(right) else 0))
+    ax.set_ylim(0, max(ax.get_ylim()[1], top if math.isfinite(top) else 0))
     return ax
 
 
@@ -85,8 +87,9 @@ def legend_beside(ax: Axes) -> Axes:
     drawn, names = ax.get_legend_handles_labels()
     last = [float(line.get_ydata()[-1]) for line in drawn]  # type: ignore[attr-defined]
     order = sorted(range(len(drawn)), key=lambda k: -last[k])
-    ax.legend([drawn[k] for k in order], [names[k] for k in order], loc="upper left", bbox_to_anchor=(1.01, 1.0),
-              frameon=False, handlelength=2.8, labelspacing=0.9, borderaxespad=0.2, labelcolor=INK)
+    ax.legend([drawn[k] for k in order], [names[k] for k in order], loc="upper left",
+              bbox_to_anchor=(1.01, 1.0), frameon=False, handlelength=2.8, labelspacing=0.9,
+              borderaxespad=0.2, labelcolor=INK)
     return ax
 
 
@@ -102,7 +105,9 @@ def label_ends(ax: Axes, ends: Sequence[tuple[float, float, str, str]]) -> list[
     Call it when the axes have their final limits.
     """
     # Height of a line of text in data units, from the axes' height without drawing.
-    height_in = ax.get_position().height * ax.get_figure(root=True).get_size_inches()[1]  # type: ignore[union-attr]
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    height_in = ax.get_position().height * figure.get_size_inches()[1]
     low, high = ax.get_ylim()
     gap = (high - low) * 0.165 / height_in
     texts, previous = [], -float("inf")

@@ -1,0 +1,45 @@
+"""Fixtures shared by all tests: a drive, a small lookup of it, and its model."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib
+import pytest
+
+import stiffness_model as sm
+from reefmu.model import DriveModel, build_model
+from stiffness_model.lookup import Lookup, build_lookup
+
+matplotlib.use("Agg")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Tables go to a folder of the session, for subprocesses too: no test reads what an older run left."""
+    folder = tmp_path_factory.mktemp("cache")
+    before = os.environ.get("REEFMU_CACHE")
+    os.environ["REEFMU_CACHE"] = str(folder)
+    yield folder
+    if before is None:
+        del os.environ["REEFMU_CACHE"]
+    else:
+        os.environ["REEFMU_CACHE"] = before
+
+
+@pytest.fixture(scope="session")
+def drive() -> sm.Drive:
+    return sm.load_drive("drive_1")
+
+
+@pytest.fixture(scope="session")
+def lookup(drive: sm.Drive) -> Lookup:
+    """A lookup of few virtual drives: quick to build, and as good as any for what stands on it."""
+    return build_lookup(drive, n_drives=16)
+
+
+@pytest.fixture(scope="session")
+def model(drive: sm.Drive, lookup: Lookup) -> DriveModel:
+    return build_model(drive, lookup=lookup)

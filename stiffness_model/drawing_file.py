@@ -1,0 +1,196 @@
+"""The drawing of a drive as a TOML file: in, with every field checked, and out."""
+
+from __future__ import annotations
+
+import importlib.resources
+import math
+import os
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path as FilePath
+from typing import Any
+
+from .drive import PARTS, Drive
+from .errors import InputError, UnknownNameError, expect, expect_number, refuse_unknown, unknown_name
+from .files import whole_file
+from .materials import MATERIALS, Material, find_material
+from .tolerances import Tolerance, read_offset, read_window, window_text
+from .units import format_quantity, parse_quantity
+
+_COUNTS = ("elements", "eccentrics", "lobes")
+_SECTIONS: dict[str, tuple[str, ...]] = {
+    "geometry": ("element", "element_radius", "element_length", "elements", "eccentrics", "crank_radius",
+                 "eccentricity", "transmission_ratio", "lobes"),
+    "materials": tuple(f"{part}_material" for part in PARTS),
+    "tolerances": (*(f"{part}_tolerance" for part in PARTS), *(f"{part}_offset" for part in PARTS),
+                   "crank_deviation"),
+    "operation": ("max_twist",),
+}
+_HEAD = ("name", "description")
+FIELDS = (*_HEAD, *(name for names in _SECTIONS.values() for name in names))
+"""Every field of a drawing: TOML key, keyword of `load_drive` and name for `--set`."""
+_LENGTHS = ("element_radius", "element_length", "crank_radius", "eccentricity")
+_DEFAULTS: dict[str, Any] = {
+    "description": "", "element": "ball", "element_length": 0.0, "eccentrics": 1,
+    **{f"{part}_offset": 0.0 for part in PARTS}, "crank_deviation": "element",
+}
+
+
+def presets() -> list[str]:
+    """Names of the drawings that come with the package.
+
+    >>> presets()
+    ['drive_1', 'drive_2', 'drive_3']
+    """
+    folder = importlib.resources.files("stiffness_model") / "presets"
+    return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+
+
+def load_drive(source: str | FilePath, **fields: Any) -> Drive:
+    """A drive from a preset's name or a TOML file's path; keywords override the drawing's fields.
+
+    Keywords take what TOML takes ("41 mm", "IT5", "3 sigma") and, for quantities, SI numbers (0.041).
+    Raises `InputError` with the file, the field, what was expected and what came.
+
+    >>> load_drive("drive_1", lobes=28).ratio
+    29
+    >>> load_drive("drive_1").ratio
+    -29
+    """
+    text, where = _read(source)
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{where}: expected a TOML drawing, got a syntax error: {error}") from None
+    return drive_from_dict(table, where, **fields)
+
+
+def _read(source: str | FilePath) -> tuple[str, str]:
+    if isinstance(source, str) and source in presets():
+        return (importlib.resources.files("stiffness_model") / "presets" / f"{source}.toml").read_text("utf-8"), source
+    path = FilePath(source)
+    if not path.is_file():
+        if path.suffix == "" and path.parent == FilePath("."):
+            raise unknown_name("drive", str(source), presets())
+        raise InputError(f"{path}: expected a TOML drawing, got no such file")
+    try:
+        return path.read_text("utf-8"), str(path)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: expected a readable TOML drawing, got {error}") from None
+
+
+def drive_from_dict(table: Mapping[str, Any], where: str = "drawing", **fields: Any) -> Drive:
+    """A drive from the nested tables of a drawing (as TOML gives them), with overrides.
+
+    >>> drive = load_drive("drive_2")
+    >>> drive_from_dict(drive_to_dict(drive)) == drive
+    True
+    """
+    flat = _flatten(table, where)
+    own = _own_materials(table.get("material", {}), where)
+    refuse_unknown("field", fields, FIELDS, where)
+    flat.update(fields)
+    missing = [name for name in FIELDS if name not in flat and name not in _DEFAULTS]
+    expect(not missing, f"the field {missing[0]!r}" if missing else "", "none", where)
+    flat = {**_DEFAULTS, **flat}
+    values: dict[str, Any] = {name: flat[name] for name in
+                              (*_HEAD, *_COUNTS, "element", "crank_deviation", "transmission_ratio")}
+    for name in _LENGTHS:
+        values[name] = parse_quantity(_with_unit(flat[name], name, name in fields, where), "length", f"{where}: {name}")
+    values["max_twist"] = parse_quantity(_with_unit(flat["max_twist"], "max_twist", "max_twist" in fields, where),
+                                         "angle", f"{where}: max_twist")
+    values["materials"] = {part: _material(flat[f"{part}_material"], own, f"{where}: {part}_material")
+                           for part in PARTS}
+    for name in ("crank_radius", "element_radius"):
+        expect_number(values[name], "a positive length", f"{where}: {name}", low=0)
+    sizes = {"element": 2 * values["element_radius"], "crank": 2 * values["crank_radius"],
+             "cage": 2 * values["element_radius"], "gear": 2 * (values["crank_radius"] + values["element_radius"])}
+    values["tolerances"] = {part: _tolerance(flat, part, sizes[part], where) for part in PARTS}
+    return Drive(**values, where=where)
+
+
+def _flatten(table: Mapping[str, Any], where: str) -> dict[str, Any]:
+    refuse_unknown("section or field", table, (*_HEAD, *_SECTIONS, "material"), where)
+    flat = {name: table[name] for name in _HEAD if name in table}
+    for section, names in _SECTIONS.items():
+        part = table.get(section, {})
+        expect(isinstance(part, Mapping), f"a table [{section}]", part, where)
+        for key, value in part.items():
+            if key not in names:
+                raise unknown_name("field", key, names, f"{where} [{section}]")
+            if isinstance(value, float) and math.isnan(value):
+                raise InputError(f"{where}: {key}: expected a value, got nan")
+            flat[key] = value
+    return flat
+
+
+def _with_unit(value: Any, name: str, from_code: bool, where: str) -> Any:
+    """A bare number is SI in Python code, and an error in a file: a drawing states its units."""
+    if isinstance(value, (int, float)) and value != 0 and not from_code:
+        kind, example = ("an angle", "'8 arcmin'") if name == "max_twist" else ("a length", "'41 mm'")
+        raise InputError(f"{where}: {name}: expected {kind} with its unit, such as {example}, got {value!r}")
+    return value
+
+
+def _tolerance(flat: Mapping[str, Any], part: str, size: float, where: str) -> Tolerance:
+    text = flat[f"{part}_tolerance"]
+    window = read_window(text, size, f"{where}: {part}_tolerance")
+    offset = read_offset(flat[f"{part}_offset"], Tolerance(window).sigma, f"{where}: {part}_offset")
+    return Tolerance(window, offset, text if isinstance(text, str) else "")
+
+
+def _own_materials(tables: Mapping[str, Any], where: str) -> dict[str, Material]:
+    own = {}
+    for name, table in tables.items():
+        at = f"{where} [material.{name}]"
+        refuse_unknown("field", table, ("youngs_modulus", "poisson_ratio", "density"), at)
+        for key in ("youngs_modulus", "poisson_ratio"):
+            expect(key in table, f"the field {key!r}", "none", at)
+        own[name] = Material(name, parse_quantity(table["youngs_modulus"], "pressure", at), table["poisson_ratio"],
+                             parse_quantity(table.get("density", 7800.0), "density", at))
+    return own
+
+
+def _material(value: Any, own: dict[str, Material], where: str) -> Material:
+    if isinstance(value, Material):
+        return value
+    if not isinstance(value, str):
+        raise UnknownNameError(f"{where}: expected a material's name, got {value!r}")
+    return find_material(value, own, where)
+
+
+def drive_to_dict(drive: Drive) -> dict[str, Any]:
+    """The drawing as nested tables, such that `drive_from_dict` gives it back."""
+    values: dict[str, Any] = {"name": drive.name, "description": drive.description}
+    own = sorted({m for m in drive.materials.values() if MATERIALS.get(m.name) != m}, key=lambda m: m.name)
+    if own:
+        values["material"] = {
+            m.name: {"youngs_modulus": format_quantity(m.youngs_modulus, "pressure"),
+                     "poisson_ratio": m.poisson_ratio, "density": format_quantity(m.density, "density")}
+            for m in own
+        }
+    for section, names in _SECTIONS.items():
+        values[section] = {name: _text(drive, name) for name in names}
+    return values
+
+
+def _text(drive: Drive, name: str) -> Any:
+    part, _, kind = name.partition("_")
+    if kind == "material":
+        return drive.materials[part].name
+    if kind == "tolerance":
+        return window_text(drive.tolerances[part])
+    if kind == "offset":
+        return format_quantity(drive.tolerances[part].offset, "length")
+    value = getattr(drive, name)
+    if name in _LENGTHS:
+        return format_quantity(value, "length")
+    return format_quantity(value, "angle") if name == "max_twist" else value
+
+
+def save_drive(drive: Drive, path: str | os.PathLike[str]) -> None:
+    """Write the drawing as TOML, whole or not at all; `load_drive` gives back an equal drive."""
+    import tomli_w
+
+    with whole_file(path) as temporary:
+        temporary.write_text(tomli_w.dumps(drive_to_dict(drive)), encoding="utf-8")
