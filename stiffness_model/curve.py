@@ -54,7 +54,7 @@ class TwistTorqueCurve:
         """
         t = np.asarray(twist, float)
         if self._one_sided:
-            return np.sign(t) * self._evaluate(self._mean, np.abs(t))
+            return np.where(t < 0, -1.0, 1.0) * self._evaluate(self._mean, np.abs(t))
         return self._evaluate(self._mean, t)
 
     def stiffness_at(self, twist: ArrayLike) -> Array:

@@ -6,12 +6,13 @@ import importlib.resources
 import math
 import os
 import tomllib
+import warnings
 from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
 from .drive import PARTS, Drive
-from .errors import InputError, UnknownNameError, expect, expect_number, refuse_unknown, unknown_name
+from .errors import DoesNotFitWarning, InputError, UnknownNameError, expect, expect_number, refuse_unknown, unknown_name
 from .files import whole_file
 from .materials import MATERIALS, Material, find_material
 from .tolerances import Tolerance, read_offset, read_window, window_text
@@ -50,7 +51,8 @@ def load_drive(source: str | FilePath, **fields: Any) -> Drive:
     """A drive from a preset's name or a TOML file's path; keywords override the drawing's fields.
 
     Keywords take what TOML takes ("41 mm", "IT5", "3 sigma") and, for quantities, SI numbers (0.041).
-    Raises `InputError` with the file, the field, what was expected and what came.
+    Raises `InputError` with the file, the field, what was expected and what came; warns (`DoesNotFitWarning`)
+    if the elements overlap.
 
     >>> load_drive("drive_1", lobes=28).ratio
     29
@@ -62,7 +64,13 @@ def load_drive(source: str | FilePath, **fields: Any) -> Drive:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{where}: expected a TOML drawing, got a syntax error: {error}") from None
-    return drive_from_dict(table, where, **fields)
+    drive = drive_from_dict(table, where, **fields)
+    most = drive.most_per_row
+    if drive.elements_per_row > most:
+        size = format_quantity(2 * drive.element_radius, "length")
+        warnings.warn(f"{where}: {drive.elements_per_row} elements of {size} do not fit on one eccentric; at most "
+                      f"{most} do", DoesNotFitWarning, stacklevel=2)
+    return drive
 
 
 def _read(source: str | FilePath) -> tuple[str, str]:
@@ -95,6 +103,8 @@ def drive_from_dict(table: Mapping[str, Any], where: str = "drawing", **fields: 
     flat = {**_DEFAULTS, **flat}
     values: dict[str, Any] = {name: flat[name] for name in
                               (*_HEAD, *_COUNTS, "element", "crank_deviation", "transmission_ratio")}
+    for name in _HEAD:
+        expect(isinstance(values[name], str), "a text", values[name], f"{where}: {name}")
     for name in _LENGTHS:
         values[name] = parse_quantity(_with_unit(flat[name], name, name in fields, where), "length", f"{where}: {name}")
     values["max_twist"] = parse_quantity(_with_unit(flat["max_twist"], "max_twist", "max_twist" in fields, where),
@@ -105,7 +115,7 @@ def drive_from_dict(table: Mapping[str, Any], where: str = "drawing", **fields: 
         expect_number(values[name], "a positive length", f"{where}: {name}", low=0)
     sizes = {"element": 2 * values["element_radius"], "crank": 2 * values["crank_radius"],
              "cage": 2 * values["element_radius"], "gear": 2 * (values["crank_radius"] + values["element_radius"])}
-    values["tolerances"] = {part: _tolerance(flat, part, sizes[part], where) for part in PARTS}
+    values["tolerances"] = {part: _tolerance(flat, part, sizes[part], fields, where) for part in PARTS}
     return Drive(**values, where=where)
 
 
@@ -124,30 +134,44 @@ def _flatten(table: Mapping[str, Any], where: str) -> dict[str, Any]:
     return flat
 
 
+_EXAMPLES = {
+    "twist": ("an angle", "'8 arcmin'"), "tolerance": ("a window", "'13 um'"), "offset": ("an offset", "'5 um'"),
+    "modulus": ("a pressure", "'208 GPa'"), "density": ("a density", "'7810 kg/m3'"),
+}
+
+
 def _with_unit(value: Any, name: str, from_code: bool, where: str) -> Any:
     """A bare number is SI in Python code, and an error in a file: a drawing states its units."""
     if isinstance(value, (int, float)) and value != 0 and not from_code:
-        kind, example = ("an angle", "'8 arcmin'") if name == "max_twist" else ("a length", "'41 mm'")
+        kind, example = _EXAMPLES.get(name.rpartition("_")[2], ("a length", "'41 mm'"))
         raise InputError(f"{where}: {name}: expected {kind} with its unit, such as {example}, got {value!r}")
     return value
 
 
-def _tolerance(flat: Mapping[str, Any], part: str, size: float, where: str) -> Tolerance:
-    text = flat[f"{part}_tolerance"]
+def _tolerance(flat: Mapping[str, Any], part: str, size: float, fields: Mapping[str, Any], where: str) -> Tolerance:
+    text, mean = (_with_unit(flat[name], name, name in fields, where) for name in
+                  (f"{part}_tolerance", f"{part}_offset"))
     window = read_window(text, size, f"{where}: {part}_tolerance")
-    offset = read_offset(flat[f"{part}_offset"], Tolerance(window).sigma, f"{where}: {part}_offset")
+    offset = read_offset(mean, Tolerance(window).sigma, f"{where}: {part}_offset")
     return Tolerance(window, offset, text if isinstance(text, str) else "")
 
 
-def _own_materials(tables: Mapping[str, Any], where: str) -> dict[str, Material]:
+def _own_materials(tables: Any, where: str) -> dict[str, Material]:
     own = {}
+    expect(isinstance(tables, Mapping), "tables [material.NAME]", tables, f"{where}: material")
     for name, table in tables.items():
         at = f"{where} [material.{name}]"
+        expect(isinstance(table, Mapping), "a table", table, at)
         refuse_unknown("field", table, ("youngs_modulus", "poisson_ratio", "density"), at)
         for key in ("youngs_modulus", "poisson_ratio"):
             expect(key in table, f"the field {key!r}", "none", at)
-        own[name] = Material(name, parse_quantity(table["youngs_modulus"], "pressure", at), table["poisson_ratio"],
-                             parse_quantity(table.get("density", 7800.0), "density", at))
+        modulus, density = (
+            parse_quantity(_with_unit(table.get(key, "7800 kg/m3"), key, False, at), quantity, f"{at}: {key}")
+            for key, quantity in (("youngs_modulus", "pressure"), ("density", "density")))
+        try:
+            own[name] = Material(name, modulus, table["poisson_ratio"], density)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
     return own
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from .errors import DoesNotFitWarning, expect, expect_number
+from .errors import expect, expect_number
 from .geometry import Path, most_that_fit, usable_limit
 from .materials import Material
 from .tolerances import Tolerance
@@ -25,7 +24,7 @@ class Drive:
     turn together) or |i| + 1 (they reverse); crank_deviation: whether the crank's deviation is drawn per
     "element" (the paper) or per "eccentric" (a workshop); max_twist: greatest twist at the output, rad.
 
-    Raises `InputError` for what cannot be a drive; warns (`DoesNotFitWarning`) if the elements overlap.
+    Raises `InputError` for what cannot be a drive.
     """
 
     name: str
@@ -51,7 +50,8 @@ class Drive:
             expect_number(getattr(self, name), "a positive number", at + name, low=0)
         for name in _COUNTS:
             value = getattr(self, name)
-            expect(isinstance(value, int) and value >= 1, "a whole number of at least 1", value, at + name)
+            whole = isinstance(value, int) and not isinstance(value, bool)
+            expect(whole and value >= 1, "a whole number of at least 1", value, at + name)
         expect(self.element in ("ball", "roller"), "'ball' or 'roller'", self.element, at + "element")
         if self.element == "roller":
             expect_number(self.element_length, "the roller's length, positive", at + "element_length", low=0)
@@ -73,11 +73,6 @@ class Drive:
             expect(part in self.materials, f"a material for {', '.join(PARTS)}", list(self.materials), at + "materials")
             expect(part in self.tolerances, f"a tolerance for {', '.join(PARTS)}", list(self.tolerances),
                    at + "tolerances")
-        most = self.most_per_row
-        if self.elements_per_row > most:
-            warnings.warn(
-                f"{at}{self.elements_per_row} elements of {format_quantity(2 * self.element_radius, 'length')} do not "
-                f"fit on one eccentric; at most {most} do", DoesNotFitWarning, stacklevel=3)
 
     @property
     def orientation(self) -> int:

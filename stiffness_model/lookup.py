@@ -14,6 +14,7 @@ import zlib
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -169,7 +170,8 @@ def build_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executor
 
 def _build_on(drive: Drive, axes: tuple[Axis, Axis], n_drives: int, seed: int, executor: Executor | None) -> Lookup:
     """The lookup on given axes, with its measured error."""
-    tables = np.stack([_tables(drive, axes[0].nodes, c, n_drives, seed, executor)[0] for c in axes[1].nodes], -1)
+    solved = _solve(drive, axes[0].nodes, axes[1].nodes, n_drives, seed, executor)
+    tables = np.stack([table for table, _ in solved], -1)
     coefficients = fit(axes[1], fit(axes[0], tables, 1), 2)
     coefficients[:3] = _rising(coefficients[:3])
     full_torque = float(evaluate(axes, coefficients[0], drive.max_twist, 0.0))
@@ -182,12 +184,19 @@ def _symmetric(reach: float, step: float) -> Axis:
     return Axis(-reach, 2 * reach / cells, cells)
 
 
-def _tables(drive: Drive, twist: Array, clearance: float, n_drives: int, seed: int, executor: Executor | None
+def _solve(drive: Drive, twist: Array, clearances: Array, n_drives: int, seed: int, executor: Executor | None
+           ) -> list[tuple[Array, NDArray[np.bool_]]]:
+    """`_tables` at every clearance, shared among the executor's workers."""
+    work = partial(_tables, drive, twist, n_drives, seed)
+    return list((map if executor is None else executor.map)(work, clearances.tolist()))
+
+
+def _tables(drive: Drive, twist: Array, n_drives: int, seed: int, clearance: float
             ) -> tuple[Array, NDArray[np.bool_]]:
     """The five quantities over a symmetric twist grid at one clearance, (5, n_twist), and where the load share
     is representative.
     """
-    population = simulate(drive, twist, n_drives, seed, gear_shift=float(clearance), executor=executor)
+    population = simulate(drive, twist, n_drives, seed, gear_shift=clearance)
     mean = population.torque.mean(axis=0)
     low, high = np.percentile(population.torque, BAND, axis=0)
     force = population.contact_force.max(axis=2).mean(axis=0)
@@ -232,9 +241,9 @@ def _measured_error(drive: Drive, axes: tuple[Axis, Axis], coefficients: Array, 
     worst = np.zeros(len(QUANTITIES))
     around = np.unique(np.clip(clearance.cells // 2 + np.array([-clearance.cells // 3, -1, 0, 3, clearance.cells // 3]),
                                0, clearance.cells - 1))
-    for cell in around:
-        c = clearance.start + clearance.step * (cell + 0.5)
-        solved, representative = _tables(drive, middles, c, n_drives, seed, executor)
+    between = clearance.start + clearance.step * (around + 0.5)
+    for c, (solved, representative) in zip(between, _solve(drive, middles, between, n_drives, seed, executor),
+                                           strict=True):
         difference = np.abs(evaluate(axes, coefficients, middles, c) - solved)
         # A cell at the edge of the representative part interpolates towards a held value.
         inner = representative & np.roll(representative, 1) & np.roll(representative, -1)

@@ -1,7 +1,7 @@
 """The look of the pictures: one palette, one set of axes, legends that cover no data.
 
-Colours are from Okabe and Ito's set, told apart by all kinds of colour vision; lightness and dashes tell them
-apart in grey print.
+Most colours are from Okabe and Ito's set, told apart by all kinds of colour vision; the purple is darker than
+theirs. Lightness and dashes tell them apart in grey print.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 INK, FAINT, METAL = "#222222", "#9a9a9a", "#d9dce0"
 BLUE, ORANGE, PURPLE, GREEN, RED, SKY = "#0072B2", "#E69F00", "#7B2D8B", "#009E73", "#D55E00", "#56B4E9"
-
 
 SHADE = 0.16
 """Opacity of bands: two on top of each other still show both."""

@@ -68,17 +68,17 @@ class Tolerance:
         return self.window / 2 / SIGMAS_IN_WINDOW
 
 
-def iso_286(grade: int, size: float) -> float:
+def iso_286(grade: int, size: float, where: str = "tolerance") -> float:
     """Window of the ISO 286-1 grade IT`grade` (1 to 16) for a nominal size in m (up to 0.5), m.
 
     >>> [round(1e6 * iso_286(g, 96e-3)) for g in (5, 9, 11)], [round(1e6 * iso_286(g, 14e-3)) for g in (4, 6, 13)]
     ([15, 87, 220], [5, 11, 270])
     """
-    expect(grade in _ISO_286_UM, "an ISO 286 grade from IT1 to IT16", f"IT{grade}", "tolerance")
-    return _step(_ISO_286_SIZES, _ISO_286_UM[grade], size, "ISO 286")
+    expect(grade in _ISO_286_UM, "an ISO 286 grade from IT1 to IT16", f"IT{grade}", where)
+    return _step(_ISO_286_SIZES, _ISO_286_UM[grade], size, "ISO 286", where)
 
 
-def iso_492_normal(size: float) -> float:
+def iso_492_normal(size: float, where: str = "tolerance") -> float:
     """Window of an outer ring's outside diameter, ISO 492 class Normal, size in m, m.
 
     The paper uses 13 um for its 82 mm, the row of 50 to 80 mm; the standard's row of 80 to 120 mm gives 15.
@@ -86,24 +86,24 @@ def iso_492_normal(size: float) -> float:
     >>> round(1e6 * iso_492_normal(82e-3)), round(1e6 * iso_492_normal(80e-3))
     (15, 13)
     """
-    return _step(_ISO_492_SIZES, _ISO_492_UM, size, "ISO 492")
+    return _step(_ISO_492_SIZES, _ISO_492_UM, size, "ISO 492", where)
 
 
-def iso_3290(grade: int) -> float:
+def iso_3290(grade: int, where: str = "tolerance") -> float:
     """Lot diameter variation of ISO 3290-1 balls of grade G`grade`, m.
 
     >>> f"{1e6 * iso_3290(10):.2f}"
     '0.50'
     """
     known = ", ".join(f"G{g}" for g in _ISO_3290_UM)
-    expect(grade in _ISO_3290_UM, f"a ball grade of ISO 3290 ({known})", f"G{grade}", "tolerance")
+    expect(grade in _ISO_3290_UM, f"a ball grade of ISO 3290 ({known})", f"G{grade}", where)
     return _ISO_3290_UM[grade] * MICROMETRE
 
 
-def _step(sizes: tuple[float, ...], widths: tuple[float, ...], size: float, standard: str) -> float:
+def _step(sizes: tuple[float, ...], widths: tuple[float, ...], size: float, standard: str, where: str) -> float:
     size_mm = size * 1e3
     if not sizes[0] < size_mm <= sizes[-1]:
-        raise InputError(f"tolerance: expected a nominal size in {standard}'s range, above {sizes[0]} and up to "
+        raise InputError(f"{where}: expected a nominal size in {standard}'s range, above {sizes[0]} and up to "
                          f"{sizes[-1]} mm, got {size_mm:g} mm")
     # A size such as 0.08 m must fall in the row that ends at 80 mm.
     row = next(i for i, limit in enumerate(sizes[1:]) if size_mm <= limit * (1 + 1e-12))
@@ -119,11 +119,11 @@ def read_window(value: object, size: float, where: str) -> float:
     if isinstance(value, str):
         text = " ".join(value.split())
         if match := re.fullmatch(r"(?:ISO 286 )?IT ?(\d+)", text):
-            return iso_286(int(match[1]), size)
+            return iso_286(int(match[1]), size, where)
         if re.fullmatch(r"ISO 492(?: Normal)?", text, re.IGNORECASE):
-            return iso_492_normal(size)
+            return iso_492_normal(size, where)
         if match := re.fullmatch(r"(?:ISO 3290 )?G(\d+)", text):
-            return iso_3290(int(match[1]))
+            return iso_3290(int(match[1]), where)
         if not text[:1].isdigit() and text[:1] not in "+-.":
             raise InputError(f"{where}: expected a diameter window such as '13 um' or a grade such as 'IT5', "
                              f"'ISO 492 Normal' or 'ISO 3290 G10', got {value!r}")

@@ -14,6 +14,8 @@ from .errors import InputError, expect, unknown_name
 ARCMIN = math.pi / (180 * 60)
 """One arc minute in rad."""
 MICROMETRE = 1e-6
+REFERENCE_TEMPERATURE = 20.0
+"""degC at which parts have their drawn sizes (ISO 1)."""
 
 UNITS: dict[str, dict[str, float]] = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9},

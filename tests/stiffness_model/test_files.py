@@ -1,0 +1,87 @@
+"""Files and folders that are written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from stiffness_model.errors import InputError
+from stiffness_model.files import staged_folder, whole_file
+
+
+def contents(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.rglob("*"))
+
+
+def test_all_files_arrive_and_others_stay(tmp_path: Path) -> None:
+    (tmp_path / "old.txt").write_text("old")
+    (tmp_path / "kept.txt").write_text("kept")
+    with staged_folder(tmp_path) as stage:
+        (stage / "old.txt").write_text("new")
+        (stage / "b.txt").write_text("b")
+        assert (tmp_path / "old.txt").read_text() == "old"
+    assert contents(tmp_path) == ["b.txt", "kept.txt", "old.txt"]
+    assert (tmp_path / "old.txt").read_text() == "new"
+
+
+@pytest.mark.parametrize("fault", [ValueError("wrong"), KeyboardInterrupt()])
+def test_a_fault_leaves_the_folder_as_it_was(tmp_path: Path, fault: BaseException) -> None:
+    (tmp_path / "old.txt").write_text("old")
+    for folder in (tmp_path, tmp_path / "new" / "deep"):
+        with pytest.raises(type(fault)), staged_folder(folder) as stage:
+            (stage / "old.txt").write_text("half")
+            raise fault
+        assert contents(tmp_path) == ["old.txt"]
+        assert (tmp_path / "old.txt").read_text() == "old"
+
+
+def test_a_folder_in_a_file_s_place_stops_all_files(tmp_path: Path) -> None:
+    (tmp_path / "b.txt").mkdir()
+    with pytest.raises(InputError, match=r"b\.txt is a folder"), staged_folder(tmp_path) as stage:
+        for name in ("a.txt", "b.txt", "c.txt"):
+            (stage / name).write_text(name)
+    assert contents(tmp_path) == ["b.txt"]
+
+
+def test_an_unwritable_folder_is_found_at_the_start(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    for folder in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(InputError, match="expected a folder that can be written"), staged_folder(folder):
+            pytest.fail("the block must not start")
+    assert contents(tmp_path) == ["file"]
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_without_permission(tmp_path: Path) -> None:
+    tmp_path.chmod(0o500)
+    try:
+        with pytest.raises(InputError, match="Permission denied"), staged_folder(tmp_path / "new"):
+            pytest.fail("the block must not start")
+    finally:
+        tmp_path.chmod(0o700)
+
+
+def test_files_can_be_read_by_whom_the_umask_lets(tmp_path: Path) -> None:
+    (tmp_path / "plain").write_text("")
+    with staged_folder(tmp_path) as stage:
+        (stage / "staged").write_text("")
+    with whole_file(tmp_path / "whole") as temporary:
+        temporary.write_text("")
+    modes = {name: (tmp_path / name).stat().st_mode for name in ("plain", "staged", "whole")}
+    assert len(set(modes.values())) == 1
+
+
+def test_one_file_whole_or_not_at_all(tmp_path: Path) -> None:
+    target = tmp_path / "a.txt"
+    target.write_text("old")
+    with pytest.raises(RuntimeError), whole_file(target) as temporary:
+        temporary.write_text("half")
+        raise RuntimeError
+    assert target.read_text() == "old"
+    assert contents(tmp_path) == ["a.txt"]
+    with whole_file(target) as temporary:
+        temporary.write_text("new")
+    assert target.read_text() == "new"
+    assert contents(tmp_path) == ["a.txt"]
