@@ -13,7 +13,8 @@ from .effects import Along, Effect, Place, Signals
 from .tables import lookup_function
 
 INPUT_NAMES = ("crank.phi", "crank.w", "output.phi", "output.w", "temperature")
-OUTPUT_NAMES = ("output.tau", "crank.tau", "twist", "stiffness", "max_contact_force", "load_share", "in_range")
+OUTPUT_NAMES = ("output.tau", "crank.tau", "twist", "stiffness", "max_contact_force", "load_share", "in_range",
+                "measured.tau")
 
 NEWTON_STEPS = 8
 """Newton steps for the twist of the contacts in series with a compliance. The residual of eight is below 1e-12
@@ -81,18 +82,21 @@ class _Assembly:
     def contacts(self, signals: Signals, x: ca.MX) -> tuple[ca.MX, ca.MX, list[ca.MX]]:
         """Elastic torque, stiffness with the series compliance, and the lookup's further outputs."""
         clearance = self.total(Place.CLEARANCE, signals, x)
-        series = [e.contribution(signals, self.values[e.name], self.own(e, x)) for e in self.effects
-                  if e.place is Place.SERIES]
-        compliance = sum((c for c, _ in series), start=ca.MX(0))
-        offset = sum((o for _, o in series), start=ca.MX(0))
+        compliance, offset = self.series(signals, x)
         contact_twist = signals.twist - offset
-        if series:
+        if not compliance.is_zero():
             for _ in range(NEWTON_STEPS):
                 torque, stiffness, *_ = self.table(contact_twist, clearance, self.band)
                 gap = contact_twist + compliance * torque + offset - signals.twist
                 contact_twist = contact_twist - gap / (1 + compliance * stiffness)
         torque, stiffness, *others = self.table(contact_twist, clearance, self.band)
         return torque, stiffness / (1 + compliance * stiffness), others
+
+    def series(self, signals: Signals, x: ca.MX) -> tuple[ca.MX, ca.MX]:
+        """Compliance and offset in series with the contacts."""
+        parts = [e.contribution(signals, self.values[e.name], self.own(e, x)) for e in self.effects
+                 if e.place is Place.SERIES]
+        return sum((c for c, _ in parts), start=ca.MX(0)), sum((o for _, o in parts), start=ca.MX(0))
 
     # -- states -------------------------------------------------------------------------------------------
 
@@ -112,9 +116,8 @@ class _Assembly:
         moved = self._stepped(signals, self.x, lambda along: length.get(along))
         if not any(s.along is Along.TIME for e in self.effects for s in e.states):
             return moved
-        torque, *_ = self.contacts(signals, moved)
-        return self._stepped(signals._replace(elastic_torque=torque), moved,
-                             lambda along: self.dt if along is Along.TIME else None)
+        in_time = ca.Function("in_time", [self.x, self.u, self.dt, self.p], [self._aged()])
+        return in_time.call([moved, self.u, self.dt, self.p], True, False)[0]
 
     def _stepped(self, signals: Signals, x: ca.MX, length: Callable[[Along], Any]) -> ca.MX:
         memory = [self.path_value(path, signals) for path in self.paths]
@@ -128,6 +131,30 @@ class _Assembly:
                 a, b = state.equation(signals, self.values[effect.name])
                 states.append(value + (a * value + b) * way * _exponential_mean(ca.MX(a) * way))
         return ca.vertcat(*memory, *states)
+
+    def _aged(self) -> ca.MX:
+        """States after dt along time alone, the angles held.
+
+        A twist that grows under the torque also lets go of it: with the contacts linearised, that is a part of
+        dx/ds = a x + b (an exponential Rosenbrock step). So a long step ends where the state comes to rest and
+        does not overshoot, and a short one is right to second order in the contacts' curvature.
+        """
+        signals = self.signals()
+        elastic, stiffness, _ = self.contacts(signals, self.x)
+        torque = ca.MX.sym("torque")
+        _, offset = self.series(signals, self.x)
+        states = []
+        for effect in self.effects:
+            for state, value in zip(effect.states, self.own(effect, self.x).values(), strict=True):
+                if state.along is not Along.TIME:
+                    states.append(value)
+                    continue
+                a, b = state.equation(signals._replace(elastic_torque=torque), self.values[effect.name])
+                speed = ca.MX(a * value + b)
+                let_go = stiffness * (ca.jacobian(offset, self.x) @ ca.jacobian(value, self.x).T)
+                a, speed = ca.graph_substitute([a - ca.jacobian(speed, torque) * let_go, speed], [torque], [elastic])
+                states.append(value + speed * self.dt * _exponential_mean(a * self.dt))
+        return ca.vertcat(*(self.x[k] for k in range(len(self.paths))), *states)
 
     def rates(self) -> ca.MX:
         """dx/dt: the equations along the paths times the speeds along them."""
@@ -169,7 +196,7 @@ class _Assembly:
         lever = ca.jacobian(signals.twist, self.u)[0]
         raw_twist = signals.crank_angle / self.ratio - signals.output_angle
         return ca.vertcat(total - friction, -total * lever, raw_twist, by_torque * stiffness + by_twist, force, share,
-                          in_range)
+                          in_range, total - friction + self.total(Place.SENSOR, signals, self.x))
 
     def functions(self) -> dict[str, ca.Function]:
         x, u, p = self.x, self.u, self.p

@@ -73,6 +73,7 @@ OUTPUTS = (
     Signal("max_contact_force", "N", "Greatest contact force on a rolling element, mean over drives", minimum=0.0),
     Signal("load_share", "1", "Greatest torque of one rolling element over the drive's", minimum=0.0),
     Signal("in_range", "1", "1 inside the lookup's range, 0 where it is continued by its last slope", 1.0, 0.0, 1.0),
+    Signal("measured.tau", "N.m", "output.tau as the rig's torque sensor reads it"),
 )
 assert tuple(s.name for s in INPUTS) == INPUT_NAMES
 assert tuple(s.name for s in OUTPUTS) == OUTPUT_NAMES
@@ -109,6 +110,12 @@ class DriveModel:
         own = tuple(Signal(f"{e.name}.{s.name}", s.unit, s.description) for e in self.effects for s in e.states)
         return memory + own
 
+    @property
+    def resets(self) -> NDArray[np.bool_]:
+        """Which of `states` every run of a record starts anew, (n_states,)."""
+        own = [s.resets for e in self.effects for s in e.states]
+        return np.array([True] * len(carried(self.effects)) + own, dtype=bool)
+
     @cached_property
     def _functions(self) -> dict[str, ca.Function]:
         return assemble(self.lookup, self.effects)
@@ -135,7 +142,7 @@ class DriveModel:
 
     @property
     def jacobian(self) -> ca.Function:
-        """(x, u, p) -> dy/du, (7, 5)."""
+        """(x, u, p) -> dy/du, (n_outputs, n_inputs)."""
         return self._functions["jacobian"]
 
     def parameter_vector(self) -> NDArray[np.float64]:

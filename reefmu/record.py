@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffness_model.errors import InputError, expect, unknown_name
+from stiffness_model.units import REFERENCE_TEMPERATURE
 
 Array = NDArray[np.float64]
 
@@ -25,8 +26,6 @@ COLUMNS: dict[str, str] = {
     "temperature": "degC",
 }
 """Canonical columns and the unit that each is converted to."""
-REFERENCE_TEMPERATURE = 20.0
-"""degC; what a record without a temperature column was made at."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Response:
-    """What a model does over n samples: outputs (n, 7) in the order of `OUTPUTS`, states (n, n_states)."""
+    """What a model does over n samples: outputs (n, n_outputs) in the order of `OUTPUTS`, states (n, n_states)."""
 
     time: Array
     outputs: Array
@@ -30,10 +30,10 @@ class Response:
         return self.outputs[:, [s.name for s in OUTPUTS].index(name)]
 
 
-def simulate_signal(model: DriveModel, time: ArrayLike, inputs: ArrayLike) -> Response:
+def simulate_signal(model: DriveModel, time: ArrayLike, inputs: ArrayLike, start: ArrayLike | None = None) -> Response:
     """The model over one signal: time (n,) s, not falling, and inputs (n, 5) in the order of `INPUTS`.
 
-    The states start from the first sample; between samples an input holds its new value, as in the FMU.
+    start: states (n_states,) to go on from; else they fit the first sample. Between samples an input holds its new value, as in the FMU.
     """
     t, u = np.asarray(time, float), np.asarray(inputs, float)
     expect(t.ndim == 1 and len(t) > 0 and bool((np.diff(t) >= 0).all()), "times that do not fall", t, "time")
@@ -45,8 +45,8 @@ def simulate_signal(model: DriveModel, time: ArrayLike, inputs: ArrayLike) -> Re
     if n_states == 0:
         states = np.zeros((len(t), 0))
     else:
-        start = model.initial(u[0], p)
-        states = np.array(_trajectory(model, len(t))(start, u.T, steps, p)).T.reshape(len(t), n_states)
+        first = model.initial(u[0], p) if start is None else start
+        states = np.array(_trajectory(model, len(t))(first, u.T, steps, p)).T.reshape(len(t), n_states)
     outputs = np.array(model.output.map(len(t))(states.T, u.T, ca.repmat(ca.DM(p), 1, len(t)))).T
     return Response(t, outputs, states)
 
@@ -81,11 +81,28 @@ def _speed(angle: Array, time: Array) -> Array:
 
 
 def simulate_record(model: DriveModel, record: Record) -> Response:
-    """The model over every run of a record; states restart with each run."""
+    """The model over every run of a record; states restart with each run, but for those that never reset.
+
+    What lies between two runs counts for these as one long step: a clock that ran on, and the angle that the
+    crank moved at least. A clock that starts anew adds nothing.
+    """
     inputs = record_inputs(record)
-    parts = [simulate_signal(model, record.time[a:b], inputs[a:b])
-             for a, b in itertools.pairwise([*record.starts, len(record)])]
+    parts: list[Response] = []
+    for first, last in itertools.pairwise([*record.starts, len(record)]):
+        start = None
+        if parts and not model.resets.all():
+            pause = max(record.time[first] - record.time[first - 1], 0.0)
+            start = _next_start(model, parts[-1].states[-1], inputs[first], pause)
+        parts.append(simulate_signal(model, record.time[first:last], inputs[first:last], start))
     return Response(record.time, np.concatenate([p.outputs for p in parts]), np.concatenate([p.states for p in parts]))
+
+
+def _next_start(model: DriveModel, states: Array, inputs: Array, pause: float) -> Array:
+    """States at the start of a run: anew from its first inputs, or gone on over the pause (s) before it."""
+    p = model.parameter_vector()
+    anew = np.array(model.initial(inputs, p)).ravel()
+    gone_on = np.array(model.advance(states, inputs, pause, p)).ravel()
+    return np.where(model.resets, anew, gone_on)
 
 
 def inputs_of(twist: ArrayLike, model: DriveModel, crank_angle: ArrayLike = 0.0) -> Array:

@@ -4,18 +4,38 @@ from stiffness_model.errors import unknown_name
 
 from .backlash import BACKLASH
 from .base import Along, Effect, Parameter, Place, Signals, State
+from .coulomb_friction import COULOMB_FRICTION
+from .creep import CREEP
+from .damping import DAMPING
 from .hysteresis import HYSTERESIS
 from .kinematic_error import KINEMATIC_ERROR
+from .load_dependent_hysteresis import LOAD_DEPENDENT_HYSTERESIS
 from .preload import PRELOAD
+from .stribeck_friction import STRIBECK_FRICTION
 from .structural_compliance import STRUCTURAL_COMPLIANCE
+from .thermal_clearance import THERMAL_CLEARANCE
+from .torque_sensor_drift import TORQUE_SENSOR_DRIFT
+from .torque_sensor_offset import TORQUE_SENSOR_OFFSET
+from .viscous_friction import VISCOUS_FRICTION
+from .wear import WEAR
 
 EFFECTS: dict[str, Effect] = {
     effect.name: effect for effect in (
         KINEMATIC_ERROR,
         BACKLASH,
         PRELOAD,
+        THERMAL_CLEARANCE,
+        WEAR,
         STRUCTURAL_COMPLIANCE,
+        CREEP,
         HYSTERESIS,
+        LOAD_DEPENDENT_HYSTERESIS,
+        DAMPING,
+        COULOMB_FRICTION,
+        VISCOUS_FRICTION,
+        STRIBECK_FRICTION,
+        TORQUE_SENSOR_OFFSET,
+        TORQUE_SENSOR_DRIFT,
     )
 }
 

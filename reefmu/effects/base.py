@@ -25,6 +25,7 @@ class Place(Enum):
     SERIES = "twist added under the elastic torque: a compliance, rad/(N.m), and an offset, rad"
     PARALLEL = "torque added to the elastic torque inside the drive, N.m"
     OUTPUT = "torque taken off at the output shaft, N.m"
+    SENSOR = "added to the measured torque, but not to the torque on the output, N.m"
 
 
 class Along(Enum):
@@ -75,13 +76,17 @@ class Parameter:
 
 @dataclass(frozen=True)
 class State:
-    """One state, zero at the start. equation: (signals, parameters) -> (a, b) of dx/ds = a x + b."""
+    """One state, zero at the start. equation: (signals, parameters) -> (a, b) of dx/ds = a x + b.
+
+    resets: whether every run of a record starts it anew; what grows over the whole record does not.
+    """
 
     name: str
     unit: str
     description: str
     along: Along
     equation: Callable[[Signals, Values], tuple[Expression, Expression]]
+    resets: bool = True
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,24 @@
+"""Load-dependent hysteresis: a rate-independent torque, its width in proportion to the elastic torque."""
+
+import casadi as ca
+
+from .base import Along, Effect, Parameter, Place, State
+
+LOAD_DEPENDENT_HYSTERESIS = Effect(
+    name="load_dependent_hysteresis",
+    title="Rate-independent friction inside the drive that grows with the load",
+    place=Place.PARALLEL,
+    parameters=(
+        Parameter("fraction", "1", 0.0, 0.0, 1.0, 0.03, "Half the width of the loop, as a share of the elastic torque"),
+        Parameter("presliding", "rad", 5e-5, 1e-7, 0.1, 5e-5, "Twist over which the torque turns over"),
+    ),
+    states=(
+        State("deflection", "1", "Share of the friction that is built up, -1 to 1", Along.TWIST,
+              lambda signals, p: (-1 / p["presliding"], signals.twist_direction / p["presliding"])),
+    ),
+    contribution=lambda signals, p, x: p["fraction"] * ca.fabs(signals.elastic_torque) * x["deflection"],
+    equation="torque += fraction * |elastic torque| * z,  dz/d|twist| = (direction - z)/presliding",
+    excitation="Loops to several torques: the loop closes at zero torque and opens with the load.",
+    source="Coulomb friction between bodies pressed together by the load; turn-over by Dahl, A Solid Friction "
+           "Model (1968), exponent 1.",
+)

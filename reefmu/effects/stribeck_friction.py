@@ -1,0 +1,24 @@
+"""Stribeck friction at the output shaft: greatest at standstill, gone at speed, against the output's motion."""
+
+import casadi as ca
+
+from .base import Effect, Parameter, Place
+from .presliding import built_up_share
+
+STRIBECK_FRICTION = Effect(
+    name="stribeck_friction",
+    title="Friction at the output shaft that falls from standstill with speed",
+    place=Place.OUTPUT,
+    parameters=(
+        Parameter("torque", "N.m", 0.0, 0.0, 1e4, 2.0, "Friction at standstill beyond that at speed"),
+        Parameter("speed", "rad/s", 0.05, 1e-5, 1e3, 0.05, "Speed of the output at which 37 % of it are left"),
+        Parameter("presliding", "rad", 2e-5, 1e-7, 0.1, 2e-5, "Way of the output over which it builds up"),
+    ),
+    states=(built_up_share(),),
+    contribution=lambda signals, p, x: (
+        p["torque"] * ca.exp(-(signals.output_speed / p["speed"]) ** 2) * x["deflection"]),
+    equation="output torque -= torque * exp(-(output speed/speed)^2) * z,  dz/d|output| = (direction - z)/presliding",
+    excitation="Rotation both ways at speeds from creeping to several times the parameter `speed`.",
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit, A Survey of Models ... for the Control of Machines "
+           "with Friction (1994), Gaussian form; the constant part is coulomb_friction.",
+)

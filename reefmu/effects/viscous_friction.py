@@ -1,0 +1,16 @@
+"""Viscous friction at the output shaft: in proportion to the output's speed and against it."""
+
+from .base import Effect, Parameter, Place
+
+VISCOUS_FRICTION = Effect(
+    name="viscous_friction",
+    title="Viscous friction at the output shaft",
+    place=Place.OUTPUT,
+    parameters=(
+        Parameter("coefficient", "N.m.s/rad", 0.0, 0.0, 1e6, 5.0, "Friction per speed of the output"),
+    ),
+    contribution=lambda signals, p, x: p["coefficient"] * signals.output_speed,
+    equation="output torque -= viscous_friction.coefficient * output speed",
+    excitation="Rotation at three speeds, a decade apart.",
+    source="Lubricant sheared in bearings and seals, linear in the speed.",
+)

@@ -1,0 +1,20 @@
+"""Wear: the gear clearance grows in proportion to the way that the crank has turned."""
+
+from .base import Along, Effect, Parameter, Place, State
+
+WEAR = Effect(
+    name="wear",
+    title="Gear clearance that grows with use",
+    place=Place.CLEARANCE,
+    parameters=(
+        Parameter("rate", "m/rad", 0.0, 0.0, 1e-4, 1e-8, "Gear clearance gained per radian of crank travel"),
+    ),
+    states=(
+        State("travel", "rad", "Way of the crank since the record began, both directions counted", Along.CRANK,
+              lambda signals, p: (0.0, 1.0), resets=False),
+    ),
+    contribution=lambda signals, p, x: p["rate"] * x["travel"],
+    equation="clearance = drawn + wear.rate * travel,  d travel = |d crank angle|",
+    excitation="The same loops through zero torque before and after many turns, in one record.",
+    source="Archard, Contact and Rubbing of Flat Surfaces (1953): depth in proportion to the way at equal load.",
+)

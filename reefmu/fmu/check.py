@@ -1,0 +1,235 @@
+"""Hold an exported FMU against the standard and against the Python model it was made from."""
+
+from __future__ import annotations
+
+import logging
+import math
+import os
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffness_model.errors import InputError, expect
+
+from .archive import LOOKUP_FILE, MODEL_FILE, FmuFile, read_archive
+from .host import FmuDrive
+from .interface import declare_drive
+from .trial import Trial, continue_fmu, make_trial, run_fmu, run_model
+
+if TYPE_CHECKING:
+    from reefmu.model import DriveModel
+
+TOLERANCE = 1e-9
+"""Greatest deviation from the Python model, as a part of full torque (other outputs: of their greatest)."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at. figure: what was measured, to be at most `limit`."""
+
+    name: str
+    passed: bool
+    figure: float
+    limit: float
+    detail: str = ""
+
+    def __str__(self) -> str:
+        status = "ok  " if self.passed else "FAIL"
+        text = f"{status} {self.name}: {self.figure:.3g} (at most {self.limit:.3g})"
+        return f"{text}; {self.detail}" if self.detail else text
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """What `check_fmu` found, in the order of looking."""
+
+    path: Path
+    findings: tuple[Finding, ...]
+
+    @property
+    def passed(self) -> bool:
+        return all(finding.passed for finding in self.findings)
+
+    def __getitem__(self, name: str) -> Finding:
+        return next(finding for finding in self.findings if finding.name == name)
+
+    def __str__(self) -> str:
+        bad = sum(not finding.passed for finding in self.findings)
+        end = "all passed" if not bad else f"{bad} of {len(self.findings)} failed"
+        return "\n".join([f"{self.path}: {end}", *(f"  {finding}" for finding in self.findings)])
+
+
+def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
+    """Validate an FMU of this package and run it against the model in its resources.
+
+    Findings: `standard` (problems fmpy's validation names), `declaration` (variables that differ from those
+    of the model inside), `agreement` (a run with reversals at several amplitudes, a turning crank and uneven
+    steps, against the Python model), `parameters` (the same with every tunable parameter moved), `reset` and
+    `restore` (a rerun after fmi2Reset, and from a state that was saved in mid-run, serialised and read back,
+    here and in a second instance; no difference allowed), `independence` (two instances in turn against each
+    alone), `refusal` (an input that is not a number gives fmi2Discard and leaves no trace).
+
+    Errors: `InputError` for what is no FMU of this package, is damaged, or cannot run on this machine.
+    """
+    file = read_archive(path)
+    origin = f"kind {file.kind}" if file.kind else f"one by {file.generation_tool or 'an unnamed tool'}"
+    expect(file.kind == "drive", "an FMU of kind drive that reefmu exported", origin, str(path))
+    model = _embedded_model(file)
+    findings = [_standard(file), _declaration(file, model), *_behaviour(file.path, model)]
+    return CheckReport(file.path, tuple(findings))
+
+
+def _embedded_model(file: FmuFile) -> DriveModel:
+    from reefmu.model_file import load_model
+
+    with tempfile.TemporaryDirectory(prefix="reefmu-check-") as folder, zipfile.ZipFile(file.path) as archive:
+        for name in (MODEL_FILE, LOOKUP_FILE):
+            member = f"resources/{name}"
+            expect(member in file.members, f"{member} in the FMU", "none", str(file.path))
+            Path(folder, name).write_bytes(archive.read(member))
+        try:
+            return load_model(Path(folder, MODEL_FILE), lookup=Path(folder, LOOKUP_FILE))
+        except InputError as error:
+            # The folder is gone by the time the message is read; the member's name is what helps.
+            raise InputError(f"{file.path}: {str(error).replace(folder, 'resources')}") from None
+
+
+def _standard(file: FmuFile) -> Finding:
+    from fmpy.validation import validate_fmu
+
+    problems = validate_fmu(str(file.path))
+    return Finding("standard", not problems, len(problems), 0, " ".join(" ".join(problems[:3]).split()))
+
+
+def _declaration(file: FmuFile, model: DriveModel) -> Finding:
+    """A model exchanged by hand, or another version's, would no longer be what the description says."""
+    from fmpy import read_model_description
+
+    declared = {
+        v.name: (v.valueReference, v.causality, v.variability, v.unit, float(v.start or "nan"))
+        for v in read_model_description(str(file.path), validate=False).modelVariables}
+    expected = {
+        v.name: (v.reference, v.causality, v.variability, v.unit, math.nan if v.start is None else v.start)
+        for v in declare_drive(model).variables}
+    differing = sorted(name for name in declared.keys() | expected.keys()
+                       if repr(declared.get(name)) != repr(expected.get(name)))  # NaN equals NaN here
+    return Finding("declaration", not differing, len(differing), 0, ", ".join(differing[:5]))
+
+
+def _behaviour(path: Path, model: DriveModel) -> Iterator[Finding]:
+    from reefmu.model import OUTPUTS
+
+    names = tuple(signal.name for signal in OUTPUTS)
+    values = model.parameter_vector()
+    trial, other = make_trial(model), make_trial(model, scale=0.7)
+    reference = run_model(model, trial, values)
+    half = len(trial.dt) // 2
+    with FmuDrive(path, name="first") as first, FmuDrive(path, name="second") as second:
+        alone = run_fmu(first, trial, names)
+        yield _against("agreement", alone, reference, model, names)
+
+        first.reset()
+        again = run_fmu(first, trial.part(0, half), names)
+        saved = first.save()
+        rest = continue_fmu(first, trial.part(half, None), names)
+        yield _same("reset", np.vstack([again, rest]), alone)
+
+        first.restore(saved)
+        second.initialize(other.at(0))
+        second.restore(saved)
+        restored = [continue_fmu(drive, trial.part(half, None), names) for drive in (first, second)]
+        yield _same("restore", np.vstack(restored), np.vstack([alone[half + 1:]] * 2))
+
+        yield _refusal(first, trial, names, alone)
+
+        second.reset()
+        other_alone = run_fmu(second, other, names)
+        first.reset()
+        second.reset()
+        yield _same("independence", np.hstack(_in_turn(first, second, trial, other, names)),
+                    np.hstack([alone, other_alone]))
+
+        moved = _moved(model)
+        first.reset(moved)
+        values = np.array([moved.get(p.name, v) for p, v in zip(model.parameters, values, strict=True)])
+        reference = run_model(model, trial, values)
+        yield _against("parameters", run_fmu(first, trial, names), reference, model, names)
+
+
+def _in_turn(first: FmuDrive, second: FmuDrive, trial: Trial, other: Trial,
+             names: tuple[str, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Both instances over their own signal, one step each in turn."""
+    rows: tuple[list[list[float]], list[list[float]]] = ([], [])
+    for row in range(len(trial.dt) + 1):
+        for drive, signal, kept in ((first, trial, rows[0]), (second, other, rows[1])):
+            inputs = signal.at(row)
+            outputs = drive.initialize(inputs) if row == 0 else drive.step(float(signal.dt[row - 1]), inputs)
+            kept.append([outputs[name] for name in names])
+    return np.array(rows[0]), np.array(rows[1])
+
+
+def _refusal(drive: FmuDrive, trial: Trial, names: tuple[str, ...], alone: NDArray[np.float64]) -> Finding:
+    """A step with NaN among the inputs must be discarded, and the run must go on as if nothing had been."""
+    drive.reset()
+    half = len(trial.dt) // 2
+    rows = [run_fmu(drive, trial.part(0, half), names)]
+    discarded = False
+    with _quiet():
+        try:
+            drive.step(1e-3, {trial.names[0]: math.nan})
+        except InputError as error:
+            discarded = "(discard)" in str(error)
+    if discarded:
+        rows.append(continue_fmu(drive, trial.part(half, None), names))
+        return _same("refusal", np.vstack(rows), alone)
+    return Finding("refusal", False, math.nan, 0, f"{trial.names[0]} = NaN was not answered with fmi2Discard")
+
+
+def _moved(model: DriveModel) -> dict[str, float]:
+    """Every tunable parameter moved by a tenth of its size or nominal value, towards the wider side."""
+    moved = {}
+    for parameter in model.parameters:
+        if parameter.tunable:
+            low = -math.inf if parameter.minimum is None else parameter.minimum
+            high = math.inf if parameter.maximum is None else parameter.maximum
+            shift = 0.1 * (abs(parameter.value) or min(parameter.nominal, 1.0))
+            shift = shift if parameter.value + shift <= high else -shift
+            moved[parameter.name] = float(np.clip(parameter.value + shift, low, high))
+    return moved
+
+
+def _against(name: str, came: NDArray[np.float64], expected: NDArray[np.float64], model: DriveModel,
+             names: tuple[str, ...]) -> Finding:
+    greatest = np.abs(expected).max(axis=0)
+    scale = np.where(greatest > 0, greatest, 1.0)
+    scale[names.index("output.tau")] = model.full_torque
+    deviation = np.abs(came - expected).max(axis=0) / scale
+    worst = int(np.argmax(np.where(np.isnan(deviation), np.inf, deviation)))
+    figure = float(deviation[worst])
+    torque = float(deviation[names.index("output.tau")])
+    return Finding(name, figure <= TOLERANCE, figure, TOLERANCE,
+                   f"worst in {names[worst]}; output.tau {torque:.3g} of {model.full_torque:.4g} N.m, "
+                   f"{len(came) - 1} steps")
+
+
+def _same(name: str, came: NDArray[np.float64], expected: NDArray[np.float64]) -> Finding:
+    figure = float(np.abs(came - expected).max())
+    return Finding(name, figure == 0, figure, 0.0)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """The FMU's complaint about the NaN we send it on purpose is no news for the user."""
+    logger = logging.getLogger("reefmu.fmu")
+    disabled, logger.disabled = logger.disabled, True
+    try:
+        yield
+    finally:
+        logger.disabled = disabled

@@ -1,0 +1,231 @@
+"""Drive an FMU from Python: set parameters, step with named inputs, read named outputs, save and restore.
+
+For FMI 2.0 co-simulation FMUs whose inputs and outputs are Real, this package's or another's.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+import struct
+import tempfile
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from stiffness_model.errors import InputError, expect, unknown_name
+
+from .archive import SCRIPT_NAME, FmuFile, read_archive
+from .calls import Block, callbacks, pythonfmu_location
+
+_PYTHONFMU_LAST_WORDS = "Fatal py exception"
+
+
+class FmuDrive:
+    """One instance of an FMU, unpacked into a folder of its own that `close` removes.
+
+    Use it as a context manager:
+
+        with FmuDrive("drive.fmu", parameters={"band": 1.0}) as drive:
+            outputs = drive.initialize({"crank.phi": 0.0})
+            outputs = drive.step(1e-3, {"crank.phi": 0.1})
+
+    inputs, outputs, parameters: names, in the order of the FMU; time: s, at the end of the last step.
+    Every failure is an `InputError` that carries what the FMU logged.
+    """
+
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    parameters: tuple[str, ...]
+    time: float
+
+    def __init__(self, path: str | os.PathLike[str], *, parameters: Mapping[str, float] | None = None,
+                 name: str = "drive") -> None:
+        """Unpack and instantiate. Errors: `InputError` for a file that is no such FMU, or one that this
+        machine cannot run, and for an unknown or refused parameter."""
+        import fmpy
+
+        self._path = Path(path)
+        self._fmu: Any = None
+        self._fatal = False
+        self._complaints: list[str] = []
+        archive = read_archive(self._path)
+        expect(archive.fmi_version == "2.0" and archive.model_identifier != "",
+               "an FMU for FMI 2.0 co-simulation",
+               f"one for FMI {archive.fmi_version} by {archive.generation_tool or 'an unnamed tool'}",
+               str(self._path))
+        self._folder = tempfile.TemporaryDirectory(prefix="reefmu-")
+        try:
+            folder = fmpy.extract(str(self._path), self._folder.name)
+            description = fmpy.read_model_description(folder, validate=False)
+            self.guid = archive.guid
+            variables = [v for v in description.modelVariables if v.type == "Real"]
+            self._references = {v.name: v.valueReference for v in variables}
+            self.inputs, self.outputs, self.parameters = (
+                tuple(v.name for v in variables if v.causality == causality)
+                for causality in ("input", "output", "parameter"))
+            self._starts = {v.name: float(v.start) for v in variables if v.start is not None}
+            self._input_block = Block(self._references, self.inputs)
+            self._output_block = Block(self._references, self.outputs)
+            self._instantiate(folder, archive, name)
+            self._prepare(parameters or {})
+        except BaseException as error:
+            self.close()
+            if isinstance(error, Exception) and not isinstance(error, InputError):
+                raise InputError(f"{self._path}: expected an FMU that runs here, got {_one_line(error)}"
+                                 f"{self._logged()}") from None
+            raise
+
+    # --- life ---------------------------------------------------------------------------------------------
+
+    def _instantiate(self, folder: Any, archive: FmuFile, name: str) -> None:
+        from fmpy.fmi2 import FMU2Slave, fmi2CoSimulation
+
+        resources = Path(folder, "resources").resolve()
+        by_pythonfmu = archive.backend == "python" or SCRIPT_NAME in archive.members
+        location = pythonfmu_location(resources) if by_pythonfmu else resources.as_uri()
+        fmu = FMU2Slave(guid=self.guid, unzipDirectory=str(folder),
+                        modelIdentifier=archive.model_identifier, instanceName=name)
+        fmu.callbacks = callbacks(self._complaints)
+        fmu.component = fmu.fmi2Instantiate(
+            name.encode(), fmi2CoSimulation, self.guid.encode(), location.encode(),
+            ctypes.byref(fmu.callbacks), False, True)
+        if not fmu.component:
+            fmu.freeLibrary()
+            raise InputError(f"{self._path}: expected an FMU that runs here, got no instance{self._logged()}")
+        self._fmu = fmu
+
+    def _prepare(self, parameters: Mapping[str, float]) -> None:
+        self.time = math.nan
+        for input_name in self.inputs:
+            self._input_block.write(input_name, self._starts.get(input_name, 0.0))
+        self.set_parameters(parameters)
+
+    def initialize(self, inputs: Mapping[str, float] | None = None, *,
+                   start_time: float = 0.0) -> dict[str, float]:
+        """Initialise with these inputs (others keep their start value); the outputs at `start_time`."""
+        expect(math.isnan(self.time), "reset() before a second initialize()", "none", str(self._path))
+        self._call("fmi2SetupExperiment", False, 0.0, start_time, False, 0.0)
+        self._call("fmi2EnterInitializationMode")
+        self._set_inputs(inputs or {})
+        self._call("fmi2ExitInitializationMode")
+        self.time = start_time
+        return self.read()
+
+    def reset(self, parameters: Mapping[str, float] | None = None) -> None:
+        """Back to just after instantiation (fmi2Reset), then set `parameters`; `initialize` comes next."""
+        self._call("fmi2Reset")
+        self._prepare(parameters or {})
+
+    def close(self) -> None:
+        """Free the instance and remove what was unpacked. May be called again."""
+        if self._fmu is not None and not self._fatal:  # after fmi2Fatal FMI allows no further call
+            with suppress(Exception):
+                self._fmu.freeInstance()
+        self._fmu = None
+        with suppress(OSError):  # a library that is still loaded cannot be removed on Windows
+            self._folder.cleanup()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.close()
+
+    # --- running ------------------------------------------------------------------------------------------
+
+    def step(self, dt: float, inputs: Mapping[str, float] | None = None) -> dict[str, float]:
+        """Set `inputs` (others keep their value), step by `dt` seconds, return the outputs at the end.
+
+        A step the FMU refuses raises `InputError` and changes no state: give a usable value for the input
+        that was refused and step again.
+        """
+        self._set_inputs(inputs or {})
+        self._call("fmi2DoStep", self.time, dt, False)
+        self.time += dt
+        return self.read()
+
+    def read(self, names: Iterable[str] | None = None) -> dict[str, float]:
+        """The outputs, or the Real variables of these names."""
+        block = self._output_block if names is None else Block(self._references, tuple(names))
+        if block.names:
+            self._call("fmi2GetReal", block.references, len(block.names), block.values)
+        return dict(zip(block.names, block.values, strict=True))
+
+    def set_parameters(self, parameters: Mapping[str, float]) -> None:
+        """Set parameters by name: any before `initialize`, tunable ones later too."""
+        if not parameters:
+            return
+        for name in parameters:
+            if name not in self.parameters:
+                raise unknown_name("parameter", name, self.parameters, str(self._path))
+        block = Block(self._references, tuple(parameters))
+        for name, value in parameters.items():
+            block.write(name, value)
+        self._complaints.clear()
+        self._call("fmi2SetReal", block.references, len(block.names), block.values)
+        if self._complaints:  # pythonfmu has no status for a value out of range, only the log
+            raise InputError(f"{self._path}: {self._complaints[-1]}")
+
+    def save(self) -> bytes:
+        """The time and the FMU's whole state (FMI 2.0.4, section 2.1.8)."""
+        state, size = ctypes.c_void_p(), ctypes.c_size_t()
+        self._call("fmi2GetFMUstate", ctypes.byref(state))
+        self._call("fmi2SerializedFMUstateSize", state, ctypes.byref(size))
+        content = ctypes.create_string_buffer(size.value)
+        self._call("fmi2SerializeFMUstate", state, content, size.value)
+        self._call("fmi2FreeFMUstate", ctypes.byref(state))
+        return struct.pack("<d", self.time) + content.raw
+
+    def restore(self, saved: bytes) -> None:
+        """Back to a state that `save` returned, in this instance or another one of the same FMU."""
+        expect(len(saved) > 8, "a state from save()", f"{len(saved)} bytes", str(self._path))
+        content, state = saved[8:], ctypes.c_void_p()
+        self._call("fmi2DeSerializeFMUstate", ctypes.create_string_buffer(content, len(content)),
+                   len(content), ctypes.byref(state))
+        self._call("fmi2SetFMUstate", state)
+        self._call("fmi2FreeFMUstate", ctypes.byref(state))
+        (self.time,) = struct.unpack_from("<d", saved)
+        block = self._input_block  # inputs not named in the next step keep their value of the saved moment
+        self._call("fmi2GetReal", block.references, len(block.names), block.values)
+
+    # --- calls --------------------------------------------------------------------------------------------
+
+    def _set_inputs(self, inputs: Mapping[str, float]) -> None:
+        block = self._input_block
+        for name, value in inputs.items():
+            if name not in block.position:
+                raise unknown_name("input", name, self.inputs, str(self._path))
+            block.write(name, value)
+        if block.names:
+            self._call("fmi2SetReal", block.references, len(block.names), block.values)
+
+    def _call(self, function: str, *arguments: Any) -> None:
+        if self._fmu is None:
+            raise InputError(f"{self._path}: expected an open FMU, got one that was closed or has failed")
+        from fmpy.fmi1 import FMICallException
+
+        try:
+            getattr(self._fmu, function)(self._fmu.component, *arguments)
+        except FMICallException as error:
+            self._fatal = error.status == 4
+            logged = self._logged()
+            if self._fatal:
+                self.close()
+            raise InputError(f"{self._path}: {_one_line(error).rstrip('.')}{logged}") from None
+
+    def _logged(self) -> str:
+        """What the FMU said since the last call that failed, as the end of a message of one line."""
+        said = list(dict.fromkeys(_one_line(message) for message in self._complaints))
+        self._complaints.clear()
+        own = [message for message in said if not message.startswith(_PYTHONFMU_LAST_WORDS)] or said
+        own = [message for message in own if not any(message in other for other in own if other != message)]
+        return f": {'; '.join(own)}" if own else ""
+
+
+def _one_line(error: object) -> str:
+    return " ".join(str(error).split())

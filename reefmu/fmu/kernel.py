@@ -1,0 +1,78 @@
+"""The model's functions on one array of doubles, without a Python object per value and call."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from .interface import Interface
+
+if TYPE_CHECKING:
+    import casadi
+
+    from reefmu.model import DriveModel
+
+
+class Kernel:
+    """All variables of one instance, and the two operations on them.
+
+    values: doubles by value reference, starting at the start values; results are NaN until `initialise`.
+    An operation whose result is not finite returns False and leaves `values` as they were.
+    """
+
+    def __init__(self, model: DriveModel, interface: Interface) -> None:
+        self.values = array("d", (math.nan if v.start is None else v.start for v in interface.variables))
+        view = memoryview(self.values)
+        u, y, p, x = (view[interface.span(block)] for block in ("input", "output", "parameter", "local"))
+        self._dt = array("d", [0.0])
+        self._new_x = array("d", bytes(8 * len(x)))
+        self._new_y = array("d", bytes(8 * len(y)))
+        self._x, self._y = x, y
+        self._initial = _bind(model.initial, [u, p], self._new_x)
+        self._advance = _bind(model.advance, [x, u, memoryview(self._dt), p], self._new_x)
+        self._output = _bind(model.output, [memoryview(self._new_x), u, p], self._new_y)
+
+    def initialise(self) -> bool:
+        """States consistent with the inputs, and the outputs that go with them."""
+        if self._x:
+            self._initial()
+        return self._finish()
+
+    def step(self, dt: float) -> bool:
+        """States after `dt` seconds with the inputs held, and the outputs at the end."""
+        if self._x:
+            self._dt[0] = dt
+            self._advance()
+        return self._finish()
+
+    def _finish(self) -> bool:
+        self._output()
+        # One addition finds any NaN or infinity among the results.
+        if not math.isfinite(sum(self._new_x) + sum(self._new_y)):
+            return False
+        if self._x:
+            self._x[:] = memoryview(self._new_x)
+        self._y[:] = memoryview(self._new_y)
+        return True
+
+
+def _bind(function: casadi.Function, arguments: Sequence[memoryview],
+          result: array[float]) -> Callable[[], Any]:
+    """`function` reading `arguments` and writing `result` in place, called without arguments.
+
+    The buffer knows addresses only, so the returned call also keeps the arrays alive.
+    """
+    buffer: Any
+    buffer, evaluate = function.buffer()
+    for position, argument in enumerate(arguments):
+        if len(argument):  # a model without states has an empty vector, which needs no memory
+            buffer.set_arg(position, argument)
+    if len(result):
+        buffer.set_res(0, memoryview(result))
+
+    def call(_alive: object = (buffer, tuple(arguments), result)) -> Any:
+        return evaluate()
+
+    return call

@@ -1,0 +1,203 @@
+"""What runs inside an FMU of the Python back end: the drive model behind pythonfmu's slave interface.
+
+Every export holds a script of its own with one empty subclass of `DriveSlave`; the work is done here, in the
+installed package. All variables live in one array of doubles, indexed by value reference, which is also the
+whole state to save and restore.
+
+pythonfmu can answer a call with OK or, after an exception, with fmi2Fatal; only doStep can also say
+fmi2Discard. So a value that cannot be used is logged, kept out and remembered, and doStep discards until a
+usable value has come. A call the interface does not have (an unknown value reference, setting an output) is
+fatal.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import logging
+import math
+import sys
+from array import array
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar, NoReturn
+
+from pythonfmu import Fmi2Slave
+from pythonfmu.enums import Fmi2Status
+
+from reefmu.model import DriveModel
+from reefmu.model_file import load_model
+from stiffness_model.errors import InputError
+
+from .archive import LOOKUP_FILE, MODEL_FILE
+from .interface import Interface, declare_drive
+from .kernel import Kernel
+from .workarounds import guarded, resource_folder
+
+_SETUP, _INITIALISED, _TERMINATED = "setup", "initialised", "terminated"
+_logger = logging.getLogger("reefmu.fmu")
+
+
+@dataclass(frozen=True)
+class _Resources:
+    """An FMU's resources, equal if their content is, wherever they were unpacked."""
+
+    digest: str
+    folder: Path = field(compare=False)
+
+
+@functools.lru_cache(maxsize=32)
+def _load(resources: _Resources) -> tuple[DriveModel, Interface]:
+    """The model and its interface: shared by the instances of one FMU and kept over a reset."""
+    model = load_model(resources.folder / MODEL_FILE, lookup=resources.folder / LOOKUP_FILE)
+    return model, declare_drive(model)
+
+
+class DriveSlave(Fmi2Slave):
+    """FMI 2.0 co-simulation slave of one drive model; `fmu_guid` and `layout` come from the script."""
+
+    fmu_guid: ClassVar[str] = ""
+    layout: ClassVar[str] = ""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        location = str(kwargs["resources"])
+        with suppress(ValueError):
+            sys.path.remove(location)  # pythonfmu put it there to find the script; nothing else may be found
+        folder = resource_folder(location)
+        content = hashlib.sha256()
+        for name in (MODEL_FILE, LOOKUP_FILE):
+            content.update((folder / name).read_bytes())
+        model, self.interface = _load(_Resources(content.hexdigest(), folder))
+        if self.interface.digest != self.layout:
+            raise InputError(f"{self.instance_name}: expected an FMU with the variables of the installed "
+                             "reefmu, got one from another version; export it again")
+        self.kernel = Kernel(model, self.interface)
+        self._values = self.kernel.values
+        self._enter(_SETUP)
+        self._stale = True  # results wait to be computed from the start values
+        self._refused: dict[int, str] = {}
+        self._last_problem = ""
+
+    # --- life ---------------------------------------------------------------------------------------------
+
+    def exit_initialization_mode(self) -> None:
+        self._refresh()
+        if self._stale:
+            reason = "; ".join(self._refused.values()) or "they are not finite"
+            self.complain(f"no results at the start: {reason}")
+        self._enter(_INITIALISED)
+
+    def terminate(self) -> None:
+        self._enter(_TERMINATED)
+
+    def _enter(self, phase: str) -> None:
+        """Change the phase, and with it what may be set: value reference -> least and greatest value."""
+        self._phase = phase
+        closed = () if phase == _SETUP else ("fixed",)
+        self._settable = {
+            v.reference: v.limits for block in ("input", "parameter") for v in self.interface.block(block)
+            if v.variability not in closed}
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        """False (fmi2Discard) leaves everything as it was: the host may correct a value and step again."""
+        problem = ""
+        if self._refused:
+            problem = "; ".join(self._refused.values())
+        elif self._phase != _INITIALISED:
+            problem = "expected doStep between initialisation and termination"
+        elif not (step_size > 0 and math.isfinite(step_size)):
+            problem = f"expected a communication step above 0 s, got {step_size} s"
+        elif self._stale and not self.kernel.initialise():
+            problem = "no finite result at the start with these inputs and parameters"
+        elif not self.kernel.step(step_size):
+            problem = "no finite result with these inputs and parameters"
+        if problem:
+            self.complain(problem, Fmi2Status.discard, f"step at {current_time:g} s discarded: ")
+            return False
+        self._stale = False
+        return True
+
+    # --- values -------------------------------------------------------------------------------------------
+
+    @guarded
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        for reference, value in zip(vrs, values, strict=True):
+            low, high = self._settable.get(reference) or self._forbidden(reference)
+            if low <= value <= high:  # false for NaN as well
+                self._values[reference] = value
+                if self._refused:
+                    self._refused.pop(reference, None)
+            else:
+                self._refused[reference] = self.interface.variables[reference].refusal(value)
+                self.complain(self._refused[reference])
+        if self._phase == _SETUP:
+            self._stale = True
+
+    @guarded
+    def get_real(self, vrs: list[int]) -> list[float]:
+        if self._phase == _SETUP:
+            self._refresh()
+        if vrs and not 0 <= min(vrs) <= max(vrs) < len(self._values):
+            raise InputError(f"expected value references below {len(self._values)}, got {vrs}")
+        values = self._values
+        return [values[reference] for reference in vrs]
+
+    def _forbidden(self, reference: int) -> NoReturn:
+        if 0 <= reference < len(self._values):
+            variable = self.interface.variables[reference]
+            raise InputError(f"expected a variable that may be set now ({self._phase}), got {variable.name}, "
+                             f"a {variable.variability} {variable.causality}")
+        raise InputError(f"expected value references below {len(self._values)}, got {reference}")
+
+    def _refresh(self) -> None:
+        """Results at the start. With a refused value, or no finite result, they are NaN, not a guess."""
+        if not self._stale:
+            return
+        if not self._refused and self.kernel.initialise():
+            self._stale = False
+            return
+        for block in ("output", "local"):
+            for variable in self.interface.block(block):
+                self._values[variable.reference] = math.nan
+
+    # --- state (FMI 2.0.4, section 2.1.8) -----------------------------------------------------------------
+
+    def _get_fmu_state(self) -> dict[str, Any]:
+        return {"guid": self.fmu_guid, "phase": self._phase, "stale": self._stale,
+                "refused": list(self._refused.items()), "values": list(self._values)}
+
+    @guarded
+    def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        came = state.get("guid", "bytes that are no state")
+        if came != self.fmu_guid or len(state["values"]) != len(self._values):
+            raise InputError(f"expected a state of FMU {self.fmu_guid}, got {came}")
+        self._enter(state["phase"])
+        self._stale = state["stale"]
+        self._refused = {int(reference): str(problem) for reference, problem in state["refused"]}
+        self._values[:] = array("d", state["values"])
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
+        # No instance is at hand here to survive an exception; `_set_fmu_state` refuses what has no GUID.
+        try:
+            content = json.loads(state.decode("utf-8"))
+        except ValueError:
+            return {}
+        return content if isinstance(content, dict) else {}
+
+    # --- the rest -----------------------------------------------------------------------------------------
+
+    def complain(self, problem: str, status: Fmi2Status = Fmi2Status.error, occasion: str = "") -> None:
+        """To the host's log, and once to Python's, because hosts often run with their log switched off."""
+        self.log(occasion + problem, status)
+        if problem != self._last_problem:
+            _logger.error("%s: %s%s", self.instance_name, occasion, problem)
+            self._last_problem = problem
+
+
+# No variable is of these types; asked for one, pythonfmu's own methods raise.
+for _access in ("get_integer", "get_boolean", "get_string", "set_integer", "set_boolean", "set_string"):
+    setattr(DriveSlave, _access, guarded(getattr(Fmi2Slave, _access)))

@@ -1,0 +1,111 @@
+"""The signal an FMU is held against the Python model with, and the two runs over it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .host import FmuDrive
+
+if TYPE_CHECKING:
+    from reefmu.model import DriveModel
+
+STEPS = (1e-3, 1 / 60, 1e-6, 2.5e-3, 1e-3 / 3, 0.02, 1e-4)
+"""Communication steps in s, in turn: some are no finite binary fraction, one is far below the rest."""
+_AMPLITUDES = (0.05, 0.3, 1.0, 0.6, 1.2)
+"""Of the twist at full torque; the third and the last reach the end of the drawn range and pass it."""
+_LEG = 12
+"""Steps from one reversal to the next."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """dt: steps in s, shape (n,). inputs: shape (n + 1, n_inputs), first those at initialisation."""
+
+    names: tuple[str, ...]
+    dt: NDArray[np.float64]
+    inputs: NDArray[np.float64]
+
+    def at(self, row: int) -> dict[str, float]:
+        """One row of inputs by name."""
+        return dict(zip(self.names, self.inputs[row].tolist(), strict=True))
+
+    def part(self, start: int, stop: int | None) -> Trial:
+        """Steps `start` to `stop`; its first row of inputs is the one before them."""
+        stop = len(self.dt) if stop is None else stop
+        return Trial(self.names, self.dt[start:stop], self.inputs[start:stop + 1])
+
+
+def make_trial(model: DriveModel, scale: float = 1.0) -> Trial:
+    """Reversals at several amplitudes while the crank turns both ways and the drive warms up.
+
+    scale: of the twist, to get a second signal unlike the first.
+    """
+    from reefmu.model import INPUTS
+
+    corners = [0.0]
+    for amplitude in _AMPLITUDES:
+        corners += [amplitude, -amplitude, 0.4 * amplitude]
+    steps = _LEG * (len(corners) - 1)
+    shape = np.interp(np.arange(steps + 1) / _LEG, np.arange(len(corners)), corners)
+    twist = scale * full_twist(model) * shape
+    dt = np.resize(np.array(STEPS), steps)
+    time = np.concatenate([[0.0], np.cumsum(dt)])
+    crank = 0.2 + 9.0 * np.sin(2 * math.pi * time / time[-1])
+    ratio = dict(zip((p.name for p in model.parameters), model.parameter_vector(), strict=True))["ratio"]
+    output = crank / ratio - twist
+    signals = {
+        "crank.phi": crank,
+        "crank.w": np.gradient(crank, time),
+        "output.phi": output,
+        "output.w": np.gradient(output, time),
+        "temperature": 20 + 15 * time / time[-1],
+    }
+    columns = [signals.get(signal.name, np.full(steps + 1, signal.start)) for signal in INPUTS]
+    return Trial(tuple(signal.name for signal in INPUTS), dt, np.column_stack(columns))
+
+
+def full_twist(model: DriveModel) -> float:
+    """Least twist (rad) at which the still drive gives its full torque; 0.01 rad if none below 1 rad does."""
+    from reefmu.model import INPUTS, OUTPUTS
+
+    names = [signal.name for signal in INPUTS]
+    torque = [signal.name for signal in OUTPUTS].index("output.tau")
+    parameters = model.parameter_vector()
+    for twist in np.geomspace(1e-5, 1.0, 200):
+        inputs = np.array([signal.start for signal in INPUTS], dtype=float)
+        inputs[names.index("output.phi")] = -twist
+        states = model.initial(inputs, parameters)
+        if float(np.asarray(model.output(states, inputs, parameters)).ravel()[torque]) >= model.full_torque:
+            return float(twist)
+    return 0.01
+
+
+def run_model(model: DriveModel, trial: Trial, parameters: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Outputs of the Python model, shape (n + 1, n_outputs); the first row is the start."""
+    states = model.initial(trial.inputs[0], parameters)
+    rows = [model.output(states, trial.inputs[0], parameters)]
+    for dt, inputs in zip(trial.dt, trial.inputs[1:], strict=True):
+        states = model.advance(states, inputs, dt, parameters)
+        rows.append(model.output(states, inputs, parameters))
+    return np.array([np.asarray(row).ravel() for row in rows])
+
+
+def run_fmu(drive: FmuDrive, trial: Trial, names: Sequence[str]) -> NDArray[np.float64]:
+    """The same from an FMU that is not yet initialised; columns are the outputs `names`."""
+    first = drive.initialize(trial.at(0))
+    return np.vstack([[[first[name] for name in names]], continue_fmu(drive, trial, names)])
+
+
+def continue_fmu(drive: FmuDrive, trial: Trial, names: Sequence[str]) -> NDArray[np.float64]:
+    """The steps of `trial` on an FMU that already runs, shape (n, n_outputs)."""
+    rows = []
+    for row, dt in enumerate(trial.dt.tolist(), start=1):
+        outputs = drive.step(dt, trial.at(row))
+        rows.append([outputs[name] for name in names])
+    return np.array(rows)

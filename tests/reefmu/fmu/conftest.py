@@ -1,0 +1,64 @@
+"""Two drives with every place of an effect in use, and their FMUs, made once for all tests here."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+import stiffness_model as sm
+from reefmu.fmu.build import export_fmu
+from reefmu.model import DriveModel, build_model
+from stiffness_model.lookup import Lookup, build_lookup
+
+EFFECTS = {
+    "backlash": {"clearance": 2e-6},
+    "structural_compliance": {"compliance": 5e-6},
+    "hysteresis": {"torque": 4.0, "presliding": 5e-5},
+    "kinematic_error": {"amplitude_1": 1e-5},
+}
+
+
+@pytest.fixture(scope="session")
+def model(drive: sm.Drive, lookup: Lookup) -> DriveModel:
+    return build_model(drive, EFFECTS, lookup=lookup)
+
+
+@pytest.fixture(scope="session")
+def soft_model() -> DriveModel:
+    """A drive ten times softer, without effects and states."""
+    drive = sm.load_drive("drive_3")
+    return build_model(drive, lookup=build_lookup(drive, n_drives=8))
+
+
+@pytest.fixture(scope="session")
+def fmu(model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return export_fmu(model, tmp_path_factory.mktemp("fmu") / "drive_1.fmu")
+
+
+@pytest.fixture(scope="session")
+def soft_fmu(soft_model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return export_fmu(soft_model, tmp_path_factory.mktemp("fmu") / "drive_3.fmu")
+
+
+@pytest.fixture(scope="session")
+def description(fmu: Path) -> ElementTree.Element:
+    with zipfile.ZipFile(fmu) as archive:
+        return ElementTree.fromstring(archive.read("modelDescription.xml"))
+
+
+@pytest.fixture
+def rewritten(fmu: Path, tmp_path: Path) -> Callable[[Callable[[str, bytes], bytes | None]], Path]:
+    """Copy the FMU with `change` applied to each member; None leaves a member out."""
+    def rewrite(change: Callable[[str, bytes], bytes | None]) -> Path:
+        target = tmp_path / "rewritten.fmu"
+        with zipfile.ZipFile(fmu) as source, zipfile.ZipFile(target, "w") as copy:
+            for name in source.namelist():
+                content = change(name, source.read(name))
+                if content is not None:
+                    copy.writestr(name, content)
+        return target
+    return rewrite

@@ -1,0 +1,144 @@
+import os
+import re
+import zipfile
+from dataclasses import replace
+
+import pytest
+from fmpy.validation import validate_fmu
+
+from reefmu.fmu.archive import read_archive
+from reefmu.fmu.build import export_fmu
+from stiffness_model.errors import InputError
+
+
+def test_validation_finds_nothing(fmu, soft_fmu):
+    assert validate_fmu(str(fmu)) == []
+    assert validate_fmu(str(soft_fmu)) == []
+
+
+def test_the_same_model_gives_the_same_bytes(model, fmu, tmp_path):
+    again = export_fmu(model, tmp_path / "again.fmu")
+    assert again.read_bytes() == fmu.read_bytes()
+
+
+def test_another_model_gives_other_names(model, fmu, tmp_path):
+    hysteresis = model.with_parameters(**{"hysteresis.torque": 4.5})
+    renamed = replace(model, name="gear_box")
+    files = [read_archive(fmu), *(read_archive(export_fmu(m, tmp_path / "other.fmu"))
+                                  for m in (hysteresis, renamed))]
+    assert len({file.guid for file in files}) == 3
+    assert len({file.model_identifier for file in files}) == 3
+    assert all(file.model_identifier.isidentifier() for file in files)
+
+
+@pytest.mark.parametrize("name", ["drive 1 / über", "29", "class", "x" * 300])
+def test_any_name_becomes_an_identifier(model, name, tmp_path):
+    file = read_archive(export_fmu(replace(model, name=name), tmp_path / "named.fmu"))
+    assert file.model_identifier.isascii()
+    assert file.model_identifier.isidentifier()
+    assert len(file.model_identifier) < 64
+    assert validate_fmu(str(file.path)) == []
+
+
+def test_description_says_what_it_can_do(description):
+    simulation = description.find("CoSimulation")
+    assert simulation is not None
+    expected = {"needsExecutionTool": "false", "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true",
+                "canHandleVariableCommunicationStepSize": "true", "canBeInstantiatedOnlyOncePerProcess": "false"}
+    assert {key: simulation.get(key) for key in expected} == expected
+    assert description.get("fmiVersion") == "2.0"
+    assert re.fullmatch(r"\{[0-9a-f-]{36}\}", description.get("guid", ""))
+    assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", description.get("generationDateAndTime", ""))
+    assert "held constant over a communication step" in description.get("description", "")
+    assert description.get("license") == "BSD-3-Clause"
+    assert "reefmu" in description.get("generationTool", "")
+    experiment = description.find("DefaultExperiment")
+    assert experiment is not None
+    assert float(experiment.get("stepSize", "0")) > 0
+
+
+def test_every_variable_has_a_defined_unit(description):
+    units = {unit.get("name"): unit.find("BaseUnit") for unit in description.iter("Unit")}
+    types = {simple.get("name"): simple.find("Real") for simple in description.iter("SimpleType")}
+    for variable in description.iter("ScalarVariable"):
+        real = variable.find("Real")
+        assert real is not None
+        assert units[real.get("unit")] is not None
+        assert variable.get("description")
+        if real.get("declaredType"):
+            assert types[real.get("declaredType")].get("unit") == real.get("unit")
+    stiffness = units["N.m/rad"]
+    assert {key: stiffness.get(key) for key in ("kg", "m", "s", "rad")} == {
+        "kg": "1", "m": "2", "s": "-2", "rad": "-1"}
+
+
+def test_parameters_can_be_tuned_within_limits(description, model):
+    variables = {v.get("name"): v for v in description.iter("ScalarVariable")}
+    for parameter in model.parameters:
+        expected = "tunable" if parameter.tunable else "fixed"
+        assert variables[parameter.name].get("variability") == expected
+    band = variables["band"].find("Real")
+    assert (float(band.get("min")), float(band.get("max"))) == (-1.0, 1.0)
+    assert variables["hysteresis.torque"].get("variability") == "tunable"
+
+
+def test_all_states_are_variables(description, model):
+    local = {v.get("name") for v in description.iter("ScalarVariable") if v.get("causality") == "local"}
+    assert local == {state.name for state in model.states}
+
+
+def test_structure_lists_outputs_and_initial_unknowns_with_dependencies(description):
+    variables = [v.get("name") for v in description.iter("ScalarVariable")]
+    outputs = {v.get("name") for v in description.iter("ScalarVariable") if v.get("causality") == "output"}
+    for tag in ("Outputs", "InitialUnknowns"):
+        unknowns = description.findall(f"ModelStructure/{tag}/Unknown")
+        named = {variables[int(u.get("index", "")) - 1]: u for u in unknowns}
+        assert set(named) == outputs
+        depends = [variables[int(i) - 1] for i in named["output.tau"].get("dependencies", "").split()]
+        assert {"crank.phi", "output.phi"} <= set(depends)
+
+
+def test_the_date_follows_source_date_epoch(model, tmp_path, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    path = export_fmu(model, tmp_path / "dated.fmu")
+    with zipfile.ZipFile(path) as archive:
+        assert b'generationDateAndTime="2023-11-14T22:13:20Z"' in archive.read("modelDescription.xml")
+        assert {info.date_time for info in archive.infolist()} == {(2023, 11, 14, 22, 13, 20)}
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "yesterday")
+    with pytest.raises(InputError, match="SOURCE_DATE_EPOCH"):
+        export_fmu(model, tmp_path / "dated.fmu")
+
+
+def test_nothing_of_this_machine_is_inside(fmu):
+    here = os.path.expanduser("~").encode()
+    with zipfile.ZipFile(fmu) as archive:
+        names = archive.namelist()
+        assert not [name for name in names if "pycache" in name or name.startswith("/")]
+        for name in names:
+            if not name.startswith("binaries/"):
+                assert here not in archive.read(name)
+    assert "documentation/index.html" in names
+    assert {"binaries/linux64", "binaries/win64"} <= {name.rsplit("/", 1)[0] for name in names}
+
+
+def test_a_path_that_cannot_be_written_leaves_nothing(model, tmp_path):
+    with pytest.raises(InputError, match="no_folder"):
+        export_fmu(model, tmp_path / "no_folder" / "x.fmu")
+    (tmp_path / "folder.fmu").mkdir()
+    with pytest.raises(InputError, match=r"folder\.fmu"):
+        export_fmu(model, tmp_path / "folder.fmu")
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["folder.fmu"]
+
+
+def test_a_failure_keeps_the_file_that_was_there(model, tmp_path, monkeypatch):
+    path = tmp_path / "kept.fmu"
+    path.write_bytes(b"before")
+
+    def full_disk(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(zipfile.ZipFile, "writestr", full_disk)
+    with pytest.raises(InputError, match="No space left"):
+        export_fmu(model, path)
+    assert [p.name for p in tmp_path.iterdir()] == ["kept.fmu"]
+    assert path.read_bytes() == b"before"

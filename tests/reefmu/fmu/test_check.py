@@ -1,0 +1,166 @@
+import zipfile
+
+import pytest
+
+from reefmu.fmu import check, host
+from reefmu.fmu.archive import read_archive
+from reefmu.fmu.check import check_fmu
+from stiffness_model.errors import InputError
+
+NAMES = ["standard", "declaration", "agreement", "reset", "restore", "refusal", "independence", "parameters"]
+
+
+def test_an_export_passes(fmu, soft_fmu):
+    for path in (fmu, soft_fmu):
+        report = check_fmu(path)
+        assert report.passed, str(report)
+        assert [finding.name for finding in report.findings] == NAMES
+        assert report["agreement"].figure <= 1e-9
+        assert str(path) in str(report)
+
+
+def test_a_wrong_torque_is_found(fmu, monkeypatch):
+    from reefmu.fmu.kernel import Kernel
+
+    right = Kernel.step
+
+    def wrong(self, dt):
+        done = right(self, dt)
+        self._y[0] *= 1 + 1e-7
+        return done
+
+    monkeypatch.setattr(Kernel, "step", wrong)
+    report = check_fmu(fmu)
+    assert not report.passed
+    assert not report["agreement"].passed
+    assert "output.tau" in report["agreement"].detail
+    assert report["standard"].passed
+    assert "FAIL agreement" in str(report)
+
+
+def test_a_state_that_is_not_restored_is_found(fmu, monkeypatch):
+    from reefmu.fmu.slave import DriveSlave
+
+    monkeypatch.setattr(DriveSlave, "_set_fmu_state", lambda self, state: None)
+    report = check_fmu(fmu)
+    assert not report["restore"].passed
+    assert report["agreement"].passed
+
+
+def test_instances_that_share_their_values_are_found(fmu, monkeypatch):
+    from reefmu.fmu.kernel import Kernel
+
+    made = {}
+    monkeypatch.setattr("reefmu.fmu.slave.Kernel", lambda *args: made.setdefault("one", Kernel(*args)))
+    assert not check_fmu(fmu)["independence"].passed
+
+
+def test_an_accepted_nan_is_found(fmu, monkeypatch):
+    monkeypatch.setattr(host.FmuDrive, "_set_inputs", lambda self, inputs: None)
+    monkeypatch.setattr(check, "run_fmu", lambda drive, trial, names: [drive.initialize() and [0.0] * len(names)])
+    with host.FmuDrive(fmu) as drive:
+        trial = check.make_trial(check._embedded_model(read_archive(fmu)))
+        assert not check._refusal(drive, trial, ("output.tau",), trial.inputs[:, :1]).passed
+
+
+def test_a_model_exchanged_by_hand_is_found(rewritten):
+    def stiffer(name, content):
+        return content.replace(b"5e-06 rad/", b"4e-06 rad/") if name.endswith(".toml") else content
+
+    report = check_fmu(rewritten(stiffer))
+    assert not report["declaration"].passed
+    assert "structural_compliance" in report["declaration"].detail
+
+
+def test_an_invalid_description_is_found(rewritten):
+    def without_structure(name, content):
+        return content.replace(b"<InitialUnknowns>", b"<InitialUnknown>") if name.endswith(".xml") else content
+
+    with pytest.raises(InputError, match=r"expected XML in modelDescription\.xml"):
+        check_fmu(rewritten(without_structure))
+
+    def wrong_unit(name, content):
+        return content.replace(b'<Unit name="N">', b'<Unit name="kN">') if name.endswith(".xml") else content
+
+    report = check_fmu(rewritten(wrong_unit))
+    assert not report["standard"].passed
+    assert "unit" in report["standard"].detail
+
+
+def test_missing_file_and_folder(tmp_path):
+    with pytest.raises(InputError, match=r"absent\.fmu: expected an FMU file, got 'no such file'"):
+        check_fmu(tmp_path / "absent.fmu")
+    with pytest.raises(InputError, match="expected an FMU file, got 'a folder'"):
+        check_fmu(tmp_path)
+
+
+@pytest.mark.parametrize("content", [b"", b"not a zip archive at all", b"PK\x03\x04" + bytes(100)])
+def test_what_is_no_zip_archive(content, tmp_path):
+    path = tmp_path / "no.fmu"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"no\.fmu: expected an FMU \(a whole zip archive\)"):
+        check_fmu(path)
+
+
+@pytest.mark.parametrize("part", [0.1, 0.5, 0.99])
+def test_a_truncated_fmu(fmu, part, tmp_path):
+    path = tmp_path / "cut.fmu"
+    content = fmu.read_bytes()
+    path.write_bytes(content[:int(part * len(content))])
+    with pytest.raises(InputError, match=r"cut\.fmu: expected an FMU \(a whole zip archive\)"):
+        check_fmu(path)
+
+
+def test_a_damaged_fmu(fmu, tmp_path):
+    path = tmp_path / "damaged.fmu"
+    content = bytearray(fmu.read_bytes())
+    middle = len(content) // 2
+    content[middle:middle + 50] = bytes(50)
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"damaged\.fmu: expected"):
+        check_fmu(path)
+
+
+def test_a_foreign_fmu(tmp_path):
+    path = tmp_path / "foreign.fmu"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml",
+                         '<fmiModelDescription fmiVersion="2.0" modelName="x" guid="g" generationTool="Other 1">'
+                         '<CoSimulation modelIdentifier="x"/></fmiModelDescription>')
+    with pytest.raises(InputError, match=r"expected an FMU of kind drive that reefmu exported, got 'one by Other 1'"):
+        check_fmu(path)
+    with pytest.raises(InputError, match="expected an FMU that runs here"):
+        host.FmuDrive(path)
+
+
+def test_a_zip_archive_of_something_else(tmp_path):
+    path = tmp_path / "other.fmu"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("readme.txt", "hello")
+    with pytest.raises(InputError, match=r"expected an FMU with modelDescription\.xml"):
+        check_fmu(path)
+
+
+@pytest.mark.parametrize("member", ["resources/model.toml", "resources/lookup.npz"])
+def test_resources_missing_or_damaged(rewritten, member):
+    with pytest.raises(InputError, match=f"expected {member} in the FMU"):
+        check_fmu(rewritten(lambda name, content: None if name == member else content))
+    with pytest.raises(InputError) as refused:
+        check_fmu(rewritten(lambda name, content: b"\x00nonsense" if name == member else content))
+    assert "\n" not in str(refused.value)
+
+
+def test_no_script(rewritten):
+    """pythonfmu itself would end the process here."""
+    path = rewritten(lambda name, content: None if name.endswith(".py") else content)
+    with pytest.raises(InputError, match="expected the script"):
+        check_fmu(path)
+    path = rewritten(lambda name, content: None if name.endswith("slavemodule.txt") else content)
+    with pytest.raises(InputError, match="expected the script"):
+        check_fmu(path)
+
+
+def test_no_binary_for_this_machine(rewritten):
+    path = rewritten(lambda name, content: None if name.startswith("binaries/") else content)
+    with pytest.raises(InputError, match="expected an FMU that runs here"):
+        check_fmu(path)
