@@ -52,7 +52,7 @@ def build_parser() -> argparse.ArgumentParser:
                                    "curve, an FMU and a joint under control.")
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and leave")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (_add_curve, _add_compare):
+    for add in (_add_curve, _add_compare, _add_export, _add_check):
         add(commands)
     return parser
 
@@ -68,6 +68,28 @@ def _add_compare(commands: Commands) -> None:
                       "Writes compare.csv and compare.png.")
     _add_study_options(parser, "compare")
     parser.add_argument("--catalog", metavar="FILE", help="TOML file with further gears, as catalog.toml")
+
+
+def _add_export(commands: Commands) -> None:
+    parser = _command(commands, "export", "a drawing or a model as an FMU",
+                      "Solves the lookup (some seconds, then cached) and writes an FMI 2.0 co-simulation FMU.")
+    parser.add_argument("source", metavar="DRIVE|MODEL.toml", help="a preset, a TOML drawing or a TOML model")
+    parser.add_argument("-o", "--output", metavar="FILE.fmu", required=True, help="the FMU to write")
+    parser.add_argument("--kind", choices=("drive",), default="drive",
+                        help="drive: angles in, torques out (default)")
+    parser.add_argument("--backend", choices=("python",), default="python",
+                        help="python: runs in the host's Python with reefmu installed (default)")
+    parser.add_argument("--effect", metavar="NAME", action="append", default=[],
+                        help="put an effect inside, neutral until its parameters are set; repeatable")
+    parser.add_argument("--drives", metavar="N", type=_whole(1, MOST_DRIVES), default=500,
+                        help="virtual drives behind the lookup (default 500)")
+    parser.add_argument("--seed", metavar="S", type=_whole(0), default=0, help="seed of the tolerances (default 0)")
+
+
+def _add_check(commands: Commands) -> None:
+    parser = _command(commands, "check", "an FMU against the standard and the Python model",
+                      "Exit status 1 if something differs.")
+    parser.add_argument("fmu", metavar="FILE.fmu", help="an FMU that `reefmu export` wrote")
 
 
 def _command(commands: Commands, name: str, summary: str, writes: str) -> argparse.ArgumentParser:

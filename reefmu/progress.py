@@ -42,16 +42,18 @@ class Progress:
 
 
 class CountingExecutor(Executor):
-    """Does the work in this thread, one task after another, and shows how much of it is done.
+    """Shows how much of the work is done, for functions that take an executor, such as `simulate`.
 
-    For functions that take an executor, such as `stiffness_model.simulate`.
+    Does it in this thread, one task after another, or has `pool` do it.
     """
 
-    def __init__(self, what: str) -> None:
-        self._what = what
+    def __init__(self, what: str, pool: Executor | None = None) -> None:
+        self._what, self._pool = what, pool
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Call `fn` at once."""
+        """Call `fn` at once, or hand it to the pool."""
+        if self._pool is not None:
+            return self._pool.submit(fn, *args, **kwargs)
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -64,6 +66,7 @@ class CountingExecutor(Executor):
         """As the built-in `map`; timeout and chunksize have no meaning here."""
         tasks = list(zip(*iterables, strict=False))
         with Progress(self._what, len(tasks)) as progress:
-            for task in tasks:
-                yield fn(*task)
+            results = (fn(*task) for task in tasks) if self._pool is None else self._pool.map(fn, *zip(*tasks, strict=True))
+            for result in results:
+                yield result
                 progress.step()

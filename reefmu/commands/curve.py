@@ -1,0 +1,84 @@
+"""`reefmu curve`: twist over torque, contact forces and load shares of a drawing."""
+
+from __future__ import annotations
+
+import argparse
+
+from stiffness_model import plots
+from stiffness_model.curve import LOST_MOTION_SHARE, PLAY_SHARE, TwistTorqueCurve
+from stiffness_model.files import staged_folder
+from stiffness_model.population import Population
+from stiffness_model.units import ARCMIN
+
+from . import study
+
+ROWS = 13
+"""Lines of the printed table; curve.csv has them all."""
+
+
+def run(args: argparse.Namespace) -> int:
+    """Simulate, print, and write curve.csv, curve.png, forces.png and load_share.png."""
+    drive, notes = study.load(args)
+    folder = study.out_folder(args, "curve")
+    with staged_folder(folder) as stage:
+        population = study.run_population(drive, args)
+        curve = population.curve()
+        curve.write_csv(stage / "curve.csv")
+        for name, ax in {
+            "curve.png": plots.twist_over_torque(curve),
+            "forces.png": plots.contact_forces(population),
+            "load_share.png": plots.load_share(population),
+        }.items():
+            plots.save(ax, stage / name)
+    study.show_notes(notes)
+    print(f"{drive.name}: {population.n_drives} virtual drives, seed {population.seed}\n")
+    print(_twist_table(curve))
+    print()
+    print(_motion(curve))
+    print()
+    print(_elements(population))
+    print(f"\nwritten to {folder}: curve.csv, curve.png, forces.png, load_share.png")
+    return 0
+
+
+def _twist_table(curve: TwistTorqueCurve) -> str:
+    step = max(1, (len(curve.twist) - 1) // (ROWS - 1))
+    columns = (curve.twist / ARCMIN, curve.torque, curve.torque_p10, curve.torque_p90,
+               curve.stiffness * ARCMIN)
+    # Adding zero turns a rounded "-0.00" into "0.00".
+    rows = [[f"{round(float(column[i]), 2) + 0.0:.2f}" for column in columns]
+            for i in range(0, len(curve.twist), step)]
+    return study.table(["twist", "mean torque", "P10", "P90", "stiffness"],
+                       ["[arcmin]", "[N.m]", "[N.m]", "[N.m]", "[N.m/arcmin]"], rows)
+
+
+def _motion(curve: TwistTorqueCurve) -> str:
+    full = curve.full_torque
+    return "\n".join([
+        f"backlash     {curve.backlash() / ARCMIN:8.3f} arcmin  "
+        f"(carries less than {100 * PLAY_SHARE:g} % of {full:.4g} N.m)",
+        f"lost motion  {curve.lost_motion() / ARCMIN:8.3f} arcmin  "
+        f"(between +-{100 * LOST_MOTION_SHARE:g} % of {full:.4g} N.m)",
+    ])
+
+
+def _elements(population: Population) -> str:
+    """What became of the elements, in plain words."""
+    counts = population.status_counts
+    whole = sum(counts.values())
+    elements = population.n_drives * population.drive.elements
+    carrying = counts["loaded"] + counts["iterated"]
+    lines = [
+        f"{elements} elements at {len(population.twist)} twists each:",
+        f"  {100 * carrying / whole:5.1f} %  carry load",
+        f"  {100 * counts['play'] / whole:5.1f} %  have play",
+        f"  {100 * counts['excluded'] / whole:5.1f} %  stand where the profile is cut away and carry nothing",
+    ]
+    if counts["iterated"]:
+        lines.append(f"  {counts['iterated']} cases of a ball larger than its bore were solved by iteration")
+    if counts["not_converged"]:
+        lines.append(f"  {counts['not_converged']} cases found no equilibrium and count as no force")
+    if population.capped:
+        lines.append(f"  {population.capped} elements lie closer in their bore than Hertz's theory reaches; "
+                     "their cage stiffness is capped")
+    return "\n".join(lines)
