@@ -72,13 +72,16 @@ def _add_compare(commands: Commands) -> None:
 
 def _add_export(commands: Commands) -> None:
     parser = _command(commands, "export", "a drawing or a model as an FMU",
-                      "Solves the lookup (some seconds, then cached) and writes an FMI 2.0 co-simulation FMU.")
+                      "Solves the lookup (some seconds, then cached) and writes an FMI 2.0 FMU.")
     parser.add_argument("source", metavar="DRIVE|MODEL.toml", help="a preset, a TOML drawing or a TOML model")
     parser.add_argument("-o", "--output", metavar="FILE.fmu", required=True, help="the FMU to write")
     parser.add_argument("--kind", choices=("drive",), default="drive",
                         help="drive: angles in, torques out (default)")
-    parser.add_argument("--backend", choices=("python",), default="python",
-                        help="python: runs in the host's Python with reefmu installed (default)")
+    parser.add_argument("--backend", choices=("python", "native"), default="python",
+                        help="python: runs in the host's Python with reefmu installed (default); native: compiled, "
+                             "needs nothing, co-simulation and model exchange")
+    parser.add_argument("--platform", metavar="NAME", help="of a native FMU: linux64, linux-arm64, win64, darwin64, "
+                        "all, or none for sources alone (default: this machine's)")
     parser.add_argument("--effect", metavar="NAME", action="append", default=[],
                         help="put an effect inside, neutral until its parameters are set; repeatable")
     parser.add_argument("--drives", metavar="N", type=_whole(1, MOST_DRIVES), default=500,

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import sys
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
@@ -35,17 +36,35 @@ def lookup_function(lookup: Lookup) -> ca.Function:
     # Quantities lie innermost, so that one gather fetches the 4 x 4 cell of all of them.
     table = ca.MX(ca.DM(lookup.coefficients.transpose(1, 2, 0).ravel()))
     offsets = [(a * n_c + b) * n_q + q for a in range(4) for b in range(4) for q in range(n_q)]
-    cell = ca.reshape(table[(i * n_c + j) * n_q + ca.DM(offsets)], n_q, 16)
-    along_clearance = ca.vertcat(*weights(held, held))
-    value = cell @ ca.vec(along_clearance @ ca.vertcat(*weights(f, inside)).T)
-    slope = cell[:3, :] @ ca.vec(along_clearance @ ca.vertcat(*slope_weights(inside)).T) / lookup.twist.step
+    cell = table[(i * n_c + j) * n_q + ca.DM(offsets)]
     in_range = ca.logic_and(ca.logic_and(f >= 0, f <= 1), ca.logic_and(g >= 0, g <= 1))
-    assert QUANTITIES[3:] == ("max_contact_force", "load_share")
     return ca.Function(
         "lookup", [twist, clearance, band],
-        [_blend(value[:3], band), _blend(slope, band), value[3], value[4], in_range],
+        [*_cell_function(n_q, lookup.twist.step)(cell, f, inside, held, band), in_range],
         ["twist", "clearance", "band"], ["torque", "stiffness", "max_contact_force", "load_share", "in_range"],
     )
+
+
+def _cell_function(n_q: int, step: float) -> ca.Function:
+    """(coefficients of a cell, its coordinates, band) -> (torque, stiffness, max contact force, load share).
+
+    In scalars: straight-line code, several times faster than matrices where the function is interpreted and
+    where it is compiled.
+    """
+    assert QUANTITIES[3:] == ("max_contact_force", "load_share")
+    cell, f, inside, held, band = (ca.SX.sym(name, n) for name, n in
+                                   (("cell", 16 * n_q), ("f", 1), ("inside", 1), ("held", 1), ("band", 1)))
+    along_clearance = weights(held, held)
+    rows = [[sum(along_clearance[b] * cell[(4 * a + b) * n_q + q] for b in range(4)) for a in range(4)]
+            for q in range(n_q)]
+    torques = [_blend([row[a] for row in rows[:3]], band) for a in range(4)]
+    along_twist, slopes = weights(f, inside), slope_weights(inside)
+    force, share = (sum(w * c for w, c in zip(along_twist, row, strict=True)) for row in rows[3:5])
+    return ca.Function("cell", [cell, f, inside, held, band], [
+        sum(w * c for w, c in zip(along_twist, torques, strict=True)),
+        sum(w * c for w, c in zip(slopes, torques, strict=True)) / step, force, share],
+        # Coefficients are constants: without their derivatives the Jacobian's code is a fraction of the size.
+        {"is_diff_in": [False, True, True, True, True]})
 
 
 def _locate(axis: Axis, x: ca.MX) -> tuple[ca.MX, ca.MX]:
@@ -58,8 +77,8 @@ def _clip(f: ca.MX) -> ca.MX:
     return ca.fmax(ca.fmin(f, 1), 0)
 
 
-def _blend(values: ca.MX, band: ca.MX) -> ca.MX:
-    mean, p10, p90 = values[0], values[1], values[2]
+def _blend(values: Sequence[Any], band: ca.SX) -> ca.SX:
+    mean, p10, p90 = values
     return mean + ca.fmax(band, 0) * (p90 - mean) + ca.fmax(-band, 0) * (p10 - mean)
 
 

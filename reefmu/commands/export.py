@@ -6,7 +6,9 @@ import argparse
 import warnings
 from pathlib import Path
 
+from reefmu.fmu.archive import read_archive
 from reefmu.fmu.build import export_fmu
+from reefmu.fmu.platforms import chosen_platforms
 from reefmu.model import DriveModel, build_model
 from reefmu.model_file import is_model_file, load_model
 from stiffness_model.drawing_file import load_drive
@@ -21,14 +23,21 @@ def run(args: argparse.Namespace) -> int:
     target = Path(args.output)
     expect(target.suffix == ".fmu", "a file name that ends in .fmu", str(target), "--output")
     expect(target.parent.is_dir(), "an existing folder for the FMU", str(target.parent), "--output")
+    native = args.backend == "native"
+    expect(native or args.platform is None, "--platform with --backend native only", args.platform, "--platform")
+    if args.platform not in (None, "none"):
+        chosen_platforms(args.platform)  # an unknown name is refused before the lookup is solved
     model, notes = load(args)
-    export_fmu(model, target)
+    export_fmu(model, target, backend=args.backend, platform=args.platform or "host")
     study.show_notes(notes)
     print(f"{model.name}: lookup over {describe(model.lookup)}")
     inside = ", ".join(effect.name for effect in model.effects) or "none"
     print(f"effects inside: {inside}")
-    print(f"written to {target}: FMI 2.0 co-simulation, kind drive, {target.stat().st_size / 1024:.0f} kB; "
-          "its host needs Python with reefmu")
+    way = "co-simulation and model exchange" if native else "co-simulation"
+    binaries = [name.split("/")[1] for name in read_archive(target).members if name.startswith("binaries/")]
+    needs = f"for {', '.join(sorted(binaries)) or 'no platform, sources alone'}" if native else \
+        "its host needs Python with reefmu"
+    print(f"written to {target}: FMI 2.0 {way}, kind {args.kind}, {target.stat().st_size / 1024:.0f} kB; {needs}")
     return 0
 
 

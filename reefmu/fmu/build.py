@@ -1,7 +1,8 @@
-"""Export: a drive model becomes an FMU that the installed package runs through pythonfmu.
+"""Export: a drive model becomes an FMU, with either of two back ends.
 
-The same model exported twice with the same version gives the same bytes. So nothing in the file comes from
-the clock: the GUID is a hash of the content, and the date is SOURCE_DATE_EPOCH where that is set
+python: the installed package runs it through pythonfmu. native: binaries from generated C, which need nothing.
+The same model exported twice with the same version (and compiler) gives the same bytes. So nothing in
+the file comes from the clock: the GUID is a hash of the content, and the date is SOURCE_DATE_EPOCH where that is set
 (reproducible-builds.org), else `RELEASED`, a date that stands for this version of the export.
 """
 
@@ -18,17 +19,21 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stiffness_model.errors import InputError
+from stiffness_model.errors import InputError, unknown_name
 
 from .archive import DESCRIPTION, LOOKUP_FILE, MODEL_FILE, SCRIPT_NAME, write_archive
+from .component import Component, drive_component
 from .description import Export, model_description
-from .interface import Interface, declare_drive
+from .generate import UNIT, sources
+from .interface import Interface, declare, declare_exchange
+from .platforms import chosen_platforms, compile_binaries
 
 if TYPE_CHECKING:
     from reefmu.model import DriveModel
 
 RELEASED = datetime(2026, 1, 1, tzinfo=UTC)
 LICENCE = "BSD-3-Clause"
+BACKENDS = ("python", "native")
 CAPABILITIES = {
     "needsExecutionTool": False,
     "canHandleVariableCommunicationStepSize": True,
@@ -41,6 +46,21 @@ CAPABILITIES = {
     "providesDirectionalDerivative": False,
 }
 """What pythonfmu's binary with `slave.DriveSlave` behind it can do (FMI 2.0.4, section 4.3.1)."""
+NATIVE_CAPABILITIES = {
+    **CAPABILITIES,
+    "canNotUseMemoryManagementFunctions": False,
+    "providesDirectionalDerivative": True,
+}
+EXCHANGE_CAPABILITIES = {
+    "needsExecutionTool": False,
+    "completedIntegratorStepNotNeeded": True,
+    "canBeInstantiatedOnlyOncePerProcess": False,
+    "canNotUseMemoryManagementFunctions": False,
+    "canGetAndSetFMUstate": True,
+    "canSerializeFMUstate": True,
+    "providesDirectionalDerivative": True,
+}
+"""What the generated C can do, for co-simulation and for model exchange (section 3.3.1)."""
 _SCRIPT = '''"""Runs in the installed package. Its names keep it apart from other FMUs in the process."""
 from reefmu.fmu.slave import DriveSlave
 from reefmu.fmu.workarounds import hold
@@ -54,45 +74,85 @@ class {identifier}(DriveSlave):
 '''
 
 
-def export_fmu(model: DriveModel, path: str | os.PathLike[str]) -> Path:
-    """Write `model` as an FMI 2.0 co-simulation FMU of kind `drive` to `path`, and return the path.
+def export_fmu(model: DriveModel, path: str | os.PathLike[str], *, backend: str = "python",
+               platform: str = "host") -> Path:
+    """Write `model` as an FMI 2.0 FMU of kind `drive` to `path`, and return the path.
 
-    The FMU holds the model, its lookup and the binaries of pythonfmu for 64-bit Linux and Windows; its host
-    needs a Python with this package. An existing file is replaced; a failure leaves it as it was.
-    Errors: `InputError` for a path that cannot be written or a unit FMI cannot express.
+    backend: "python" for co-simulation in a host that has a Python with this package (the binaries of pythonfmu
+    for 64-bit Linux and Windows are inside); "native" for co-simulation and model exchange without anything
+    else, for `platform`: a name of `platforms.PLATFORMS`, "host", "all", or "none" for sources alone. An
+    existing file is replaced; a failure leaves it as it was.
+    Errors: `InputError` for a path that cannot be written, a unit FMI cannot express, an unknown back end or
+    platform, or no compiler for the platform.
     """
-    version = _version("reefmu")
+    if backend not in BACKENDS:
+        raise unknown_name("back end", backend, BACKENDS)
+    make = _python_members if backend == "python" else _native_members
     when = _date()
-    interface = declare_drive(model)
-    resources = _resources(model)
+    members = make(drive_component(model), _resources(model), when, platform)
+    return write_archive(path, members, when)
+
+
+def _python_members(component: Component, resources: dict[str, bytes], when: datetime,
+                    _platform: str) -> dict[str, bytes]:
+    """The archive of an FMU that runs in the installed package."""
+    interface = declare(component)
+    export = _export(component, interface, resources, when, "python", _SCRIPT)
+    script = _SCRIPT.format(identifier=export.model_identifier, guid=export.guid, layout=interface.digest)
+    return {
+        DESCRIPTION: model_description(interface, export),
+        f"resources/{export.model_identifier}.py": script.encode(),
+        SCRIPT_NAME: export.model_identifier.encode(),
+        **{f"resources/{name}": data for name, data in resources.items()},
+        **_binaries(export.model_identifier),
+        **_documentation(interface, export),
+    }
+
+
+def _native_members(component: Component, resources: dict[str, bytes], when: datetime,
+                    platform: str) -> dict[str, bytes]:
+    """The archive of an FMU in C. Its resources are for `reefmu check` and for people; no binary reads them."""
+    platforms = () if platform == "none" else chosen_platforms(platform)
+    interface = declare_exchange(component)
+    without_guid = hashlib.sha256()
+    for name, content in sorted(sources(component, interface, "").items()):
+        without_guid.update(name.encode() + content)
+    export = _export(component, interface, resources, when, "native", without_guid.hexdigest())
+    files = sources(component, interface, export.guid)
+    return {
+        DESCRIPTION: model_description(interface, export),
+        **{f"resources/{name}": data for name, data in resources.items()},
+        **{f"sources/{name}": data for name, data in files.items()},
+        **compile_binaries(files, export.model_identifier, platforms),
+        **_documentation(interface, export),
+    }
+
+
+def _export(component: Component, interface: Interface, resources: dict[str, bytes], when: datetime, backend: str,
+            code: str) -> Export:
+    """Names, versions and capabilities. The GUID is a hash of the variables, the resources and the code."""
+    version, native = _version("reefmu"), backend == "native"
     content = hashlib.sha256()
-    for part in (repr(interface), version, _SCRIPT, when.isoformat()):
+    for part in (repr(interface), version, code, when.isoformat()):
         content.update(part.encode())
     for name in sorted(resources):
         content.update(name.encode() + hashlib.sha256(resources[name]).digest())
     guid = uuid.UUID(bytes=content.digest()[:16], version=5)
-    identifier = f"{_c_name(model.name)}_{guid.hex[:12]}"
-    export = Export(
+    tool = f"CasADi {_version('casadi')}" if native else f"pythonfmu {_version('pythonfmu')}"
+    return Export(
         guid=f"{{{guid}}}",
-        model_identifier=identifier,
-        description=_describe(interface, version),
-        generation_tool=f"reefmu {version} with pythonfmu {_version('pythonfmu')}",
+        model_identifier=f"{_c_name(component.name)}_{guid.hex[:12]}",
+        description=_describe(interface, version, backend),
+        generation_tool=f"reefmu {version} with {tool}",
         generated=when.strftime("%Y-%m-%dT%H:%M:%SZ"),
         version=version,
         licence=LICENCE,
-        backend="python",
-        capabilities=CAPABILITIES,
+        backend=backend,
+        capabilities=NATIVE_CAPABILITIES if native else CAPABILITIES,
+        exchange=EXCHANGE_CAPABILITIES if native else None,
+        indicators=component.switches if native else 0,
+        sources=(UNIT,) if native else (),
     )
-    script = _SCRIPT.format(identifier=identifier, guid=export.guid, layout=interface.digest)
-    members = {
-        DESCRIPTION: model_description(interface, export),
-        f"resources/{identifier}.py": script.encode(),
-        SCRIPT_NAME: identifier.encode(),
-        **{f"resources/{name}": data for name, data in resources.items()},
-        **_binaries(identifier),
-        **_documentation(interface, export),
-    }
-    return write_archive(path, members, when)
 
 
 def _resources(model: DriveModel) -> dict[str, bytes]:
@@ -117,12 +177,13 @@ def _binaries(identifier: str) -> dict[str, bytes]:
     return {f"binaries/{file.parent.name}/{identifier}{file.suffix}": file.read_bytes() for file in files}
 
 
-def _describe(interface: Interface, version: str) -> str:
+def _describe(interface: Interface, version: str, backend: str) -> str:
+    needs = (f"the host needs Python with reefmu {version} installed" if backend == "python" else
+             "directional derivatives and `stiffness` are those with the states held")
     return (f"Rolling element eccentric drive {interface.name}: torque, stiffness and contact load over "
             "twist. Inputs are held constant over a communication step: after fmi2DoStep the outputs are "
             "those of the inputs set before it, with the states advanced exactly over the step, so a step "
-            f"may have any length. Made by reefmu {version} ({LICENCE}); the host needs Python with reefmu "
-            f"{version} installed.")
+            f"may have any length. Made by reefmu {version} ({LICENCE}); {needs}.")
 
 
 def _documentation(interface: Interface, export: Export) -> dict[str, bytes]:
@@ -135,7 +196,7 @@ def _documentation(interface: Interface, export: Export) -> dict[str, bytes]:
             f"<h1>{name}</h1>\n<p>{escape(export.description)}</p>\n<table>\n"
             f"<tr><th>name</th><th>causality</th><th>unit</th><th>meaning</th></tr>\n{rows}</table>\n</html>\n")
     members = {"documentation/index.html": page.encode()}
-    for package in ("reefmu", "pythonfmu"):
+    for package in ("reefmu", "pythonfmu") if export.backend == "python" else ("reefmu",):
         try:
             files = importlib.metadata.files(package) or []
         except importlib.metadata.PackageNotFoundError:

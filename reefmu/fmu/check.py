@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from stiffness_model.errors import InputError, expect
 
 from .archive import LOOKUP_FILE, MODEL_FILE, FmuFile, read_archive
+from .component import drive_component
 from .host import FmuDrive
-from .interface import declare_drive
+from .interface import Variable, declare, declare_exchange
 from .trial import Trial, continue_fmu, make_trial, run_fmu, run_model
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
     origin = f"kind {file.kind}" if file.kind else f"one by {file.generation_tool or 'an unnamed tool'}"
     expect(file.kind == "drive", "an FMU of kind drive that reefmu exported", origin, str(path))
     model = _embedded_model(file)
-    findings = [_standard(file), _declaration(file, model), *_behaviour(file.path, model)]
+    findings = [_standard(file), _declaration(file, declared_variables(file, model)), *_behaviour(file.path, model)]
     return CheckReport(file.path, tuple(findings))
 
 
@@ -108,7 +109,13 @@ def _standard(file: FmuFile) -> Finding:
     return Finding("standard", not problems, len(problems), 0, " ".join(" ".join(problems[:3]).split()))
 
 
-def _declaration(file: FmuFile, model: DriveModel) -> Finding:
+def declared_variables(file: FmuFile, model: DriveModel) -> tuple[Variable, ...]:
+    """The variables that the back end of the file has for this model."""
+    component = drive_component(model)
+    return (declare_exchange(component) if file.backend == "native" else declare(component)).variables
+
+
+def _declaration(file: FmuFile, variables: tuple[Variable, ...]) -> Finding:
     """A model exchanged by hand, or another version's, would no longer be what the description says."""
     from fmpy import read_model_description
 
@@ -117,7 +124,7 @@ def _declaration(file: FmuFile, model: DriveModel) -> Finding:
         for v in read_model_description(str(file.path), validate=False).modelVariables}
     expected = {
         v.name: (v.reference, v.causality, v.variability, v.unit, math.nan if v.start is None else v.start)
-        for v in declare_drive(model).variables}
+        for v in variables}
     differing = sorted(name for name in declared.keys() | expected.keys()
                        if repr(declared.get(name)) != repr(expected.get(name)))  # NaN equals NaN here
     return Finding("declaration", not differing, len(differing), 0, ", ".join(differing[:5]))

@@ -47,7 +47,8 @@ class Export:
     """What a description says beside the variables.
 
     generated: "2026-01-01T00:00:00Z"; capabilities: attributes of the CoSimulation element; backend: "python"
-    for a slave that runs in the installed package.
+    for a slave that runs in the installed package, "native" for one in C. exchange: attributes of the
+    ModelExchange element, None without one; sources: files in `sources` that make the binary.
     """
 
     guid: str
@@ -61,6 +62,9 @@ class Export:
     capabilities: Mapping[str, bool]
     stop_time: float = 1.0
     step_size: float = 1e-3
+    exchange: Mapping[str, bool] | None = None
+    indicators: int = 0
+    sources: tuple[str, ...] = ()
 
 
 def model_description(interface: Interface, export: Export) -> bytes:
@@ -75,12 +79,11 @@ def model_description(interface: Interface, export: Export) -> bytes:
         "generationTool": export.generation_tool,
         "generationDateAndTime": export.generated,
         "variableNamingConvention": "structured",
-        "numberOfEventIndicators": "0",
+        "numberOfEventIndicators": str(export.indicators),
     })
-    SubElement(root, "CoSimulation", {
-        "modelIdentifier": export.model_identifier,
-        **{name: str(value).lower() for name, value in export.capabilities.items()},
-    })
+    for tag, capabilities in (("ModelExchange", export.exchange), ("CoSimulation", export.capabilities)):
+        if capabilities is not None:
+            _kind(root, tag, capabilities, export)
     _units(root, interface)
     categories = SubElement(root, "LogCategories")
     for name, meaning in LOG_CATEGORIES.items():
@@ -92,10 +95,22 @@ def model_description(interface: Interface, export: Export) -> bytes:
         "kind": interface.kind, "backend": export.backend, "interface": interface.digest})
     variables = SubElement(root, "ModelVariables")
     for variable in interface.variables:
-        _variable(variables, variable)
+        _variable(variables, variable, interface)
     _structure(root, interface)
     indent(root)
     return tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
+
+
+def _kind(root: Element, tag: str, capabilities: Mapping[str, bool], export: Export) -> None:
+    """What the FMU can do as this kind, and the sources to build it from (sections 3.3.1 and 4.3.1)."""
+    element = SubElement(root, tag, {
+        "modelIdentifier": export.model_identifier,
+        **{name: str(value).lower() for name, value in capabilities.items()},
+    })
+    if export.sources:
+        files = SubElement(element, "SourceFiles")
+        for name in export.sources:
+            SubElement(files, "File", {"name": name})
 
 
 def _units(root: Element, interface: Interface) -> None:
@@ -122,7 +137,7 @@ def _units(root: Element, interface: Interface) -> None:
             SubElement(simple, "Real", {**({"quantity": quantity} if quantity else {}), "unit": name})
 
 
-def _variable(parent: Element, variable: Variable) -> None:
+def _variable(parent: Element, variable: Variable, interface: Interface) -> None:
     attributes = {
         "name": variable.name,
         "valueReference": str(variable.reference),
@@ -140,21 +155,32 @@ def _variable(parent: Element, variable: Variable) -> None:
                        ("start", variable.start)):
         if value is not None:
             real[key] = repr(value)
+    if variable.derivative_of:
+        real["derivative"] = _index(interface, variable.derivative_of)
     SubElement(SubElement(parent, "ScalarVariable", attributes), "Real", real)
 
 
 def _structure(root: Element, interface: Interface) -> None:
     """ModelStructure: outputs and initial unknowns with what they depend on (section 2.2.8)."""
-    def index(name: str) -> str:
-        return str(interface[name].reference + 1)  # the schema counts variables from one
-
+    unknowns = {"Outputs": interface.block("output")}
+    if interface.derivatives:
+        unknowns["Derivatives"] = interface.derivatives
+    unknowns["InitialUnknowns"] = interface.block("output")
+    if interface.derivatives:
+        unknowns["InitialUnknowns"] += interface.block("local") + interface.derivatives
     structure = SubElement(root, "ModelStructure")
-    for tag in ("Outputs", "InitialUnknowns"):
-        unknowns = SubElement(structure, tag)
-        for variable in interface.block("output"):
-            names = variable.dependencies if tag == "Outputs" else variable.initial_dependencies
-            SubElement(unknowns, "Unknown", {
-                "index": index(variable.name), "dependencies": " ".join(index(name) for name in names)})
+    for tag, variables in unknowns.items():
+        element = SubElement(structure, tag)
+        for variable in variables:
+            names = variable.initial_dependencies if tag == "InitialUnknowns" else variable.dependencies
+            SubElement(element, "Unknown", {
+                "index": _index(interface, variable.name),
+                "dependencies": " ".join(_index(interface, name) for name in names)})
+
+
+def _index(interface: Interface, name: str) -> str:
+    """The place of a variable among all; the schema counts from one."""
+    return str(interface[name].reference + 1)
 
 
 def _text(text: str) -> str:

@@ -1,8 +1,8 @@
 """Every variable of the FMU, declared once; the back ends and the XML read the declaration.
 
-The value reference of a variable is its position, and the variables stand in four blocks: inputs, outputs,
-parameters, states. A back end can therefore keep all of them in one array and take a vector of the model as a
-slice of it.
+The value reference of a variable is its position, and the variables stand in blocks: inputs, outputs,
+parameters, states, and for model exchange the states' derivatives. A back end can therefore keep all of them in
+one array and take a vector of the model as a slice of it.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import hashlib
 import math
 import sys
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -24,10 +24,12 @@ if TYPE_CHECKING:
 
     from reefmu.model import DriveModel
 
+    from .component import Component
+
 Causality = Literal["input", "output", "parameter", "local"]
 Variability = Literal["continuous", "tunable", "fixed"]
 BLOCKS: tuple[Causality, ...] = ("input", "output", "parameter", "local")
-"""Order of the blocks; states are the `local` variables."""
+"""Order of the blocks; states are the `local` variables that are no derivatives."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,8 @@ class Variable:
     """One Real variable (FMI 2.0.4, section 2.2.7). None: the attribute is left out.
 
     dependencies: of an output, the inputs it depends on in a step (section 2.2.8);
-    initial_dependencies: of an output, the inputs and parameters it depends on at initialisation.
+    initial_dependencies: of an output, the inputs and parameters it depends on at initialisation;
+    derivative_of: of a derivative, its state.
     """
 
     reference: int
@@ -50,6 +53,7 @@ class Variable:
     nominal: float | None = None
     dependencies: tuple[str, ...] = ()
     initial_dependencies: tuple[str, ...] = ()
+    derivative_of: str = ""
 
     @property
     def initial(self) -> str | None:
@@ -74,13 +78,18 @@ class Variable:
 class Interface:
     """The variables of one FMU, in the order of their value references."""
 
-    kind: Literal["drive"]
+    kind: str
     name: str
     variables: tuple[Variable, ...]
 
     def block(self, causality: Causality) -> tuple[Variable, ...]:
         """The variables of one block, in the order of the model's vector."""
-        return tuple(v for v in self.variables if v.causality == causality)
+        return tuple(v for v in self.variables if v.causality == causality and not v.derivative_of)
+
+    @property
+    def derivatives(self) -> tuple[Variable, ...]:
+        """The states' derivatives, which an FMU for model exchange has."""
+        return tuple(v for v in self.variables if v.derivative_of)
 
     def span(self, causality: Causality) -> slice:
         """Where that block lies among all value references."""
@@ -102,32 +111,68 @@ class Interface:
 
 def declare_drive(model: DriveModel) -> Interface:
     """The interface of kind `drive`: the model's inputs, outputs, parameters and states."""
-    from reefmu.model import INPUTS, OUTPUTS
+    from .component import drive_component
 
-    inputs = [signal.name for signal in INPUTS]
-    parameters = [parameter.name for parameter in model.parameters]
-    step, start_inputs, start_parameters = _dependencies(model)
+    return declare(drive_component(model))
+
+
+def declare(component: Component) -> Interface:
+    """The interface of a component: its inputs, outputs, parameters and states."""
+    inputs = [signal.name for signal in component.inputs]
+    parameters = [parameter.name for parameter in component.parameters]
+    step, start_inputs, start_parameters = _dependencies(component)
     variables: list[Variable] = []
-    for signal in INPUTS:
+    for signal in component.inputs:
         variables.append(Variable(
             len(variables), signal.name, "input", "continuous", signal.unit, signal.description,
             float(signal.start), *_limits(signal.minimum, signal.maximum, signal.nominal)))
-    for row, signal in enumerate(OUTPUTS):
+    for row, signal in enumerate(component.outputs):
         variables.append(Variable(
             len(variables), signal.name, "output", "continuous", signal.unit, signal.description, None,
             *_limits(signal.minimum, signal.maximum, signal.nominal),
             _chosen(inputs, step[row]),
             _chosen(inputs, start_inputs[row]) + _chosen(parameters, start_parameters[row])))
-    for parameter in model.parameters:
+    for parameter in component.parameters:
         variables.append(Variable(
             len(variables), parameter.name, "parameter", "tunable" if parameter.tunable else "fixed",
             parameter.unit, parameter.description, float(parameter.value),
             *_limits(parameter.minimum, parameter.maximum, parameter.nominal)))
-    for signal in model.states:
+    for signal in component.states:
         variables.append(Variable(
             len(variables), signal.name, "local", "continuous", signal.unit, signal.description, None,
             *_limits(signal.minimum, signal.maximum, signal.nominal)))
-    return Interface("drive", model.name, tuple(variables))
+    return Interface(component.kind, component.name, tuple(variables))
+
+
+def declare_exchange(component: Component) -> Interface:
+    """The same for an FMU that also serves model exchange: with the derivatives, and states among what an output
+    depends on (FMI 2.0.4, section 2.2.8)."""
+    interface = declare(component)
+    states, inputs = ([v.name for v in interface.block(b)] for b in ("local", "input"))
+    parameters = [p.name for p in component.parameters]
+    outputs_of_x = _pattern(component.output, 0)
+    variables = [
+        replace(v, dependencies=v.dependencies + _chosen(states, outputs_of_x[v.reference - len(inputs)]))
+        if v.causality == "output" else v for v in interface.variables]
+    of_x, of_u, of_p = (_pattern(component.rate, argument) for argument in range(3))
+    initial_u, initial_p = (_pattern(component.initial, argument) for argument in range(2))
+    for row, state in enumerate(interface.block("local")):
+        variables[state.reference] = replace(
+            state, initial_dependencies=_chosen(inputs, initial_u[row]) + _chosen(parameters, initial_p[row]))
+        variables.append(Variable(
+            len(variables), f"der({state.name})", "local", "continuous", _per_second(state.unit),
+            f"Derivative of {state.name}", dependencies=_chosen(inputs, of_u[row]) + _chosen(states, of_x[row]),
+            initial_dependencies=_chosen(inputs, (of_u | (of_x @ initial_u))[row])
+            + _chosen(parameters, (of_p | (of_x @ initial_p))[row]), derivative_of=state.name))
+    return replace(interface, variables=tuple(variables))
+
+
+def _per_second(unit: str) -> str:
+    """The unit of a derivative by time."""
+    if "/" not in unit:
+        return f"{unit}/s"
+    above, _, below = unit.partition("/")
+    return f"{above}/s2" if below == "s" else f"{above}/({below.strip('()')}.s)"
 
 
 def _limits(minimum: float | None, maximum: float | None,
@@ -142,15 +187,15 @@ def _chosen(names: Sequence[str], row: Iterable[bool]) -> tuple[str, ...]:
     return tuple(name for name, used in zip(names, row, strict=True) if used)
 
 
-def _dependencies(model: DriveModel) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+def _dependencies(component: Component) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
     """Which outputs depend on which inputs in a step, and on which inputs and parameters at the start.
 
     An output sees an input directly and through the states, which follow the input within the step. Shapes
     (n_outputs, n_inputs) twice, then (n_outputs, n_parameters).
     """
-    of_x, of_u, of_p = (_pattern(model.output, argument) for argument in range(3))
-    step = of_u | (of_x @ _pattern(model.advance, 1))
-    return step, of_u | (of_x @ _pattern(model.initial, 0)), of_p | (of_x @ _pattern(model.initial, 1))
+    of_x, of_u, of_p = (_pattern(component.output, argument) for argument in range(3))
+    step = of_u | (of_x @ _pattern(component.advance, 1))
+    return step, of_u | (of_x @ _pattern(component.initial, 0)), of_p | (of_x @ _pattern(component.initial, 1))
 
 
 def _pattern(function: casadi.Function, argument: int) -> NDArray[np.bool_]:

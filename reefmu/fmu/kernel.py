@@ -12,7 +12,7 @@ from .interface import Interface
 if TYPE_CHECKING:
     import casadi
 
-    from reefmu.model import DriveModel
+    from .component import Component
 
 
 class Kernel:
@@ -22,7 +22,7 @@ class Kernel:
     An operation whose result is not finite returns False and leaves `values` as they were.
     """
 
-    def __init__(self, model: DriveModel, interface: Interface) -> None:
+    def __init__(self, component: Component, interface: Interface) -> None:
         self.values = array("d", (math.nan if v.start is None else v.start for v in interface.variables))
         view = memoryview(self.values)
         u, y, p, x = (view[interface.span(block)] for block in ("input", "output", "parameter", "local"))
@@ -30,9 +30,9 @@ class Kernel:
         self._new_x = array("d", bytes(8 * len(x)))
         self._new_y = array("d", bytes(8 * len(y)))
         self._x, self._y = x, y
-        self._initial = _bind(model.initial, [u, p], self._new_x)
-        self._advance = _bind(model.advance, [x, u, memoryview(self._dt), p], self._new_x)
-        self._output = _bind(model.output, [memoryview(self._new_x), u, p], self._new_y)
+        self._initial = _bind(component.initial, [u, p], self._new_x)
+        self._advance = _bind(component.advance, [x, u, memoryview(self._dt), p], self._new_x)
+        self._output = _bind(component.output, [memoryview(self._new_x), u, p], self._new_y)
 
     def initialise(self) -> bool:
         """States consistent with the inputs, and the outputs that go with them."""

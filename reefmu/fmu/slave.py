@@ -32,6 +32,7 @@ from reefmu.model_file import load_model
 from stiffness_model.errors import InputError
 
 from .archive import LOOKUP_FILE, MODEL_FILE
+from .component import drive_component
 from .interface import Interface, declare_drive
 from .kernel import Kernel
 from .workarounds import guarded, resource_folder
@@ -74,7 +75,7 @@ class DriveSlave(Fmi2Slave):
         if self.interface.digest != self.layout:
             raise InputError(f"{self.instance_name}: expected an FMU with the variables of the installed "
                              "reefmu, got one from another version; export it again")
-        self.kernel = Kernel(model, self.interface)
+        self.kernel = Kernel(drive_component(model), self.interface)
         self._values = self.kernel.values
         self._enter(_SETUP)
         self._stale = True  # results wait to be computed from the start values

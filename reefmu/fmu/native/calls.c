@@ -1,0 +1,68 @@
+/* Which call is legal in which state: the tables of FMI 2.0.4, sections 3.2.3 (model exchange) and 4.2.4. */
+
+enum {
+    RUNNING = EVENT_MODE | CONTINUOUS_MODE | STEPPING,
+    ANYTIME = INSTANTIATED | INITIALISING | RUNNING | TERMINATED
+};
+
+typedef struct { const char *name; int phases; } Call;
+
+#define CALL(name, phases) static const Call CALL_##name = {"fmi2" #name, phases}
+CALL(SetupExperiment, INSTANTIATED);
+CALL(EnterInitializationMode, INSTANTIATED);
+CALL(ExitInitializationMode, INITIALISING);
+CALL(Terminate, RUNNING);
+CALL(Reset, ANYTIME);
+CALL(GetReal, INITIALISING | RUNNING | TERMINATED);
+CALL(SetReal, INSTANTIATED | INITIALISING | RUNNING);
+CALL(FMUstate, ANYTIME);
+CALL(GetDirectionalDerivative, INITIALISING | RUNNING | TERMINATED);
+CALL(DoStep, STEPPING);
+CALL(CancelStep, 0); /* no step is ever pending */
+CALL(GetStatus, STEPPING | TERMINATED);
+CALL(EnterEventMode, CONTINUOUS_MODE);
+CALL(NewDiscreteStates, EVENT_MODE);
+CALL(EnterContinuousTimeMode, EVENT_MODE);
+CALL(CompletedIntegratorStep, CONTINUOUS_MODE);
+CALL(SetTime, EVENT_MODE | CONTINUOUS_MODE);
+CALL(SetContinuousStates, CONTINUOUS_MODE);
+CALL(GetDerivatives, EVENT_MODE | CONTINUOUS_MODE | TERMINATED);
+CALL(GetEventIndicators, INITIALISING | EVENT_MODE | CONTINUOUS_MODE | TERMINATED);
+CALL(GetContinuousStates, INITIALISING | EVENT_MODE | CONTINUOUS_MODE | TERMINATED);
+CALL(GetNominalsOfContinuousStates, ANYTIME);
+#undef CALL
+
+static const char *phase_name(int phase) {
+    switch (phase) {
+    case INSTANTIATED: return "instantiated";
+    case INITIALISING: return "initialization mode";
+    case EVENT_MODE: return "event mode";
+    case CONTINUOUS_MODE: return "continuous-time mode";
+    case STEPPING: return "between two steps";
+    default: return "terminated";
+    }
+}
+
+/* Whether the call may be made now. An illegal call changes nothing. */
+static int allowed(const Instance *instance, const Call *call) {
+    if (!instance) return 0;
+    if (instance->now.phase & call->phases) return 1;
+    send(instance, fmi2Error, "%s: not allowed in this state (%s)", call->name, phase_name(instance->now.phase));
+    return 0;
+}
+
+/* The same for a call that belongs to one kind of FMU. */
+static int allowed_for(const Instance *instance, const Call *call, fmi2Type kind) {
+    if (!allowed(instance, call)) return 0;
+    if (instance->now.kind == (int)kind) return 1;
+    send(instance, fmi2Error, "%s: not a call for %s", call->name,
+         kind == fmi2CoSimulation ? "model exchange" : "co-simulation");
+    return 0;
+}
+
+/* An array of `count` elements that the host must give. */
+static int given(const Instance *instance, const Call *call, const void *array, size_t count) {
+    if (array || !count) return 1;
+    send(instance, fmi2Error, "%s: expected an array of %lu, got none", call->name, (unsigned long)count);
+    return 0;
+}

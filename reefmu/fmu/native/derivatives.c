@@ -1,0 +1,39 @@
+/* Directional derivatives (FMI 2.0.4, section 2.1.9), states held.
+
+   Knowns: inputs and states. Unknowns: outputs and derivatives. At initialisation the states follow the inputs;
+   their part is left out there, as in `stiffness`. */
+
+FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDirectionalDerivative)(
+    fmi2Component component, const fmi2ValueReference unknowns[], size_t n_unknowns, const fmi2ValueReference knowns[],
+    size_t n_knowns, const fmi2Real directions[], fmi2Real results[]) {
+    Instance *instance = component;
+    const Call *call = &CALL_GetDirectionalDerivative;
+    const double *v;
+    if (!allowed(instance, call) || !given(instance, call, unknowns, n_unknowns) ||
+        !given(instance, call, knowns, n_knowns) || !given(instance, call, directions, n_knowns) ||
+        !given(instance, call, results, n_unknowns))
+        return fmi2Error;
+    for (size_t k = 0; k < n_unknowns + n_knowns; k++) {
+        int is_known = k >= n_unknowns;
+        fmi2ValueReference reference = is_known ? knowns[k - n_unknowns] : unknowns[k];
+        if (reference >= N_VALUES || (is_known ? VARIABLES[reference].known : VARIABLES[reference].unknown) < 0) {
+            send(instance, fmi2Error, "fmi2GetDirectionalDerivative: value reference %u is no %s", reference,
+                 is_known ? "input or state" : "output or derivative");
+            return fmi2Error;
+        }
+    }
+    v = instance->now.values;
+    if (!refresh(instance, 0) ||
+        !evaluate(instance, partial, v + AT_STATES, v + AT_INPUTS, v + AT_PARAMETERS, NULL, instance->partials)) {
+        send(instance, fmi2Discard, "fmi2GetDirectionalDerivative: no finite result with these inputs and parameters");
+        return fmi2Discard;
+    }
+    for (size_t i = 0; i < n_unknowns; i++) {
+        double sum = 0.0;
+        int row = VARIABLES[unknowns[i]].unknown;
+        for (size_t k = 0; k < n_knowns; k++) /* the matrix stands column by column */
+            sum += instance->partials[VARIABLES[knowns[k]].known * (N_OUTPUTS + N_STATES) + row] * directions[k];
+        results[i] = sum;
+    }
+    return fmi2OK;
+}

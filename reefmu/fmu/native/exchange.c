@@ -1,0 +1,109 @@
+/* Model exchange (FMI 2.0.4, section 3.2). The model is autonomous: time is kept for the host only. */
+
+FMI2_EXPORT fmi2Status FMI2_NAME(fmi2EnterEventMode)(fmi2Component component) {
+    Instance *instance = component;
+    if (!allowed_for(instance, &CALL_EnterEventMode, fmi2ModelExchange)) return fmi2Error;
+    instance->now.phase = EVENT_MODE;
+    return fmi2OK;
+}
+
+FMI2_EXPORT fmi2Status FMI2_NAME(fmi2NewDiscreteStates)(fmi2Component component, fmi2EventInfo *info) {
+    Instance *instance = component;
+    if (!allowed_for(instance, &CALL_NewDiscreteStates, fmi2ModelExchange) ||
+        !given(instance, &CALL_NewDiscreteStates, info, 1))
+        return fmi2Error;
+    /* There are no discrete states: at an event a direction changes, and with it the derivatives. */
+    memset(info, 0, sizeof *info);
+    return fmi2OK;
+}
+
+FMI2_EXPORT fmi2Status FMI2_NAME(fmi2EnterContinuousTimeMode)(fmi2Component component) {
+    Instance *instance = component;
+    if (!allowed_for(instance, &CALL_EnterContinuousTimeMode, fmi2ModelExchange)) return fmi2Error;
+    instance->now.phase = CONTINUOUS_MODE;
+    return fmi2OK;
+}
+
+FMI2_EXPORT fmi2Status FMI2_NAME(fmi2CompletedIntegratorStep)(fmi2Component component, fmi2Boolean no_return,
+                                                              fmi2Boolean *event, fmi2Boolean *terminate) {
+    Instance *instance = component;
+    (void)no_return;
+    if (!allowed_for(instance, &CALL_CompletedIntegratorStep, fmi2ModelExchange) ||
+        !given(instance, &CALL_CompletedIntegratorStep, event, 1) ||
+        !given(instance, &CALL_CompletedIntegratorStep, terminate, 1))
+        return fmi2Error;
+    *event = *terminate = fmi2False;
+    return fmi2OK;
+}
+
+FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetTime)(fmi2Component component, fmi2Real time) {
+    Instance *instance = component;
+    if (!allowed_for(instance, &CALL_SetTime, fmi2ModelExchange)) return fmi2Error;
+    if (!all_finite(&time, 1)) {
+        send(instance, fmi2Discard, "fmi2SetTime: expected a finite time, got %g s", time);
+        return fmi2Discard;
+    }
+    instance->now.time = time;
+    return fmi2OK;
+}
+
+/* A vector of the length that the model has. */
+static int vector(const Instance *instance, const Call *call, const void *array, size_t came, size_t expected) {
+    if (!allowed_for(instance, call, fmi2ModelExchange) || !given(instance, call, array, came)) return 0;
+    if (came == expected) return 1;
+    send(instance, fmi2Error, "%s: expected %lu values, got %lu", call->name, (unsigned long)expected,
+         (unsigned long)came);
+    return 0;
+}
+
+static fmi2Status no_result(const Instance *instance, const Call *call) {
+    send(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", call->name);
+    return fmi2Discard;
+}
+
+FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetContinuousStates)(fmi2Component component, const fmi2Real states[],
+                                                          size_t count) {
+    Instance *instance = component;
+    if (!vector(instance, &CALL_SetContinuousStates, states, count, N_STATES)) return fmi2Error;
+    if (!all_finite(states, count)) {
+        send(instance, fmi2Discard, "fmi2SetContinuousStates: expected finite states");
+        return fmi2Discard;
+    }
+    if (count) memcpy(instance->now.values + AT_STATES, states, count * sizeof(double));
+    instance->now.stale |= STALE_OUTPUTS | STALE_RATES;
+    return fmi2OK;
+}
+
+FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDerivatives)(fmi2Component component, fmi2Real derivatives[], size_t count) {
+    Instance *instance = component;
+    if (!vector(instance, &CALL_GetDerivatives, derivatives, count, N_STATES)) return fmi2Error;
+    if (!refresh(instance, STALE_RATES)) return no_result(instance, &CALL_GetDerivatives);
+    if (count) memcpy(derivatives, instance->now.values + AT_RATES, count * sizeof(double));
+    return fmi2OK;
+}
+
+/* The speeds whose sign a state follows: where one passes zero, its derivative has a kink or a jump. */
+FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetEventIndicators)(fmi2Component component, fmi2Real indicators[],
+                                                         size_t count) {
+    Instance *instance = component;
+    if (!vector(instance, &CALL_GetEventIndicators, indicators, count, N_INDICATORS)) return fmi2Error;
+    if (!refresh(instance, STALE_RATES)) return no_result(instance, &CALL_GetEventIndicators);
+    if (count) memcpy(indicators, instance->now.values + AT_RATES + FIRST_INDICATOR, count * sizeof(double));
+    return fmi2OK;
+}
+
+FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetContinuousStates)(fmi2Component component, fmi2Real states[], size_t count) {
+    Instance *instance = component;
+    if (!vector(instance, &CALL_GetContinuousStates, states, count, N_STATES)) return fmi2Error;
+    if (!refresh(instance, 0)) return no_result(instance, &CALL_GetContinuousStates);
+    if (count) memcpy(states, instance->now.values + AT_STATES, count * sizeof(double));
+    return fmi2OK;
+}
+
+FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetNominalsOfContinuousStates)(fmi2Component component, fmi2Real nominals[],
+                                                                    size_t count) {
+    Instance *instance = component;
+    if (!vector(instance, &CALL_GetNominalsOfContinuousStates, nominals, count, N_STATES)) return fmi2Error;
+    for (size_t k = 0; k < count; k++) nominals[k] = VARIABLES[(AT_STATES + k) % N_VALUES].nominal;
+    return fmi2OK;
+}

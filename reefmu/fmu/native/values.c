@@ -1,0 +1,87 @@
+/* Reading and writing variables (FMI 2.0.4, section 2.1.7). All variables are Real. */
+
+FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetReal)(fmi2Component component, const fmi2ValueReference references[],
+                                              size_t count, fmi2Real values[]) {
+    Instance *instance = component;
+    int wanted = 0;
+    if (!allowed(instance, &CALL_GetReal) || !given(instance, &CALL_GetReal, references, count) ||
+        !given(instance, &CALL_GetReal, values, count))
+        return fmi2Error;
+    for (size_t k = 0; k < count; k++) {
+        if (references[k] >= N_VALUES) {
+            send(instance, fmi2Error, "fmi2GetReal: expected a value reference below %d, got %u", (int)N_VALUES,
+                 references[k]);
+            return fmi2Error;
+        }
+        wanted |= VARIABLES[references[k]].stale;
+    }
+    if (instance->now.stale & wanted && !refresh(instance, wanted)) {
+        for (size_t k = 0; k < count; k++)
+            values[k] = VARIABLES[references[k]].stale ? NAN : instance->now.values[references[k]];
+        send(instance, fmi2Discard, "fmi2GetReal: no finite result with these inputs and parameters");
+        return fmi2Discard;
+    }
+    for (size_t k = 0; k < count; k++) values[k] = instance->now.values[references[k]];
+    return fmi2OK;
+}
+
+/* The phases in which a variable may be set: in all others the call is an error (sections 2.2.7, 3.2.3, 4.2.4). */
+static int settable(const Variable *variable) {
+    switch (variable->access) {
+    case INPUT: return INSTANTIATED | INITIALISING | RUNNING;
+    case TUNABLE: return INSTANTIATED | INITIALISING | EVENT_MODE | STEPPING;
+    case FIXED: return INSTANTIATED | INITIALISING;
+    default: return 0;
+    }
+}
+
+/* All values are taken, or none: fmi2Discard for a value that cannot be used, fmi2Error for a wrong call. */
+FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetReal)(fmi2Component component, const fmi2ValueReference references[],
+                                              size_t count, const fmi2Real values[]) {
+    Instance *instance = component;
+    if (!allowed(instance, &CALL_SetReal) || !given(instance, &CALL_SetReal, references, count) ||
+        !given(instance, &CALL_SetReal, values, count))
+        return fmi2Error;
+    for (size_t k = 0; k < count; k++) {
+        const Variable *variable = references[k] < N_VALUES ? &VARIABLES[references[k]] : NULL;
+        if (!variable) {
+            send(instance, fmi2Error, "fmi2SetReal: expected a value reference below %d, got %u", (int)N_VALUES,
+                 references[k]);
+            return fmi2Error;
+        }
+        if (!(settable(variable) & instance->now.phase)) {
+            send(instance, fmi2Error, "fmi2SetReal: %s cannot be set in this state (%s)", variable->name,
+                 phase_name(instance->now.phase));
+            return fmi2Error;
+        }
+        if (!(values[k] >= variable->low && values[k] <= variable->high)) { /* true for NaN */
+            send(instance, fmi2Discard, "%s: expected a finite number from %g to %g [%s], got %g", variable->name,
+                 variable->low, variable->high, variable->unit, values[k]);
+            return fmi2Discard;
+        }
+    }
+    for (size_t k = 0; k < count; k++) instance->now.values[references[k]] = values[k];
+    if (!count) return fmi2OK;
+    /* Between two steps the outputs stay those of the last step (section 4.2.4). */
+    if (instance->now.phase & (INSTANTIATED | INITIALISING)) instance->now.stale = STALE_ALL;
+    else if (instance->now.phase == STEPPING) instance->now.stale |= STALE_RATES;
+    else instance->now.stale |= STALE_OUTPUTS | STALE_RATES;
+    return fmi2OK;
+}
+
+/* There are no variables of these types: an empty list is fine, anything else an error. */
+#define NO_VARIABLES(function, type)                                                                             \
+    FMI2_EXPORT fmi2Status FMI2_NAME(function)(fmi2Component component, const fmi2ValueReference references[],   \
+                                               size_t count, type values[]) {                                    \
+        (void)references;                                                                                        \
+        (void)values;                                                                                            \
+        if (component && !count) return fmi2OK;                                                                  \
+        if (component) send(component, fmi2Error, #function ": this FMU has Real variables only");               \
+        return fmi2Error;                                                                                        \
+    }
+NO_VARIABLES(fmi2GetInteger, fmi2Integer)
+NO_VARIABLES(fmi2GetBoolean, fmi2Boolean)
+NO_VARIABLES(fmi2GetString, fmi2String)
+NO_VARIABLES(fmi2SetInteger, const fmi2Integer)
+NO_VARIABLES(fmi2SetBoolean, const fmi2Boolean)
+NO_VARIABLES(fmi2SetString, const fmi2String)

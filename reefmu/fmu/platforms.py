@@ -1,0 +1,160 @@
+"""Platforms of a native FMU and the compilers that serve them.
+
+The host's own platform is served by the C compiler on the PATH; ziglang (the extra `native`) serves all of them
+from any of them. Names of folders are those of FMI 2.0 where it has one, else those of FMI 3.0.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import platform
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from reefmu.progress import Progress
+from stiffness_model.errors import InputError, unknown_name
+from stiffness_model.files import whole_file
+
+from .generate import UNIT
+
+
+@dataclass(frozen=True)
+class Platform:
+    """folder: in `binaries`; targets: what zig calls it, several for a library of several architectures."""
+
+    name: str
+    folder: str
+    suffix: str
+    targets: tuple[str, ...]
+
+
+PLATFORMS = {p.name: p for p in (
+    Platform("linux64", "linux64", ".so", ("x86_64-linux-gnu.2.17",)),
+    Platform("linux-arm64", "aarch64-linux", ".so", ("aarch64-linux-gnu.2.17",)),
+    Platform("win64", "win64", ".dll", ("x86_64-windows-gnu",)),
+    Platform("darwin64", "darwin64", ".dylib", ("x86_64-macos.11.0", "aarch64-macos.11.0")),
+)}
+"""darwin64 is one library for x86-64 and arm64."""
+_FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off",
+          "-fvisibility=hidden")
+"""-ffp-contract=off: the same roundings on every platform."""
+_ZIG_FLAGS = ("-s", "-fno-sanitize=all", "-fno-stack-protector", "-g0")
+_LINKER_FLAGS = {"linux": ("-s", "-Wl,--build-id=none", "-lm"), "darwin": ("-Wl,-x", "-lm"), "win32": ("-s", "-lm")}
+
+
+def host_platform() -> str:
+    """The name of this machine's platform, or "" for one that is none of `PLATFORMS`."""
+    machine = platform.machine().lower()
+    if sys.platform == "darwin":
+        return "darwin64"
+    if machine in ("x86_64", "amd64"):
+        return {"linux": "linux64", "win32": "win64"}.get(sys.platform, "")
+    return "linux-arm64" if machine in ("aarch64", "arm64") and sys.platform == "linux" else ""
+
+
+def chosen_platforms(name: str) -> tuple[Platform, ...]:
+    """`name`, "host" or "all" as platforms. Errors: `InputError` for an unknown one, with what there is."""
+    if name == "all":
+        return tuple(PLATFORMS.values())
+    known = host_platform() if name == "host" else name
+    if known not in PLATFORMS:
+        raise unknown_name("platform", known or platform.machine(), (*PLATFORMS, "host", "all"), "--platform")
+    return (PLATFORMS[known],)
+
+
+def compile_binaries(sources: Mapping[str, bytes], identifier: str,
+                     platforms: Sequence[Platform]) -> dict[str, bytes]:
+    """Binaries by their name in the archive. Compiled ones are kept in the cache.
+
+    Errors: `InputError` without a compiler for one of the platforms, or with what the compiler said.
+    """
+    members: dict[str, bytes] = {}
+    jobs = [(p, target) for p in platforms for target in p.targets]
+    parts: dict[str, list[bytes]] = {p.name: [] for p in platforms}
+    with Progress("compiling", len(jobs)) as progress:
+        for p, target in jobs:
+            parts[p.name].append(_compiled(sources, identifier, p, target))
+            progress.step()
+    for p in platforms:
+        slices = parts[p.name]
+        content = slices[0] if len(slices) == 1 else universal_library(slices)
+        members[f"binaries/{p.folder}/{identifier}{p.suffix}"] = content
+    return members
+
+
+def _compiled(sources: Mapping[str, bytes], identifier: str, p: Platform, target: str) -> bytes:
+    from reefmu.tables import cache_folder
+
+    command, version = _compiler(p, target)
+    digest = hashlib.sha256(repr((identifier, version, command)).encode())
+    for name in sorted(sources):
+        digest.update(name.encode() + hashlib.sha256(sources[name]).digest())
+    kept = cache_folder() / f"native-{digest.hexdigest()[:24]}{p.suffix}"
+    if kept.is_file():
+        return kept.read_bytes()
+    with tempfile.TemporaryDirectory(prefix="reefmu-compile-") as folder:
+        for name, content in sources.items():
+            Path(folder, name).write_bytes(content)
+        output = f"{identifier}{p.suffix}"
+        link = _LINKER_FLAGS.get(sys.platform, ()) if "zig" not in version else (
+            ("-Wl,-install_name,@rpath/" + output,) if "macos" in target else ("-lm",))
+        # The folder's name must not get into the binary: names are relative to it.
+        done = subprocess.run([*command, UNIT, "-o", output, *link], cwd=folder, capture_output=True, text=True,
+                              errors="replace", check=False)
+        if done.returncode != 0:
+            said = " ".join((done.stderr or done.stdout).split())[-400:]
+            raise InputError(f"{p.name}: expected {command[0]} to compile the model, got status {done.returncode}: "
+                             f"{said}")
+        content = Path(folder, output).read_bytes()
+    try:
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(kept) as temporary:
+            temporary.write_bytes(content)
+    except (OSError, InputError):
+        pass  # a cache that cannot be written is no error
+    return content
+
+
+def _compiler(p: Platform, target: str) -> tuple[tuple[str, ...], str]:
+    """Command and version for a target: the compiler on the PATH for this machine, else zig."""
+    own = os.environ.get("CC") or next((name for name in ("cc", "gcc", "clang") if shutil.which(name)), "")
+    if p.name == host_platform() and len(p.targets) == 1 and own and shutil.which(own.split()[0]):
+        return (*own.split(), *_FLAGS), _first_line([*own.split(), "--version"])
+    if importlib.util.find_spec("ziglang") is None:
+        came = "neither a C compiler on the PATH nor ziglang" if p.name == host_platform() else "none"
+        raise InputError(f"{p.name}: expected a compiler for it (pip install 'reefmu[native]' brings ziglang), "
+                         f"got {came}")
+    zig = (sys.executable, "-m", "ziglang")
+    return (*zig, "cc", "-target", target, *_FLAGS, *_ZIG_FLAGS), f"zig {_first_line([*zig, 'version'])}"
+
+
+def _first_line(command: Sequence[str]) -> str:
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=False).stdout.partition("\n")[0]
+    except OSError as error:
+        raise InputError(f"{command[0]}: expected a C compiler, got {error.strerror or error}") from None
+
+
+def universal_library(slices: Sequence[bytes]) -> bytes:
+    """One macOS library of several architectures ("fat" Mach-O): a big-endian table, then the libraries.
+
+    Each slice is 64-bit Mach-O; its own header says for which processor it is.
+    """
+    page = 14  # 2**14 bytes, the greater page of the two
+    table, body, at = [], b"", 1 << page
+    for content in slices:
+        magic, processor, kind = struct.unpack_from("<III", content)
+        assert magic == 0xFEEDFACF
+        table.append(struct.pack(">IIIII", processor, kind, at, len(content), page))
+        padded = content + bytes(-len(content) % (1 << page))
+        body, at = body + padded, at + len(padded)
+    header = struct.pack(">II", 0xCAFEBABE, len(slices)) + b"".join(table)
+    return header + bytes((1 << page) - len(header)) + body
