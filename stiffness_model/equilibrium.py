@@ -211,6 +211,7 @@ def _iterated(contacts: Contacts, twist: Array, index: NDArray[np.intp], extra_f
     angle = every.beta + phi
     lever = every.eccentricity * (np.cos(angle) * normal_2[1] - np.sin(angle) * normal_2[0])
     result.crank_torque[:, index] = (forces[1] * lever).reshape(pairs)
-    carries = (forces[0] > 0) | (forces[1] > 0)
+    # An element that rests between its walls may touch the gear by a rounding error.
+    carries = np.maximum(forces[0], forces[1]) > 1e-12 * forces.max(axis=0, initial=0.0)
     status = np.where(converged, np.where(carries, Status.ITERATED, Status.PLAY), Status.NOT_CONVERGED)
     result.status[:, index] = status.reshape(pairs)

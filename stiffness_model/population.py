@@ -6,24 +6,21 @@ from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import PchipInterpolator
 
 from . import sampling
 from .contacts import Contacts, build_contacts, usable
+from .curve import BAND, TwistTorqueCurve
 from .drive import Drive
 from .equilibrium import Equilibrium, Status, solve
 from .errors import expect, expect_number
 
-if TYPE_CHECKING:
-    from .curve import TwistTorqueCurve
-
 Array = NDArray[np.float64]
 
-CONTACTS = ("gear", "crank", "cage t+", "cage t-")
-"""Order of the last axis of `Population.contact_force`."""
 LOW_TORQUE = 0.02
 """Share of the greatest torque below which load shares are not representative."""
 CHUNK = 5600
@@ -67,10 +64,23 @@ class Population:
         return mean >= LOW_TORQUE * mean.max()
 
     def curve(self) -> TwistTorqueCurve:
-        """Mean and band (10th and 90th percentile) over the twist."""
-        from .curve import curve_of
+        """Mean, band (10th and 90th percentile) and stiffness over the twist, sorted.
 
-        return curve_of(self)
+        Raises `InputError` with fewer than two different twists.
+        """
+        order = np.argsort(self.twist)
+        twist, torque = self.twist[order], self.torque[:, order]
+        rising = len(twist) >= 2 and bool((np.diff(twist) > 0).all())
+        expect(rising, "at least two different twists", self.twist, "twist")
+        mean = torque.mean(axis=0)
+        p10, p90 = np.percentile(torque, BAND, axis=0)
+        share = np.where(self.representative, self.load_share, np.nan).mean(axis=0)[order]
+        return TwistTorqueCurve(
+            twist=twist, torque=mean, torque_p10=p10, torque_p90=p90,
+            stiffness=PchipInterpolator(twist, mean).derivative()(twist),
+            contact_force=self.contact_force[:, order].mean(axis=0), load_share=share, name=self.drive.name,
+            notes={"drives": str(self.n_drives), "seed": str(self.seed)},
+        )
 
 
 def simulate(drive: Drive, twist: ArrayLike, n_drives: int = 1000, seed: int = 0, *, gear_shift: float = 0.0,

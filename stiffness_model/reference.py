@@ -184,10 +184,12 @@ def _descent(element: _Element, x: Vector) -> Vector | None:
     def hessian(y: Array) -> Array:
         return -element.jacobian((y[0] * _MICRO, y[1] * _MICRO)) * _MICRO
 
-    y = np.array(x) / _MICRO
-    answer = minimize(energy, y, jac=gradient, hess=hessian, method="trust-exact",
-                      options={"gtol": 1e-9, "maxiter": 2000, "initial_trust_radius": 1.0,
-                               "max_trust_radius": 100.0})
+    options = {"gtol": 1e-9, "maxiter": 2000, "initial_trust_radius": 1.0, "max_trust_radius": 100.0}
+    try:
+        answer = minimize(energy, np.array(x) / _MICRO, jac=gradient, hess=hessian, method="trust-exact",
+                          options=options)
+    except ValueError:  # SciPy's answer to a constant that is not a number
+        return None
     lowest = float(answer.x[0]) * _MICRO, float(answer.x[1]) * _MICRO
     found = _root(element, lowest)
     if found is not None:

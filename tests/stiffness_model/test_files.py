@@ -26,22 +26,29 @@ def test_all_files_arrive_and_others_stay(tmp_path: Path) -> None:
     assert (tmp_path / "old.txt").read_text() == "new"
 
 
+def stage_files(folder: Path, names: tuple[str, ...], fault: BaseException | None = None) -> None:
+    """Write `names` through a staged folder, with a fault at the end."""
+    with staged_folder(folder) as stage:
+        for name in names:
+            (stage / name).write_text("half")
+        if fault is not None:
+            raise fault
+
+
 @pytest.mark.parametrize("fault", [ValueError("wrong"), KeyboardInterrupt()])
 def test_a_fault_leaves_the_folder_as_it_was(tmp_path: Path, fault: BaseException) -> None:
     (tmp_path / "old.txt").write_text("old")
     for folder in (tmp_path, tmp_path / "new" / "deep"):
-        with pytest.raises(type(fault)), staged_folder(folder) as stage:
-            (stage / "old.txt").write_text("half")
-            raise fault
+        with pytest.raises(type(fault)):
+            stage_files(folder, ("old.txt", "other.txt"), fault)
         assert contents(tmp_path) == ["old.txt"]
         assert (tmp_path / "old.txt").read_text() == "old"
 
 
 def test_a_folder_in_a_file_s_place_stops_all_files(tmp_path: Path) -> None:
     (tmp_path / "b.txt").mkdir()
-    with pytest.raises(InputError, match=r"b\.txt is a folder"), staged_folder(tmp_path) as stage:
-        for name in ("a.txt", "b.txt", "c.txt"):
-            (stage / name).write_text(name)
+    with pytest.raises(InputError, match=r"b\.txt is a folder"):
+        stage_files(tmp_path, ("a.txt", "b.txt", "c.txt"))
     assert contents(tmp_path) == ["b.txt"]
 
 
@@ -76,12 +83,17 @@ def test_files_can_be_read_by_whom_the_umask_lets(tmp_path: Path) -> None:
 def test_one_file_whole_or_not_at_all(tmp_path: Path) -> None:
     target = tmp_path / "a.txt"
     target.write_text("old")
-    with pytest.raises(RuntimeError), whole_file(target) as temporary:
-        temporary.write_text("half")
-        raise RuntimeError
+
+    def write(text: str, fault: BaseException | None = None) -> None:
+        with whole_file(target) as temporary:
+            temporary.write_text(text)
+            if fault is not None:
+                raise fault
+
+    with pytest.raises(RuntimeError):
+        write("half", RuntimeError())
     assert target.read_text() == "old"
     assert contents(tmp_path) == ["a.txt"]
-    with whole_file(target) as temporary:
-        temporary.write_text("new")
+    write("new")
     assert target.read_text() == "new"
     assert contents(tmp_path) == ["a.txt"]

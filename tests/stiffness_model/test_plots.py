@@ -14,6 +14,7 @@ import stiffness_model as sm
 from stiffness_model import ARCMIN, plots
 from stiffness_model.catalog import CatalogGear, catalog
 from stiffness_model.population import Population
+from stiffness_model.style import CONTACTS, DRIVES, Line
 
 RANGES = {"drive_1": 8, "drive_2": 8, "drive_3": 40}
 
@@ -63,11 +64,15 @@ def test_twist_over_torque_draws_means_and_bands(populations: list[Population]) 
     assert ax.get_xlabel() == "torque at the output [N.m]"
     assert ax.get_ylabel() == "twist at the output [arcmin]"
     assert len(ax.collections) == 3  # one shade each
-    styles = {(line.get_color(), str(line.get_linestyle())) for line in ax.lines if line.get_label() in
-              ("drive 1", "drive 2", "drive 3")}
-    assert len({colour for colour, _ in styles}) == len({dashes for _, dashes in styles}) == 3
+    colours = [line.get_color() for line in ax.lines if not str(line.get_label()).startswith("_")]
+    assert colours == [line.colour for line in DRIVES[:3]]
     assert legend_is_off_the_data(ax)
     assert is_inside_the_figure(ax)
+
+
+@pytest.mark.parametrize("lines", [DRIVES, CONTACTS])
+def test_lines_differ_in_colour_and_in_dashes(lines: tuple[Line, ...]) -> None:
+    assert len({line.colour for line in lines}) == len({line.dashes for line in lines}) == len(lines)
 
 
 def test_against_catalog_draws_the_gears_with_a_curve(populations: list[Population]) -> None:
@@ -112,7 +117,7 @@ def test_contact_forces_draw_mean_and_percentiles_of_the_drives(populations: lis
     assert ax.get_ylim()[0] == 0
     assert is_inside_the_figure(ax)
     boxes = [text.get_window_extent() for text in ax.texts]
-    assert [text.get_text() for text in ax.texts] and len(boxes) == 4
+    assert sorted(text.get_text() for text in ax.texts) == sorted(plots.CONTACT_NAMES)
     for k, box in enumerate(boxes):
         assert box.x0 >= ax.get_window_extent().x1  # beside the data
         assert not any(box.overlaps(other) for other in boxes[k + 1:])
