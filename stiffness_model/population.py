@@ -21,7 +21,7 @@ from .errors import expect, expect_number
 
 Array = NDArray[np.float64]
 
-LOW_TORQUE = 0.02
+LOW_TORQUE = 0.08
 """Share of the greatest torque below which load shares are not representative."""
 CHUNK = 5600
 """Elements times twists solved at once: their arrays fit a core's cache."""
@@ -56,9 +56,9 @@ class Population:
 
     @property
     def representative(self) -> NDArray[np.bool_]:
-        """Twists, (n_twist,), at which the load share means something: at least 2 % of the greatest torque.
+        """Twists, (n_twist,), at which the load share means something: at least `LOW_TORQUE` of the greatest.
 
-        Below, it is a ratio of random numbers (section V of the paper excludes it too).
+        Below, single drives with hardly any torque rule the mean (section V of the paper excludes it too).
         """
         mean = np.abs(self.torque.mean(axis=0))
         return mean >= LOW_TORQUE * mean.max()

@@ -79,7 +79,8 @@ def test_agrees_with_the_papers_own_way(case):
 
 def _columns(result: Equilibrium) -> list[dict[str, float]]:
     names = [f.name for f in dataclasses.fields(result)]
-    return [dict(zip(names, values, strict=True)) for values in zip(*(getattr(result, n)[0] for n in names), strict=True)]
+    rows = zip(*(getattr(result, name)[0] for name in names), strict=True)
+    return [dict(zip(names, row, strict=True)) for row in rows]
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -228,8 +229,8 @@ def test_a_centrifugal_force(case):
     assert resting.mean() > 0.3
     np.testing.assert_allclose((result.gear * contacts.normal_r)[resting], push, rtol=1e-8)
     wall = (result.cage_plus - result.cage_minus)[resting]
-    np.testing.assert_allclose(wall, -(push * contacts.normal_t / contacts.normal_r * np.ones_like(result.gear))[resting],
-                               atol=1e-6)
+    expected = np.broadcast_to(-push * contacts.normal_t / contacts.normal_r, result.gear.shape)
+    np.testing.assert_allclose(wall, expected[resting], atol=1e-6)
 
 
 def test_further_forces_element_by_element_agree_with_the_reference():

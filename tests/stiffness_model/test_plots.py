@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,8 @@ from matplotlib.figure import Figure
 import stiffness_model as sm
 from stiffness_model import ARCMIN, plots
 from stiffness_model.catalog import CatalogGear, catalog
-from stiffness_model.population import Population
-from stiffness_model.style import CONTACTS, DRIVES, Line
+from stiffness_model.population import LOW_TORQUE, Population
+from stiffness_model.style import CONTACTS, DRIVES, Line, label_ends, new_axes
 
 RANGES = {"drive_1": 8, "drive_2": 8, "drive_3": 40}
 
@@ -123,6 +124,18 @@ def test_contact_forces_draw_mean_and_percentiles_of_the_drives(populations: lis
         assert not any(box.overlaps(other) for other in boxes[k + 1:])
 
 
+def test_names_at_the_ends_of_close_curves_are_pushed_apart() -> None:
+    ax = new_axes()
+    ax.set_xlim(0, 1)
+    ax.set_ylim(0, 10)
+    texts = label_ends(ax, [(1, y, name, "k") for y, name in ((5.0, "b"), (5.05, "c"), (4.98, "a"), (9.0, "d"))])
+    drawn(ax)
+    boxes = [text.get_window_extent() for text in texts]
+    assert [text.get_text() for text in texts] == ["a", "b", "c", "d"]  # from the lowest up
+    assert all(lower.y1 <= upper.y0 for lower, upper in pairwise(boxes))
+    assert texts[-1].xy[1] == 9.0  # what is far enough stays
+
+
 def test_forces_on_shared_axes_all_fit(populations: list[Population]) -> None:
     figure = Figure(figsize=(12, 4), layout="constrained")
     axes = figure.subplots(1, 3, sharey=True)
@@ -137,7 +150,7 @@ def test_load_share_leaves_out_the_low_torque_region(populations: list[Populatio
     for population in populations:
         x, y = data(ax, population.drive.name.replace("_", " "))
         torque = population.torque.mean(axis=0)
-        kept = torque >= plots.REPRESENTATIVE * torque[-1]
+        kept = torque >= LOW_TORQUE * torque[-1]
         assert 0 < kept.sum() < len(torque)
         np.testing.assert_allclose(x, torque[kept])
         np.testing.assert_allclose(y, 100 * population.load_share[:, kept].mean(axis=0))
