@@ -157,7 +157,7 @@ def test_load_share_leaves_out_the_low_torque_region(populations: list[Populatio
     assert "[%]" in ax.get_ylabel()
     legend = ax.get_legend()
     assert legend is not None
-    assert "below 10 %" in legend.get_title().get_text()
+    assert f"below {100 * LOW_TORQUE:g} %" in legend.get_title().get_text()
     assert legend_is_off_the_data(ax)
     assert is_inside_the_figure(ax)
 
