@@ -23,8 +23,6 @@ Array = NDArray[np.float64]
 
 LOW_TORQUE = 0.08
 """Share of the greatest torque below which load shares are not representative."""
-CHUNK = 5600
-"""Elements times twists solved at once: their arrays fit a core's cache."""
 
 
 @dataclass(frozen=True)
@@ -149,13 +147,11 @@ def _simulate_block(drive: Drive, twist: Array, seed: int, gear_shift: float, ta
     counts[Status.EXCLUDED] = (keep.size - keep.sum()) * len(twist)
     filled = np.flatnonzero(in_drive)
     starts = np.concatenate([[0], np.cumsum(in_drive[filled])[:-1]]).astype(np.intp)
-    step = max(1, CHUNK // max(1, len(contacts)))
-    for first in range(0, len(twist) if filled.size else 0, step):
-        part = slice(first, first + step)
-        result = solve(contacts, twist[part] * drive.ratio)
-        torque[filled, part], crank_torque[filled, part], best[filled, part] = _torques(result, starts)
+    if filled.size:
+        result = solve(contacts, twist * drive.ratio)
+        torque[filled], crank_torque[filled], best[filled] = _torques(result, starts)
         for k, values in enumerate((result.gear, result.crank, result.cage_plus, result.cage_minus)):
-            force[filled, part, k] = np.maximum.reduceat(values, starts, axis=1).T
+            force[filled, :, k] = np.maximum.reduceat(values, starts, axis=1).T
         counts += np.bincount(result.status.ravel(), minlength=len(Status))
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(torque != 0, best / np.abs(torque), np.nan)

@@ -2,7 +2,7 @@
 
 Written from the paper's equations 3 to 19, one element and one twist at a time: the root of the total force
 (eqs 15, 16) with its exact Jacobian (eq. 17) and, where the root finder fails, descent on the stored energy.
-It shares the contacts' constants with `equilibrium`, and no other code. A thousand times slower.
+It shares the contacts' constants with `equilibrium`, and no other code; it is some thousand times slower.
 
 Erratum: eq. 18, the Jacobian of N2, is wrong in its dimensions and undefined for d_t < 0. Used here is the
 derivative of eq. 11, (I - N2 N2^T)/|d|.
