@@ -52,9 +52,15 @@ def build_parser() -> argparse.ArgumentParser:
                                    "curve, an FMU and a joint under control.")
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and leave")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (_add_curve, _add_compare, _add_export, _add_check):
+    for add in (_add_demo, _add_curve, _add_compare, _add_export, _add_check):
         add(commands)
     return parser
+
+
+def _add_demo(commands: Commands) -> None:
+    parser = _command(commands, "demo", "the whole line for drive_1, from drawing to a joint under control",
+                      "Writes pictures, curve.csv and an FMU.")
+    parser.add_argument("--out", metavar="DIR", help="folder for the files (default reefmu-demo)")
 
 
 def _add_curve(commands: Commands) -> None:

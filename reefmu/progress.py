@@ -66,7 +66,8 @@ class CountingExecutor(Executor):
         """As the built-in `map`; timeout and chunksize have no meaning here."""
         tasks = list(zip(*iterables, strict=False))
         with Progress(self._what, len(tasks)) as progress:
-            results = (fn(*task) for task in tasks) if self._pool is None else self._pool.map(fn, *zip(*tasks, strict=True))
+            here = (fn(*task) for task in tasks)
+            results = here if self._pool is None else self._pool.map(fn, *zip(*tasks, strict=True))
             for result in results:
                 yield result
                 progress.step()

@@ -17,6 +17,7 @@ from .drive import Drive
 from .errors import DoesNotFitWarning, InputError, UnknownNameError
 from .materials import MATERIALS, Material
 from .population import Population, simulate
+from .pressure import Pressures, contact_pressures
 from .tolerances import Tolerance
 from .units import ARCMIN
 
@@ -28,9 +29,11 @@ __all__ = [
     "MATERIALS",
     "Material",
     "Population",
+    "Pressures",
     "Tolerance",
     "TwistTorqueCurve",
     "UnknownNameError",
+    "contact_pressures",
     "drive_from_dict",
     "drive_to_dict",
     "load_drive",

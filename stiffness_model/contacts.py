@@ -14,6 +14,11 @@ from .sampling import Deviations
 
 Array = NDArray[np.float64]
 
+CONTACTS = ("gear", "crank", "cage t+", "cage t-")
+"""The contacts C1 to C4, in the order of the last axis of `Population.contact_force`."""
+PARTNERS = ("gear", "crank", "cage")
+"""What an element touches."""
+
 
 @dataclass(frozen=True)
 class Contacts:
@@ -55,34 +60,44 @@ def build_contacts(drive: Drive, deviations: Deviations, gear_shift: float = 0.0
     gear_shift: m, added to the gear's clearance everywhere (positive: play, negative: preload).
     """
     beta, r_element = deviations.beta.ravel(), deviations.element.ravel()
-    r_crank, r_cage, q = deviations.crank.ravel(), deviations.cage.ravel(), deviations.gear.ravel() + gear_shift
+    q = deviations.gear.ravel() + gear_shift
     path = drive.path
     normal_r, normal_t = path.normal(beta, drive.orientation)
-    compliance = {part: drive.materials["element"].compliance + drive.materials[part].compliance
-                  for part in ("gear", "crank", "cage")}
+    compliance = compliances(drive)
     capped = np.zeros(beta.shape, bool)
     if drive.element == "ball":
         exponent = hertz.POINT_EXPONENT
-        across = 2 / r_element
-        ball = 1 / r_element
-        # In-plane curvature sums; across the plane gear and crank are straight, the bore along its axis.
-        gear = across + profile_curvature(path.curvature(beta), q)
-        crank = across + 1 / r_crank
-        cage = across - 1 / r_cage
-        stiffness = {"gear": hertz.point_stiffness(compliance["gear"], gear - ball, ball),
-                     "crank": hertz.point_stiffness(compliance["crank"], crank - ball, ball),
-                     "cage": hertz.point_stiffness(compliance["cage"], cage - ball, ball)}
-        capped = hertz.conformity(cage - ball, ball) > hertz.CONFORMITY_LIMIT
+        curved, ball = curvature_sums(drive, deviations, gear_shift), 1 / r_element
+        stiffness = {part: hertz.point_stiffness(compliance[part], curved[part], ball) for part in PARTNERS}
+        capped = hertz.conformity(curved["cage"], ball) > hertz.CONFORMITY_LIMIT
     else:
         exponent = hertz.LINE_EXPONENT
         stiffness = {part: np.full(beta.shape, hertz.line_stiffness(compliance[part], drive.element_length))
-                     for part in compliance}
+                     for part in PARTNERS}
     return Contacts(
         beta=beta, path_radius=path.radius(beta), normal_r=normal_r, normal_t=normal_t,
-        gear_gap=q - r_element, reach=r_element + r_crank, cage_gap=r_cage - r_element,
+        gear_gap=q - r_element, reach=r_element + deviations.crank.ravel(),
+        cage_gap=deviations.cage.ravel() - r_element,
         stiffness_gear=stiffness["gear"], stiffness_crank=stiffness["crank"], stiffness_cage=stiffness["cage"],
         capped=capped, eccentricity=drive.eccentricity, exponent=exponent,
     )
+
+
+def compliances(drive: Drive) -> dict[str, float]:
+    """Sum of (1 - nu^2)/E of element and partner, 1/Pa, by partner."""
+    return {part: drive.materials["element"].compliance + drive.materials[part].compliance for part in PARTNERS}
+
+
+def curvature_sums(drive: Drive, deviations: Deviations, gear_shift: float = 0.0) -> dict[str, Array]:
+    """Curvature sum, 1/m, (n,), of each contact in the plane in which the partner is curved, by partner.
+
+    That is the plane of the drive for gear and crank, and the plane across the bore's axis for the cage; a
+    roller's slot has flat walls. In the other plane the partner is straight and the sum is the element's own.
+    """
+    own = 1 / deviations.element.ravel()
+    gear = profile_curvature(drive.path.curvature(deviations.beta.ravel()), deviations.gear.ravel() + gear_shift)
+    bore = 1 / deviations.cage.ravel() if drive.element == "ball" else 0.0
+    return {"gear": own + gear, "crank": own + 1 / deviations.crank.ravel(), "cage": own - bore}
 
 
 def usable(drive: Drive, beta: Array) -> NDArray[np.bool_]:

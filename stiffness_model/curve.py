@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
+from .contacts import CONTACTS
 from .errors import InputError, expect
 from .files import whole_file
-from .population import CONTACTS, Population
 from .roots import bracketed_root
 from .units import ARCMIN
 
@@ -146,24 +146,3 @@ class TwistTorqueCurve:
             writer = csv.writer(file)
             writer.writerow(columns)
             writer.writerows(zip(*([f"{v:.9g}" for v in values] for values in columns.values()), strict=True))
-
-
-def curve_of(population: Population) -> TwistTorqueCurve:
-    """Mean, band and stiffness of a population; its twists are sorted first.
-
-    Raises `InputError` with fewer than two different twists.
-    """
-    order = np.argsort(population.twist)
-    twist = population.twist[order]
-    expect(len(twist) >= 2 and bool((np.diff(twist) > 0).all()), "at least two different twists", population.twist,
-           "twist")
-    torque = population.torque[:, order].mean(axis=0)
-    p10, p90 = np.percentile(population.torque[:, order], BAND, axis=0)
-    share = np.where(population.representative, population.load_share, np.nan).mean(axis=0)[order]
-    return TwistTorqueCurve(
-        twist=twist, torque=torque, torque_p10=p10, torque_p90=p90,
-        stiffness=PchipInterpolator(twist, torque).derivative()(twist),
-        contact_force=population.contact_force[:, order].mean(axis=0), load_share=share,
-        name=population.drive.name,
-        notes={"drives": str(population.n_drives), "seed": str(population.seed)},
-    )

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .catalog import CatalogGear
 from .curve import BAND, TwistTorqueCurve
 from .errors import expect
-from .population import Population
+from .population import LOW_TORQUE, Population
 from .profile_plot import gear_profile
 from .style import (
     CONTACTS,
@@ -47,9 +47,6 @@ __all__ = ["against_catalog", "contact_forces", "gear_profile", "load_share", "s
 TORQUE, TWIST = "torque at the output [N.m]", "twist at the output [arcmin]"
 BAND_TEXT = "shaded: 10th to 90th percentile of the drives"
 CONTACT_NAMES = ("gear", "crank", "cage, loaded wall", "cage, other wall")
-REPRESENTATIVE = 0.1
-"""Share of a drive's greatest mean torque below which `load_share` draws nothing: there single drives with
-hardly any torque rule the mean."""
 
 
 def twist_over_torque(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve], ax: Axes | None = None) -> Axes:
@@ -120,21 +117,21 @@ def contact_forces(population: Population, ax: Axes | None = None) -> Axes:
 def load_share(populations: Population | Sequence[Population], ax: Axes | None = None) -> Axes:
     """Greatest share of one element in the torque over the drive's mean torque (figure 10 of the paper).
 
-    The low torque region, below `REPRESENTATIVE` of the greatest mean torque, is excluded.
+    The low torque region, below `LOW_TORQUE` of the greatest mean torque, is excluded.
     """
     ax = new_axes() if ax is None else ax
     several = [populations] if isinstance(populations, Population) else list(populations)
     expect(len(several) > 0, "at least one population", populations, "populations")
     for population, line in zip(several, _lines(len(several)), strict=True):
         order, torque = _by_torque(population)
-        kept = torque >= REPRESENTATIVE * torque.max()
+        kept = population.representative[order] & (torque > 0)
         order, torque = order[kept], torque[kept]
         share = 100 * population.load_share[:, order]
         low, high = np.percentile(share, BAND, axis=0)
         _band(ax, torque, share.mean(axis=0), low, high, line, _name(population.drive.name))
     dress(ax, TORQUE, "greatest load share of an element [%]")
     from_zero(ax)
-    return legend_above(ax, f"{BAND_TEXT}; torques below {100 * REPRESENTATIVE:g} % of the greatest left out")
+    return legend_above(ax, f"{BAND_TEXT}; torques below {100 * LOW_TORQUE:g} % of the greatest left out")
 
 
 def save(ax: Axes, path: str | os.PathLike[str]) -> None:

@@ -6,28 +6,23 @@ from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import PchipInterpolator
 
 from . import sampling
 from .contacts import Contacts, build_contacts, usable
+from .curve import BAND, TwistTorqueCurve
 from .drive import Drive
 from .equilibrium import Equilibrium, Status, solve
 from .errors import expect, expect_number
 
-if TYPE_CHECKING:
-    from .curve import TwistTorqueCurve
-
 Array = NDArray[np.float64]
 
-CONTACTS = ("gear", "crank", "cage t+", "cage t-")
-"""Order of the last axis of `Population.contact_force`."""
-LOW_TORQUE = 0.02
+LOW_TORQUE = 0.08
 """Share of the greatest torque below which load shares are not representative."""
-CHUNK = 5600
-"""Elements times twists solved at once: their arrays fit a core's cache."""
 
 
 @dataclass(frozen=True)
@@ -59,18 +54,31 @@ class Population:
 
     @property
     def representative(self) -> NDArray[np.bool_]:
-        """Twists, (n_twist,), at which the load share means something: at least 2 % of the greatest torque.
+        """Twists, (n_twist,), at which the load share means something: at least `LOW_TORQUE` of the greatest.
 
-        Below, it is a ratio of random numbers (section V of the paper excludes it too).
+        Below, single drives with hardly any torque rule the mean (section V of the paper excludes it too).
         """
         mean = np.abs(self.torque.mean(axis=0))
         return mean >= LOW_TORQUE * mean.max()
 
     def curve(self) -> TwistTorqueCurve:
-        """Mean and band (10th and 90th percentile) over the twist."""
-        from .curve import curve_of
+        """Mean, band (10th and 90th percentile) and stiffness over the twist, sorted.
 
-        return curve_of(self)
+        Raises `InputError` with fewer than two different twists.
+        """
+        order = np.argsort(self.twist)
+        twist, torque = self.twist[order], self.torque[:, order]
+        rising = len(twist) >= 2 and bool((np.diff(twist) > 0).all())
+        expect(rising, "at least two different twists", self.twist, "twist")
+        mean = torque.mean(axis=0)
+        p10, p90 = np.percentile(torque, BAND, axis=0)
+        share = np.where(self.representative, self.load_share, np.nan).mean(axis=0)[order]
+        return TwistTorqueCurve(
+            twist=twist, torque=mean, torque_p10=p10, torque_p90=p90,
+            stiffness=PchipInterpolator(twist, mean).derivative()(twist),
+            contact_force=self.contact_force[:, order].mean(axis=0), load_share=share, name=self.drive.name,
+            notes={"drives": str(self.n_drives), "seed": str(self.seed)},
+        )
 
 
 def simulate(drive: Drive, twist: ArrayLike, n_drives: int = 1000, seed: int = 0, *, gear_shift: float = 0.0,
@@ -139,13 +147,11 @@ def _simulate_block(drive: Drive, twist: Array, seed: int, gear_shift: float, ta
     counts[Status.EXCLUDED] = (keep.size - keep.sum()) * len(twist)
     filled = np.flatnonzero(in_drive)
     starts = np.concatenate([[0], np.cumsum(in_drive[filled])[:-1]]).astype(np.intp)
-    step = max(1, CHUNK // max(1, len(contacts)))
-    for first in range(0, len(twist) if filled.size else 0, step):
-        part = slice(first, first + step)
-        result = solve(contacts, twist[part] * drive.ratio)
-        torque[filled, part], crank_torque[filled, part], best[filled, part] = _torques(result, starts)
+    if filled.size:
+        result = solve(contacts, twist * drive.ratio)
+        torque[filled], crank_torque[filled], best[filled] = _torques(result, starts)
         for k, values in enumerate((result.gear, result.crank, result.cage_plus, result.cage_minus)):
-            force[filled, part, k] = np.maximum.reduceat(values, starts, axis=1).T
+            force[filled, :, k] = np.maximum.reduceat(values, starts, axis=1).T
         counts += np.bincount(result.status.ravel(), minlength=len(Status))
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(torque != 0, best / np.abs(torque), np.nan)

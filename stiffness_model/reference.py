@@ -2,7 +2,7 @@
 
 Written from the paper's equations 3 to 19, one element and one twist at a time: the root of the total force
 (eqs 15, 16) with its exact Jacobian (eq. 17) and, where the root finder fails, descent on the stored energy.
-It shares the contacts' constants with `equilibrium`, and no other code. A thousand times slower.
+It shares the contacts' constants with `equilibrium`, and no other code; it is some thousand times slower.
 
 Erratum: eq. 18, the Jacobian of N2, is wrong in its dimensions and undefined for d_t < 0. Used here is the
 derivative of eq. 11, (I - N2 N2^T)/|d|.
@@ -184,10 +184,12 @@ def _descent(element: _Element, x: Vector) -> Vector | None:
     def hessian(y: Array) -> Array:
         return -element.jacobian((y[0] * _MICRO, y[1] * _MICRO)) * _MICRO
 
-    y = np.array(x) / _MICRO
-    answer = minimize(energy, y, jac=gradient, hess=hessian, method="trust-exact",
-                      options={"gtol": 1e-9, "maxiter": 2000, "initial_trust_radius": 1.0,
-                               "max_trust_radius": 100.0})
+    options = {"gtol": 1e-9, "maxiter": 2000, "initial_trust_radius": 1.0, "max_trust_radius": 100.0}
+    try:
+        answer = minimize(energy, np.array(x) / _MICRO, jac=gradient, hess=hessian, method="trust-exact",
+                          options=options)
+    except ValueError:  # SciPy's answer to a constant that is not a number
+        return None
     lowest = float(answer.x[0]) * _MICRO, float(answer.x[1]) * _MICRO
     found = _root(element, lowest)
     if found is not None:

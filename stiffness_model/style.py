@@ -67,7 +67,7 @@ def dress(ax: Axes, x_label: str, y_label: str) -> Axes:
 def from_zero(ax: Axes) -> Axes:
     """Both axes start at zero and reach beyond the data, on shared axes beyond that of all."""
     # matplotlib stops adapting limits once one is set: a second call on shared axes must widen them itself.
-    right, top = 1.05 * ax.dataLim.max
+    right, top = 1.05 * float(ax.dataLim.xmax), 1.05 * float(ax.dataLim.ymax)
     ax.set_xlim(0, max(ax.get_xlim()[1], right if math.isfinite(right) else 0))
     ax.set_ylim(0, max(ax.get_ylim()[1], top if math.isfinite(top) else 0))
     return ax

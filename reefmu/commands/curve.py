@@ -8,6 +8,7 @@ from stiffness_model import plots
 from stiffness_model.curve import LOST_MOTION_SHARE, PLAY_SHARE, TwistTorqueCurve
 from stiffness_model.files import staged_folder
 from stiffness_model.population import Population
+from stiffness_model.pressure import contact_pressures
 from stiffness_model.units import ARCMIN
 
 from . import study
@@ -36,6 +37,8 @@ def run(args: argparse.Namespace) -> int:
     print()
     print(_motion(curve))
     print()
+    print(_pressure(population))
+    print()
     print(_elements(population))
     print(f"\nwritten to {folder}: curve.csv, curve.png, forces.png, load_share.png")
     return 0
@@ -60,6 +63,15 @@ def _motion(curve: TwistTorqueCurve) -> str:
         f"lost motion  {curve.lost_motion() / ARCMIN:8.3f} arcmin  "
         f"(between +-{100 * LOST_MOTION_SHARE:g} % of {full:.4g} N.m)",
     ])
+
+
+def _pressure(population: Population) -> str:
+    """Greatest contact pressures at the end of the range; a hundred drives tell them well."""
+    drive = population.drive
+    found = contact_pressures(drive, [drive.max_twist], min(population.n_drives, 100), population.seed)
+    gear, crank, cage = found.pressure.mean(axis=0)[0] / 1e9
+    return (f"contact pressure at {drive.max_twist / ARCMIN:g} arcmin: gear {gear:.2f}, crank {crank:.2f}, "
+            f"cage {cage:.2f} GPa (greatest of a drive, mean of drives)")
 
 
 def _elements(population: Population) -> str:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ctypes
+import shutil
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +28,29 @@ class Block:
 
     def write(self, name: str, value: float) -> None:
         self.values[self.position[name]] = value
+
+
+class Loaded:
+    """A folder with an unpacked FMU, and the instance that runs from it, once there is one."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.fmu: Any = None
+        self.dead = False
+        """After fmi2Fatal, or without an instance: FMI allows no call any more."""
+
+    def release(self) -> None:
+        """Free the instance, unload the library and remove the folder.
+
+        Unloading must not wait for the end of the process: there pythonfmu 0.7 releases its interpreter twice.
+        """
+        fmu, self.fmu = self.fmu, None
+        if fmu is not None:
+            if not self.dead:
+                with suppress(Exception):
+                    fmu.fmi2FreeInstance(fmu.component)
+            fmu.freeLibrary()
+        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 def callbacks(complaints: list[str]) -> Any:

@@ -10,8 +10,9 @@ import math
 import os
 import struct
 import tempfile
+import threading
+import weakref
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -19,15 +20,17 @@ from typing import Any, Self
 from stiffness_model.errors import InputError, expect, unknown_name
 
 from .archive import SCRIPT_NAME, FmuFile, read_archive
-from .calls import Block, callbacks, pythonfmu_location
+from .calls import Block, Loaded, callbacks, pythonfmu_location
 
 _PYTHONFMU_LAST_WORDS = "Fatal py exception"
+_LOADING = threading.Lock()
+"""fmpy changes the working directory while it loads a library: one at a time, or the directory is lost."""
 
 
 class FmuDrive:
     """One instance of an FMU, unpacked into a folder of its own that `close` removes.
 
-    Use it as a context manager:
+    Use it as a context manager, for one thread at a time:
 
         with FmuDrive("drive.fmu", parameters={"band": 1.0}) as drive:
             outputs = drive.initialize({"crank.phi": 0.0})
@@ -49,17 +52,16 @@ class FmuDrive:
         import fmpy
 
         self._path = Path(path)
-        self._fmu: Any = None
-        self._fatal = False
         self._complaints: list[str] = []
         archive = read_archive(self._path)
         expect(archive.fmi_version == "2.0" and archive.model_identifier != "",
                "an FMU for FMI 2.0 co-simulation",
                f"one for FMI {archive.fmi_version} by {archive.generation_tool or 'an unnamed tool'}",
                str(self._path))
-        self._folder = tempfile.TemporaryDirectory(prefix="reefmu-")
+        self._loaded = Loaded(Path(tempfile.mkdtemp(prefix="reefmu-")))
+        self._release = weakref.finalize(self, self._loaded.release)
         try:
-            folder = fmpy.extract(str(self._path), self._folder.name)
+            folder = fmpy.extract(str(self._path), self._loaded.folder)
             description = fmpy.read_model_description(folder, validate=False)
             self.guid = archive.guid
             variables = [v for v in description.modelVariables if v.type == "Real"]
@@ -87,16 +89,17 @@ class FmuDrive:
         resources = Path(folder, "resources").resolve()
         by_pythonfmu = archive.backend == "python" or SCRIPT_NAME in archive.members
         location = pythonfmu_location(resources) if by_pythonfmu else resources.as_uri()
-        fmu = FMU2Slave(guid=self.guid, unzipDirectory=str(folder),
-                        modelIdentifier=archive.model_identifier, instanceName=name)
+        with _LOADING:
+            fmu = FMU2Slave(guid=self.guid, unzipDirectory=str(folder),
+                            modelIdentifier=archive.model_identifier, instanceName=name)
         fmu.callbacks = callbacks(self._complaints)
         fmu.component = fmu.fmi2Instantiate(
             name.encode(), fmi2CoSimulation, self.guid.encode(), location.encode(),
             ctypes.byref(fmu.callbacks), False, True)
+        self._loaded.fmu = fmu
         if not fmu.component:
-            fmu.freeLibrary()
+            self._loaded.dead = True
             raise InputError(f"{self._path}: expected an FMU that runs here, got no instance{self._logged()}")
-        self._fmu = fmu
 
     def _prepare(self, parameters: Mapping[str, float]) -> None:
         self.time = math.nan
@@ -121,13 +124,8 @@ class FmuDrive:
         self._prepare(parameters or {})
 
     def close(self) -> None:
-        """Free the instance and remove what was unpacked. May be called again."""
-        if self._fmu is not None and not self._fatal:  # after fmi2Fatal FMI allows no further call
-            with suppress(Exception):
-                self._fmu.freeInstance()
-        self._fmu = None
-        with suppress(OSError):  # a library that is still loaded cannot be removed on Windows
-            self._folder.cleanup()
+        """Free the instance, unload its library and remove what was unpacked. May be called again."""
+        self._release()
 
     def __enter__(self) -> Self:
         return self
@@ -205,16 +203,18 @@ class FmuDrive:
             self._call("fmi2SetReal", block.references, len(block.names), block.values)
 
     def _call(self, function: str, *arguments: Any) -> None:
-        if self._fmu is None:
+        fmu = self._loaded.fmu
+        if fmu is None:
             raise InputError(f"{self._path}: expected an open FMU, got one that was closed or has failed")
         from fmpy.fmi1 import FMICallException
+        from fmpy.fmi2 import fmi2Fatal
 
         try:
-            getattr(self._fmu, function)(self._fmu.component, *arguments)
+            getattr(fmu, function)(fmu.component, *arguments)
         except FMICallException as error:
-            self._fatal = error.status == 4
             logged = self._logged()
-            if self._fatal:
+            if error.status == fmi2Fatal:
+                self._loaded.dead = True
                 self.close()
             raise InputError(f"{self._path}: {_one_line(error).rstrip('.')}{logged}") from None
 

@@ -79,7 +79,8 @@ def test_own_rows_come_after_the_published_ones(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("text", "words"), [
-    (OWN + 'k4 = "1 kN.m/rad"', "gear 1: unknown field 'k4'; did you mean 'k"),
+    (OWN + 'ratoi = "30"', "gear 1: unknown field 'ratoi'; did you mean 'ratio'"),
+    (OWN + 'k4 = "1 kN.m/rad"', "gear 1: unknown field 'k4'; expected one of .*k1, k2, k3"),
     ('[[gears]]\nmaker = "A"', "unknown table 'gears'; did you mean 'gear'"),
     ("", "expected one table \\[\\[gear\\]\\] or more, got 'none'"),
     ("gear = 3", "expected one table \\[\\[gear\\]\\] or more, got 3"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,8 @@ from matplotlib.figure import Figure
 import stiffness_model as sm
 from stiffness_model import ARCMIN, plots
 from stiffness_model.catalog import CatalogGear, catalog
-from stiffness_model.population import Population
+from stiffness_model.population import LOW_TORQUE, Population
+from stiffness_model.style import CONTACTS, DRIVES, Line, label_ends, new_axes
 
 RANGES = {"drive_1": 8, "drive_2": 8, "drive_3": 40}
 
@@ -63,11 +65,15 @@ def test_twist_over_torque_draws_means_and_bands(populations: list[Population]) 
     assert ax.get_xlabel() == "torque at the output [N.m]"
     assert ax.get_ylabel() == "twist at the output [arcmin]"
     assert len(ax.collections) == 3  # one shade each
-    styles = {(line.get_color(), str(line.get_linestyle())) for line in ax.lines if line.get_label() in
-              ("drive 1", "drive 2", "drive 3")}
-    assert len({colour for colour, _ in styles}) == len({dashes for _, dashes in styles}) == 3
+    colours = [line.get_color() for line in ax.lines if not str(line.get_label()).startswith("_")]
+    assert colours == [line.colour for line in DRIVES[:3]]
     assert legend_is_off_the_data(ax)
     assert is_inside_the_figure(ax)
+
+
+@pytest.mark.parametrize("lines", [DRIVES, CONTACTS])
+def test_lines_differ_in_colour_and_in_dashes(lines: tuple[Line, ...]) -> None:
+    assert len({line.colour for line in lines}) == len({line.dashes for line in lines}) == len(lines)
 
 
 def test_against_catalog_draws_the_gears_with_a_curve(populations: list[Population]) -> None:
@@ -112,10 +118,22 @@ def test_contact_forces_draw_mean_and_percentiles_of_the_drives(populations: lis
     assert ax.get_ylim()[0] == 0
     assert is_inside_the_figure(ax)
     boxes = [text.get_window_extent() for text in ax.texts]
-    assert [text.get_text() for text in ax.texts] and len(boxes) == 4
+    assert sorted(text.get_text() for text in ax.texts) == sorted(plots.CONTACT_NAMES)
     for k, box in enumerate(boxes):
         assert box.x0 >= ax.get_window_extent().x1  # beside the data
         assert not any(box.overlaps(other) for other in boxes[k + 1:])
+
+
+def test_names_at_the_ends_of_close_curves_are_pushed_apart() -> None:
+    ax = new_axes()
+    ax.set_xlim(0, 1)
+    ax.set_ylim(0, 10)
+    texts = label_ends(ax, [(1, y, name, "k") for y, name in ((5.0, "b"), (5.05, "c"), (4.98, "a"), (9.0, "d"))])
+    drawn(ax)
+    boxes = [text.get_window_extent() for text in texts]
+    assert [text.get_text() for text in texts] == ["a", "b", "c", "d"]  # from the lowest up
+    assert all(lower.y1 <= upper.y0 for lower, upper in pairwise(boxes))
+    assert texts[-1].xy[1] == 9.0  # what is far enough stays
 
 
 def test_forces_on_shared_axes_all_fit(populations: list[Population]) -> None:
@@ -132,14 +150,14 @@ def test_load_share_leaves_out_the_low_torque_region(populations: list[Populatio
     for population in populations:
         x, y = data(ax, population.drive.name.replace("_", " "))
         torque = population.torque.mean(axis=0)
-        kept = torque >= plots.REPRESENTATIVE * torque[-1]
+        kept = torque >= LOW_TORQUE * torque[-1]
         assert 0 < kept.sum() < len(torque)
         np.testing.assert_allclose(x, torque[kept])
         np.testing.assert_allclose(y, 100 * population.load_share[:, kept].mean(axis=0))
     assert "[%]" in ax.get_ylabel()
     legend = ax.get_legend()
     assert legend is not None
-    assert "below 10 %" in legend.get_title().get_text()
+    assert f"below {100 * LOW_TORQUE:g} %" in legend.get_title().get_text()
     assert legend_is_off_the_data(ax)
     assert is_inside_the_figure(ax)
 

@@ -255,8 +255,10 @@ def test_results_of_a_drive_hang_together(drive: sm.Drive) -> None:
     minus, plus = population.torque.mean(axis=0)
     assert minus == pytest.approx(-plus, rel=0.03)  # mirror images, apart from the sample
     # Positive twist loads the wall t+, negative the other one.
-    assert (population.contact_force[:, 1, 2] > 10 * population.contact_force[:, 1, 3]).all()
-    assert (population.contact_force[:, 0, 3] > 10 * population.contact_force[:, 0, 2]).all()
+    # (Not to the last newton: a ball larger than its bore is squeezed by both.)
+    walls = population.contact_force[..., 2:].mean(axis=0)
+    assert walls[1, 0] > 100 * walls[1, 1]
+    assert walls[0, 1] > 100 * walls[0, 0]
 
 
 @pytest.mark.parametrize(("twist", "options", "words"), [

@@ -255,6 +255,14 @@ def test_closing_removes_what_was_unpacked(fmu, tmp_path, monkeypatch):
         slave.initialize()
 
 
+def test_an_instance_that_nobody_closed_goes_with_its_folder(fmu, tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    slave = FmuDrive(fmu)
+    slave.initialize()
+    del slave
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_fmpys_own_simulation_runs_it(fmu):
     signals = np.array([(0.0, 0.0), (0.5, 0.05), (1.0, -0.05)],
                        dtype=[("time", float), ("crank.phi", float)])
@@ -285,7 +293,7 @@ for call in (lambda f: f.getReal([999]), lambda f: f.setReal([999], [1.0]), lamb
     slave.initialize()
     for _ in range(3):
         try:
-            call(slave._fmu)
+            call(slave._loaded.fmu)
         except FMICallException as error:
             assert error.status == 4, error.status
         else:

@@ -1,0 +1,148 @@
+"""`reefmu demo`: the whole line for one drive, from its drawing to a joint under control."""
+
+from __future__ import annotations
+
+import argparse
+import time
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from reefmu.fmu.build import export_fmu
+from reefmu.fmu.check import check_fmu
+from reefmu.joint import JointModel, Masses, cosimulate, largest_step, simulate_joint
+from reefmu.joint.controller import Design, design_lqr, feedback
+from reefmu.joint.plots import damping_over_torque, response, tangents
+from reefmu.model import DriveModel, build_model
+from stiffness_model import plots
+from stiffness_model.catalog import catalog
+from stiffness_model.curve import TwistTorqueCurve
+from stiffness_model.drawing_file import load_drive
+from stiffness_model.drive import Drive
+from stiffness_model.files import staged_folder
+from stiffness_model.lookup import describe
+from stiffness_model.population import simulate
+from stiffness_model.units import ARCMIN
+
+from . import study
+
+DRIVE = "drive_1"
+DRIVES = 1000
+MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0, motor_damping=1e-3, load_damping=0.5)
+SAMPLE = 5e-4  # s, of the controller
+STIFF_POINT = 100.0  # N.m on the output
+SMALL_STEP, LARGE_STEP, SMALL_LOAD, LARGE_LOAD = 0.2e-3, 50e-3, 1.0, 120.0  # rad, N.m
+
+
+def run(args: argparse.Namespace) -> int:
+    """Walk the line, print what happens, and leave pictures, curve.csv and the FMU."""
+    start = time.perf_counter()
+    folder = Path("reefmu-demo" if args.out is None else args.out)
+    with staged_folder(folder) as stage:
+        drive = _drawing(stage)
+        curve = _curve(drive, stage)
+        model = _model(drive, curve)
+        passed = _fmu(model, stage)
+        _joint(model, stage)
+    print(f"\nDone in {time.perf_counter() - start:.0f} s. In {folder}: "
+          + ", ".join(sorted(path.name for path in folder.iterdir() if not path.name.startswith("."))))
+    return 0 if passed else 1
+
+
+def _say(title: str) -> None:
+    print(f"\n{title}\n{'-' * len(title)}")
+
+
+def _drawing(stage: Path) -> Drive:
+    _say("1  The drawing")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        drive = load_drive(DRIVE)
+    print(f"{drive.name}: {drive.description}\n"
+          f"{drive.elements} {drive.element}s of {2e3 * drive.element_radius:g} mm on {drive.eccentrics} eccentrics, "
+          f"{drive.lobes} lobes, ratio {drive.ratio:g}; the profile exists for |beta| up to "
+          f"{np.degrees(drive.usable_limit):.1f} deg")
+    study.show_notes([str(warning.message) for warning in caught])
+    plots.save(plots.gear_profile(drive), stage / "1-gear.png")
+    return drive
+
+
+def _curve(drive: Drive, stage: Path) -> TwistTorqueCurve:
+    _say(f"2  {DRIVES} virtual drives")
+    begin = time.perf_counter()
+    population = simulate(drive, np.linspace(0, drive.max_twist, study.TWISTS), DRIVES)
+    took = time.perf_counter() - begin
+    curve = population.curve()
+    print(f"{DRIVES * drive.elements} elements at {study.TWISTS} twists in {took:.2f} s\n"
+          f"mean torque at {drive.max_twist / ARCMIN:g} arcmin {curve.full_torque:.0f} N.m, "
+          f"lost motion {curve.lost_motion() / ARCMIN:.2f} arcmin")
+    curve.write_csv(stage / "curve.csv")
+    plots.save(plots.twist_over_torque(curve), stage / "2-curve.png")
+    plots.save(plots.contact_forces(population), stage / "2-forces.png")
+    plots.save(plots.against_catalog(curve, catalog()), stage / "2-compare.png")
+    return curve
+
+
+def _model(drive: Drive, curve: TwistTorqueCurve) -> DriveModel:
+    _say("3  The lookup")
+    with study.all_cores("solving the lookup (once: it is kept)") as executor:
+        model = build_model(drive, {"hysteresis": {}}, executor=executor)
+    at = 0.75 * drive.max_twist
+    print(f"{describe(model.lookup)}\n"
+          f"stiffness {model.lookup.stiffness(0.0) / 1e3:.0f} kN.m/rad at rest, "
+          f"{model.lookup.stiffness(drive.max_twist) / 1e3:.0f} at full torque; "
+          f"torque at {at / ARCMIN:g} arcmin {model.lookup.torque(at):.1f} N.m (curve: {curve.torque_at(at):.1f})")
+    return model
+
+
+def _fmu(model: DriveModel, stage: Path) -> bool:
+    _say("4  The FMU")
+    path = export_fmu(model, stage / f"{model.name}.fmu")
+    report = check_fmu(path)
+    print(f"{path.name}: {path.stat().st_size / 1024:.0f} kB, FMI 2.0 co-simulation, effect inside: hysteresis (neutral)")
+    for finding in report.findings:
+        print(f"  {finding}")
+    return report.passed
+
+
+def _joint(model: DriveModel, stage: Path) -> None:
+    from matplotlib.figure import Figure
+
+    _say("5  A robot joint under control")
+    plain = build_model(model.drive, lookup=model.lookup)
+    joint = JointModel(plain, MASSES)
+    designs = [design_lqr(joint, STIFF_POINT, SAMPLE, f"at {STIFF_POINT:g} N.m"),
+               design_lqr(joint, 0.0, SAMPLE, "at rest")]
+    figure = Figure(figsize=(9.6, 4.0), dpi=150, layout="constrained")
+    left, right = figure.subplots(1, 2)
+    tangents(joint, designs, left)
+    damping_over_torque(joint, designs, right)
+    figure.savefig(stage / "5-design.png")
+    figure = Figure(figsize=(9.6, 6.4), dpi=150, layout="constrained")
+    axes = figure.subplots(2, 2)
+    small = response(joint, designs, axes[0, 0], target=SMALL_STEP)
+    response(joint, designs, axes[1, 0], target=LARGE_STEP)
+    response(joint, designs, axes[0, 1], load=SMALL_LOAD)
+    response(joint, designs, axes[1, 1], load=LARGE_LOAD)
+    handles, names = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside upper left", ncols=3, frameon=False, fontsize="small")
+    figure.savefig(stage / "5-joint.png")
+    print(f"an LQR designed on {designs[0].stiffness / 1e3:.0f} kN.m/rad ({designs[0].name}) leaves an oscillation of "
+          f"{small[designs[0].name]:.2g} N.m in the drive after a small step;\n"
+          f"designed on {designs[1].stiffness / 1e3:.0f} kN.m/rad ({designs[1].name}) it settles: "
+          f"{small[designs[1].name]:.1g} N.m")
+    _against_fmu(joint, designs[1], stage / f"{model.name}.fmu")
+
+
+def _against_fmu(joint: JointModel, design: Design, path: Path) -> None:
+    """The same loop with the FMU in it, and the step that a plain co-simulation master could take."""
+    motion = simulate_joint(joint, feedback(design, joint.ratio, LARGE_STEP), step=SAMPLE, duration=0.2)
+    other = cosimulate(path, MASSES, feedback(design, joint.ratio, LARGE_STEP), step=SAMPLE, duration=0.2)
+    gap = np.abs(motion["output.phi"] - other["output.phi"]).max()
+    stiffness = float(joint.drive.lookup.stiffness(joint.drive.drive.max_twist))
+    longest = largest_step(stiffness, MASSES.reduced_inertia(joint.ratio))
+    print(f"the same loop around the FMU, stepped every {1e3 * SAMPLE:g} ms with its stiffness output: within "
+          f"{1e6 * gap:.2g} urad\n"
+          f"a master that only holds the FMU's torque over a step lets the joint's oscillation grow; for less than "
+          f"a factor e per second its steps must stay below {1e6 * longest:.2g} us")

@@ -1,0 +1,176 @@
+"""The joint's equations, once, in CasADi: motor and load inertia with a `DriveModel` between them.
+
+    inertia_m d(crank.w)/dt  = motor.tau - damping_m crank.w  + crank.tau
+    inertia_l d(output.w)/dt = load.tau  - damping_l output.w + output.tau
+
+crank.tau and output.tau are the drive's; they do the same virtual work on a twist, so that a drive without
+dissipation conserves energy. States of the drive follow its continuous-time `rate`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from reefmu.model import INPUTS, OUTPUTS, DriveModel
+from stiffness_model.errors import InputError, expect_number
+
+from .masses import STATES, Masses
+
+Array = NDArray[np.float64]
+
+JOINT_INPUTS = ("motor.tau", "load.tau")
+JOINT_OUTPUTS = (*STATES, "output.tau", "twist", "stiffness")
+DRIVE_INPUTS = tuple(signal.name for signal in INPUTS)
+DRIVE_OUTPUTS = tuple(signal.name for signal in OUTPUTS)
+_AT_REST = 1e-9
+"""rad/s: a speed whose sign is known and which changes nothing else."""
+
+
+@dataclass(frozen=True)
+class Equations:
+    """A system dx/dt = rate(x, u, p), y = output(x, u, p) as CasADi functions, with the names of its signals.
+
+    sides: (n_x + n_u,) the speeds, rad/s, that start every motion out of rest in one direction. parameters:
+    names and values of p.
+    """
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    parameters: dict[str, float]
+    rate: ca.Function
+    output: ca.Function
+    sides: Array
+
+    @cached_property
+    def _jacobians(self) -> ca.Function:
+        x, u, p = (ca.MX.sym(name, n) for name, n in
+                   (("x", len(self.states)), ("u", len(self.inputs)), ("p", len(self.parameters))))
+        rate, output = self.rate(x, u, p), self.output(x, u, p)
+        return ca.Function("jacobians", [x, u, p], [ca.jacobian(rate, x), ca.jacobian(rate, u),
+                                                    ca.jacobian(output, x), ca.jacobian(output, u)])
+
+    def linear(self, x: Array, u: Array, p: Array) -> tuple[Array, Array, Array, Array]:
+        """Exact A, B, C, D at a point.
+
+        At rest friction has a kink, |speed|; there the mean of the slopes to both sides is taken. Without it
+        a hysteresis at rest would show no stiffness.
+        """
+        n = len(self.states)
+        both = [self._jacobians(x + s * self.sides[:n], u + s * self.sides[n:], p) for s in (-1.0, 1.0)]
+        a, b, c, d = (np.array((low + high) / 2).reshape(low.shape) for low, high in zip(*both, strict=True))
+        return a, b, c, d
+
+
+def drive_equations(model: DriveModel) -> Equations:
+    """The drive alone: inputs and outputs of the model, states of its effects.
+
+    The model's memory of the last inputs serves its discrete steps only; a continuous system has no use for it.
+    """
+    x, u, p = (ca.MX.sym(name, n) for name, n in
+               (("x", own_states(model)), ("u", len(DRIVE_INPUTS)), ("p", len(model.parameters))))
+    full = ca.vertcat(ca.MX.zeros(len(model.states) - own_states(model)), x)
+    sides = np.zeros(own_states(model) + len(DRIVE_INPUTS))
+    # The crank leads by two, so that twist, crank and output all move the same way.
+    sides[own_states(model) + DRIVE_INPUTS.index("crank.w")] = 2 * _ratio(model) * _AT_REST
+    sides[own_states(model) + DRIVE_INPUTS.index("output.w")] = _AT_REST
+    return Equations(
+        tuple(s.name for s in model.states[len(model.states) - own_states(model):]), DRIVE_INPUTS, DRIVE_OUTPUTS,
+        {q.name: q.value for q in model.parameters},
+        ca.Function("rate", [x, u, p], [model.rate(full, u, p)[full.numel() - x.numel():]]),
+        ca.Function("output", [x, u, p], [model.output(full, u, p)]), sides)
+
+
+def own_states(model: DriveModel) -> int:
+    """The number of states that belong to effects."""
+    return sum(len(effect.states) for effect in model.effects)
+
+
+def _ratio(model: DriveModel) -> float:
+    return {q.name: q.value for q in model.parameters}["ratio"]
+
+
+@dataclass(frozen=True)
+class JointModel:
+    """A drive between a motor and a load, at one temperature, degC."""
+
+    drive: DriveModel
+    masses: Masses
+    temperature: float = 20.0
+
+    @property
+    def ratio(self) -> float:
+        """Transmission ratio, crank to output, signed."""
+        return _ratio(self.drive)
+
+    @cached_property
+    def equations(self) -> Equations:
+        """States: crank.phi, crank.w, output.phi, output.w, then the drive's. p: the masses' parameters, the
+        temperature, then the drive's.
+        """
+        inner = drive_equations(self.drive)
+        x, u = ca.MX.sym("x", len(STATES) + len(inner.states)), ca.MX.sym("u", len(JOINT_INPUTS))
+        own = {"motor.inertia": self.masses.motor_inertia, "load.inertia": self.masses.load_inertia,
+               "motor.damping": self.masses.motor_damping, "load.damping": self.masses.load_damping,
+               "temperature": self.temperature}
+        p = ca.MX.sym("p", len(own) + len(inner.parameters))
+        motor_inertia, load_inertia, motor_damping, load_damping, temperature = (p[k] for k in range(len(own)))
+        rest = p[len(own):]
+        drive_inputs = ca.vertcat(x[:4], temperature)
+        drive = dict(zip(DRIVE_OUTPUTS, ca.vertsplit(inner.output(x[4:], drive_inputs, rest)), strict=True))
+        rate = ca.vertcat(
+            x[1], (u[0] - motor_damping * x[1] + drive["crank.tau"]) / motor_inertia,
+            x[3], (u[1] - load_damping * x[3] + drive["output.tau"]) / load_inertia,
+            inner.rate(x[4:], drive_inputs, rest))
+        output = ca.vertcat(x[:4], drive["output.tau"], drive["twist"], drive["stiffness"])
+        sides = np.zeros(x.numel() + u.numel())
+        sides[1], sides[3] = 2 * self.ratio * _AT_REST, _AT_REST
+        return Equations((*STATES, *inner.states), JOINT_INPUTS, JOINT_OUTPUTS, own | inner.parameters,
+                         ca.Function("rate", [x, u, p], [rate]), ca.Function("output", [x, u, p], [output]), sides)
+
+    def state(self, motion: Array | None = None) -> Array:
+        """A full state from crank.phi, crank.w, output.phi, output.w (default 0); the drive's states at their
+        start, 0.
+        """
+        x = np.zeros(len(STATES) + own_states(self.drive))
+        if motion is not None:
+            x[:4] = motion
+        return x
+
+    def equilibrium(self, load_torque: float = 0.0, crank_angle: float = 0.0) -> tuple[Array, Array]:
+        """State x and input u of the joint at rest under `load_torque`, N.m on the output (load.tau).
+
+        The crank stands at `crank_angle`, rad; effects' states stand at their start. Where the drive has play, a
+        point within it. Errors: `InputError` for a torque that the drive cannot carry.
+        """
+        from scipy.optimize import brentq
+
+        expect_number(load_torque, "a finite torque, N.m", "load_torque")
+        expect_number(crank_angle, "a finite angle, rad", "crank_angle")
+        p = self.drive.parameter_vector()
+        states = np.zeros(len(self.drive.states))
+
+        def drive(twist: float) -> Array:
+            inputs = np.array([crank_angle, 0.0, crank_angle / self.ratio - twist, 0.0, self.temperature])
+            return np.array(self.drive.output(states, inputs, p)).ravel()
+
+        def excess(twist: float) -> float:
+            return float(drive(twist)[0] + load_torque)
+
+        reach = self.drive.lookup.twist.stop
+        for _ in range(20):
+            if excess(-reach) <= 0.0 <= excess(reach):
+                break
+            reach *= 2
+        else:
+            raise InputError(f"load_torque: expected a torque the drive can carry, got {load_torque:g} N.m")
+        root: Any = brentq(excess, -reach, reach, xtol=1e-16, rtol=np.float64(1e-14))
+        twist = float(root)
+        x = self.state(np.array([crank_angle, 0.0, crank_angle / self.ratio - twist, 0.0]))
+        return x, np.array([-drive(twist)[1], load_torque])

@@ -1,0 +1,73 @@
+"""Motor and load of a joint: two inertias with linear damping, and their exact motion over a step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffness_model.errors import expect_number
+
+Array = NDArray[np.float64]
+Scheme = Literal["parallel", "sequential", "extrapolated"]
+"""How a master couples the masses with a drive that it can only step; see `cosimulate`."""
+
+STATES = ("crank.phi", "crank.w", "output.phi", "output.w")
+"""Order of a joint's mechanical states: rad, rad/s."""
+
+
+@dataclass(frozen=True)
+class Masses:
+    """What turns on both sides of the drive.
+
+    motor_inertia: kg.m2 at the crank, load_inertia: kg.m2 at the output, without the drive between them;
+    motor_damping, load_damping: N.m.s/rad, at the same places.
+    """
+
+    motor_inertia: float
+    load_inertia: float
+    motor_damping: float = 0.0
+    load_damping: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name.endswith("inertia"):
+                expect_number(value, "a positive inertia, kg.m2", field.name, low=0.0)
+            else:
+                expect_number(value, "a damping of at least 0 N.m.s/rad", field.name, low=np.nextafter(0.0, -1.0))
+
+    def reduced_inertia(self, ratio: float) -> float:
+        """Inertia, kg.m2 at the output, of the two masses swinging against each other.
+
+        With the drive's stiffness K their eigenfrequency is sqrt(K/inertia), rad/s.
+
+        >>> round(Masses(1e-4, 2.0).reduced_inertia(-29), 5)
+        0.08071
+        """
+        return 1 / (1 / (self.motor_inertia * ratio**2) + 1 / self.load_inertia)
+
+    def matrices(self, ratio: float = 1.0, stiffness: float = 0.0) -> tuple[Array, Array]:
+        """A (4, 4) and B (4, 2) of ds/dt = A s + B tau, s in the order of `STATES`.
+
+        tau: torques on crank and output, N.m. stiffness: of a linear spring between them, N.m/rad at the output,
+        free of torque where crank.phi/ratio = output.phi.
+        """
+        a, b = np.zeros((4, 4)), np.zeros((4, 2))
+        a[0, 1] = a[2, 3] = 1.0
+        a[1, 1], a[3, 3] = -self.motor_damping / self.motor_inertia, -self.load_damping / self.load_inertia
+        b[1, 0], b[3, 1] = 1 / self.motor_inertia, 1 / self.load_inertia
+        twist = np.array([1 / ratio, 0.0, -1.0, 0.0])
+        return a + np.outer(b @ np.array([-1 / ratio, 1.0]), stiffness * twist), b
+
+    def step_matrices(self, step: float, ratio: float = 1.0, stiffness: float = 0.0) -> tuple[Array, Array]:
+        """Phi (4, 4) and Gamma (4, 2) of s(t + step) = Phi s + Gamma tau with the torques held: exact."""
+        from scipy.linalg import expm
+
+        a, b = self.matrices(ratio, stiffness)
+        block = np.zeros((6, 6))
+        block[:4, :4], block[:4, 4:] = a * step, b * step
+        whole = np.asarray(expm(block), np.float64)
+        return whole[:4, :4], whole[:4, 4:]

@@ -1,0 +1,101 @@
+"""Pictures of a joint under control: what the drive's real curve does to a design on a constant stiffness."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffness_model.style import BLUE, FAINT, INK, RED, dress
+
+from .controller import Design, feedback, least_damping
+from .equations import JointModel
+from .simulate import Motion, simulate_joint
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+DASHES = ((6, 1.5), (2, 1))
+COLOURS = (RED, BLUE)
+
+
+def tangents(joint: JointModel, designs: Sequence[Design], ax: Axes) -> Axes:
+    """The drive's curve, and the straight lines that the designs take it for."""
+    lookup = joint.drive.lookup
+    reach = 0.35 * lookup.twist.stop
+    twist = np.linspace(-reach, reach, 400)
+    torque = lookup.torque(twist)
+    dress(ax, "twist at the output [mrad]", "torque [N.m]")
+    ax.plot(1e3 * twist, torque, color=INK, lw=2.2, label=joint.drive.name.replace("_", " "))
+    for design, colour, dashes in zip(designs, COLOURS, DASHES, strict=False):
+        shown = np.abs(design.stiffness * twist) < 1.05 * torque.max()
+        ax.plot(1e3 * twist[shown], design.stiffness * twist[shown], color=colour, lw=1.6, dashes=dashes,
+                label=f"{design.stiffness / 1e3:.3g} kN.m/rad, {design.name}")
+    ax.legend(frameon=False, loc="upper left", fontsize="small")
+    ax.set_title("What the drive does, and what a design takes it for", loc="left", fontsize="medium")
+    return ax
+
+
+def damping_over_torque(joint: JointModel, designs: Sequence[Design], ax: Axes) -> Axes:
+    """Least damping ratio of the loop over the torque that the joint holds."""
+    top = 0.7 * joint.drive.full_torque
+    torques = np.concatenate([[0.0], np.geomspace(top / 400, top, 40)])
+    dress(ax, "torque the joint holds [N.m]", "least damping ratio of the loop")
+    for design, colour, dashes in zip(designs, COLOURS, DASHES, strict=False):
+        ax.plot(torques, [least_damping(joint, design, torque) for torque in torques], color=colour, lw=2,
+                dashes=dashes, label=f"designed {design.name}")
+    low = min(-0.3, ax.get_ylim()[0])
+    ax.axhspan(low, 0, color="#f3dfd8", zorder=0)
+    ax.text(0.97, low / 2, "unstable", color=RED, va="center", ha="right", transform=ax.get_yaxis_transform())
+    ax.set_xscale("symlog", linthresh=top / 200, linscale=0.4)
+    ax.set_xlim(0, top)
+    decades = [d for d in (0.1, 1, 10, 100, 1000) if top / 200 <= d <= top]
+    ax.set_xticks([0, *decades], [f"{d:g}" for d in (0, *decades)])
+    ax.minorticks_off()
+    ax.set_ylim(low, 1.15)
+    ax.legend(frameon=False, loc="upper right", fontsize="small")
+    ax.set_title("Same gains, other torque", loc="left", fontsize="medium")
+    return ax
+
+
+def believed(joint: JointModel, design: Design, target: float, load: float, duration: float) -> np.ndarray:
+    """output.phi, rad, of the joint that the design believes in: the same loop with a linear spring."""
+    phi, gamma = joint.masses.step_matrices(design.sample, joint.ratio, design.stiffness)
+    controller, motion, angles = feedback(design, joint.ratio, target, load), np.zeros(4), []
+    for k in range(round(duration / design.sample) + 1):
+        angles.append(motion[2])
+        motion = phi @ motion + gamma @ np.array(controller(k * design.sample, motion))
+    return np.array(angles)
+
+
+def run(joint: JointModel, design: Design, target: float, load: float, duration: float) -> Motion:
+    """The loop on the real curve; target, rad, and load, N.m, come at time 0."""
+    return simulate_joint(joint, feedback(design, joint.ratio, target, load), step=design.sample, duration=duration)
+
+
+def response(joint: JointModel, designs: Sequence[Design], ax: Axes, *, target: float = 0.0, load: float = 0.0,
+             duration: float = 0.5) -> dict[str, float]:
+    """Output angle after a step of set point, rad, or load, N.m; the first design also as it believes itself.
+
+    Returns what is left of the oscillation by design name: half of peak to peak of the drive's torque in the
+    last fifth, N.m.
+    """
+    dress(ax, "time [s]", "output angle [mrad]")
+    left: dict[str, float] = {}
+    for design, colour, width in reversed(list(zip(designs, COLOURS, (1.3, 1.8), strict=False))):
+        motion = run(joint, design, target, load, duration)
+        ax.plot(motion.time, 1e3 * motion["output.phi"], color=colour, lw=width,
+                label=f"real curve, designed {design.name}")
+        left[design.name] = float(np.ptp(motion["output.tau"][motion.time >= 0.8 * duration])) / 2
+    first = designs[0]
+    angles = believed(joint, first, target, load, duration)
+    ax.plot(first.sample * np.arange(len(angles)), 1e3 * angles, color=INK, lw=1.3, dashes=(4, 2),
+            label=f"constant {first.stiffness / 1e3:.3g} kN.m/rad, designed {first.name}")
+    if target:
+        ax.axhline(1e3 * target, color=FAINT, lw=0.8)
+        ax.set_title(f"Set point moves by {1e3 * target:g} mrad", loc="left", fontsize="medium")
+    else:
+        ax.set_title(f"Load of {load:g} N.m comes on", loc="left", fontsize="medium")
+    ax.set_xlim(0, duration)
+    return left

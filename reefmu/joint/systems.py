@@ -1,0 +1,107 @@
+"""python-control systems of the drive and the joint, with exact linearisation.
+
+python-control allows no dot in a signal's name: `crank.phi` is called `crank_phi` there, and so on.
+Parameters keep the model's dotted names: `ct.linearize(system, x, u, params={"band": 1.0})`.
+
+`ct.input_output_response` may step over a short input unless a greatest step is set (python-control issue 1152):
+pass solve_ivp_kwargs={"max_step": ...}.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import control as ct
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reefmu.model import DriveModel
+from stiffness_model.errors import InputError, expect, refuse_unknown
+
+from .equations import Equations, JointModel, drive_equations
+
+Array = NDArray[np.float64]
+
+
+def drive_system(model: DriveModel, *, name: str | None = None) -> ct.NonlinearIOSystem:
+    """The drive alone, continuous in time.
+
+    Inputs crank_phi, crank_w, output_phi, output_w, temperature; outputs output_tau, crank_tau, twist, stiffness,
+    max_contact_force, load_share, in_range; states those of the effects. Units and signs as in `reefmu.model`.
+    """
+    return _CasadiSystem(drive_equations(model), name or python_name(model.name))
+
+
+def joint_system(joint: JointModel, *, name: str | None = None) -> ct.NonlinearIOSystem:
+    """Motor, drive and load, continuous in time.
+
+    Inputs motor_tau, load_tau, N.m; outputs crank_phi, crank_w, output_phi, output_w, output_tau, twist, stiffness;
+    states the first four of these, then the effects'. `JointModel.equilibrium` gives points to start from.
+    """
+    return _CasadiSystem(joint.equations, name or f"{python_name(joint.drive.name)}_joint")
+
+
+def linearize(system: JointModel | DriveModel, x: ArrayLike, u: ArrayLike,
+              params: Mapping[str, float] | None = None) -> ct.StateSpace:
+    """The exact linear system at a point, by CasADi; signals named as in `drive_system` and `joint_system`."""
+    made = joint_system(system) if isinstance(system, JointModel) else drive_system(system)
+    return made.linearize(x, u, params=params, copy_names=True)
+
+
+def python_name(name: str) -> str:
+    """A signal's or a system's name as python-control takes it.
+
+    >>> python_name("crank.phi")
+    'crank_phi'
+    """
+    return "".join(c if c.isalnum() or c in "_[]" else "_" for c in name)
+
+
+def python_names(names: Sequence[str]) -> list[str]:
+    """`python_name` of each."""
+    return [python_name(name) for name in names]
+
+
+class _CasadiSystem(ct.NonlinearIOSystem):
+    """A python-control system on `Equations`: `linearize` is exact, not a difference."""
+
+    def __init__(self, equations: Equations, name: str) -> None:
+        self.equations = equations
+        super().__init__(self._rate, self._output, inputs=python_names(equations.inputs),
+                         outputs=python_names(equations.outputs), states=python_names(equations.states),
+                         params=dict(equations.parameters), name=name)
+
+    def _vector(self, params: Mapping[str, float]) -> Array:
+        # Within an interconnection the parameters of its other systems come along: they are passed over.
+        return np.array([params[name] for name in self.equations.parameters])
+
+    def _rate(self, _t: float, x: Array, u: Array, params: Mapping[str, float]) -> Array:
+        return np.asarray(self.equations.rate(x, u, self._vector(params))).ravel()
+
+    def _output(self, _t: float, x: Array, u: Array, params: Mapping[str, float]) -> Array:
+        return np.asarray(self.equations.output(x, u, self._vector(params))).ravel()
+
+    def linearize(self, x0: Any, u0: Any = None, t: float = 0.0, params: Mapping[str, float] | None = None,
+                  eps: float | None = None, copy_names: bool = False, **kwargs: Any) -> ct.StateSpace:
+        """The `ct.StateSpace` at a point: exact, so `eps`, the step of python-control's differences, is refused."""
+        if isinstance(x0, ct.OperatingPoint):
+            x0, u0 = x0.states, x0.inputs if u0 is None else u0
+        if eps is not None:
+            raise InputError(f"{self.name}: expected no eps, for the linearisation is exact, got {eps!r}")
+        refuse_unknown("parameter", params or {}, self.equations.parameters, self.name)
+        x = self._point(x0, len(self.equations.states), "states")
+        u = self._point(0.0 if u0 is None else u0, len(self.equations.inputs), "inputs")
+        a, b, c, d = self.equations.linear(x, u, self._vector({**self.params, **(params or {})}))
+        names: dict[str, Any] = {"inputs": self.input_labels, "outputs": self.output_labels,
+                                 "states": self.state_labels}
+        if copy_names:
+            names["name"] = f"{self.name}$linearized"
+        return ct.StateSpace(a, b, c, d, remove_useless_states=False, **(names | kwargs))
+
+    def _point(self, given: Any, size: int, what: str) -> Array:
+        values = np.asarray(given, float)
+        if values.ndim == 0:  # as in python-control, one number stands for all
+            values = np.full(size, float(values))
+        expect(values.shape == (size,) and bool(np.isfinite(values).all()), f"{size} finite {what}", given, self.name)
+        return values

@@ -1,0 +1,52 @@
+"""`reefmu demo` from drawing to joint, on a lookup of few drives."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from reefmu.cli import main
+from reefmu.commands import demo
+from reefmu.model import build_model
+from stiffness_model.lookup import Lookup
+
+FILES = {"1-gear.png", "2-compare.png", "2-curve.png", "2-forces.png", "5-design.png", "5-joint.png", "curve.csv",
+         "drive_1.fmu"}
+
+
+@pytest.fixture
+def _few_drives(monkeypatch: pytest.MonkeyPatch, lookup: Lookup) -> None:
+    def quick(drive: object, effects: object = None, **_: object) -> object:
+        return partial(build_model, lookup=lookup)(drive, effects)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(demo, "build_model", quick)
+    monkeypatch.setattr(demo, "DRIVES", 64)
+
+
+@pytest.mark.usefixtures("_few_drives")
+def test_demo_walks_the_whole_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "out"
+    assert main(["demo", "--out", str(folder)]) == 0
+    assert {path.name for path in folder.iterdir()} == FILES
+    assert all(path.stat().st_size > 1000 for path in folder.iterdir())
+    said = capsys.readouterr().out
+    for part in ("1  The drawing", "2  64 virtual drives", "3  The lookup", "4  The FMU", "5  A robot joint"):
+        assert part in said
+    assert "FAIL" not in said
+
+
+@pytest.mark.usefixtures("_few_drives")
+def test_demo_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                        capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").write_text("in the way")
+    assert main(["demo", "--out", str(tmp_path / "file")]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+    def broken(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(demo, "_joint", broken)
+    assert main(["demo", "--out", str(tmp_path / "new")]) == 130
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]

@@ -1,0 +1,87 @@
+"""Contacts of drawn elements: clearances, stiffness from the radii that meet, and the capped cases."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import stiffness_model as sm
+from stiffness_model import hertz, sampling
+from stiffness_model.contacts import build_contacts, usable
+from stiffness_model.materials import PLA, STEEL_100CR6
+
+
+@pytest.fixture(scope="module")
+def drive() -> sm.Drive:
+    return sm.load_drive("drive_3")
+
+
+@pytest.fixture(scope="module")
+def deviations(drive: sm.Drive) -> sampling.Deviations:
+    return sampling.draw(drive, 0, 3, seed=4)
+
+
+def eq_23(compliance: float, *curvatures: float) -> float:
+    """K of eq. 23 from the four principal curvatures of the two bodies, in-plane ones first."""
+    in_plane, across = curvatures[0] + curvatures[1], curvatures[2] + curvatures[3]
+    cos_tau = abs(in_plane - across) / (in_plane + across)
+    total = in_plane + across
+    return 1 / (3 / (4 * math.sqrt(2)) * compliance * math.sqrt(total * hertz.hertz_coefficient_exact(cos_tau) ** 3))
+
+
+@pytest.mark.parametrize("k", [0, 40, 100, 250])
+def test_stiffness_follows_eq_23(drive, deviations, k):
+    contacts = build_contacts(drive, deviations)
+    ball, crank, bore, q = (values.ravel()[k] for values in (
+        deviations.element, deviations.crank, deviations.cage, deviations.gear))
+    steel, plastic = 2 * STEEL_100CR6.compliance, STEEL_100CR6.compliance + PLA.compliance
+    # Across the plane crank and gear are straight, and so is the bore along its axis.
+    assert contacts.stiffness_crank[k] == pytest.approx(eq_23(steel, 1 / ball, 1 / crank, 1 / ball, 0), rel=1e-8)
+    assert contacts.stiffness_cage[k] == pytest.approx(eq_23(plastic, 1 / ball, -1 / bore, 1 / ball, 0), rel=1e-8)
+    # The groove: the path's radius of curvature and the equidistant's distance, with the sign of a hollow.
+    groove = -1 / (1 / float(drive.path.curvature(contacts.beta[k])) + q)
+    if abs(contacts.beta[k]) < drive.usable_limit:
+        assert contacts.stiffness_gear[k] == pytest.approx(eq_23(plastic, 1 / ball, groove, 1 / ball, 0), rel=1e-8)
+
+
+def test_clearances(drive, deviations):
+    contacts = build_contacts(drive, deviations)
+    assert len(contacts) == 3 * 87
+    np.testing.assert_allclose(contacts.gear_gap, (deviations.gear - deviations.element).ravel(), atol=1e-18)
+    np.testing.assert_allclose(contacts.cage_gap, (deviations.cage - deviations.element).ravel(), atol=1e-18)
+    np.testing.assert_allclose(contacts.reach, (deviations.crank + deviations.element).ravel(), rtol=1e-15)
+    shifted = build_contacts(drive, deviations, gear_shift=5e-6)
+    np.testing.assert_allclose(shifted.gear_gap - contacts.gear_gap, 5e-6, rtol=1e-9)
+    np.testing.assert_array_equal(shifted.cage_gap, contacts.cage_gap)
+
+
+def test_rollers_make_line_contacts():
+    drive = sm.load_drive("drive_3", element="roller", element_length="12 mm")
+    contacts = build_contacts(drive, sampling.draw(drive, 0, 1, seed=4))
+    assert contacts.exponent == 10 / 9
+    steel, plastic = 2 * STEEL_100CR6.compliance, STEEL_100CR6.compliance + PLA.compliance
+    np.testing.assert_allclose(contacts.stiffness_crank, hertz.line_stiffness(steel, 12e-3), rtol=1e-14)
+    np.testing.assert_allclose(contacts.stiffness_gear, hertz.line_stiffness(plastic, 12e-3), rtol=1e-14)
+    assert not contacts.capped.any()
+
+
+def test_capped_where_ball_and_bore_nearly_fit():
+    drive = sm.load_drive("drive_1", cage_offset="0 um")
+    contacts = build_contacts(drive, sampling.draw(drive, 0, 16, seed=4))
+    # Ball 7 mm: cos(tau) = 0.9999 at 0.35 um between the radii.
+    close = contacts.cage_gap < 0.35e-6
+    assert (contacts.capped == close).mean() > 0.995
+    assert 0.6 < contacts.capped.mean() < 0.9
+    np.testing.assert_allclose(contacts.stiffness_cage[contacts.capped], contacts.stiffness_cage[contacts.capped][0],
+                               rtol=1e-4)
+
+
+def test_some_of_the_elements(drive, deviations):
+    contacts = build_contacts(drive, deviations)
+    mask = usable(drive, contacts.beta)
+    assert 0 < mask.sum() < len(contacts)
+    assert np.all(np.abs(contacts[mask].beta) <= drive.usable_limit)
+    assert contacts[mask].eccentricity == contacts.eccentricity
+    assert contacts[np.array([5, 2])].reach.tolist() == contacts.reach[[5, 2]].tolist()
