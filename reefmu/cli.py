@@ -81,8 +81,12 @@ def _add_export(commands: Commands) -> None:
                       "Solves the lookup (some seconds, then cached) and writes an FMI 2.0 FMU.")
     parser.add_argument("source", metavar="DRIVE|MODEL.toml", help="a preset, a TOML drawing or a TOML model")
     parser.add_argument("-o", "--output", metavar="FILE.fmu", required=True, help="the FMU to write")
-    parser.add_argument("--kind", choices=("drive",), default="drive",
-                        help="drive: angles in, torques out (default)")
+    parser.add_argument("--kind", choices=("drive", "joint"), default="drive",
+                        help="drive: angles in, torques out (default); joint: with motor and load inertia inside, "
+                             "torques in, angles out")
+    for name, unit in (("motor-inertia", "kg.m2"), ("load-inertia", "kg.m2"), ("motor-damping", "N.m.s/rad"),
+                       ("load-damping", "N.m.s/rad")):
+        parser.add_argument(f"--{name}", metavar="X", type=float, help=f"of a joint, {unit}: its start value")
     parser.add_argument("--backend", choices=("python", "native"), default="python",
                         help="python: runs in the host's Python with reefmu installed (default); native: compiled, "
                              "needs nothing, co-simulation and model exchange")

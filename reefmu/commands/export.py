@@ -9,6 +9,7 @@ from pathlib import Path
 from reefmu.fmu.archive import read_archive
 from reefmu.fmu.build import export_fmu
 from reefmu.fmu.platforms import chosen_platforms
+from reefmu.joint.masses import Masses
 from reefmu.model import DriveModel, build_model
 from reefmu.model_file import is_model_file, load_model
 from stiffness_model.drawing_file import load_drive
@@ -16,6 +17,9 @@ from stiffness_model.errors import expect
 from stiffness_model.lookup import describe
 
 from . import study
+
+MOTOR_INERTIA, LOAD_INERTIA = 1e-4, 1.0
+"""kg.m2: what a joint's parameters start from unless told; the host may set others."""
 
 
 def run(args: argparse.Namespace) -> int:
@@ -27,8 +31,9 @@ def run(args: argparse.Namespace) -> int:
     expect(native or args.platform is None, "--platform with --backend native only", args.platform, "--platform")
     if args.platform not in (None, "none"):
         chosen_platforms(args.platform)  # an unknown name is refused before the lookup is solved
+    masses = masses_of(args)
     model, notes = load(args)
-    export_fmu(model, target, backend=args.backend, platform=args.platform or "host")
+    export_fmu(model, target, backend=args.backend, platform=args.platform or "host", masses=masses)
     study.show_notes(notes)
     print(f"{model.name}: lookup over {describe(model.lookup)}")
     inside = ", ".join(effect.name for effect in model.effects) or "none"
@@ -39,6 +44,16 @@ def run(args: argparse.Namespace) -> int:
         "its host needs Python with reefmu"
     print(f"written to {target}: FMI 2.0 {way}, kind {args.kind}, {target.stat().st_size / 1024:.0f} kB; {needs}")
     return 0
+
+
+def masses_of(args: argparse.Namespace) -> Masses | None:
+    """Motor and load of a joint, None for a drive alone."""
+    given = {name: getattr(args, name) for name in ("motor_inertia", "load_inertia", "motor_damping", "load_damping")
+             if getattr(args, name) is not None}
+    if args.kind == "joint":
+        return Masses(**{"motor_inertia": MOTOR_INERTIA, "load_inertia": LOAD_INERTIA, **given})
+    expect(not given, "inertia and damping with --kind joint only", sorted(given), "--kind")
+    return None
 
 
 def load(args: argparse.Namespace) -> tuple[DriveModel, list[str]]:

@@ -19,9 +19,6 @@ from .description import TOOL
 DESCRIPTION = "modelDescription.xml"
 SCRIPT_NAME = "resources/slavemodule.txt"
 """Where pythonfmu's binary reads which script to load."""
-MODEL_FILE = "model.toml"
-LOOKUP_FILE = "lookup.npz"
-"""The model and its lookup, in `resources`."""
 
 
 @dataclass(frozen=True)

@@ -21,14 +21,15 @@ from typing import TYPE_CHECKING
 
 from stiffness_model.errors import InputError, unknown_name
 
-from .archive import DESCRIPTION, LOOKUP_FILE, MODEL_FILE, SCRIPT_NAME, write_archive
-from .component import Component, drive_component
+from .archive import DESCRIPTION, SCRIPT_NAME, write_archive
+from .component import Component, drive_component, save_component
 from .description import Export, model_description
 from .generate import UNIT, sources
 from .interface import Interface, declare, declare_exchange
 from .platforms import chosen_platforms, compile_binaries
 
 if TYPE_CHECKING:
+    from reefmu.joint.masses import Masses
     from reefmu.model import DriveModel
 
 RELEASED = datetime(2026, 1, 1, tzinfo=UTC)
@@ -75,9 +76,10 @@ class {identifier}(DriveSlave):
 
 
 def export_fmu(model: DriveModel, path: str | os.PathLike[str], *, backend: str = "python",
-               platform: str = "host") -> Path:
-    """Write `model` as an FMI 2.0 FMU of kind `drive` to `path`, and return the path.
+               platform: str = "host", masses: Masses | None = None) -> Path:
+    """Write `model` as an FMI 2.0 FMU to `path`, and return the path.
 
+    masses: what turns on both sides makes it kind `joint`, torques in and angles out; without, kind `drive`.
     backend: "python" for co-simulation in a host that has a Python with this package (the binaries of pythonfmu
     for 64-bit Linux and Windows are inside); "native" for co-simulation and model exchange without anything
     else, for `platform`: a name of `platforms.PLATFORMS`, "host", "all", or "none" for sources alone. An
@@ -89,7 +91,14 @@ def export_fmu(model: DriveModel, path: str | os.PathLike[str], *, backend: str 
         raise unknown_name("back end", backend, BACKENDS)
     make = _python_members if backend == "python" else _native_members
     when = _date()
-    members = make(drive_component(model), _resources(model), when, platform)
+    resources = _resources(model, masses)
+    if masses is None:
+        component = drive_component(model)
+    else:
+        from .joint_component import joint_component
+
+        component = joint_component(model, masses)
+    members = make(component, resources, when, platform)
     return write_archive(path, members, when)
 
 
@@ -155,15 +164,11 @@ def _export(component: Component, interface: Interface, resources: dict[str, byt
     )
 
 
-def _resources(model: DriveModel) -> dict[str, bytes]:
-    """The model as the package itself saves and loads it."""
-    from reefmu.model_file import save_model
-
+def _resources(model: DriveModel, masses: Masses | None) -> dict[str, bytes]:
+    """The component as the package itself saves and loads it."""
     with tempfile.TemporaryDirectory(prefix="reefmu-export-") as folder:
-        model_file, lookup_file = Path(folder, MODEL_FILE), Path(folder, LOOKUP_FILE)
-        save_model(model, model_file)
-        model.lookup.save(lookup_file)
-        return {file.name: file.read_bytes() for file in (model_file, lookup_file)}
+        save_component(model, masses, Path(folder))
+        return {file.name: file.read_bytes() for file in sorted(Path(folder).iterdir())}
 
 
 def _binaries(identifier: str) -> dict[str, bytes]:
@@ -180,6 +185,10 @@ def _binaries(identifier: str) -> dict[str, bytes]:
 def _describe(interface: Interface, version: str, backend: str) -> str:
     needs = (f"the host needs Python with reefmu {version} installed" if backend == "python" else
              "directional derivatives and `stiffness` are those with the states held")
+    if interface.kind == "joint":
+        return (f"Rolling element eccentric drive {interface.name} between the inertias of motor and load: torques in, "
+                "angles out. Inputs are held constant over a communication step, which may have any length: the "
+                f"joint takes as many steps of its own as it needs. Made by reefmu {version} ({LICENCE}); {needs}.")
     return (f"Rolling element eccentric drive {interface.name}: torque, stiffness and contact load over "
             "twist. Inputs are held constant over a communication step: after fmi2DoStep the outputs are "
             "those of the inputs set before it, with the states advanced exactly over the step, so a step "

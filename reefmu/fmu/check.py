@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 
 from stiffness_model.errors import InputError, expect
 
-from .archive import LOOKUP_FILE, MODEL_FILE, FmuFile, read_archive
-from .component import drive_component
+from .archive import FmuFile, read_archive
+from .component import JOINT_FILE, KINDS, LOOKUP_FILE, MODEL_FILE, component_in
 from .host import FmuDrive
 from .interface import Variable, declare, declare_exchange
 from .trial import Trial, continue_fmu, make_trial, run_fmu, run_model
 
 if TYPE_CHECKING:
-    from reefmu.model import DriveModel
+    from .component import Component
 
 TOLERANCE = 1e-9
 """Greatest deviation from the Python model, as a part of full torque (other outputs: of their greatest)."""
@@ -81,22 +81,21 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
     """
     file = read_archive(path)
     origin = f"kind {file.kind}" if file.kind else f"one by {file.generation_tool or 'an unnamed tool'}"
-    expect(file.kind == "drive", "an FMU of kind drive that reefmu exported", origin, str(path))
-    model = _embedded_model(file)
-    findings = [_standard(file), _declaration(file, declared_variables(file, model)), *_behaviour(file.path, model)]
+    expect(file.kind in KINDS, f"an FMU of kind {' or '.join(KINDS)} that reefmu exported", origin, str(path))
+    component = _embedded_model(file)
+    findings = [_standard(file), _declaration(file, declared_variables(file, component)),
+                *_behaviour(file.path, component)]
     return CheckReport(file.path, tuple(findings))
 
 
-def _embedded_model(file: FmuFile) -> DriveModel:
-    from reefmu.model_file import load_model
-
+def _embedded_model(file: FmuFile) -> Component:
     with tempfile.TemporaryDirectory(prefix="reefmu-check-") as folder, zipfile.ZipFile(file.path) as archive:
-        for name in (MODEL_FILE, LOOKUP_FILE):
+        for name in (MODEL_FILE, LOOKUP_FILE, *((JOINT_FILE,) if file.kind == "joint" else ())):
             member = f"resources/{name}"
             expect(member in file.members, f"{member} in the FMU", "none", str(file.path))
             Path(folder, name).write_bytes(archive.read(member))
         try:
-            return load_model(Path(folder, MODEL_FILE), lookup=Path(folder, LOOKUP_FILE))
+            return component_in(Path(folder))
         except InputError as error:
             # The folder is gone by the time the message is read; the member's name is what helps.
             raise InputError(f"{file.path}: {str(error).replace(folder, 'resources')}") from None
@@ -109,9 +108,8 @@ def _standard(file: FmuFile) -> Finding:
     return Finding("standard", not problems, len(problems), 0, " ".join(" ".join(problems[:3]).split()))
 
 
-def declared_variables(file: FmuFile, model: DriveModel) -> tuple[Variable, ...]:
-    """The variables that the back end of the file has for this model."""
-    component = drive_component(model)
+def declared_variables(file: FmuFile, component: Component) -> tuple[Variable, ...]:
+    """The variables that the back end of the file has for this component."""
     return (declare_exchange(component) if file.backend == "native" else declare(component)).variables
 
 
@@ -130,17 +128,15 @@ def _declaration(file: FmuFile, variables: tuple[Variable, ...]) -> Finding:
     return Finding("declaration", not differing, len(differing), 0, ", ".join(differing[:5]))
 
 
-def _behaviour(path: Path, model: DriveModel) -> Iterator[Finding]:
-    from reefmu.model import OUTPUTS
-
-    names = tuple(signal.name for signal in OUTPUTS)
-    values = model.parameter_vector()
-    trial, other = make_trial(model), make_trial(model, scale=0.7)
-    reference = run_model(model, trial, values)
+def _behaviour(path: Path, component: Component) -> Iterator[Finding]:
+    names = tuple(signal.name for signal in component.outputs)
+    values = component.parameter_vector()
+    trial, other = make_trial(component), make_trial(component, scale=0.7)
+    reference = run_model(component, trial, values)
     half = len(trial.dt) // 2
     with FmuDrive(path, name="first") as first, FmuDrive(path, name="second") as second:
         alone = run_fmu(first, trial, names)
-        yield _against("agreement", alone, reference, model, names)
+        yield _against("agreement", alone, reference, component, names)
 
         first.reset()
         again = run_fmu(first, trial.part(0, half), names)
@@ -163,11 +159,11 @@ def _behaviour(path: Path, model: DriveModel) -> Iterator[Finding]:
         yield _same("independence", np.hstack(_in_turn(first, second, trial, other, names)),
                     np.hstack([alone, other_alone]))
 
-        moved = _moved(model)
+        moved = _moved(component)
         first.reset(moved)
-        values = np.array([moved.get(p.name, v) for p, v in zip(model.parameters, values, strict=True)])
-        reference = run_model(model, trial, values)
-        yield _against("parameters", run_fmu(first, trial, names), reference, model, names)
+        values = np.array([moved.get(p.name, v) for p, v in zip(component.parameters, values, strict=True)])
+        reference = run_model(component, trial, values)
+        yield _against("parameters", run_fmu(first, trial, names), reference, component, names)
 
 
 def _in_turn(first: FmuDrive, second: FmuDrive, trial: Trial, other: Trial,
@@ -199,10 +195,10 @@ def _refusal(drive: FmuDrive, trial: Trial, names: tuple[str, ...], alone: NDArr
     return Finding("refusal", False, math.nan, 0, f"{trial.names[0]} = NaN was not answered with fmi2Discard")
 
 
-def _moved(model: DriveModel) -> dict[str, float]:
+def _moved(component: Component) -> dict[str, float]:
     """Every tunable parameter moved by a tenth of its size or nominal value, towards the wider side."""
     moved = {}
-    for parameter in model.parameters:
+    for parameter in component.parameters:
         if parameter.tunable:
             low = -math.inf if parameter.minimum is None else parameter.minimum
             high = math.inf if parameter.maximum is None else parameter.maximum
@@ -212,17 +208,17 @@ def _moved(model: DriveModel) -> dict[str, float]:
     return moved
 
 
-def _against(name: str, came: NDArray[np.float64], expected: NDArray[np.float64], model: DriveModel,
+def _against(name: str, came: NDArray[np.float64], expected: NDArray[np.float64], component: Component,
              names: tuple[str, ...]) -> Finding:
     greatest = np.abs(expected).max(axis=0)
     scale = np.where(greatest > 0, greatest, 1.0)
-    scale[names.index("output.tau")] = model.full_torque
+    scale[names.index("output.tau")] = component.full_torque
     deviation = np.abs(came - expected).max(axis=0) / scale
     worst = int(np.argmax(np.where(np.isnan(deviation), np.inf, deviation)))
     figure = float(deviation[worst])
     torque = float(deviation[names.index("output.tau")])
     return Finding(name, figure <= TOLERANCE, figure, TOLERANCE,
-                   f"worst in {names[worst]}; output.tau {torque:.3g} of {model.full_torque:.4g} N.m, "
+                   f"worst in {names[worst]}; output.tau {torque:.3g} of {component.full_torque:.4g} N.m, "
                    f"{len(came) - 1} steps")
 
 

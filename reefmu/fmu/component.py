@@ -12,17 +12,31 @@ Both back ends run these functions, so both give the same numbers:
 
 from __future__ import annotations
 
+import dataclasses
+import math
+import tomllib
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffness_model.errors import InputError
 
 if TYPE_CHECKING:
     import casadi
 
+    from reefmu.joint.masses import Masses
     from reefmu.model import DriveModel, ModelParameter, Signal
 
 Kind = Literal["drive", "joint"]
 KINDS: tuple[Kind, ...] = ("drive", "joint")
+MODEL_FILE = "model.toml"
+LOOKUP_FILE = "lookup.npz"
+JOINT_FILE = "joint.toml"
+"""What a component is made of, in `resources`; the last for a joint only."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +44,7 @@ class Component:
     """Signals and parameters in the order of the vectors u, y, x and p, and the functions on them.
 
     switches: how many states, from `first_switch` on, remember the path that others move along; the sign of
-    such a state's rate is what switches.
+    such a state's rate is what switches. full_torque: N.m on the output, the measure of small deviations.
     """
 
     kind: Kind
@@ -43,6 +57,7 @@ class Component:
     advance: casadi.Function
     rate: casadi.Function
     output: casadi.Function
+    full_torque: float
     pace: casadi.Function | None = None
     first_switch: int = 0
     switches: int = 0
@@ -58,6 +73,52 @@ class Component:
         matrix = ca.densify(ca.horzcat(ca.jacobian(results, u), ca.jacobian(results, x)))
         return ca.Function("partial", [x, u, p], [matrix], ["x", "u", "p"], ["d"])
 
+    def parameter_vector(self) -> NDArray[np.float64]:
+        """The start values of `parameters`."""
+        return np.array([p.value for p in self.parameters])
+
+    def step(self, x: Any, u: Any, dt: float, p: Any) -> Any:
+        """States after dt, in as many equal parts as `pace` asks for."""
+        parts = self.parts(dt, p)
+        for _ in range(parts):
+            x = self.advance(x, u, dt / parts, p)
+        return x
+
+    def parts(self, dt: float, p: Any) -> int:
+        """Number of equal parts of a step of dt seconds."""
+        return 1 if self.pace is None else max(1, math.ceil(dt / float(np.asarray(self.pace(p)).item())))
+
+
+def component_in(folder: Path) -> Component:
+    """The component that `save_component` wrote. Errors: `InputError` for files that are no such component."""
+    from reefmu.model_file import load_model
+
+    model = load_model(folder / MODEL_FILE, lookup=folder / LOOKUP_FILE)
+    masses = folder / JOINT_FILE
+    if not masses.exists():
+        return drive_component(model)
+    from reefmu.joint.masses import Masses
+
+    from .joint_component import joint_component
+
+    try:
+        values = tomllib.loads(masses.read_text("utf-8"))
+        return joint_component(model, Masses(**values))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, TypeError) as error:
+        raise InputError(f"{masses}: expected the masses of a joint, got {error}") from None
+
+
+def save_component(model: DriveModel, masses: Masses | None, folder: Path) -> None:
+    """Write what a component is made of: model, lookup and, for a joint, masses."""
+    import tomli_w
+
+    from reefmu.model_file import save_model
+
+    save_model(model, folder / MODEL_FILE)
+    model.lookup.save(folder / LOOKUP_FILE)
+    if masses is not None:
+        (folder / JOINT_FILE).write_text(tomli_w.dumps(dataclasses.asdict(masses)), "utf-8")
+
 
 def drive_component(model: DriveModel) -> Component:
     """Kind `drive`: angles and speeds in, torques out; the model itself."""
@@ -65,4 +126,4 @@ def drive_component(model: DriveModel) -> Component:
     from reefmu.model import INPUTS, OUTPUTS
 
     return Component("drive", model.name, INPUTS, OUTPUTS, model.states, model.parameters, model.initial,
-                     model.advance, model.rate, model.output, switches=len(carried(model.effects)))
+                     model.advance, model.rate, model.output, model.full_torque, switches=len(carried(model.effects)))

@@ -7,6 +7,8 @@ from array import array
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .interface import Interface
 
 if TYPE_CHECKING:
@@ -32,6 +34,7 @@ class Kernel:
         self._x, self._y = x, y
         self._initial = _bind(component.initial, [u, p], self._new_x)
         self._advance = _bind(component.advance, [x, u, memoryview(self._dt), p], self._new_x)
+        self._component, self._p = component, p
         self._output = _bind(component.output, [memoryview(self._new_x), u, p], self._new_y)
 
     def initialise(self) -> bool:
@@ -42,10 +45,17 @@ class Kernel:
 
     def step(self, dt: float) -> bool:
         """States after `dt` seconds with the inputs held, and the outputs at the end."""
-        if self._x:
-            self._dt[0] = dt
+        before = bytes(self._x)
+        parts = self._component.parts(dt, np.frombuffer(self._p))
+        for part in range(parts if self._x else 0):
+            self._dt[0] = dt / parts
             self._advance()
-        return self._finish()
+            if part < parts - 1:
+                self._x[:] = memoryview(self._new_x)
+        done = self._finish()
+        if not done and self._x:
+            self._x.cast("B")[:] = before
+        return done
 
     def _finish(self) -> bool:
         self._output()

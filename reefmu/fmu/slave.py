@@ -27,13 +27,10 @@ from typing import Any, ClassVar, NoReturn
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
-from reefmu.model import DriveModel
-from reefmu.model_file import load_model
 from stiffness_model.errors import InputError
 
-from .archive import LOOKUP_FILE, MODEL_FILE
-from .component import drive_component
-from .interface import Interface, declare_drive
+from .component import JOINT_FILE, LOOKUP_FILE, MODEL_FILE, Component, component_in
+from .interface import Interface, declare
 from .kernel import Kernel
 from .workarounds import guarded, resource_folder
 
@@ -50,10 +47,10 @@ class _Resources:
 
 
 @functools.lru_cache(maxsize=32)
-def _load(resources: _Resources) -> tuple[DriveModel, Interface]:
-    """The model and its interface: shared by the instances of one FMU and kept over a reset."""
-    model = load_model(resources.folder / MODEL_FILE, lookup=resources.folder / LOOKUP_FILE)
-    return model, declare_drive(model)
+def _load(resources: _Resources) -> tuple[Component, Interface]:
+    """The component and its interface: shared by the instances of one FMU and kept over a reset."""
+    component = component_in(resources.folder)
+    return component, declare(component)
 
 
 class DriveSlave(Fmi2Slave):
@@ -69,13 +66,14 @@ class DriveSlave(Fmi2Slave):
             sys.path.remove(location)  # pythonfmu put it there to find the script; nothing else may be found
         folder = resource_folder(location)
         content = hashlib.sha256()
-        for name in (MODEL_FILE, LOOKUP_FILE):
-            content.update((folder / name).read_bytes())
-        model, self.interface = _load(_Resources(content.hexdigest(), folder))
+        for name in (MODEL_FILE, LOOKUP_FILE, JOINT_FILE):
+            file = folder / name
+            content.update(name.encode() + (file.read_bytes() if file.exists() else b""))
+        component, self.interface = _load(_Resources(content.hexdigest(), folder))
         if self.interface.digest != self.layout:
             raise InputError(f"{self.instance_name}: expected an FMU with the variables of the installed "
                              "reefmu, got one from another version; export it again")
-        self.kernel = Kernel(drive_component(model), self.interface)
+        self.kernel = Kernel(component, self.interface)
         self._values = self.kernel.values
         self._enter(_SETUP)
         self._stale = True  # results wait to be computed from the start values

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .host import FmuDrive
 
 if TYPE_CHECKING:
-    from reefmu.model import DriveModel
+    from .component import Component
 
 STEPS = (1e-3, 1 / 60, 1e-6, 2.5e-3, 1e-3 / 3, 0.02, 1e-4)
 """Communication steps in s, in turn: some are no finite binary fraction, one is far below the rest."""
@@ -41,58 +41,59 @@ class Trial:
         return Trial(self.names, self.dt[start:stop], self.inputs[start:stop + 1])
 
 
-def make_trial(model: DriveModel, scale: float = 1.0) -> Trial:
-    """Reversals at several amplitudes while the crank turns both ways and the drive warms up.
+def make_trial(component: Component, scale: float = 1.0) -> Trial:
+    """Reversals at several amplitudes: of the twist while the crank turns both ways and the drive warms up, or of
+    the torques on a joint.
 
-    scale: of the twist, to get a second signal unlike the first.
+    scale: to get a second signal unlike the first.
     """
-    from reefmu.model import INPUTS
-
     corners = [0.0]
     for amplitude in _AMPLITUDES:
         corners += [amplitude, -amplitude, 0.4 * amplitude]
     steps = _LEG * (len(corners) - 1)
-    shape = np.interp(np.arange(steps + 1) / _LEG, np.arange(len(corners)), corners)
-    twist = scale * full_twist(model) * shape
-    dt = np.resize(np.array(STEPS), steps)
+    shape = scale * np.interp(np.arange(steps + 1) / _LEG, np.arange(len(corners)), corners)
+    # A joint takes many steps of its own in one of these: a tenth of the time is as good a test.
+    dt = np.resize(np.array(STEPS), steps) * (0.1 if component.kind == "joint" else 1.0)
     time = np.concatenate([[0.0], np.cumsum(dt)])
-    crank = 0.2 + 9.0 * np.sin(2 * math.pi * time / time[-1])
-    ratio = dict(zip((p.name for p in model.parameters), model.parameter_vector(), strict=True))["ratio"]
-    output = crank / ratio - twist
-    signals = {
-        "crank.phi": crank,
-        "crank.w": np.gradient(crank, time),
-        "output.phi": output,
-        "output.w": np.gradient(output, time),
-        "temperature": 20 + 15 * time / time[-1],
-    }
-    columns = [signals.get(signal.name, np.full(steps + 1, signal.start)) for signal in INPUTS]
-    return Trial(tuple(signal.name for signal in INPUTS), dt, np.column_stack(columns))
+    ratio = next(p.value for p in component.parameters if p.name == "ratio")
+    if component.kind == "joint":
+        load = 0.3 * component.full_torque * shape
+        signals = {"load.tau": load, "motor.tau": (load + 0.02 * component.full_torque * np.sin(400 * time)) / ratio}
+    else:
+        crank = 0.2 + 9.0 * np.sin(2 * math.pi * time / time[-1])
+        output = crank / ratio - full_twist(component) * shape
+        signals = {
+            "crank.phi": crank,
+            "crank.w": np.gradient(crank, time),
+            "output.phi": output,
+            "output.w": np.gradient(output, time),
+            "temperature": 20 + 15 * time / time[-1],
+        }
+    columns = [signals.get(signal.name, np.full(steps + 1, signal.start)) for signal in component.inputs]
+    return Trial(tuple(signal.name for signal in component.inputs), dt, np.column_stack(columns))
 
 
-def full_twist(model: DriveModel) -> float:
+def full_twist(component: Component) -> float:
     """Least twist (rad) at which the still drive gives its full torque; 0.01 rad if none below 1 rad does."""
-    from reefmu.model import INPUTS, OUTPUTS
-
-    names = [signal.name for signal in INPUTS]
-    torque = [signal.name for signal in OUTPUTS].index("output.tau")
-    parameters = model.parameter_vector()
+    names = [signal.name for signal in component.inputs]
+    torque = [signal.name for signal in component.outputs].index("output.tau")
+    parameters = component.parameter_vector()
     for twist in np.geomspace(1e-5, 1.0, 200):
-        inputs = np.array([signal.start for signal in INPUTS], dtype=float)
+        inputs = np.array([signal.start for signal in component.inputs], dtype=float)
         inputs[names.index("output.phi")] = -twist
-        states = model.initial(inputs, parameters)
-        if float(np.asarray(model.output(states, inputs, parameters)).ravel()[torque]) >= model.full_torque:
+        states = component.initial(inputs, parameters)
+        if float(np.asarray(component.output(states, inputs, parameters)).ravel()[torque]) >= component.full_torque:
             return float(twist)
     return 0.01
 
 
-def run_model(model: DriveModel, trial: Trial, parameters: NDArray[np.float64]) -> NDArray[np.float64]:
+def run_model(component: Component, trial: Trial, parameters: NDArray[np.float64]) -> NDArray[np.float64]:
     """Outputs of the Python model, shape (n + 1, n_outputs); the first row is the start."""
-    states = model.initial(trial.inputs[0], parameters)
-    rows = [model.output(states, trial.inputs[0], parameters)]
-    for dt, inputs in zip(trial.dt, trial.inputs[1:], strict=True):
-        states = model.advance(states, inputs, dt, parameters)
-        rows.append(model.output(states, inputs, parameters))
+    states = component.initial(trial.inputs[0], parameters)
+    rows = [component.output(states, trial.inputs[0], parameters)]
+    for dt, inputs in zip(trial.dt.tolist(), trial.inputs[1:], strict=True):
+        states = component.step(states, inputs, dt, parameters)
+        rows.append(component.output(states, inputs, parameters))
     return np.array([np.asarray(row).ravel() for row in rows])
 
 

@@ -127,7 +127,7 @@ def test_a_foreign_fmu(tmp_path):
         archive.writestr("modelDescription.xml",
                          '<fmiModelDescription fmiVersion="2.0" modelName="x" guid="g" generationTool="Other 1">'
                          '<CoSimulation modelIdentifier="x"/></fmiModelDescription>')
-    with pytest.raises(InputError, match=r"expected an FMU of kind drive that reefmu exported, got 'one by Other 1'"):
+    with pytest.raises(InputError, match=r"of kind drive or joint that reefmu exported, got 'one by Other 1'"):
         check_fmu(path)
     with pytest.raises(InputError, match="expected an FMU that runs here"):
         host.FmuDrive(path)

@@ -19,6 +19,7 @@ from reefmu.fmu import platforms
 from reefmu.fmu.archive import read_archive
 from reefmu.fmu.build import export_fmu
 from reefmu.fmu.check import check_fmu
+from reefmu.fmu.component import drive_component
 from reefmu.fmu.host import FmuDrive
 from reefmu.fmu.trial import make_trial, run_fmu, run_model
 from reefmu.model import OUTPUTS, DriveModel, build_model
@@ -64,9 +65,10 @@ def test_check_passes(native: Path, full_native: Path) -> None:
 def test_native_python_and_model_agree_with_all_effects(full_model: DriveModel, full_native: Path,
                                                         tmp_path: Path) -> None:
     """To 1e-12 of full torque, over reversals and uneven steps, after a reset and a restore in mid-loop."""
-    trial = make_trial(full_model)
+    component = drive_component(full_model)
+    trial = make_trial(component)
     half = len(trial.dt) // 2
-    expected = run_model(full_model, trial, full_model.parameter_vector())
+    expected = run_model(component, trial, full_model.parameter_vector())
     python = export_fmu(full_model, tmp_path / "python.fmu")
     for path in (full_native, python):
         with FmuDrive(path) as drive:

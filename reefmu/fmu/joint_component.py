@@ -1,0 +1,184 @@
+"""Kind `joint`: the drive between motor and load, torques in and angles out, which integrates itself.
+
+Equations as in `reefmu.joint.equations`. A step is symplectic, of fourth order, with positive parts only, so that
+it serves the dissipating effects as well: Chin's scheme 4A (Physics Letters A 226, 1997, 344),
+
+    kick h/6, drift h/2, kick 2h/3 with the force F + h^2/24 dF/dq M^-1 F, drift h/2, kick h/6.
+
+A drift moves the angles and with them the drive's states, exactly; a kick changes the speeds, implicitly in them
+(trapezoidal rule), so that no damping is too strong. Parts of a communication step are `pace` long or shorter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+from .component import Component
+
+if TYPE_CHECKING:
+    from reefmu.joint.masses import Masses
+    from reefmu.model import DriveModel
+
+PHASE = 0.1
+"""rad of the joint's fastest oscillation in one part of a step: energy then holds to 1e-6."""
+_LEAST = 1e-12
+"""kg.m2: the least inertia that is taken."""
+
+
+def joint_component(model: DriveModel, masses: Masses) -> Component:
+    """The joint of a drive and two masses. Values of `masses` are what the parameters start from."""
+    import casadi as ca
+
+    from reefmu.assembly import carried
+    from reefmu.model import OUTPUTS, ModelParameter, Signal
+
+    motion = (
+        Signal("crank.phi", "rad", "Angle of the crank and the motor"),
+        Signal("crank.w", "rad/s", "Speed of the crank and the motor"),
+        Signal("output.phi", "rad", "Angle of the output and the load"),
+        Signal("output.w", "rad/s", "Speed of the output and the load"),
+    )
+    inputs = (Signal("motor.tau", "N.m", "Torque of the motor on the crank"),
+              Signal("load.tau", "N.m", "Torque of the load on the output"))
+    states = tuple(Signal(name, signal.unit, f"{signal.description}: the state behind {signal.name}")
+                   for name, signal in zip(("motor.phi", "motor.w", "load.phi", "load.w"), motion, strict=True))
+    start = tuple(ModelParameter(f"start.{s.name}", 0.0, None, None, s.unit, f"{s.description} at the start", False,
+                                 1.0) for s in motion)
+    parameters = (*model.parameters[:2], *_mass_parameters(masses), *start, *model.parameters[2:])
+    system = _System(model)
+    switches = len(carried(model.effects))
+    x, u, p, dt = system.x, system.u, system.p, system.dt
+    return Component(
+        "joint", model.name, inputs, (*motion, *OUTPUTS), (*states, *model.states), parameters,
+        ca.Function("initial", [u, p], [system.initial()], ["u", "p"], ["x"]),
+        ca.Function("advance", [x, u, dt, p], [system.advanced()], ["x", "u", "dt", "p"], ["x_next"]),
+        ca.Function("rate", [x, u, p], [system.rate()], ["x", "u", "p"], ["dx"]),
+        ca.Function("output", [x, u, p], [ca.vertcat(x[:4], system.drive(x))], ["x", "u", "p"], ["y"]),
+        model.full_torque, ca.Function("pace", [p], [system.pace()], ["p"], ["dt"]), 4, switches)
+
+
+def _mass_parameters(masses: Masses) -> tuple[Any, ...]:
+    from reefmu.joint.masses import Masses
+    from reefmu.model import ModelParameter
+
+    texts = {"motor_inertia": "Inertia that turns with the crank", "load_inertia": "Inertia that turns with the output",
+             "motor_damping": "Viscous damping of the crank", "load_damping": "Viscous damping of the output"}
+    made = []
+    for field in fields(Masses):
+        inertia = field.name.endswith("inertia")
+        made.append(ModelParameter(
+            field.name.replace("_", "."), float(getattr(masses, field.name)), _LEAST if inertia else 0.0, None,
+            "kg.m2" if inertia else "N.m.s/rad", texts[field.name], True, 1.0))
+    return (*made, ModelParameter("temperature", 20.0, -273.15, 1000.0, "degC", "Temperature of the drive", True, 20.0))
+
+
+class _System:
+    """Symbols and expressions. x: the four of the motion, then the drive's; p: ratio, band, masses, start, effects."""
+
+    def __init__(self, model: DriveModel) -> None:
+        import casadi as ca
+
+        self.ca, self.model = ca, model
+        self.x = ca.MX.sym("x", 4 + len(model.states))
+        self.u, self.dt = ca.MX.sym("u", 2), ca.MX.sym("dt")
+        self.p = ca.MX.sym("p", len(model.parameters) + 9)
+        self.ratio = self.p[0]
+        self.motor_inertia, self.load_inertia, self.motor_damping, self.load_damping, self.temperature = (
+            self.p[k] for k in range(2, 7))
+        self.p_drive = ca.vertcat(self.p[:2], self.p[11:])
+
+    def inputs(self, x: Any) -> Any:
+        """The drive's inputs."""
+        return self.ca.vertcat(x[:4], self.temperature)
+
+    def drive(self, x: Any) -> Any:
+        """The drive's outputs."""
+        # Inlined, so that a derivative by the speeds does not pass through the contacts.
+        return self.model.output.call([x[4:], self.inputs(x), self.p_drive], True, False)[0]
+
+    def initial(self) -> Any:
+        motion = self.p[7:11]
+        inputs = self.ca.vertcat(motion, self.temperature)
+        return self.ca.vertcat(motion, self.model.initial(inputs, self.p_drive))
+
+    def acceleration(self, x: Any) -> tuple[Any, Any]:
+        """Of crank and output, (2,), and the drive's stiffness."""
+        y = self.drive(x)  # output.tau, crank.tau, twist, stiffness, ...
+        return self.ca.vertcat((self.u[0] - self.motor_damping * x[1] + y[1]) / self.motor_inertia,
+                               (self.u[1] - self.load_damping * x[3] + y[0]) / self.load_inertia), y[3]
+
+    def rate(self) -> Any:
+        x, (a, _) = self.x, self.acceleration(self.x)
+        return self.ca.vertcat(x[1], a[0], x[3], a[1], self.model.rate(x[4:], self.inputs(x), self.p_drive))
+
+    def kick(self, x: Any, h: Any, gradient: Any) -> Any:
+        """Speeds after h; gradient: factor of dF/dq M^-1 F."""
+        ca = self.ca
+        inner = ca.MX.sym("inner", x.numel())
+        a, stiffness = self.acceleration(inner)
+        by_speed = self._by_speed(inner)
+        lever = ca.vertcat(1 / self.ratio, -1)
+        response = ca.vertcat(1 / (self.ratio * self.motor_inertia), -1 / self.load_inertia)
+        a = a - gradient * stiffness * ca.dot(lever, a) * response
+        g = -h / 2 * by_speed
+        m00, m01, m10, m11 = 1 + g[0, 0], g[0, 1], g[1, 0], 1 + g[1, 1]
+        change = h / (m00 * m11 - m01 * m10) * ca.vertcat(m11 * a[0] - m01 * a[1], m00 * a[1] - m10 * a[0])
+        (change,) = ca.graph_substitute([change], [inner], [x])
+        return ca.vertcat(x[0], x[1] + change[0], x[2], x[3] + change[1], x[4:])
+
+    def _by_speed(self, x: Any) -> Any:
+        """Derivatives of the accelerations by the two speeds, (2, 2)."""
+        ca = self.ca
+        speeds = ca.MX.sym("speeds", 2)
+        moved = ca.vertcat(x[0], speeds[0], x[2], speeds[1], x[4:])
+        a, _ = self.acceleration(moved)
+        (matrix,) = ca.graph_substitute([ca.densify(ca.jacobian(a, speeds))], [speeds], [ca.vertcat(x[1], x[3])])
+        return matrix
+
+    def drift(self, x: Any, h: Any) -> Any:
+        """Angles after h, and the drive's states, which follow them and the time."""
+        moved = self.ca.vertcat(x[0] + h * x[1], x[1], x[2] + h * x[3], x[3], x[4:])
+        if not self.model.states:
+            return moved
+        states = self.model.advance(moved[4:], self.inputs(moved), h, self.p_drive)
+        return self.ca.vertcat(moved[:4], states)
+
+    def advanced(self) -> Any:
+        h, ca = self.dt, self.ca
+        x = ca.MX.sym("x", self.x.numel())
+        c = ca.MX.sym("c")
+        # As functions, so that each stands once in the generated code.
+        kick = ca.Function("kick", [x, self.u, h, self.p, c], [self.kick(x, h, c)])
+        drift = ca.Function("drift", [x, h, self.p], [self.drift(x, h)])
+        after = kick(self.x, self.u, h / 6, self.p, 0)
+        after = kick(drift(after, h / 2, self.p), self.u, 2 * h / 3, self.p, h**2 / 24)
+        return kick(drift(after, h / 2, self.p), self.u, h / 6, self.p, 0)
+
+    def pace(self) -> Any:
+        """Longest part of a step: `PHASE` of the oscillation on the steepest spring there is.
+
+        That is the lookup's steepest slope and what the states add to it: as they follow the twist or the
+        output, they too resist, twice as much after a reversal.
+        """
+        ca, lookup = self.ca, self.model.lookup
+        twist = lookup.twist.stop
+        added = ca.MX(0)
+        if self.model.states:
+            state = ca.MX.sym("state", len(self.model.states))
+            for crank_speed, output_speed in ((self.ratio, 0.0), (self.ratio, 1.0)):
+                at = ca.vertcat(0, crank_speed, -twist, output_speed, self.temperature)
+                torque = self.model.output.call([state, at, self.p_drive], True, False)[0][0]
+                follow = ca.jacobian(torque, state).T * self.model.rate(state, at, self.p_drive)
+                (part,) = ca.graph_substitute([ca.sum1(ca.fabs(follow))], [state], [ca.MX.zeros(state.numel())])
+                added = added + 2 * part
+        softness = 1 / (self.motor_inertia * self.ratio**2) + 1 / self.load_inertia
+        return PHASE / ca.sqrt((steepest(lookup) + added) * softness)
+
+
+def steepest(lookup: Any) -> float:
+    """The greatest slope of the torque over twist in a lookup, N.m/rad, of mean and percentiles alike."""
+    import numpy as np
+
+    # The spline's slope is a mean of the differences of its coefficients.
+    return float(np.abs(np.diff(lookup.coefficients[:3], axis=1)).max() / lookup.twist.step)
