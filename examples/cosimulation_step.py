@@ -145,7 +145,7 @@ def main() -> None:
         k, omega = stiffness(joint, load), eigenfrequency(joint, load)
         damped = [largest_step(k, inertia, growth=0.0, decay=ratio * omega) for ratio in (0.01, 0.05)]
         steps = [largest_step(k, inertia), *damped, largest_step(k, inertia, scheme="sequential")]
-        print(f"  {-load:3.0f} N.m  {k / 1e3:5.0f} kN.m/rad  {omega / 2 / np.pi:4.0f} Hz       "
+        print(f"  {abs(load):3.0f} N.m  {k / 1e3:5.0f} kN.m/rad  {omega / 2 / np.pi:4.0f} Hz       "
               + "   ".join(f"{1e6 * h:9.3g}" for h in steps))
     print(f"small oscillation about {-LOAD:g} N.m, amplitude after {DURATION:g} s")
     picture_growth(fmu, joint).savefig(args.folder / "growth.png")

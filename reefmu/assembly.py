@@ -9,6 +9,7 @@ import casadi as ca
 
 from stiffness_model.lookup import Lookup
 
+from .contact import element_function
 from .effects import Along, Effect, Place, Signals
 from .tables import lookup_function
 
@@ -40,6 +41,9 @@ class _Assembly:
     def __init__(self, lookup: Lookup, effects: Sequence[Effect]) -> None:
         self.effects = effects
         self.table = lookup_function(lookup)
+        places = {effect.place for effect in effects}
+        self.modulus = lookup.modulus if Place.MODULUS in places else None
+        self.element = element_function(lookup.element) if Place.ELEMENT in places and lookup.element else None
         self.paths = carried(effects)
         n_own = sum(len(e.states) for e in effects)
         n_parameters = 2 + sum(len(e.parameters) for e in effects)
@@ -61,7 +65,7 @@ class _Assembly:
         crank, crank_w, output, output_w, temperature = (self.u[k] for k in range(len(INPUT_NAMES)))
         twist_rate = crank_w / self.ratio - output_w
         raw = Signals(crank, crank_w, output, output_w, temperature, crank / self.ratio - output, twist_rate,
-                      ca.sign(twist_rate), ca.sign(crank_w), ca.sign(output_w), None)
+                      ca.sign(twist_rate), ca.sign(crank_w), ca.sign(output_w), None, self.ratio)
         error = self.total(Place.KINEMATIC, raw, self.x)
         return raw._replace(twist=raw.twist - error)
 
@@ -86,11 +90,24 @@ class _Assembly:
         contact_twist = signals.twist - offset
         if not compliance.is_zero():
             for _ in range(NEWTON_STEPS):
-                torque, stiffness, *_ = self.table(contact_twist, clearance, self.band)
+                torque, stiffness, _ = self.contact(contact_twist, clearance, signals, x)
                 gap = contact_twist + compliance * torque + offset - signals.twist
                 contact_twist = contact_twist - gap / (1 + compliance * stiffness)
-        torque, stiffness, *others = self.table(contact_twist, clearance, self.band)
+        torque, stiffness, others = self.contact(contact_twist, clearance, signals, x)
         return torque, stiffness / (1 + compliance * stiffness), others
+
+    def contact(self, twist: ca.MX, clearance: ca.MX, signals: Signals, x: ca.MX) -> tuple[ca.MX, ca.MX, list[ca.MX]]:
+        """Torque, stiffness and the lookup's further outputs at a twist of the contacts themselves."""
+        torque, stiffness, force, share, in_range = self.table(twist, clearance, self.band)
+        for effect in self.effects:
+            if self.element is not None and effect.place is Place.ELEMENT:
+                missing, position = effect.contribution(signals, self.values[effect.name], self.own(effect, x))
+                lost, lost_stiffness = self.element(twist, clearance, position)
+                torque, stiffness = torque - missing * lost, stiffness - missing * lost_stiffness
+        if self.modulus is not None:
+            scale = self.modulus.scale(self.total(Place.MODULUS, signals, x))
+            torque, stiffness, force = scale * torque, scale * stiffness, scale * force
+        return torque, stiffness, [force, share, in_range]
 
     def series(self, signals: Signals, x: ca.MX) -> tuple[ca.MX, ca.MX]:
         """Compliance and offset in series with the contacts."""

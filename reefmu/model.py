@@ -29,6 +29,7 @@ from stiffness_model.errors import expect_number, unknown_name
 from stiffness_model.lookup import N_DRIVES, Lookup
 
 from .assembly import INPUT_NAMES, OUTPUT_NAMES, assemble, carried
+from .contact import completed
 from .effects import Effect, Place, find_effect
 from .tables import cached_lookup
 
@@ -185,6 +186,7 @@ def build_model(drive: Drive, effects: Mapping[str, Mapping[str, float]] | None 
     places = list(Place)
     ordered = tuple(sorted((find_effect(name) for name in chosen), key=lambda e: (places.index(e.place), e.name)))
     table = lookup if lookup is not None else cached_lookup(drive, n_drives, seed, executor)
+    table = completed(table, drive, ordered)
     parameters = [
         ModelParameter("ratio", drive.ratio, None, None, "1", "Transmission ratio, crank to output, signed", False,
                        abs(drive.ratio)),

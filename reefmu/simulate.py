@@ -33,7 +33,8 @@ class Response:
 def simulate_signal(model: DriveModel, time: ArrayLike, inputs: ArrayLike, start: ArrayLike | None = None) -> Response:
     """The model over one signal: time (n,) s, not falling, and inputs (n, 5) in the order of `INPUTS`.
 
-    start: states (n_states,) to go on from; else they fit the first sample. Between samples an input holds its new value, as in the FMU.
+    start: states (n_states,) to go on from; else they fit the first sample. Between samples an input holds its
+    new value, as in the FMU.
     """
     t, u = np.asarray(time, float), np.asarray(inputs, float)
     expect(t.ndim == 1 and len(t) > 0 and bool((np.diff(t) >= 0).all()), "times that do not fall", t, "time")
@@ -45,7 +46,7 @@ def simulate_signal(model: DriveModel, time: ArrayLike, inputs: ArrayLike, start
     if n_states == 0:
         states = np.zeros((len(t), 0))
     else:
-        first = model.initial(u[0], p) if start is None else start
+        first = np.array(model.initial(u[0], p)) if start is None else np.asarray(start, float)
         states = np.array(_trajectory(model, len(t))(first, u.T, steps, p)).T.reshape(len(t), n_states)
     outputs = np.array(model.output.map(len(t))(states.T, u.T, ca.repmat(ca.DM(p), 1, len(t)))).T
     return Response(t, outputs, states)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -17,9 +18,12 @@ import numpy as np
 import stiffness_model
 from stiffness_model.drawing_file import drive_to_dict
 from stiffness_model.drive import Drive
+from stiffness_model.element_table import ElementTable, build_element_table
 from stiffness_model.errors import InputError
 from stiffness_model.lookup import N_DRIVES, QUANTITIES, Lookup, build_lookup
 from stiffness_model.spline import Axis, slope_weights, weights
+
+Table = TypeVar("Table", Lookup, ElementTable)
 
 
 def lookup_function(lookup: Lookup) -> ca.Function:
@@ -30,9 +34,9 @@ def lookup_function(lookup: Lookup) -> ca.Function:
     """
     twist, clearance, band = ca.MX.sym("twist"), ca.MX.sym("clearance"), ca.MX.sym("band")
     n_q, _, n_c = lookup.coefficients.shape
-    i, f = _locate(lookup.twist, twist)
-    j, g = _locate(lookup.clearance, clearance)
-    inside, held = _clip(f), _clip(g)
+    i, f = locate(lookup.twist, twist)
+    j, g = locate(lookup.clearance, clearance)
+    inside, held = clip(f), clip(g)
     # Quantities lie innermost, so that one gather fetches the 4 x 4 cell of all of them.
     table = ca.MX(ca.DM(lookup.coefficients.transpose(1, 2, 0).ravel()))
     offsets = [(a * n_c + b) * n_q + q for a in range(4) for b in range(4) for q in range(n_q)]
@@ -67,13 +71,15 @@ def _cell_function(n_q: int, step: float) -> ca.Function:
         {"is_diff_in": [False, True, True, True, True]})
 
 
-def _locate(axis: Axis, x: ca.MX) -> tuple[ca.MX, ca.MX]:
+def locate(axis: Axis, x: ca.MX) -> tuple[ca.MX, ca.MX]:
+    """The cell of x, the outermost beyond the axis, and the coordinate in it."""
     u = (x - axis.start) / axis.step
     cell = ca.fmax(ca.fmin(ca.floor(u), axis.cells - 1), 0)
     return cell, u - cell
 
 
-def _clip(f: ca.MX) -> ca.MX:
+def clip(f: ca.MX) -> ca.MX:
+    """f held to 0 ... 1."""
     return ca.fmax(ca.fmin(f, 1), 0)
 
 
@@ -96,22 +102,27 @@ def cached_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executo
 
     A cache that cannot be written is no error: the tables are then built anew every time.
     """
-    path = cache_folder() / f"lookup-{_fingerprint(drive, n_drives, seed)}.npz"
-    if path.is_file():
-        try:
-            return Lookup.load(path)
-        except InputError:
-            pass  # truncated or foreign: build it again
-    lookup = build_lookup(drive, n_drives, seed, executor)
-    try:
+    return _cached(f"lookup-{_fingerprint(drive, n_drives, seed)}.npz", Lookup.load,
+                   lambda: build_lookup(drive, n_drives, seed, executor))
+
+
+def cached_element_table(drive: Drive) -> ElementTable:
+    """The drawing's table of one element, cached likewise (half a second)."""
+    return _cached(f"element-{_fingerprint(drive)}.npz", ElementTable.load, lambda: build_element_table(drive))
+
+
+def _cached(name: str, load: Callable[[Path], Table], build: Callable[[], Table]) -> Table:
+    path = cache_folder() / name
+    with contextlib.suppress(InputError):  # missing, truncated or foreign: build it
+        return load(path)
+    table = build()
+    with contextlib.suppress(OSError, InputError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        lookup.save(path)
-    except (OSError, InputError):
-        pass
-    return lookup
+        table.save(path)
+    return table
 
 
-def _fingerprint(drive: Drive, n_drives: int, seed: int) -> str:
+def _fingerprint(drive: Drive, n_drives: int = 0, seed: int = 0) -> str:
     drawing: dict[str, Any] = drive_to_dict(drive)
     text = json.dumps([drawing, n_drives, seed, np.lib.NumpyVersion(np.__version__).major], sort_keys=True)
     digest = hashlib.sha256(text.encode())

@@ -13,7 +13,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import asdict, astuple, dataclass
 from functools import partial
 from typing import Any
 
@@ -23,8 +23,10 @@ from numpy.typing import ArrayLike, NDArray
 from .curve import BAND
 from .drawing_file import drive_to_dict
 from .drive import Drive
+from .element_table import ElementTable
 from .errors import InputError, expect
 from .files import whole_file
+from .modulus import ModulusShares
 from .population import Population, simulate
 from .spline import Axis, evaluate, fit
 from .units import ARCMIN, MICROMETRE
@@ -46,7 +48,8 @@ class Lookup:
     coefficients: (5, twist.size, clearance.size) of uniform cubic B-splines, in the order of `QUANTITIES`.
     full_torque: mean torque at the drawing's max_twist without clearance, N.m. error: greatest deviation from
     the solver at the middles of cells, as a share of the greatest value within max_twist, for each quantity.
-    drawing, n_drives, seed, version: what made it.
+    drawing, n_drives, seed, version: what made it. modulus, element: only where something asks what another
+    modulus or one element does to the torque.
     """
 
     twist: Axis
@@ -58,6 +61,8 @@ class Lookup:
     n_drives: int
     seed: int
     version: str
+    modulus: ModulusShares | None = None
+    element: ElementTable | None = None
 
     def torque(self, twist: ArrayLike, clearance: ArrayLike = 0.0, band: ArrayLike = 0.0) -> Array:
         """Torque, N.m, at twists (rad) and gear clearances (m).
@@ -124,11 +129,14 @@ class Lookup:
         head = {
             "format": _FORMAT, "full_torque": self.full_torque, "error": dict(self.error),
             "drawing": self.drawing, "n_drives": self.n_drives, "seed": self.seed, "version": self.version,
-            "twist": [self.twist.start, self.twist.step, self.twist.cells],
-            "clearance": [self.clearance.start, self.clearance.step, self.clearance.cells],
+            "twist": astuple(self.twist), "clearance": astuple(self.clearance),
+            "modulus": None if self.modulus is None else asdict(self.modulus),
         }
+        tables = {"coefficients": self.coefficients}
+        if self.element is not None:
+            head["element"], tables["element"] = self.element.head(), self.element.coefficients
         with whole_file(path) as temporary, open(temporary, "wb") as file:
-            np.savez(file, head=np.array(json.dumps(head)), coefficients=self.coefficients)
+            np.savez(file, head=np.array(json.dumps(head)), **tables)  # type: ignore[arg-type]
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Lookup:
@@ -136,6 +144,7 @@ class Lookup:
         try:
             with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
                 head, coefficients = json.loads(str(data["head"])), data["coefficients"]
+                element = data["element"] if head.get("element") else None
         except (OSError, ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
             raise InputError(f"{path}: expected a saved lookup (.npz), got {error}") from None
         expect(head.get("format") == _FORMAT, f"a lookup of format {_FORMAT}", head.get("format"), str(path))
@@ -144,7 +153,9 @@ class Lookup:
                and bool(np.isfinite(coefficients).all()), "finite tables of the size the head states",
                coefficients.shape, str(path))
         return Lookup(twist, clearance, coefficients, head["full_torque"], head["error"], head["drawing"],
-                      head["n_drives"], head["seed"], head["version"])
+                      head["n_drives"], head["seed"], head["version"],
+                      ModulusShares(**head["modulus"]) if head.get("modulus") else None,
+                      None if element is None else ElementTable.of(head["element"], element, str(path)))
 
 
 def build_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> Lookup:

@@ -100,7 +100,8 @@ def _fmu(model: DriveModel, stage: Path) -> bool:
     _say("4  The FMU")
     path = export_fmu(model, stage / f"{model.name}.fmu")
     report = check_fmu(path)
-    print(f"{path.name}: {path.stat().st_size / 1024:.0f} kB, FMI 2.0 co-simulation, effect inside: hysteresis (neutral)")
+    print(f"{path.name}: {path.stat().st_size / 1024:.0f} kB, FMI 2.0 co-simulation, "
+          "effect inside: hysteresis (neutral)")
     for finding in report.findings:
         print(f"  {finding}")
     return report.passed
@@ -142,7 +143,7 @@ def _against_fmu(joint: JointModel, design: Design, path: Path) -> None:
     gap = np.abs(motion["output.phi"] - other["output.phi"]).max()
     stiffness = float(joint.drive.lookup.stiffness(joint.drive.drive.max_twist))
     longest = largest_step(stiffness, MASSES.reduced_inertia(joint.ratio))
-    print(f"the same loop around the FMU, stepped every {1e3 * SAMPLE:g} ms with its stiffness output: within "
+    print(f"the same loop around the FMU, masses and FMU in turn every {1e3 * SAMPLE:g} ms: within "
           f"{1e6 * gap:.2g} urad\n"
           f"a master that only holds the FMU's torque over a step lets the joint's oscillation grow; for less than "
           f"a factor e per second its steps must stay below {1e6 * longest:.2g} us")

@@ -10,6 +10,8 @@ from .damping import DAMPING
 from .hysteresis import HYSTERESIS
 from .kinematic_error import KINEMATIC_ERROR
 from .load_dependent_hysteresis import LOAD_DEPENDENT_HYSTERESIS
+from .missing_ball import MISSING_BALL
+from .modulus_error import MODULUS_ERROR
 from .preload import PRELOAD
 from .stribeck_friction import STRIBECK_FRICTION
 from .structural_compliance import STRUCTURAL_COMPLIANCE
@@ -26,6 +28,8 @@ EFFECTS: dict[str, Effect] = {
         PRELOAD,
         THERMAL_CLEARANCE,
         WEAR,
+        MODULUS_ERROR,
+        MISSING_BALL,
         STRUCTURAL_COMPLIANCE,
         CREEP,
         HYSTERESIS,

@@ -22,6 +22,8 @@ class Place(Enum):
 
     KINEMATIC = "taken from the twist that the two angles give, rad"
     CLEARANCE = "added to the gear clearance, m"
+    MODULUS = "added to the relative error of the modulus of gear and cage, 1"
+    ELEMENT = "torque of one element taken away: a share of it, 1, and its position to the crank, rad"
     SERIES = "twist added under the elastic torque: a compliance, rad/(N.m), and an offset, rad"
     PARALLEL = "torque added to the elastic torque inside the drive, N.m"
     OUTPUT = "torque taken off at the output shaft, N.m"
@@ -41,7 +43,8 @@ class Signals(NamedTuple):
     """What effects may look at; angles rad, speeds rad/s, torque N.m, temperature degC.
 
     twist: after the kinematic effects. *_direction: sign of the change, -1, 0 or 1. elastic_torque: of the
-    contacts; known to parallel and output effects and to states along time, None before.
+    contacts; known to parallel and output effects and to states along time, None before. ratio: of the crank's
+    angle to the output's, signed.
     """
 
     crank_angle: Expression
@@ -55,6 +58,7 @@ class Signals(NamedTuple):
     crank_direction: Expression
     output_direction: Expression
     elastic_torque: Expression
+    ratio: Expression
 
 
 @dataclass(frozen=True)
@@ -94,8 +98,8 @@ class Effect:
     """One effect that the contact model leaves out.
 
     contribution: (signals, parameters, states) -> expression in the unit of its `Place`; a series effect
-    returns the pair (compliance, offset). equation: the same in words, for reports. excitation: what a test
-    must do to show it.
+    returns the pair (compliance, offset), a missing element the pair (share, position). equation: the same in
+    words, for reports. excitation: what a test must do to show it.
     """
 
     name: str

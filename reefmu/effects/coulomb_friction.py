@@ -14,6 +14,6 @@ COULOMB_FRICTION = Effect(
     states=(built_up_share(),),
     contribution=lambda signals, p, x: p["torque"] * x["deflection"],
     equation="output torque -= coulomb_friction.torque * z,  dz/d|output| = (direction - z)/presliding",
-    excitation="Rotation both ways at several speeds, under load of either sign; a locked crank shows it as hysteresis.",
+    excitation="Rotation both ways under load of either sign; with a locked crank it looks like hysteresis.",
     source="Dahl, A Solid Friction Model (1968), exponent 1.",
 )

@@ -40,15 +40,17 @@ class Loaded:
         """After fmi2Fatal, or without an instance: FMI allows no call any more."""
 
     def release(self) -> None:
-        """Free the instance, unload the library and remove the folder.
-
-        Unloading must not wait for the end of the process: there pythonfmu 0.7 releases its interpreter twice.
-        """
+        """Free the instance, unload the library and remove the folder."""
         fmu, self.fmu = self.fmu, None
         if fmu is not None:
             if not self.dead:
                 with suppress(Exception):
                     fmu.fmi2FreeInstance(fmu.component)
+            # A library that is still loaded when the process ends (on Linux the first of pythonfmu's always is)
+            # releases its hold on Python twice, into freed memory. After this call there is nothing to release.
+            let_go = getattr(fmu.dll, "finalizePythonInterpreter", None)
+            if let_go is not None:
+                let_go()
             fmu.freeLibrary()
         shutil.rmtree(self.folder, ignore_errors=True)
 

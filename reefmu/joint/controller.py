@@ -50,7 +50,8 @@ def sampled(joint: JointModel, torque: float, sample: float) -> tuple[Array, Arr
     x, u = joint.equilibrium(-torque)
     linear = linearize(joint, x, u)
     n = TWIST_STATES
-    discrete = ct.sample_system(ct.ss(linear.A[:n, :n], linear.B[:n, :1], np.eye(n), 0), sample)
+    full_a, full_b = np.asarray(linear.A), np.asarray(linear.B)
+    discrete = ct.sample_system(ct.ss(full_a[:n, :n], full_b[:n, :1], np.eye(n), 0), sample)
     a, b = np.zeros((n + 1, n + 1)), np.zeros((n + 1, 1))
     a[:n, :n], b[:n] = discrete.A, discrete.B
     a[n, [2, n]] = sample, 1.0

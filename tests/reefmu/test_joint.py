@@ -8,6 +8,7 @@ import sys
 import control as ct
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 import stiffness_model as sm
 from reefmu.joint import JointModel, Masses, drive_system, joint_system, linearize, simulate_joint
@@ -223,6 +224,19 @@ def test_unknown_names_are_refused(model: DriveModel, joint: JointModel) -> None
 def test_masses_refuse_what_cannot_be(bad: dict[str, float]) -> None:
     with pytest.raises(InputError, match=next(iter(bad))):
         Masses(**({"motor_inertia": 1e-4, "load_inertia": 2.0} | bad))
+
+
+@pytest.mark.parametrize("step", [1e-6, 1e-4, 5e-3, 0.1])
+@pytest.mark.parametrize("stiffness", [0.0, 1.3e5])
+def test_masses_move_exactly(step: float, stiffness: float) -> None:
+    masses = Masses(1e-4, 2.0, 1e-3, 0.5)
+    a, b = masses.matrices(-29.0, stiffness)
+    block = np.zeros((6, 6))
+    block[:4, :4], block[:4, 4:] = a * step, b * step
+    whole, size = expm(block), np.array([29, 29 / step, 1, 1 / step])
+    phi, gamma = masses.step_matrices(step, -29.0, stiffness)
+    assert phi / size[:, None] * size == pytest.approx(whole[:4, :4] / size[:, None] * size, abs=1e-9)
+    assert gamma == pytest.approx(whole[:4, 4:], rel=1e-7, abs=1e-9 * np.abs(gamma).max())
 
 
 def test_bad_runs(joint: JointModel) -> None:

@@ -173,13 +173,13 @@ def test_reversing_and_together_drives_have_their_sign(lookup: Lookup) -> None:
 
 
 def test_parameters_are_checked(loaded: DriveModel) -> None:
-    with pytest.raises(sm.UnknownNameError, match="did you mean 'backlash.clearance'"):
+    with pytest.raises(sm.UnknownNameError, match=r"did you mean 'backlash.clearance'"):
         loaded.with_parameters({"backlash.clearence": 1e-6})
-    with pytest.raises(sm.InputError, match="expected a value within 0 ... 0.001 m"):
+    with pytest.raises(sm.InputError, match=r"expected a value within 0 \.\.\. 0\.001 m"):
         loaded.with_parameters({"backlash.clearance": -1e-6})
     with pytest.raises(sm.InputError, match="finite number"):
         loaded.with_parameters({"hysteresis.torque": float("nan")})
-    with pytest.raises(sm.UnknownNameError, match="unknown tunable parameter 'ratio'"):
+    with pytest.raises(sm.UnknownNameError, match=r"unknown tunable parameter .ratio."):
         loaded.with_parameters(ratio=30.0)
     with pytest.raises(sm.UnknownNameError, match="did you mean 'hysteresis'"):
         build_model(loaded.drive, {"hysterisis": {}}, lookup=loaded.lookup)

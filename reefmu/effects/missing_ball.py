@@ -1,0 +1,18 @@
+"""Missing ball: one element carries nothing; the dip in the torque turns with the cage past the crank."""
+
+from .base import Effect, Parameter, Place
+
+MISSING_BALL = Effect(
+    name="missing_ball",
+    title="One element that carries nothing",
+    place=Place.ELEMENT,
+    parameters=(
+        Parameter("size", "1", 0.0, 0.0, 1.0, 1.0, "Share of the element's torque that is missing; 1: the ball is out"),
+        Parameter("phase", "rad", 0.0, -7.0, 7.0, 1.0, "Angle of its eccentric past the element at output angle 0"),
+    ),
+    contribution=lambda signals, p, x: (p["size"], p["phase"] + (signals.ratio - 1) * signals.output_angle),
+    equation="torque -= size * torque of the element at beta,  beta = phase + (ratio - 1) * output angle",
+    excitation="Slow turns of the crank at constant twist; a locked crank at four or more angles.",
+    source="Elements between rigid gear and cage do not feel each other (paper, section III): the solver's torque "
+           "of one element over twist, clearance and position.",
+)

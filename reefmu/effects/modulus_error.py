@@ -1,0 +1,18 @@
+"""Modulus error: gear and cage are softer or stiffer than drawn; crank and rolling elements are not."""
+
+from stiffness_model.modulus import BOUNDS
+
+from .base import Effect, Parameter, Place
+
+MODULUS_ERROR = Effect(
+    name="modulus_error",
+    title="Modulus of gear and cage off the drawing's",
+    place=Place.MODULUS,
+    parameters=(
+        Parameter("error", "1", 0.0, *BOUNDS, 0.1, "Young's modulus of gear and cage over the drawn one, less 1"),
+    ),
+    contribution=lambda signals, p, x: p["error"],
+    equation="torque = contact torque of gear and cage with (1 + modulus_error.error) times the drawn modulus",
+    excitation="Several torque levels: against structural_compliance, which softens high torques most.",
+    source="Contacts in series, each give with compliance^(1/p) (Hertz; paper, eq. 23): stiffness_model.modulus.",
+)

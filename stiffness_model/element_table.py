@@ -1,0 +1,174 @@
+"""One element's torque, averaged over the tolerances: a table over twist x gear clearance x position.
+
+Between a rigid cage and a rigid gear no element feels the others. So a drive in which one of them carries nothing
+lacks just this torque. The position is the angle beta of the eccentric past the element (paper, section III): at
+beta > 0 the element carries positive twists, at beta < 0 negative ones, torque(-twist, -beta) = -torque(twist,
+beta), and beyond the limit, where the profile is cut away, it carries nothing.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import astuple, dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtri
+from scipy.stats import qmc
+
+from .contacts import build_contacts
+from .drive import Drive
+from .equilibrium import solve
+from .errors import InputError, expect
+from .files import whole_file
+from .sampling import Deviations
+from .spline import Axis, fit, locate, slope_weights, weights
+
+Array = NDArray[np.float64]
+
+N_SAMPLES = 256
+"""Elements behind each mean: evenly spread over the tolerances of the four parts, right to 4e-4 of the value."""
+EDGE = 0.01
+"""Half the width, rad, over which the torque fades out at the limit: a step there would have no derivative."""
+_CELLS = (40, 12, 12)
+"""Cells of twist, clearance and position (from 0 to the limit)."""
+_PARTS = ("element", "crank", "cage", "gear")
+
+
+@dataclass(frozen=True)
+class ElementTable:
+    """Cubic B-splines over twist (rad at the output), gear clearance (m) and position (rad, 0 to limit).
+
+    coefficients: (twist.size, clearance.size, position.size). error: greatest deviation from the solver at the
+    middles of cells within the drawing's max_twist, as a share of the drive's torque there.
+    """
+
+    twist: Axis
+    clearance: Axis
+    position: Axis
+    limit: float
+    coefficients: Array
+    error: float
+
+    @staticmethod
+    def of(head: Mapping[str, Any], coefficients: Array, where: str) -> ElementTable:
+        """The table that `head` and `coefficients` describe, or `InputError`."""
+        twist, clearance, position = (Axis(start, step, int(cells)) for start, step, cells in head["axes"])
+        size = (twist.size, clearance.size, position.size)
+        expect(coefficients.shape == size and bool(np.isfinite(coefficients).all()),
+               "a finite element table of the size the head states", coefficients.shape, where)
+        return ElementTable(twist, clearance, position, head["limit"], coefficients, head["error"])
+
+    def head(self) -> dict[str, Any]:
+        """All but the coefficients, for a file; `of` reads it."""
+        return {"axes": [astuple(a) for a in (self.twist, self.clearance, self.position)], "limit": self.limit,
+                "error": self.error}
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to one .npz file, whole or not at all."""
+        with whole_file(path) as temporary, open(temporary, "wb") as file:
+            np.savez(file, head=np.array(json.dumps(self.head())), coefficients=self.coefficients)
+
+    @staticmethod
+    def load(path: str | os.PathLike[str]) -> ElementTable:
+        """Read what `save` wrote. Raises `InputError` for anything else."""
+        try:
+            with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
+                return ElementTable.of(json.loads(str(data["head"])), data["coefficients"], str(path))
+        except (OSError, ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
+            raise InputError(f"{path}: expected a saved element table (.npz), got {error}") from None
+
+    def torque(self, twist: ArrayLike, clearance: ArrayLike, position: ArrayLike) -> Array:
+        """The element's torque, N.m; arguments broadcast.
+
+        Beyond the twist's range the last slope goes on; a clearance beyond its range counts as its end.
+        """
+        return self.evaluate(twist, clearance, position)[0]
+
+    def evaluate(self, twist: ArrayLike, clearance: ArrayLike, position: ArrayLike
+                 ) -> tuple[Array, Array, Array, Array]:
+        """The torque and its derivatives by twist (N.m/rad), clearance (N) and position (N.m/rad)."""
+        t, c, beta = np.broadcast_arrays(*(np.asarray(v, float) for v in (twist, clearance, position)))
+        beta = beta - 2 * np.pi * np.floor(beta / (2 * np.pi) + 0.5)
+        side = np.where(beta < 0, -1.0, 1.0)
+        at = (side * t, c, np.minimum(np.abs(beta), self.limit + EDGE))
+        axes = (self.twist, self.clearance, self.position)
+        starts, bases, slopes = [], [], []
+        for axis, value, goes_on in zip(axes, at, (True, False, True), strict=True):
+            cell, f = locate(axis, value)
+            inside = np.clip(f, 0.0, 1.0)
+            starts.append(cell)
+            bases.append(np.stack(weights(f if goes_on else inside, inside)))
+            slopes.append(np.stack(slope_weights(inside)) / axis.step * (goes_on | (f == inside)))
+        size = self.coefficients.shape
+        first = (starts[0] * size[1] + starts[1]) * size[2] + starts[2]
+        corner = [(a * size[1] + b) * size[2] + d for a in range(4) for b in range(4) for d in range(4)]
+        cells = np.stack([self.coefficients.ravel()[first + k] for k in corner]).reshape(4, 4, 4, *t.shape)
+        value, by_twist, by_clearance, by_position = (
+            np.einsum("abd...,a...,b...,d...->...", cells, *(slopes[k] if k == m else bases[k] for k in range(3)))
+            for m in (-1, 0, 1, 2))
+        fade = (self.limit - np.abs(beta)) / (2 * EDGE) + 0.5
+        left = np.clip(fade, 0.0, 1.0)
+        falls = np.where((fade > 0) & (fade < 1), -1 / (2 * EDGE), 0.0)
+        return side * left * value, left * by_twist, side * left * by_clearance, left * by_position + falls * value
+
+
+def build_element_table(drive: Drive) -> ElementTable:
+    """Solve one element of the drawing over the same ranges as the lookup; about a second.
+
+    >>> from stiffness_model import ARCMIN, load_drive
+    >>> table = build_element_table(load_drive("drive_1"))
+    >>> ahead, behind = table.torque(6 * ARCMIN, 0.0, [1.2, -1.2])
+    >>> bool(ahead > 10), bool(abs(behind) < 0.01), table.error < 3e-4
+    (True, True, True)
+    """
+    cells_twist, cells_clearance, cells_position = _CELLS
+    limit = drive.usable_limit
+    widest = 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist
+    step = limit / cells_position
+    # One cell more at both ends of the position: a spline is poorer in its last cells.
+    axes = (Axis(-2 * drive.max_twist, 4 * drive.max_twist / cells_twist, cells_twist),
+            Axis(-widest, 2 * widest / cells_clearance, cells_clearance),
+            Axis(-step, step, cells_position + 2))
+    coefficients = _solved(drive, *(axis.nodes for axis in axes))
+    for dimension, axis in enumerate(axes):
+        coefficients = fit(axis, coefficients, dimension)
+    table = ElementTable(*axes, limit, coefficients, 0.0)
+    return replace(table, error=_measured_error(drive, table))
+
+
+def _solved(drive: Drive, twist: Array, clearance: Array, position: Array) -> Array:
+    """Mean torque, (n_twist, n_clearance, n_position), N.m."""
+    shape = (len(position), N_SAMPLES)
+    # A half step off zero the points of the sequence lie in the middles of their intervals.
+    points = qmc.Sobol(len(_PARTS), scramble=False).random(N_SAMPLES) + 0.5 / N_SAMPLES
+    normal = ndtri(points)
+    nominal = dict.fromkeys(_PARTS, drive.element_radius) | {"crank": drive.crank_radius}
+    radius = {}
+    for column, part in enumerate(_PARTS):
+        tolerance = drive.tolerances[part]
+        radius[part] = np.broadcast_to(nominal[part] + tolerance.offset + tolerance.sigma * normal[:, column], shape)
+    deviations = Deviations(np.broadcast_to(position[:, None], shape), **radius)
+    means = np.empty((len(twist), len(clearance), len(position)))
+    for k, shift in enumerate(clearance):
+        contacts = build_contacts(drive, deviations, float(shift))
+        for row, angle in enumerate(twist):
+            means[row, k] = solve(contacts, angle * drive.ratio).output_torque.reshape(shape).mean(axis=1)
+    return means
+
+
+def _measured_error(drive: Drive, table: ElementTable) -> float:
+    middles = [axis.nodes[:-1] + axis.step / 2 for axis in (table.twist, table.clearance, table.position)]
+    twist = middles[0][np.abs(middles[0]) < drive.max_twist][::2]
+    clearance = middles[1][[1, len(middles[1]) // 2, -2]]
+    position = middles[2][1:-1]
+    solved = _solved(drive, twist, clearance, position)
+    found = table.torque(twist[:, None, None], clearance[:, None], position)
+    around = np.linspace(-np.pi, np.pi, 721)[:-1]
+    whole = drive.elements * table.torque(drive.max_twist, 0.0, around).mean()
+    return float(np.abs(found - solved).max() / whole)
