@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -20,6 +21,8 @@ OUTPUT_NAMES = ("output.tau", "crank.tau", "twist", "stiffness", "max_contact_fo
 NEWTON_STEPS = 8
 """Newton steps for the twist of the contacts in series with a compliance. The residual of eight is below 1e-12
 of the twist for a compliance up to three times the contacts' own (a test holds it)."""
+SETTLED = 1e-10
+"""rad: after a Newton step of this size the next would be below 1e-15, that is below rounding."""
 
 _PATHS = (Along.TWIST, Along.CRANK, Along.OUTPUT)
 
@@ -87,17 +90,39 @@ class _Assembly:
         """Elastic torque, stiffness with the series compliance, and the lookup's further outputs."""
         clearance = self.total(Place.CLEARANCE, signals, x)
         compliance, offset = self.series(signals, x)
-        contact_twist = signals.twist - offset
-        if not compliance.is_zero():
-            for _ in range(NEWTON_STEPS):
-                torque, stiffness, _ = self.contact(contact_twist, clearance, signals, x)
-                gap = contact_twist + compliance * torque + offset - signals.twist
-                contact_twist = contact_twist - gap / (1 + compliance * stiffness)
-        torque, stiffness, others = self.contact(contact_twist, clearance, signals, x)
+        target = signals.twist - offset
+        if compliance.is_zero():
+            return self.contact(target, clearance, x)
+        point, correction = target, ca.MX(1)
+        for _ in range(NEWTON_STEPS):
+            # A step that the last one leaves nothing to do is not taken: most are not.
+            point, correction = self.newton(ca.fabs(correction) > SETTLED, point, correction, target, clearance,
+                                            compliance, x, self.u, self.p)
+        torque, stiffness, others = self.contact(point, clearance, x)
+        # What is left of the gap is far below rounding, but its derivatives are those of the settled twist.
+        torque -= stiffness * (point + compliance * torque - target) / (1 + compliance * stiffness)
         return torque, stiffness / (1 + compliance * stiffness), others
 
-    def contact(self, twist: ca.MX, clearance: ca.MX, signals: Signals, x: ca.MX) -> tuple[ca.MX, ca.MX, list[ca.MX]]:
+    @cached_property
+    def newton(self) -> ca.Function:
+        """(whether, twist of the contacts, last correction, ...) -> the next of both, or the same again."""
+        point, correction, target, clearance, compliance = (
+            ca.MX.sym(name) for name in ("point", "correction", "target", "clearance", "compliance"))
+        torque, stiffness, _ = self.contact(point, clearance, self.x)
+        step = (target - point - compliance * torque) / (1 + compliance * stiffness)
+        arguments = [point, correction, target, clearance, compliance, self.x, self.u, self.p]
+        return ca.Function.if_else("newton", ca.Function("step", arguments, [point + step, step]),
+                                   ca.Function("stay", arguments, [point, correction]))
+
+    def contact(self, twist: ca.MX, clearance: ca.MX, x: ca.MX) -> tuple[ca.MX, ca.MX, list[ca.MX]]:
         """Torque, stiffness and the lookup's further outputs at a twist of the contacts themselves."""
+        torque, stiffness, *others = self._contact(twist, clearance, x, self.u, self.p)
+        return torque, stiffness, others
+
+    @cached_property
+    def _contact(self) -> ca.Function:
+        """The same as a function, whose code then stands once."""
+        twist, clearance, x, signals = ca.MX.sym("twist"), ca.MX.sym("clearance"), self.x, self.signals()
         torque, stiffness, force, share, in_range = self.table(twist, clearance, self.band)
         for effect in self.effects:
             if self.element is not None and effect.place is Place.ELEMENT:
@@ -107,7 +132,8 @@ class _Assembly:
         if self.modulus is not None:
             scale = self.modulus.scale(self.total(Place.MODULUS, signals, x))
             torque, stiffness, force = scale * torque, scale * stiffness, scale * force
-        return torque, stiffness, [force, share, in_range]
+        return ca.Function("contact", [twist, clearance, x, self.u, self.p],
+                           [torque, stiffness, force, share, in_range])
 
     def series(self, signals: Signals, x: ca.MX) -> tuple[ca.MX, ca.MX]:
         """Compliance and offset in series with the contacts."""

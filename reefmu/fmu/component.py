@@ -6,7 +6,7 @@ Both back ends run these functions, so both give the same numbers:
     advance(x, u, dt, p) -> x   states after dt seconds with the inputs held
     rate(x, u, p) -> dx/dt
     output(x, u, p) -> y
-    partial(x, u, p) -> d(y, dx/dt)/d(u, x)
+    tangent(x, u, p, d) -> change of (y, dx/dt) for a change d of (u, x)
     pace(p) -> dt               longest step that `advance` takes at once; None: any
 """
 
@@ -63,15 +63,18 @@ class Component:
     switches: int = 0
 
     @cached_property
-    def partial(self) -> casadi.Function:
-        """(x, u, p) -> derivatives of outputs and rates (rows) by inputs and states (columns), dense."""
+    def tangent(self) -> casadi.Function:
+        """(x, u, p, d) -> change of outputs and rates for a change d of inputs and states: their directional
+        derivative."""
         import casadi as ca
 
         x, u, p = (ca.MX.sym(name, len(items)) for name, items in
                    (("x", self.states), ("u", self.inputs), ("p", self.parameters)))
-        results = ca.vertcat(self.output(x, u, p), self.rate(x, u, p))
-        matrix = ca.densify(ca.horzcat(ca.jacobian(results, u), ca.jacobian(results, x)))
-        return ca.Function("partial", [x, u, p], [matrix], ["x", "u", "p"], ["d"])
+        d = ca.MX.sym("d", len(self.inputs) + len(self.states))
+        together = ca.Function("together", [u, x, p], [ca.vertcat(self.output(x, u, p), self.rate(x, u, p))])
+        forward = together.forward(1)
+        change = forward(u, x, p, ca.MX(*together.size_out(0)), d[:u.numel()], d[u.numel():], ca.MX(*p.size()))
+        return ca.Function("tangent", [x, u, p, d], [ca.densify(change)], ["x", "u", "p", "d"], ["dy"])
 
     def parameter_vector(self) -> NDArray[np.float64]:
         """The start values of `parameters`."""

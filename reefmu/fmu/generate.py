@@ -41,7 +41,7 @@ def _equations(component: Component) -> tuple[str, dict[str, int]]:
     import casadi as ca
 
     functions = {"initial": component.initial, "advance": component.advance, "rate": component.rate,
-                 "output": component.output, "partial": component.partial}
+                 "output": component.output, "tangent": component.tangent}
     if component.pace is not None:
         functions["pace"] = component.pace
     # With integers of the platform's int the table's indices need no wider conversion.
@@ -99,7 +99,7 @@ def _header(component: Component, interface: Interface, guid: str, sizes: dict[s
     n_u, n_y, n_x = len(component.inputs), len(component.outputs), len(component.states)
     numbers = {
         "N_INPUTS": n_u, "N_OUTPUTS": n_y, "N_PARAMETERS": len(component.parameters), "N_STATES": n_x,
-        "N_VALUES": len(interface.variables), "N_PARTIALS": (n_y + n_x) * (n_u + n_x),
+        "N_VALUES": len(interface.variables), "N_KNOWNS": n_u + n_x, "N_UNKNOWNS": n_y + n_x,
         "N_INDICATORS": component.switches, "FIRST_INDICATOR": component.first_switch,
         "HAS_PACE": int(component.pace is not None), **{f"N_{name}": size for name, size in sizes.items()},
     }

@@ -23,17 +23,15 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDirectionalDerivative)(
         }
     }
     v = instance->now.values;
+    memset(instance->direction, 0, sizeof instance->direction);
+    for (size_t k = 0; k < n_knowns; k++) instance->direction[VARIABLES[knowns[k]].known] += directions[k];
     if (!refresh(instance, 0) ||
-        !evaluate(instance, partial, v + AT_STATES, v + AT_INPUTS, v + AT_PARAMETERS, NULL, instance->partials)) {
+        !evaluate(instance, tangent, v + AT_STATES, v + AT_INPUTS, v + AT_PARAMETERS, instance->direction,
+                  instance->tangent) ||
+        !all_finite(instance->tangent, N_UNKNOWNS)) {
         send(instance, fmi2Discard, "fmi2GetDirectionalDerivative: no finite result with these inputs and parameters");
         return fmi2Discard;
     }
-    for (size_t i = 0; i < n_unknowns; i++) {
-        double sum = 0.0;
-        int row = VARIABLES[unknowns[i]].unknown;
-        for (size_t k = 0; k < n_knowns; k++) /* the matrix stands column by column */
-            sum += instance->partials[VARIABLES[knowns[k]].known * (N_OUTPUTS + N_STATES) + row] * directions[k];
-        results[i] = sum;
-    }
+    for (size_t k = 0; k < n_unknowns; k++) results[k] = instance->tangent[VARIABLES[unknowns[k]].unknown];
     return fmi2OK;
 }

@@ -50,7 +50,7 @@ typedef struct {
     int integers[N_INTEGERS];
     double next_states[2][N_STATES + 1]; /* two in turn: a generated function may not read where it writes */
     double next_outputs[N_OUTPUTS + 1];
-    double partials[N_PARTIALS];
+    double direction[N_KNOWNS], tangent[N_UNKNOWNS];
     double work[N_WORK];
 } Instance;
 

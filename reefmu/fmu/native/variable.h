@@ -13,8 +13,8 @@ typedef struct {
     Access access;
     double start, low, high, nominal;
     int stale;      /* what must be fresh to read it */
-    int known;      /* column of an input or state in the matrix of partial derivatives, or -1 */
-    int unknown;    /* row of an output or derivative, or -1 */
+    int known;   /* place among the inputs and states that a direction may have, or -1 */
+    int unknown; /* place among the outputs and derivatives that follow it, or -1 */
 } Variable;
 
 #endif
