@@ -17,10 +17,14 @@ matplotlib.use("Agg")
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """A check may skip where a compiler or data are missing; where everything is there (CI), a skip is a hole."""
+    """A check may skip where a compiler or data are missing; where everything is there (CI), a skip is a hole.
+
+    But for foreign hosts (wine, ecospy, libcosimpy), which not every machine can have.
+    """
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
-    if os.environ.get("CI") == "true" and reporter is not None and reporter.stats.get("skipped") \
-            and session.exitstatus == 0:
+    skipped = [] if reporter is None else reporter.stats.get("skipped", [])
+    if os.environ.get("CI") == "true" and session.exitstatus == 0 \
+            and any("foreign host" not in str(report.longrepr) for report in skipped):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 

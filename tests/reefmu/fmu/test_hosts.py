@@ -1,0 +1,192 @@
+"""The native FMU in other hosts: a C host of the tests' own, also under sanitizers, FMPy, libcosimpy, ecospy."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+from reefmu.effects import EFFECTS
+from reefmu.fmu.archive import read_archive
+from reefmu.fmu.build import export_fmu
+from reefmu.fmu.component import drive_component
+from reefmu.fmu.host import FmuDrive
+from reefmu.fmu.interface import declare_exchange
+from reefmu.joint.masses import Masses
+from reefmu.model import DriveModel, build_model
+from stiffness_model.lookup import Lookup
+
+pytestmark = pytest.mark.skipif(shutil.which("gcc") is None or not sys.platform.startswith("linux"),
+                                reason="needs gcc on Linux")
+WRAPPER = Path(__import__("reefmu").__file__).parent / "fmu" / "native"
+SANITIZERS = ("-g", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
+
+
+@pytest.fixture(scope="module")
+def full_model(drive: object, lookup: Lookup) -> DriveModel:
+    model = build_model(drive, {name: {} for name in EFFECTS}, lookup=lookup)  # type: ignore[arg-type]
+    return model.with_parameters({p.name: float(np.clip(p.nominal, p.minimum, p.maximum)) for p in model.parameters
+                                  if p.tunable and p.minimum is not None and p.maximum is not None
+                                  and p.name != "band"})
+
+
+@pytest.fixture(scope="module")
+def unpacked(full_model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, str]:
+    """The FMU, its folder and its GUID."""
+    folder = tmp_path_factory.mktemp("hosts")
+    path = export_fmu(full_model, folder / "full.fmu", backend="native")
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(folder / "out")
+    return path, folder / "out", read_archive(path).guid
+
+
+def build(target: Path, *words: str) -> Path:
+    subprocess.run(["gcc", "-w", "-o", str(target), *words], check=True)
+    return target
+
+
+@pytest.fixture(scope="module")
+def host(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build(tmp_path_factory.mktemp("host") / "host", "-O1", "-I", str(WRAPPER),
+                 str(Path(__file__).parent / "host" / "host.c"), "-ldl", "-lm", "-lpthread")
+
+
+@pytest.fixture(scope="module")
+def sanitized(unpacked: tuple[Path, Path, str], tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Host and library with address and undefined-behaviour checks."""
+    folder = tmp_path_factory.mktemp("sanitized")
+    try:
+        library = build(folder / "fmu.so", *SANITIZERS, "-fPIC", "-shared", str(unpacked[1] / "sources" / "all.c"),
+                        "-lm")
+        return build(folder / "host", *SANITIZERS, "-I", str(WRAPPER), str(Path(__file__).parent / "host" / "host.c"),
+                     "-ldl", "-lm", "-lpthread"), library
+    except subprocess.CalledProcessError:
+        pytest.skip("gcc without sanitizers")
+
+
+def call(host: Path, library: Path, guid: str, *words: str) -> str:
+    done = subprocess.run([str(host), str(library), guid, *words], capture_output=True, text=True, timeout=120,
+                          check=False)
+    assert done.returncode == 0, f"status {done.returncode}: {done.stderr[-1500:]}"
+    return done.stdout
+
+
+def binary(folder: Path) -> Path:
+    return next(p for p in folder.rglob("binaries/linux*/*.so"))
+
+
+def test_2000_times_loaded_and_unloaded_without_growth(host: Path, unpacked: tuple[Path, Path, str]) -> None:
+    call(host, binary(unpacked[1]), unpacked[2], "loop", "2000")
+
+
+def test_two_threads_with_ten_instances(host: Path, unpacked: tuple[Path, Path, str]) -> None:
+    call(host, binary(unpacked[1]), unpacked[2], "threads", "2000")
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_any_call_in_any_order(sanitized: tuple[Path, Path], unpacked: tuple[Path, Path, str], seed: int) -> None:
+    call(*sanitized, unpacked[2], "fuzz", "60000", str(seed))
+
+
+def test_threads_under_sanitizers(sanitized: tuple[Path, Path], unpacked: tuple[Path, Path, str]) -> None:
+    call(*sanitized, unpacked[2], "threads", "200")
+
+
+def test_directional_derivatives_are_those_of_differences(unpacked: tuple[Path, Path, str],
+                                                          full_model: DriveModel) -> None:
+    """To 1e-8 of the greatest, by central differences of the model with the states held."""
+    component = drive_component(full_model)
+    interface = declare_exchange(component)
+    unknowns = [v.name for v in (*interface.block("output"), *interface.derivatives)]
+    inputs = [v.name for v in interface.block("input")]
+    u = np.array([0.21, 3.0, 0.21 / -29 - 0.9e-3, 0.05, 25.0])
+    with FmuDrive(unpacked[0]) as drive:
+        drive.initialize()
+        drive.step(0.01, dict(zip(drive.inputs, u.tolist(), strict=True)))
+        states = np.array(list(drive.read([s.name for s in component.states]).values()))
+        p = component.parameter_vector()
+        scale = np.array([1e-4, 1e-3, 1e-5, 1e-4, 1e-1])
+        for k, name in enumerate(inputs):
+            came = np.array(list(drive.derivative(unknowns, {name: 1.0}).values()))
+
+            def at(h: float, k: int = k) -> np.ndarray:
+                moved = u + h * scale * (np.arange(5) == k)
+                return np.concatenate([np.array(component.output(states, moved, p)).ravel(),
+                                       np.array(component.rate(states, moved, p)).ravel()])
+            coarse, fine = ((at(h) - at(-h)) / (2 * h * scale[k]) for h in (0.02, 0.01))
+            expected = (4 * fine - coarse) / 3
+            size = np.maximum(np.abs(expected), 1e-3 * np.abs(at(0)) + 1e-9)
+            assert np.abs(came - expected).max() <= 1e-6 * np.abs(expected).max()
+            assert (np.abs(came - expected) / size)[[0, 1, 2]].max() < 1e-6
+        stiffness = drive.read(["stiffness"])["stiffness"]
+        by_output = drive.derivative(["output.tau"], {"output.phi": 1.0})["output.tau"]
+        assert -by_output == pytest.approx(stiffness, rel=1e-3)  # friction at the output has no part in it
+
+
+def test_model_exchange_in_fmpy(tmp_path: Path, drive: object, lookup: Lookup) -> None:
+    """A joint by fmpy's CVode against the joint's own steps."""
+    model = build_model(drive, {"creep": {"compliance": 1e-7, "time": 0.05}}, lookup=lookup)  # type: ignore[arg-type]
+    path = export_fmu(model, tmp_path / "joint.fmu", backend="native", masses=Masses(1e-4, 1.0, 1e-3, 2.0))
+    results = [fmpy.simulate_fmu(str(path), fmi_type=kind, stop_time=0.05, output_interval=1e-3, solver="CVode",
+                                 relative_tolerance=1e-9, start_values={"start.output.phi": -1e-3, "load.tau": 2.0},
+                                 output=["output.phi", "output.tau"]) for kind in ("CoSimulation", "ModelExchange")]
+    for name, tolerance in (("output.phi", 1e-7), ("output.tau", 0.3)):
+        np.testing.assert_allclose(results[0][name][1:51], results[1][name][1:51], atol=tolerance)
+
+
+def test_libcosimpy_runs_it(unpacked: tuple[Path, Path, str], full_model: DriveModel) -> None:
+    execution = pytest.importorskip("libcosimpy.CosimExecution", reason="foreign host libcosimpy")
+    slave = pytest.importorskip("libcosimpy.CosimSlave", reason="foreign host libcosimpy")
+    manipulator = pytest.importorskip("libcosimpy.CosimManipulator", reason="foreign host libcosimpy")
+    observer = pytest.importorskip("libcosimpy.CosimObserver", reason="foreign host libcosimpy")
+    run = execution.CosimExecution.from_step_size(step_size=1_000_000)
+    index = run.add_local_slave(slave.CosimLocalSlave(fmu_path=str(unpacked[0]), instance_name="drive"))
+    override = manipulator.CosimManipulator.create_override()
+    run.add_manipulator(manipulator=override)
+    last = observer.CosimObserver.create_last_value()
+    run.add_observer(observer=last)
+    override.slave_real_values(slave_index=index, variable_references=[2], values=[-1e-3])
+    run.step(10)
+    torque = last.last_real_values(slave_index=index, variable_references=[5])[0]
+    with FmuDrive(unpacked[0]) as drive:
+        drive.initialize()
+        for _ in range(10):
+            outputs = drive.step(1e-3, {"output.phi": -1e-3})
+    assert torque == pytest.approx(outputs["output.tau"], rel=1e-2)
+    assert torque > 0
+
+
+def test_ecospy_runs_it(unpacked: tuple[Path, Path, str]) -> None:
+    try:
+        from ecospy import EcosSimulationStructure
+    except (ImportError, OSError) as error:
+        pytest.skip(f"foreign host ecospy: {error}")
+    structure = EcosSimulationStructure()
+    structure.add_model("drive", str(unpacked[0]))
+    simulation = structure.create_simulation(1e-3)
+    simulation.init()
+    simulation.step(10)
+    assert np.isfinite(simulation.get_real("drive::output.tau"))
+
+
+@pytest.mark.skipif(shutil.which("wine") is None, reason="foreign host wine")
+def test_the_windows_binary_loads_under_wine(full_model: DriveModel, tmp_path: Path) -> None:
+    pytest.importorskip("ziglang")
+    path = export_fmu(full_model, tmp_path / "win.fmu", backend="native", platform="win64")
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(tmp_path / "out")
+    source = tmp_path / "load.c"
+    source.write_text('#include <windows.h>\n#include <stdio.h>\nint main(int n, char **w) {\n'
+                      'HMODULE m = LoadLibraryA(w[1]); const char *(*v)(void);\nif (!m) return 1;\n'
+                      'v = (const char *(*)(void))GetProcAddress(m, "fmi2GetVersion"); puts(v()); return 0; }\n')
+    subprocess.run([sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-windows-gnu", "-o", "load.exe", "load.c"],
+                   cwd=tmp_path, check=True)
+    library = next((tmp_path / "out").rglob("*.dll"))
+    done = subprocess.run(["wine", "load.exe", str(library)], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.stdout.strip() == "2.0"
