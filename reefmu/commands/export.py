@@ -6,10 +6,15 @@ import argparse
 import warnings
 from pathlib import Path
 
+import numpy as np
+
 from reefmu.fmu.archive import read_archive
 from reefmu.fmu.build import export_fmu
+from reefmu.fmu.component import drive_component
 from reefmu.fmu.platforms import chosen_platforms
+from reefmu.fmu.trial import full_twist
 from reefmu.joint.masses import Masses
+from reefmu.joint.step import step_warning
 from reefmu.model import DriveModel, build_model
 from reefmu.model_file import is_model_file, load_model
 from stiffness_model.drawing_file import load_drive
@@ -33,7 +38,10 @@ def run(args: argparse.Namespace) -> int:
         chosen_platforms(args.platform)  # an unknown name is refused before the lookup is solved
     masses = masses_of(args)
     model, notes = load(args)
-    export_fmu(model, target, backend=args.backend, platform=args.platform or "host", masses=masses)
+    joint = args.kind == "joint"
+    export_fmu(model, target, backend=args.backend, platform=args.platform or "host", masses=masses if joint else None)
+    if masses is not None and not joint:
+        notes += step_notes(model, masses, args.step)
     study.show_notes(notes)
     print(f"{model.name}: lookup over {describe(model.lookup)}")
     inside = ", ".join(effect.name for effect in model.effects) or "none"
@@ -47,13 +55,26 @@ def run(args: argparse.Namespace) -> int:
 
 
 def masses_of(args: argparse.Namespace) -> Masses | None:
-    """Motor and load of a joint, None for a drive alone."""
+    """Motor and load, of a joint or around a drive; None for a drive about whose surroundings nothing is said."""
     given = {name: getattr(args, name) for name in ("motor_inertia", "load_inertia", "motor_damping", "load_damping")
              if getattr(args, name) is not None}
-    if args.kind == "joint":
-        return Masses(**{"motor_inertia": MOTOR_INERTIA, "load_inertia": LOAD_INERTIA, **given})
-    expect(not given, "inertia and damping with --kind joint only", sorted(given), "--kind")
-    return None
+    if args.kind == "drive" and not given:
+        return None
+    return Masses(**{"motor_inertia": MOTOR_INERTIA, "load_inertia": LOAD_INERTIA, **given})
+
+
+def step_notes(model: DriveModel, masses: Masses, step: float) -> list[str]:
+    """What to say of a communication step, s, between the drive and these masses: one line, or none if it will do.
+
+    With the stiffness at full torque, where the joint oscillates fastest.
+    """
+    component = drive_component(model)
+    twist = full_twist(component)
+    inputs, p = [0.0, 0.0, -twist, 0.0, 20.0], model.parameter_vector()
+    outputs = np.asarray(model.output(model.initial(inputs, p), inputs, p)).ravel()
+    stiffness = float(outputs[[signal.name for signal in component.outputs].index("stiffness")])
+    warning = step_warning(step, stiffness, masses.reduced_inertia(p[0]))
+    return [warning] if warning else []
 
 
 def load(args: argparse.Namespace) -> tuple[DriveModel, list[str]]:

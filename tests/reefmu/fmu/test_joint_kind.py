@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from reefmu.cli import main
 from reefmu.effects import EFFECTS
 from reefmu.fmu.build import export_fmu
 from reefmu.fmu.check import check_fmu
@@ -168,3 +169,15 @@ def test_both_back_ends(model: DriveModel, plain: DriveModel, backend: str, tmp_
         expected = 0.05 * ratio * 0.5 / (2e-4 * ratio**2 + 1.0)
         assert outputs["output.w"] == pytest.approx(expected, rel=0.2)
         assert outputs["twist"] == pytest.approx(outputs["crank.phi"] / ratio - outputs["output.phi"], abs=1e-15)
+
+
+def test_export_warns_of_a_step_too_long_for_the_spring(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["export", "drive_1", "-o", str(tmp_path / "d.fmu"), "--drives", "8", "--load-inertia", "2"]
+    assert main(words) == 0
+    assert "communication step 0.001 s: a master that holds the drive's torque" in capsys.readouterr().err
+    assert main([*words, "--step", "1e-7"]) == 0
+    assert "communication step" not in capsys.readouterr().err
+    assert main([*words, "--load-inertia", "-2"]) == 2
+    assert "load_inertia: expected a positive inertia" in capsys.readouterr().err
+    assert main([*words, "--kind", "joint"]) == 0
+    assert "kind joint" in capsys.readouterr().out

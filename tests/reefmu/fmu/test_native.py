@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import struct
 import subprocess
 import zipfile
 from collections.abc import Callable, Iterator
@@ -233,3 +234,31 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert main(["export", "drive_1", "-o", str(target), "--platform", "linux64"]) == 2
     assert main(["export", "drive_1", "-o", str(target), "--backend", "native", "--platform", "amiga"]) == 2
     assert "unknown platform 'amiga'" in capsys.readouterr().err
+
+
+def test_a_library_for_two_processors() -> None:
+    """The table of a fat Mach-O: big-endian, slices on pages of 16 kB."""
+    slices = [struct.pack("<III", 0xFEEDFACF, processor, 3) + bytes(size) for processor, size in
+              ((0x01000007, 100), (0x0100000C, 20000))]
+    whole = platforms.universal_library(slices)
+    assert struct.unpack_from(">II", whole) == (0xCAFEBABE, 2)
+    for k, content in enumerate(slices):
+        processor, _, at, size, page = struct.unpack_from(">IIIII", whole, 8 + 20 * k)
+        assert whole[at:at + size] == content
+        assert processor == struct.unpack_from("<I", content, 4)[0]
+        assert at % (1 << page) == 0
+
+
+@pytest.mark.benchmark
+def test_every_platform_at_once_and_the_same_bytes_again(model: DriveModel, tmp_path: Path,
+                                                         monkeypatch: pytest.MonkeyPatch) -> None:
+    """Takes minutes the first time zig builds for Windows."""
+    pytest.importorskip("ziglang")
+    files = []
+    for name in ("one", "two"):
+        monkeypatch.setenv("REEFMU_CACHE", str(tmp_path / name))
+        files.append(export_fmu(model, tmp_path / f"{name}.fmu", backend="native", platform="all").read_bytes())
+    assert files[0] == files[1]
+    members = read_archive(tmp_path / "one.fmu").members
+    assert {m.split("/")[1] for m in members if m.startswith("binaries/")} == {
+        p.folder for p in platforms.PLATFORMS.values()}
