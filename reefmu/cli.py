@@ -87,8 +87,8 @@ def _add_export(commands: Commands) -> None:
                         help="python: runs in the host's Python with reefmu installed (default)")
     parser.add_argument("--effect", metavar="NAME", action="append", default=[],
                         help="put an effect inside, neutral until its parameters are set; repeatable")
-    parser.add_argument("--drives", metavar="N", type=_whole(1, MOST_DRIVES), default=500,
-                        help="virtual drives behind the lookup (default 500)")
+    parser.add_argument("--drives", metavar="N", type=_whole(1, MOST_DRIVES),
+                        help="virtual drives behind the lookup's band, forces and load share")
     parser.add_argument("--seed", metavar="S", type=_whole(0), default=0, help="seed of the tolerances (default 0)")
 
 
