@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
     # In the type checker only: at run time the class is private to argparse.
-    Commands = argparse._SubParsersAction["_OneLineParser"]
+    Commands = argparse._SubParsersAction["_OneLineParser"]  # pyright: ignore[reportPrivateUsage]
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 MOST_DRIVES = 10_000_000

@@ -95,7 +95,7 @@ def spread(drive: Drive, count: int) -> Deviations:
 
     # A half step off zero the points of the sequence lie in the middles of their intervals.
     points = qmc.Sobol(5, scramble=False).random(count) + 0.5 / count
-    deviate = dict(zip(("element", "crank", "cage", "gear"), ndtri(points[:, 1:].T), strict=True))
+    deviate: dict[str, Array] = dict(zip(("element", "crank", "cage", "gear"), ndtri(points[:, 1:].T), strict=True))
     # Within the limit, so that the sharp edge of the profile costs no accuracy.
     beta = drive.usable_limit * (2 * points[:, 0] - 1)
 
