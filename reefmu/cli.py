@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
     # In the type checker only: at run time the class is private to argparse.
-    Commands = argparse._SubParsersAction["_OneLineParser"]
+    Commands = argparse._SubParsersAction["_OneLineParser"]  # pyright: ignore[reportPrivateUsage]
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 MOST_DRIVES = 10_000_000
@@ -97,8 +97,8 @@ def _add_export(commands: Commands) -> None:
                         "all, or none for sources alone (default: this machine's)")
     parser.add_argument("--effect", metavar="NAME", action="append", default=[],
                         help="put an effect inside, neutral until its parameters are set; repeatable")
-    parser.add_argument("--drives", metavar="N", type=_whole(1, MOST_DRIVES), default=500,
-                        help="virtual drives behind the lookup (default 500)")
+    parser.add_argument("--drives", metavar="N", type=_whole(1, MOST_DRIVES),
+                        help="virtual drives behind the lookup's band, forces and load share")
     parser.add_argument("--seed", metavar="S", type=_whole(0), default=0, help="seed of the tolerances (default 0)")
 
 

@@ -22,7 +22,7 @@ import tomli_w
 from stiffness_model.drawing_file import drive_from_dict
 from stiffness_model.errors import InputError, expect, expect_number, refuse_unknown, unknown_name
 from stiffness_model.files import whole_file
-from stiffness_model.lookup import Lookup
+from stiffness_model.lookup import N_DRIVES, Lookup
 from stiffness_model.units import UNITS, parse_quantity
 
 from .effects import Parameter, find_effect
@@ -74,7 +74,7 @@ def load_model(path: str | os.PathLike[str], lookup: str | os.PathLike[str] | No
     refuse_unknown("field", model, ("band",), f"{where} [model]")
     effects = {name: _effect_values(name, values, where) for name, values in _section(table, "effects", where).items()}
     built = build_model(drive, effects, lookup=None if lookup is None else Lookup.load(lookup),
-                        n_drives=settings.get("drives", 500), seed=settings.get("seed", 0), executor=executor)
+                        n_drives=settings.get("drives", N_DRIVES), seed=settings.get("seed", 0), executor=executor)
     return built.with_parameters(band=float(model.get("band", 0.0)))
 
 

@@ -7,14 +7,14 @@ import errno
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Generator
 from pathlib import Path
 
 from .errors import InputError
 
 
 @contextlib.contextmanager
-def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+def whole_file(path: str | os.PathLike[str]) -> Generator[Path]:
     """A temporary name beside `path`, renamed to it when the block ends well and removed when it does not.
 
     Raises `InputError` where the folder does not exist or cannot be written.
@@ -39,7 +39,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
-def staged_folder(folder: str | os.PathLike[str]) -> Iterator[Path]:
+def staged_folder(folder: str | os.PathLike[str]) -> Generator[Path]:
     """A temporary folder whose files move into `folder` when the block ends well: all of them, or none.
 
     `folder` is made if it does not exist, and taken away again if the block fails. Files of the same names
@@ -83,7 +83,7 @@ def _move_files(stage: Path, target: Path) -> None:
 
 
 @contextlib.contextmanager
-def _refuse_unwritable(folder: Path) -> Iterator[None]:
+def _refuse_unwritable(folder: Path) -> Generator[None]:
     try:
         yield
     except OSError as error:

@@ -1,7 +1,9 @@
 """The precomputed lookup: torque, force and load share over twist x gear clearance, from the solver.
 
 The clearance axis is physical: a shift of every drive's gear clearance (m), solved for and not bent into the
-curve. Mean, 10th and 90th percentile of the torque stand beside each other. Torque is odd in the twist (the
+curve. Mean, 10th and 90th percentile of the torque stand beside each other. The mean is that of all drives the
+drawing allows, by elements spread evenly over positions and tolerances; the band lies about it as it does in a
+number of drawn drives. Torque is odd in the twist (the
 percentiles mirror each other), force and load share are even; sampling noise against that is averaged out.
 """
 
@@ -20,14 +22,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .contacts import build_contacts
 from .curve import BAND
 from .drawing_file import drive_to_dict
 from .drive import Drive
 from .element_table import ElementTable
+from .equilibrium import solve
 from .errors import InputError, expect
 from .files import whole_file
 from .modulus import ModulusShares
 from .population import Population, simulate
+from .sampling import spread
 from .spline import Axis, evaluate, fit
 from .units import ARCMIN, MICROMETRE
 
@@ -37,7 +42,10 @@ QUANTITIES = ("torque_mean", "torque_p10", "torque_p90", "max_contact_force", "l
 """First axis of `Lookup.coefficients`."""
 ERROR_BOUND = 1e-4
 """The error of the mean torque that `build_lookup` aims at, as a share of the full torque."""
-N_DRIVES = 500
+N_DRIVES = 250
+"""Virtual drives behind band, force and load share."""
+N_SPREAD = 2**13
+"""Evenly spread elements behind the mean torque."""
 _FORMAT = 1
 
 
@@ -159,7 +167,7 @@ class Lookup:
 
 
 def build_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> Lookup:
-    """Solve `n_drives` virtual drives over twist x clearance and lay splines through mean and band.
+    """Solve the drawing over twist x clearance and lay splines through the mean, and the band of `n_drives` drives.
 
     Twist reaches to twice the drawing's max_twist, clearance to half of what max_twist closes. The grids follow
     the scatter of the contact clearances, which is the length over which contact sets in smoothly; if the mean
@@ -208,8 +216,8 @@ def _tables(drive: Drive, twist: Array, n_drives: int, seed: int, clearance: flo
     is representative.
     """
     population = simulate(drive, twist, n_drives, seed, gear_shift=clearance)
-    mean = population.torque.mean(axis=0)
-    low, high = np.percentile(population.torque, BAND, axis=0)
+    mean = mean_torque(drive, twist, clearance)
+    low, high = np.percentile(population.torque, BAND, axis=0) - population.torque.mean(axis=0) + mean
     force = population.contact_force.max(axis=2).mean(axis=0)
     share = _held_share(population)
     tables = np.stack([
@@ -220,6 +228,14 @@ def _tables(drive: Drive, twist: Array, n_drives: int, seed: int, clearance: flo
         (share + share[::-1]) / 2,
     ])
     return tables, population.representative
+
+
+def mean_torque(drive: Drive, twist: Array, clearance: float = 0.0) -> Array:
+    """Mean torque, (n_twist,) N.m, of all drives of the drawing, by elements spread evenly (`sampling.spread`)."""
+    elements = spread(drive, N_SPREAD)
+    contacts = build_contacts(drive, elements, clearance)
+    mean = [solve(contacts, [angle * drive.ratio]).output_torque.mean() for angle in twist]
+    return np.array(mean) * drive.elements * drive.usable_limit / np.pi
 
 
 def _held_share(population: Population) -> Array:
@@ -277,5 +293,5 @@ def _version() -> str:
 def describe(lookup: Lookup) -> str:
     """One line on what the lookup covers and how exact it is."""
     return (f"twist +-{lookup.twist.stop / ARCMIN:.3g} arcmin, gear clearance "
-            f"+-{lookup.clearance.stop / MICROMETRE:.3g} um, {lookup.n_drives} drives, seed {lookup.seed}; "
+            f"+-{lookup.clearance.stop / MICROMETRE:.3g} um, band of {lookup.n_drives} drives, seed {lookup.seed}; "
             f"mean torque within {lookup.error['torque_mean']:.1e} of full torque")

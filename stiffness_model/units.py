@@ -66,7 +66,7 @@ def format_quantity(value: float, quantity: str) -> str:
     """
     names = _PREFERRED[quantity]
     small = len(names) > 1 and value != 0 and abs(value) < 0.1 * UNITS[quantity][names[0]]
-    unit = names[1] if small else names[0]
+    unit = names[-1] if small else names[0]
     number = value / UNITS[quantity][unit]
     for digits in range(6, 18):
         text = f"{number:.{digits}g}"

@@ -19,7 +19,7 @@ from reefmu.model import DriveModel, build_model
 from reefmu.model_file import is_model_file, load_model
 from stiffness_model.drawing_file import load_drive
 from stiffness_model.errors import expect
-from stiffness_model.lookup import describe
+from stiffness_model.lookup import N_DRIVES, describe
 
 from . import study
 
@@ -85,6 +85,6 @@ def load(args: argparse.Namespace) -> tuple[DriveModel, list[str]]:
             expect(not args.effect, "no --effect beside a model file, which names its own", args.effect, "--effect")
             model = load_model(args.source, executor=executor)
         else:
-            model = build_model(load_drive(args.source), {name: {} for name in args.effect}, n_drives=args.drives,
-                                seed=args.seed, executor=executor)
+            model = build_model(load_drive(args.source), {name: {} for name in args.effect},
+                                n_drives=args.drives or N_DRIVES, seed=args.seed, executor=executor)
     return model, list(dict.fromkeys(str(warning.message) for warning in caught))

@@ -7,7 +7,7 @@ import contextlib
 import os
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from pathlib import Path
 
@@ -55,7 +55,7 @@ def run_population(drive: Drive, args: argparse.Namespace) -> Population:
 
 
 @contextlib.contextmanager
-def all_cores(what: str) -> Iterator[Executor]:
+def all_cores(what: str) -> Generator[Executor]:
     """An executor over all cores that shows its progress. No process starts before there is work."""
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         yield CountingExecutor(what, pool)

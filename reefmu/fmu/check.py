@@ -7,7 +7,7 @@ import math
 import os
 import tempfile
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -228,7 +228,7 @@ def _same(name: str, came: NDArray[np.float64], expected: NDArray[np.float64]) -
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def _quiet() -> Generator[None]:
     """The FMU's complaint about the NaN we send it on purpose is no news for the user."""
     logger = logging.getLogger("reefmu.fmu")
     disabled, logger.disabled = logger.disabled, True

@@ -15,7 +15,7 @@ from reefmu.model_file import load_model, save_model
 from reefmu.simulate import inputs_of, simulate_signal
 from stiffness_model.contacts import build_contacts, usable
 from stiffness_model.equilibrium import solve
-from stiffness_model.lookup import Lookup
+from stiffness_model.lookup import Lookup, mean_torque
 from stiffness_model.modulus import with_modulus
 from stiffness_model.sampling import Deviations
 
@@ -26,7 +26,7 @@ from .conftest import Build, Ride
 def test_modulus_against_a_lookup_of_the_other_drawing(error: float, build: Build, drive: sm.Drive, ride: Ride) -> None:
     found = simulate_signal(build(modulus_error={"error": error}), ride.time, ride.inputs)
     twist = np.linspace(-1, 1, 41) * drive.max_twist
-    exact = sm.simulate(with_modulus(drive, error), twist, 16).torque.mean(axis=0)
+    exact = mean_torque(with_modulus(drive, error), twist)
     model = build(modulus_error={"error": error}, backlash={"clearance": 0.0})
     tau = simulate_signal(model, np.arange(41.0), inputs_of(twist, model))["output.tau"]
     # The lookup averages the sampling noise of the two signs out.
