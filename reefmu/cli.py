@@ -86,8 +86,8 @@ def _add_export(commands: Commands) -> None:
                              "torques in, angles out")
     for name, unit in (("motor-inertia", "kg.m2"), ("load-inertia", "kg.m2"), ("motor-damping", "N.m.s/rad"),
                        ("load-damping", "N.m.s/rad")):
-        parser.add_argument(f"--{name}", metavar="X", type=float, help=f"of a joint, {unit}: its start value; around a drive: "
-                            "warns of a communication step too long for the spring")
+        parser.add_argument(f"--{name}", metavar="X", type=float, help=f"of a joint, {unit}: its start value; around a "
+                            "drive: warns of a communication step too long for the spring")
     parser.add_argument("--step", metavar="S", type=float, default=1e-3,
                         help="communication step, s, to warn of (default 0.001)")
     parser.add_argument("--backend", choices=("python", "native"), default="python",

@@ -13,8 +13,8 @@ from reefmu.fmu.build import export_fmu
 from reefmu.fmu.component import drive_component
 from reefmu.fmu.platforms import chosen_platforms
 from reefmu.fmu.trial import full_twist
-from reefmu.joint.masses import Masses
 from reefmu.joint.step import step_warning
+from reefmu.masses import Masses
 from reefmu.model import DriveModel, build_model
 from reefmu.model_file import is_model_file, load_model
 from stiffness_model.drawing_file import load_drive

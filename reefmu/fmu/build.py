@@ -29,7 +29,7 @@ from .interface import Interface, declare, declare_exchange
 from .platforms import chosen_platforms, compile_binaries
 
 if TYPE_CHECKING:
-    from reefmu.joint.masses import Masses
+    from reefmu.masses import Masses
     from reefmu.model import DriveModel
 
 RELEASED = datetime(2026, 1, 1, tzinfo=UTC)

@@ -28,7 +28,7 @@ from stiffness_model.errors import InputError
 if TYPE_CHECKING:
     import casadi
 
-    from reefmu.joint.masses import Masses
+    from reefmu.masses import Masses
     from reefmu.model import DriveModel, ModelParameter, Signal
 
 Kind = Literal["drive", "joint"]
@@ -100,7 +100,7 @@ def component_in(folder: Path) -> Component:
     masses = folder / JOINT_FILE
     if not masses.exists():
         return drive_component(model)
-    from reefmu.joint.masses import Masses
+    from reefmu.masses import Masses
 
     from .joint_component import joint_component
 

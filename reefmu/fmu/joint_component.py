@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from .component import Component
 
 if TYPE_CHECKING:
-    from reefmu.joint.masses import Masses
+    from reefmu.masses import Masses
     from reefmu.model import DriveModel
 
 PHASE = 0.1
@@ -59,7 +59,7 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
 
 
 def _mass_parameters(masses: Masses) -> tuple[Any, ...]:
-    from reefmu.joint.masses import Masses
+    from reefmu.masses import Masses
     from reefmu.model import ModelParameter
 
     texts = {"motor_inertia": "Inertia that turns with the crank", "load_inertia": "Inertia that turns with the output",

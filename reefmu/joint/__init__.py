@@ -15,10 +15,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from reefmu.masses import Masses, Scheme
+
     from .block import FmuBlock, fmu_block, masses_block
     from .cosimulation import cosimulate
     from .equations import JointModel
-    from .masses import Masses, Scheme
     from .simulate import Controller, Motion, simulate_joint
     from .step import growth_rate, largest_step, step_warning
     from .systems import drive_system, joint_system, linearize
@@ -27,7 +28,7 @@ _HOMES = {
     "FmuBlock": "block", "fmu_block": "block", "masses_block": "block",
     "cosimulate": "cosimulation",
     "JointModel": "equations",
-    "Masses": "masses", "Scheme": "masses",
+    "Masses": ".masses", "Scheme": ".masses",
     "Controller": "simulate", "Motion": "simulate", "simulate_joint": "simulate",
     "growth_rate": "step", "largest_step": "step", "step_warning": "step",
     "drive_system": "systems", "joint_system": "systems", "linearize": "systems",
@@ -42,4 +43,4 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    return getattr(import_module("." + _HOMES[name], __name__), name)

@@ -25,10 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reefmu.fmu.host import FmuDrive
+from reefmu.masses import STATES, Masses
 from stiffness_model.errors import InputError, expect_number, unknown_name
 
 from .cosimulation import ANSWERS, extrapolate
-from .masses import STATES, Masses
 from .systems import python_name, python_names
 
 Array = NDArray[np.float64]

@@ -28,9 +28,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reefmu.fmu.host import FmuDrive
+from reefmu.masses import STATES, Masses, Scheme
 from stiffness_model.errors import InputError, expect, unknown_name
 
-from .masses import STATES, Masses, Scheme
 from .simulate import Controller, Motion, commanded, samples
 
 Array = NDArray[np.float64]

@@ -17,10 +17,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from reefmu.masses import STATES, Masses
 from reefmu.model import INPUTS, OUTPUTS, DriveModel
 from stiffness_model.errors import InputError, expect_number
-
-from .masses import STATES, Masses
 
 Array = NDArray[np.float64]
 

@@ -20,9 +20,8 @@ from typing import get_args
 
 import numpy as np
 
+from reefmu.masses import Scheme
 from stiffness_model.errors import expect_number, unknown_name
-
-from .masses import Scheme
 
 STEEPEST = 1.39
 """a = omega h up to which the growth rate of `parallel` rises with the step."""

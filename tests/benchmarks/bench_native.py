@@ -38,6 +38,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--steps", type=int, default=100_000)
     parser.add_argument("--drift", type=int, default=100_000)
+    parser.add_argument("--platforms", action="store_true", help="every platform at once, twice: time, size, same bytes")
     args = parser.parse_args()
     drive = sm.load_drive("drive_1")
     lookup = build_lookup(drive, n_drives=16)
@@ -51,6 +52,8 @@ def main() -> None:
             library = compile_c(folder / f"{bare}.so", "-fPIC", "-shared", *flags, str(HERE / "bare_fmu.c"))
             print(f"{bare:14} C host {in_c(folder / 'host', library, '', args.steps):8.3f} us   "
                   f"ctypes loop {in_python(library, '', args.steps):6.2f} us")
+        if args.platforms:
+            every_platform(models["all effects"], folder)
         for title, model in models.items():
             start = time.perf_counter()
             path = export_fmu(model, folder / "native.fmu", backend="native")
@@ -67,6 +70,23 @@ def main() -> None:
             print(f"{'':14} FmuDrive.step: Python back end {times[0]:.1f} us, native {times[1]:.1f} us")
             print(f"{'':14} {args.drift} steps of a closed loop: {drift(model, path, args.drift):.2g} of full torque "
                   "off the Python model")
+
+
+def every_platform(model: DriveModel, folder: Path) -> None:
+    """Export for all platforms twice, each time compiled anew. Takes minutes the first time zig builds for Windows."""
+    files = []
+    for name in ("one", "two"):
+        os.environ["REEFMU_CACHE"] = str(folder / name)
+        start = time.perf_counter()
+        path = export_fmu(model, folder / "platforms.fmu", backend="native", platform="all")
+        print(f"every platform in {time.perf_counter() - start:.0f} s, {path.stat().st_size / 1024:.0f} kB")
+        files.append(path.read_bytes())
+    print("the same bytes again" if files[0] == files[1] else "OTHER BYTES the second time")
+    with zipfile.ZipFile(folder / "platforms.fmu") as archive:
+        for info in archive.infolist():
+            if info.filename.startswith("binaries/"):
+                print(f"  {info.filename.split('/')[1]:14} {info.file_size / 1024:.0f} kB, packed "
+                      f"{info.compress_size / 1024:.0f} kB")
 
 
 def nominal(model: DriveModel) -> DriveModel:

@@ -18,7 +18,7 @@ from reefmu.fmu.build import export_fmu
 from reefmu.fmu.component import drive_component
 from reefmu.fmu.host import FmuDrive
 from reefmu.fmu.interface import declare_exchange
-from reefmu.joint.masses import Masses
+from reefmu.masses import Masses
 from reefmu.model import DriveModel, build_model
 from stiffness_model.lookup import Lookup
 

@@ -17,7 +17,7 @@ from reefmu.fmu.component import Component
 from reefmu.fmu.host import FmuDrive
 from reefmu.fmu.joint_component import joint_component
 from reefmu.joint.equations import JointModel, own_states
-from reefmu.joint.masses import Masses
+from reefmu.masses import Masses
 from reefmu.model import DriveModel, build_model
 from stiffness_model.lookup import Lookup
 

@@ -247,18 +247,3 @@ def test_a_library_for_two_processors() -> None:
         assert whole[at:at + size] == content
         assert processor == struct.unpack_from("<I", content, 4)[0]
         assert at % (1 << page) == 0
-
-
-@pytest.mark.benchmark
-def test_every_platform_at_once_and_the_same_bytes_again(model: DriveModel, tmp_path: Path,
-                                                         monkeypatch: pytest.MonkeyPatch) -> None:
-    """Takes minutes the first time zig builds for Windows."""
-    pytest.importorskip("ziglang")
-    files = []
-    for name in ("one", "two"):
-        monkeypatch.setenv("REEFMU_CACHE", str(tmp_path / name))
-        files.append(export_fmu(model, tmp_path / f"{name}.fmu", backend="native", platform="all").read_bytes())
-    assert files[0] == files[1]
-    members = read_archive(tmp_path / "one.fmu").members
-    assert {m.split("/")[1] for m in members if m.startswith("binaries/")} == {
-        p.folder for p in platforms.PLATFORMS.values()}
