@@ -38,7 +38,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--steps", type=int, default=100_000)
     parser.add_argument("--drift", type=int, default=100_000)
-    parser.add_argument("--platforms", action="store_true", help="every platform at once, twice: time, size, same bytes")
+    parser.add_argument("--platforms", action="store_true",
+                        help="every platform at once, twice: time, size, same bytes")
     args = parser.parse_args()
     drive = sm.load_drive("drive_1")
     lookup = build_lookup(drive, n_drives=16)

@@ -140,6 +140,34 @@ def test_model_exchange_in_fmpy(tmp_path: Path, drive: object, lookup: Lookup) -
         np.testing.assert_allclose(results[0][name][1:51], results[1][name][1:51], atol=tolerance)
 
 
+def test_an_ssp_with_two_drives(unpacked: tuple[Path, Path, str], tmp_path: Path) -> None:
+    """A system structure of two components, one input for both, run by fmpy."""
+    ports = "".join(f'<ssd:Connector name="{name}" kind="{kind}"><ssc:Real/></ssd:Connector>'
+                    for name, kind in (("output.phi", "input"), ("output.tau", "output")))
+    components = "".join(f'<ssd:Component name="{name}" type="application/x-fmu-sharedlibrary" '
+                         'source="resources/d.fmu">'
+                         f"<ssd:Connectors>{ports}</ssd:Connectors></ssd:Component>" for name in ("left", "right"))
+    outside = "".join(f'<ssd:Connector name="{name}" kind="{kind}"><ssc:Real/></ssd:Connector>'
+                      for name, kind in (("phi", "input"), ("left", "output"), ("right", "output")))
+    wires = "".join(f'<ssd:Connection startConnector="phi" endElement="{n}" endConnector="output.phi"/>'
+                    f'<ssd:Connection startElement="{n}" startConnector="output.tau" endConnector="{n}"/>'
+                    for n in ("left", "right"))
+    text = ('<?xml version="1.0" encoding="UTF-8"?><ssd:SystemStructureDescription name="two" version="1.0" '
+            'xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" '
+            'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"><ssd:System name="two"><ssd:Connectors>'
+            f"{outside}</ssd:Connectors><ssd:Elements>{components}</ssd:Elements><ssd:Connections>{wires}"
+            "</ssd:Connections></ssd:System></ssd:SystemStructureDescription>")
+    path = tmp_path / "two.ssp"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("SystemStructure.ssd", text)
+        archive.write(unpacked[0], "resources/d.fmu")
+    from fmpy.ssp.simulation import simulate_ssp
+
+    result = simulate_ssp(str(path), stop_time=0.02, step_size=1e-3, input={"phi": lambda t: -1e-3})
+    assert result["left"][-1] > 0
+    np.testing.assert_array_equal(result["left"], result["right"])
+
+
 def test_libcosimpy_runs_it(unpacked: tuple[Path, Path, str], full_model: DriveModel) -> None:
     execution = pytest.importorskip("libcosimpy.CosimExecution", reason="foreign host libcosimpy")
     slave = pytest.importorskip("libcosimpy.CosimSlave", reason="foreign host libcosimpy")
