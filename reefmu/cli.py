@@ -52,7 +52,7 @@ def build_parser() -> argparse.ArgumentParser:
                                    "curve, an FMU and a joint under control.")
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and leave")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (_add_demo, _add_curve, _add_compare, _add_export, _add_check):
+    for add in (_add_demo, _add_curve, _add_compare, _add_export, _add_check, _add_diagnose):
         add(commands)
     return parser
 
@@ -106,6 +106,22 @@ def _add_check(commands: Commands) -> None:
     parser = _command(commands, "check", "an FMU against the standard and the Python model",
                       "Exit status 1 if something differs.")
     parser.add_argument("fmu", metavar="FILE.fmu", help="an FMU that `reefmu export` wrote")
+
+
+def _add_diagnose(commands: Commands) -> None:
+    parser = _command(commands, "diagnose", "what a measured record says that the model does not know",
+                      "Names missing effects, fits them, and says so when it cannot know. Writes diagnosis.json, "
+                      "report.html and, with a drawing, model.toml.")
+    parser.add_argument("records", metavar="RECORD", nargs="+",
+                        help="measured records, .csv or .csv.gz with `name [unit]` headers; several give a table")
+    base = parser.add_mutually_exclusive_group(required=True)
+    base.add_argument("--drive", metavar="DRIVE", help="the drive's drawing: a preset or a TOML file")
+    base.add_argument("--curve", metavar="CURVE.csv", help="a twist-torque curve, for a gear without a drawing")
+    base.add_argument("--power-law", action="store_true", help="neither: fit a power law as the base curve")
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder for the results")
+    parser.add_argument("--columns", metavar="FILE", help='TOML column map for foreign files: TIME = "time [s]"')
+    parser.add_argument("--column", metavar="FOREIGN=NAME", type=_field, action="append", default=[],
+                        help="one column of the map: --column 'TIME=time [s]'")
 
 
 def _command(commands: Commands, name: str, summary: str, writes: str) -> argparse.ArgumentParser:

@@ -8,7 +8,7 @@ import gzip
 import io
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -80,7 +80,7 @@ def read_record(path: str | os.PathLike[str], columns: Mapping[str, str] | None 
         name, unit = _split_title(title, where)
         if name in data:
             raise InputError(f"{where}: expected each column once, got {name!r} twice")
-        data[name] = _convert(_numbers(rows, index, title, where), unit, name, where)
+        data[name] = convert_units(_numbers(rows, index, title, where), unit, name, where)
     return make_record(data, where)
 
 
@@ -159,7 +159,7 @@ def _registry() -> Any:
     return registry
 
 
-def _convert(values: Array, unit: str, name: str, where: str) -> Array:
+def convert_units(values: Array, unit: str, name: str, where: str) -> Array:
     if name == "run":
         return values
     import pint
@@ -171,3 +171,25 @@ def _convert(values: Array, unit: str, name: str, where: str) -> Array:
         return np.asarray(_registry().Quantity(values, text).to(target).magnitude, float)
     except (pint.PintError, AttributeError, ValueError, TypeError):
         raise InputError(f"{where}: expected a unit of {name} such as [{COLUMNS[name]}], got [{unit}]") from None
+
+
+def join_records(records: Sequence[Record]) -> Record:
+    """Several files as one record: runs keep their order and get new numbers, time goes on.
+
+    A file whose clock starts anew is shifted behind the one before. Columns missing in one count as missing in all.
+    """
+    expect(len(records) > 0, "at least one record", "none", "records")
+    parts: list[list[Array]] = []
+    runs: list[NDArray[np.int64]] = []
+    last_time, last_run = -np.inf, -1
+    for record in records:
+        run = np.cumsum(np.diff(record.run, prepend=record.run[0]) != 0) + last_run + 1
+        shift = 0.0 if record.time[0] >= last_time else last_time - record.time[0]
+        parts.append([record.time + shift, record.crank_angle, record.output_angle, record.output_torque,
+                      record.temperature])
+        runs.append(run.astype(np.int64))
+        last_time, last_run = float(parts[-1][0].max()), int(run[-1])
+    time, crank, output, torque, temperature = (np.concatenate([p[k] for p in parts]) for k in range(5))
+    missing = tuple(name for name in COLUMNS if any(name in r.missing for r in records) and name != "run")
+    return Record(time, np.concatenate(runs), crank, output, torque, temperature, missing,
+                  ", ".join(r.source for r in records))

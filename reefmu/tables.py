@@ -102,13 +102,13 @@ def cached_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executo
 
     A cache that cannot be written is no error: the tables are then built anew every time.
     """
-    return _cached(f"lookup-{_fingerprint(drive, n_drives, seed)}.npz", Lookup.load,
+    return _cached(f"lookup-{fingerprint(drive, n_drives, seed)}.npz", Lookup.load,
                    lambda: build_lookup(drive, n_drives, seed, executor))
 
 
 def cached_element_table(drive: Drive) -> ElementTable:
     """The drawing's table of one element, cached likewise (half a second)."""
-    return _cached(f"element-{_fingerprint(drive)}.npz", ElementTable.load, lambda: build_element_table(drive))
+    return _cached(f"element-{fingerprint(drive)}.npz", ElementTable.load, lambda: build_element_table(drive))
 
 
 def _cached(name: str, load: Callable[[Path], Table], build: Callable[[], Table]) -> Table:
@@ -122,7 +122,8 @@ def _cached(name: str, load: Callable[[Path], Table], build: Callable[[], Table]
     return table
 
 
-def _fingerprint(drive: Drive, n_drives: int = 0, seed: int = 0) -> str:
+def fingerprint(drive: Drive, n_drives: int = 0, seed: int = 0) -> str:
+    """A name for what is computed from this drawing by this code: it changes with either."""
     drawing: dict[str, Any] = drive_to_dict(drive)
     text = json.dumps([drawing, n_drives, seed, np.lib.NumpyVersion(np.__version__).major], sort_keys=True)
     digest = hashlib.sha256(text.encode())

@@ -1,0 +1,179 @@
+"""What may be called found: significant against individuals of the population, large, and worth its place.
+
+Every effect of a set must be missed when it is left out: by more than a null drive would gain from it under this
+very excitation, by a good part of what is still unexplained, and by a visible amount of torque.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .fit import Fit
+from .identify import Search, degenerate, n_parameters, without
+from .kernels import kernel
+from .scores import Direction, gains, projector
+from .study import Study
+
+Array = NDArray[np.float64]
+
+FIRST_SHARE, FURTHER_SHARE = 0.5, 0.35
+"""Share of the excess left without it that an effect must remove: a set's as a whole, and each effect's."""
+MATERIAL_FIRST, MATERIAL = 0.0006, 0.002
+"""Change of some run, rms, that is worth a name, as a share of full torque: alone, and beside other effects."""
+NOISE_GAIN, NOISE_GAIN_PER_PARAMETER = 16.0, 4.0
+"""Gain that noise alone does not reach."""
+FAMILIES = (
+    frozenset({"hysteresis", "load_dependent_hysteresis", "coulomb_friction", "stribeck_friction", "damping",
+               "viscous_friction"}),
+    frozenset({"structural_compliance", "modulus_error", "creep"}),
+    frozenset({"backlash", "preload", "thermal_clearance", "wear"}),
+    frozenset({"torque_sensor_offset", "torque_sensor_drift"}),
+)
+"""Effects that a real effect of another form than ours would borrow from."""
+FORM_ERROR = 0.025
+"""Share of the gain of its kin that a further effect of a family must reach."""
+SMALL_SCATTER = 0.15
+"""Size of the scatter below which a drive counts as the mean drive."""
+MARGIN, KINEMATIC_MARGIN = 2.0, 6.0
+"""On the greatest gain among the simulated individuals, which are not many and have no lobes of their own from turn
+to turn; a kinematic error is by its nature what the lobes of an individual make."""
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Gains that null drives reach: by noise alone and as individuals of the population, by candidate."""
+
+    noise: Mapping[str, float]
+    individuals: Mapping[str, float]
+
+    def of(self, name: str, size: float) -> float:
+        """The threshold of a candidate where the scatter left has this size."""
+        share = float(np.clip((size - SMALL_SCATTER) / 0.35, 0.0, 1.0))
+        return self.noise[name] + share * max(self.individuals[name] - self.noise[name], 0.0)
+
+
+def calibrate(study: Study, base: Fit, fresh: Array, traces: Mapping[str, Sequence[Direction]], seed: int = 0
+              ) -> Thresholds:
+    """Thresholds from individuals `fresh` (m, n), N.m, that no component was made of, with this record's noise;
+    traces: variants of every candidate."""
+    noise = {name: NOISE_GAIN + NOISE_GAIN_PER_PARAMETER * len(kernel(name).effect.parameters)
+             for name in study.candidates}
+    if not len(fresh):
+        return Thresholds(noise, noise)
+    weights = study.weights.with_size(1.0)
+    rng = np.random.default_rng(np.random.SeedSequence([seed, len(fresh)]))
+    basis = projector(weights, base.prediction.sensitivities)
+    nulls = fresh.T + np.sqrt(study.block_variance)[:, None] * rng.standard_normal((len(study.torque), len(fresh)))
+    residuals = weights.white(nulls)
+    residuals = residuals - basis @ (basis.T @ residuals)
+    study.null_excess = 1.3 * max(0.0, float((residuals**2).sum(axis=0).max() - noise_cost(study)))
+    individuals = {}
+    for name in study.candidates:
+        greatest = 0.0
+        for direction in traces[name]:
+            greatest = max(greatest, float(gains(direction, weights, basis, residuals)[0].max()))
+        individuals[name] = max(noise[name], (KINEMATIC_MARGIN if name == "kinematic_error" else MARGIN) * greatest)
+    return Thresholds(noise, individuals)
+
+
+@dataclass(frozen=True)
+class Justified:
+    """Whether every effect of a set earns its place; shares: of what is unexplained without it; reasons: why not."""
+
+    fit: Fit
+    holds: bool
+    shares: Mapping[str, float]
+    reasons: Mapping[str, str]
+
+
+def slack(study: Study) -> float:
+    """Excess within which noise alone may lie."""
+    ratio = study.block_variance / study.variance
+    return 3.0 * float(np.sqrt(2 * (ratio**2).sum()))
+
+
+def noise_cost(study: Study) -> float:
+    """The cost that the noise alone leaves."""
+    return float((study.block_variance / study.variance).sum())
+
+
+def left(study: Study, fit: Fit) -> float:
+    """Excess of a fit beyond what chance and a single drive of the population could make."""
+    share = float(np.clip((fit.weighting.size - SMALL_SCATTER) / 0.35, 0.0, 1.0))
+    return max(0.0, study.excess(fit) - slack(study) - share * study.null_excess)
+
+
+def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Mapping[frozenset[str], Fit]
+            ) -> Justified:
+    """Leave out each effect in turn, refit, and see whether it is missed."""
+    rest, size = left(study, fit), fit.weighting.size
+    shares, reasons = {}, {}
+    for name in fit.names:
+        others = tuple(n for n in fit.names if n != name)
+        smaller = _smaller(study, fit, name, others, known) if others else base
+        gain = smaller.cost - fit.cost
+        kin = [other for other in others if any({name, other} <= family for family in FAMILIES)]
+        shares[name] = gain / (gain + rest) if gain > 0 else 0.0
+        change = without(study, fit, name) - fit.prediction.torque
+        if gain < thresholds.of(name, size):
+            reasons[name] = f"gains {gain:.0f}, an individual drive up to {thresholds.of(name, size):.0f}"
+        elif kin and gain < FORM_ERROR * max(gain, base.cost - smaller.cost):
+            reasons[name] = f"gains {gain:.0f}: so much may the form of {' and '.join(kin)} be wrong"
+        elif shares[name] < FURTHER_SHARE:
+            reasons[name] = f"removes {100 * shares[name]:.0f} % of what is left without it"
+        elif material(study, change) < (MATERIAL if others else MATERIAL_FIRST) * study.base.full_torque:
+            reasons[name] = "changes no run visibly"
+    gain = base.cost - fit.cost
+    whole = gain / (gain + rest) if gain > 0 else 0.0
+    return Justified(fit, not reasons and whole >= FIRST_SHARE, shares, reasons)
+
+
+def _smaller(study: Study, fit: Fit, name: str, others: tuple[str, ...], known: Mapping[frozenset[str], Fit]) -> Fit:
+    """The best fit of a set without one of its effects, from where the set stands and from where it was found."""
+    weights = fit.weighting if study.weights_at(fit) is not study.weights else None
+    fits = [study.fit_from(others, _parameters_without(study, fit, name), weights)]
+    if (found := known.get(frozenset(others))) is not None:
+        fits.append(found)
+    return min(fits, key=lambda f: f.cost)
+
+
+def material(study: Study, change: Array) -> float:
+    """Greatest rms of a change (n,) over a run, N.m."""
+    runs = study.trace.run[study.blocks.first]
+    return max(float(np.sqrt(np.mean(change[runs == r] ** 2))) for r in np.unique(runs))
+
+
+def _parameters_without(study: Study, fit: Fit, name: str) -> Array:
+    parts, at = [fit.parameters[:1 + study.base.n_shape]], 1 + study.base.n_shape
+    for other in fit.names:
+        n = len(kernel(other).effect.parameters)
+        if other != name:
+            parts.append(fit.parameters[at:at + n])
+        at += n
+    return np.concatenate(parts)
+
+
+def choose(study: Study, found: Search, thresholds: Thresholds) -> tuple[Justified | None, list[Justified]]:
+    """The largest set in which every effect is justified, and what was examined."""
+    known = {frozenset(f.names): f for fits in found.best.values() for f in fits}
+    examined: list[Justified] = []
+    for size in sorted((k for k in found.best if k), reverse=True):
+        for fit in _simplest(study, found.best[size], found.base):
+            verdict = justify(study, fit, found.base, thresholds, known)
+            examined.append(verdict)
+            if verdict.holds:
+                return verdict, examined
+    return None, examined
+
+
+def _simplest(study: Study, fits: Sequence[Fit], base: Fit, share: float = 0.01) -> list[Fit]:
+    """The best set, or one about as good with fewer parameters."""
+    fits = [f for f in fits if not degenerate(study, f)] or list(fits)
+    best = fits[0]
+    alike = [best, *(f for f in fits[1:] if f.cost - best.cost <= share * (base.cost - best.cost)
+                     and f.cost - best.cost < 6 + 4 * (n_parameters(best) - n_parameters(f)))]
+    return [min(alike, key=lambda f: (n_parameters(f), f.cost))]

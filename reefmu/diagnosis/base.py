@@ -1,0 +1,191 @@
+"""The base curve that a record is held against: a drawing, a curve file, or a free power law.
+
+All three give a torque over twist and clearance (`elastic.Elastic`), base parameters that are fitted together
+with every candidate, and a `Lookup`, so that the corrected model runs in `reefmu.simulate` like any other.
+Without a drawing there is no lever that turns a clearance into a twist: there the clearance, m, is the twist,
+rad, times one metre.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from stiffness_model.drive import Drive
+from stiffness_model.element_table import ElementTable
+from stiffness_model.errors import InputError, expect
+from stiffness_model.lookup import QUANTITIES, Lookup
+from stiffness_model.modulus import ModulusShares
+from stiffness_model.spline import Axis, fit
+
+from ..contact import completed
+from ..effects import find_effect
+from .elastic import Elastic, LookupElastic, PowerElastic
+from .trace import Trace
+from .vectorised import Number
+
+Array = NDArray[np.float64]
+
+NO_LEVER = 1.0
+"""m/rad, where no drawing gives eccentricity and ratio."""
+CURVE_SCALE = 0.05
+"""Standard deviation of a curve file's scale, as a share, where the file states no band."""
+_NODES, _CLEARANCES = 160, 24
+
+
+@dataclass(frozen=True)
+class Base:
+    """kind: "drawing", "curve" or "power law"; ratio: signed, 1 without a drawing; lever: m/rad, clearance over
+    the twist that it frees; shape_names, shape_start, shape_low, shape_high, shape_prior: of base parameters;
+    full_torque: N.m; lookup: tables of the curve, None for a power law until its parameters are known.
+    """
+
+    kind: str
+    elastic: Elastic
+    ratio: float
+    lever: float
+    full_torque: float
+    reach: float
+    shape_names: tuple[str, ...]
+    shape_start: Array
+    shape_low: Array
+    shape_high: Array
+    shape_prior: Array
+    drive: Drive | None = None
+    lookup: Lookup | None = None
+    element: ElementTable | None = None
+    modulus: ModulusShares | None = None
+    source: str = ""
+
+    @property
+    def n_shape(self) -> int:
+        """Number of base parameters besides the zero."""
+        return len(self.shape_names)
+
+
+@dataclass(frozen=True)
+class ScaledElastic:
+    """Another elastic torque times a factor 1 + shape[0]: a curve file's uncertain scale."""
+
+    inner: Elastic
+
+    def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
+        """See `Elastic`; shape is (share,)."""
+        value, by_twist, by_clearance, _ = self.inner.evaluate(twist, clearance, np.zeros(0))
+        factor = 1 + float(shape[0])
+        return factor * value, factor * by_twist, factor * by_clearance, [value]
+
+
+def drawing_base(drive: Drive, lookup: Lookup) -> Base:
+    """The mean torque of a drawing's lookup. What individuals differ is the scatter's business, not a scale's."""
+    none = np.zeros(0)
+    whole = completed(lookup, drive, (find_effect("modulus_error"), find_effect("missing_ball")))
+    return Base("drawing", LookupElastic.of(lookup), drive.ratio, drive.eccentricity * abs(drive.ratio),
+                lookup.full_torque, drive.max_twist, (), none, none, none, none, drive, whole, whole.element,
+                whole.modulus, drive.name)
+
+
+def curve_base(path: str | os.PathLike[str]) -> Base:
+    """A curve file: the columns of `reefmu curve`, or any `twist [unit]` and `torque [N.m]` (or torque_mean).
+
+    Raises `InputError` for a file without them or with twists that do not rise.
+    """
+    twist, torque, spread = _read_curve(Path(path))
+    lookup = table_of_curve(twist, torque, NO_LEVER, str(path))
+    one = np.ones(1)
+    return Base("curve", ScaledElastic(LookupElastic.of(lookup)), 1.0, NO_LEVER, float(np.abs(torque).max()),
+                float(np.abs(twist).max()), ("scale",), 0 * one, -0.5 * one, one, spread * one, None, lookup,
+                source=str(path))
+
+
+def power_base(trace: Trace) -> Base:
+    """A free power law for a record of a gear that has no drawing and no curve."""
+    reach = float(np.ptp(np.quantile(trace.twist, [0.002, 0.998])) / 2) or 1e-3
+    full = float(np.quantile(np.abs(trace.torque - np.median(trace.torque)), 0.998)) or 1.0
+    elastic = PowerElastic(reach, NO_LEVER, 1e-3 * reach)
+    return Base("power law", elastic, trace.ratio, NO_LEVER, full, reach, ("log_scale", "exponent"),
+                np.array([np.log(full), 1.2]), np.array([np.log(full) - 5, 0.3]), np.array([np.log(full) + 5, 6.0]),
+                np.array([np.inf, np.inf]), source="power law")
+
+
+def lookup_of(base: Base, shape: Array) -> Lookup:
+    """Tables of the base curve with its fitted parameters."""
+    if base.kind == "drawing":
+        assert base.lookup is not None
+        return base.lookup
+    twist = np.linspace(-1.6, 1.6, 641) * base.reach
+    torque = base.elastic.evaluate(twist, np.zeros_like(twist), shape)[0]
+    return table_of_curve(twist, torque, base.lever, base.source)
+
+
+def table_of_curve(twist: Array, torque: Array, lever: float, name: str) -> Lookup:
+    """A curve as a lookup: a clearance shifts both its branches apart. Mirrored if it starts at zero twist."""
+    if twist[0] >= 0:
+        keep = twist > 0
+        twist = np.concatenate([-twist[keep][::-1], [0.0], twist[keep]])
+        torque = np.concatenate([-torque[keep][::-1], [0.0], torque[keep]])
+    curve = PchipInterpolator(twist, torque, extrapolate=False)
+    ends = curve.derivative()(twist[[0, -1]])
+
+    def at(x: Array) -> Array:
+        inside = curve(np.clip(x, twist[0], twist[-1]))
+        return inside + ends[1] * np.maximum(x - twist[-1], 0) + ends[0] * np.minimum(x - twist[0], 0)
+
+    reach = float(np.abs(twist).max())
+    widest = 0.5 * reach * lever
+    axes = Axis(-reach, 2 * reach / _NODES, _NODES), Axis(-widest, 2 * widest / _CLEARANCES, _CLEARANCES)
+    x, c = axes[0].nodes[:, None], axes[1].nodes[None, :] / lever
+    inner = np.where(c >= 0, np.sign(x) * np.maximum(np.abs(x) - c, 0), x)
+    # Interference: both flanks carry; each branch reaches past the middle, and the torque is their sum.
+    tight = at(x + np.minimum(-c, reach)) + at(x - np.minimum(-c, reach))
+    mean = np.where(c >= 0, at(inner), np.where(np.abs(x) > -c, at(np.sign(x) * (np.abs(x) - c)), tight))
+    tables = np.stack([mean, mean, mean, np.abs(mean), np.ones_like(mean)])
+    coefficients = fit(axes[1], fit(axes[0], tables, 1), 2)
+    return Lookup(axes[0], axes[1], coefficients, float(np.abs(torque).max()), dict.fromkeys(QUANTITIES, 0.0),
+                  {"name": name}, 1, 0, "")
+
+
+def _read_curve(path: Path) -> tuple[Array, Array, float]:
+    where = str(path)
+    try:
+        rows = [row for row in csv.reader(path.read_text("utf-8-sig").splitlines()) if row]
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{where}: expected a readable CSV file, got {error}") from None
+    expect(len(rows) >= 4, "a header and at least three rows of numbers", f"{len(rows)} rows", where)
+    titles = {}
+    for index, title in enumerate(rows[0]):
+        match = re.fullmatch(r"\s*(\w+)\s*(?:\[(.*)\])?\s*", title)
+        if match:
+            titles[match[1]] = index, (match[2] or "").strip()
+    torque_name = next((name for name in ("torque_mean", "torque", "output_torque") if name in titles), None)
+    expect("twist" in titles and torque_name is not None, "columns 'twist [arcmin]' and 'torque_mean [N.m]'",
+           rows[0], where)
+    assert torque_name is not None
+
+    def column(name: str) -> Array:
+        index, unit = titles[name]
+        try:
+            values = np.array([row[index] for row in rows[1:]], float)
+        except (ValueError, IndexError) as error:
+            raise InputError(f"{where}: expected numbers in column {name!r}, got {error}") from None
+        expect(bool(np.isfinite(values).all()), f"finite numbers in column {name!r}", "nan or inf", where)
+        from ..record import convert_units
+
+        return convert_units(values, unit, "twist" if name == "twist" else "output_torque", where)
+
+    twist, torque = column("twist"), column(torque_name)
+    expect(bool((np.diff(twist) > 0).all()), "twists that rise", "twists that do not", where)
+    spread = CURVE_SCALE
+    if "torque_p10" in titles and "torque_p90" in titles:
+        high = torque > 0.5 * torque.max()
+        share = (column("torque_p90") - column("torque_p10"))[high] / torque[high]
+        # 80 % of a normal distribution lie within +-1.2816 of its standard deviations.
+        spread = max(0.002, float(share.mean()) / 2.5631)
+    return twist, torque, spread

@@ -1,0 +1,59 @@
+"""The way in: one record, or several states of the same drive."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from stiffness_model import load_drive
+from stiffness_model.drive import Drive
+from stiffness_model.errors import expect
+
+from ..record import Record, read_record
+from .result import Diagnosis
+from .workflow import Examined, examine
+
+PathLike = str | os.PathLike[str]
+
+
+def diagnose_record(paths: PathLike | Record | Sequence[PathLike], drive: PathLike | Drive | None = None,
+                    curve: PathLike | None = None, out: PathLike | None = None,
+                    columns: Mapping[str, str] | None = None,
+                    progress: Callable[[str, float], None] | None = None) -> Diagnosis:
+    """Diagnose one record.
+
+    paths: of a record file (see `reefmu.record.read_record`), of several files of one record, or a `Record`.
+    drive: a preset's name, the path of a drawing or a `Drive`; curve: path of a curve file for a gear without a
+    drawing; with neither, the base curve is a free power law. out: folder for diagnosis.json, report.html and,
+    with a drawing, model.toml; nothing is written without it. columns: column map for foreign files. progress:
+    called with (what is done, share done).
+
+    Raises `InputError` for files that cannot be read or written and for both a drive and a curve.
+    """
+    expect(drive is None or curve is None, "a drive or a curve", "both", "diagnose")
+    record = paths if isinstance(paths, Record) else _read(paths, columns)
+    drawn = drive
+    if drive is not None and not isinstance(drive, Drive):
+        drawn = load_drive(drive if isinstance(drive, str) else Path(drive))
+    assert drawn is None or isinstance(drawn, Drive)
+    found = examine(record, drawn, curve, progress)
+    if out is not None:
+        from .write import write_results
+
+        write_results(found, out)
+    return found.diagnosis if isinstance(found, Examined) else found
+
+
+def _read(paths: PathLike | Sequence[PathLike], columns: Mapping[str, str] | None) -> Record:
+    if isinstance(paths, str | os.PathLike):
+        return read_record(paths, columns)
+    from ..record import join_records
+
+    return join_records([read_record(p, columns) for p in paths])
+
+
+def diagnose_records(paths: Sequence[PathLike], drive: PathLike | Drive | None = None, curve: PathLike | None = None,
+                     columns: Mapping[str, str] | None = None) -> dict[str, Diagnosis]:
+    """Diagnoses of several separate records (the same drive in several states), by path."""
+    return {str(path): diagnose_record(path, drive, curve, columns=columns) for path in paths}

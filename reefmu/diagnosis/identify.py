@@ -1,0 +1,150 @@
+"""Which set of effects explains the record: all singles, pairs on the best of them, thirds, swaps, prunes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .fit import Fit, is_logarithmic
+from .kernels import kernel
+from .scores import screen
+from .study import Study, amplitudes
+from .weighting import SIZES
+
+Array = NDArray[np.float64]
+
+BEAM = 4
+"""Sets of each size that the next effect is added to."""
+FURTHER = 8
+"""Candidates, the best by their scores, that are tried as a second effect; half as many as a third."""
+SETTLED = 5
+"""Sets of each size that are fitted to the end."""
+STARTS = 2
+"""Variants of a candidate that are fitted, the best by their scores."""
+WORTH = 6.0
+"""Gain by score below which a further effect is not fitted."""
+EXCLUDING = (frozenset({"backlash", "preload"}),)
+"""Effects that are one quantity with two signs."""
+SHARE = 0.03
+"""Sets whose gains differ by less than this share are alike; the one with fewer parameters is taken."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """base: fit without effects; best: the best fits found, by number of effects, best first."""
+
+    base: Fit
+    best: dict[int, list[Fit]]
+
+
+def base_fit(study: Study) -> Fit:
+    """Zero and base shape alone."""
+    twist = study.blocks.mean(study.trace.twist)
+    starts = [0.0, float(np.median(twist))]
+    near = np.abs(study.torque) < 0.05 * study.base.full_torque
+    if near.any():
+        starts.append(float(np.median(twist[near])))
+    fits = [study.fit_from((), np.concatenate([[z], study.base.shape_start])) for z in dict.fromkeys(starts)]
+    return min(fits, key=lambda f: f.cost)
+
+
+def search(study: Study, most: int = 3, progress: Callable[[str, float], None] | None = None) -> Search:
+    """Fit singles, pairs and, where they promise anything, thirds."""
+    base = base_fit(study)
+    best: dict[int, list[Fit]] = {0: [base]}
+    for size in range(1, most + 1):
+        grown: dict[frozenset[str], Fit] = {}
+        parents = best[size - 1][:BEAM if size < 3 else BEAM // 2]
+        for number, parent in enumerate(parents):
+            if progress:
+                progress(f"sets of {size}", number / len(parents))
+            for fit in extended(study, parent, grown):
+                key = frozenset(fit.names)
+                if key not in grown or fit.cost < grown[key].cost:
+                    grown[key] = fit
+        ranked = sorted(grown.values(), key=lambda f: f.cost)
+        if not ranked:
+            break
+        best[size] = [settled(study, fit) for fit in ranked[:SETTLED]] + ranked[SETTLED:]
+        best[size].sort(key=lambda f: f.cost)
+        if size >= 2 and best[size - 1][0].cost - best[size][0].cost < WORTH:
+            break
+    return Search(base, best)
+
+
+def extended(study: Study, parent: Fit, known: dict[frozenset[str], Fit]) -> list[Fit]:
+    """All fits of a set with one more effect."""
+    names = [n for n in study.candidates if n not in parent.names
+             and not any(n in pair and pair & set(parent.names) for pair in EXCLUDING)]
+    # `screen` is in the order of the scores; nearly all of what a further effect gains shows there.
+    most = len(names) if not parent.names else FURTHER if len(parent.names) == 1 else FURTHER // 2
+    floor = WORTH if parent.names else 1.0
+    # As an individual of the population and as the mean drive: the scatter bends what a small effect looks like.
+    found: dict[str, Fit] = {}
+    for size in dict.fromkeys((parent.weighting.size, SIZES[0])):
+        taken: dict[str, int] = {}
+        for gain, name, start in screen(study, parent, names, size):
+            new = name not in taken
+            if gain <= floor or (new and len(taken) >= most) or taken.get(name, 0) >= (1 if parent.names else STARTS):
+                continue
+            if frozenset((*parent.names, name)) in known and len(parent.names) > 1:
+                continue
+            taken[name] = taken.get(name, 0) + 1
+            fit = _fitted(study, (*parent.names, name), np.concatenate([parent.parameters, start]), size)
+            if name not in found or fit.cost < found[name].cost:
+                found[name] = fit
+    return list(found.values())
+
+
+def _fitted(study: Study, names: tuple[str, ...], start: Array, size: float) -> Fit:
+    """A fit whose first steps see a scatter of this size: a wide one would swallow the effect before it is found."""
+    if size == SIZES[0]:
+        start = study.fit_from(names, start, study.weights.with_size(size), steps=6, refit_size=False).parameters
+    return study.fit_from(names, start, steps=12)
+
+
+def settled(study: Study, fit: Fit) -> Fit:
+    """The set fitted to the end, under the scatter at the twist that its contacts feel."""
+    weights = study.weights_at(fit)
+    better = study.fit_from(fit.names, fit.parameters, weights if weights is not study.weights else None)
+    return better if better.cost < fit.cost else fit
+
+
+def degenerate(study: Study, fit: Fit) -> bool:
+    """Whether a time, a length or a speed has run to where the record cannot resolve it: the effect then only
+    imitates a simpler one."""
+    t = study.trace
+    step = t.step[~t.start & (t.step > 0)]
+    limits = {
+        "s": (2 * float(np.median(step)) if step.size else 0.0, 10 * float(t.time[-1] - t.time[0])),
+        "rad/s": (0.0, 5 * float(np.abs(t.output_speed).max())), "rad": (0.0, 2 * study.base.reach),
+    }
+    at = 1 + study.base.n_shape
+    for name in fit.names:
+        for k, p in enumerate(kernel(name).effect.parameters):
+            low, high = limits.get(p.unit, (0.0, np.inf))
+            if is_logarithmic(p) and not low <= fit.parameters[at + k] <= high:
+                return True
+        at += len(kernel(name).effect.parameters)
+    return False
+
+
+def n_parameters(fit: Fit) -> int:
+    """Parameters of the effects of a fit."""
+    return sum(len(kernel(name).effect.parameters) for name in fit.names)
+
+
+def without(study: Study, fit: Fit, name: str) -> Array:
+    """The fit's torque with one effect switched off and all else as it is, (n,) N.m."""
+    p = fit.parameters.copy()
+    at = 1 + study.base.n_shape
+    for other in fit.names:
+        effect = kernel(other).effect
+        if other == name:
+            for k in amplitudes(effect):
+                p[at + k] = effect.parameters[k].neutral
+        at += len(effect.parameters)
+    return study.predictor(fit.names)(p).torque

@@ -1,0 +1,88 @@
+"""Where the gap lies: which coordinate explains how much of a residual, and in which region."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .result import Place
+from .study import Study
+
+Array = NDArray[np.float64]
+
+BINS = 10
+MOST_ORDER = 6
+
+
+def coordinates(study: Study) -> dict[str, tuple[Array, str]]:
+    """Coordinates of the blocks that vary in this record, with their units."""
+    t, mean = study.trace, study.blocks.mean
+    travel = np.cumsum(np.abs(np.diff(t.crank, prepend=t.crank[0])))
+    torque = study.torque
+    found = {
+        "torque": (torque, "N.m"), "time": (mean(t.time), "s"), "rate": (mean(t.twist_rate) * 1e3, "mrad/s"),
+        "speed": (mean(t.output_speed) * 1e3, "mrad/s at the output"), "temperature": (mean(t.temperature), "degC"),
+        "travel": (mean(travel), "rad of the crank"),
+    }
+    return {name: v for name, v in found.items() if np.ptp(v[0]) > 1e-9 * (1 + np.abs(v[0]).max())}
+
+
+def locate(study: Study, residual: Array, systematic: float) -> tuple[Place, ...]:
+    """Places of a residual (n,), N.m, whose systematic mean square is `systematic`; the greatest shares first."""
+    if systematic <= 0:
+        return ()
+    values = coordinates(study)
+    direction = np.sign(study.blocks.mean(study.trace.twist_rate))
+    noise = study.variance
+    found: list[Place] = []
+    for name, (x, unit) in values.items():
+        groups = _bins(x)
+        found.append(_place(name, groups, residual, noise, systematic, x, unit))
+    load = _bins(study.torque)
+    side = load * 3 + (direction + 1).astype(int)
+    odd = residual - _means(load, residual)[load]
+    found.append(_place("direction", side, odd, noise, systematic, study.torque, "N.m", direction))
+    crank = study.blocks.mean(study.trace.crank)
+    if np.ptp(crank) > 0.5:
+        found.append(_orders(crank, residual, noise, systematic))
+    return tuple(sorted((p for p in found if p.share > 0.02), key=lambda p: -p.share))
+
+
+def _bins(x: Array) -> NDArray[np.intp]:
+    edges = np.unique(np.quantile(x, np.linspace(0, 1, BINS + 1)))
+    return np.clip(np.searchsorted(edges, x, side="right") - 1, 0, max(len(edges) - 2, 0))
+
+
+def _means(groups: NDArray[np.intp], values: Array) -> Array:
+    count = np.maximum(np.bincount(groups), 1)
+    return np.bincount(groups, values) / count
+
+
+def _place(name: str, groups: NDArray[np.intp], residual: Array, noise: Array, systematic: float, x: Array, unit: str,
+           direction: Array | None = None) -> Place:
+    count = np.bincount(groups).astype(float)
+    mean = _means(groups, residual)
+    # What the noise alone puts into the means does not count.
+    energy = np.maximum(count * mean**2 - np.bincount(groups, noise) / np.maximum(count, 1), 0.0)
+    share = float(min(1.0, energy.sum() / (systematic * len(residual))))
+    strongest = int(energy.argmax())
+    inside = groups == strongest
+    low, high = float(x[inside].min()), float(x[inside].max())
+    region = f"{low:.3g} to {high:.3g} {unit}"
+    if direction is not None:
+        going = float(direction[inside].mean())
+        words = "twist growing" if going > 0.3 else "twist falling" if going < -0.3 else "at rest"
+        region = f"{words}, {region}"
+    return Place(name, region, share)
+
+
+def _orders(crank: Array, residual: Array, noise: Array, systematic: float) -> Place:
+    """Share of the residual in the crank's orders, and the strongest of them."""
+    n = len(residual)
+    energy = {}
+    for order in range(1, MOST_ORDER + 1):
+        wave = np.stack([np.cos(order * crank), np.sin(order * crank)], axis=1)
+        amplitude = np.linalg.lstsq(wave, residual, rcond=None)[0]
+        energy[order] = max(0.0, float(((wave @ amplitude) ** 2).sum()) - 2 * float(noise.mean()))
+    strongest = max(energy, key=lambda k: energy[k])
+    return Place("crank_angle", f"order {strongest} of the crank", min(1.0, sum(energy.values()) / (systematic * n)))

@@ -1,0 +1,208 @@
+"""The noise of a record, model-free: what differs between cycles that should be alike.
+
+Differences of matching samples of successive cycles hold twice the noise and nothing that repeats; mean and
+slope of each pair go out, so slow changes do not count either. Variance is a + b slope^2: the torque sensor's
+part and the twist sensor's, seen through the stiffness. `correlation` is the integral of the autocorrelation:
+with it, sums over many samples get honest errors without a model of the noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from .trace import Trace
+
+Array = NDArray[np.float64]
+
+LEAST_CYCLE = 24
+"""Samples below which a cycle says nothing."""
+CORRELATIONS = (0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.96, 0.97, 0.98, 0.985)
+"""Lag-one autocorrelations that are tried."""
+ALIKE = 0.04
+"""Greatest difference of two cycles' ranges, as a share."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """torque: N.m, standard deviation of the torque's part; twist: rad, of the twist's; correlation: samples,
+    sum of the autocorrelation over all lags, 1 for white noise; lag_one: autocorrelation at lag one; pairs: of
+    cycles compared; repeated: False if no cycles repeat and the figures come from smoothness alone.
+    """
+
+    torque: float
+    twist: float
+    correlation: float
+    lag_one: float
+    pairs: int
+    repeated: bool
+
+    def variance(self, slope: Array) -> Array:
+        """Variance (n,) of single samples, (N.m)^2, where the stiffness is `slope` N.m/rad."""
+        return self.torque**2 + (self.twist * slope) ** 2
+
+
+def estimate_noise(trace: Trace, slope: Array) -> Noise:
+    """Noise of a trace (all samples, not thinned); slope: (n,) stiffness of the base curve, N.m/rad."""
+    pairs = [pair for a, b in trace.bounds for pair in _differences(trace, slope, a, b)]
+    repeated = len(pairs) >= 2
+    if not repeated:
+        pairs = [pair for a, b in trace.bounds if (pair := _roughness(trace, slope, a, b)) is not None]
+    pairs = _alike(pairs)
+    if not pairs:
+        spread = float(np.std(trace.torque)) or 1.0
+        return Noise(spread, 0.0, 1.0, 0.0, 0, False)
+    covariance, lag_one, correlation = _autocovariance([d for d, _ in pairs])
+    squares = np.concatenate([d**2 for d, _ in pairs])
+    slopes = np.concatenate([s for _, s in pairs])
+    # Mean and slope of every pair are gone, and with them some of a slow noise.
+    lift = covariance / max(float(np.mean(np.concatenate([d**2 for d, _ in pairs]))), 1e-300)
+    a_part, b_part = _parts(squares * lift, slopes)
+    return Noise(float(np.sqrt(a_part)), float(np.sqrt(b_part)), correlation, lag_one, len(pairs), repeated)
+
+
+def _alike(pairs: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
+    """Pairs without those whose difference is far larger than most: there the cycles were not the same after all."""
+    squares = np.array([float(np.mean(d**2)) for d, _ in pairs])
+    return [pair for pair, s in zip(pairs, squares, strict=True) if s <= 5 * np.median(squares)]
+
+
+def period_of(twist: Array) -> int:
+    """Samples of one cycle of a run that goes to and fro; 0 if it does not repeat."""
+    low, high = np.quantile(twist, [0.005, 0.995])
+    middle, dead = (low + high) / 2, 0.15 * (high - low)
+    if high <= low:
+        return 0
+    level = np.where(twist > middle + dead, 1, np.where(twist < middle - dead, -1, 0))
+    known = np.flatnonzero(level)
+    turn = np.diff(level[known])
+    periods = []
+    for sign in (1, -1):
+        # Where the sample is known to have crossed, interpolated from the last on the other side.
+        at = np.flatnonzero(turn * sign > 0)
+        middles = [(known[k] + known[k + 1]) / 2 for k in at]
+        periods += np.diff(middles).tolist()
+    if not periods:
+        return 0
+    period = float(np.median(periods))
+    steady = np.abs(np.array(periods) - period).max() < 0.05 * period + 1
+    return round(period) if period >= LEAST_CYCLE and steady else 0
+
+
+def _differences(trace: Trace, slope: Array, a: int, b: int) -> list[tuple[Array, Array]]:
+    """Differences one cycle apart in the run from a to b, and the slopes there, cycle by cycle."""
+    twist, period = trace.smooth_twist[a:b], period_of(trace.smooth_twist[a:b])
+    n = b - a
+    if not period or n < 1.9 * period:
+        return []
+    # The exact period in samples: where the run is most like itself.
+    wide = max(2, period // 50)
+    around = [p for p in range(period - wide, period + wide + 1) if n - p >= LEAST_CYCLE]
+    period = min(around, key=lambda p: float(np.mean((twist[p:] - twist[:-p]) ** 2)))
+    # The first loop starts from rest: what friction does there does not come again.
+    first = period // 2 if n >= 2.4 * period else period // 4
+    apart = np.abs(twist[period:] - twist[:-period])
+    turned = np.abs(trace.crank[a + period:b] - trace.crank[a:b - period])
+    alike = (apart <= 0.5 * ALIKE * float(np.ptp(twist))) & (turned <= 0.05)
+    alike[:first] = False
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], alike.astype(int), [0]])))
+    found = []
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        pieces = max(1, round((end - begin) / period))
+        for index in np.array_split(np.arange(a + begin, a + end), pieces):
+            if len(index) < max(LEAST_CYCLE, period // 3):
+                continue
+            other = index + period
+            d = trace.torque[other] - trace.torque[index] - slope[index] * (trace.twist[other] - trace.twist[index])
+            found.append((_detrended(d) / np.sqrt(2), slope[index]))
+    return found
+
+
+def _detrended(values: Array) -> Array:
+    x = np.linspace(-1, 1, len(values))
+    return values - values.mean() - x * (float(values @ x) / float(x @ x))
+
+
+def _roughness(trace: Trace, slope: Array, a: int, b: int, window: int = 25) -> tuple[Array, Array] | None:
+    """What a moving cubic does not follow: noise, if what is not noise is smooth."""
+    from scipy.signal import savgol_filter
+
+    if b - a < 3 * window:
+        return None
+    rough = trace.torque[a:b] - slope[a:b] * (trace.twist[a:b] - trace.smooth_twist[a:b])
+    rest = rough - np.asarray(savgol_filter(rough, window, 3), float)
+    inner = slice(window, b - a - window)
+    # Corners at reversals are rare and large: they are held to what noise could be.
+    limit = 3.5 * 1.4826 * float(np.median(np.abs(rest[inner])))
+    return np.clip(rest[inner], -limit, limit) / np.sqrt(1 - _centre_weight(window)), slope[a:b][inner]
+
+
+def _centre_weight(window: int) -> float:
+    from scipy.signal import savgol_coeffs
+
+    return float(savgol_coeffs(window, 3)[window // 2])
+
+
+def _autocovariance(pieces: list[Array]) -> tuple[float, float, float]:
+    """Variance, lag-one correlation and integrated correlation behind detrended pieces.
+
+    Detrending takes most of a slow noise away, so that it cannot be summed up directly: what a first-order
+    autoregression plus white noise would leave after it is held against what is left.
+    """
+    length = min(200, int(np.median([len(p) for p in pieces])))
+    parts = [_detrended(p[k:k + length]) for p in pieces for k in range(0, len(p) - length + 1, length)]
+    parts = parts or [_detrended(p) for p in pieces if len(p) >= LEAST_CYCLE]
+    length = min(len(p) for p in parts)
+    block = np.stack([_detrended(p[:length]) for p in parts])
+    lags = max(4, length // 3)
+    found = np.array([(block[:, k:] * block[:, :length - k]).mean() for k in range(lags)])
+    best: tuple[float, float, float, float] | None = None
+    white = _left(np.concatenate([[1.0], np.zeros(length - 1)]), lags)
+    spread = 1 / np.sqrt(1.0 + np.arange(lags))
+    for rho in CORRELATIONS:
+        slow = _left(np.asarray(rho ** np.arange(length), float), lags)
+        columns = np.stack([slow, white], axis=1)
+        (a, b), misfit = nnls(columns * spread[:, None], found * spread)
+        if best is None or misfit < best[3]:
+            best = float(a), float(b), rho, float(misfit)
+    assert best is not None
+    a, b, rho, _ = best
+    variance = max(a + b, 1e-300)
+    return variance, a * rho / variance, max((a * (1 + rho) / (1 - rho) + b) / variance, 1.0)
+
+
+def _left(autocovariance: Array, lags: int) -> Array:
+    """Mean products at each lag that detrending leaves of a noise with this autocovariance, (lags,)."""
+    n = len(autocovariance)
+    index = np.abs(np.arange(n)[:, None] - np.arange(n))
+    line = np.stack([np.ones(n), np.linspace(-1, 1, n)], axis=1)
+    line /= np.linalg.norm(line, axis=0)
+    covariance = autocovariance[index]
+    half = covariance - line @ (line.T @ covariance)
+    rest = half - (half @ line) @ line.T
+    return np.array([np.diagonal(rest, k).mean() for k in range(lags)])
+
+
+def _parts(squares: Array, slope: Array) -> tuple[float, float]:
+    """Constant part and part per slope^2 of the variance, neither negative."""
+    scale = float(np.median(np.abs(slope))) or 1.0
+    x = (slope / scale) ** 2
+    edges = np.unique(np.quantile(x, np.linspace(0, 1, 13)))
+    if len(edges) < 4:
+        return float(squares.mean()), 0.0
+    bins = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
+    count = np.bincount(bins, minlength=len(edges) - 1).astype(float)
+    mean_x = np.bincount(bins, x, minlength=len(edges) - 1) / np.maximum(count, 1)
+    mean = np.bincount(bins, squares, minlength=len(edges) - 1) / np.maximum(count, 1)
+    weight = np.sqrt(count) / np.maximum(mean, 1e-300)
+    constant, rate = float(squares.mean()), 0.0
+    for _ in range(2):
+        (constant, rate), _ = nnls(np.stack([weight, weight * mean_x], axis=1), weight * mean)
+        weight = np.sqrt(count) / np.maximum(constant + rate * mean_x, 1e-300)
+    if constant <= 0:
+        # The floor of the torque sensor is then not seen; half the quietest bin at most.
+        constant = 0.0
+    return max(float(constant), 1e-12 * float(squares.mean())), float(rate) / scale**2

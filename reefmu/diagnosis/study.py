@@ -1,0 +1,158 @@
+"""One record under examination: its traces, its noise, its scatter, and fits of sets of effects to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..effects import EFFECTS, Effect, Place
+from .base import Base
+from .fit import Box, Fit, box_of, fit, is_logarithmic
+from .noise import Noise
+from .predict import Predictor, effects_of
+from .scatter import Scatter
+from .trace import Blocks, Trace, blocks_of
+from .weighting import Weighting, weighting
+
+Array = NDArray[np.float64]
+
+PHASES = 12
+"""Phases at which a missing ball is looked for."""
+SEARCH_SAMPLES = 2400
+"""Blocks on which sets of effects are searched."""
+
+
+@dataclass
+class Study:
+    """trace: all samples; blocks: over which residuals are averaged, n of them; variance: (n,) that weighs each,
+    with the noise's correlation in it; block_variance: (n,) what the noise alone leaves in each; candidates: names;
+    left_out: others, with the reason; scatter: of the population, None without a drawing;
+    null_excess: what single drives of the population leave beyond the components, as a cost; shifted: weights
+    under other clearances, by the twist that the contacts feel.
+    """
+
+    base: Base
+    trace: Trace
+    blocks: Blocks
+    noise: Noise
+    weights: Weighting
+    variance: Array
+    block_variance: Array
+    candidates: tuple[str, ...]
+    left_out: dict[str, str]
+    scatter: Scatter | None
+    null_excess: float = 0.0
+    shifted: list[tuple[Array, Weighting]] = field(default_factory=list)
+
+    @cached_property
+    def torque(self) -> Array:
+        """Measured torque, N.m, of the blocks."""
+        return self.blocks.mean(self.trace.torque)
+
+    def predictor(self, names: Sequence[str]) -> Predictor:
+        """Of a set of effects, on the blocks."""
+        return Predictor(self.trace, self.base, names, self.blocks)
+
+    def box(self, names: Sequence[str]) -> Box:
+        """Bounds of base and effects."""
+        b, reach = self.base, self.base.reach
+        return box_of(tuple(names), np.concatenate([[-np.inf], b.shape_low]), np.concatenate([[np.inf], b.shape_high]),
+                      np.concatenate([[0.01 * reach], np.ones(b.n_shape)]), np.concatenate([[np.inf], b.shape_prior]),
+                      np.concatenate([[0.0], b.shape_start]))
+
+    def weights_at(self, found: Fit) -> Weighting:
+        """Weights whose scatter is that at the twist which the contacts feel under a fit's effects.
+
+        A drive with play scatters where its contacts carry, not where the drawing's would.
+        """
+        if self.scatter is None or not any(e.place is Place.CLEARANCE for e in effects_of(found.names)):
+            return self.weights
+        twist = self.scatter.felt(found.prediction.elastic, 1e-4 * self.base.full_torque)
+        near = 0.02 * self.base.reach
+        if np.abs(twist - self.scatter.twist).max() < near:
+            return self.weights
+        for other, weights in self.shifted:
+            if np.abs(twist - other).max() < near:
+                return weights.with_size(found.weighting.size)
+        weights = make_weights(self.variance, self.scatter.at(twist), len(twist))
+        self.shifted.append((twist, weights))
+        return weights.with_size(found.weighting.size)
+
+    def fit_from(self, names: Sequence[str], start: Array, weights: Weighting | None = None, steps: int = 25,
+                 refit_size: bool = True) -> Fit:
+        """Fit a set from one start; refit_size: let the size of the scatter follow."""
+        return fit(self.predictor(names), self.torque, self.weights if weights is None else weights, self.box(names),
+                   start, steps, refit_size=refit_size)
+
+    def expected(self, found: Fit) -> float:
+        """The cost that noise and scatter alone would leave, in the mean."""
+        return float((self.block_variance / self.variance).sum()) + found.weighting.log_determinant
+
+    def excess(self, found: Fit) -> float:
+        """The cost of a fit beyond what noise and scatter explain."""
+        return found.cost - self.expected(found)
+
+
+def search_blocks(trace: Trace) -> Blocks:
+    """The blocks on which sets are searched."""
+    return blocks_of(trace, max(1, round(len(trace) / SEARCH_SAMPLES)))
+
+
+def block_variances(noise: Noise, slope: Array, count: Array) -> tuple[Array, Array]:
+    """Variances of block means: (that weighs a block among others, that a block has), (N.m)^2, (n,) each."""
+    single = noise.variance(slope)
+    weighing = single * noise.correlation / count
+    # Within a block the correlation falls off as that of a first-order autoregression of the same integral.
+    rho = (noise.correlation - 1) / (noise.correlation + 1)
+    lags = np.arange(1, int(count.max()) + 1)
+    inside = 1 + 2 * ((1 - lags[None, :] / count[:, None]).clip(0) * rho ** lags[None, :]).sum(axis=1)
+    return weighing, single * inside / count
+
+
+# -- what kinds of parameter an effect has ------------------------------------------------------------------------
+
+
+def amplitudes(effect: Effect) -> list[int]:
+    """Indices of the parameters that switch the effect on: at their neutral value it changes nothing."""
+    return [k for k, p in enumerate(effect.parameters) if not is_logarithmic(p) and not p.name.startswith("phase")
+            and p.name != "element"]
+
+
+def shape_starts(effect: Effect, trace: Trace, reach: float) -> list[Array]:
+    """Parameter vectors of one effect with its sizes neutral and its lengths, times, speeds and phases varied."""
+    speeds = np.abs(trace.output_speed)
+    moving = speeds[speeds > 0.02 * speeds.max()] if speeds.max() > 0 else np.array([0.05])
+    longest = max(float(trace.time[b - 1] - trace.time[a]) for a, b in trace.bounds)
+    variants: list[dict[str, float]] = [{}]
+    if any(p.name == "phase" for p in effect.parameters):
+        variants = [{"phase": float(phase)} for phase in 2 * np.pi * np.arange(PHASES) / PHASES - np.pi]
+    for p in effect.parameters:
+        if not is_logarithmic(p):
+            continue
+        values = {"rad": [0.012 * reach, 0.08 * reach], "s": [0.03 * longest, 0.15 * longest],
+                  "rad/s": np.quantile(moving, [0.1, 0.5, 0.9]).tolist()}.get(p.unit, [p.nominal])
+        variants = [{**v, p.name: float(np.clip(x, p.minimum, p.maximum))} for v in variants for x in values]
+    return [np.array([v.get(p.name, p.neutral) for p in effect.parameters]) for v in variants]
+
+
+def candidates_of(missing: Sequence[str], base: Base) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Effects that a record with these columns missing can show, and why the others are left out."""
+    left_out = {}
+    if "temperature" in missing:
+        left_out["thermal_clearance"] = "the record has no temperature"
+    if "crank_angle" in missing:
+        for name in ("kinematic_error", "wear", "missing_ball"):
+            left_out[name] = "the record has no crank angle"
+    if base.kind != "drawing":
+        for name in ("modulus_error", "missing_ball"):
+            left_out[name] = "there is no drawing"
+    return tuple(name for name in EFFECTS if name not in left_out), left_out
+
+
+def make_weights(variance: Array, scatter: NDArray[np.float64] | None, n: int) -> Weighting:
+    """Weights of a study; without a drawing nothing scatters."""
+    return weighting(variance, np.zeros((0, n)) if scatter is None else scatter)

@@ -1,0 +1,114 @@
+"""From fits to a verdict: what is named, what else it could be, what remains."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .accept import SMALL_SCATTER, Justified, Thresholds, choose, left
+from .fit import Fit
+from .identify import Search, degenerate, n_parameters
+from .study import Study
+
+Array = NDArray[np.float64]
+
+ALIKE_SHARE, ALIKE_COST = 0.02, 9.0
+"""Other sets as good as this are alternatives: by the share of the gain, and by what chance makes."""
+REMAINDER, REMAINDER_INDIVIDUAL = 0.0025, 0.0045
+"""Systematic remainder, rms over full torque, that is said to be there: on the mean drive, and beside scatter,
+which is not all in the components."""
+LIMITS = (("structural_compliance", "creep"), ("coulomb_friction", "stribeck_friction"))
+"""Effects with a further length or time beside the one that they end in."""
+NOISE_UNCERTAINTY = 0.4
+"""Share of the noise's variance by which its estimate may be off."""
+REMAINDER_SHARE = 0.08
+"""Share of the gain that the remaining excess must reach to count as a remainder."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """verdict; chosen: the set named, or the base fit; alternatives: other sets; remainder: N.m rms."""
+
+    verdict: str
+    chosen: Fit
+    shares: dict[str, float]
+    alternatives: tuple[tuple[str, ...], ...]
+    remainder: float
+    examined: tuple[Justified, ...]
+
+
+def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]] = ()) -> Finding:
+    """The verdict on a search."""
+    best, examined = choose(study, found, thresholds)
+    base = found.base
+    if best is None:
+        rest = remainder(study, base)
+        something = left(study, base) > 0 and rest > _visible(study, base)
+        return Finding("unknown" if something else "none", base, {}, (), rest, tuple(examined))
+    gain = base.cost - best.fit.cost
+    rest = remainder(study, best.fit)
+    least = _visible(study, best.fit)
+    more = left(study, best.fit) > 0 and rest > least and (
+        left(study, best.fit) > REMAINDER_SHARE * gain or rest > 2 * least)
+    alternatives = _alternatives(study, best.fit, found, twins)
+    verdict = "ambiguous" if alternatives else "partly" if more else "named"
+    return Finding(verdict, best.fit, dict(best.shares), alternatives, rest, tuple(examined))
+
+
+def _limiting(other: Fit, chosen: Fit, twins: Sequence[tuple[str, str]]) -> bool:
+    """Whether a set only differs by an effect of which the chosen one is the limit, and which this record shows."""
+    mine, theirs = set(chosen.names) - set(other.names), set(other.names) - set(chosen.names)
+    return len(mine) == len(theirs) == 1 and any(
+        mine == {limit} and theirs == {general} and not any({limit, general} == set(t) for t in twins)
+        for limit, general in LIMITS)
+
+
+def _visible(study: Study, fit: Fit) -> float:
+    """Least remainder, N.m rms, that is called one."""
+    scattered_drive = len(fit.weighting.strength) > 0 and fit.weighting.size > SMALL_SCATTER
+    share = REMAINDER_INDIVIDUAL if scattered_drive else REMAINDER
+    # The size of a slow noise is itself known to a quarter only.
+    uncertain = NOISE_UNCERTAINTY * float(np.mean(study.block_variance))
+    return max(share * study.base.full_torque, float(np.sqrt(uncertain)))
+
+
+def _alternatives(study: Study, chosen: Fit, found: Search, twins: Sequence[tuple[str, str]]
+                  ) -> tuple[tuple[str, ...], ...]:
+    """Sets of no more effects that explain the record as well."""
+    known = {frozenset(f.names): f.cost for fits in found.best.values() for f in fits}
+    fits: Sequence[Fit] = [f for size, fits in found.best.items() if 0 < size <= len(chosen.names) for f in fits]
+    alike = []
+    for f in sorted(fits, key=lambda f: f.cost):
+        if set(f.names) == set(chosen.names):
+            continue
+        worse = f.cost - chosen.cost
+        # What counts is the gain of the part in which the two differ.
+        common = frozenset(f.names) & frozenset(chosen.names)
+        gain = known.get(common, found.base.cost) - chosen.cost
+        allowance = max(ALIKE_COST, ALIKE_SHARE * gain)
+        if n_parameters(f) > n_parameters(chosen):
+            # With more parameters it can imitate; as good as the chosen it must be, and not its limiting case.
+            allowance = 2.0
+        if worse < allowance and not degenerate(study, f) and not _limiting(f, chosen, twins):
+            alike.append(tuple(sorted(f.names)))
+    return tuple(alike[:5])
+
+
+def remainder(study: Study, fit: Fit) -> float:
+    """Rms, N.m, of what neither the model nor the scatter nor the noise explains."""
+    rest = study.torque - fit.prediction.torque
+    rest = rest - scattered(study, fit, rest)
+    weight = study.blocks.count / study.blocks.count.sum()
+    excess = float((weight * (rest**2 - study.block_variance)).sum())
+    return float(np.sqrt(max(excess, 0.0)))
+
+
+def scattered(study: Study, fit: Fit, rest: Array) -> Array:
+    """The likeliest part (n,), N.m, of a residual that is this drive's own scatter."""
+    w = fit.weighting
+    strength = w.size**2 * w.strength
+    along = w.basis.T @ (rest * w.scale)
+    return (w.basis @ (along * strength / (1 + strength))) / w.scale

@@ -1,0 +1,161 @@
+"""The contacts of a simulated drive: torque over twist for every sample of a test, and its inverse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from .elements import TURNS, Array, Individual, individual_torque
+from .tables import MODULI, Tables
+
+REST = 0.5
+"""Stiffness of the rig in parallel with the drive, over full torque per full twist: it carries the twist through
+the drive's play at a finite speed, as a real loading device does."""
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """Torque tables of one simulated drive, by contact twist and clearance, and by turn if it has an individual's.
+
+    torque: (n_turn or 1, nx, nc) N.m; less: (n_beta, nx, nc) N.m, of a missing element, or None; less_start: its
+    position on the profile at crank angle 0, rad.
+    """
+
+    tables: Tables
+    torque: Array
+    clearance: Array
+    less: Array | None = None
+    less_start: float = 0.0
+
+    def rows(self, clearance: Array, crank: Array) -> Array:
+        """Torque over `tables.x` for every sample, (n, nx); crank: rad, clearance: m."""
+        turn = turn_past_cage(self.tables, crank)
+        if len(self.torque) == 1:
+            rows = _along_clearance(self.clearance, self.torque, np.zeros(len(turn), int), clearance)
+        else:
+            place = turn / (2 * np.pi * TURNS) % 1.0 * len(self.torque)
+            lower, part = np.floor(place).astype(int) % len(self.torque), place - np.floor(place)
+            upper = (lower + 1) % len(self.torque)
+            rows = (1 - part)[:, None] * _along_clearance(self.clearance, self.torque, lower, clearance)
+            rows += part[:, None] * _along_clearance(self.clearance, self.torque, upper, clearance)
+        if self.less is not None:
+            rows -= self._missing(turn, clearance)
+        return rows
+
+    def _missing(self, turn: Array, clearance: Array) -> Array:
+        assert self.less is not None
+        grid = self.tables.beta
+        beta = (self.less_start + turn + np.pi) % (2 * np.pi) - np.pi
+        place = (beta - grid[0]) / (grid[1] - grid[0])
+        inside = (place >= 0) & (place <= len(grid) - 1)
+        lower = np.clip(np.floor(place).astype(int), 0, len(grid) - 2)
+        part = np.clip(place - lower, 0, 1)[:, None]
+        coarse = np.linspace(self.tables.c[0], self.tables.c[-1], self.less.shape[2])
+        low, high = (_along_clearance(coarse, self.less, lower + k, clearance) for k in (0, 1))
+        return inside[:, None] * ((1 - part) * low + part * high)
+
+
+def turn_past_cage(tables: Tables, crank: Array) -> Array:
+    """How far the crank has turned past the cage, which itself turns by crank/ratio, rad."""
+    return crank * (1 - 1 / tables.drive.ratio)
+
+
+def mean_law(tables: Tables, modulus: float = 1.0, missing: float | None = None) -> ContactLaw:
+    """The mean drive, with gear and cage of `modulus` times the drawn one and without the ball that stands at
+    `missing` rad on the profile at crank angle 0.
+    """
+    torque = tables.mean + _modulus_part(tables, modulus)
+    less = None if missing is None else tables.element
+    return ContactLaw(tables, torque[None], tables.c, less, missing or 0.0)
+
+
+def individual_law(tables: Tables, one: Individual, clearances: tuple[float, float], modulus: float = 1.0,
+                   missing: float | None = None) -> ContactLaw:
+    """One individual, solved at clearances (m) over the range it will meet; modulus as in `mean_law`."""
+    drive, low, high = tables.drive, *clearances
+    nodes = np.array([low]) if high - low < 1e-9 else np.linspace(low, high, 4)
+    turn = np.arange(TURNS * 4 * drive.elements) * 2 * np.pi / (4 * drive.elements)
+    few = tables.x[::2]  # the number of nodes is odd: both ends are in
+    gone = None if missing is None else int(np.argmin(np.abs(_wrapped(one.start - missing))))
+    torque = np.stack([_finer(few, individual_torque(drive, one, turn, few, c, gone), tables.x) for c in nodes], -1)
+    if modulus != 1.0:
+        torque = torque + _at(tables.c, _modulus_part(tables, modulus), nodes)
+    return ContactLaw(tables, torque, nodes)
+
+
+def torque_at(x: Array, rows: Array, twist: Array) -> Array:
+    """Torque at one twist per row, by a cubic through the four nodes around (straight at the ends)."""
+    step = x[1] - x[0]
+    place = (twist - x[0]) / step
+    cell = np.clip(np.floor(place).astype(int), 1, len(x) - 3)
+    part = np.clip(place - cell, -1, 2)
+    beyond = (place - cell - part) * step
+    rows = np.broadcast_to(rows, (len(twist), len(x)))
+    a, b, c, d = (rows[np.arange(len(twist)), cell + k] for k in (-1, 0, 1, 2))
+    slope_1, slope_2 = (c - a) / 2, (d - b) / 2
+    inside = np.clip(part, 0, 1)
+    bent = (3 * (c - b) - 2 * slope_1 - slope_2) + inside * (2 * (b - c) + slope_1 + slope_2)
+    value = b + inside * (slope_1 + inside * bent)
+    outside = np.where(part > 1, (part - 1) * slope_2, np.where(part < 0, part * slope_1, 0.0))
+    return value + outside + beyond * np.where(part > 1, d - c, b - a) / step
+
+
+def rest(tables: Tables, rows: Array, command: Array) -> tuple[Array, Array]:
+    """Contact twist, rad, and torque, N.m, at which drive and rig rest under the `command` (1: full load)."""
+    x, spring = tables.x, REST * tables.full_torque / tables.full_twist
+    rows = np.broadcast_to(rows, (len(command), len(x)))
+    wanted = command * (1 + REST) * tables.full_torque
+    cell = np.clip((rows + spring * x < wanted[:, None]).sum(axis=1) - 1, 1, len(x) - 3)
+    low, high = x[cell], x[cell + 1]
+    for _ in range(40):
+        middle = (low + high) / 2
+        below = torque_at(x, rows, middle) + spring * middle < wanted
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return low, wanted - spring * low
+
+
+def mean_torque_at(tables: Tables, twist: Array) -> Array:
+    """Torque, N.m, of the mean drive as drawn: what a diagnosis starts from."""
+    return torque_at(tables.x, tables.mean[None, :, len(tables.c) // 2], twist)
+
+
+def _modulus_part(tables: Tables, modulus: float) -> Array:
+    """Torque less the drawn drive's, (nx, nc): a polynomial in the logarithm through the tables made."""
+    nodes, at = np.log(np.append(MODULI, 1.0)), np.log(modulus)
+    weights = [np.prod([(at - b) / (a - b) for b in nodes if b != a]) for a in nodes[:-1]]
+    return np.einsum("k,kxc->xc", weights, tables.softer)
+
+
+def _along_clearance(nodes: Array, table: Array, first: Array, clearance: Array) -> Array:
+    """Rows table[first, :, at clearance], (n, nx): a cubic through the four nodes around."""
+    if len(nodes) == 1:
+        return np.array(table[first, :, 0])
+    if np.ptp(clearance) == 0:
+        return _at(nodes, table, clearance[:1])[..., 0][first]
+    place = np.clip((clearance - nodes[0]) / (nodes[1] - nodes[0]), 0, len(nodes) - 1)
+    cell = np.clip(np.floor(place).astype(int) - 1, 0, len(nodes) - 4)
+    weights = _cubic_weights(place - cell)
+    return sum(w[:, None] * table[first, :, cell + k] for k, w in enumerate(weights))
+
+
+def _at(nodes: Array, table: Array, clearance: Array) -> Array:
+    """table (..., nc) at some clearances, (..., len(clearance))."""
+    place = np.clip((clearance - nodes[0]) / (nodes[1] - nodes[0]), 0, len(nodes) - 1)
+    cell = np.clip(np.floor(place).astype(int) - 1, 0, len(nodes) - 4)
+    return sum(w * table[..., cell + k] for k, w in enumerate(_cubic_weights(place - cell)))
+
+
+def _cubic_weights(u: Array) -> tuple[Array, Array, Array, Array]:
+    """Lagrange weights of four nodes 0, 1, 2, 3 at u."""
+    return (-(u - 1) * (u - 2) * (u - 3) / 6, u * (u - 2) * (u - 3) / 2,
+            -u * (u - 1) * (u - 3) / 2, u * (u - 1) * (u - 2) / 6)
+
+
+def _finer(few: Array, values: Array, x: Array) -> Array:
+    return CubicSpline(few, values, axis=1)(x)
+
+
+def _wrapped(angle: Array) -> Array:
+    return (angle + np.pi) % (2 * np.pi) - np.pi

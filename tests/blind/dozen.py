@@ -1,0 +1,58 @@
+"""A dozen sealed records from file to verdict: `pytest tests/blind/dozen.py`. Not in the suite: the diagnosis does not
+yet hold all of them (see the open issue). The hundreds are scored by tests/benchmarks/bench_diagnosis.py.
+"""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from blind.records import Case, make
+from blind.scoring import Outcome, judge
+from blind.sensors import Sensors
+from reefmu.diagnosis import diagnose_record
+
+_CALM, _SLOW = Sensors(0.002, 0.5), Sensors(0.003, 0.9)
+# All on one drawing, whose tables are then made once.
+DOZEN = (
+    Case(0, "none", sensors=_SLOW),
+    Case(1, "scatter", sensors=_CALM, individual=True),
+    Case(2, "single", (("preload", 8.0),), sensors=_CALM),
+    Case(3, "single", (("hysteresis", 5.0),), sensors=_SLOW),
+    Case(4, "single", (("kinematic_error", 5.0),), sensors=_CALM),
+    Case(5, "single", (("coulomb_friction", 5.0),), sensors=_SLOW),
+    Case(6, "single", (("thermal_clearance", 5.0),), sensors=_CALM),
+    Case(7, "single", (("creep", 5.0),), sensors=_CALM),
+    Case(8, "outside", (("wobble", 8.0),), sensors=_CALM),
+    Case(9, "pair", (("damping", 5.0), ("torque_sensor_drift", 5.0)), sensors=_CALM),
+    Case(10, "poor", (("hysteresis", 6.0),), sensors=_CALM, protocol="one_loop"),
+    Case(11, "individual", (("viscous_friction", 8.0),), sensors=_CALM, individual=True),
+)
+
+
+@pytest.fixture(scope="module")
+def outcomes(tmp_path_factory) -> list[Outcome]:
+    found = []
+    for what in DOZEN:
+        sealed = make(what)
+        record, drawing = sealed.write(tmp_path_factory.mktemp("sealed"))
+        start = time.perf_counter()
+        answer = diagnose_record(record, drive=drawing).to_dict()
+        found.append(judge(sealed.truth, answer, time.perf_counter() - start))
+    return found
+
+
+def test_nothing_is_named_that_is_not_there(outcomes):
+    assert [o.truth.case.number for o in outcomes if o.wrong and not o.truth.outside] == []
+    assert [o.verdict for o in outcomes if o.truth.case.category in ("none", "scatter")] == ["none", "none"]
+
+
+def test_what_is_hidden_is_found(outcomes):
+    # One miss is within the figures to reach; the benchmark measures them.
+    assert sum(o.exact for o in outcomes if o.truth.case.category in ("single", "pair", "individual")) >= 7
+    assert all(o.within for o in outcomes if o.truth.case.category in ("single", "pair", "poor"))
+
+
+def test_what_is_outside_the_vocabulary_is_called_so(outcomes):
+    assert {o.verdict for o in outcomes if o.truth.outside} <= {"unknown", "partly"}

@@ -1,0 +1,116 @@
+"""The contacts of single rolling elements, solved by stiffness_model, and sums over them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+from scipy.stats import qmc
+
+from stiffness_model import Drive
+from stiffness_model.contacts import build_contacts
+from stiffness_model.equilibrium import solve
+from stiffness_model.sampling import Deviations
+
+Array = NDArray[np.float64]
+
+CHUNK = 6000
+"""Elements times twists solved at once: their arrays fit a core's cache."""
+TURNS = 3
+"""Turns of the crank past the cage after which an individual's lobes repeat; a rig's protocol spans fewer."""
+
+
+def element_torques(drive: Drive, deviations: Deviations, twist: Array, clearance: float) -> Array:
+    """Output torque, N.m, of every element at every twist (rad), (n_elements, n_twist).
+
+    clearance: m, added to the gear's. Balls larger than their bore are solved apart from the others: a single
+    one would send every chunk through the slow iteration.
+    """
+    contacts = build_contacts(drive, deviations, clearance)
+    out = np.empty((len(contacts), len(twist)))
+    tight = contacts.cage_gap < 0
+    step = max(1, CHUNK // len(twist))
+    for group, size in ((np.flatnonzero(~tight), step), (np.flatnonzero(tight), 50 * step)):
+        for first in range(0, len(group), size):
+            part = group[first:first + size]
+            out[part] = solve(contacts[part], twist * drive.ratio).output_torque.T
+    return out
+
+
+def spread_elements(drive: Drive, count: int, beta: float | None = None) -> Deviations:
+    """`count` elements that stand for all that may be built, evenly spread (Sobol) over positions on the usable
+    profile and over normal deviations; all at one position `beta`, rad, if given.
+    """
+    low = 1 if beta is not None else 0
+    points = qmc.Sobol(5, scramble=False).random(count)[:, low:] + 0.5 / count
+    normal = ndtri(points[:, 1 - low:])
+    place = (2 * points[:, 0] - 1) * drive.usable_limit if beta is None else np.full(count, beta)
+    return Deviations(place, *_radii(drive, normal.T))
+
+
+def mean_torque(drive: Drive, twist: Array, clearance: float, count: int = 8192) -> tuple[Array, Array]:
+    """Mean over all drives of the torque and of the sum of the elements' absolute torques, N.m, over twist."""
+    torque = element_torques(drive, spread_elements(drive, count), twist, clearance)
+    carrying = drive.elements * drive.usable_limit / np.pi
+    return carrying * torque.mean(axis=0), carrying * np.abs(torque).mean(axis=0)
+
+
+def _radii(drive: Drive, normal: Array) -> tuple[Array, ...]:
+    """Radii of element, crank, cage and gear, m, from standard normal numbers (4, ...)."""
+    nominal = (drive.element_radius, drive.crank_radius, drive.element_radius, drive.element_radius)
+    windows = [drive.tolerances[part] for part in ("element", "crank", "cage", "gear")]
+    return tuple(r + t.offset + t.sigma * z for r, t, z in zip(nominal, windows, normal, strict=True))
+
+
+@dataclass(frozen=True)
+class Individual:
+    """One drive with its own parts: ball, crank and bore radii go with the element (n,), lobes stay in the gear
+    (eccentrics, lobes). start: position of every element on the profile at crank angle 0, rad.
+    """
+
+    start: Array
+    element: Array
+    crank: Array
+    cage: Array
+    lobe: Array
+
+
+def draw_individual(drive: Drive, rng: np.random.Generator) -> Individual:
+    """One drive by the drawing's tolerances."""
+    n, rows = drive.elements, drive.eccentrics
+    own = rng.standard_normal((4, n))
+    if drive.crank_deviation == "eccentric":
+        own[1] = own[1][np.arange(n) % rows]
+    element, crank, cage, _ = _radii(drive, own)
+    tolerance = drive.tolerances["gear"]
+    lobe = drive.element_radius + tolerance.offset + tolerance.sigma * rng.standard_normal((rows, drive.lobes))
+    start = (rng.uniform(0, 2 * np.pi) + 2 * np.pi * np.arange(n) / n) % (2 * np.pi) - np.pi
+    return Individual(start, element, crank, cage, lobe)
+
+
+def individual_torque(drive: Drive, one: Individual, turn: Array, twist: Array, clearance: float,
+                      missing: int | None = None) -> Array:
+    """Torque, N.m, (n_turn, n_twist), of an individual whose crank has turned by `turn` rad past the cage.
+
+    Every element keeps its ball, crank and bore while its position moves on by `turn`; with every turn it meets
+    the next lobe. missing: number of an element that carries nothing.
+    """
+    n, rows = drive.elements, drive.eccentrics
+    way = one.start + turn[:, None]
+    periods = np.floor((way + np.pi) / (2 * np.pi)).astype(int) % TURNS
+    beta = (way + np.pi) % (2 * np.pi) - np.pi
+    number = np.broadcast_to(np.arange(n), beta.shape)
+    usable = np.abs(beta) <= drive.usable_limit
+    if missing is not None:
+        usable &= number != missing
+    which, periods = number[usable], periods[usable]
+    gear = one.lobe[which % rows, (which // rows + periods) % drive.lobes]
+    deviations = Deviations(beta[usable], one.element[which], one.crank[which], one.cage[which], gear)
+    torque = element_torques(drive, deviations, twist, clearance)
+    first = np.concatenate([[0], np.cumsum(usable.sum(axis=1))[:-1]])
+    return np.add.reduceat(torque, first, axis=0)
+
+
+assert [f.name for f in fields(Deviations)] == ["beta", "element", "crank", "cage", "gear"]

@@ -1,0 +1,84 @@
+"""From true motion to what is written down: filters, sampling jitter, noise, quantisation, the twist's zero."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import forms
+from .elements import Array
+from .plant import Motion
+from .protocols import Schedule
+from .tables import Tables
+
+FILTER = 5e-4
+"""Time constant, s, of the filter that all channels share."""
+MISMATCH = 0.02
+"""Share by which the torque channel's filter differs from the angles'."""
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """noise: rms of the whole noise as torque, over full torque; correlation: of neighbouring samples; of_angle:
+    the share of the noise's power that comes from the output angle; jitter: of the time stamps, over the step.
+    """
+
+    noise: float = 0.003
+    correlation: float = 0.0
+    of_angle: float = 0.2
+    jitter: float = 0.02
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Measured channels, (n,), in the units of `Schedule` and `Motion`. noise: error of torque less stiffness times
+    error of twist, N.m: what a perfect model of the drive would leave.
+    """
+
+    time: Array
+    crank: Array
+    output: Array
+    torque: Array
+    temperature: Array
+    noise: Array
+
+
+def read(tables: Tables, test: Schedule, motion: Motion, sensors: Sensors, rng: np.random.Generator) -> Reading:
+    """Measure a motion. The output's zero is arbitrary."""
+    starts, full = test.starts, tables.full_torque
+    crank, output = forms.retarded(np.array([motion.crank, motion.output]), test.time, starts, FILTER)
+    torque = forms.retarded(motion.torque, test.time, starts, FILTER * (1 + rng.uniform(-1, 1) * MISMATCH))
+    torque_noise = sensors.noise * full * np.sqrt(1 - sensors.of_angle)
+    slope = np.sqrt(np.mean(motion.stiffness**2))
+    angle_noise = sensors.noise * full * np.sqrt(sensors.of_angle) / slope
+    torque_error = _measured(torque, torque_noise, sensors.correlation, starts, rng) - torque
+    # Encoders forget faster than a torque sensor's amplifier.
+    angle_error = _measured(output, angle_noise, 0.6 * sensors.correlation, starts, rng) - output
+    zero = rng.uniform(-0.2, 0.2) * tables.full_twist
+    crank_step = max(angle_noise, 1e-7) * abs(tables.drive.ratio) / 10
+    temperature = test.temperature + 0.1 * rng.standard_normal(len(crank))
+    return Reading(
+        time=_stamps(test, sensors.jitter, rng), crank=_rounded(crank, crank_step), output=output + angle_error + zero,
+        torque=torque + torque_error, temperature=_rounded(temperature, 0.1),
+        noise=torque_error + motion.stiffness * angle_error,
+    )
+
+
+def _measured(value: Array, noise: float, correlation: float, starts: Array, rng: np.random.Generator) -> Array:
+    """A value with noise, in steps of half its size."""
+    if noise == 0:
+        return value
+    return _rounded(value + noise * forms.ar1(rng, starts, correlation), 0.5 * noise)
+
+
+def _rounded(value: Array, step: float) -> Array:
+    return step * np.round(value / step)
+
+
+def _stamps(test: Schedule, jitter: float, rng: np.random.Generator) -> Array:
+    """Time stamps that do not run backwards within a run."""
+    step = np.diff(test.time, prepend=test.time[0])
+    step[test.starts[:-1]] = 0.0
+    stamps = test.time + jitter * step * np.clip(rng.standard_normal(len(step)), -3, 3)
+    return np.maximum.accumulate(stamps)

@@ -1,0 +1,178 @@
+"""The simulated drive: its contacts, and the contract's sign of every effect, each by a computation of its own."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import stiffness_model as sm
+from blind import forms
+from blind.contact_law import mean_torque_at
+from blind.drawings import load
+from blind.elements import TURNS, draw_individual, individual_torque
+from blind.plant import Behaviour, Motion, run
+from blind.protocols import PROTOCOLS, Schedule
+from blind.sizing import rms
+from blind.tables import Tables, tables
+
+warnings.simplefilter("ignore", sm.DoesNotFitWarning)
+
+
+@pytest.fixture(scope="module")
+def table() -> Tables:
+    return tables(0)
+
+
+@pytest.fixture(scope="module")
+def test(table: Tables) -> Schedule:
+    return PROTOCOLS["full"](np.random.default_rng(1))
+
+
+@pytest.fixture(scope="module")
+def plain(table: Tables, test: Schedule) -> Motion:
+    return run(table, Behaviour(), test)
+
+
+def test_the_mean_drive_is_the_mean_of_the_population(table):
+    twist = np.array([0.3, 0.7, 1.0]) * table.full_twist
+    torque = sm.simulate(table.drive, twist, 1500, seed=5).torque
+    error = torque.std(axis=0) / np.sqrt(len(torque))
+    assert (np.abs(torque.mean(axis=0) - mean_torque_at(table, twist)) < 4 * error).all()
+
+
+def test_an_individual_keeps_its_parts_while_it_turns():
+    drive = load(0)
+    one = draw_individual(drive, np.random.default_rng(0))
+    twist, pitch = np.array([-1.0, 0.4, 1.0]) * drive.max_twist, 2 * np.pi / drive.elements
+    start, pattern = (individual_torque(drive, one, np.array([t]), twist, 0.0) for t in (0.1, 0.1 + 2 * np.pi * TURNS))
+    np.testing.assert_allclose(pattern, start, rtol=1e-9)
+    # Without deviations a pitch further looks the same; with them it does not.
+    same = replace(one, element=np.full(drive.elements, drive.element_radius), crank=0 * one.crank + drive.crank_radius,
+                   cage=0 * one.cage + drive.element_radius, lobe=0 * one.lobe + drive.element_radius)
+    before, after = individual_torque(drive, same, np.array([0.1, 0.1 + pitch]), twist, 0.0)
+    np.testing.assert_allclose(after, before, rtol=1e-9)
+    before, after = individual_torque(drive, one, np.array([0.1, 0.1 + pitch]), twist, 0.0)
+    assert np.abs(after / before - 1).max() > 1e-3
+
+
+def test_a_clean_drive_leaves_no_gap(plain, table):
+    assert rms(plain.gap) < 2e-5 * table.full_torque
+
+
+# -- signs, each by a computation of its own ---------------------------------------------------------------
+
+
+def _ramp(motion: Motion, test: Schedule, run_number: int) -> slice:
+    return slice(*test.starts[run_number:run_number + 2])
+
+
+@pytest.mark.parametrize("shift", [2e-6, -2e-6])
+def test_backlash_is_a_greater_clearance_and_preload_a_smaller(table, test, shift):
+    motion = run(table, Behaviour(clearance=shift), test)
+    twist = np.array([-0.9, -0.4, 0.4, 0.9]) * table.full_twist
+    solved = [sm.simulate(table.drive, twist, 400, seed=2, gear_shift=s).torque.mean(axis=0) for s in (0.0, shift)]
+    order = np.argsort(motion.twist)
+    gap = np.interp(twist, motion.twist[order], motion.gap[order])
+    np.testing.assert_allclose(gap, solved[1] - solved[0], rtol=0.03)
+    assert (gap * np.sign(twist) * shift < 0).all()
+
+
+def test_warmth_and_wear_open_the_clearance(table, test):
+    warm = run(table, Behaviour(thermal=5e-8), test)
+    hot, first = test.temperature > 40, test.run == 1
+    loaded = np.abs(test.load) > 0.3
+    assert (np.sign(warm.twist) * warm.gap)[hot & loaded].max() < 0
+    assert rms(warm.gap[first]) < 0.1 * rms(warm.gap[hot])
+    worn = run(table, Behaviour(wear=2e-10), test)
+    last = (test.run == test.run[-1]) & (np.arange(len(test.run)) > len(test.run) - 400)
+    assert (np.sign(worn.twist) * worn.gap)[last & loaded].max() < 0
+    assert rms(worn.gap[first]) < 1e-3 * rms(worn.gap[last])
+
+
+def test_a_stiffer_modulus_raises_the_torque_as_the_solver_says(table, test):
+    motion = run(table, Behaviour(modulus=1.3), test)
+    materials = {p: replace(m, youngs_modulus=1.3 * m.youngs_modulus) if p in ("gear", "cage") else m
+                 for p, m in table.drive.materials.items()}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        stiffer = replace(table.drive, materials=materials)
+    twist = np.array([0.4, 0.8]) * table.full_twist
+    solved = [sm.simulate(d, twist, 300, seed=3).torque.mean(axis=0) for d in (stiffer, table.drive)]
+    order = np.argsort(motion.twist)
+    torque = np.interp(twist, motion.twist[order], motion.torque[order]) / mean_torque_at(table, twist)
+    np.testing.assert_allclose(torque, solved[0] / solved[1], rtol=2e-3)
+    assert (torque > 1.02).all()
+
+
+def test_a_missing_ball_takes_torque_away_once_per_turn_past_the_cage(table, test):
+    motion = run(table, Behaviour(missing=0.3), test)
+    beta = (0.3 + test.crank * (1 - 1 / table.drive.ratio) + np.pi) % (2 * np.pi) - np.pi
+    carrying = np.abs(beta) < table.drive.usable_limit
+    assert rms(motion.gap[~carrying]) < 1e-4 * table.full_torque
+    # Under a positive load it is the elements on one flank that carry.
+    deep = np.abs(motion.gap) > 0.01 * table.full_torque
+    assert deep.any()
+    assert (motion.gap[deep] * motion.twist[deep] < 0).all()
+
+
+def test_springs_give_way_with_the_torque_and_creep_follows_it(table, test, plain):
+    soft = run(table, Behaviour(compliance=2e-7), test)
+    full = np.abs(soft.torque) > 0.95 * table.full_torque
+    np.testing.assert_allclose((soft.twist - plain.twist)[full], 2e-7 * soft.torque[full], rtol=0.01)
+    slow = run(table, Behaviour(creep=2e-7, creep_time=8.0), test)
+    holds = np.flatnonzero(test.run == 8)
+    dwell = holds[(test.load[holds] == 0.8)]
+    delayed = (slow.twist - plain.twist)[dwell] / slow.torque[dwell]
+    elapsed = test.time[dwell] - test.time[dwell[0]] + 1.5  # the ramp before it lasts 4 s
+    expected = 2e-7 * sum(w * (1 - np.exp(-elapsed / 8 / t)) for w, t in ((0.25, 1 / 3), (0.5, 1.0), (0.25, 3.0)))
+    np.testing.assert_allclose(delayed[20:], expected[20:], rtol=0.03)
+    assert (np.diff(delayed) > 0).all()
+
+
+def test_the_contacts_see_the_twist_less_the_kinematic_error(table, test, plain):
+    motion = run(table, Behaviour(kinematic=1e-4, orders=((2, 1.0, 0.7),)), test)
+    np.testing.assert_allclose(motion.torque, mean_torque_at(table, motion.twist - 1e-4 * np.sin(2 * test.crank + 0.7)),
+                               atol=1e-4 * table.full_torque)
+
+
+def test_hysteresis_follows_the_direction_of_the_twist(table, test):
+    # Loops, less the smallest, whose reversals lie too close for the friction to turn over.
+    loops = (test.run <= 6) & (np.arange(len(test.run)) % 800 >= 200)
+    step = np.diff(run(table, Behaviour(), test).twist, prepend=0.0)
+    far = loops & (np.abs(test.load) < 0.2)
+    inner = run(table, Behaviour(hysteresis=3.0, presliding=2e-5), test)
+    np.testing.assert_allclose(inner.gap[far], 3.0 * np.sign(step[far]), atol=0.05)
+    loaded = run(table, Behaviour(load_hysteresis=0.05, presliding=2e-5), test)
+    half = loops & (np.abs(np.abs(test.load) - 0.5) < 0.1) & (np.abs(step) > 1e-6)
+    share = loaded.gap[half] / np.abs(loaded.model[half]) * np.sign(step[half])
+    assert np.median(share) == pytest.approx(0.05, rel=0.05)
+    damped = run(table, Behaviour(damping=500.0), test)
+    quick = np.flatnonzero(test.run == 7)[-240:]
+    expected = 500.0 * np.gradient(damped.twist[quick], test.time[quick])
+    np.testing.assert_allclose(damped.gap[quick[5:-5]], expected[5:-5], atol=0.02 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("effect", ["coulomb", "viscous", "stribeck"])
+def test_friction_at_the_output_opposes_its_speed(table, test, effect):
+    motion = run(table, Behaviour(**{effect: 2.0}, rubbing=2e-5, turnover=0.1), test)
+    speed = forms.rate(motion.output, test.time, test.starts)
+    turning = (test.run > 8) & (np.abs(speed) > 0.01) & (test.run < test.run[-1])
+    law = {"coulomb": lambda w: np.sign(w), "viscous": lambda w: w, "stribeck": lambda w: np.sign(w) / (1 + 100 * w**2)}
+    expected = -2.0 * law[effect](speed[turning])
+    assert np.median(np.abs(motion.gap[turning] - expected)) < 0.02
+    assert (motion.gap[turning] * speed[turning] < 0).mean() > 0.95
+    # Reversing drive: with the crank turning forwards, the output turns backwards.
+    assert table.drive.ratio < 0
+    forwards = turning & (np.diff(test.crank, prepend=0) > 0)
+    assert np.median(motion.gap[forwards]) > 0
+
+
+def test_the_sensor_adds_to_the_torque(table, test, plain):
+    np.testing.assert_allclose(run(table, Behaviour(offset=-1.5), test).gap - plain.gap, -1.5, atol=1e-9)
+    drift = run(table, Behaviour(drift=2.0), test).gap - plain.gap
+    assert drift[0] == pytest.approx(0, abs=1e-9)
+    assert drift[-1] == pytest.approx(2.0)
+    assert (np.diff(drift) > 0).all()

@@ -1,0 +1,106 @@
+"""What the diagnosis says of records whose truth is known."""
+
+import json
+from pathlib import Path
+
+import diagnosis_rig as rig
+import numpy as np
+import pytest
+
+from reefmu.diagnosis import Diagnosis, diagnose_record
+from reefmu.diagnosis.result import VERDICTS
+from reefmu.model_file import load_model
+from reefmu.record import Record, make_record
+from stiffness_model.errors import InputError
+
+
+def names(found: Diagnosis) -> set[str]:
+    return {effect.name for effect in found.effects}
+
+
+def test_nothing_missing() -> None:
+    found = diagnose_record(rig.measured({}, correlation=0.9, seed=1), drive=rig.drive())
+    assert found.verdict == "none"
+    assert not found.effects
+
+
+@pytest.mark.parametrize(("name", "size"), [
+    ("backlash", {"clearance": 3e-6}),
+    ("kinematic_error", {"amplitude_1": 6e-5, "phase_1": 1.0}),
+])
+def test_single_effects(name: str, size: dict[str, float]) -> None:
+    found = diagnose_record(rig.measured({name: size}, seed=2), drive=rig.drive())
+    assert (found.verdict, names(found)) == ("named", {name})
+    assert found.effects[0].share > 0.8
+    assert found.gap.after < 1.1 * found.gap.noise < found.gap.before
+    for parameter, truth in size.items():
+        value = found.effects[0].parameters[parameter]
+        assert value.low <= value.value <= value.high
+        assert value.value == pytest.approx(truth, rel=0.25, abs=0.3 if parameter.startswith("phase") else 0.0)
+
+
+def test_pair_with_files(tmp_path: Path) -> None:
+    record = rig.measured({"backlash": {"clearance": 4e-6}, "hysteresis": {"torque": 4.0}}, seed=4)
+    found = diagnose_record(record, drive=rig.drive(), out=tmp_path / "out")
+    assert (found.verdict, names(found)) == ("named", {"backlash", "hysteresis"})
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["diagnosis.json", "model.toml", "report.html"]
+    answer = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert answer["schema"] == 1
+    assert answer["verdict"] in VERDICTS
+    assert set(answer["gap"]) >= {"unit", "before", "after", "noise", "held_out_before", "held_out_after"}
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "http://" not in page.replace("http://www.w3.org", "")
+    assert "https://" not in page
+    assert "<script" not in page
+    model = load_model(tmp_path / "out" / "model.toml")
+    assert {e.name for e in model.effects} == {"backlash", "hysteresis"}
+
+
+def test_the_corrected_model_leaves_the_same_gap() -> None:
+    from reefmu.diagnosis.workflow import Examined, examine
+    from reefmu.diagnosis.write import simulated_gap
+
+    record = rig.measured({"hysteresis": {"torque": 4.0}}, seed=5)
+    found = examine(record, rig.drive())
+    assert isinstance(found, Examined)
+    gap = simulated_gap(found.study, record, found.finding.chosen)
+    assert gap == pytest.approx(found.diagnosis.gap.after, rel=0.02)
+
+
+def test_twins_are_reported_with_what_splits_them() -> None:
+    found = diagnose_record(rig.measured({"coulomb_friction": {"torque": 5.0}}, full=False), drive=rig.drive())
+    assert found.verdict == "ambiguous"
+    assert {"coulomb_friction"} in [names(found), *(set(a) for a in found.alternatives)]
+    assert any("rotate" in line for line in found.next_experiment)
+
+
+def test_what_no_effect_explains_is_unknown() -> None:
+    record = rig.measured({}, noise=0.3)
+    twist = record.twist(rig.drive().ratio)
+    bump = 9.0 * np.sin(14 * np.pi * twist / rig.drive().max_twist)
+    found = diagnose_record(make_record({
+        "time": record.time, "run": record.run.astype(float), "crank_angle": record.crank_angle,
+        "output_angle": record.output_angle, "temperature": record.temperature,
+        "output_torque": record.output_torque + bump}), drive=rig.drive())
+    assert found.verdict in ("unknown", "partly")
+    assert found.remainder > 2.0
+
+
+def _poor(torque: float) -> Record:
+    t = np.arange(200) * 0.1
+    return make_record({"time": t, "twist": 1e-3 * np.sin(t), "output_torque": torque * np.sin(t)})
+
+
+def test_poor_records() -> None:
+    assert diagnose_record(_poor(0.0), drive=rig.drive()).verdict == "insufficient"
+    wrong_sign = diagnose_record(_poor(-50.0), drive=rig.drive())
+    assert wrong_sign.verdict == "insufficient"
+    assert "wrong sign" in wrong_sign.sentence
+
+
+def test_bad_calls_write_nothing(tmp_path: Path) -> None:
+    with pytest.raises(InputError):
+        diagnose_record(tmp_path / "missing.csv", drive="drive_1", out=tmp_path / "out")
+    with pytest.raises(InputError):
+        diagnose_record(_poor(1.0), drive="drive_1", curve="curve.csv", out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
