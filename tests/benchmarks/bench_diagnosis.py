@@ -22,14 +22,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parent)]
+sys.path[:0] = [str(Path(__file__).resolve().parents[2]), str(Path(__file__).resolve().parent)]
 
 import baselines  # noqa: E402
-from blind.cases import WEIGHTS, case  # noqa: E402
-from blind.records import Case, make  # noqa: E402
-from blind.scoring import Outcome, by_effect, confusions, failed, figures, judge  # noqa: E402
 
 from stiffness_model import DoesNotFitWarning  # noqa: E402
+from tests.blind.cases import WEIGHTS, case  # noqa: E402
+from tests.blind.records import Case, make  # noqa: E402
+from tests.blind.scoring import Outcome, by_effect, confusions, failed, figures, judge  # noqa: E402
 
 Answer = dict[str, Any]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import shutil
 
 import pytest
-from benchmarks import bench_equilibrium
 
 import stiffness_model as sm
+from tests.benchmarks import bench_equilibrium
 
 
 def test_three_ways_agree():

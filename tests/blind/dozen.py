@@ -8,10 +8,10 @@ import time
 
 import pytest
 
-from blind.records import Case, make
-from blind.scoring import Outcome, judge
-from blind.sensors import Sensors
 from reefmu.diagnosis import diagnose_record
+from tests.blind.records import Case, make
+from tests.blind.scoring import Outcome, judge
+from tests.blind.sensors import Sensors
 
 _CALM, _SLOW = Sensors(0.002, 0.5), Sensors(0.003, 0.9)
 # All on one drawing, whose tables are then made once.

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blind.cases import WEIGHTS, case, cases
-from blind.drawings import DRAWINGS
-from blind.outside import KINDS
-from blind.records import Case, make
-from blind.scoring import figures, judge, wilson
-from blind.sensors import Sensors
-from blind.sizing import EFFECTS, rms
+from tests.blind.cases import WEIGHTS, case, cases
+from tests.blind.drawings import DRAWINGS
+from tests.blind.outside import KINDS
+from tests.blind.records import Case, make
+from tests.blind.scoring import figures, judge, wilson
+from tests.blind.sensors import Sensors
+from tests.blind.sizing import EFFECTS, rms
 
 # -- what the diagnosis gets ---------------------------------------------------------------------------------
 

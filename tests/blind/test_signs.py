@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from blind import forms
-from blind.contact_law import mean_torque_at
-from blind.drawings import load
-from blind.elements import TURNS, draw_individual, individual_torque
-from blind.plant import Behaviour, Motion, run
-from blind.protocols import PROTOCOLS, Schedule
-from blind.sizing import rms
-from blind.tables import Tables, tables
+from tests.blind import forms
+from tests.blind.contact_law import mean_torque_at
+from tests.blind.drawings import load
+from tests.blind.elements import TURNS, draw_individual, individual_torque
+from tests.blind.plant import Behaviour, Motion, run
+from tests.blind.protocols import PROTOCOLS, Schedule
+from tests.blind.sizing import rms
+from tests.blind.tables import Tables, tables
 
 warnings.simplefilter("ignore", sm.DoesNotFitWarning)
 

@@ -6,12 +6,12 @@ import contextlib
 import json
 from pathlib import Path
 
-import diagnosis_rig as rig
 import numpy as np
 import pytest
 
 from reefmu.cli import main
 from reefmu.record import Record
+from tests import diagnosis_rig as rig
 
 
 def write(record: Record, path: Path) -> Path:

@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import diagnosis_rig as rig
 import numpy as np
 import pytest
 
@@ -12,6 +11,7 @@ from reefmu.diagnosis.result import VERDICTS
 from reefmu.model_file import load_model
 from reefmu.record import Record, make_record
 from stiffness_model.errors import InputError
+from tests import diagnosis_rig as rig
 
 
 def names(found: Diagnosis) -> set[str]:

@@ -1,6 +1,5 @@
 """The fast evaluation of effects is the model's, and its sensitivities are the derivatives."""
 
-import diagnosis_rig as rig
 import numpy as np
 import pytest
 
@@ -11,6 +10,7 @@ from reefmu.effects import EFFECTS
 from reefmu.model import build_model
 from reefmu.simulate import simulate_record
 from reefmu.tables import cached_lookup
+from tests import diagnosis_rig as rig
 
 SETS = [
     ("backlash", "hysteresis", "torque_sensor_drift", "wear"),

@@ -1,12 +1,12 @@
 """Noise is found where cycles repeat, whatever its correlation, and admitted to be a guess where none do."""
 
-import diagnosis_rig as rig
 import numpy as np
 import pytest
 
 from reefmu.diagnosis.noise import estimate_noise
 from reefmu.diagnosis.trace import trace_of
 from reefmu.tables import cached_lookup
+from tests import diagnosis_rig as rig
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
