@@ -27,6 +27,7 @@ from stiffness_model.spline import Axis, fit
 
 from ..contact import completed
 from ..effects import find_effect
+from ..record import Record, convert_units
 from .elastic import Elastic, LookupElastic, PowerElastic
 from .trace import Trace
 from .vectorised import Number
@@ -42,7 +43,7 @@ _NODES, _CLEARANCES = 160, 24
 
 @dataclass(frozen=True)
 class Base:
-    """kind: "drawing", "curve" or "power law"; ratio: signed, 1 without a drawing; lever: m/rad, clearance over
+    """kind: "drawing", "curve" or "power law"; ratio: signed, 1 for a still crank; lever: m/rad, clearance over
     the twist that it frees; shape_names, shape_start, shape_low, shape_high, shape_prior: of base parameters;
     full_torque: N.m; lookup: tables of the curve, None for a power law until its parameters are known.
     """
@@ -92,15 +93,35 @@ def drawing_base(drive: Drive, lookup: Lookup) -> Base:
                 whole.modulus, drive.name)
 
 
-def curve_base(path: str | os.PathLike[str]) -> Base:
+def ratio_without_drawing(record: Record) -> float:
+    """The signed transmission ratio that a record's own angles show; 1 where the crank stands still.
+
+    The crank's angle over the output's is a straight line but for the twist; its slope is the ratio, taken as the
+    next whole number where that is within 2 %. Raises `InputError` where the angles show no ratio.
+    """
+    crank, output = record.crank_angle, record.output_angle
+    if np.ptp(crank) == 0:
+        return 1.0
+    slope, start = np.polyfit(output, crank, 1)
+    left = float(np.std(crank - slope * output - start) / np.std(crank))
+    if not np.isfinite(slope) or abs(slope) < 1.5 or left > 0.05:
+        raise InputError(f"{record.source or 'record'}: expected a crank that turns with the output, or stands still, "
+                         "for a gear without a drawing, got angles that show no transmission ratio")
+    whole = round(slope)
+    return float(whole if abs(slope - whole) < 0.02 * abs(slope) else slope)
+
+
+def curve_base(path: str | os.PathLike[str], ratio: float = 1.0) -> Base:
     """A curve file: the columns of `reefmu curve`, or any `twist [unit]` and `torque [N.m]` (or torque_mean).
+
+    ratio: of the record that is held against it, see `ratio_without_drawing`.
 
     Raises `InputError` for a file without them or with twists that do not rise.
     """
     twist, torque, spread = _read_curve(Path(path))
     lookup = table_of_curve(twist, torque, NO_LEVER, str(path))
     one = np.ones(1)
-    return Base("curve", ScaledElastic(LookupElastic.of(lookup)), 1.0, NO_LEVER, float(np.abs(torque).max()),
+    return Base("curve", ScaledElastic(LookupElastic.of(lookup)), ratio, NO_LEVER, float(np.abs(torque).max()),
                 float(np.abs(twist).max()), ("scale",), 0 * one, -0.5 * one, one, spread * one, None, lookup,
                 source=str(path))
 
@@ -176,8 +197,6 @@ def _read_curve(path: Path) -> tuple[Array, Array, float]:
         except (ValueError, IndexError) as error:
             raise InputError(f"{where}: expected numbers in column {name!r}, got {error}") from None
         expect(bool(np.isfinite(values).all()), f"finite numbers in column {name!r}", "nan or inf", where)
-        from ..record import convert_units
-
         return convert_units(values, unit, "twist" if name == "twist" else "output_torque", where)
 
     twist, torque = column("twist"), column(torque_name)

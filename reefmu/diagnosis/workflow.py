@@ -16,7 +16,7 @@ from ..record import Record
 from ..tables import cached_lookup
 from .accept import Thresholds, calibrate
 from .audit import Audit, audit
-from .base import Base, curve_base, drawing_base, power_base
+from .base import Base, curve_base, drawing_base, power_base, ratio_without_drawing
 from .fit import Fit
 from .identify import Search, base_fit, search
 from .isolate import Isolability, isolability, splitting, wanted
@@ -57,7 +57,7 @@ def base_for(drive: Drive | None, curve: str | os.PathLike[str] | None, trace: T
     """The base curve that was asked for; a free power law if none was."""
     if drive is not None:
         return drawing_base(drive, cached_lookup(drive))
-    return curve_base(curve) if curve is not None else power_base(trace)
+    return curve_base(curve, trace.ratio) if curve is not None else power_base(trace)
 
 
 def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike[str] | None = None,
@@ -65,7 +65,7 @@ def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike
     """Diagnose one record; a `Diagnosis` alone where the record allows nothing."""
     started = time.perf_counter()
     say = progress or (lambda what, share: None)
-    ratio = drive.ratio if drive is not None else 1.0
+    ratio = drive.ratio if drive is not None else ratio_without_drawing(record)
     look = audit(record, ratio)
     if look.problems:
         return insufficient(look, look.problems, time.perf_counter() - started)

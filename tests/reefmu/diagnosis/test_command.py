@@ -57,3 +57,27 @@ def test_wrong_input_is_one_line_and_leaves_nothing(tmp_path: Path, monkeypatch:
     assert len(error) == 1
     assert message in error[0]
     assert not (tmp_path / "out").exists()
+
+
+def test_a_curve_file_serves_where_there_is_no_drawing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The ratio then comes from the turning of crank and output."""
+    assert main(["curve", "drive_1", "--drives", "200", "--out", str(tmp_path / "curve")]) == 0
+    record = write(rig.measured({"hysteresis": {"torque": 6.0}}, seed=8), tmp_path / "record.csv")
+    curve = tmp_path / "curve" / "curve.csv"
+    assert main(["diagnose", str(record), "--curve", str(curve), "--out", str(tmp_path / "out")]) == 0
+    found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert found["verdict"] in ("named", "partly")
+    assert "hysteresis" in [e["name"] for e in found["effects"]]
+    size = next(e for e in found["effects"] if e["name"] == "hysteresis")["parameters"]["torque"]["value"]
+    assert size == pytest.approx(6.0, rel=0.1)
+    capsys.readouterr()
+
+
+def test_angles_without_a_ratio_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rng = np.random.default_rng(0)
+    table = np.stack([np.arange(400.0), rng.uniform(0, 6, 400), rng.uniform(0, 0.1, 400), rng.normal(size=400)], axis=1)
+    np.savetxt(tmp_path / "record.csv", table, delimiter=",", comments="",
+               header="time [s],crank_angle [rad],output_angle [rad],output_torque [N.m]")
+    assert main(["diagnose", str(tmp_path / "record.csv"), "--power-law", "--out", str(tmp_path / "out")]) == 2
+    assert "show no transmission ratio" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
