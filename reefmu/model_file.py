@@ -23,7 +23,7 @@ from stiffness_model.drawing_file import drive_from_dict
 from stiffness_model.errors import InputError, expect, expect_number, refuse_unknown, unknown_name
 from stiffness_model.files import whole_file
 from stiffness_model.lookup import N_DRIVES, Lookup
-from stiffness_model.units import UNITS, parse_quantity
+from stiffness_model.units import parse_quantity
 
 from .effects import Parameter, find_effect
 from .model import DriveModel, build_model, describe_effects
@@ -118,6 +118,3 @@ def parse_parameter(value: Any, parameter: Parameter, where: str) -> float:
     if match[2] != parameter.unit:
         raise unknown_name("unit", match[2], [parameter.unit], where)
     return float(match[1])
-
-
-assert set(UNITS) >= {"length", "angle", "torque"}

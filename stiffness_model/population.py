@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
 from . import sampling
-from .contacts import Contacts, build_contacts, usable
+from .contacts import build_contacts, usable
 from .curve import BAND, TwistTorqueCurve
 from .drive import Drive
 from .equilibrium import Equilibrium, Status, solve
@@ -165,14 +165,3 @@ def _torques(result: Equilibrium, starts: NDArray[np.intp]) -> tuple[Array, Arra
     highest = np.maximum.reduceat(result.output_torque, starts, axis=1).T
     lowest = np.minimum.reduceat(result.output_torque, starts, axis=1).T
     return torque, crank_torque, np.where(torque >= 0, highest, -lowest)
-
-
-def contacts_of(drive: Drive, n_drives: int, seed: int = 0) -> Contacts:
-    """Contacts of the usable elements of the first `n_drives` virtual drives, flattened."""
-    parts = []
-    for block, count in sampling.blocks(n_drives):
-        deviations = sampling.draw(drive, block, count, seed)
-        parts.append((deviations, usable(drive, deviations.beta).ravel()))
-    joined = sampling.Deviations(*(np.concatenate([getattr(d, name) for d, _ in parts])
-                                   for name in ("beta", "element", "crank", "cage", "gear")))
-    return build_contacts(drive, joined)[np.concatenate([mask for _, mask in parts])]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import time
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,6 @@ from reefmu.model import DriveModel, build_model
 from stiffness_model import plots
 from stiffness_model.catalog import catalog
 from stiffness_model.curve import TwistTorqueCurve
-from stiffness_model.drawing_file import load_drive
 from stiffness_model.drive import Drive
 from stiffness_model.files import staged_folder
 from stiffness_model.lookup import describe
@@ -56,14 +54,12 @@ def _say(title: str) -> None:
 
 def _drawing(stage: Path) -> Drive:
     _say("1  The drawing")
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        drive = load_drive(DRIVE)
+    drive, notes = study.read_drawing(DRIVE)
     print(f"{drive.name}: {drive.description}\n"
           f"{drive.elements} {drive.element}s of {2e3 * drive.element_radius:g} mm on {drive.eccentrics} eccentrics, "
           f"{drive.lobes} lobes, ratio {drive.ratio:g}; the profile exists for |beta| up to "
           f"{np.degrees(drive.usable_limit):.1f} deg")
-    study.show_notes([str(warning.message) for warning in caught])
+    study.show_notes(notes)
     plots.save(plots.gear_profile(drive), stage / "1-gear.png")
     return drive
 

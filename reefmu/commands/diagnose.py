@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import argparse
 import tomllib
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.progress import Progress
-from stiffness_model.drawing_file import load_drive
-from stiffness_model.drive import Drive
 from stiffness_model.errors import InputError, expect
 
 from . import study
@@ -21,7 +18,7 @@ from . import study
 def run(args: argparse.Namespace) -> int:
     """Diagnose each record, print the verdicts, and write the results into the folder."""
     columns = _columns(args)
-    drive, notes = _drive(args.drive)
+    drive, notes = (None, []) if args.drive is None else study.read_drawing(args.drive)
     folder = Path(args.out)
     records = [Path(record) for record in args.records]
     single = len(records) == 1
@@ -40,14 +37,6 @@ def run(args: argparse.Namespace) -> int:
     print(f"\nwritten to {folder}: diagnosis.json, report.html" + (", model.toml" if drive is not None else "")
           + ("" if single else " in a folder for each record"))
     return 0
-
-
-def _drive(source: str | None) -> tuple[Drive | None, list[str]]:
-    if source is None:
-        return None, []
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        return load_drive(source), list(dict.fromkeys(str(warning.message) for warning in caught))
 
 
 def _columns(args: argparse.Namespace) -> dict[str, str] | None:

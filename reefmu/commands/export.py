@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,6 @@ from reefmu.joint.step import step_warning
 from reefmu.masses import Masses
 from reefmu.model import DriveModel, build_model
 from reefmu.model_file import is_model_file, load_model
-from stiffness_model.drawing_file import load_drive
 from stiffness_model.errors import expect
 from stiffness_model.lookup import N_DRIVES, describe
 
@@ -79,12 +77,10 @@ def step_notes(model: DriveModel, masses: Masses, step: float) -> list[str]:
 
 def load(args: argparse.Namespace) -> tuple[DriveModel, list[str]]:
     """The model that a drawing or a model.toml asks for, with the effects of `--effect`, and notes on it."""
-    with warnings.catch_warnings(record=True) as caught, study.all_cores("solving the lookup") as executor:
-        warnings.simplefilter("always")
+    with study.all_cores("solving the lookup") as executor:
         if is_model_file(args.source):
             expect(not args.effect, "no --effect beside a model file, which names its own", args.effect, "--effect")
-            model = load_model(args.source, executor=executor)
-        else:
-            model = build_model(load_drive(args.source), {name: {} for name in args.effect},
-                                n_drives=args.drives or N_DRIVES, seed=args.seed, executor=executor)
-    return model, list(dict.fromkeys(str(warning.message) for warning in caught))
+            return load_model(args.source, executor=executor), []
+        drive, notes = study.read_drawing(args.source)
+        return build_model(drive, {name: {} for name in args.effect}, n_drives=args.drives or N_DRIVES,
+                           seed=args.seed, executor=executor), notes

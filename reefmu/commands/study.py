@@ -29,9 +29,14 @@ _NUMBERS = ("elements", "eccentrics", "lobes", "transmission_ratio")
 def load(args: argparse.Namespace) -> tuple[Drive, list[str]]:
     """The drawing with the fields of `--set`, and notes on it, such as that its elements do not fit."""
     fields = {name: _number(text) if name in _NUMBERS else text for name, text in args.fields}
+    return read_drawing(args.drive, **fields)
+
+
+def read_drawing(source: str, **fields: object) -> tuple[Drive, list[str]]:
+    """The drawing, and as notes what `load_drive` warns of."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        drive = load_drive(args.drive, **fields)
+        drive = load_drive(source, **fields)
     return drive, list(dict.fromkeys(str(warning.message) for warning in caught))
 
 
