@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .fit import Fit
-from .identify import Search, degenerate, n_parameters, without
+from .identify import Search, degenerate, without
 from .kernels import kernel
 from .scores import Direction, gains, projector
 from .study import Study
@@ -38,9 +38,11 @@ FORM_ERROR = 0.025
 """Share of the gain of its kin that a further effect of a family must reach."""
 SMALL_SCATTER = 0.15
 """Size of the scatter below which a drive counts as the mean drive."""
-MARGIN, KINEMATIC_MARGIN = 2.0, 6.0
-"""On the greatest gain among the simulated individuals, which are not many and have no lobes of their own from turn
-to turn; a kinematic error is by its nature what the lobes of an individual make."""
+MARGIN, KINEMATIC_MARGIN = 1.5, 5.0
+"""On the greatest gain among the simulated individuals, which are not many; a kinematic error is by its nature what
+the lobes of an individual make."""
+INDIVIDUAL_GAIN = 42.0
+"""Gain below which nothing is named on an individual: scatter is not as normal as noise."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,10 @@ class Thresholds:
 
     noise: Mapping[str, float]
     individuals: Mapping[str, float]
+
+    def total(self, fit: Fit) -> float:
+        """What all effects of a fit would gain together on a null drive."""
+        return sum(self.of(name, fit.weighting.size) for name in fit.names)
 
     def of(self, name: str, size: float) -> float:
         """The threshold of a candidate where the scatter left has this size."""
@@ -70,13 +76,16 @@ def calibrate(study: Study, base: Fit, fresh: Array, traces: Mapping[str, Sequen
     nulls = fresh.T + np.sqrt(study.block_variance)[:, None] * rng.standard_normal((len(study.torque), len(fresh)))
     residuals = weights.white(nulls)
     residuals = residuals - basis @ (basis.T @ residuals)
-    study.null_excess = 1.3 * max(0.0, float((residuals**2).sum(axis=0).max() - noise_cost(study)))
+    share = weights.noise_ratio
+    alone = float((share * study.block_variance / study.variance + 1 - share).sum())
+    study.null_excess = 1.3 * max(0.0, float((residuals**2).sum(axis=0).max() - alone))
     individuals = {}
     for name in study.candidates:
         greatest = 0.0
         for direction in traces[name]:
             greatest = max(greatest, float(gains(direction, weights, basis, residuals)[0].max()))
-        individuals[name] = max(noise[name], (KINEMATIC_MARGIN if name == "kinematic_error" else MARGIN) * greatest)
+        margin = KINEMATIC_MARGIN if name == "kinematic_error" else MARGIN
+        individuals[name] = max(noise[name], INDIVIDUAL_GAIN, margin * greatest)
     return Thresholds(noise, individuals)
 
 
@@ -162,7 +171,7 @@ def choose(study: Study, found: Search, thresholds: Thresholds) -> tuple[Justifi
     known = {frozenset(f.names): f for fits in found.best.values() for f in fits}
     examined: list[Justified] = []
     for size in sorted((k for k in found.best if k), reverse=True):
-        for fit in _simplest(study, found.best[size], found.base):
+        for fit in _likeliest(study, found.best[size], thresholds):
             verdict = justify(study, fit, found.base, thresholds, known)
             examined.append(verdict)
             if verdict.holds:
@@ -170,10 +179,7 @@ def choose(study: Study, found: Search, thresholds: Thresholds) -> tuple[Justifi
     return None, examined
 
 
-def _simplest(study: Study, fits: Sequence[Fit], base: Fit, share: float = 0.01) -> list[Fit]:
-    """The best set, or one about as good with fewer parameters."""
+def _likeliest(study: Study, fits: Sequence[Fit], thresholds: Thresholds) -> list[Fit]:
+    """The set that stands out most over what each of its effects would gain on a null drive by chance."""
     fits = [f for f in fits if not degenerate(study, f)] or list(fits)
-    best = fits[0]
-    alike = [best, *(f for f in fits[1:] if f.cost - best.cost <= share * (base.cost - best.cost)
-                     and f.cost - best.cost < 6 + 4 * (n_parameters(best) - n_parameters(f)))]
-    return [min(alike, key=lambda f: (n_parameters(f), f.cost))]
+    return [min(fits, key=lambda f: f.cost + thresholds.total(f))]

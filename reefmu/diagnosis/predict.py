@@ -30,13 +30,16 @@ RELAXATIONS = 8
 @dataclass(frozen=True)
 class Prediction:
     """torque: (n,) N.m; sensitivities: (n, k) by zero, base shape and effects' parameters, in that order;
-    elastic: (n,) N.m; slope: (n,) stiffness, N.m/rad. n: blocks where the predictor has blocks, else samples.
+    elastic: (n,) N.m; slope: (n,) stiffness, N.m/rad; contact: (n,) rad, twist that the contacts feel; clearance:
+    (n,) m, beyond the drawn one. n: blocks where the predictor has blocks, else samples.
     """
 
     torque: Array
     sensitivities: Array
     elastic: Array
     slope: Array
+    contact: Array
+    clearance: Array
 
 
 @dataclass(frozen=True)
@@ -67,16 +70,20 @@ class Predictor:
 
     def __call__(self, parameters: Array) -> Prediction:
         """Torque and sensitivities for a parameter vector (size,): zero, base shape, effects' parameters."""
-        torque, elastic, slope = _Run(self, np.asarray(parameters, float)).result()
+        run = _Run(self, np.asarray(parameters, float))
+        torque, elastic, slope = run.result()
         n = len(self.trace)
+        clearance = np.broadcast_to(np.asarray(run.clearance, float), n)
         blocks = self.blocks
         width = n if blocks is None else len(blocks.count)
         columns = np.zeros((self.size, width))
         for k, value in torque.tangent.items():
             columns[k] = blocks.mean(value) if blocks is not None and isinstance(value, np.ndarray) else value
         if blocks is None:
-            return Prediction(np.asarray(torque.value), columns.T, elastic, slope)
-        return Prediction(blocks.mean(np.asarray(torque.value)), columns.T, blocks.mean(elastic), blocks.mean(slope))
+            return Prediction(np.asarray(torque.value), columns.T, elastic, slope, run.contact, clearance)
+        mean = blocks.mean
+        return Prediction(mean(np.asarray(torque.value)), columns.T, mean(elastic), mean(slope), mean(run.contact),
+                          mean(clearance))
 
 
 class _Run:
@@ -96,6 +103,8 @@ class _Run:
         self.states: list[list[Number]] = [[0.0] * len(k.effect.states) for k in predictor.kernels]
         self.state_tangents: list[list[Tangent]] = [[{} for _ in k.effect.states] for k in predictor.kernels]
         self.elastic_tangent: Tangent = {}
+        self.contact: Array = t.twist
+        self.clearance: Number = 0.0
 
     def result(self) -> tuple[_Dual, Array, Array]:
         shift = _Dual(self.p[0], {0: 1.0}).plus(self._total(Place.KINEMATIC, {}))
@@ -274,6 +283,7 @@ class _Run:
                  modulus: _Dual) -> tuple[_Dual, Array]:
         """Torque and stiffness at a twist of the contacts themselves; no tangents if twist_tangent is None."""
         base = self.of.base
+        self.contact, self.clearance = at, clearance.value
         shape = np.array(self.p[1:self.of.n_base])
         torque, stiffness, by_clearance, by_shape = base.elastic.evaluate(at, clearance.value, shape)
         parts = []

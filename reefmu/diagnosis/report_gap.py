@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from .fit import Fit, fit
 from .result import Gap
-from .study import Study
-from .weighting import weighting
+from .study import Study, make_weights
 
 Array = NDArray[np.float64]
 
@@ -51,6 +50,6 @@ def gap_of(study: Study, base: Fit, chosen: Fit) -> Gap:
 def refitted(study: Study, found: Fit) -> Fit:
     """The same set fitted without the blocks held out."""
     variance = np.where(held_out(study), 1e12 * study.variance, study.variance)
-    scatter = np.zeros((0, len(variance))) if study.scatter is None else study.scatter.own
-    weights = weighting(variance, scatter, found.weighting.size)
+    twist = variance if study.scatter is None else study.scatter.twist
+    weights = make_weights(variance, study.scatter, twist).with_size(found.weighting.size)
     return fit(study.predictor(found.names), study.torque, weights, found.box, found.parameters, refit_size=False)

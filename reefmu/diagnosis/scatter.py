@@ -1,195 +1,180 @@
-"""Tolerance scatter: how individual drives of one drawing differ from the mean, over twist and crank phase.
+"""Tolerance scatter along a record: how the torque of an individual drive differs from the mean drive's.
 
-An individual turns: every ball, bore and eccentric keeps its deviation while beta moves with the crank. The maps
-of some hundred individuals over one turn are computed once for a drawing and kept on disk.
-
-Where the first ball of a drive stands is random, so that the scatter is stationary in the phase: its principal
-components are harmonics of the phase times profiles over the twist, and those come from all individuals. What
-stems from balls and bores repeats with the crank's angle past the cage, what stems from the lobes with the
-crank's angle in the gear; after a turn of the crank the two have moved apart by one part in the ratio.
+Every ball and bore keeps its deviation while it turns past the crank; the lobes' deviations stay in the gear, so
+that with every turn an element meets the next lobe. Each deviation is one random column: what one standard
+deviation of it does to every block of the record. Where the first element stands at crank angle 0 nobody knows;
+the columns hold for any start, but for what happens at the edges of the usable profile, where an element comes or
+goes at once: that has columns of its own, one pair for every angle at which the crank stands, and waves of the
+element's passing where it turns.
 """
 
 from __future__ import annotations
 
-import functools
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
-from stiffness_model import sampling
-from stiffness_model.contacts import build_contacts, usable
 from stiffness_model.drive import Drive
-from stiffness_model.equilibrium import solve
-from stiffness_model.errors import InputError
-from stiffness_model.files import whole_file
-from stiffness_model.geometry import wrap
 
-from ..tables import cache_folder, fingerprint  # pyright: ignore[reportPrivateUsage]
+from .responses import Responses, cells
+from .trace import Blocks, Trace
 
 Array = NDArray[np.float64]
 
-INDIVIDUALS = 128
-HELD_BACK = 48
-"""Individuals that calibrate thresholds and are kept out of the components."""
-PHASES = 192
-"""Enough for the order at which single elements come and go, 87 in the presets."""
-TWISTS = 33
-REACH = 1.3
-"""Greatest twist of the maps over the drawing's max_twist; beyond, they are held."""
-_ELEMENTS_AT_ONCE = 6000
+NEIGHBOURS = 0.3
+"""Clearances this close, in standard deviations of single elements, are taken as one."""
+WAVES = 3
+"""Harmonics of the elements' passing."""
+STANDING = 0.125
+"""Turn within a block, over the pitch of the elements, up to which the crank counts as standing."""
+PASSING = 0.03
+"""Variance, over one element's torque squared, of what the waves leave of the elements' passing."""
+BORES = 0.002
+"""Variance that stems from the bores, over that from the lobes, from which they have columns of their own."""
+REST = 0.05
+"""Scatter beyond the columns, over the whole."""
+FAST = 2.0
+"""Turn, rad, within a block from which on all places of an element count alike."""
+WIDEST = 0.3
+"""Turn, rad, within a block beyond which its middle stands for it."""
+LEAST_BLOCKS = 8
+"""Blocks at one angle for a pair of columns of their own."""
+ANGLES = 32
+"""Standing angles, the most frequent ones, that get columns."""
 
 
 @dataclass(frozen=True)
-class ScatterMaps:
-    """Torque of individuals less their mean, (individual, phase, twist), N.m.
-
-    twist: (n_twist,) rad, uniform; phases are uniform over a turn of the crank.
+class Turning:
+    """Where the elements are, by block: turned: (n,) rad, crank past the cage; span: (n,) rad, of it within a block;
+    waves: (2 WAVES, n) cosine and sine of the elements' passing, mean over the block, 0 where the crank stands;
+    count: (n,) samples of a block.
     """
 
-    twist: Array
-    deviation: NDArray[np.float32]
-
-    def along(self, twist: Array) -> Array:
-        """Weights (n, n_twist) that interpolate a profile at n twists by cubic splines, held beyond the ends."""
-        inside = np.clip(twist, self.twist[0], self.twist[-1])
-        return CubicSpline(self.twist, np.eye(len(self.twist)), bc_type="natural")(inside)
-
-    def at(self, individuals: NDArray[np.intp], twist: Array, phase: Array, shift: Array) -> Array:
-        """Deviations at n points of some individuals, each turned by its own shift (rad): (m, n) N.m."""
-        weights = self.along(twist).astype(np.float32)
-        n_phase = self.deviation.shape[1]
-        result = np.empty((len(individuals), len(twist)))
-        for row, (individual, turn) in enumerate(zip(individuals, shift, strict=True)):
-            v = ((phase + turn) / (2 * np.pi) % 1.0) * n_phase
-            k = v.astype(np.intp) % n_phase
-            g = v - np.floor(v)
-            table = self.deviation[individual]
-            low = np.einsum("nt,nt->n", table[k], weights)
-            result[row] = low * (1 - g) + np.einsum("nt,nt->n", table[(k + 1) % n_phase], weights) * g
-        return result
+    turned: Array
+    span: Array
+    waves: Array
+    count: Array
 
 
-def individual_maps(drive: Drive, individuals: int = INDIVIDUALS, phases: int = PHASES, twists: int = TWISTS,
-                    seed: int = 1) -> ScatterMaps:
-    """Solve the individuals over twist and crank phase (some seconds)."""
-    twist = np.linspace(-REACH, REACH, twists) * drive.max_twist
-    torque = np.empty((individuals, phases, twists), np.float32)
-    angles = 2 * np.pi * np.arange(phases) / phases
-    at = 0
-    for block, count in sampling.blocks(individuals):
-        drawn = sampling.draw(drive, block, count, seed)
-        for k, angle in enumerate(angles):
-            torque[at:at + count, k] = _turned_torque(drive, drawn, angle, twist)
-        at += count
-    mean = torque.mean(axis=(0, 1), dtype=float)
-    return ScatterMaps(twist, (torque - mean).astype(np.float32))
-
-
-def _turned_torque(drive: Drive, drawn: sampling.Deviations, angle: float, twist: Array) -> Array:
-    """Torque (n_drives, n_twist) of drives whose crank stands at `angle`."""
-    turned = replace(drawn, beta=wrap(drawn.beta + angle))
-    keep = usable(drive, turned.beta)
-    contacts = build_contacts(drive, turned)[keep.ravel()]
-    owner = np.repeat(np.arange(len(keep)), keep.sum(axis=1))
-    starts = np.flatnonzero(np.diff(owner, prepend=-1))
-    torque = np.zeros((len(keep), len(twist)))
-    step = max(1, _ELEMENTS_AT_ONCE // max(1, len(contacts)))
-    for first in range(0, len(twist), step):
-        part = slice(first, first + step)
-        solved = solve(contacts, twist[part] * drive.ratio).output_torque
-        torque[owner[starts], part] = np.add.reduceat(solved, starts, axis=1).T
-    return torque
-
-
-@functools.lru_cache(maxsize=4)
-def _load(path: Path) -> ScatterMaps:
-    with np.load(path, allow_pickle=False) as data:
-        return ScatterMaps(data["twist"], data["deviation"])
-
-
-def cached_maps(drive: Drive) -> ScatterMaps:
-    """The drawing's maps, from the cache if they were made before by the same code, else computed."""
-    path = cache_folder() / f"scatter-{fingerprint(drive, INDIVIDUALS, PHASES * 1000 + TWISTS)}.npz"
-    if path.is_file():
-        try:
-            return _load(path)
-        except (OSError, ValueError, KeyError, EOFError):
-            pass  # truncated or foreign: build it again
-    maps = individual_maps(drive)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(path) as temporary, open(temporary, "wb") as file:
-            np.savez(file, twist=maps.twist, deviation=maps.deviation)
-    except (OSError, InputError):
-        pass
-    return maps
-
-
-def gear_share(drive: Drive) -> float:
-    """Share of the scatter's variance that stems from the lobes: that of their part in the clearances."""
-    variance = {part: drive.tolerances[part].sigma ** 2 for part in ("gear", "element", "crank", "cage")}
-    return variance["gear"] / max(sum(variance.values()), 1e-300)
-
-
-def components(maps: ScatterMaps, twist: Array, turned: Array, crank: Array, share: float, floor: Array) -> Array:
-    """Principal components (m, n), N.m, of the scatter at n points; their sum of squares is its variance.
-
-    twist: rad; turned: crank past the cage, rad; crank: in the gear, rad; share: of the lobes in the variance;
-    floor: (n,) N.m below which a component does not matter.
-    """
-    training = maps.deviation[HELD_BACK:].astype(float)
-    spectrum = np.fft.rfft(training, axis=1) / training.shape[1]
-    level = float(np.median(floor))
-    weights = maps.along(twist)
-    found = []
-    for order in range(spectrum.shape[1] - 1):
-        profiles = spectrum[:, order] * (1.0 if order == 0 else 2.0)
-        _, size, vectors = np.linalg.svd(profiles, full_matrices=False)
-        size = size / np.sqrt(len(profiles))
-        # A component of this size moves single points by at most size times the profile's peak.
-        keep = size * np.abs(vectors).max(axis=1) > 0.3 * level
-        for scale, profile in zip(size[keep], vectors[keep], strict=True):
-            along = weights @ (scale * profile)
-            if order == 0:
-                found.append(along.real)
-                continue
-            for phase, part in ((turned, 1 - share), (crank, share)):
-                wave = along * np.exp(1j * order * phase) * np.sqrt(part / 2)
-                found += [wave.real, wave.imag]
-    return np.array(found) if found else np.zeros((0, len(twist)))
+def turning(drive: Drive, trace: Trace, blocks: Blocks) -> Turning:
+    """From the record's angles."""
+    # The paper's elements keep their place while the crank twists: standing is standing.
+    way = trace.crank * (1 - 1 / drive.ratio)
+    ends = np.concatenate([blocks.first[1:], [len(way)]])
+    span = np.maximum.reduceat(way, blocks.first) - np.minimum.reduceat(way, blocks.first)
+    # A block of one sample spans half the way to either neighbour.
+    step = np.abs(np.diff(way, prepend=way[0]))
+    step[trace.start] = 0.0
+    span = span + step[blocks.first] * (ends > blocks.first)
+    moving = span > STANDING * 2 * np.pi / drive.elements
+    waves = []
+    for harmonic in range(1, WAVES + 1):
+        passing = np.exp(1j * harmonic * drive.elements * way)
+        mean = np.add.reduceat(passing, blocks.first) / blocks.count * moving / (np.pi * harmonic)
+        waves += [mean.real, mean.imag]
+    return Turning(blocks.mean(way), span, np.array(waves), blocks.count)
 
 
 @dataclass(frozen=True)
 class Scatter:
-    """The scatter along one record: maps, curve (twist and mean torque, rising), and the blocks' twist and angles."""
+    """The scatter along one record; twist: (n,) rad, a first guess of what the contacts of the blocks feel."""
 
-    maps: ScatterMaps
-    curve: tuple[Array, Array]
+    drive: Drive
+    responses: Responses
+    turning: Turning
     twist: Array
-    turned: Array
-    crank: Array
-    share: float
-    floor: Array
 
-    def at(self, twist: Array) -> Array:
-        """Components (m, n), N.m, where the contacts feel these twists (n,)."""
-        return components(self.maps, twist, self.turned, self.crank, self.share, self.floor)
+    def at(self, twist: Array, clearance: Array | float = 0.0) -> tuple[Array, Array]:
+        """Columns (m, n), N.m, each one standard deviation, where the contacts feel these twists, rad, at these
+        clearances, m (n,); and the variance (n,), (N.m)^2, that is left beside them: the elements' passing, faster
+        than a block, and a little of everything.
+        """
+        drive = self.drive
+        answers, ends = self._answers(twist, np.broadcast_to(np.asarray(clearance, float), twist.shape))
+        fast = self.turning.span > FAST
+        at_once = (answers["linear"]**2).sum(axis=1)
+        for answer in answers.values():
+            # Over a turn and more all places count alike; what single samples make of it is rough.
+            answer[fast] = answer[fast].mean(axis=1, keepdims=True)
+        parts = [*self._own(answers), *self._lobes(answers)]
+        columns = np.concatenate([*parts, *self._edges(ends["mean"])])
+        columns = columns[np.abs(columns).max(axis=1) > 0]
+        rough = REST**2 * (columns**2).sum(axis=0)
+        rough[fast] += (at_once / self.turning.count)[fast]
+        moving = self.turning.span > STANDING * 2 * np.pi / drive.elements
+        power = (ends["mean"]**2 + ends["linear"]**2).sum(axis=0)
+        rough[moving] += (PASSING * power / self.turning.count)[moving]
+        return columns, rough
 
-    def felt(self, elastic: Array, least: float) -> Array:
-        """Twist (n,) at which the mean drive as drawn carries torques (n,), N.m; below `least` as measured."""
-        return np.where(np.abs(elastic) > least, np.interp(elastic, self.curve[1], self.curve[0]), self.twist)
+    def _answers(self, twist: Array, clearance: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Answers at the places of the elements, (n, elements) each, and at both ends of the profile, (2, n)."""
+        r = self.responses
+        beta, _, inside = self._places
+        found = {name: np.zeros(beta.shape) for name in r.tables}
+        ends = {name: np.zeros((2, len(twist))) for name in r.tables}
+        step = max(NEIGHBOURS * r.deviation, 1e-12)
+        level = np.round(clearance / step)
+        for value in np.unique(level):
+            own = np.flatnonzero(level == value)
+            tables = r.near(float(clearance[own].mean()))
+            row, f = cells(r.twist, twist[own])
+            column, g = cells(r.position, beta[own])
+            corner = [(row[:, None] + a) * len(r.position) + column + b for a in (0, 1) for b in (0, 1)]
+            f2 = f[:, None]
+            weights = [inside[own] * w for w in ((1 - f2) * (1 - g), (1 - f2) * g, f2 * (1 - g), f2 * g)]
+            for name, table in tables.items():
+                flat = table.ravel()
+                found[name][own] = sum(w * flat[c] for w, c in zip(weights, corner, strict=True))
+                ends[name][:, own] = ((1 - f2) * table[row][:, [0, -1]] + f2 * table[row + 1][:, [0, -1]]).T
+        return found, ends
 
-    @property
-    def own(self) -> Array:
-        """Components with the twist as measured."""
-        return self.at(self.twist)
+    def _own(self, answers: dict[str, Array]) -> list[Array]:
+        """Columns of what goes with the elements, and of the eccentrics."""
+        drive, shares, linear = self.drive, self.responses.shares, answers["linear"]
+        bore = [answers["bore"].T] if (answers["bore"]**2).sum() > BORES * (linear**2).sum() else []
+        if drive.crank_deviation == "eccentric":
+            rows, share = np.arange(drive.elements) % drive.eccentrics, shares["crank"]
+            # All elements of an eccentric bend the same way: what single ones average out, these do not.
+            bent = (share**0.5 * linear, share * answers["quadratic"], share**1.5 * answers["cubic"])
+            return [*bore, shares["element"]**0.5 * linear.T,
+                    *(np.stack([v[:, rows == k].sum(axis=1) for k in range(drive.eccentrics)]) for v in bent)]
+        return [*bore, (shares["element"] + shares["crank"])**0.5 * linear.T]
+
+    def _lobes(self, answers: dict[str, Array]) -> list[Array]:
+        """Columns of what stays in the gear; what bends is counted here, whoever deviates."""
+        n_lobes, n = self.drive.lobes * self.drive.eccentrics, len(self.twist)
+        index = (self._places[1] + n_lobes * np.arange(n)[:, None]).ravel()
+        return [np.bincount(index, v.ravel(), n_lobes * n).astype(float).reshape(n, n_lobes).T
+                for v in (self.responses.shares["gear"]**0.5 * answers["linear"], answers["quadratic"])]
+
+    @cached_property
+    def _places(self) -> tuple[Array, NDArray[np.intp], Array]:
+        """Position (n, elements), lobe met (n, elements) and share of the block within the usable profile."""
+        return places(self.drive, self.turning, 0.0)
+
+    def _edges(self, ends: Array) -> list[Array]:
+        """Columns of what comes or goes at either end of the usable profile; ends: (2, n) N.m, one element there."""
+        pitch = 2 * np.pi / self.drive.elements
+        standing = self.turning.span <= STANDING * pitch
+        place = np.round(self.turning.turned / (pitch / 4)).astype(np.int64)
+        values, count = np.unique(place[standing], return_counts=True)
+        often = np.argsort(-count, kind="stable")[:ANGLES]
+        # Uniform between in and out.
+        found = [ends * (standing & (place == values[k])) / np.sqrt(12) for k in often if count[k] >= LEAST_BLOCKS]
+        return [*found, *(self.turning.waves * end for end in ends)]
 
 
-def fresh_individuals(maps: ScatterMaps, twist: Array, phase: Array, copies: int = 2, seed: int = 0) -> Array:
-    """Individuals (m, n), N.m, that had no part in the components, each turned by `copies` random angles."""
-    rng = np.random.default_rng(np.random.SeedSequence([seed, len(twist)]))
-    individuals = np.repeat(np.arange(HELD_BACK), copies)
-    return maps.at(individuals, twist, phase, rng.uniform(0, 2 * np.pi, len(individuals)))
+def places(drive: Drive, turning: Turning, start: float) -> tuple[Array, NDArray[np.intp], Array]:
+    """Where the elements of a drive stand: position on the profile, rad, lobe met, and share of the block within the
+    usable profile, (n, elements) each; start: rad, position of the first element at crank angle 0."""
+    n = np.arange(drive.elements)
+    way = start + 2 * np.pi * n / len(n) + turning.turned[:, None] + np.pi
+    turns = np.floor(way / (2 * np.pi)).astype(np.intp)
+    beta = way - 2 * np.pi * turns - np.pi
+    rows = drive.eccentrics
+    # Crank and cage of a reversing drive turn against each other: the cage moves on to the next lobe.
+    lobe = (n // rows - drive.orientation * turns) % drive.lobes * rows + n % rows
+    width = np.clip(turning.span, 1e-6, WIDEST)[:, None]
+    return beta, lobe, np.clip((drive.usable_limit - np.abs(beta)) / width + 0.5, 0.0, 1.0)

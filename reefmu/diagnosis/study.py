@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..effects import EFFECTS, Effect, Place
+from ..effects import EFFECTS, Effect
 from .base import Base
 from .fit import Box, Fit, box_of, fit, is_logarithmic
 from .noise import Noise
-from .predict import Predictor, effects_of
+from .predict import Predictor
 from .scatter import Scatter
 from .trace import Blocks, Trace, blocks_of
 from .weighting import Weighting, weighting
@@ -32,7 +32,7 @@ class Study:
     with the noise's correlation in it; block_variance: (n,) what the noise alone leaves in each; candidates: names;
     left_out: others, with the reason; scatter: of the population, None without a drawing;
     null_excess: what single drives of the population leave beyond the components, as a cost; shifted: weights
-    under other clearances, by the twist that the contacts feel.
+    by the twist and the clearance that the contacts feel.
     """
 
     base: Base
@@ -46,7 +46,7 @@ class Study:
     left_out: dict[str, str]
     scatter: Scatter | None
     null_excess: float = 0.0
-    shifted: list[tuple[Array, Weighting]] = field(default_factory=list)
+    shifted: list[tuple[Array, Array, Weighting]] = field(default_factory=list)
 
     @cached_property
     def torque(self) -> Array:
@@ -65,21 +65,19 @@ class Study:
                       np.concatenate([[0.0], b.shape_start]))
 
     def weights_at(self, found: Fit) -> Weighting:
-        """Weights whose scatter is that at the twist which the contacts feel under a fit's effects.
+        """Weights whose scatter is that at the twist and clearance which the contacts feel under a fit's effects.
 
-        A drive with play scatters where its contacts carry, not where the drawing's would.
+        A drive with play scatters where its contacts carry, one with preload also where it carries nothing.
         """
-        if self.scatter is None or not any(e.place is Place.CLEARANCE for e in effects_of(found.names)):
+        if self.scatter is None:
             return self.weights
-        twist = self.scatter.felt(found.prediction.elastic, 1e-4 * self.base.full_torque)
-        near = 0.02 * self.base.reach
-        if np.abs(twist - self.scatter.twist).max() < near:
-            return self.weights
-        for other, weights in self.shifted:
-            if np.abs(twist - other).max() < near:
+        twist, clearance = found.prediction.contact, found.prediction.clearance
+        near, alike = 0.02 * self.base.reach, 0.3 * self.scatter.responses.deviation
+        for other, play, weights in ((self.scatter.twist, 0.0, self.weights), *self.shifted):
+            if np.abs(twist - other).max() < near and np.abs(clearance - play).max() < alike:
                 return weights.with_size(found.weighting.size)
-        weights = make_weights(self.variance, self.scatter.at(twist), len(twist))
-        self.shifted.append((twist, weights))
+        weights = weighting(self.variance, *self.scatter.at(twist, clearance))
+        self.shifted.append((twist, clearance, weights))
         return weights.with_size(found.weighting.size)
 
     def fit_from(self, names: Sequence[str], start: Array, weights: Weighting | None = None, steps: int = 25,
@@ -90,7 +88,9 @@ class Study:
 
     def expected(self, found: Fit) -> float:
         """The cost that noise and scatter alone would leave, in the mean."""
-        return float((self.block_variance / self.variance).sum()) + found.weighting.log_determinant
+        share = found.weighting.noise_ratio
+        alone = float((share * self.block_variance / self.variance + 1 - share).sum())
+        return alone + found.weighting.log_determinant
 
     def excess(self, found: Fit) -> float:
         """The cost of a fit beyond what noise and scatter explain."""
@@ -153,6 +153,8 @@ def candidates_of(missing: Sequence[str], base: Base) -> tuple[tuple[str, ...], 
     return tuple(name for name in EFFECTS if name not in left_out), left_out
 
 
-def make_weights(variance: Array, scatter: NDArray[np.float64] | None, n: int) -> Weighting:
-    """Weights of a study; without a drawing nothing scatters."""
-    return weighting(variance, np.zeros((0, n)) if scatter is None else scatter)
+def make_weights(variance: Array, scatter: Scatter | None, twist: Array) -> Weighting:
+    """Weights of a study where the contacts feel a twist (n,); without a drawing nothing scatters."""
+    if scatter is None:
+        return weighting(variance, np.zeros((0, len(variance))))
+    return weighting(variance, *scatter.at(twist))

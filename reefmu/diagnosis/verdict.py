@@ -53,7 +53,7 @@ def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[
     least = _visible(study, best.fit)
     more = left(study, best.fit) > 0 and rest > least and (
         left(study, best.fit) > REMAINDER_SHARE * gain or rest > 2 * least)
-    alternatives = _alternatives(study, best.fit, found, twins)
+    alternatives = _alternatives(study, best.fit, found, thresholds, twins)
     verdict = "ambiguous" if alternatives else "partly" if more else "named"
     return Finding(verdict, best.fit, dict(best.shares), alternatives, rest, tuple(examined))
 
@@ -75,7 +75,7 @@ def _visible(study: Study, fit: Fit) -> float:
     return max(share * study.base.full_torque, float(np.sqrt(uncertain)))
 
 
-def _alternatives(study: Study, chosen: Fit, found: Search, twins: Sequence[tuple[str, str]]
+def _alternatives(study: Study, chosen: Fit, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]]
                   ) -> tuple[tuple[str, ...], ...]:
     """Sets of no more effects that explain the record as well."""
     known = {frozenset(f.names): f.cost for fits in found.best.values() for f in fits}
@@ -84,7 +84,8 @@ def _alternatives(study: Study, chosen: Fit, found: Search, twins: Sequence[tupl
     for f in sorted(fits, key=lambda f: f.cost):
         if set(f.names) == set(chosen.names):
             continue
-        worse = f.cost - chosen.cost
+        # What a null drive would gain by chance is no argument.
+        worse = f.cost - chosen.cost + max(0.0, thresholds.total(f) - thresholds.total(chosen))
         # What counts is the gain of the part in which the two differ.
         common = frozenset(f.names) & frozenset(chosen.names)
         gain = known.get(common, found.base.cost) - chosen.cost

@@ -1,8 +1,9 @@
 """How residuals are weighed: noise at each sample, and what the population scatters as a random effect.
 
-Covariance of n samples: diag(variance) + size^2 U U^T, with U the principal components of the scatter. The
-inverse is Woodbury's; `size` is 1 for a drive of the population. It is fitted too: a record that shows no
-scatter (the mean drive, or a perfect one) shows small effects all the better.
+Covariance of n samples: diag(variance) + size^2 U U^T, with U the columns of the scatter. The inverse is Woodbury's;
+`size` is 1 for a drive of the population. It is fitted too: a record that shows no scatter (the mean drive, or a
+perfect one) shows small effects all the better. A drive that scatters is also rough beyond the columns: from
+`INDIVIDUAL` on, the samples' own variance holds that too.
 """
 
 from __future__ import annotations
@@ -11,37 +12,75 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 Array = NDArray[np.float64]
 
-SIZES = (0.06, 0.12, 0.25, 0.5, 0.75, 1.0, 1.4)
-"""Sizes of the scatter that are tried. The least is the error of a mean of some 250 drives."""
-MOST_COMPONENTS = 420
+SIZES = (0.03, 0.06, 0.12, 0.25, 0.5, 0.75, 1.0, 1.4, 2.0, 2.8)
+"""Sizes of the scatter that are tried. The least but one is the error of a mean of some 250 drives."""
+INDIVIDUAL = 0.25
+"""Size from which a drive counts as an individual, rough beyond the columns."""
 LEAST_STRENGTH = 0.3
 """Variance of a component, in units of the noise, below which it no longer matters."""
 
 
 @dataclass(frozen=True)
-class Weighting:
-    """scale: (n,) one over the standard deviation; basis: (n, m) orthonormal; strength: (m,) variances of the
-    scatter along it at size 1, in units of the noise; size: of the scatter."""
+class Components:
+    """scale: (n,) one over the standard deviation of the samples alone; basis: (n, m) orthonormal; strength: (m,)
+    variances of the scatter along it at size 1, in units of the samples' own; level: log of the determinant of the
+    samples' own covariance, over that of the noise; ratio: (n,) of the noise's variance in it."""
 
     scale: Array
     basis: Array
     strength: Array
+    level: float
+    ratio: Array
+
+
+@dataclass(frozen=True)
+class Weighting:
+    """mean: for a drive that is (almost) the mean one; individual: for one that scatters; size: of the scatter."""
+
+    mean: Components
+    individual: Components
     size: float
+
+    @property
+    def _own(self) -> Components:
+        return self.individual if self.size >= INDIVIDUAL else self.mean
+
+    @property
+    def scale(self) -> Array:
+        """(n,) one over the standard deviation of the samples alone."""
+        return self._own.scale
+
+    @property
+    def basis(self) -> Array:
+        """(n, m) orthonormal, of the whitened scatter."""
+        return self._own.basis
+
+    @property
+    def strength(self) -> Array:
+        """(m,) variances along the basis at size 1."""
+        return self._own.strength
 
     def white(self, values: Array) -> Array:
         """Values (n,) or (n, k), N.m, as independent ones of variance 1."""
-        v = values * (self.scale if values.ndim == 1 else self.scale[:, None])
-        shrink = 1 - 1 / np.sqrt(1 + self.size**2 * self.strength)
-        along = self.basis.T @ v
-        return v - self.basis @ (along * (shrink if values.ndim == 1 else shrink[:, None]))
+        own = self._own
+        v = values * (own.scale if values.ndim == 1 else own.scale[:, None])
+        shrink = 1 - 1 / np.sqrt(1 + self.size**2 * own.strength)
+        along = own.basis.T @ v
+        return v - own.basis @ (along * (shrink if values.ndim == 1 else shrink[:, None]))
 
     @property
     def log_determinant(self) -> float:
         """Of the covariance over the noise's."""
-        return float(np.log1p(self.size**2 * self.strength).sum())
+        return float(np.log1p(self.size**2 * self.strength).sum()) + self._own.level
+
+    @property
+    def noise_ratio(self) -> Array:
+        """Share (n,) of the noise in the variance of the samples alone."""
+        return self._own.ratio
 
     def with_size(self, size: float) -> Weighting:
         """The same with another size of the scatter."""
@@ -49,24 +88,36 @@ class Weighting:
 
     def best_size(self, residual: Array) -> Weighting:
         """With the size under which the residual (n,), N.m, is most likely."""
-        if not len(self.strength):
+        if not len(self.mean.strength):
             return self
-        v = residual * self.scale
-        along = (self.basis.T @ v) ** 2
-        sizes = np.array(SIZES)
-        spread = 1 + sizes[:, None] ** 2 * self.strength
-        cost = (along / spread + np.log(spread)).sum(axis=1)
-        return self.with_size(float(sizes[cost.argmin()]))
+        costs = []
+        for own, sizes in ((self.mean, [s for s in SIZES if s < INDIVIDUAL]),
+                           (self.individual, [s for s in SIZES if s >= INDIVIDUAL])):
+            v = residual * own.scale
+            along = (own.basis.T @ v) ** 2
+            spread = 1 + np.array(sizes)[:, None] ** 2 * own.strength
+            # The part across the basis is the same for all sizes that share one.
+            across = float(v @ v) + own.level
+            costs += (across - (along * (1 - 1 / spread)).sum(axis=1) + np.log(spread).sum(axis=1)).tolist()
+        return self.with_size(SIZES[int(np.argmin(costs))])
 
 
-def weighting(variance: Array, scatter: Array, size: float = 1.0) -> Weighting:
-    """From variances (n,) of the samples' noise, (N.m)^2, and components of the scatter (m, n), N.m, or (0, n)."""
+def weighting(variance: Array, scatter: Array, rough: Array | None = None, size: float = 1.0) -> Weighting:
+    """From variances (n,) of the samples' noise, (N.m)^2, columns of the scatter (m, n), N.m, or (0, n), and the
+    variance (n,) by which an individual is rough beyond them.
+    """
+    mean = _components(variance, scatter, 0.0, np.ones(len(variance)))
+    if rough is None or not len(scatter):
+        return Weighting(mean, mean, size)
+    level = float(np.log1p(rough / variance).sum())
+    return Weighting(mean, _components(variance + rough, scatter, level, variance / (variance + rough)), size)
+
+
+def _components(variance: Array, scatter: Array, level: float, ratio: Array) -> Components:
     scale = 1 / np.sqrt(variance)
     if not len(scatter):
-        return Weighting(scale, np.zeros((len(scale), 0)), np.zeros(0), size)
+        return Components(scale, np.zeros((len(scale), 0)), np.zeros(0), level, ratio)
     rows = scatter * scale
-    values, vectors = np.linalg.eigh(rows @ rows.T)
-    values, vectors = values[::-1], vectors[:, ::-1]
-    keep = min(MOST_COMPONENTS, max(1, int((values > LEAST_STRENGTH).sum())))
-    basis = (vectors[:, :keep].T @ rows).T / np.sqrt(values[:keep])
-    return Weighting(scale, basis, values[:keep], size)
+    values, vectors = eigh(rows @ rows.T, subset_by_value=(LEAST_STRENGTH, np.inf), check_finite=False)
+    basis = np.ascontiguousarray((vectors.T @ rows).T / np.sqrt(values))
+    return Components(scale, basis, values, level, ratio)

@@ -19,13 +19,15 @@ from .audit import Audit, audit
 from .base import Base, curve_base, drawing_base, power_base, ratio_without_drawing
 from .fit import Fit
 from .identify import Search, base_fit, search
+from .individuals import individuals_along
 from .isolate import Isolability, isolability, splitting, wanted
 from .kernels import kernel
 from .locate import locate
 from .noise import Noise, estimate_noise
 from .report_gap import gap_of
+from .responses import element_responses
 from .result import Diagnosis, Gap, NamedEffect, Value
-from .scatter import Scatter, cached_maps, fresh_individuals, gear_share
+from .scatter import Scatter, turning
 from .scores import directions
 from .study import Study, block_variances, candidates_of, make_weights, search_blocks
 from .trace import Trace, trace_of
@@ -114,17 +116,11 @@ def prepare(record: Record, trace: Trace, base: Base) -> tuple[Study, Array]:
     n = len(variance)
     scatter, fresh = None, np.zeros((0, n))
     if base.drive is not None:
-        maps, grid = cached_maps(base.drive), np.linspace(-1.5, 1.5, 601) * base.reach
-        curve = base.elastic.evaluate(grid, 0.0, base.shape_start)[0]
-        # Strictly rising, so that it can be turned round.
-        rising = np.linspace(0, 1e-6 * base.full_torque, len(grid))
-        curve = np.asarray(np.maximum.accumulate(curve) + rising, float)
-        zero = _zero(trace, base)
-        scatter = Scatter(maps, (grid, curve), blocks.mean(trace.twist) - zero, blocks.mean(trace.crank - trace.output),
-                          blocks.mean(trace.crank), gear_share(base.drive), np.sqrt(variance))
-        fresh = fresh_individuals(maps, scatter.twist, scatter.turned)
+        scatter = Scatter(base.drive, element_responses(base.drive), turning(base.drive, trace, blocks),
+                          blocks.mean(trace.twist) - _zero(trace, base))
+        fresh = individuals_along(scatter)
     names, left_out = candidates_of(record.missing, base)
-    weights = make_weights(variance, None if scatter is None else scatter.own, n)
+    weights = make_weights(variance, scatter, variance if scatter is None else scatter.twist)
     return Study(base, trace, blocks, noise, weights, variance, block_variance, names, left_out, scatter), fresh
 
 

@@ -18,8 +18,9 @@ Array = NDArray[np.float64]
 
 CHUNK = 6000
 """Elements times twists solved at once: their arrays fit a core's cache."""
-TURNS = 3
-"""Turns of the crank past the cage after which an individual's lobes repeat; a rig's protocol spans fewer."""
+TURNS = 4
+"""Turns of the crank past the cage that tables of an individual span; a rig's protocol spans no more, or whole
+multiples of the lobes more, after which every element meets its first lobe again."""
 
 
 def element_torques(drive: Drive, deviations: Deviations, twist: Array, clearance: float) -> Array:
@@ -67,7 +68,7 @@ def _radii(drive: Drive, normal: Array) -> tuple[Array, ...]:
 @dataclass(frozen=True)
 class Individual:
     """One drive with its own parts: ball, crank and bore radii go with the element (n,), lobes stay in the gear
-    (eccentrics, lobes). start: position of every element on the profile at crank angle 0, rad.
+    (eccentrics, lobes). start: position of every element on the profile at crank angle 0, rad, turns counted.
     """
 
     start: Array
@@ -86,7 +87,8 @@ def draw_individual(drive: Drive, rng: np.random.Generator) -> Individual:
     element, crank, cage, _ = _radii(drive, own)
     tolerance = drive.tolerances["gear"]
     lobe = drive.element_radius + tolerance.offset + tolerance.sigma * rng.standard_normal((rows, drive.lobes))
-    start = (rng.uniform(0, 2 * np.pi) + 2 * np.pi * np.arange(n) / n) % (2 * np.pi) - np.pi
+    # Not wrapped: where the position jumps from pi to -pi the next element is two lobes on.
+    start = rng.uniform(0, 2 * np.pi) + 2 * np.pi * np.arange(n) / n - np.pi
     return Individual(start, element, crank, cage, lobe)
 
 
@@ -99,14 +101,15 @@ def individual_torque(drive: Drive, one: Individual, turn: Array, twist: Array, 
     """
     n, rows = drive.elements, drive.eccentrics
     way = one.start + turn[:, None]
-    periods = np.floor((way + np.pi) / (2 * np.pi)).astype(int) % TURNS
+    periods = np.floor((way + np.pi) / (2 * np.pi)).astype(int)
     beta = (way + np.pi) % (2 * np.pi) - np.pi
     number = np.broadcast_to(np.arange(n), beta.shape)
     usable = np.abs(beta) <= drive.usable_limit
     if missing is not None:
         usable &= number != missing
     which, periods = number[usable], periods[usable]
-    gear = one.lobe[which % rows, (which // rows + periods) % drive.lobes]
+    # The cage of a reversing drive moves on against the crank: to the next lobe, not to the last.
+    gear = one.lobe[which % rows, (which // rows - drive.orientation * periods) % drive.lobes]
     deviations = Deviations(beta[usable], one.element[which], one.crank[which], one.cage[which], gear)
     torque = element_torques(drive, deviations, twist, clearance)
     first = np.concatenate([[0], np.cumsum(usable.sum(axis=1))[:-1]])

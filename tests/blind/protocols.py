@@ -9,9 +9,8 @@ import numpy as np
 
 from .elements import Array
 
-TURNS_OF_WEAR = 1044
-"""Turns of the crank in the run after many turns; a multiple of 29, after which an individual meets its first
-lobes again."""
+ROUNDS_OF_WEAR = 36
+"""Rounds of the cage in the run after many turns: after each an individual meets its first lobes again."""
 ROTATION_SPEEDS = (0.5, 5.0, 50.0)
 """Crank, rad/s."""
 
@@ -80,7 +79,7 @@ def _assemble(runs: list[list[Piece]], rng: np.random.Generator, warm: dict[int,
     return Schedule(*(np.concatenate(a) for a in (times, numbers, cranks, loads, temperatures)))
 
 
-def full(rng: np.random.Generator) -> Schedule:
+def full(rng: np.random.Generator, ratio: int = 29) -> Schedule:
     """Everything: loops of four amplitudes at six crank angles, three rates, holds, rotation at three speeds both
     ways under both loads, a warm run and a run after many turns; about 12 000 samples.
     """
@@ -95,8 +94,9 @@ def full(rng: np.random.Generator) -> Schedule:
             runs.append([_ramp(angles[0], 0, load, 4.0, 30), _turn(angles[0], 2, speed, load, 270)])
             runs.append([_ramp(there, 0, load, 4.0, 30), _turn(there, -2, speed, load, 270)])
     runs.append([_loops(angles[1], (0.65, 1.0), period, cycles=4)])
-    many = [_ramp(angles[0], 0, 0.3, 4.0, 20), _turn(angles[0], TURNS_OF_WEAR, 150.0, 0.3, 240)]
-    after = angles[0] + 2 * np.pi * TURNS_OF_WEAR
+    turns = ROUNDS_OF_WEAR * ratio
+    many = [_ramp(angles[0], 0, 0.3, 4.0, 20), _turn(angles[0], turns, 150.0, 0.3, 240)]
+    after = angles[0] + 2 * np.pi * turns
     runs.append([*many, _ramp(after, 0.3, 0, 4.0, 20), _loops(after, (0.35, 0.65, 1.0), period)])
     warm = {len(runs) - 2: (rng.uniform(20, 24), rng.uniform(45, 60))}
     return _assemble(runs, rng, warm)
@@ -110,12 +110,12 @@ def _holds(crank: float, dwell: float) -> list[Piece]:
     return pieces
 
 
-def one_loop(rng: np.random.Generator) -> Schedule:
+def one_loop(rng: np.random.Generator, ratio: int = 29) -> Schedule:
     """Poor: three cycles of a single loop at one crank angle."""
     return _assemble([[_loops(rng.uniform(0, 6), (float(rng.uniform(0.7, 1.0)),), 25.0, cycles=3, samples=400)]], rng)
 
 
-def one_sign(rng: np.random.Generator) -> Schedule:
+def one_sign(rng: np.random.Generator, ratio: int = 29) -> Schedule:
     """Poor: load in one direction only; loops at four angles, a hold and slow and fast rotation."""
     angles = rng.uniform(0, 2 * np.pi) + np.pi / 2 * np.arange(4)
     # From -pi/2 on, the loop starts unloaded and never pulls.
@@ -137,7 +137,7 @@ def _pushes(crank: float, top: float, period: float) -> Piece:
     return np.full(200, period / 100), np.full(200, crank), load
 
 
-def one_speed(rng: np.random.Generator) -> Schedule:
+def one_speed(rng: np.random.Generator, ratio: int = 29) -> Schedule:
     """Poor: loops at two angles at one rate, rotation one way at one speed."""
     angles = rng.uniform(0, 2 * np.pi) + np.array([0.0, 2.2])
     runs = [[_loops(a, (0.35, 0.7, 1.0), 25.0)] for a in angles]
@@ -145,7 +145,7 @@ def one_speed(rng: np.random.Generator) -> Schedule:
     return _assemble(runs, rng)
 
 
-def locked(rng: np.random.Generator) -> Schedule:
+def locked(rng: np.random.Generator, ratio: int = 29) -> Schedule:
     """One crank angle, crank locked at 0: loops, rates and holds in a single run (for records without a crank or
     run column).
     """
@@ -153,7 +153,7 @@ def locked(rng: np.random.Generator) -> Schedule:
     return _assemble([[*loops, *_holds(0.0, 130.0)]], rng)
 
 
-PROTOCOLS: dict[str, Callable[[np.random.Generator], Schedule]] = {
+PROTOCOLS: dict[str, Callable[[np.random.Generator, int], Schedule]] = {
     f.__name__: f for f in (full, one_loop, one_sign, one_speed, locked)
 }
 POOR = ("one_loop", "one_sign", "one_speed")

@@ -96,7 +96,7 @@ def make(case: Case) -> Sealed:
     """Simulate and measure a case. The same case gives the same record."""
     table = tables(case.drawing)
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(case.seed, spawn_key=(case.number,)).spawn(5)]
-    test = PROTOCOLS[case.protocol](streams[0])
+    test = PROTOCOLS[case.protocol](streams[0], DRAWINGS[case.drawing].ratio)
     behaviour = shapes(table, streams[1])
     one = draw_individual(table.drive, streams[2]) if case.individual else None
     plain = run(table, behaviour, test)

@@ -12,7 +12,7 @@ import stiffness_model as sm
 from tests.blind import forms
 from tests.blind.contact_law import mean_torque_at
 from tests.blind.drawings import load
-from tests.blind.elements import TURNS, draw_individual, individual_torque
+from tests.blind.elements import draw_individual, individual_torque
 from tests.blind.plant import Behaviour, Motion, run
 from tests.blind.protocols import PROTOCOLS, Schedule
 from tests.blind.sizing import rms
@@ -28,7 +28,7 @@ def table() -> Tables:
 
 @pytest.fixture(scope="module")
 def test(table: Tables) -> Schedule:
-    return PROTOCOLS["full"](np.random.default_rng(1))
+    return PROTOCOLS["full"](np.random.default_rng(1), 29)
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,8 @@ def test_an_individual_keeps_its_parts_while_it_turns():
     drive = load(0)
     one = draw_individual(drive, np.random.default_rng(0))
     twist, pitch = np.array([-1.0, 0.4, 1.0]) * drive.max_twist, 2 * np.pi / drive.elements
-    start, pattern = (individual_torque(drive, one, np.array([t]), twist, 0.0) for t in (0.1, 0.1 + 2 * np.pi * TURNS))
+    round_later = 0.1 + 2 * np.pi * drive.lobes
+    start, pattern = (individual_torque(drive, one, np.array([t]), twist, 0.0) for t in (0.1, round_later))
     np.testing.assert_allclose(pattern, start, rtol=1e-9)
     # Without deviations a pitch further looks the same; with them it does not.
     same = replace(one, element=np.full(drive.elements, drive.element_radius), crank=0 * one.crank + drive.crank_radius,

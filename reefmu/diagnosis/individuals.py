@@ -1,0 +1,65 @@
+"""Single drives of the population along a record, each element with its own deviation: what a null looks like."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .responses import cells
+from .scatter import FAST, Scatter, places
+
+Array = NDArray[np.float64]
+
+INDIVIDUALS = 48
+
+
+def individuals_along(scatter: Scatter, count: int = INDIVIDUALS, seed: int = 0) -> Array:
+    """Torque of `count` individuals less the mean drive's, (count, n) N.m, at the record's blocks.
+
+    Each starts anywhere; balls and cranks go with the element, lobes stay in the gear. Clearances are not linearised;
+    bores stand at their mean.
+    """
+    drive, r = scatter.drive, scatter.responses
+    rng = np.random.default_rng(np.random.SeedSequence([seed, len(scatter.twist)]))
+    n, rows = drive.elements, drive.eccentrics
+    share = {part: np.sqrt(v) for part, v in r.shares.items()}
+    mean, fast = mean_along(scatter), scatter.turning.span > FAST
+    t, f = cells(r.twist, scatter.twist)
+    found = np.empty((count, len(scatter.twist)))
+    for number in range(count):
+        beta, lobe, inside = places(drive, scatter.turning, rng.uniform(0, 2 * np.pi))
+        crank = rng.standard_normal(n)
+        if drive.crank_deviation == "eccentric":
+            crank = crank[np.arange(n) % rows]
+        own = share["element"] * rng.standard_normal(n) + share["crank"] * crank
+        gear = share["gear"] * rng.standard_normal(drive.lobes * rows)
+        block, element = np.nonzero(inside > 0)
+        z = own[element] + gear[lobe[block, element]]
+        torque = inside[block, element] * _single(scatter, t[block], f[block], beta[block, element], z)
+        # Where the crank runs through whole turns within a block, all places count alike.
+        found[number] = np.where(fast, 0.0, np.bincount(block, torque, len(scatter.twist)) - mean)
+    return found
+
+
+def mean_along(scatter: Scatter) -> Array:
+    """Torque of the mean drive, (n,) N.m, from the same tables: over deviations and all places of the elements."""
+    r, drive = scatter.responses, scatter.drive
+    trapezoid = np.ones(len(r.position))
+    trapezoid[[0, -1]] = 0.5
+    curve = drive.elements * (r.near(0.0)["mean"] @ trapezoid) * (r.position[1] - r.position[0]) / (2 * np.pi)
+    return np.interp(scatter.twist, r.twist, curve)
+
+
+def _single(scatter: Scatter, t: NDArray[np.intp], f: Array, beta: Array, z: Array) -> Array:
+    """Torque of single elements, N.m, linear between the nodes of all three axes; z: in standard deviations."""
+    r = scatter.responses
+    b, g = cells(r.position, beta)
+    k, h = cells(r.solved, z * r.deviation)
+    flat, (_, n_twist, n_position) = r.single.ravel(), r.single.shape
+    first = (k * n_twist + t) * n_position + b
+    planes = []
+    for offset in (0, n_twist * n_position):
+        low = (1 - g) * flat[first + offset] + g * flat[first + offset + 1]
+        high = (1 - g) * flat[first + offset + n_position] + g * flat[first + offset + n_position + 1]
+        planes.append((1 - f) * low + f * high)
+    return (1 - h) * planes[0] + h * planes[1]

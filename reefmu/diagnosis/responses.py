@@ -1,0 +1,124 @@
+"""How one element's torque answers to deviations, over clearance, twist and position: what scatter is made of.
+
+Between a rigid gear and a rigid cage no element feels another, so a drive's torque is a sum over its elements, and
+an individual's scatter a sum of their answers. Balls, cranks and lobes all act through one number, the clearance
+between gear and crank. Over its normal deviations an answer is expanded in Hermite polynomials: mean, linear,
+quadratic and cubic parts are uncorrelated, and in the presets the linear one holds more than 96 % of the variance.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffness_model.contacts import build_contacts
+from stiffness_model.drawing_file import drive_to_dict
+from stiffness_model.drive import Drive
+from stiffness_model.equilibrium import solve
+from stiffness_model.sampling import Deviations
+
+Array = NDArray[np.float64]
+
+TWISTS, POSITIONS = 49, 49
+REACH = 1.4
+"""Greatest twist of the tables over the drawing's max_twist; beyond, they are held."""
+STEP = 0.6
+"""Between the clearances of the tables, in standard deviations."""
+FARTHEST = 4.8
+"""Deviation, in standard deviations, up to which single elements are solved beyond the clearances."""
+MOST_CLEARANCES = 61
+_CLOSES = {"element": -2.0, "crank": -1.0, "gear": 1.0}
+"""Clearance between gear and crank that a larger radius of a part opens, at small pressure angles."""
+ANSWERS = ("mean", "linear", "quadratic", "cubic", "bore")
+
+
+@dataclass(frozen=True)
+class Responses:
+    """twist, position: (TWISTS,), (POSITIONS,) rad, uniform, the position to the usable limit; clearance: (n_c,) m,
+    uniform; deviation: m, the standard deviation of single elements' clearances; single: (n_s, TWISTS, POSITIONS)
+    N.m, torque of one element at the clearances `solved`; tables: (n_c, TWISTS, POSITIONS) N.m of each of `ANSWERS`:
+    mean and what one standard deviation makes, of the bore for "bore"; shares: of element, crank and gear in the
+    clearance's variance.
+    """
+
+    twist: Array
+    position: Array
+    clearance: Array
+    solved: Array
+    deviation: float
+    single: Array
+    tables: dict[str, Array]
+    shares: dict[str, float]
+
+    def near(self, clearance: float) -> dict[str, Array]:
+        """Tables (TWISTS, POSITIONS) at one clearance, m, held at the ends."""
+        k, f = cells(self.clearance, np.array(clearance))
+        return {name: (1 - f) * table[k] + f * table[k + 1] for name, table in self.tables.items()}
+
+
+def element_responses(drive: Drive) -> Responses:
+    """Solve one element of the drawing over its tolerances; some tenths of a second, then remembered."""
+    return _solved(_Key(drive))
+
+
+class _Key:
+    """A drawing as a dictionary key."""
+
+    def __init__(self, drive: Drive) -> None:
+        self.drive = drive
+        self._text = repr(drive_to_dict(drive))
+
+    def __hash__(self) -> int:
+        return hash(self._text)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key) and self._text == other._text
+
+
+@functools.lru_cache(maxsize=4)
+def _solved(key: _Key) -> Responses:
+    drive = key.drive
+    twist = np.linspace(-REACH, REACH, TWISTS) * drive.max_twist
+    position = np.linspace(-1, 1, POSITIONS) * drive.usable_limit
+    widest = 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist
+    sigma = {part: abs(c) * drive.tolerances[part].sigma for part, c in _CLOSES.items()}
+    deviation = float(np.sqrt(sum(s**2 for s in sigma.values()))) or 1e-3 * widest
+    step = max(STEP * deviation, 2 * widest / (MOST_CLEARANCES - 1))
+    cells_each = int(np.ceil(widest / step))
+    beyond = int(np.ceil(FARTHEST * deviation / step))
+    solved = step * np.arange(-cells_each - beyond, cells_each + beyond + 1)
+    single = np.stack([_torque(drive, twist, position, shift) for shift in solved])
+    clearance = solved[beyond:len(solved) - beyond]
+    z = step * np.arange(-beyond, beyond + 1) / deviation
+    weight = np.exp(-z**2 / 2)
+    weight /= weight.sum()
+    hermite = {"mean": np.ones_like(z), "linear": z, "quadratic": (z**2 - 1) / np.sqrt(2),
+               "cubic": (z**3 - 3 * z) / np.sqrt(6)}
+    tables = {name: np.stack([np.tensordot(weight * h, single[k:k + len(z)], 1) for k in range(len(clearance))])
+              for name, h in hermite.items()}
+    bore = drive.tolerances["cage"].sigma
+    tables["bore"] = np.stack([(_torque(drive, twist, position, shift, bore)
+                                - _torque(drive, twist, position, shift, -bore)) / 2 for shift in clearance])
+    shares = {part: (s / deviation) ** 2 for part, s in sigma.items()}
+    return Responses(twist, position, clearance, solved, deviation, single, tables, shares)
+
+
+def _torque(drive: Drive, twist: Array, position: Array, clearance: float, bore: float = 0.0) -> Array:
+    """Torque of one element with all parts at their means, (twist, position), N.m; bore: m, added to the cage's."""
+    def radius(part: str, nominal: float, more: float = 0.0) -> Array:
+        return np.full(position.shape, nominal + drive.tolerances[part].offset + more)
+
+    r = drive.element_radius
+    contacts = build_contacts(drive, Deviations(position, radius("element", r), radius("crank", drive.crank_radius),
+                                                radius("cage", r, bore), radius("gear", r)), clearance)
+    return solve(contacts, twist * drive.ratio).output_torque
+
+
+def cells(nodes: Array, values: Array) -> tuple[NDArray[np.intp], Array]:
+    """Cell of a uniform axis and the place in it, 0 to 1, held at the ends."""
+    place = np.clip((values - nodes[0]) / (nodes[1] - nodes[0]), 0.0, len(nodes) - 1)
+    cell = np.minimum(place.astype(np.intp), len(nodes) - 2)
+    return cell, place - cell
