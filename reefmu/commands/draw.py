@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
             count = write_turn(drive, stage / "turn.gif", twist)
             said.append(f"turn.gif: {count} pictures, nominal drive; turns of the crank: {turns_to_repeat(drive)}")
         names = sorted(file.name for file in stage.iterdir())
-    study.show_notes(notes)
+    study.show_notes([*notes, *_uneven(drive)])
     print(_sizes(drive))
     print(_forces(loads))
     for line in said:
@@ -59,6 +59,15 @@ def _sizes(drive: Drive) -> str:
     cage = f"cage bars of {1e3 * width:.3g} mm" if width > 0 else f"bores overlap by {-1e3 * width:.3g} mm"
     return (f"{drive.name}: {drive.lobes} lobes, ratio {drive.ratio:+g}, {drive.elements_per_row} elements on each of "
             f"{drive.eccentrics} eccentrics; {cage}; profile up to {np.degrees(drive.usable_limit):.1f} deg of 180")
+
+
+def _uneven(drive: Drive) -> list[str]:
+    """That the drawn bores are not those of the other commands, where it is so."""
+    count, places = drive.elements_per_row, round(drive.transmission_ratio)
+    if places % count == 0:
+        return []
+    return [f"{count} elements stand on {count} of the {places} places that the ratio gives, not evenly; the other "
+            "commands spread them evenly (eq. 20), so that their torque is a little different"]
 
 
 def _forces(loads: Loads) -> str:

@@ -39,6 +39,15 @@ def test_draw_writes_dxf_and_animation(tmp_path: Path, capsys: pytest.CaptureFix
     assert "off the profile by at most 0.9" in said or "off the profile by at most 1 um" in said
 
 
+def test_uneven_bores_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["draw", "drive_1", "--set", "elements=60", "--set", "element_radius=4 mm", "--out",
+                 str(tmp_path)]) == 0
+    said = capsys.readouterr()
+    assert said.err.splitlines() == [
+        "note: 20 elements stand on 20 of the 29 places that the ratio gives, not evenly; the other commands spread "
+        "them evenly (eq. 20), so that their torque is a little different"]
+
+
 @pytest.mark.parametrize(("call", "words"), [
     (["--twist", "nan"], "--twist: expected a finite twist"),
     (["--exaggerate", "0"], "--exaggerate: expected a factor of at least 1"),
