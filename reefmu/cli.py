@@ -52,7 +52,7 @@ def build_parser() -> argparse.ArgumentParser:
                                    "curve, an FMU and a joint under control.")
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and leave")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (_add_demo, _add_curve, _add_compare, _add_export, _add_check, _add_diagnose):
+    for add in (_add_demo, _add_curve, _add_compare, _add_export, _add_check, _add_diagnose, _add_draw):
         add(commands)
     return parser
 
@@ -124,6 +124,24 @@ def _add_diagnose(commands: Commands) -> None:
                         help="one column of the map: --column 'TIME=time [s]'")
 
 
+def _add_draw(commands: Commands) -> None:
+    parser = _command(commands, "draw", "a drawing to scale: the drive, its contact forces, a turn, the workshop's DXF",
+                      "Writes drive.png and forces.png; turn.gif and profile.dxf where asked for.")
+    _add_drawing_options(parser, "draw")
+    parser.add_argument("--twist", metavar="ARCMIN", type=float,
+                        help="twist at the output under which the forces are drawn (default the drawing's max_twist)")
+    parser.add_argument("--angle", metavar="DEG", type=float, default=0.0,
+                        help="angle of the first eccentric (default 0)")
+    parser.add_argument("--individual", metavar="SEED", type=_whole(0),
+                        help="forces of one virtual drive, the first of this seed (default: one without deviations)")
+    parser.add_argument("--exaggerate", metavar="N", type=float, default=1.0,
+                        help="in forces.png, draw deviations and displacements N times as large (default 1: to scale)")
+    parser.add_argument("--animate", action="store_true", help="write turn.gif: one period of the motion")
+    parser.add_argument("--dxf", action="store_true", help="write profile.dxf: gear profile and bores in mm")
+    parser.add_argument("--chord", metavar="UM", type=float, default=0.1,
+                        help="greatest distance of the DXF's polyline from the profile, um (default 0.1)")
+
+
 def _command(commands: Commands, name: str, summary: str, writes: str) -> argparse.ArgumentParser:
     """A parser whose `args.run` imports `reefmu.commands.<name>` and calls its `run`."""
     description = f"{summary[0].upper()}{summary[1:]}. {writes}"
@@ -140,12 +158,17 @@ def _command(commands: Commands, name: str, summary: str, writes: str) -> argpar
 
 def _add_study_options(parser: argparse.ArgumentParser, name: str) -> None:
     """Options of the commands that simulate a population of one drive."""
-    parser.add_argument("drive", metavar="DRIVE",
-                        help="a preset (drive_1, drive_2, drive_3) or a TOML drawing")
+    _add_drawing_options(parser, name)
     parser.add_argument("--drives", metavar="N", type=_whole(1, MOST_DRIVES), default=1000,
                         help="virtual drives (default 1000)")
     parser.add_argument("--seed", metavar="S", type=_whole(0), default=0,
                         help="seed of the tolerances (default 0)")
+
+
+def _add_drawing_options(parser: argparse.ArgumentParser, name: str) -> None:
+    """Options of the commands that work on one drawing."""
+    parser.add_argument("drive", metavar="DRIVE",
+                        help="a preset (drive_1, drive_2, drive_3) or a TOML drawing")
     parser.add_argument("--set", metavar="FIELD=VALUE", dest="fields", type=_field, action="append",
                         default=[], help="override a field of the drawing: --set lobes=28 "
                                          "--set crank_radius='41 mm'")

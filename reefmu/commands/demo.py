@@ -12,7 +12,7 @@ from reefmu.fmu.build import export_fmu
 from reefmu.fmu.check import check_fmu
 from reefmu.joint import JointModel, Masses, cosimulate, largest_step, simulate_joint
 from reefmu.joint.controller import Design, design_lqr, feedback
-from reefmu.joint.plots import damping_over_torque, response, tangents
+from reefmu.joint.plots import STEPS, picture_designs, picture_responses
 from reefmu.model import DriveModel, build_model
 from stiffness_model import plots
 from stiffness_model.catalog import catalog
@@ -30,7 +30,6 @@ DRIVES = 1000
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0, motor_damping=1e-3, load_damping=0.5)
 SAMPLE = 5e-4  # s, of the controller
 STIFF_POINT = 100.0  # N.m on the output
-SMALL_STEP, LARGE_STEP, SMALL_LOAD, LARGE_LOAD = 0.2e-3, 50e-3, 1.0, 120.0  # rad, N.m
 
 
 def run(args: argparse.Namespace) -> int:
@@ -104,27 +103,15 @@ def _fmu(model: DriveModel, stage: Path) -> bool:
 
 
 def _joint(model: DriveModel, stage: Path) -> None:
-    from matplotlib.figure import Figure
-
     _say("5  A robot joint under control")
     plain = build_model(model.drive, lookup=model.lookup)
     joint = JointModel(plain, MASSES)
     designs = [design_lqr(joint, STIFF_POINT, SAMPLE, f"at {STIFF_POINT:g} N.m"),
                design_lqr(joint, 0.0, SAMPLE, "at rest")]
-    figure = Figure(figsize=(9.6, 4.0), dpi=150, layout="constrained")
-    left, right = figure.subplots(1, 2)
-    tangents(joint, designs, left)
-    damping_over_torque(joint, designs, right)
-    figure.savefig(stage / "5-design.png")
-    figure = Figure(figsize=(9.6, 6.4), dpi=150, layout="constrained")
-    axes = figure.subplots(2, 2)
-    small = response(joint, designs, axes[0, 0], target=SMALL_STEP)
-    response(joint, designs, axes[1, 0], target=LARGE_STEP)
-    response(joint, designs, axes[0, 1], load=SMALL_LOAD)
-    response(joint, designs, axes[1, 1], load=LARGE_LOAD)
-    handles, names = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside upper left", ncols=3, frameon=False, fontsize="small")
+    picture_designs(joint, designs).savefig(stage / "5-design.png")
+    figure, left = picture_responses(joint, designs)
     figure.savefig(stage / "5-joint.png")
+    small = next(iter(left.values()))
     print(f"an LQR designed on {designs[0].stiffness / 1e3:.0f} kN.m/rad ({designs[0].name}) leaves an oscillation of "
           f"{small[designs[0].name]:.2g} N.m in the drive after a small step;\n"
           f"designed on {designs[1].stiffness / 1e3:.0f} kN.m/rad ({designs[1].name}) it settles: "
@@ -134,8 +121,8 @@ def _joint(model: DriveModel, stage: Path) -> None:
 
 def _against_fmu(joint: JointModel, design: Design, path: Path) -> None:
     """The same loop with the FMU in it, and the step that a plain co-simulation master could take."""
-    motion = simulate_joint(joint, feedback(design, joint.ratio, LARGE_STEP), step=SAMPLE, duration=0.2)
-    other = cosimulate(path, MASSES, feedback(design, joint.ratio, LARGE_STEP), step=SAMPLE, duration=0.2)
+    motion = simulate_joint(joint, feedback(design, joint.ratio, STEPS[-1]), step=SAMPLE, duration=0.2)
+    other = cosimulate(path, MASSES, feedback(design, joint.ratio, STEPS[-1]), step=SAMPLE, duration=0.2)
     gap = np.abs(motion["output.phi"] - other["output.phi"]).max()
     stiffness = float(joint.drive.lookup.stiffness(joint.drive.drive.max_twist))
     longest = largest_step(stiffness, MASSES.reduced_inertia(joint.ratio))

@@ -1,6 +1,7 @@
 """Hysteresis: a rate-independent torque of constant width that follows the twist's direction."""
 
-from .base import Along, Effect, Parameter, Place, State
+from .base import Along, Effect, Parameter, Place
+from .presliding import TWIST_PRESLIDING, built_up_share
 
 HYSTERESIS = Effect(
     name="hysteresis",
@@ -8,12 +9,9 @@ HYSTERESIS = Effect(
     place=Place.PARALLEL,
     parameters=(
         Parameter("torque", "N.m", 0.0, 0.0, 1e4, 2.0, "Half the width of the loop"),
-        Parameter("presliding", "rad", 5e-5, 1e-7, 0.1, 5e-5, "Twist over which the torque turns over"),
+        TWIST_PRESLIDING,
     ),
-    states=(
-        State("deflection", "1", "Share of the friction that is built up, -1 to 1", Along.TWIST,
-              lambda signals, p: (-1 / p["presliding"], signals.twist_direction / p["presliding"])),
-    ),
+    states=(built_up_share(Along.TWIST),),
     contribution=lambda signals, p, x: p["torque"] * x["deflection"],
     equation="torque += hysteresis.torque * z,  dz/d|twist| = (direction - z)/presliding",
     excitation="Loops with reversals larger than the presliding twist.",

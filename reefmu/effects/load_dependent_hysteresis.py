@@ -2,7 +2,8 @@
 
 import casadi as ca
 
-from .base import Along, Effect, Parameter, Place, State
+from .base import Along, Effect, Parameter, Place
+from .presliding import TWIST_PRESLIDING, built_up_share
 
 LOAD_DEPENDENT_HYSTERESIS = Effect(
     name="load_dependent_hysteresis",
@@ -10,12 +11,9 @@ LOAD_DEPENDENT_HYSTERESIS = Effect(
     place=Place.PARALLEL,
     parameters=(
         Parameter("fraction", "1", 0.0, 0.0, 1.0, 0.03, "Half the width of the loop, as a share of the elastic torque"),
-        Parameter("presliding", "rad", 5e-5, 1e-7, 0.1, 5e-5, "Twist over which the torque turns over"),
+        TWIST_PRESLIDING,
     ),
-    states=(
-        State("deflection", "1", "Share of the friction that is built up, -1 to 1", Along.TWIST,
-              lambda signals, p: (-1 / p["presliding"], signals.twist_direction / p["presliding"])),
-    ),
+    states=(built_up_share(Along.TWIST),),
     contribution=lambda signals, p, x: p["fraction"] * ca.fabs(signals.elastic_torque) * x["deflection"],
     equation="torque += fraction * |elastic torque| * z,  dz/d|twist| = (direction - z)/presliding",
     excitation="Loops to several torques: the loop closes at zero torque and opens with the load.",

@@ -1,9 +1,18 @@
-"""The state shared by the dry frictions at the output shaft: how much of the friction is built up."""
+"""What the dry frictions share: the part of the friction that is built up, and the way over which that happens."""
 
-from .base import Along, State
+import operator
+
+from .base import Along, Parameter, State
+
+_DIRECTIONS = {Along.TWIST: operator.attrgetter("twist_direction"),
+               Along.OUTPUT: operator.attrgetter("output_direction")}
+
+TWIST_PRESLIDING = Parameter("presliding", "rad", 5e-5, 1e-7, 0.1, 5e-5, "Twist over which the torque turns over")
+OUTPUT_PRESLIDING = Parameter("presliding", "rad", 2e-5, 1e-7, 0.1, 2e-5, "Way of the output over which it builds up")
 
 
-def built_up_share() -> State:
-    """z in -1 ... 1 that follows the output's direction over the effect's `presliding`, rad (Dahl, 1968)."""
-    return State("deflection", "1", "Share of the friction that is built up, -1 to 1", Along.OUTPUT,
-                 lambda signals, p: (-1 / p["presliding"], signals.output_direction / p["presliding"]))
+def built_up_share(along: Along) -> State:
+    """z in -1 ... 1 that follows the direction of twist or output over the effect's `presliding`, rad (Dahl, 1968)."""
+    direction = _DIRECTIONS[along]
+    return State("deflection", "1", "Share of the friction that is built up, -1 to 1", along,
+                 lambda signals, p: (-1 / p["presliding"], direction(signals) / p["presliding"]))

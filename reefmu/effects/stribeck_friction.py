@@ -2,8 +2,8 @@
 
 import casadi as ca
 
-from .base import Effect, Parameter, Place
-from .presliding import built_up_share
+from .base import Along, Effect, Parameter, Place
+from .presliding import OUTPUT_PRESLIDING, built_up_share
 
 STRIBECK_FRICTION = Effect(
     name="stribeck_friction",
@@ -12,9 +12,9 @@ STRIBECK_FRICTION = Effect(
     parameters=(
         Parameter("torque", "N.m", 0.0, 0.0, 1e4, 2.0, "Friction at standstill beyond that at speed"),
         Parameter("speed", "rad/s", 0.05, 1e-5, 1e3, 0.05, "Speed of the output at which 37 % of it are left"),
-        Parameter("presliding", "rad", 2e-5, 1e-7, 0.1, 2e-5, "Way of the output over which it builds up"),
+        OUTPUT_PRESLIDING,
     ),
-    states=(built_up_share(),),
+    states=(built_up_share(Along.OUTPUT),),
     contribution=lambda signals, p, x: (
         p["torque"] * ca.exp(-(signals.output_speed / p["speed"]) ** 2) * x["deflection"]),
     equation="output torque -= torque * exp(-(output speed/speed)^2) * z,  dz/d|output| = (direction - z)/presliding",

@@ -15,9 +15,45 @@ from .simulate import Motion, simulate_joint
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 DASHES = ((6, 1.5), (2, 1))
 COLOURS = (RED, BLUE)
+
+STEPS = (0.2e-3, 50e-3)
+"""Of the set point, rad: one within the soft start of the curve, one beyond."""
+LOADS = (1.0, 120.0)
+"""The same for loads, N.m."""
+
+
+def picture_designs(joint: JointModel, designs: Sequence[Design]) -> Figure:
+    """The curve with the designs' straight lines, and how well each loop is damped over the torque."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.6, 4.0), dpi=150, layout="constrained")
+    left, right = figure.subplots(1, 2)
+    tangents(joint, designs, left)
+    damping_over_torque(joint, designs, right)
+    return figure
+
+
+def picture_responses(joint: JointModel, designs: Sequence[Design], steps: Sequence[float] = STEPS,
+                      loads: Sequence[float] = LOADS) -> tuple[Figure, dict[str, dict[str, float]]]:
+    """Steps of the set point, rad, on the left, as many of the load, N.m, on the right; as `response` draws them.
+
+    And by case what oscillation each design leaves in the drive, N.m.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.6, 3.2 * len(steps)), dpi=150, layout="constrained")
+    axes = figure.subplots(len(steps), 2, squeeze=False)
+    left = {f"set point {1e3 * step:g} mrad": response(joint, designs, ax, target=step)
+            for step, ax in zip(steps, axes[:, 0], strict=True)}
+    left |= {f"load {load:g} N.m": response(joint, designs, ax, load=load)
+             for load, ax in zip(loads, axes[:, 1], strict=True)}
+    handles, names = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside upper left", ncols=3, frameon=False, fontsize="small")
+    return figure, left
 
 
 def tangents(joint: JointModel, designs: Sequence[Design], ax: Axes) -> Axes:

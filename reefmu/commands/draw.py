@@ -1,0 +1,77 @@
+"""`reefmu draw`: the drive to scale, its contact forces, a turn of the crank, the profile for the workshop."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+import numpy as np
+
+from stiffness_model import sampling
+from stiffness_model.contacts import CONTACTS
+from stiffness_model.drive import Drive
+from stiffness_model.errors import expect_number
+from stiffness_model.files import staged_folder
+from stiffness_model.units import ARCMIN, MICROMETRE
+from stiffness_model.view.animation import write_turn
+from stiffness_model.view.dxf import write_dxf
+from stiffness_model.view.layout import bar, turns_to_repeat
+from stiffness_model.view.loads import Loads, individual, solve_loads
+from stiffness_model.view.section import picture_drawing, picture_forces
+
+from . import study
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draw, print the sizes and the forces, and write the files that were asked for."""
+    drive, notes = study.load(args)
+    twist = drive.max_twist if args.twist is None else expect_number(args.twist, "a finite twist", "--twist") * ARCMIN
+    angle = math.radians(expect_number(args.angle, "a finite angle", "--angle"))
+    larger = expect_number(args.exaggerate, "a factor of at least 1", "--exaggerate", low=1 - 1e-12)
+    chord = expect_number(args.chord, "a positive chord error", "--chord", low=0) * MICROMETRE
+    folder = study.out_folder(args, "draw")
+    deviations = sampling.nominal(drive) if args.individual is None else individual(drive, args.individual)
+    said = []
+    with staged_folder(folder) as stage:
+        loads = solve_loads(drive, deviations, twist, angle)
+        at_rest = solve_loads(drive, sampling.nominal(drive), 0.0, angle)
+        picture_drawing(drive, at_rest).savefig(stage / "drive.png")
+        picture_forces(drive, loads, larger).savefig(stage / "forces.png")
+        if args.dxf:
+            profile = write_dxf(drive, stage / "profile.dxf", chord)
+            said.append(f"profile.dxf: {len(profile.points)} points, off the profile by at most "
+                        f"{profile.error / MICROMETRE:.2g} um; mm")
+        if args.animate:
+            count = write_turn(drive, stage / "turn.gif", twist)
+            said.append(f"turn.gif: {count} pictures, nominal drive; turns of the crank: {turns_to_repeat(drive)}")
+        names = sorted(file.name for file in stage.iterdir())
+    study.show_notes([*notes, *_uneven(drive)])
+    print(_sizes(drive))
+    print(_forces(loads))
+    for line in said:
+        print(line)
+    print(f"\nwritten to {folder}: {', '.join(names)}")
+    return 0
+
+
+def _sizes(drive: Drive) -> str:
+    width = bar(drive)
+    cage = f"cage bars of {1e3 * width:.3g} mm" if width > 0 else f"bores overlap by {-1e3 * width:.3g} mm"
+    return (f"{drive.name}: {drive.lobes} lobes, ratio {drive.ratio:+g}, {drive.elements_per_row} elements on each of "
+            f"{drive.eccentrics} eccentrics; {cage}; profile up to {np.degrees(drive.usable_limit):.1f} deg of 180")
+
+
+def _uneven(drive: Drive) -> list[str]:
+    """That the drawn bores are not those of the other commands, where it is so."""
+    count, places = drive.elements_per_row, round(drive.transmission_ratio)
+    if places % count == 0:
+        return []
+    return [f"{count} elements stand on {count} of the {places} places that the ratio gives, not evenly; the other "
+            "commands spread them evenly (eq. 20), so that their torque is a little different"]
+
+
+def _forces(loads: Loads) -> str:
+    size = loads.carried
+    greatest = ", ".join(f"{name} {size[..., k].max():.4g}" for k, name in enumerate(CONTACTS))
+    return (f"at {loads.twist / ARCMIN:g} arcmin {loads.torque.sum():.4g} N.m; greatest forces {greatest} N; "
+            f"{int(size.any(axis=-1).sum())} of {size[..., 0].size} elements carry")

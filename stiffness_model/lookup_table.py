@@ -1,0 +1,155 @@
+"""The lookup: torque, force and load share over twist x gear clearance, read from spline tables.
+
+`lookup.build_lookup` makes them from the solver. Torque is odd in the twist (the percentiles mirror each other), force
+and load share are even. The clearance axis is physical: a shift of every drive's gear clearance, m.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import asdict, astuple, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .element_table import ElementTable
+from .errors import InputError, expect
+from .files import whole_file
+from .modulus import ModulusShares
+from .spline import Axis, evaluate
+from .units import ARCMIN, MICROMETRE
+
+Array = NDArray[np.float64]
+
+QUANTITIES = ("torque_mean", "torque_p10", "torque_p90", "max_contact_force", "load_share")
+"""First axis of `Lookup.coefficients`."""
+_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Lookup:
+    """Spline tables over twist (rad at the output) and gear clearance (m).
+
+    coefficients: (5, twist.size, clearance.size) of uniform cubic B-splines, in the order of `QUANTITIES`.
+    full_torque: mean torque at the drawing's max_twist without clearance, N.m. error: greatest deviation from
+    the solver at the middles of cells, as a share of the greatest value within max_twist, for each quantity.
+    drawing, n_drives, seed, version: what made it. modulus, element: only where something asks what another
+    modulus or one element does to the torque.
+    """
+
+    twist: Axis
+    clearance: Axis
+    coefficients: Array
+    full_torque: float
+    error: Mapping[str, float]
+    drawing: Mapping[str, Any]
+    n_drives: int
+    seed: int
+    version: str
+    modulus: ModulusShares | None = None
+    element: ElementTable | None = None
+
+    def torque(self, twist: ArrayLike, clearance: ArrayLike = 0.0, band: ArrayLike = 0.0) -> Array:
+        """Torque, N.m, at twists (rad) and gear clearances (m).
+
+        Beyond the twist's range the last slope goes on; a clearance beyond the range counts as its end, for
+        there a straight line could fall with the twist. `in_range` tells both.
+        band: 0 the mean, -1 the 10th and +1 the 90th percentile, linear between.
+        """
+        return self._blend(evaluate(self.axes, self.coefficients[:3], twist, clearance), band)
+
+    def stiffness(self, twist: ArrayLike, clearance: ArrayLike = 0.0, band: ArrayLike = 0.0) -> Array:
+        """Derivative of `torque` by the twist, N.m/rad."""
+        return self._blend(evaluate(self.axes, self.coefficients[:3], twist, clearance, slope=True), band)
+
+    def max_contact_force(self, twist: ArrayLike, clearance: ArrayLike = 0.0) -> Array:
+        """Mean over the drives of the greatest contact force, N."""
+        return evaluate(self.axes, self.coefficients[3], twist, clearance)
+
+    def load_share(self, twist: ArrayLike, clearance: ArrayLike = 0.0) -> Array:
+        """Greatest torque of one element over the drive's; held where the torque is too low to tell."""
+        return evaluate(self.axes, self.coefficients[4], twist, clearance)
+
+    def in_range(self, twist: ArrayLike, clearance: ArrayLike = 0.0) -> NDArray[np.bool_]:
+        """Whether points lie inside the tables; outside, values are extrapolated."""
+        t, c = np.asarray(twist, float), np.asarray(clearance, float)
+        return ((self.twist.start <= t) & (t <= self.twist.stop)
+                & (self.clearance.start <= c) & (c <= self.clearance.stop))
+
+    def twist_at(self, torque: ArrayLike, clearance: float = 0.0, band: float = 0.0) -> Array:
+        """Twist, rad, that carries the torque, N.m: the inverse of `torque`, by bisection and Newton's method.
+
+        Where there is play, a twist within the play. Raises `InputError` for a torque that is not finite.
+        """
+        wanted = np.asarray(torque, float)
+        expect(bool(np.isfinite(wanted).all()), "finite torques", torque, "torque")
+        nodes = self.twist.nodes
+        values = self.torque(nodes, clearance, band)
+        x = np.interp(wanted, values, nodes)
+        end_slope = self.stiffness(nodes[[0, -1]], clearance, band)
+        x = np.where(wanted > values[-1], nodes[-1] + (wanted - values[-1]) / end_slope[1], x)
+        x = np.where(wanted < values[0], nodes[0] + (wanted - values[0]) / end_slope[0], x)
+        low, high = x - self.twist.step, x + self.twist.step
+        for _ in range(60):
+            gap = self.torque(x, clearance, band) - wanted
+            low, high = np.where(gap < 0, x, low), np.where(gap > 0, x, high)
+            slope = self.stiffness(x, clearance, band)
+            newton = x - gap / np.where(slope > 0, slope, np.inf)
+            x = np.where((newton > low) & (newton < high), newton, np.where(gap == 0, x, (low + high) / 2))
+        return x
+
+    @property
+    def axes(self) -> tuple[Axis, Axis]:
+        """Twist and clearance axis."""
+        return self.twist, self.clearance
+
+    @staticmethod
+    def _blend(values: Array, band: ArrayLike) -> Array:
+        b = np.asarray(band, float)
+        mean, p10, p90 = values
+        return mean + np.maximum(b, 0.0) * (p90 - mean) + np.maximum(-b, 0.0) * (p10 - mean)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to one .npz file, whole or not at all; `Lookup.load` gives back an equal lookup."""
+        head = {
+            "format": _FORMAT, "full_torque": self.full_torque, "error": dict(self.error),
+            "drawing": self.drawing, "n_drives": self.n_drives, "seed": self.seed, "version": self.version,
+            "twist": astuple(self.twist), "clearance": astuple(self.clearance),
+            "modulus": None if self.modulus is None else asdict(self.modulus),
+        }
+        tables = {"coefficients": self.coefficients}
+        if self.element is not None:
+            head["element"], tables["element"] = self.element.head(), self.element.coefficients
+        with whole_file(path) as temporary, open(temporary, "wb") as file:
+            np.savez(file, head=np.array(json.dumps(head)), **tables)  # type: ignore[arg-type]
+
+    @staticmethod
+    def load(path: str | os.PathLike[str]) -> Lookup:
+        """Read what `save` wrote. Raises `InputError` for anything else."""
+        try:
+            with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
+                head, coefficients = json.loads(str(data["head"])), data["coefficients"]
+                element = data["element"] if head.get("element") else None
+        except (OSError, ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
+            raise InputError(f"{path}: expected a saved lookup (.npz), got {error}") from None
+        expect(head.get("format") == _FORMAT, f"a lookup of format {_FORMAT}", head.get("format"), str(path))
+        twist, clearance = (Axis(start, step, int(cells)) for start, step, cells in (head["twist"], head["clearance"]))
+        expect(coefficients.shape == (len(QUANTITIES), twist.size, clearance.size)
+               and bool(np.isfinite(coefficients).all()), "finite tables of the size the head states",
+               coefficients.shape, str(path))
+        return Lookup(twist, clearance, coefficients, head["full_torque"], head["error"], head["drawing"],
+                      head["n_drives"], head["seed"], head["version"],
+                      ModulusShares(**head["modulus"]) if head.get("modulus") else None,
+                      None if element is None else ElementTable.of(head["element"], element, str(path)))
+
+
+def describe(lookup: Lookup) -> str:
+    """One line on what the lookup covers and how exact it is."""
+    return (f"twist +-{lookup.twist.stop / ARCMIN:.3g} arcmin, gear clearance "
+            f"+-{lookup.clearance.stop / MICROMETRE:.3g} um, band of {lookup.n_drives} drives, seed {lookup.seed}; "
+            f"mean torque within {lookup.error['torque_mean']:.1e} of full torque")

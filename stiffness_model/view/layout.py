@@ -1,0 +1,128 @@
+"""Where every part of a drive stands at a crank angle: exact kinematics, without play and load.
+
+Polar angles run counter-clockwise from the x axis, the gear is fixed and the cage turns. Row r is one eccentric with
+its elements. An element at the angle theta meets the eccentric at beta = psi - theta and the profile at the phase
+z (theta - gamma) = orientation beta. So the bores of a row lie on |i| places, spaced by 2 pi/|i|; a row with fewer
+elements leaves some of them empty.
+
+The rows' positions beta are spread as in eq. 20 of the paper (where places stay empty: as if they were taken). Either
+the rows' profiles stand turned against each other for that, or the rows of bores. With eccentrics that share no factor
+with the lobes one profile goes straight through all rows; else (the presets: 30 lobes, 3 eccentrics at 120 degrees) it
+would bring all rows to the same beta, and `gear` says how far each row's is turned.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..drive import Drive
+from ..errors import expect, expect_number
+from ..geometry import wrap
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A drive's parts at one crank angle; m = eccentrics, n = elements on one of them.
+
+    crank: (m,) angle of each eccentric, rad. bore: (m, n) angles of elements and bores, rad. beta: (m, n) positions
+    on the profile, rad in (-pi, pi]. gear: (m,) turn of each row's profile, rad. eccentric: (m, 2) the eccentrics'
+    centres, m. centre: (m, n, 2) the elements' centres, m.
+    """
+
+    crank: Array
+    bore: Array
+    beta: Array
+    gear: Array
+    eccentric: Array
+    centre: Array
+
+
+def place(drive: Drive, angle: float = 0.0) -> Layout:
+    """Where the parts stand with the first eccentric at `angle`, rad.
+
+    Raises `InputError` if a row has more elements than the ratio has places.
+
+    >>> from stiffness_model import load_drive
+    >>> drive = load_drive("drive_1")
+    >>> turned = place(drive, 2 * np.pi).bore - place(drive).bore
+    >>> f"{2 * np.pi / turned[0, 0]:.1f}"
+    '-29.0'
+    >>> [np.degrees(place(load_drive("drive_1", lobes=z)).gear).round(9).tolist() for z in (30, 28)]
+    [[0.0, -4.0, 4.0], [0.0, 0.0, 0.0]]
+    """
+    expect_number(angle, "a finite crank angle in rad", "angle")
+    rows, lobes, ratio = drive.eccentrics, drive.lobes, _places(drive)
+    row = np.arange(rows)
+    start = 2 * np.pi / ratio * ((row * _step(drive) / rows)[:, None] + occupied(drive))
+    at_rest = 2 * np.pi * _order(drive) / rows
+    turn = at_rest - start[:, 0] * (1 + drive.orientation / lobes)
+    pitch = 2 * np.pi / lobes
+    gear = turn - pitch * np.round(turn / pitch)
+    beta, crank = start + angle * lobes / ratio, at_rest + angle
+    bore = at_rest[:, None] - start + angle * drive.orientation / ratio
+    return Layout(crank, bore, wrap(beta), np.where(np.abs(gear) < 1e-12, 0.0, gear),
+                  drive.eccentricity * towards(crank), drive.path.radius(beta)[..., None] * towards(bore))
+
+
+def occupied(drive: Drive) -> NDArray[np.intp]:
+    """Which of a row's |i| places have a bore, (n,): all, or as many as there are elements, spread evenly.
+
+    >>> from stiffness_model import load_drive
+    >>> occupied(load_drive("drive_1", elements=3 * 14, element_radius="4 mm")).tolist()
+    [0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26]
+    """
+    count, places = drive.elements_per_row, _places(drive)
+    expect(count <= places, f"at most {places} elements on one eccentric, one for every place that the ratio gives",
+           count, drive.name)
+    return np.arange(count) * places // count
+
+
+def turns_to_repeat(drive: Drive) -> int:
+    """Crank turns after which the picture is the same again, element for element's neighbour.
+
+    >>> from stiffness_model import load_drive
+    >>> turns_to_repeat(load_drive("drive_1")), turns_to_repeat(load_drive("drive_1", elements=60))
+    (1, 29)
+    """
+    count, places = len(occupied(drive)), _places(drive)
+    return places // count if places % count == 0 else places
+
+
+def bar(drive: Drive) -> float:
+    """Width, m, of the cage between two neighbouring bores on the circle of the centres; negative where they overlap.
+
+    `Drive.most_per_row` counts elements that stand freely on the circle; here they stand on the ratio's places.
+    """
+    taken = occupied(drive)
+    nearest = int(np.diff(np.append(taken, taken[0] + _places(drive))).min())
+    bore = drive.element_radius + drive.tolerances["cage"].offset
+    return 2 * (drive.path.centre_distance * math.sin(min(math.pi * nearest / _places(drive), math.pi / 2)) - bore)
+
+
+def towards(angle: Array) -> Array:
+    """Unit vectors (..., 2) at polar angles (...), rad."""
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def _places(drive: Drive) -> int:
+    return round(drive.transmission_ratio)
+
+
+def _order(drive: Drive) -> NDArray[np.int64]:
+    """Each row's eccentric, counted in the crank's direction: such that one profile serves all rows if one can."""
+    rows, step = drive.eccentrics, _step(drive)
+    if math.gcd(drive.lobes, rows) == 1 == math.gcd(step, rows):
+        return np.arange(rows) * step * pow(drive.lobes, -1, rows) % rows
+    return np.arange(rows)
+
+
+def _step(drive: Drive) -> int:
+    """Places from one element to the next where they are spread evenly over all; else 1."""
+    step, left = divmod(_places(drive), drive.elements_per_row)
+    return step if left == 0 else 1

@@ -1,0 +1,111 @@
+"""The contact forces of one drive, as vectors in the plane of its rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import sampling
+from ..contacts import build_contacts, usable
+from ..drive import Drive
+from ..equilibrium import solve
+from ..errors import expect_number
+from ..sampling import Deviations
+from .layout import Layout, place, towards
+
+Array = NDArray[np.float64]
+
+CARRIES, LEAST_FORCE = 1e-6, 1e-6
+"""A contact carries above this share of the greatest force, and above this force, N."""
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Forces on the elements of one drive at a twist; m rows of n elements, contacts in the order of `CONTACTS`.
+
+    twist: rad at the output. layout: before the twist. deviations: (1, m n), as `sampling` orders them. usable: (m, n),
+    whether an element's position is on the part of the profile that exists. force: (m, n, 4, 2), N, on the element by
+    gear, crank, cage t+ and t-. point: (m, n, 4, 2), m, where it touches them. shift: (m, n, 2), m, radial and
+    tangential displacement of the centres. torque: (m, n), N.m on the output, by the elements.
+    """
+
+    twist: float
+    layout: Layout
+    deviations: Deviations
+    usable: NDArray[np.bool_]
+    force: Array
+    point: Array
+    shift: Array
+    torque: Array
+
+    @property
+    def size(self) -> Array:
+        """The forces' magnitudes, (m, n, 4), N."""
+        return np.hypot(self.force[..., 0], self.force[..., 1])
+
+    @property
+    def carried(self) -> Array:
+        """As `size`, with 0 for what is below `CARRIES`: the last digits of an element that only just touches."""
+        size = self.size
+        return np.where(size > max(CARRIES * size.max(initial=0.0), LEAST_FORCE), size, 0.0)
+
+
+def individual(drive: Drive, seed: int) -> Deviations:
+    """The deviations of the first virtual drive of `simulate(drive, twist, seed=seed)`."""
+    return sampling.draw(drive, 0, 1, seed)
+
+
+def solve_loads(drive: Drive, deviations: Deviations, twist: float, angle: float = 0.0) -> Loads:
+    """Forces at `twist`, rad at the output, with the crank turned there from `angle`, rad; cage and gear fixed.
+
+    deviations: of one drive (`individual`, `sampling.nominal`); its positions are replaced by those of the layout.
+    Raises `InputError` for a twist or an angle that is not finite.
+
+    >>> from stiffness_model import load_drive
+    >>> drive = load_drive("drive_1")
+    >>> loads = solve_loads(drive, sampling.nominal(drive), drive.max_twist)
+    >>> bool(loads.torque.sum() > 0), bool((np.abs(loads.force.sum(axis=2)) < 1e-6 * loads.size.max()).all())
+    (True, True)
+    """
+    expect_number(twist, "a finite twist in rad", "twist")
+    layout = place(drive, angle)
+    rows, count = layout.beta.shape
+    here = Deviations(_flat(layout.beta), deviations.element, deviations.crank, deviations.cage, deviations.gear)
+    keep = usable(drive, here.beta).ravel()
+    contacts = build_contacts(drive, here)[keep]
+    crank_twist = twist * drive.ratio
+    result = solve(contacts, [crank_twist])
+    columns = np.zeros((7, rows * count))
+    for k, values in enumerate((result.gear, result.crank, result.cage_plus, result.cage_minus, result.output_torque,
+                                result.radial, result.tangential)):
+        columns[k, keep] = values[0]
+    # Element k = r + n_ecc j is the j-th of eccentric r.
+    gear, crank, plus, minus, torque, radial, tangential = columns.reshape(7, count, rows).transpose(0, 2, 1)
+
+    n_r, n_t = drive.path.normal(layout.beta, drive.orientation)
+    c, turned = drive.path.radius(layout.beta), layout.beta + crank_twist
+    d_r = c + radial - drive.eccentricity * np.cos(turned)
+    d_t = tangential - drive.eccentricity * np.sin(turned)
+    length = np.hypot(d_r, d_t)
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    # Outward normals of the four contacts as the element has them, radial and tangential.
+    normal = np.stack([np.stack([n_r, n_t], -1), np.stack([-d_r / length, -d_t / length], -1),
+                       np.stack([zero, one], -1), np.stack([zero, -one], -1)], axis=2)
+    size = np.stack([gear, crank, plus, minus], axis=-1)[..., None]
+    ball = deviations.element.reshape(count, rows).T[..., None, None]
+    middle = np.stack([c + radial, tangential], -1)[:, :, None]
+    axes = np.stack([towards(layout.bore), towards(layout.bore + np.pi / 2)], axis=-2)[:, :, None]
+    return Loads(float(twist), layout, here, keep.reshape(count, rows).T, _in_plane(-size * normal, axes),
+                 _in_plane(middle + ball * normal, axes), np.stack([radial, tangential], -1), torque)
+
+
+def _flat(by_row: Array) -> Array:
+    """(m, n) in the order of `sampling`, (1, m n): the eccentrics take turns."""
+    return by_row.T.reshape(1, -1)
+
+
+def _in_plane(vectors: Array, axes: Array) -> Array:
+    """Vectors (..., 2), radial and tangential, in the plane; axes: (..., 2, 2), the unit vectors of both."""
+    return vectors[..., :1] * axes[..., 0, :] + vectors[..., 1:] * axes[..., 1, :]

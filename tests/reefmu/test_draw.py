@@ -1,0 +1,68 @@
+"""`reefmu draw`: the files it writes and what it says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import stiffness_model as sm
+from reefmu.cli import main
+
+
+def test_draw_writes_pictures_and_says_the_forces(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "out"
+    assert main(["draw", "drive_1", "--twist", "6", "--individual", "5", "--exaggerate", "50", "--out",
+                 str(folder)]) == 0
+    assert sorted(path.name for path in folder.iterdir()) == ["drive.png", "forces.png"]
+    said = capsys.readouterr()
+    drive = sm.load_drive("drive_1")
+    loads = sm.simulate(drive, [6 * sm.ARCMIN], 1, 5)
+    # At the crank angle 0, not at the position that the seed drew: alike, not the same.
+    torque = float(said.out.split("at 6 arcmin ")[1].split()[0])
+    assert torque == pytest.approx(loads.torque[0, 0], rel=0.1)
+    assert "bores overlap by 3.62 mm" in said.out
+    assert "do not fit" in said.err
+
+
+def test_draw_writes_dxf_and_animation(tmp_path: Path, capsys: pytest.CaptureFixture[str],
+                                       monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("ezdxf", reason="ezdxf (extra dxf) is not installed")
+    from reefmu.commands import draw
+
+    monkeypatch.setattr(draw, "write_turn", lambda drive, path, twist: path.write_bytes(b"GIF") and 48)
+    assert main(["draw", "drive_1", "--set", "lobes=28", "--dxf", "--chord", "1", "--animate", "--out",
+                 str(tmp_path)]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["drive.png", "forces.png", "profile.dxf", "turn.gif"]
+    said = capsys.readouterr().out
+    assert "28 lobes, ratio +29" in said
+    assert "off the profile by at most 0.9" in said or "off the profile by at most 1 um" in said
+
+
+def test_uneven_bores_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["draw", "drive_1", "--set", "elements=60", "--set", "element_radius=4 mm", "--out",
+                 str(tmp_path)]) == 0
+    said = capsys.readouterr()
+    assert said.err.splitlines() == [
+        "note: 20 elements stand on 20 of the 29 places that the ratio gives, not evenly; the other commands spread "
+        "them evenly (eq. 20), so that their torque is a little different"]
+
+
+@pytest.mark.parametrize(("call", "words"), [
+    (["--twist", "nan"], "--twist: expected a finite twist"),
+    (["--exaggerate", "0"], "--exaggerate: expected a factor of at least 1"),
+    (["--chord", "-1", "--dxf"], "--chord: expected a positive chord error"),
+    (["--set", "elements=90"], "at most 29 elements on one eccentric"),
+    (["--individual", "-1"], "expected a whole number"),
+])
+def test_wrong_calls_are_one_line_and_leave_nothing(call: list[str], words: str, tmp_path: Path,
+                                                    capsys: pytest.CaptureFixture[str]) -> None:
+    try:
+        status = main(["draw", "drive_1", *call, "--out", str(tmp_path / "new")])
+    except SystemExit as left:
+        status = left.code
+    assert status == 2
+    err = capsys.readouterr().err
+    assert words in err
+    assert len(err.splitlines()) == 1
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,35 @@
+"""Distances and crossings of polygons, by elementary geometry and apart from what they check."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def distances(points: np.ndarray, polygon: np.ndarray) -> np.ndarray:
+    """Distance of each point (n, 2) from a closed polygon (m, 2)."""
+    start, along = polygon, np.roll(polygon, -1, axis=0) - polygon
+    way = points[:, None] - start
+    share = np.clip((way * along).sum(-1) / (along**2).sum(-1), 0, 1)
+    return np.hypot(*np.moveaxis(way - share[..., None] * along, -1, 0)).min(axis=1)
+
+
+def crossings(polygon: np.ndarray) -> int:
+    """How many pairs of edges that are not neighbours meet."""
+    a, b = polygon, np.roll(polygon, -1, axis=0)
+
+    def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
+        """Whether r (all) lies left or right of p -> q (each)."""
+        d, way = (q - p)[:, None], r[None] - p[:, None]
+        return np.sign(d[..., 0] * way[..., 1] - d[..., 1] * way[..., 0])
+
+    parts = side(a, b, a) * side(a, b, b) <= 0
+    meet = parts & parts.T
+    n = len(polygon)
+    gap = np.abs(np.arange(n)[:, None] - np.arange(n))
+    return int(meet[(gap > 1) & (gap < n - 1)].sum()) // 2
+
+
+def area(polygon: np.ndarray) -> float:
+    """Signed: positive counter-clockwise."""
+    x, y = polygon.T
+    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2

@@ -1,0 +1,61 @@
+"""A turn as a GIF: its pictures, its loop, its size."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import stiffness_model as sm
+from stiffness_model.errors import InputError
+from stiffness_model.view.animation import FRAMES, turn_loads, write_turn
+from stiffness_model.view.outline import gear_outline
+from tests.stiffness_model.view.polygons import distances
+
+
+def pictures(path: Path) -> list[np.ndarray]:
+    with Image.open(path) as image:
+        found = []
+        for k in range(image.n_frames):
+            image.seek(k)
+            found.append(np.asarray(image.convert("RGB"), int))
+        return found
+
+
+def test_balls_touch_the_profile_in_all_frames(roomy: sm.Drive) -> None:
+    """Unloaded and without deviations: no gap to the profile in any frame's state, by the workshop's outline."""
+    outline = gear_outline(roomy, 1e-6).points
+    states = list(turn_loads(roomy, 0.0))
+    assert len(states) == FRAMES
+    for loads in states[::6]:
+        gap = distances(loads.layout.centre[0], outline) - roomy.element_radius
+        assert np.abs(gap[loads.usable[0]]).max() < 1.01e-6
+        assert gap.min() > -1.01e-6
+        assert np.abs(loads.shift[loads.usable]).max() < 1e-12
+
+
+def test_gif_loops_without_a_seam(roomy: sm.Drive, tmp_path: Path) -> None:
+    """From the last picture to the first is a step like any other, though the cage never turns back."""
+    small = replace(roomy, eccentrics=1, elements=29)
+    assert write_turn(small, tmp_path / "turn.gif", small.max_twist, frames=12) == 12
+    with Image.open(tmp_path / "turn.gif") as image:
+        assert image.format == "GIF"
+        assert image.n_frames == 12
+        assert image.info["loop"] == 0
+    found = pictures(tmp_path / "turn.gif")
+    steps = [np.abs(a - b).mean() for a, b in zip(found, found[1:] + found[:1], strict=True)]
+    assert min(steps) > 1
+    assert steps[-1] == pytest.approx(np.mean(steps[:-1]), rel=0.15)
+    assert (tmp_path / "turn.gif").stat().st_size * FRAMES / 12 < 2e6
+
+
+def test_frames_are_bounded(tmp_path: Path) -> None:
+    sparse = sm.load_drive("drive_1", elements=3 * 20)
+    with pytest.raises(InputError, match="at most 720 in the 29 turns"):
+        write_turn(sparse, tmp_path / "turn.gif")
+    with pytest.raises(InputError, match="at least 2 frames"):
+        write_turn(sm.load_drive("drive_1"), tmp_path / "turn.gif", frames=1)
+    assert not list(tmp_path.iterdir())
