@@ -45,6 +45,7 @@ class Component:
 
     switches: how many states, from `first_switch` on, remember the path that others move along; the sign of
     such a state's rate is what switches. full_torque: N.m on the output, the measure of small deviations.
+    model: the drive inside.
     """
 
     kind: Kind
@@ -58,6 +59,7 @@ class Component:
     rate: casadi.Function
     output: casadi.Function
     full_torque: float
+    model: DriveModel
     pace: casadi.Function | None = None
     first_switch: int = 0
     switches: int = 0
@@ -129,4 +131,4 @@ def drive_component(model: DriveModel) -> Component:
     from reefmu.model import INPUTS, OUTPUTS
 
     return Component("drive", model.name, INPUTS, OUTPUTS, model.states, model.parameters, model.initial,
-                     model.advance, model.rate, model.output, model.full_torque, switches=len(carried(model.effects)))
+                     model.advance, model.rate, model.output, model.full_torque, model, switches=len(carried(model.effects)))

@@ -32,6 +32,9 @@ static double greater(double a, double b) { return b > a ? b : a; }
 
 #include "log.c"
 #include "calls.c"
+#include "tables.c"
+#include "contact.c"
+#include "contact_change.c"
 #include "model.c"
 #include "life.c"
 #include "values.c"
