@@ -38,7 +38,11 @@ CONTACT = ("torque", "stiffness", "max_contact_force", "load_share", "in_range")
 
 @dataclass(frozen=True)
 class Stages:
-    """See the module. paths, ages: whether states follow angles, and time. aged_by_torque: whether `aged` reads c."""
+    """See the module.
+
+    paths, ages: whether states follow angles, and time. aged_by_torque: whether `aged` reads c. series: whether
+    there may be a compliance.
+    """
 
     geometry: ca.Function
     tuned: ca.Function
@@ -50,6 +54,7 @@ class Stages:
     paths: bool
     ages: bool
     aged_by_torque: bool
+    series: bool
 
 
 def make_stages(lookup: Lookup, effects: Sequence[Effect]) -> Stages:
@@ -95,7 +100,8 @@ class _Staged(Assembly):
             _scalar("geometry", [u, p], geometry), _scalar("tuned", [p], tuned), _scalar("point", [x, u, k, p], point),
             _scalar("moved", [x, u, k, p], self.moved()), _scalar("aged", [x, u, k, dt, p, c], aged),
             _scalar("rate", [x, u, k, p, c], self.rates()), _scalar("output", [x, u, k, p, c], self.outputs()),
-            bool(self.paths), self.ages, self.ages and bool(ca.depends_on(aged, c)))
+            bool(self.paths), self.ages, self.ages and bool(ca.depends_on(aged, c)),
+            not compliance.is_zero())
 
 
 def _scalar(name: str, arguments: list[ca.MX], result: ca.MX) -> ca.Function:

@@ -73,7 +73,7 @@ def _header(component: Component, pieces: Pieces, interface: Interface, guid: st
         "N_INDICATORS": component.switches, "FIRST_INDICATOR": component.first_switch,
         "N_POINT": len(POINT), "N_CONTACT": len(CONTACT), "N_TUNED": len(TUNED), "IS_JOINT": int(component.kind == "joint"),
         "HAS_PATHS": int(stages.paths), "HAS_AGES": int(stages.ages), "AGED_BY_TORQUE": int(stages.aged_by_torque),
-        "N_MOTION": pieces.motion, "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"), **{f"N_{name}": size for name, size in sizes.items()},
+        "HAS_SERIES": int(stages.series), "N_MOTION": pieces.motion, "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"), **{f"N_{name}": size for name, size in sizes.items()},
     }
     rows = "".join(_row(v, component, interface) for v in interface.variables)
     defines = "".join(f"#define {name} {value}\n" for name, value in numbers.items())

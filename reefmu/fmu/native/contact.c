@@ -8,14 +8,14 @@ enum { MEAN, P10, P90, MAX_FORCE, LOAD_SHARE };
 enum { NEWTON_STEPS = 8 };
 #define SETTLED 1e-10 /* rad: after a Newton step of this size the next is below rounding */
 
-static const Axis TWIST = {0.0, LOOKUP_TWIST_STEP, LOOKUP_TWIST_CELLS};
-static const Axis SHIFT = {LOOKUP_CLEARANCE_START, LOOKUP_CLEARANCE_STEP, LOOKUP_CLEARANCE_CELLS};
+static const Axis TWIST = {0.0, 1.0 / LOOKUP_TWIST_STEP, LOOKUP_TWIST_CELLS};
+static const Axis SHIFT = {LOOKUP_CLEARANCE_START, 1.0 / LOOKUP_CLEARANCE_STEP, LOOKUP_CLEARANCE_CELLS};
 
-/* The tables at one clearance, position and band, as a function of the twist alone; the rows of the last cells. */
+/* The tables at one clearance and position, as a function of the twist alone; the rows of the last cells. */
 typedef struct {
-    const Tables *tables;
+    const Tables *tables; /* NULL: not cut yet */
     const double *tuned;
-    double shift, held[4];
+    double at[N_POINT], shift, held[4];
     int column;
     int cell; /* of the lookup, and the side of the twist */
     double side, rows[4];
@@ -27,14 +27,14 @@ typedef struct {
 } Slice;
 
 /* Coefficients along the twist of one quantity. */
-static double row_of(const Slice *slice, int quantity, int row) {
+static inline double row_of(const Slice *slice, int quantity, int row) {
     return dot(slice->held, slice->tables->lookup + (quantity * LOOKUP_ROWS + row) * LOOKUP_COLUMNS + slice->column);
 }
 
 #if HAS_ELEMENT
-static const Axis ELEMENT_TWIST = {ELEMENT_TWIST_START, ELEMENT_TWIST_STEP, ELEMENT_TWIST_CELLS};
-static const Axis ELEMENT_SHIFT = {ELEMENT_CLEARANCE_START, ELEMENT_CLEARANCE_STEP, ELEMENT_CLEARANCE_CELLS};
-static const Axis ELEMENT_PLACE = {ELEMENT_POSITION_START, ELEMENT_POSITION_STEP, ELEMENT_POSITION_CELLS};
+static const Axis ELEMENT_TWIST = {ELEMENT_TWIST_START, 1.0 / ELEMENT_TWIST_STEP, ELEMENT_TWIST_CELLS};
+static const Axis ELEMENT_SHIFT = {ELEMENT_CLEARANCE_START, 1.0 / ELEMENT_CLEARANCE_STEP, ELEMENT_CLEARANCE_CELLS};
+static const Axis ELEMENT_PLACE = {ELEMENT_POSITION_START, 1.0 / ELEMENT_POSITION_STEP, ELEMENT_POSITION_CELLS};
 
 /* The missing element's angle to the eccentric, -pi to pi, its side, and how much of the element is left there. */
 static double beta_of(double position, double *side, double *left) {
@@ -76,12 +76,15 @@ static void take_element(Slice *slice, double twist, double *torque, double *sti
     }
     going_on(f, w, s);
     *torque -= lost * slice->element_side * dot(w, slice->element_rows);
-    *stiffness -= lost * dot(s, slice->element_rows) / ELEMENT_TWIST_STEP;
+    *stiffness -= lost * dot(s, slice->element_rows) * (1.0 / ELEMENT_TWIST_STEP);
 }
 #endif
 
+/* For one instance between two changes of its parameters: a slice that is cut there already stays. */
 static void cut(Slice *slice, const Tables *tables, const double *tuned, const double *q) {
+    if (slice->tables && slice->at[CLEARANCE] == q[CLEARANCE] && slice->at[POSITION] == q[POSITION]) return;
     slice->tables = tables, slice->tuned = tuned;
+    slice->at[CLEARANCE] = q[CLEARANCE], slice->at[POSITION] = q[POSITION];
     slice->column = cell_of(SHIFT, q[CLEARANCE], &slice->shift);
     cubic(clipped(slice->shift), slice->held);
     slice->cell = -1, slice->side = 0.0;
@@ -105,7 +108,7 @@ static void turn(Slice *slice, double twist, double *f, double *torque, double *
     }
     going_on(*f, w, s);
     *torque = side * dot(w, slice->rows);
-    *stiffness = dot(s, slice->rows) / LOOKUP_TWIST_STEP;
+    *stiffness = dot(s, slice->rows) * (1.0 / LOOKUP_TWIST_STEP);
 #if HAS_ELEMENT
     take_element(slice, twist, torque, stiffness);
 #endif
@@ -120,36 +123,38 @@ static int settle(Slice *slice, double target, double *twist) {
         turn(slice, *twist, &f, &torque, &stiffness);
         step = (target - *twist - compliance * torque) / (1.0 + compliance * stiffness);
         *twist += step;
-        if (!(fabs(step) > SETTLED)) return 1;
+        if (fabs(step) <= SETTLED) return 1;
     }
     return 0;
 }
 
 /* `contact` at q; where it is known from a point before, the search starts there. */
-static void touch(const Tables *tables, const double *tuned, const double *q, Contact *contact) {
-    Slice slice;
-    double f, w[4], s[4], torque, stiffness, rows[4], gap, compliance = tuned[COMPLIANCE], twist = q[TARGET];
+static void touch(Slice *slice, const double *q, Contact *contact) {
+    double f, w[4], s[4], torque, stiffness, rows[4], compliance = slice->tuned[COMPLIANCE], twist = q[TARGET];
     double *c = contact->gives;
-    cut(&slice, tables, tuned, q);
     if (compliance != 0.0) {
         if (contact->known)
             twist = contact->twist + (twist - contact->at[TARGET]) * (1.0 - compliance * c[STIFFNESS]);
-        if (!settle(&slice, q[TARGET], &twist) && contact->known) {
+        if (!settle(slice, q[TARGET], &twist) && contact->known) {
             twist = q[TARGET];
-            settle(&slice, q[TARGET], &twist);
+            settle(slice, q[TARGET], &twist);
         }
     }
-    turn(&slice, twist, &f, &torque, &stiffness);
-    gap = twist + compliance * torque - q[TARGET];
-    c[TORQUE] = torque - stiffness * gap / (1.0 + compliance * stiffness);
-    c[STIFFNESS] = stiffness / (1.0 + compliance * stiffness);
+    turn(slice, twist, &f, &torque, &stiffness);
+    if (compliance != 0.0) {
+        double softer = 1.0 / (1.0 + compliance * stiffness);
+        stiffness *= softer;
+        torque -= stiffness * (twist + compliance * torque - q[TARGET]);
+    }
+    c[TORQUE] = torque, c[STIFFNESS] = stiffness;
     going_on(f, w, s);
-    for (int a = 0; a < 4; a++) rows[a] = row_of(&slice, MAX_FORCE, slice.cell + a);
-    c[FORCE] = tuned[SCALE] * dot(w, rows);
-    for (int a = 0; a < 4; a++) rows[a] = row_of(&slice, LOAD_SHARE, slice.cell + a);
+    for (int a = 0; a < 4; a++) rows[a] = row_of(slice, MAX_FORCE, slice->cell + a);
+    c[FORCE] = slice->tuned[SCALE] * dot(w, rows);
+    for (int a = 0; a < 4; a++) rows[a] = row_of(slice, LOAD_SHARE, slice->cell + a);
     c[SHARE] = dot(w, rows);
-    c[IN_RANGE] = f <= 1.0 && slice.shift >= 0.0 && slice.shift <= 1.0;
+    c[IN_RANGE] = f <= 1.0 && slice->shift >= 0.0 && slice->shift <= 1.0;
     memcpy(contact->at, q, sizeof contact->at);
+    memcpy(contact->tuned, slice->tuned, sizeof contact->tuned);
     contact->twist = twist;
     contact->known = 1;
 }

@@ -73,13 +73,12 @@ static Slopes element_slopes(const Slice *slice, const double *q, double twist) 
 #endif
 
 /* Change of contact->gives for a change of the point. */
-static void touch_change(const Tables *tables, const double *tuned, const Contact *contact, const double *dq,
-                         double *change) {
-    Slice slice;
+static void touch_change(const Slice *at, const Contact *contact, const double *dq, double *change) {
+    Slice slice = *at;
     Weights w;
+    const double *tuned = at->tuned;
     Slopes torque = {0}, blend = {0}, force, share;
     double f, value, stiffness, side, band, softer, moved, scale = tuned[SCALE], compliance = tuned[COMPLIANCE];
-    cut(&slice, tables, tuned, contact->at);
     turn(&slice, contact->twist, &f, &value, &stiffness);
     side = slice.side, band = side * tuned[BAND];
     weigh(&w, f, slice.shift, LOOKUP_TWIST_STEP, LOOKUP_CLEARANCE_STEP);

@@ -26,6 +26,14 @@ typedef enum {
 
 enum { LOG_WARNING = 1, LOG_DISCARD = 2, LOG_ERROR = 4, LOG_FATAL = 8, LOG_ALL = 15 };
 
+/* What the contacts give at a point. */
+typedef struct {
+    int known;
+    double at[N_POINT], tuned[N_TUNED];
+    double twist; /* of the contacts alone */
+    double gives[N_CONTACT];
+} Contact;
+
 /* All that changes: what a saved FMU state holds. */
 typedef struct {
     int kind; /* fmi2Type */
@@ -34,6 +42,7 @@ typedef struct {
     int status; /* of the last step */
     double time;
     double values[N_VALUES]; /* by value reference: inputs, outputs, parameters, states, derivatives */
+    Contact contact; /* of the last step: where the next one starts to search */
 } Content;
 
 /* The way to the host. */
@@ -42,14 +51,6 @@ typedef struct {
     const char *name;
     int log; /* categories that are sent */
 } Voice;
-
-/* What the contacts give at a point. */
-typedef struct {
-    double at[N_POINT];
-    double twist; /* of the contacts alone */
-    double gives[N_CONTACT];
-    int known;
-} Contact;
 
 /* The lookup by quantity, twist and clearance; the missing element by twist, clearance and position. */
 typedef struct {

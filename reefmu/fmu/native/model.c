@@ -22,6 +22,7 @@ typedef struct {
     const double *x, *u, *p;
     int turn; /* which of instance->next_states was written last */
     double k[2];
+    Slice slice;
     Contact contact;
 } Place;
 
@@ -29,6 +30,7 @@ static void place_at(Instance *instance, Place *place, const double *x) {
     double *v = instance->now.values;
     place->x = x, place->u = v + AT_INPUTS, place->p = v + AT_PARAMETERS;
     place->turn = 0;
+    place->slice.tables = NULL;
     place->contact.known = 0;
     RUN(geometry, place->k, x, place->u, place->p);
 }
@@ -39,12 +41,20 @@ static double *next_states(Instance *instance, Place *place) {
     return instance->next_states[place->turn];
 }
 
+static int same(const double *a, const double *b, size_t count) {
+    for (size_t k = 0; k < count; k++)
+        if (a[k] != b[k]) return 0;
+    return 1;
+}
+
 /* What the contacts give, unless that is known already. */
 static const double *contacts(Instance *instance, Place *place) {
     double q[N_POINT];
     RUN(point, q, place->x, place->u, place->k, place->p);
-    if (!place->contact.known || memcmp(q, place->contact.at, sizeof q) != 0)
-        touch(&instance->tables, instance->tuned, q, &place->contact);
+    cut(&place->slice, &instance->tables, instance->tuned, q);
+    if (!place->contact.known || !same(q, place->contact.at, N_POINT) ||
+        !same(instance->tuned, place->contact.tuned, N_TUNED))
+        touch(&place->slice, q, &place->contact);
     return place->contact.gives;
 }
 
@@ -93,7 +103,7 @@ static void directional(Instance *instance, Place *place, const double *directio
     double dq[N_POINT], dc[N_CONTACT];
     const double *gives = contacts(instance, place);
     RUN(point_change, dq, place->x, place->u, place->p, direction);
-    touch_change(&instance->tables, instance->tuned, &place->contact, dq, dc);
+    touch_change(&place->slice, &place->contact, dq, dc);
     RUN(change, result, place->x, place->u, place->p, direction, gives, dc);
 }
 
@@ -177,6 +187,9 @@ static int take_step(Instance *instance, double dt) {
     Place place;
     tune(instance);
     place_at(instance, &place, v + AT_STATES);
+#if HAS_SERIES
+    place.contact = instance->now.contact;
+#endif
 #if IS_JOINT
     double parts;
     if (!(instance->longest > 0.0) || !(dt / instance->longest < MOST_PARTS)) return 0;
@@ -189,6 +202,9 @@ static int take_step(Instance *instance, double dt) {
     if (!all_finite(place.x, N_STATES) || !all_finite(outputs, N_OUTPUTS)) return 0;
     memcpy(v + AT_OUTPUTS, outputs, N_OUTPUTS * sizeof(double));
     if (N_STATES) memcpy(v + AT_STATES, place.x, N_STATES * sizeof(double));
+#if HAS_SERIES
+    instance->now.contact = place.contact;
+#endif
     instance->now.stale = STALE_RATES;
     return 1;
 }

@@ -35,26 +35,26 @@ static void unpack_tables(Tables *tables) {
 #endif
 }
 
-typedef struct { double start, step; int cells; } Axis;
+typedef struct { double start, per_step; int cells; } Axis;
 
 /* The cell of x, the outermost beyond the axis, and the coordinate in it. A NaN stays one. */
-static int cell_of(Axis axis, double x, double *f) {
-    double u = (x - axis.start) / axis.step, last = axis.cells - 1;
+static inline int cell_of(Axis axis, double x, double *f) {
+    double u = (x - axis.start) * axis.per_step, last = axis.cells - 1;
     int cell = (int)(u > 0.0 ? (u < last ? u : last) : 0.0);
     *f = u - cell;
     return cell;
 }
 
-static double clipped(double f) { return f > 0.0 ? (f < 1.0 ? f : 1.0) : f <= 0.0 ? 0.0 : f; }
+static inline double clipped(double f) { return f > 0.0 ? (f < 1.0 ? f : 1.0) : f <= 0.0 ? 0.0 : f; }
 
 /* Weights of the four coefficients of a cell at 0 <= c <= 1, their slopes and curvatures. */
-static void cubic(double c, double *w) {
+static inline void cubic(double c, double *w) {
     double g = 1.0 - c, cc = c * c, gg = g * g;
     w[0] = gg * g * (1.0 / 6.0), w[3] = cc * c * (1.0 / 6.0);
     w[1] = (4.0 - 6.0 * cc + 3.0 * cc * c) * (1.0 / 6.0), w[2] = (4.0 - 6.0 * gg + 3.0 * gg * g) * (1.0 / 6.0);
 }
 
-static void cubic_slopes(double c, double *s) {
+static inline void cubic_slopes(double c, double *s) {
     double g = 1.0 - c;
     s[0] = -0.5 * g * g, s[3] = 0.5 * c * c;
     s[1] = 0.5 * (3.0 * c - 4.0) * c, s[2] = 0.5 * (4.0 - 3.0 * g) * g;
@@ -66,7 +66,7 @@ static void cubic_curvatures(double c, double *w) {
 }
 
 /* The same at any f: beyond the cell in a straight line. */
-static void going_on(double f, double *w, double *s) {
+static inline void going_on(double f, double *w, double *s) {
     double c = clipped(f), beyond = f - c;
     cubic(c, w);
     cubic_slopes(c, s);
@@ -74,4 +74,4 @@ static void going_on(double f, double *w, double *s) {
         for (int k = 0; k < 4; k++) w[k] += beyond * s[k];
 }
 
-static double dot(const double *w, const double *v) { return (w[0] * v[0] + w[1] * v[1]) + (w[2] * v[2] + w[3] * v[3]); }
+static inline double dot(const double *w, const double *v) { return (w[0] * v[0] + w[1] * v[1]) + (w[2] * v[2] + w[3] * v[3]); }
