@@ -12,7 +12,7 @@ import math
 import re
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from .component import Component
@@ -24,8 +24,8 @@ UNIT = "all.c"
 """The file to compile."""
 MOST_PARTS = 1e7
 """Most parts of one communication step of a component that integrates itself; more are refused."""
-_WRAPPER = ("all.c", "calls.c", "contact.c", "contact_change.c", "cosimulation.c", "derivatives.c", "exchange.c", "fmi2_api.h", "instance.h", "life.c",
-            "log.c", "model.c", "saved.c", "tables.c", "values.c", "variable.h")
+_WRAPPER = ("all.c", "calls.c", "contact.c", "contact_change.c", "cosimulation.c", "derivatives.c", "exchange.c",
+            "fmi2_api.h", "instance.h", "life.c", "log.c", "model.c", "saved.c", "tables.c", "values.c", "variable.h")
 
 
 def sources(component: Component, interface: Interface, guid: str) -> dict[str, bytes]:
@@ -38,6 +38,14 @@ def sources(component: Component, interface: Interface, guid: str) -> dict[str, 
     files["model.h"] = _header(component, pieces, interface, guid, sizes).encode()
     files[TABLES] = tables_header(component.model.lookup).encode()
     return files
+
+
+def with_guid(files: Mapping[str, bytes], guid: str) -> dict[str, bytes]:
+    """The same files for another GUID."""
+    header, changes = re.subn(rb'(?m)^#define MODEL_GUID ".*"$', f'#define MODEL_GUID "{guid}"'.encode(),
+                              files["model.h"])
+    assert changes == 1
+    return {**files, "model.h": header}
 
 
 def _equations(pieces: Pieces) -> tuple[str, dict[str, int]]:
@@ -63,15 +71,16 @@ def _without_queries(text: str, functions: Iterable[str]) -> str:
 
 
 def _header(component: Component, pieces: Pieces, interface: Interface, guid: str, sizes: dict[str, int]) -> str:
-    n_u, n_y, n_x = len(component.inputs), len(component.outputs), len(component.states)
     from reefmu.stages import CONTACT, POINT, TUNED
 
+    n_u, n_y, n_x = len(component.inputs), len(component.outputs), len(component.states)
     stages = pieces.stages
     numbers = {
         "N_INPUTS": n_u, "N_OUTPUTS": n_y, "N_PARAMETERS": len(component.parameters), "N_STATES": n_x,
         "N_VALUES": len(interface.variables), "N_KNOWNS": n_u + n_x, "N_UNKNOWNS": n_y + n_x,
         "N_INDICATORS": component.switches, "FIRST_INDICATOR": component.first_switch,
-        "N_POINT": len(POINT), "N_CONTACT": len(CONTACT), "N_TUNED": len(TUNED), "IS_JOINT": int(component.kind == "joint"),
+        "N_POINT": len(POINT), "N_CONTACT": len(CONTACT), "N_TUNED": len(TUNED),
+        "IS_JOINT": int(component.kind == "joint"),
         "HAS_PATHS": int(stages.paths), "HAS_AGES": int(stages.ages), "AGED_BY_TORQUE": int(stages.aged_by_torque),
         "HAS_SERIES": int(stages.series), "N_MOTION": pieces.motion, "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"), **{f"N_{name}": size for name, size in sizes.items()},
     }
