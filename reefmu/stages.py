@@ -105,5 +105,10 @@ class _Staged(Assembly):
 
 
 def _scalar(name: str, arguments: list[ca.MX], result: ca.MX) -> ca.Function:
-    """A function in scalars; refused if `result` needs anything but `arguments`."""
+    """A function in scalars. An effect whose `result` needs more than `arguments` has no place among the stages."""
+    given = [a.name() for a in arguments if a.is_symbolic()]
+    more = sorted(s.name() for s in ca.symvar(ca.MX(result)) if s.name() not in given)
+    if more:
+        raise NotImplementedError(f"{name}: expected effects that need {', '.join(given)} there, got one that also "
+                                  f"needs {', '.join(more)}")
     return ca.Function(name, arguments, [ca.densify(result)]).expand()
