@@ -1,6 +1,6 @@
 """What the native FMU costs: per step in a host's loop in C and in FMPy's, per export, and its size.
 
-    python tests/benchmarks/bench_native.py [--rounds 40] [--drift 100000] [--platforms]
+    python tests/benchmarks/bench_native.py [--rounds 30] [--drift 100000] [--platforms]
 
 Beside it in the same run: an FMU that does nothing, one that only looks up a table (bare_fmu.c), and the Python
 back end in the same loop. Rounds are short and in turn, the best counts: other work on the machine only ever adds.
@@ -44,7 +44,7 @@ Round = Callable[[], float]
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=40)
+    parser.add_argument("--rounds", type=int, default=30)
     parser.add_argument("--drift", type=int, default=100_000)
     parser.add_argument("--platforms", action="store_true",
                         help="every platform at once, twice: time, size, same bytes")
@@ -69,12 +69,12 @@ def main() -> None:
                      "Python": export_fmu(model, folder / f"python {title}.fmu")}
             exported(model, folder / f"joint {title}.fmu", "native", MASSES)
             for back_end, path in paths.items():
-                in_c[f"{title}, {back_end}"] = stack.enter_context(opened(loop, path, 20000 if back_end == "native"
-                                                                          else 200))
+                in_c[f"{title}, {back_end}"] = stack.enter_context(opened(loop, path, 2000 if back_end == "native"
+                                                                          else 20))
             in_fmpy[title] = simulated(paths["native"], folder / title)
             in_fmpy[f"{title}, nothing in it"] = simulated(paths["native"], folder / f"{title} empty", nothing)
         print("set + doStep + get in a loop in C")
-        best = in_turn(in_c, args.rounds)
+        best = in_turn(in_c, 10 * args.rounds)
         for title, took in best.items():
             print(f"  {title:22} {took * 1e6:9.4f} us   {took / best['bare table']:8.2f} of the bare table")
         for title in models:
@@ -123,7 +123,7 @@ def bare(loop: Any, library: Path) -> Round:
     dll = ctypes.CDLL(str(library))
     dll.fmi2Instantiate.restype = ctypes.c_void_p
     made = ctypes.c_void_p(dll.fmi2Instantiate(b"x", 1, b"", b"", None, 0, 0))
-    return lambda: loop(dll.fmi2SetReal, dll.fmi2DoStep, dll.fmi2GetReal, made, ctypes.c_long(20000))
+    return lambda: loop(dll.fmi2SetReal, dll.fmi2DoStep, dll.fmi2GetReal, made, ctypes.c_long(5000))
 
 
 @contextmanager
