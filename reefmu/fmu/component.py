@@ -154,4 +154,5 @@ def drive_component(model: DriveModel) -> Component:
     from reefmu.model import INPUTS, OUTPUTS
 
     return Component("drive", model.name, INPUTS, OUTPUTS, model.states, model.parameters, model.initial,
-                     model.advance, model.rate, model.output, model.full_torque, model, switches=len(carried(model.effects)))
+                     model.advance, model.rate, model.output, model.full_torque, model,
+                     switches=len(carried(model.effects)))

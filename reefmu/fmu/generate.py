@@ -15,6 +15,8 @@ import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from stiffness_model.lookup import QUANTITIES
+
 from .component import Component
 from .interface import Interface, Variable
 from .packed import TABLES, tables_header
@@ -71,6 +73,7 @@ def _without_queries(text: str, functions: Iterable[str]) -> str:
 
 
 def _header(component: Component, pieces: Pieces, interface: Interface, guid: str, sizes: dict[str, int]) -> str:
+    from reefmu.assembly import NEWTON_STEPS, SETTLED
     from reefmu.stages import CONTACT, POINT, TUNED
 
     n_u, n_y, n_x = len(component.inputs), len(component.outputs), len(component.states)
@@ -79,16 +82,20 @@ def _header(component: Component, pieces: Pieces, interface: Interface, guid: st
         "N_INPUTS": n_u, "N_OUTPUTS": n_y, "N_PARAMETERS": len(component.parameters), "N_STATES": n_x,
         "N_VALUES": len(interface.variables), "N_KNOWNS": n_u + n_x, "N_UNKNOWNS": n_y + n_x,
         "N_INDICATORS": component.switches, "FIRST_INDICATOR": component.first_switch,
-        "N_POINT": len(POINT), "N_CONTACT": len(CONTACT), "N_TUNED": len(TUNED),
-        "IS_JOINT": int(component.kind == "joint"),
-        "HAS_PATHS": int(stages.paths), "HAS_AGES": int(stages.ages), "AGED_BY_TORQUE": int(stages.aged_by_torque),
-        "HAS_SERIES": int(stages.series), "N_MOTION": pieces.motion, "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"), **{f"N_{name}": size for name, size in sizes.items()},
+        "IS_JOINT": int(component.kind == "joint"), "HAS_PATHS": int(stages.paths), "HAS_AGES": int(stages.ages),
+        "AGED_BY_TORQUE": int(stages.aged_by_torque), "HAS_SERIES": int(stages.series), "N_MOTION": pieces.motion,
+        "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"),
+        "MOST_PARTS": MOST_PARTS, "NEWTON_STEPS": NEWTON_STEPS, "SETTLED": SETTLED,
+        **{f"N_{name}": size for name, size in sizes.items()},
     }
+    orders = {"POINT": POINT, "TUNED": TUNED, "CONTACT": CONTACT, "TABLE": [f"table_{name}" for name in QUANTITIES]}
+    enums = "".join(f"enum {{ {', '.join(name.upper() for name in names)}, N_{title} }};\n"
+                    for title, names in orders.items())
     rows = "".join(_row(v, component, interface) for v in interface.variables)
     defines = "".join(f"#define {name} {value}\n" for name, value in numbers.items())
     return (f"/* {interface.kind} {json.dumps(_plain(interface.name))}: sizes and variables. Generated. */\n\n"
             "#ifndef MODEL_H\n#define MODEL_H\n\n#include \"variable.h\"\n\n"
-            f"#define MODEL_GUID \"{guid}\"\n{defines}#define MOST_PARTS {MOST_PARTS!r}\n\n"
+            f"#define MODEL_GUID \"{guid}\"\n{defines}\n{enums}\n"
             f"static const Variable VARIABLES[N_VALUES] = {{\n{rows}}};\n\n#endif\n")
 
 

@@ -78,8 +78,8 @@ def main() -> None:
         for title, took in best.items():
             print(f"  {title:22} {took * 1e6:9.4f} us   {took / best['bare table']:8.2f} of the bare table")
         for title in models:
-            print(f"  {title}: the Python back end takes {best[f'{title}, Python'] / best[f'{title}, native']:.0f} times "
-                  "as long as the native one")
+            ratio = best[f"{title}, Python"] / best[f"{title}, native"]
+            print(f"  {title}: the Python back end takes {ratio:.0f} times as long as the native one")
         print("FMPy's simulate_fmu, inputs from an array, three outputs recorded")
         best = in_turn(in_fmpy, args.rounds)
         for title in models:
@@ -91,8 +91,8 @@ def main() -> None:
             native, python = joint_times(model, folder / f"joint {title}.fmu")
             print(f"  {title:22} {native * 1e6:9.2f} us, in Python {python * 1e6:.0f} us")
         for title, model in models.items():
-            print(f"{args.drift} steps of a closed loop, {title}: {drift(model, folder / f'{title}.fmu', args.drift):.2g} "
-                  "of full torque off the Python model")
+            off = drift(model, folder / f"{title}.fmu", args.drift)
+            print(f"{args.drift} steps of a closed loop, {title}: {off:.2g} of full torque off the Python model")
         if args.platforms:
             every_platform(models["all effects"], folder)
 

@@ -1,13 +1,6 @@
 /* What the contacts give at a point: torque, stiffness, force, load share. The lookup of the Python model
    (reefmu/tables.py, contact.py and assembly.py), read from the unpacked tables. */
 
-enum { TARGET, CLEARANCE, POSITION };
-enum { COMPLIANCE, MISSING, SCALE, BAND };
-enum { TORQUE, STIFFNESS, FORCE, SHARE, IN_RANGE };
-enum { MEAN, P10, P90, MAX_FORCE, LOAD_SHARE };
-enum { NEWTON_STEPS = 8 };
-#define SETTLED 1e-10 /* rad: after a Newton step of this size the next is below rounding */
-
 static const Axis TWIST = {0.0, 1.0 / LOOKUP_TWIST_STEP, LOOKUP_TWIST_CELLS};
 static const Axis SHIFT = {LOOKUP_CLEARANCE_START, 1.0 / LOOKUP_CLEARANCE_STEP, LOOKUP_CLEARANCE_CELLS};
 
@@ -93,35 +86,39 @@ static void cut(Slice *slice, const Tables *tables, const double *tuned, const d
 #endif
 }
 
-/* Torque and stiffness of the contacts at a twist of their own; f: coordinate in slice->cell. */
-static void turn(Slice *slice, double twist, double *f, double *torque, double *stiffness) {
-    double side = twist < 0.0 ? -1.0 : 1.0, band = side * slice->tuned[BAND], w[4], s[4];
-    int cell = cell_of(TWIST, side * twist, f);
+/* The contacts at a twist of their own: torque and stiffness, and coordinate and weights in slice->cell. */
+typedef struct { double torque, stiffness, f, w[4]; } Turned;
+
+static Turned turn(Slice *slice, double twist) {
+    Turned at;
+    double side = twist < 0.0 ? -1.0 : 1.0, band = side * slice->tuned[BAND], s[4];
+    int cell = cell_of(TWIST, side * twist, &at.f);
     if (cell != slice->cell || side != slice->side) {
         for (int a = 0; a < 4; a++) {
-            double mean = row_of(slice, MEAN, cell + a);
-            if (band > 0.0) mean += band * (row_of(slice, P90, cell + a) - mean);
-            if (band < 0.0) mean -= band * (row_of(slice, P10, cell + a) - mean);
+            double mean = row_of(slice, TABLE_TORQUE_MEAN, cell + a);
+            if (band > 0.0) mean += band * (row_of(slice, TABLE_TORQUE_P90, cell + a) - mean);
+            if (band < 0.0) mean -= band * (row_of(slice, TABLE_TORQUE_P10, cell + a) - mean);
             slice->rows[a] = mean;
         }
         slice->cell = cell, slice->side = side;
     }
-    going_on(*f, w, s);
-    *torque = side * dot(w, slice->rows);
-    *stiffness = dot(s, slice->rows) * (1.0 / LOOKUP_TWIST_STEP);
+    going_on(at.f, at.w, s);
+    at.torque = side * dot(at.w, slice->rows);
+    at.stiffness = dot(s, slice->rows) * (1.0 / LOOKUP_TWIST_STEP);
 #if HAS_ELEMENT
-    take_element(slice, twist, torque, stiffness);
+    take_element(slice, twist, &at.torque, &at.stiffness);
 #endif
-    *torque *= slice->tuned[SCALE], *stiffness *= slice->tuned[SCALE];
+    at.torque *= slice->tuned[SCALE], at.stiffness *= slice->tuned[SCALE];
+    return at;
 }
 
 /* The twist of the contacts at which they and the compliance in series make up the target, from `twist` on; whether
    it was found. */
 static int settle(Slice *slice, double target, double *twist) {
-    double f, torque, stiffness, step, compliance = slice->tuned[COMPLIANCE];
+    double step, compliance = slice->tuned[COMPLIANCE];
     for (int k = 0; k < NEWTON_STEPS; k++) {
-        turn(slice, *twist, &f, &torque, &stiffness);
-        step = (target - *twist - compliance * torque) / (1.0 + compliance * stiffness);
+        Turned at = turn(slice, *twist);
+        step = (target - *twist - compliance * at.torque) / (1.0 + compliance * at.stiffness);
         *twist += step;
         if (fabs(step) <= SETTLED) return 1;
     }
@@ -130,8 +127,8 @@ static int settle(Slice *slice, double target, double *twist) {
 
 /* `contact` at q; where it is known from a point before, the search starts there. */
 static void touch(Slice *slice, const double *q, Contact *contact) {
-    double f, w[4], s[4], torque, stiffness, rows[4], compliance = slice->tuned[COMPLIANCE], twist = q[TARGET];
-    double *c = contact->gives;
+    double rows[4], compliance = slice->tuned[COMPLIANCE], twist = q[TARGET], *c = contact->gives;
+    Turned at;
     if (compliance != 0.0) {
         if (contact->known)
             twist = contact->twist + (twist - contact->at[TARGET]) * (1.0 - compliance * c[STIFFNESS]);
@@ -140,19 +137,17 @@ static void touch(Slice *slice, const double *q, Contact *contact) {
             settle(slice, q[TARGET], &twist);
         }
     }
-    turn(slice, twist, &f, &torque, &stiffness);
+    at = turn(slice, twist);
+    c[TORQUE] = at.torque, c[STIFFNESS] = at.stiffness;
     if (compliance != 0.0) {
-        double softer = 1.0 / (1.0 + compliance * stiffness);
-        stiffness *= softer;
-        torque -= stiffness * (twist + compliance * torque - q[TARGET]);
+        c[STIFFNESS] /= 1.0 + compliance * at.stiffness;
+        c[TORQUE] -= c[STIFFNESS] * (twist + compliance * at.torque - q[TARGET]);
     }
-    c[TORQUE] = torque, c[STIFFNESS] = stiffness;
-    going_on(f, w, s);
-    for (int a = 0; a < 4; a++) rows[a] = row_of(slice, MAX_FORCE, slice->cell + a);
-    c[FORCE] = slice->tuned[SCALE] * dot(w, rows);
-    for (int a = 0; a < 4; a++) rows[a] = row_of(slice, LOAD_SHARE, slice->cell + a);
-    c[SHARE] = dot(w, rows);
-    c[IN_RANGE] = f <= 1.0 && slice->shift >= 0.0 && slice->shift <= 1.0;
+    for (int a = 0; a < 4; a++) rows[a] = row_of(slice, TABLE_MAX_CONTACT_FORCE, slice->cell + a);
+    c[MAX_CONTACT_FORCE] = slice->tuned[SCALE] * dot(at.w, rows);
+    for (int a = 0; a < 4; a++) rows[a] = row_of(slice, TABLE_LOAD_SHARE, slice->cell + a);
+    c[LOAD_SHARE] = dot(at.w, rows);
+    c[IN_RANGE] = at.f <= 1.0 && slice->shift >= 0.0 && slice->shift <= 1.0;
     memcpy(contact->at, q, sizeof contact->at);
     memcpy(contact->tuned, slice->tuned, sizeof contact->tuned);
     contact->twist = twist;

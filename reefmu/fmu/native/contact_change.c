@@ -75,29 +75,30 @@ static Slopes element_slopes(const Slice *slice, const double *q, double twist) 
 /* Change of contact->gives for a change of the point. */
 static void touch_change(const Slice *at, const Contact *contact, const double *dq, double *change) {
     Slice slice = *at;
+    Turned at_twist;
     Weights w;
     const double *tuned = at->tuned;
     Slopes torque = {0}, blend = {0}, force, share;
-    double f, value, stiffness, side, band, softer, moved, scale = tuned[SCALE], compliance = tuned[COMPLIANCE];
-    turn(&slice, contact->twist, &f, &value, &stiffness);
+    double value, side, band, softer, moved, scale = tuned[SCALE], compliance = tuned[COMPLIANCE];
+    at_twist = turn(&slice, contact->twist);
     side = slice.side, band = side * tuned[BAND];
-    weigh(&w, f, slice.shift, LOOKUP_TWIST_STEP, LOOKUP_CLEARANCE_STEP);
-    add(&blend, lookup_slopes(&slice, &w, MEAN), 1.0 - fabs(band));
-    if (band != 0.0) add(&blend, lookup_slopes(&slice, &w, band > 0.0 ? P90 : P10), fabs(band));
+    weigh(&w, at_twist.f, slice.shift, LOOKUP_TWIST_STEP, LOOKUP_CLEARANCE_STEP);
+    add(&blend, lookup_slopes(&slice, &w, TABLE_TORQUE_MEAN), 1.0 - fabs(band));
+    if (band != 0.0) add(&blend, lookup_slopes(&slice, &w, band > 0.0 ? TABLE_TORQUE_P90 : TABLE_TORQUE_P10), fabs(band));
     /* The torque is odd in the twist. */
     torque.by_t = blend.by_t, torque.by_c = side * blend.by_c, torque.by_tt = side * blend.by_tt;
     torque.by_tc = blend.by_tc;
 #if HAS_ELEMENT
     if (tuned[MISSING] != 0.0) add(&torque, element_slopes(&slice, contact->at, contact->twist), -tuned[MISSING]);
 #endif
-    softer = 1.0 / (1.0 + compliance * stiffness);
+    softer = 1.0 / (1.0 + compliance * at_twist.stiffness);
     value = scale * (torque.by_c * dq[CLEARANCE] + torque.by_p * dq[POSITION]);
     moved = (dq[TARGET] - compliance * value) * softer;
     change[TORQUE] = scale * torque.by_t * moved + value;
     change[STIFFNESS] = scale * softer * softer *
                         (torque.by_tt * moved + torque.by_tc * dq[CLEARANCE] + torque.by_tp * dq[POSITION]);
-    force = lookup_slopes(&slice, &w, MAX_FORCE), share = lookup_slopes(&slice, &w, LOAD_SHARE);
-    change[FORCE] = scale * (side * force.by_t * moved + force.by_c * dq[CLEARANCE]);
-    change[SHARE] = side * share.by_t * moved + share.by_c * dq[CLEARANCE];
+    force = lookup_slopes(&slice, &w, TABLE_MAX_CONTACT_FORCE), share = lookup_slopes(&slice, &w, TABLE_LOAD_SHARE);
+    change[MAX_CONTACT_FORCE] = scale * (side * force.by_t * moved + force.by_c * dq[CLEARANCE]);
+    change[LOAD_SHARE] = side * share.by_t * moved + share.by_c * dq[CLEARANCE];
     change[IN_RANGE] = 0.0;
 }

@@ -59,10 +59,11 @@ def test_tables_that_do_not_mirror_themselves_are_refused(lookup: Lookup) -> Non
 
 @pytest.mark.parametrize("change", [
     lambda text: text.replace("LOOKUP_WORDS", "OTHER"), lambda text: text[:5000],
-    lambda text: text.replace("LOOKUP_ROWS", "LOOKUP_LINES"), lambda text: text.replace("LOOKUP_COLUMNS 3", "LOOKUP_COLUMNS 9"),
+    lambda text: text.replace("LOOKUP_ROWS", "LOOKUP_LINES"),
+    lambda text: text.replace("LOOKUP_COLUMNS 3", "LOOKUP_COLUMNS 9"),
     lambda text: "", lambda text: text.replace(",", ";", 100)])
 def test_damaged_tables_are_refused(lookup: Lookup, change) -> None:
-    with pytest.raises(InputError, match="^here: expected") as refused:
+    with pytest.raises(InputError, match=r"^here: expected") as refused:
         read_tables(change(tables_header(lookup)), lookup_head(lookup), "here")
     assert "\n" not in str(refused.value)
 
