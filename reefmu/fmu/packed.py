@@ -1,11 +1,11 @@
 """The lookup's tables as they stand in an FMU's C sources, and read back from there.
 
 Numbers of tables hardly compress, and a binary and its sources both hold them. So they are kept as whole multiples
-of a quantum, 2e-14 of full torque or 1e-13 of the greatest force; of what mirrors itself in the twist, one half;
-and of what follows smoothly from its neighbours, second differences along the twist. Signs go into the lowest bit,
-and the bytes into planes, the lowest of all numbers first: the upper ones are nearly all zero, and no more planes
-are written than needed. `native/tables.c` unpacks them. Rounding changes a torque by less than 1e-13 of the full
-one, a thousandth of the lookup's own error bound and less.
+of a quantum, 3e-14 of full torque and 6e-14 of the greatest force at most; of what mirrors itself in the twist, one
+half; and of what follows smoothly from its neighbours, differences: twice along the twist, once along the clearance.
+Signs go into the lowest bit, and the bytes into planes, the lowest of all numbers first: the upper ones are nearly
+all zero, and no more planes are written than needed. `native/tables.c` unpacks them. Against the lookup's own error
+bound, 1e-4, the rounding is nothing.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def tables_header(lookup: Lookup) -> str:
     half = _half(lookup)
     quanta = [_quantum(lookup.full_torque, _TORQUE_BITS)] * 3 + [
         _quantum(float(np.abs(table).max()), _OTHER_BITS) for table in half[3:]]
-    planes, words = _packed(half, np.array(quanta))
+    planes, words = _packed(half[..., None], quanta)
     n_q, rows, columns = half.shape
     numbers: dict[str, Any] = {
         "LOOKUP_QUANTITIES": n_q, "LOOKUP_ROWS": rows, "LOOKUP_COLUMNS": columns,
@@ -52,7 +52,7 @@ def tables_header(lookup: Lookup) -> str:
     if (element := lookup.element) is not None:
         quantum = _quantum(lookup.full_torque, _TORQUE_BITS)
         shape = element.coefficients.shape
-        planes, words = _packed(element.coefficients.reshape(1, shape[0], -1), np.array([quantum]))
+        planes, words = _packed(element.coefficients[None], [quantum])
         numbers |= {
             "ELEMENT_ROWS": shape[0], "ELEMENT_COLUMNS": shape[1], "ELEMENT_LAYERS": shape[2],
             **_axis("ELEMENT_TWIST", element.twist), **_axis("ELEMENT_CLEARANCE", element.clearance),
@@ -83,17 +83,16 @@ def read_tables(header: str, head: str, where: str) -> Lookup:
         values = json.loads(head)
         twist, clearance = (Axis(start, step, int(cells)) for start, step, cells in
                             (values["twist"], values["clearance"]))
-        half = _unpacked(header, "LOOKUP", tuple(int(_define(header, f"LOOKUP_{name}")) for name in
-                                                 ("QUANTITIES", "ROWS", "COLUMNS")),
-                         [float(x) for x in _define(header, "LOOKUP_QUANTA").strip("{}").split(",")])
+        shape = tuple(int(_define(header, f"LOOKUP_{name}")) for name in ("QUANTITIES", "ROWS", "COLUMNS"))
+        half = _unpacked(header, "LOOKUP", (*shape, 1),
+                         [float(x) for x in _define(header, "LOOKUP_QUANTA").strip("{}").split(",")])[..., 0]
         expect(2 * half.shape[1] - 3 == twist.size and half.shape[2] == clearance.size,
                "tables of the size the head states", half.shape, where)
         element = None
         if values["element"] is not None:
             shape = tuple(int(_define(header, f"ELEMENT_{name}")) for name in ("ROWS", "COLUMNS", "LAYERS"))
-            flat = _unpacked(header, "ELEMENT", (1, shape[0], shape[1] * shape[2]),
-                             [float(_define(header, "ELEMENT_QUANTUM"))])
-            element = ElementTable.of(values["element"], flat.reshape(shape), where)
+            table = _unpacked(header, "ELEMENT", (1, *shape), [float(_define(header, "ELEMENT_QUANTUM"))])[0]
+            element = ElementTable.of(values["element"], table, where)
         return Lookup(twist, clearance, _whole(half), values["full_torque"], values["error"], values["drawing"],
                       values["n_drives"], values["seed"], values["version"],
                       None if values["modulus"] is None else ModulusShares(**values["modulus"]), element)
@@ -123,12 +122,12 @@ def _quantum(size: float, bits: int) -> float:
     return 2.0 ** (math.ceil(math.log2(max(size, 1e-100))) - bits)
 
 
-def _packed(tables: Array, quanta: Array) -> tuple[int, NDArray[np.uint32]]:
-    """Planes and words of tables (n, rows, columns)."""
-    whole = np.rint(tables / quanta[:, None, None]).astype(np.int64)
+def _packed(tables: Array, quanta: list[float]) -> tuple[int, NDArray[np.uint32]]:
+    """Planes and words of tables (n, rows, columns, layers)."""
+    whole = np.rint(tables / np.reshape(quanta, (-1, 1, 1, 1))).astype(np.int64)
     expect(bool((np.abs(whole) < 2**53).all()), "tables within 500 times the full torque", "greater ones", "lookup")
-    for _ in range(2):
-        whole = np.diff(whole, axis=1, prepend=0)
+    for axis in (1, 1, 2):
+        whole = np.diff(whole, axis=axis, prepend=0)
     codes = np.where(whole < 0, -2 * whole - 1, 2 * whole).astype("<u8").ravel()
     planes = max(1, math.ceil(int(codes.max()).bit_length() / 8))
     content = codes.view(np.uint8).reshape(-1, 8)[:, :planes].T.tobytes()
@@ -146,9 +145,9 @@ def _unpacked(header: str, name: str, shape: tuple[int, ...], quanta: list[float
     codes[:, :planes] = np.frombuffer(content, np.uint8)[:planes * count].reshape(planes, count).T
     code = codes.view("<u8").ravel().astype(np.int64)
     whole = np.where(code & 1, -(code // 2) - 1, code // 2).reshape(shape)
-    for _ in range(2):
-        whole = np.cumsum(whole, axis=1)
-    return whole * np.array(quanta)[:, None, None]
+    for axis in (2, 1, 1):
+        whole = np.cumsum(whole, axis=axis)
+    return whole * np.reshape(quanta, (-1, 1, 1, 1))
 
 
 def _define(header: str, name: str) -> str:

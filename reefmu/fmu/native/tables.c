@@ -1,16 +1,18 @@
 /* The lookup's tables: how they are packed, and cells and weights of uniform cubic B-splines.
 
-   A table is kept as whole multiples of a quantum, as second differences along the twist, odd numbers for negative
-   ones, in planes of bytes: all lowest bytes first. `Tables` holds the numbers themselves. */
+   A table is kept as whole multiples of a quantum, as second differences along the twist and first ones along the
+   clearance, odd numbers for negative ones, in planes of bytes: all lowest bytes first. `Tables` holds the numbers
+   themselves. */
 
 static void unpack(const uint32_t *words, int planes, const double *quanta, int blocks, int rows, int columns,
-                   double *table) {
-    long count = (long)blocks * rows * columns;
+                   int layers, double *table) {
+    int across = columns * layers;
+    long count = (long)blocks * rows * across;
     for (int block = 0; block < blocks; block++)
-        for (int column = 0; column < columns; column++) {
+        for (int inner = 0; inner < across; inner++) {
             int64_t value = 0, rise = 0;
             for (int row = 0; row < rows; row++) {
-                long at = ((long)block * rows + row) * columns + column;
+                long at = ((long)block * rows + row) * across + inner;
                 uint64_t code = 0;
                 for (int plane = 0; plane < planes; plane++) {
                     long byte = plane * count + at;
@@ -18,18 +20,19 @@ static void unpack(const uint32_t *words, int planes, const double *quanta, int 
                 }
                 rise += code & 1 ? -(int64_t)(code / 2) - 1 : (int64_t)(code / 2);
                 value += rise;
-                table[at] = (double)value * quanta[block];
+                /* Whole multiples of a power of two: these sums are exact. */
+                table[at] = (double)value * quanta[block] + (inner < layers ? 0.0 : table[at - layers]);
             }
         }
 }
 
 static void unpack_tables(Tables *tables) {
     static const double quanta[] = LOOKUP_QUANTA;
-    unpack(LOOKUP_WORDS, LOOKUP_PLANES, quanta, LOOKUP_QUANTITIES, LOOKUP_ROWS, LOOKUP_COLUMNS, tables->lookup);
+    unpack(LOOKUP_WORDS, LOOKUP_PLANES, quanta, LOOKUP_QUANTITIES, LOOKUP_ROWS, LOOKUP_COLUMNS, 1, tables->lookup);
 #if HAS_ELEMENT
     {
         static const double quantum[] = {ELEMENT_QUANTUM};
-        unpack(ELEMENT_WORDS, ELEMENT_PLANES, quantum, 1, ELEMENT_ROWS, ELEMENT_COLUMNS * ELEMENT_LAYERS,
+        unpack(ELEMENT_WORDS, ELEMENT_PLANES, quantum, 1, ELEMENT_ROWS, ELEMENT_COLUMNS, ELEMENT_LAYERS,
                tables->element);
     }
 #endif
