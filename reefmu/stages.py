@@ -97,14 +97,14 @@ class _Staged(Assembly):
         point = ca.vertcat(self.k[0] - offset, self.total(Place.CLEARANCE, self.signals(), x), position)
         aged = self.aged()
         return Stages(
-            _scalar("geometry", [u, p], geometry), _scalar("tuned", [p], tuned), _scalar("point", [x, u, k, p], point),
-            _scalar("moved", [x, u, k, p], self.moved()), _scalar("aged", [x, u, k, dt, p, c], aged),
-            _scalar("rate", [x, u, k, p, c], self.rates()), _scalar("output", [x, u, k, p, c], self.outputs()),
-            bool(self.paths), self.ages, self.ages and bool(ca.depends_on(aged, c)),
-            not compliance.is_zero())
+            scalar_function("geometry", [u, p], geometry), scalar_function("tuned", [p], tuned),
+            scalar_function("point", [x, u, k, p], point), scalar_function("moved", [x, u, k, p], self.moved()),
+            scalar_function("aged", [x, u, k, dt, p, c], aged), scalar_function("rate", [x, u, k, p, c], self.rates()),
+            scalar_function("output", [x, u, k, p, c], self.outputs()),
+            bool(self.paths), self.ages, self.ages and bool(ca.depends_on(aged, c)), not compliance.is_zero())
 
 
-def _scalar(name: str, arguments: list[ca.MX], result: ca.MX) -> ca.Function:
+def scalar_function(name: str, arguments: list[ca.MX], result: ca.MX) -> ca.Function:
     """A function in scalars. An effect whose `result` needs more than `arguments` has no place among the stages."""
     given = [a.name() for a in arguments if a.is_symbolic()]
     more = sorted(s.name() for s in ca.symvar(ca.MX(result)) if s.name() not in given)

@@ -221,13 +221,14 @@ class JointStages(System):
 
     def of_motion(self) -> dict[str, Any]:
         """The functions that move the masses."""
+        from reefmu.stages import scalar_function
+
         x, u, dt, p, ca = self.x, self.u, self.dt, self.p, self.ca
         g, added = ca.MX.sym("g"), ca.MX.sym("added")
         bodies = {"coast": ([x, dt], self.coast(x, dt)),
                   "kick": ([x, u, dt, g, self.k, p, self.c], self.kick(x, dt, g)),
                   "probe": ([p], ca.vertcat(*self.probes())), "pace": ([p, added], self.pace_with(added))}
-        return {name: ca.Function(name, arguments, [ca.densify(result)]).expand()
-                for name, (arguments, result) in bodies.items()}
+        return {name: scalar_function(name, arguments, result) for name, (arguments, result) in bodies.items()}
 
 
 def steepest(lookup: Any) -> float:

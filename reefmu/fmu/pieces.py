@@ -17,7 +17,7 @@ and for a joint, which integrates itself,
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from .component import Component
 
@@ -40,13 +40,13 @@ def make_pieces(component: Component) -> Pieces:
     """The pieces of a component of either kind."""
     import casadi as ca
 
-    from reefmu.stages import CONTACT, POINT, make_stages
+    from reefmu.stages import CONTACT, POINT, make_stages, scalar_function
 
     stages = make_stages(component.model.lookup, component.model.effects)
     x, u, p = (ca.MX.sym(name, len(items)) for name, items in
                (("x", component.states), ("u", component.inputs), ("p", component.parameters)))
     k, c, dt = ca.MX.sym("k", 2), ca.MX.sym("c", len(CONTACT)), ca.MX.sym("dt")
-    functions = {"initial": ca.Function("initial", [u, p], [ca.densify(component.initial(u, p))]).expand()}
+    functions = {"initial": scalar_function("initial", [u, p], component.initial(u, p))}
     if component.kind == "drive":
         drive = {"geometry": stages.geometry(u, p), "tuned": stages.tuned(p), "point": stages.point(x, u, k, p),
                  "moved": stages.moved(x, u, k, p), "aged": stages.aged(x, u, k, dt, p, c),
@@ -60,7 +60,7 @@ def make_pieces(component: Component) -> Pieces:
         functions |= joint.of_motion()
     arguments = {"geometry": [x, u, p], "tuned": [p], "point": [x, u, k, p], "moved": [x, u, k, p],
                  "aged": [x, u, k, dt, p, c], "rate": [x, u, k, p, c], "output": [x, u, k, p, c]}
-    functions |= {name: ca.Function(name, arguments[name], [ca.densify(drive[name])]).expand() for name in drive}
+    functions |= {name: scalar_function(name, arguments[name], drive[name]) for name in drive}
 
     d, dc = ca.MX.sym("d", u.numel() + x.numel()), ca.MX.sym("dc", len(CONTACT))
     du, dx, still = d[:u.numel()], d[u.numel():], ca.MX(*p.size())
@@ -69,12 +69,6 @@ def make_pieces(component: Component) -> Pieces:
         *(functions[name](x, u, functions["geometry"](x, u, p), p, c) for name in ("output", "rate")))])
     of_point = at.forward(1)(x, u, p, ca.MX(len(POINT), 1), dx, du, still)
     of_result = gives.forward(1)(x, u, p, c, ca.MX(*gives.size_out(0)), dx, du, still, dc)
-    functions["point_change"] = _scalar("point_change", [x, u, p, d], of_point)
-    functions["change"] = _scalar("change", [x, u, p, d, c, dc], of_result)
+    functions["point_change"] = scalar_function("point_change", [x, u, p, d], of_point)
+    functions["change"] = scalar_function("change", [x, u, p, d, c, dc], of_result)
     return Pieces(functions, stages, motion)
-
-
-def _scalar(name: str, arguments: list[Any], result: Any) -> casadi.Function:
-    import casadi as ca
-
-    return ca.Function(name, arguments, [ca.densify(result)]).expand()
