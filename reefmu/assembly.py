@@ -35,10 +35,10 @@ def carried(effects: Sequence[Effect]) -> tuple[Along, ...]:
 
 def assemble(lookup: Lookup, effects: Sequence[Effect]) -> dict[str, ca.Function]:
     """The functions initial, advance, rate, output and jacobian by name."""
-    return _Assembly(lookup, effects).functions()
+    return Assembly(lookup, effects).functions()
 
 
-class _Assembly:
+class Assembly:
     """Symbols of one model and the expressions built on them."""
 
     def __init__(self, lookup: Lookup, effects: Sequence[Effect]) -> None:
@@ -146,8 +146,21 @@ class _Assembly:
     def path_value(self, path: Along, signals: Signals) -> ca.MX:
         return {Along.TWIST: signals.twist, Along.CRANK: signals.crank_angle, Along.OUTPUT: signals.output_angle}[path]
 
+    @property
+    def ages(self) -> bool:
+        """Whether a state follows the time."""
+        return any(s.along is Along.TIME for e in self.effects for s in e.states)
+
     def advanced(self) -> ca.MX:
         """States after dt: first those along angles, then, under the torque that gives, those along time."""
+        moved = self.moved()
+        if not self.ages:
+            return moved
+        in_time = ca.Function("in_time", [self.x, self.u, self.dt, self.p], [self.aged()])
+        return in_time.call([moved, self.u, self.dt, self.p], True, False)[0]
+
+    def moved(self) -> ca.MX:
+        """States after the angles have moved to those of the inputs."""
         signals = self.signals()
         change = {path: self.path_value(path, signals) - self.x[k] for k, path in enumerate(self.paths)}
         signals = signals._replace(
@@ -156,11 +169,7 @@ class _Assembly:
             output_direction=ca.sign(change.get(Along.OUTPUT, ca.MX(0))),
         )
         length = {path: ca.fabs(value) for path, value in change.items()}
-        moved = self._stepped(signals, self.x, lambda along: length.get(along))
-        if not any(s.along is Along.TIME for e in self.effects for s in e.states):
-            return moved
-        in_time = ca.Function("in_time", [self.x, self.u, self.dt, self.p], [self._aged()])
-        return in_time.call([moved, self.u, self.dt, self.p], True, False)[0]
+        return self._stepped(signals, self.x, lambda along: length.get(along))
 
     def _stepped(self, signals: Signals, x: ca.MX, length: Callable[[Along], Any]) -> ca.MX:
         memory = [self.path_value(path, signals) for path in self.paths]
@@ -175,7 +184,7 @@ class _Assembly:
                 states.append(value + (a * value + b) * way * _exponential_mean(ca.MX(a) * way))
         return ca.vertcat(*memory, *states)
 
-    def _aged(self) -> ca.MX:
+    def aged(self) -> ca.MX:
         """States after dt along time alone, the angles held.
 
         A twist that grows under the torque also lets go of it: with the contacts linearised, that is a part of
@@ -205,7 +214,7 @@ class _Assembly:
         torque, *_ = self.contacts(signals, self.x)
         signals = signals._replace(elastic_torque=torque)
         # The corrected twist also turns with the crank through the kinematic error.
-        twist_rate = self._corrected_rate(signals)
+        twist_rate = self.lever(signals) * signals.crank_speed - signals.output_speed
         signals = signals._replace(twist_direction=ca.sign(twist_rate))
         speed = {Along.TIME: ca.MX(1), Along.TWIST: ca.fabs(twist_rate), Along.CRANK: ca.fabs(signals.crank_speed),
                  Along.OUTPUT: ca.fabs(signals.output_speed)}
@@ -218,9 +227,9 @@ class _Assembly:
                 states.append((a * value + b) * speed[state.along])
         return ca.vertcat(*memory, *states)
 
-    def _corrected_rate(self, signals: Signals) -> ca.MX:
-        by_inputs = ca.jacobian(signals.twist, self.u)
-        return by_inputs[0] * signals.crank_speed + by_inputs[2] * signals.output_speed
+    def lever(self, signals: Signals) -> ca.MX:
+        """Derivative of the corrected twist by the crank's angle; that by the output's is -1."""
+        return ca.jacobian(signals.twist, self.u)[0]
 
     # -- outputs ------------------------------------------------------------------------------------------
 
@@ -236,7 +245,7 @@ class _Assembly:
             [total, by_torque, by_twist], [twist, torque], [signals.twist, elastic])
         friction = self.total(Place.OUTPUT, signals._replace(elastic_torque=elastic), self.x)
         # Virtual work: the crank feels the inner torque through the twist's derivative by its angle.
-        lever = ca.jacobian(signals.twist, self.u)[0]
+        lever = self.lever(signals)
         raw_twist = signals.crank_angle / self.ratio - signals.output_angle
         return ca.vertcat(total - friction, -total * lever, raw_twist, by_torque * stiffness + by_twist, force, share,
                           in_range, total - friction + self.total(Place.SENSOR, signals, self.x))

@@ -53,11 +53,11 @@ def model_text(model: DriveModel) -> str:
     return tomli_w.dumps(table)
 
 
-def load_model(path: str | os.PathLike[str], lookup: str | os.PathLike[str] | None = None,
+def load_model(path: str | os.PathLike[str], lookup: Lookup | str | os.PathLike[str] | None = None,
                executor: Executor | None = None) -> DriveModel:
     """Read model.toml.
 
-    lookup: a saved lookup, so that nothing is solved; else the tables come from the cache or are built.
+    lookup: a lookup or the file of one, so that nothing is solved; else the tables come from the cache or are built.
     Raises `InputError` for anything that is not such a file, with what was expected and what came.
     """
     where = str(path)
@@ -73,7 +73,8 @@ def load_model(path: str | os.PathLike[str], lookup: str | os.PathLike[str] | No
     model = _section(table, "model", where)
     refuse_unknown("field", model, ("band",), f"{where} [model]")
     effects = {name: _effect_values(name, values, where) for name, values in _section(table, "effects", where).items()}
-    built = build_model(drive, effects, lookup=None if lookup is None else Lookup.load(lookup),
+    tables = lookup if lookup is None or isinstance(lookup, Lookup) else Lookup.load(lookup)
+    built = build_model(drive, effects, lookup=tables,
                         n_drives=settings.get("drives", N_DRIVES), seed=settings.get("seed", 0), executor=executor)
     return built.with_parameters(band=float(model.get("band", 0.0)))
 

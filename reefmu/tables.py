@@ -79,8 +79,12 @@ def locate(axis: Axis, x: ca.MX) -> tuple[ca.MX, ca.MX]:
 
 
 def clip(f: ca.MX) -> ca.MX:
-    """f held to 0 ... 1."""
-    return ca.fmax(ca.fmin(f, 1), 0)
+    """f held to 0 ... 1, with slope 1 at both ends.
+
+    A cell's coordinate is exactly 0 at every node, and the drawn clearance is one: there fmin and fmax would have
+    half of the slope.
+    """
+    return ca.if_else(f < 0, 0, ca.if_else(f > 1, 1, f))
 
 
 def _blend(values: Sequence[Any], band: ca.SX) -> ca.SX:

@@ -22,10 +22,11 @@ from typing import TYPE_CHECKING
 from stiffness_model.errors import InputError, unknown_name
 
 from .archive import DESCRIPTION, SCRIPT_NAME, write_archive
-from .component import Component, drive_component, save_component
+from .component import HEAD_FILE, LOOKUP_FILE, Component, drive_component, save_component
 from .description import Export, model_description
-from .generate import UNIT, sources
+from .generate import UNIT, sources, with_guid
 from .interface import Interface, declare, declare_exchange
+from .packed import lookup_head
 from .platforms import chosen_platforms, compile_binaries
 
 if TYPE_CHECKING:
@@ -120,14 +121,18 @@ def _python_members(component: Component, resources: dict[str, bytes], when: dat
 
 def _native_members(component: Component, resources: dict[str, bytes], when: datetime,
                     platform: str) -> dict[str, bytes]:
-    """The archive of an FMU in C. Its resources are for `reefmu check` and for people; no binary reads them."""
+    """The archive of an FMU in C. Its resources are for `reefmu check` and for people: no binary reads them."""
     platforms = () if platform == "none" else chosen_platforms(platform)
     interface = declare_exchange(component)
+    # The tables stand among the sources.
+    resources = {name: data for name, data in resources.items() if name != LOOKUP_FILE}
+    resources[HEAD_FILE] = lookup_head(component.model.lookup).encode()
+    nameless = sources(component, interface, "")
     without_guid = hashlib.sha256()
-    for name, content in sorted(sources(component, interface, "").items()):
+    for name, content in sorted(nameless.items()):
         without_guid.update(name.encode() + content)
     export = _export(component, interface, resources, when, "native", without_guid.hexdigest())
-    files = sources(component, interface, export.guid)
+    files = with_guid(nameless, export.guid)
     return {
         DESCRIPTION: model_description(interface, export),
         **{f"resources/{name}": data for name, data in resources.items()},

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from stiffness_model.errors import InputError, expect
 
 from .archive import FmuFile, read_archive
-from .component import JOINT_FILE, KINDS, LOOKUP_FILE, MODEL_FILE, component_in
+from .component import KINDS, component_in, files_in
 from .host import FmuDrive
 from .interface import Variable, declare, declare_exchange
 from .trial import Trial, continue_fmu, make_trial, run_fmu, run_model
@@ -90,8 +90,7 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
 
 def _embedded_model(file: FmuFile) -> Component:
     with tempfile.TemporaryDirectory(prefix="reefmu-check-") as folder, zipfile.ZipFile(file.path) as archive:
-        for name in (MODEL_FILE, LOOKUP_FILE, *((JOINT_FILE,) if file.kind == "joint" else ())):
-            member = f"resources/{name}"
+        for name, member in files_in(file.kind, file.members).items():
             expect(member in file.members, f"{member} in the FMU", "none", str(file.path))
             Path(folder, name).write_bytes(archive.read(member))
         try:

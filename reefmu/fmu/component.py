@@ -15,6 +15,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import tomllib
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -25,11 +26,14 @@ from numpy.typing import NDArray
 
 from stiffness_model.errors import InputError
 
+from .packed import TABLES, read_tables
+
 if TYPE_CHECKING:
     import casadi
 
     from reefmu.masses import Masses
     from reefmu.model import DriveModel, ModelParameter, Signal
+    from stiffness_model.lookup import Lookup
 
 Kind = Literal["drive", "joint"]
 KINDS: tuple[Kind, ...] = ("drive", "joint")
@@ -37,6 +41,8 @@ MODEL_FILE = "model.toml"
 LOOKUP_FILE = "lookup.npz"
 JOINT_FILE = "joint.toml"
 """What a component is made of, in `resources`; the last for a joint only."""
+HEAD_FILE = "lookup.json"
+"""In place of `LOOKUP_FILE` where the tables stand among the sources (`packed.TABLES`)."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +51,7 @@ class Component:
 
     switches: how many states, from `first_switch` on, remember the path that others move along; the sign of
     such a state's rate is what switches. full_torque: N.m on the output, the measure of small deviations.
+    model: the drive inside.
     """
 
     kind: Kind
@@ -58,6 +65,7 @@ class Component:
     rate: casadi.Function
     output: casadi.Function
     full_torque: float
+    model: DriveModel
     pace: casadi.Function | None = None
     first_switch: int = 0
     switches: int = 0
@@ -92,11 +100,20 @@ class Component:
         return 1 if self.pace is None else max(1, math.ceil(dt / float(np.asarray(self.pace(p)).item())))
 
 
+def files_in(kind: str, members: Collection[str]) -> dict[str, str]:
+    """What `component_in` needs, and where it stands in an FMU with these members."""
+    names = [MODEL_FILE, *([JOINT_FILE] if kind == "joint" else [])]
+    if f"resources/{HEAD_FILE}" not in members:
+        return {name: f"resources/{name}" for name in (*names, LOOKUP_FILE)}
+    return {**{name: f"resources/{name}" for name in (*names, HEAD_FILE)}, TABLES: f"sources/{TABLES}"}
+
+
 def component_in(folder: Path) -> Component:
-    """The component that `save_component` wrote. Errors: `InputError` for files that are no such component."""
+    """The component of `save_component`, or of `files_in`. Errors: `InputError` for files that are no such one."""
     from reefmu.model_file import load_model
 
-    model = load_model(folder / MODEL_FILE, lookup=folder / LOOKUP_FILE)
+    packed = (folder / HEAD_FILE).exists()
+    model = load_model(folder / MODEL_FILE, lookup=_packed_lookup(folder) if packed else folder / LOOKUP_FILE)
     masses = folder / JOINT_FILE
     if not masses.exists():
         return drive_component(model)
@@ -109,6 +126,14 @@ def component_in(folder: Path) -> Component:
         return joint_component(model, Masses(**values))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, TypeError) as error:
         raise InputError(f"{masses}: expected the masses of a joint, got {error}") from None
+
+
+def _packed_lookup(folder: Path) -> Lookup:
+    try:
+        header, head = ((folder / name).read_text("utf-8") for name in (TABLES, HEAD_FILE))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{folder}: expected a lookup in {TABLES} and {HEAD_FILE}, got {error}") from None
+    return read_tables(header, head, str(folder / TABLES))
 
 
 def save_component(model: DriveModel, masses: Masses | None, folder: Path) -> None:
@@ -129,4 +154,5 @@ def drive_component(model: DriveModel) -> Component:
     from reefmu.model import INPUTS, OUTPUTS
 
     return Component("drive", model.name, INPUTS, OUTPUTS, model.states, model.parameters, model.initial,
-                     model.advance, model.rate, model.output, model.full_torque, switches=len(carried(model.effects)))
+                     model.advance, model.rate, model.output, model.full_torque, model,
+                     switches=len(carried(model.effects)))

@@ -12,49 +12,57 @@ import math
 import re
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+
+from stiffness_model.lookup import QUANTITIES
 
 from .component import Component
 from .interface import Interface, Variable
+from .packed import TABLES, tables_header
+from .pieces import Pieces, make_pieces
 
 UNIT = "all.c"
 """The file to compile."""
 MOST_PARTS = 1e7
 """Most parts of one communication step of a component that integrates itself; more are refused."""
-_WRAPPER = ("all.c", "calls.c", "cosimulation.c", "derivatives.c", "exchange.c", "fmi2_api.h", "instance.h", "life.c",
-            "log.c", "model.c", "saved.c", "values.c", "variable.h")
+_WRAPPER = ("all.c", "calls.c", "contact.c", "contact_change.c", "cosimulation.c", "derivatives.c", "exchange.c",
+            "fmi2_api.h", "instance.h", "life.c", "log.c", "model.c", "saved.c", "tables.c", "values.c", "variable.h")
 
 
 def sources(component: Component, interface: Interface, guid: str) -> dict[str, bytes]:
     """Every file of `sources` by name. interface: with the derivatives (`declare_exchange`)."""
     wrapper = importlib.resources.files("reefmu.fmu") / "native"
     files = {name: (wrapper / name).read_bytes() for name in _WRAPPER}
-    equations, sizes = _equations(component)
+    pieces = make_pieces(component)
+    equations, sizes = _equations(pieces)
     files["equations.c"] = equations.encode()
-    files["model.h"] = _header(component, interface, guid, sizes).encode()
+    files["model.h"] = _header(component, pieces, interface, guid, sizes).encode()
+    files[TABLES] = tables_header(component.model.lookup).encode()
     return files
 
 
-def _equations(component: Component) -> tuple[str, dict[str, int]]:
+def with_guid(files: Mapping[str, bytes], guid: str) -> dict[str, bytes]:
+    """The same files for another GUID."""
+    header, changes = re.subn(rb'(?m)^#define MODEL_GUID ".*"$', f'#define MODEL_GUID "{guid}"'.encode(),
+                              files["model.h"])
+    assert changes == 1
+    return {**files, "model.h": header}
+
+
+def _equations(pieces: Pieces) -> tuple[str, dict[str, int]]:
     """The generated functions, and the work space that the greatest of them needs."""
     import casadi as ca
 
-    functions = {"initial": component.initial, "advance": component.advance, "rate": component.rate,
-                 "output": component.output, "tangent": component.tangent}
-    if component.pace is not None:
-        functions["pace"] = component.pace
-    # With integers of the platform's int the table's indices need no wider conversion.
     generator = ca.CodeGenerator("equations.c", {"with_header": False, "main": False, "casadi_int": "int"})
-    for name, function in functions.items():
+    for name, function in pieces.functions.items():
         assert function.name() == name
         generator.add(function)
     with tempfile.TemporaryDirectory(prefix="reefmu-generate-") as folder:
         text = Path(generator.generate(folder + "/")).read_text("utf-8")
-    call = list(functions.values())
-    sizes = {"ARGUMENTS": max(4, *(f.sz_arg() for f in call)), "RESULTS": max(f.sz_res() for f in call),
-             "INTEGERS": 1 + max(f.sz_iw() for f in call), "WORK": 1 + max(f.sz_w() for f in call)}
-    return copied_runs(_without_queries(text, functions)), sizes
+    call = list(pieces.functions.values())
+    sizes = {"INTEGERS": 1 + max(f.sz_iw() for f in call), "WORK": 1 + max(f.sz_w() for f in call)}
+    return _without_queries(text, pieces.functions), sizes
 
 
 def _without_queries(text: str, functions: Iterable[str]) -> str:
@@ -64,50 +72,30 @@ def _without_queries(text: str, functions: Iterable[str]) -> str:
     return re.sub(one, "", text, flags=re.MULTILINE | re.DOTALL)
 
 
-_GATHER = re.compile(
-    r"^  for \(i=0, rr=(?P<index>\w+), cr=(?P<offsets>\w+); i<(?P<n>\d+); \+\+i\) \(\*rr\+\+\)  = "
-    r"\(\(\*cr\+\+\)\+(?P<start>\w+)\);\n(?P<comment>  /\*[^\n]*\*/\n)"
-    r"  for \(rr=(?P<to>\w+), cr=(?P=index); rr!=(?P=to)\+(?P=n); \+\+rr\) \{ i=\(int\) \*cr\+\+; "
-    r"\*rr = i>=0 && i<(?P<size>\d+) \? (?P<table>\w+)\[i\] : casadi_nan; \}\n", re.MULTILINE)
+def _header(component: Component, pieces: Pieces, interface: Interface, guid: str, sizes: dict[str, int]) -> str:
+    from reefmu.assembly import NEWTON_STEPS, SETTLED
+    from reefmu.stages import CONTACT, POINT, TUNED
 
-
-def copied_runs(text: str) -> str:
-    """Generated C with the look-up of a table's cell as copies of runs, instead of one index at a time.
-
-    CasADi adds the cell's start to a list of offsets, in doubles, and looks every one up: most of the time of a
-    step. The offsets are constant and stand in runs. Code of another shape (another version of CasADi) is left
-    as it is, and is right as well. The first index is held to the table as each was before.
-    """
-    def replace(match: re.Match[str]) -> str:
-        bound = re.findall(rf"^  {match['offsets']} = (casadi_c\d+);", text[:match.start()], re.MULTILINE)
-        values = bound and re.search(rf"^static const casadi_real {bound[-1]}\[\d+\] =\s*\{{(.*?)\}};", text,
-                                     re.MULTILINE | re.DOTALL)
-        if not values:
-            return match[0]
-        offsets = [int(float(x)) for x in values[1].split(",")]
-        starts = [k for k, x in enumerate(offsets) if k == 0 or x != offsets[k - 1] + 1]
-        runs = "".join(f" memcpy({match['to']}+{k}, cr+{offsets[k]}, {end - k}*sizeof(casadi_real));"
-                       for k, end in zip(starts, [*starts[1:], len(offsets)], strict=True))
-        last = int(match["size"]) - 1 - max(offsets)
-        return (f"{match['comment']}  i=(int) casadi_fmin({last}, casadi_fmax(0, {match['start']})); "
-                f"cr={match['table']}+i;{runs}\n")
-
-    return _GATHER.sub(replace, text)
-
-
-def _header(component: Component, interface: Interface, guid: str, sizes: dict[str, int]) -> str:
     n_u, n_y, n_x = len(component.inputs), len(component.outputs), len(component.states)
+    stages = pieces.stages
     numbers = {
         "N_INPUTS": n_u, "N_OUTPUTS": n_y, "N_PARAMETERS": len(component.parameters), "N_STATES": n_x,
         "N_VALUES": len(interface.variables), "N_KNOWNS": n_u + n_x, "N_UNKNOWNS": n_y + n_x,
         "N_INDICATORS": component.switches, "FIRST_INDICATOR": component.first_switch,
-        "HAS_PACE": int(component.pace is not None), **{f"N_{name}": size for name, size in sizes.items()},
+        "IS_JOINT": int(component.kind == "joint"), "HAS_PATHS": int(stages.paths), "HAS_AGES": int(stages.ages),
+        "AGED_BY_TORQUE": int(stages.aged_by_torque), "HAS_SERIES": int(stages.series), "N_MOTION": pieces.motion,
+        "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"),
+        "MOST_PARTS": MOST_PARTS, "NEWTON_STEPS": NEWTON_STEPS, "SETTLED": SETTLED,
+        **{f"N_{name}": size for name, size in sizes.items()},
     }
+    orders = {"POINT": POINT, "TUNED": TUNED, "CONTACT": CONTACT, "TABLE": [f"table_{name}" for name in QUANTITIES]}
+    enums = "".join(f"enum {{ {', '.join(name.upper() for name in names)}, N_{title} }};\n"
+                    for title, names in orders.items())
     rows = "".join(_row(v, component, interface) for v in interface.variables)
     defines = "".join(f"#define {name} {value}\n" for name, value in numbers.items())
     return (f"/* {interface.kind} {json.dumps(_plain(interface.name))}: sizes and variables. Generated. */\n\n"
             "#ifndef MODEL_H\n#define MODEL_H\n\n#include \"variable.h\"\n\n"
-            f"#define MODEL_GUID \"{guid}\"\n{defines}#define MOST_PARTS {MOST_PARTS!r}\n\n"
+            f"#define MODEL_GUID \"{guid}\"\n{defines}\n{enums}\n"
             f"static const Variable VARIABLES[N_VALUES] = {{\n{rows}}};\n\n#endif\n")
 
 

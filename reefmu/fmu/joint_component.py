@@ -19,6 +19,7 @@ from .component import Component
 if TYPE_CHECKING:
     from reefmu.masses import Masses
     from reefmu.model import DriveModel
+    from reefmu.stages import Stages
 
 PHASE = 0.1
 """rad of the joint's fastest oscillation in one part of a step: energy then holds to 1e-6."""
@@ -46,7 +47,7 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
     start = tuple(ModelParameter(f"start.{s.name}", 0.0, None, None, s.unit, f"{s.description} at the start", False,
                                  1.0) for s in motion)
     parameters = (*model.parameters[:2], *_mass_parameters(masses), *start, *model.parameters[2:])
-    system = _System(model)
+    system = System(model)
     switches = len(carried(model.effects))
     x, u, p, dt = system.x, system.u, system.p, system.dt
     return Component(
@@ -55,7 +56,7 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
         ca.Function("advance", [x, u, dt, p], [system.advanced()], ["x", "u", "dt", "p"], ["x_next"]),
         ca.Function("rate", [x, u, p], [system.rate()], ["x", "u", "p"], ["dx"]),
         ca.Function("output", [x, u, p], [ca.vertcat(x[:4], system.drive(x))], ["x", "u", "p"], ["y"]),
-        model.full_torque, ca.Function("pace", [p], [system.pace()], ["p"], ["dt"]), 4, switches)
+        model.full_torque, model, ca.Function("pace", [p], [system.pace()], ["p"], ["dt"]), 4, switches)
 
 
 def _mass_parameters(masses: Masses) -> tuple[Any, ...]:
@@ -73,7 +74,7 @@ def _mass_parameters(masses: Masses) -> tuple[Any, ...]:
     return (*made, ModelParameter("temperature", 20.0, -273.15, 1000.0, "degC", "Temperature of the drive", True, 20.0))
 
 
-class _System:
+class System:
     """Symbols and expressions. x: the four of the motion, then the drive's; p: ratio, band, masses, start, effects."""
 
     def __init__(self, model: DriveModel) -> None:
@@ -82,11 +83,14 @@ class _System:
         self.ca, self.model = ca, model
         self.x = ca.MX.sym("x", 4 + len(model.states))
         self.u, self.dt = ca.MX.sym("u", 2), ca.MX.sym("dt")
-        self.p = ca.MX.sym("p", len(model.parameters) + 9)
-        self.ratio = self.p[0]
+        self.set_parameters(ca.MX.sym("p", len(model.parameters) + 9))
+
+    def set_parameters(self, p: Any) -> None:
+        """The vector of parameters, and what is in it."""
+        self.p, self.ratio = p, p[0]
         self.motor_inertia, self.load_inertia, self.motor_damping, self.load_damping, self.temperature = (
-            self.p[k] for k in range(2, 7))
-        self.p_drive = ca.vertcat(self.p[:2], self.p[11:])
+            p[k] for k in range(2, 7))
+        self.p_drive = self.ca.vertcat(p[:2], p[11:])
 
     def inputs(self, x: Any) -> Any:
         """The drive's inputs."""
@@ -108,9 +112,13 @@ class _System:
         return self.ca.vertcat((self.u[0] - self.motor_damping * x[1] + y[1]) / self.motor_inertia,
                                (self.u[1] - self.load_damping * x[3] + y[0]) / self.load_inertia), y[3]
 
+    def drive_rate(self, x: Any) -> Any:
+        """Rates of the drive's states."""
+        return self.model.rate(x[4:], self.inputs(x), self.p_drive)
+
     def rate(self) -> Any:
         x, (a, _) = self.x, self.acceleration(self.x)
-        return self.ca.vertcat(x[1], a[0], x[3], a[1], self.model.rate(x[4:], self.inputs(x), self.p_drive))
+        return self.ca.vertcat(x[1], a[0], x[3], a[1], self.drive_rate(x))
 
     def kick(self, x: Any, h: Any, gradient: Any) -> Any:
         """Speeds after h; gradient: factor of dF/dq M^-1 F."""
@@ -136,9 +144,13 @@ class _System:
         (matrix,) = ca.graph_substitute([ca.densify(ca.jacobian(a, speeds))], [speeds], [ca.vertcat(x[1], x[3])])
         return matrix
 
+    def coast(self, x: Any, h: Any) -> Any:
+        """Angles after h."""
+        return self.ca.vertcat(x[0] + h * x[1], x[1], x[2] + h * x[3], x[3], x[4:])
+
     def drift(self, x: Any, h: Any) -> Any:
         """Angles after h, and the drive's states, which follow them and the time."""
-        moved = self.ca.vertcat(x[0] + h * x[1], x[1], x[2] + h * x[3], x[3], x[4:])
+        moved = self.coast(x, h)
         if not self.model.states:
             return moved
         states = self.model.advance(moved[4:], self.inputs(moved), h, self.p_drive)
@@ -161,19 +173,62 @@ class _System:
         That is the lookup's steepest slope and what the states add to it: as they follow the twist or the
         output, they too resist, twice as much after a reversal.
         """
-        ca, lookup = self.ca, self.model.lookup
-        twist = lookup.twist.stop
+        ca = self.ca
         added = ca.MX(0)
         if self.model.states:
             state = ca.MX.sym("state", len(self.model.states))
-            for crank_speed, output_speed in ((self.ratio, 0.0), (self.ratio, 1.0)):
-                at = ca.vertcat(0, crank_speed, -twist, output_speed, self.temperature)
+            for x in self.probes():
+                at = self.inputs(x)
                 torque = self.model.output.call([state, at, self.p_drive], True, False)[0][0]
                 follow = ca.jacobian(torque, state).T * self.model.rate(state, at, self.p_drive)
                 (part,) = ca.graph_substitute([ca.sum1(ca.fabs(follow))], [state], [ca.MX.zeros(state.numel())])
                 added = added + 2 * part
+        return self.pace_with(added)
+
+    def probes(self) -> list[Any]:
+        """States of two motions that wind the drive up to the end of its lookup, without and with the output."""
+        ca, own = self.ca, self.x.numel() - 4
+        return [ca.vertcat(0, self.ratio, -self.model.lookup.twist.stop, speed, ca.MX.zeros(own)) for speed in (0, 1)]
+
+    def pace_with(self, added: Any) -> Any:
+        """The same, from what the states add to the slope, N.m/rad."""
         softness = 1 / (self.motor_inertia * self.ratio**2) + 1 / self.load_inertia
-        return PHASE / ca.sqrt((steepest(lookup) + added) * softness)
+        return PHASE / self.ca.sqrt((steepest(self.model.lookup) + added) * softness)
+
+
+class JointStages(System):
+    """The same around tables that other code reads: see `pieces`. k, c: what `reefmu.stages` calls so."""
+
+    def __init__(self, model: DriveModel, stages: Stages, x: Any, u: Any, p: Any, dt: Any, k: Any, c: Any) -> None:
+        super().__init__(model)
+        self.stages, self.x, self.u, self.dt, self.k, self.c = stages, x, u, dt, k, c
+        self.set_parameters(p)
+
+    def drive(self, x: Any) -> Any:
+        return self.stages.output.call([x[4:], self.inputs(x), self.k, self.p_drive, self.c], True, False)[0]
+
+    def drive_rate(self, x: Any) -> Any:
+        return self.stages.rate(x[4:], self.inputs(x), self.k, self.p_drive, self.c)
+
+    def of_drive(self) -> dict[str, Any]:
+        """Expressions of the drive's stages on the joint's vectors."""
+        x, k, p, c, s, vertcat = self.x, self.k, self.p_drive, self.c, self.stages, self.ca.vertcat
+        u, own = self.inputs(x), x[4:]
+        return {"geometry": s.geometry(u, p), "tuned": s.tuned(p), "point": s.point(own, u, k, p),
+                "moved": vertcat(x[:4], s.moved(own, u, k, p)),
+                "aged": vertcat(x[:4], s.aged(own, u, k, self.dt, p, c)),
+                "rate": self.rate(), "output": vertcat(x[:4], self.drive(x))}
+
+    def of_motion(self) -> dict[str, Any]:
+        """The functions that move the masses."""
+        from reefmu.stages import scalar_function
+
+        x, u, dt, p, ca = self.x, self.u, self.dt, self.p, self.ca
+        g, added = ca.MX.sym("g"), ca.MX.sym("added")
+        bodies = {"coast": ([x, dt], self.coast(x, dt)),
+                  "kick": ([x, u, dt, g, self.k, p, self.c], self.kick(x, dt, g)),
+                  "probe": ([p], ca.vertcat(*self.probes())), "pace": ([p, added], self.pace_with(added))}
+        return {name: scalar_function(name, arguments, result) for name, (arguments, result) in bodies.items()}
 
 
 def steepest(lookup: Any) -> float:

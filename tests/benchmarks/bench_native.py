@@ -1,10 +1,10 @@
-"""What the native FMU costs: per step in a C host and in FMPy's loop, per export, and its size.
+"""What the native FMU costs: per step in a host's loop in C and in FMPy's, per export, and its size.
 
-    python tests/benchmarks/bench_native.py [--steps 100000] [--drift 100000]
+    python tests/benchmarks/bench_native.py [--rounds 30] [--drift 100000] [--platforms]
 
 Beside it in the same run: an FMU that does nothing, one that only looks up a table (bare_fmu.c), and the Python
-back end. Best of 20 rounds in C, of 5 in Python: other work on the machine only ever adds. `--drift` steps of a
-closed loop, drive and a load on it, are held against the Python model.
+back end in the same loop. Rounds are short and in turn, the best counts: other work on the machine only ever adds.
+`--drift` steps of a closed loop, drive and a load on it, are held against the Python model.
 """
 
 from __future__ import annotations
@@ -12,65 +12,181 @@ from __future__ import annotations
 import argparse
 import ctypes
 import os
+import shutil
 import subprocess
 import tempfile
 import time
+import warnings
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Any
 
+import fmpy
 import numpy as np
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS
-from reefmu.fmu.archive import read_archive
 from reefmu.fmu.build import export_fmu
 from reefmu.fmu.host import FmuDrive
+from reefmu.fmu.joint_component import joint_component
+from reefmu.masses import Masses
 from reefmu.model import DriveModel, build_model
+from stiffness_model.errors import DoesNotFitWarning
 from stiffness_model.lookup import build_lookup
 
 HERE = Path(__file__).parent
-WRAPPER = Path(__import__("reefmu").__file__).parent / "fmu" / "native"
-HOST = HERE.parent / "reefmu" / "fmu" / "host" / "host.c"
+MASSES = Masses(1e-4, 2.0)
+Round = Callable[[], float]
+"""Seconds per step of one short round."""
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--steps", type=int, default=100_000)
+    parser.add_argument("--rounds", type=int, default=30)
     parser.add_argument("--drift", type=int, default=100_000)
     parser.add_argument("--platforms", action="store_true",
                         help="every platform at once, twice: time, size, same bytes")
     args = parser.parse_args()
+    warnings.simplefilter("ignore", DoesNotFitWarning)
     drive = sm.load_drive("drive_1")
     lookup = build_lookup(drive, n_drives=16)
     models = {"plain drive": build_model(drive, lookup=lookup),
               "all effects": nominal(build_model(drive, {n: {} for n in EFFECTS}, lookup=lookup))}
-    with tempfile.TemporaryDirectory() as name:
+    with tempfile.TemporaryDirectory() as name, ExitStack() as stack:
         folder = Path(name)
         os.environ["REEFMU_CACHE"] = str(folder / "cache")  # compiling is part of an export
-        compile_c(folder / "host", "-I", str(WRAPPER), str(HOST), "-ldl", "-lm", "-lpthread")
-        for bare, flags in (("does nothing", ()), ("bare table", ("-DTABLE",))):
-            library = compile_c(folder / f"{bare}.so", "-fPIC", "-shared", *flags, str(HERE / "bare_fmu.c"))
-            print(f"{bare:14} C host {in_c(folder / 'host', library, '', args.steps):8.3f} us   "
-                  f"ctypes loop {in_python(library, '', args.steps):6.2f} us")
+        flags = ("-fPIC", "-shared")
+        loop = ctypes.CDLL(str(compile_c(folder / "loop.so", *flags, str(HERE / "loop.c")))).loop
+        loop.restype = ctypes.c_double
+        nothing = compile_c(folder / "nothing.so", *flags, str(HERE / "bare_fmu.c"))
+        table = compile_c(folder / "table.so", *flags, "-DTABLE", str(HERE / "bare_fmu.c"))
+        in_c: dict[str, Round] = {"does nothing": bare(loop, nothing), "bare table": bare(loop, table)}
+        in_fmpy: dict[str, Round] = {}
+        for title, model in models.items():
+            paths = {"native": exported(model, folder / f"{title}.fmu", "native", None),
+                     "Python": export_fmu(model, folder / f"python {title}.fmu")}
+            exported(model, folder / f"joint {title}.fmu", "native", MASSES)
+            for back_end, path in paths.items():
+                in_c[f"{title}, {back_end}"] = stack.enter_context(opened(loop, path, 2000 if back_end == "native"
+                                                                          else 20))
+            in_fmpy[title] = simulated(paths["native"], folder / title)
+            in_fmpy[f"{title}, nothing in it"] = simulated(paths["native"], folder / f"{title} empty", nothing)
+        print("set + doStep + get in a loop in C")
+        best = in_turn(in_c, 10 * args.rounds)
+        for title, took in best.items():
+            print(f"  {title:22} {took * 1e6:9.4f} us   {took / best['bare table']:8.2f} of the bare table")
+        for title in models:
+            ratio = best[f"{title}, Python"] / best[f"{title}, native"]
+            print(f"  {title}: the Python back end takes {ratio:.0f} times as long as the native one")
+        print("FMPy's simulate_fmu, inputs from an array, three outputs recorded")
+        best = in_turn(in_fmpy, max(1, args.rounds // 3))
+        for title in models:
+            empty = best[f"{title}, nothing in it"]
+            print(f"  {title:22} {best[title] * 1e6:9.3f} us   {best[title] / empty:8.2f} of the same FMU with nothing "
+                  "in it")
+        print("1 ms of a joint")
+        for title, model in models.items():
+            native, python = joint_times(model, folder / f"joint {title}.fmu")
+            print(f"  {title:22} {native * 1e6:9.2f} us, in Python {python * 1e6:.0f} us")
+        for title, model in models.items():
+            off = drift(model, folder / f"{title}.fmu", args.drift)
+            print(f"{args.drift} steps of a closed loop, {title}: {off:.2g} of full torque off the Python model")
         if args.platforms:
             every_platform(models["all effects"], folder)
-        for title, model in models.items():
+
+
+def exported(model: DriveModel, path: Path, backend: str, masses: Masses | None) -> Path:
+    """Export, and say what it took."""
+    start = time.perf_counter()
+    export_fmu(model, path, backend=backend, masses=masses)
+    took = time.perf_counter() - start
+    sizes = {"binaries": 0, "sources": 0, "other": 0}
+    with zipfile.ZipFile(path) as archive:
+        for info in archive.infolist():
+            first = info.filename.split("/")[0]
+            sizes[first if first in sizes else "other"] += info.compress_size
+    packed = ", ".join(f"{name} {size / 1e3:.0f}" for name, size in sizes.items())
+    print(f"{path.stem}: exported in {took:.2f} s, {path.stat().st_size / 1e3:.0f} kB ({packed})")
+    return path
+
+
+def in_turn(rounds: Mapping[str, Round], count: int) -> dict[str, float]:
+    """The best of `count` rounds of each."""
+    times = [{title: one() for title, one in rounds.items()} for _ in range(count)]
+    assert all(t > 0 for row in times for t in row.values())
+    return {title: min(row[title] for row in times) for title in rounds}
+
+
+def bare(loop: Any, library: Path) -> Round:
+    dll = ctypes.CDLL(str(library))
+    dll.fmi2Instantiate.restype = ctypes.c_void_p
+    made = ctypes.c_void_p(dll.fmi2Instantiate(b"x", 1, b"", b"", None, 0, 0))
+    return lambda: loop(dll.fmi2SetReal, dll.fmi2DoStep, dll.fmi2GetReal, made, ctypes.c_long(5000))
+
+
+@contextmanager
+def _unpacked(path: Path) -> Iterator[str]:
+    folder = fmpy.extract(str(path))
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextmanager
+def opened(loop: Any, path: Path, steps: int) -> Iterator[Round]:
+    """The FMU, initialised by FMPy, in the loop in C."""
+    with _unpacked(path) as folder:
+        fmu = fmpy.instantiate_fmu(folder, fmpy.read_model_description(folder), "CoSimulation")
+        fmu.setupExperiment()
+        fmu.enterInitializationMode()
+        fmu.exitInitializationMode()
+        calls = fmu.dll.fmi2SetReal, fmu.dll.fmi2DoStep, fmu.dll.fmi2GetReal, ctypes.c_void_p(fmu.component)
+        yield lambda: loop(*calls, ctypes.c_long(steps))
+        fmu.terminate()
+        fmu.freeInstance()
+
+
+def simulated(path: Path, folder: Path, library: Path | None = None) -> Round:
+    """A run in FMPy; library: in place of the FMU's own."""
+    fmpy.extract(str(path), str(folder))
+    if library is not None:
+        shutil.copy(library, next(folder.rglob("*.so")))
+    description = fmpy.read_model_description(str(folder))
+    steps, dt = 4000, 1e-3
+    names = [v.name for v in description.modelVariables if v.causality == "input"]
+    signal = np.zeros(steps + 1, dtype=[(name, float) for name in ("time", *names)])
+    signal["time"] = dt * np.arange(steps + 1)
+    signal["temperature"] = 20.0
+    signal["output.phi"] = -1e-3 + 5e-4 * np.sin(signal["time"])
+
+    def one() -> float:
+        start = time.perf_counter()
+        fmpy.simulate_fmu(str(folder), stop_time=steps * dt, output_interval=dt, input=signal, validate=False,
+                          model_description=description, output=["output.tau", "crank.tau", "stiffness"])
+        return (time.perf_counter() - start) / steps
+    return one
+
+
+def joint_times(model: DriveModel, path: Path) -> tuple[float, float]:
+    """Seconds per communication step of 1 ms: native through `FmuDrive`, and the Python joint."""
+    component = joint_component(model, MASSES)
+    p, x = component.parameter_vector(), component.initial([0.0, 0.0], component.parameter_vector())
+    native, python = [], []
+    with FmuDrive(path) as joint:
+        joint.initialize()
+        for k in range(200):
+            torque = 10.0 * (-1) ** (k // 7)
             start = time.perf_counter()
-            path = export_fmu(model, folder / "native.fmu", backend="native")
-            took = time.perf_counter() - start
-            with zipfile.ZipFile(path) as archive:
-                archive.extractall(folder / title)
-                packed = sum(i.compress_size for i in archive.infolist() if i.filename.startswith("binaries/"))
-            library, guid = next((folder / title).rglob("*.so")), read_archive(path).guid
-            print(f"{title:14} C host {in_c(folder / 'host', library, guid, args.steps):8.3f} us   "
-                  f"ctypes loop {in_python(library, guid, args.steps):6.2f} us   export {took:.2f} s   library "
-                  f"{library.stat().st_size / 1024:.0f} kB, {packed / 1024:.0f} kB packed, FMU "
-                  f"{path.stat().st_size / 1024:.0f} kB")
-            times = [per_step(export_fmu(model, folder / f"{b}.fmu", backend=b)) for b in ("python", "native")]
-            print(f"{'':14} FmuDrive.step: Python back end {times[0]:.1f} us, native {times[1]:.1f} us")
-            print(f"{'':14} {args.drift} steps of a closed loop: {drift(model, path, args.drift):.2g} of full torque "
-                  "off the Python model")
+            joint.step(1e-3, {"load.tau": torque})
+            native.append(time.perf_counter() - start)
+            if k < 10:
+                start = time.perf_counter()
+                x = component.step(x, [0.0, torque], 1e-3, p)
+                python.append(time.perf_counter() - start)
+    return min(native), min(python)
 
 
 def every_platform(model: DriveModel, folder: Path) -> None:
@@ -80,14 +196,14 @@ def every_platform(model: DriveModel, folder: Path) -> None:
         os.environ["REEFMU_CACHE"] = str(folder / name)
         start = time.perf_counter()
         path = export_fmu(model, folder / "platforms.fmu", backend="native", platform="all")
-        print(f"every platform in {time.perf_counter() - start:.0f} s, {path.stat().st_size / 1024:.0f} kB")
+        print(f"every platform in {time.perf_counter() - start:.0f} s, {path.stat().st_size / 1e3:.0f} kB")
         files.append(path.read_bytes())
     print("the same bytes again" if files[0] == files[1] else "OTHER BYTES the second time")
     with zipfile.ZipFile(folder / "platforms.fmu") as archive:
         for info in archive.infolist():
             if info.filename.startswith("binaries/"):
-                print(f"  {info.filename.split('/')[1]:14} {info.file_size / 1024:.0f} kB, packed "
-                      f"{info.compress_size / 1024:.0f} kB")
+                print(f"  {info.filename.split('/')[1]:14} {info.file_size / 1e3:.0f} kB, packed "
+                      f"{info.compress_size / 1e3:.0f} kB")
 
 
 def nominal(model: DriveModel) -> DriveModel:
@@ -99,53 +215,6 @@ def nominal(model: DriveModel) -> DriveModel:
 def compile_c(target: Path, *words: str) -> Path:
     subprocess.run(["cc", "-O2", "-o", str(target), *words], check=True)
     return target
-
-
-def in_c(host: Path, library: Path, guid: str, steps: int) -> float:
-    """us per set + doStep + get in the C host."""
-    done = subprocess.run([str(host), str(library), guid, "time", str(steps)], capture_output=True, text=True,
-                          check=True)
-    return float(done.stdout)
-
-
-def in_python(path: Path, guid: str, steps: int) -> float:
-    """us for the same calls through ctypes, as FMPy makes them."""
-    library = ctypes.CDLL(str(path))
-    library.fmi2Instantiate.restype = ctypes.c_void_p
-    no_calls = (ctypes.c_void_p * 5)()
-    made = ctypes.c_void_p(library.fmi2Instantiate(b"x", 1, guid.encode(), b"", no_calls, 0, 0))
-    library.fmi2EnterInitializationMode(made)
-    library.fmi2ExitInitializationMode(made)
-    references, values = (ctypes.c_uint * 5)(*range(5)), (ctypes.c_double * 5)(0.2, 0, -1e-3, 0, 20)
-    output, result = (ctypes.c_uint * 1)(5), (ctypes.c_double * 1)()
-    now, dt, n, one = ctypes.c_double(0.0), ctypes.c_double(1e-3), ctypes.c_size_t(5), ctypes.c_size_t(1)
-
-    def loop() -> None:
-        for _ in range(steps // 5):
-            library.fmi2SetReal(made, references, n, values)
-            library.fmi2DoStep(made, now, dt, 1)
-            library.fmi2GetReal(made, output, one, result)
-    return best(loop) / (steps // 5) * 1e6
-
-
-def per_step(path: Path) -> float:
-    """us per step of `FmuDrive`, which reads all outputs by name."""
-    with FmuDrive(path) as drive:
-        drive.initialize()
-
-        def loop() -> None:
-            for k in range(2000):
-                drive.step(1e-3, {"output.phi": -1e-3 + 1e-6 * (k % 100)})
-        return best(loop) / 2000 * 1e6
-
-
-def best(loop: Callable[[], object]) -> float:
-    times = []
-    for _ in range(5):
-        start = time.perf_counter()
-        loop()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def drift(model: DriveModel, path: Path, steps: int) -> float:

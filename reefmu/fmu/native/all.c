@@ -11,12 +11,6 @@ __asm__(".symver log2,log2@GLIBC_2.2.5");
 
 #include "instance.h"
 
-/* The library's versions cost a call. As there, a NaN in second place (an index out of a table) gives the first. */
-static double lesser(double a, double b) { return b < a ? b : a; }
-static double greater(double a, double b) { return b > a ? b : a; }
-#define fmin lesser
-#define fmax greater
-
 #if defined(__GNUC__)
 #pragma GCC visibility push(hidden)
 #pragma GCC diagnostic ignored "-Wunused-function"
@@ -24,6 +18,11 @@ static double greater(double a, double b) { return b > a ? b : a; }
 #pragma GCC diagnostic ignored "-Wunused-variable"
 #pragma GCC diagnostic ignored "-Wunused-but-set-variable"
 #endif
+/* The library's versions cost a call. As there, a NaN in second place gives the first. */
+static double lesser(double a, double b) { return b < a ? b : a; }
+static double greater(double a, double b) { return b > a ? b : a; }
+#define fmin lesser
+#define fmax greater
 #define CASADI_SYMBOL_EXPORT static
 #include "equations.c"
 #if defined(__GNUC__)
@@ -32,6 +31,9 @@ static double greater(double a, double b) { return b > a ? b : a; }
 
 #include "log.c"
 #include "calls.c"
+#include "tables.c"
+#include "contact.c"
+#include "contact_change.c"
 #include "model.c"
 #include "life.c"
 #include "values.c"

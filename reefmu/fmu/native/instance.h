@@ -5,12 +5,14 @@
 
 #include <math.h>
 #include <stdarg.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "fmi2_api.h"
 #include "model.h"
+#include "tables.h"
 
 /* The states of an instance (FMI 2.0.4, sections 3.2.3 and 4.2.4), as bits so that a set of them is a number. */
 typedef enum {
@@ -24,6 +26,14 @@ typedef enum {
 
 enum { LOG_WARNING = 1, LOG_DISCARD = 2, LOG_ERROR = 4, LOG_FATAL = 8, LOG_ALL = 15 };
 
+/* What the contacts give at a point. */
+typedef struct {
+    int known;
+    double at[N_POINT], tuned[N_TUNED];
+    double twist; /* of the contacts alone */
+    double gives[N_CONTACT];
+} Contact;
+
 /* All that changes: what a saved FMU state holds. */
 typedef struct {
     int kind; /* fmi2Type */
@@ -32,6 +42,7 @@ typedef struct {
     int status; /* of the last step */
     double time;
     double values[N_VALUES]; /* by value reference: inputs, outputs, parameters, states, derivatives */
+    Contact contact; /* of the last step: where the next one starts to search */
 } Content;
 
 /* The way to the host. */
@@ -41,17 +52,27 @@ typedef struct {
     int log; /* categories that are sent */
 } Voice;
 
+/* The lookup by quantity, twist and clearance; the missing element by twist, clearance and position. */
+typedef struct {
+    double lookup[LOOKUP_QUANTITIES * LOOKUP_ROWS * LOOKUP_COLUMNS];
+#if HAS_ELEMENT
+    double element[ELEMENT_ROWS * ELEMENT_COLUMNS * ELEMENT_LAYERS];
+#endif
+} Tables;
+
 typedef struct {
     Content now;
     Voice voice;
-    /* Work space of the generated functions. */
-    const double *arguments[N_ARGUMENTS];
-    double *results[N_RESULTS];
+    /* What the parameters `tuned_for` decide. */
+    int is_tuned;
+    double tuned_for[N_PARAMETERS + 1], tuned[N_TUNED], longest;
+    /* Work space. */
     int integers[N_INTEGERS];
     double next_states[2][N_STATES + 1]; /* two in turn: a generated function may not read where it writes */
     double next_outputs[N_OUTPUTS + 1];
     double direction[N_KNOWNS], tangent[N_UNKNOWNS];
     double work[N_WORK];
+    Tables tables;
 } Instance;
 
 enum {

@@ -1,16 +1,14 @@
-/* The generated functions on an instance's values. Each returns 0 and changes nothing if a result is not finite. */
+/* The model: generated functions before and after the contacts, and in which order they are run.
+
+   Functions that can fail return 0 and change nothing of what the host sees if a result is not finite. */
 
 typedef int Generated(const double **, double **, casadi_int *, double *, int);
 
-static int evaluate(Instance *instance, Generated *function, const double *a, const double *b, const double *c,
-                    const double *d, double *result) {
-    instance->arguments[0] = a;
-    instance->arguments[1] = b;
-    instance->arguments[2] = c;
-    instance->arguments[3] = d;
-    instance->results[0] = result;
-    return function(instance->arguments, instance->results, instance->integers, instance->work, 0) == 0;
+static void run(Instance *instance, Generated *function, double *result, const double **arguments) {
+    double *results[1] = {result};
+    function(arguments, results, instance->integers, instance->work, 0);
 }
+#define RUN(function, result, ...) run(instance, function, result, (const double *[]){__VA_ARGS__})
 
 /* One sum finds any NaN or infinity among the values. */
 static int all_finite(const double *values, size_t count) {
@@ -19,31 +17,165 @@ static int all_finite(const double *values, size_t count) {
     return sum == 0.0;
 }
 
-static int compute_outputs(Instance *instance, const double *states) {
+/* Where the drive stands: states, and what follows from them and the inputs. */
+typedef struct {
+    const double *x, *u, *p;
+    int turn; /* which of instance->next_states was written last */
+    double k[2];
+    Slice slice;
+    Contact contact;
+} Place;
+
+static void place_at(Instance *instance, Place *place, const double *x) {
     double *v = instance->now.values;
-    if (!evaluate(instance, output, states, v + AT_INPUTS, v + AT_PARAMETERS, NULL, instance->next_outputs) ||
-        !all_finite(instance->next_outputs, N_OUTPUTS))
-        return 0;
-    memcpy(v + AT_OUTPUTS, instance->next_outputs, N_OUTPUTS * sizeof(double));
+    place->x = x, place->u = v + AT_INPUTS, place->p = v + AT_PARAMETERS;
+    place->turn = 0;
+    place->slice.tables = NULL;
+    place->contact.known = 0;
+    RUN(geometry, place->k, x, place->u, place->p);
+}
+
+/* Room for the next states: a generated function may not read where it writes. */
+static double *next_states(Instance *instance, Place *place) {
+    place->turn = !place->turn;
+    return instance->next_states[place->turn];
+}
+
+static int same(const double *a, const double *b, size_t count) {
+    for (size_t k = 0; k < count; k++)
+        if (a[k] != b[k]) return 0;
     return 1;
+}
+
+/* What the contacts give, unless that is known already. */
+static const double *contacts(Instance *instance, Place *place) {
+    double q[N_POINT];
+    RUN(point, q, place->x, place->u, place->k, place->p);
+    cut(&place->slice, &instance->tables, instance->tuned, q);
+    if (!place->contact.known || !same(q, place->contact.at, N_POINT) ||
+        !same(instance->tuned, place->contact.tuned, N_TUNED))
+        touch(&place->slice, q, &place->contact);
+    return place->contact.gives;
+}
+
+/* States after dt with the inputs held. */
+static void drift(Instance *instance, Place *place, double dt) {
+    double *x;
+    (void)instance, (void)place, (void)dt, (void)x;
+#if IS_JOINT
+    x = next_states(instance, place);
+    RUN(coast, x, place->x, &dt);
+    place->x = x;
+    RUN(geometry, place->k, x, place->u, place->p);
+#endif
+#if HAS_PATHS
+    x = next_states(instance, place);
+    RUN(moved, x, place->x, place->u, place->k, place->p);
+    place->x = x;
+#endif
+#if HAS_AGES
+    x = next_states(instance, place);
+    RUN(aged, x, place->x, place->u, place->k, &dt, place->p, AGED_BY_TORQUE ? contacts(instance, place) : NULL);
+    place->x = x;
+#endif
+}
+
+#if IS_JOINT
+static void push(Instance *instance, Place *place, double dt, double gradient) {
+    const double *gives = contacts(instance, place);
+    double *x = next_states(instance, place);
+    RUN(kick, x, place->x, place->u, &dt, &gradient, place->k, place->p, gives);
+    place->x = x;
+}
+
+/* One part of a step: see joint_component.py. */
+static void part_of_step(Instance *instance, Place *place, double h) {
+    push(instance, place, h / 6.0, 0.0);
+    drift(instance, place, h / 2.0);
+    push(instance, place, 2.0 * h / 3.0, h * h / 24.0);
+    drift(instance, place, h / 2.0);
+    push(instance, place, h / 6.0, 0.0);
+}
+#endif
+
+/* Change of outputs and rates for a change of inputs and states, at a place. */
+static void directional(Instance *instance, Place *place, const double *direction, double *result) {
+    double dq[N_POINT], dc[N_CONTACT];
+    const double *gives = contacts(instance, place);
+    RUN(point_change, dq, place->x, place->u, place->p, direction);
+    touch_change(&place->slice, &place->contact, dq, dc);
+    RUN(change, result, place->x, place->u, place->p, direction, gives, dc);
+}
+
+#if IS_JOINT
+/* The longest part of a step: how much the states add to the steepest spring as they follow the motion. */
+static void find_pace(Instance *instance) {
+    double probes[2 * N_STATES], rates[N_STATES], change_of[N_UNKNOWNS], direction[N_KNOWNS] = {0.0}, added = 0.0;
+    const double *p = instance->now.values + AT_PARAMETERS;
+    RUN(probe, probes, p);
+    for (int k = 0; k < 2; k++) {
+        Place place;
+        place_at(instance, &place, probes + k * N_STATES);
+        RUN(rate, rates, place.x, place.u, place.k, place.p, contacts(instance, &place));
+        for (int state = N_MOTION; state < N_STATES; state++) {
+            direction[N_INPUTS + state] = 1.0;
+            directional(instance, &place, direction, change_of);
+            direction[N_INPUTS + state] = 0.0;
+            added += 2.0 * fabs(change_of[TORQUE_OUTPUT] * rates[state]);
+        }
+    }
+    RUN(pace, &instance->longest, p, &added);
+}
+#endif
+
+/* What parameters alone decide, anew when one of them changed; the tables after a start. */
+static void tune(Instance *instance) {
+    const double *p = instance->now.values + AT_PARAMETERS;
+    if (!instance->is_tuned) unpack_tables(&instance->tables);
+    else if (memcmp(p, instance->tuned_for, N_PARAMETERS * sizeof(double)) == 0) return;
+    memcpy(instance->tuned_for, p, N_PARAMETERS * sizeof(double));
+    instance->is_tuned = 1;
+    RUN(tuned, instance->tuned, p);
+#if IS_JOINT
+    find_pace(instance);
+#endif
+}
+
+/* instance->tangent: change of outputs and rates for the change instance->direction of inputs and states. */
+static int tangent(Instance *instance) {
+    Place place;
+    tune(instance);
+    place_at(instance, &place, instance->now.values + AT_STATES);
+    directional(instance, &place, instance->direction, instance->tangent);
+    return all_finite(instance->tangent, N_UNKNOWNS);
 }
 
 /* Brings up to date what is stale and among `wanted`. */
 static int refresh(Instance *instance, int wanted) {
-    double *v = instance->now.values, *next = instance->next_states[0];
+    double *v = instance->now.values, *next = instance->next_states[0], *outputs = instance->next_outputs;
     int stale = instance->now.stale & (wanted | STALE_STATES);
+    Place place;
+    if (!stale) return 1;
+    tune(instance);
     if (stale & STALE_STATES && N_STATES) {
-        if (!evaluate(instance, initial, v + AT_INPUTS, v + AT_PARAMETERS, NULL, NULL, next) ||
-            !all_finite(next, N_STATES))
-            return 0;
+        RUN(initial, next, v + AT_INPUTS, v + AT_PARAMETERS);
+        if (!all_finite(next, N_STATES)) return 0;
         memcpy(v + AT_STATES, next, N_STATES * sizeof(double));
     }
-    if (stale & STALE_OUTPUTS && !compute_outputs(instance, v + AT_STATES)) return 0;
-    if (stale & STALE_RATES && N_STATES) {
-        if (!evaluate(instance, rate, v + AT_STATES, v + AT_INPUTS, v + AT_PARAMETERS, NULL, next) ||
-            !all_finite(next, N_STATES))
-            return 0;
-        memcpy(v + AT_RATES, next, N_STATES * sizeof(double));
+    if (stale & (STALE_OUTPUTS | STALE_RATES)) {
+        const double *gives;
+        place_at(instance, &place, v + AT_STATES);
+        gives = contacts(instance, &place);
+        if (stale & STALE_OUTPUTS) {
+            RUN(output, outputs, place.x, place.u, place.k, place.p, gives);
+            if (!all_finite(outputs, N_OUTPUTS)) return 0;
+        }
+        if (stale & STALE_RATES && N_STATES) {
+            RUN(rate, next, place.x, place.u, place.k, place.p, gives);
+            if (!all_finite(next, N_STATES)) return 0;
+            memcpy(v + AT_RATES, next, N_STATES * sizeof(double));
+        }
+        if (stale & STALE_OUTPUTS) memcpy(v + AT_OUTPUTS, outputs, N_OUTPUTS * sizeof(double));
     }
     instance->now.stale &= ~stale;
     return 1;
@@ -51,24 +183,28 @@ static int refresh(Instance *instance, int wanted) {
 
 /* States and outputs after dt seconds with the inputs held. */
 static int take_step(Instance *instance, double dt) {
-    double *v = instance->now.values, part = dt;
-    const double *from = v + AT_STATES;
-    long count = 1;
-#if HAS_PACE
-    double longest = 0.0;
-    if (!evaluate(instance, pace, v + AT_PARAMETERS, NULL, NULL, NULL, &longest) || !(longest > 0.0)) return 0;
-    if (!(dt / longest < MOST_PARTS)) return 0;
-    count = (long)ceil(dt / longest);
-    if (count < 1) count = 1;
-    part = dt / (double)count;
+    double *v = instance->now.values, *outputs = instance->next_outputs;
+    Place place;
+    tune(instance);
+    place_at(instance, &place, v + AT_STATES);
+#if HAS_SERIES
+    place.contact = instance->now.contact;
 #endif
-    for (long k = 0; N_STATES && k < count; k++) {
-        double *next = instance->next_states[k % 2];
-        if (!evaluate(instance, advance, from, v + AT_INPUTS, &part, v + AT_PARAMETERS, next)) return 0;
-        from = next;
-    }
-    if (!all_finite(from, N_STATES) || !compute_outputs(instance, from)) return 0;
-    if (N_STATES) memcpy(v + AT_STATES, from, N_STATES * sizeof(double));
+#if IS_JOINT
+    double parts;
+    if (!(instance->longest > 0.0) || !(dt / instance->longest < MOST_PARTS)) return 0;
+    parts = fmax(1.0, ceil(dt / instance->longest));
+    for (long k = 0; k < (long)parts; k++) part_of_step(instance, &place, dt / parts);
+#else
+    drift(instance, &place, dt);
+#endif
+    RUN(output, outputs, place.x, place.u, place.k, place.p, contacts(instance, &place));
+    if (!all_finite(place.x, N_STATES) || !all_finite(outputs, N_OUTPUTS)) return 0;
+    memcpy(v + AT_OUTPUTS, outputs, N_OUTPUTS * sizeof(double));
+    if (N_STATES) memcpy(v + AT_STATES, place.x, N_STATES * sizeof(double));
+#if HAS_SERIES
+    instance->now.contact = place.contact;
+#endif
     instance->now.stale = STALE_RATES;
     return 1;
 }

@@ -80,6 +80,9 @@ static int usable(const Saved *saved) {
         return 0;
     if (content->stale & ~STALE_ALL || content->status < fmi2OK || content->status > fmi2Discard) return 0;
     if (!all_finite(&content->time, 1) || !all_finite(content->values, N_VALUES)) return 0;
+    if (content->contact.known & ~1 || !all_finite(content->contact.at, N_POINT) ||
+        !all_finite(&content->contact.twist, 1) || !all_finite(content->contact.gives, N_CONTACT))
+        return 0;
     for (size_t k = 0; k < N_VALUES; k++)
         if (VARIABLES[k].access != RESULT &&
             !(content->values[k] >= VARIABLES[k].low && content->values[k] <= VARIABLES[k].high))

@@ -26,14 +26,12 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetReal)(fmi2Component component, const fmi
 }
 
 /* The phases in which a variable may be set: in all others the call is an error (sections 2.2.7, 3.2.3, 4.2.4). */
-static int settable(const Variable *variable) {
-    switch (variable->access) {
-    case INPUT: return INSTANTIATED | INITIALISING | RUNNING;
-    case TUNABLE: return INSTANTIATED | INITIALISING | EVENT_MODE | STEPPING;
-    case FIXED: return INSTANTIATED | INITIALISING;
-    default: return 0;
-    }
-}
+static const int SETTABLE[] = {
+    [RESULT] = 0,
+    [INPUT] = INSTANTIATED | INITIALISING | RUNNING,
+    [TUNABLE] = INSTANTIATED | INITIALISING | EVENT_MODE | STEPPING,
+    [FIXED] = INSTANTIATED | INITIALISING,
+};
 
 /* All values are taken, or none: fmi2Discard for a value that cannot be used, fmi2Error for a wrong call. */
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetReal)(fmi2Component component, const fmi2ValueReference references[],
@@ -49,7 +47,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetReal)(fmi2Component component, const fmi
                  references[k]);
             return fmi2Error;
         }
-        if (!(settable(variable) & instance->now.phase)) {
+        if (!(SETTABLE[variable->access] & instance->now.phase)) {
             send(instance, fmi2Error, "fmi2SetReal: %s cannot be set in this state (%s)", variable->name,
                  phase_name(instance->now.phase));
             return fmi2Error;

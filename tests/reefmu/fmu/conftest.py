@@ -7,9 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 import stiffness_model as sm
+from reefmu.effects import EFFECTS as ALL_EFFECTS
 from reefmu.fmu.build import export_fmu
 from reefmu.model import DriveModel, build_model
 from stiffness_model.lookup import Lookup, build_lookup
@@ -25,6 +27,25 @@ EFFECTS = {
 @pytest.fixture(scope="session")
 def model(drive: sm.Drive, lookup: Lookup) -> DriveModel:
     return build_model(drive, EFFECTS, lookup=lookup)
+
+
+@pytest.fixture(scope="session")
+def full_model(drive: sm.Drive, lookup: Lookup) -> DriveModel:
+    """Every effect at its nominal size."""
+    model = build_model(drive, {name: {} for name in ALL_EFFECTS}, lookup=lookup)
+    sizes = {p.name: float(np.clip(p.nominal, p.minimum, p.maximum)) for p in model.parameters
+             if p.tunable and p.minimum is not None and p.maximum is not None}
+    return model.with_parameters({**sizes, "band": 0.3})
+
+
+@pytest.fixture(scope="session")
+def native(model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return export_fmu(model, tmp_path_factory.mktemp("native") / "drive_1.fmu", backend="native")
+
+
+@pytest.fixture(scope="session")
+def full_native(full_model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return export_fmu(full_model, tmp_path_factory.mktemp("native") / "full.fmu", backend="native")
 
 
 @pytest.fixture(scope="session")

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from reefmu.cli import main
-from reefmu.effects import EFFECTS
 from reefmu.fmu import platforms
 from reefmu.fmu.archive import read_archive
 from reefmu.fmu.build import export_fmu
@@ -23,32 +22,12 @@ from reefmu.fmu.check import check_fmu
 from reefmu.fmu.component import drive_component
 from reefmu.fmu.host import FmuDrive
 from reefmu.fmu.trial import make_trial, run_fmu, run_model
-from reefmu.model import OUTPUTS, DriveModel, build_model
+from reefmu.model import OUTPUTS, DriveModel
 from stiffness_model.errors import InputError, UnknownNameError
-from stiffness_model.lookup import Lookup
 
 pytestmark = pytest.mark.skipif(
     not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH")
 NAMES = tuple(signal.name for signal in OUTPUTS)
-
-
-@pytest.fixture(scope="session")
-def full_model(drive: object, lookup: Lookup) -> DriveModel:
-    """Every effect at its nominal size."""
-    model = build_model(drive, {name: {} for name in EFFECTS}, lookup=lookup)  # type: ignore[arg-type]
-    sizes = {p.name: float(np.clip(p.nominal, p.minimum, p.maximum)) for p in model.parameters
-             if p.tunable and p.minimum is not None and p.maximum is not None}
-    return model.with_parameters({**sizes, "band": 0.3})
-
-
-@pytest.fixture(scope="session")
-def native(model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return export_fmu(model, tmp_path_factory.mktemp("native") / "drive_1.fmu", backend="native")
-
-
-@pytest.fixture(scope="session")
-def full_native(full_model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return export_fmu(full_model, tmp_path_factory.mktemp("native") / "full.fmu", backend="native")
 
 
 @pytest.fixture
@@ -102,14 +81,6 @@ def test_compiled_once(model: DriveModel, native: Path, tmp_path: Path, monkeypa
 
     monkeypatch.setattr(platforms.subprocess, "run", no_compiling)
     export_fmu(model, tmp_path / "again.fmu", backend="native")
-
-
-def test_looking_up_is_copying(native: Path) -> None:
-    """If CasADi writes other code one day, the FMU is right, but three times slower."""
-    with zipfile.ZipFile(native) as archive:
-        equations = archive.read("sources/equations.c").decode()
-    assert "memcpy(" in equations
-    assert "casadi_nan; }" not in equations
 
 
 @pytest.mark.skipif(shutil.which("readelf") is None, reason="no readelf")

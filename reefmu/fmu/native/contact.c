@@ -1,0 +1,155 @@
+/* What the contacts give at a point: torque, stiffness, force, load share. The lookup of the Python model
+   (reefmu/tables.py, contact.py and assembly.py), read from the unpacked tables. */
+
+static const Axis TWIST = {0.0, 1.0 / LOOKUP_TWIST_STEP, LOOKUP_TWIST_CELLS};
+static const Axis SHIFT = {LOOKUP_CLEARANCE_START, 1.0 / LOOKUP_CLEARANCE_STEP, LOOKUP_CLEARANCE_CELLS};
+
+/* The tables at one clearance and position, as a function of the twist alone; the rows of the last cells. */
+typedef struct {
+    const Tables *tables; /* NULL: not cut yet */
+    const double *tuned;
+    double at[N_POINT], shift, held[4];
+    int column;
+    int cell; /* of the lookup, and the side of the twist */
+    double side, rows[4];
+#if HAS_ELEMENT
+    double element_side, left, around[16];
+    int corner, element_cell; /* of the element's table */
+    double element_rows[4];
+#endif
+} Slice;
+
+/* Coefficients along the twist of one quantity. */
+static inline double row_of(const Slice *slice, int quantity, int row) {
+    return dot(slice->held, slice->tables->lookup + (quantity * LOOKUP_ROWS + row) * LOOKUP_COLUMNS + slice->column);
+}
+
+#if HAS_ELEMENT
+static const Axis ELEMENT_TWIST = {ELEMENT_TWIST_START, 1.0 / ELEMENT_TWIST_STEP, ELEMENT_TWIST_CELLS};
+static const Axis ELEMENT_SHIFT = {ELEMENT_CLEARANCE_START, 1.0 / ELEMENT_CLEARANCE_STEP, ELEMENT_CLEARANCE_CELLS};
+static const Axis ELEMENT_PLACE = {ELEMENT_POSITION_START, 1.0 / ELEMENT_POSITION_STEP, ELEMENT_POSITION_CELLS};
+
+/* The missing element's angle to the eccentric, -pi to pi, its side, and how much of the element is left there. */
+static double beta_of(double position, double *side, double *left) {
+    static const double turn = 6.283185307179586476925;
+    double beta = position - turn * floor(position / turn + 0.5), inside;
+    *side = beta < 0.0 ? -1.0 : 1.0;
+    inside = (ELEMENT_LIMIT - fabs(beta)) / (2.0 * ELEMENT_EDGE) + 0.5;
+    *left = clipped(inside);
+    return fmin(fabs(beta), ELEMENT_LIMIT + ELEMENT_EDGE);
+}
+
+static void cut_element(Slice *slice, const double *q) {
+    double g, h, across[4], along[4], beta = beta_of(q[POSITION], &slice->element_side, &slice->left);
+    int column, layer;
+    slice->element_cell = -1;
+    if (slice->tuned[MISSING] == 0.0 || slice->left == 0.0) return;
+    column = cell_of(ELEMENT_SHIFT, q[CLEARANCE], &g), layer = cell_of(ELEMENT_PLACE, beta, &h);
+    cubic(clipped(g), across);
+    cubic(h, along);
+    slice->corner = column * ELEMENT_LAYERS + layer;
+    for (int b = 0; b < 4; b++)
+        for (int d = 0; d < 4; d++) slice->around[4 * b + d] = across[b] * along[d];
+}
+
+/* Takes the missing share of the element's torque and stiffness away. */
+static void take_element(Slice *slice, double twist, double *torque, double *stiffness) {
+    double f, w[4], s[4], lost = slice->tuned[MISSING] * slice->left;
+    int cell;
+    if (lost == 0.0) return;
+    cell = cell_of(ELEMENT_TWIST, slice->element_side * twist, &f);
+    if (cell != slice->element_cell) {
+        for (int a = 0; a < 4; a++) {
+            const double *from = slice->tables->element + (cell + a) * ELEMENT_COLUMNS * ELEMENT_LAYERS + slice->corner;
+            double sum = 0.0;
+            for (int b = 0; b < 4; b++) sum += dot(slice->around + 4 * b, from + b * ELEMENT_LAYERS);
+            slice->element_rows[a] = sum;
+        }
+        slice->element_cell = cell;
+    }
+    going_on(f, w, s);
+    *torque -= lost * slice->element_side * dot(w, slice->element_rows);
+    *stiffness -= lost * dot(s, slice->element_rows) * (1.0 / ELEMENT_TWIST_STEP);
+}
+#endif
+
+/* For one instance between two changes of its parameters: a slice that is cut there already stays. */
+static void cut(Slice *slice, const Tables *tables, const double *tuned, const double *q) {
+    if (slice->tables && slice->at[CLEARANCE] == q[CLEARANCE] && slice->at[POSITION] == q[POSITION]) return;
+    slice->tables = tables, slice->tuned = tuned;
+    slice->at[CLEARANCE] = q[CLEARANCE], slice->at[POSITION] = q[POSITION];
+    slice->column = cell_of(SHIFT, q[CLEARANCE], &slice->shift);
+    cubic(clipped(slice->shift), slice->held);
+    slice->cell = -1, slice->side = 0.0;
+#if HAS_ELEMENT
+    cut_element(slice, q);
+#endif
+}
+
+/* The contacts at a twist of their own: torque and stiffness, and coordinate and weights in slice->cell. */
+typedef struct { double torque, stiffness, f, w[4]; } Turned;
+
+static Turned turn(Slice *slice, double twist) {
+    Turned at;
+    double side = twist < 0.0 ? -1.0 : 1.0, band = side * slice->tuned[BAND], s[4];
+    int cell = cell_of(TWIST, side * twist, &at.f);
+    if (cell != slice->cell || side != slice->side) {
+        for (int a = 0; a < 4; a++) {
+            double mean = row_of(slice, TABLE_TORQUE_MEAN, cell + a);
+            if (band > 0.0) mean += band * (row_of(slice, TABLE_TORQUE_P90, cell + a) - mean);
+            if (band < 0.0) mean -= band * (row_of(slice, TABLE_TORQUE_P10, cell + a) - mean);
+            slice->rows[a] = mean;
+        }
+        slice->cell = cell, slice->side = side;
+    }
+    going_on(at.f, at.w, s);
+    at.torque = side * dot(at.w, slice->rows);
+    at.stiffness = dot(s, slice->rows) * (1.0 / LOOKUP_TWIST_STEP);
+#if HAS_ELEMENT
+    take_element(slice, twist, &at.torque, &at.stiffness);
+#endif
+    at.torque *= slice->tuned[SCALE], at.stiffness *= slice->tuned[SCALE];
+    return at;
+}
+
+/* The twist of the contacts at which they and the compliance in series make up the target, from `twist` on; whether
+   it was found. */
+static int settle(Slice *slice, double target, double *twist) {
+    double step, compliance = slice->tuned[COMPLIANCE];
+    for (int k = 0; k < NEWTON_STEPS; k++) {
+        Turned at = turn(slice, *twist);
+        step = (target - *twist - compliance * at.torque) / (1.0 + compliance * at.stiffness);
+        *twist += step;
+        if (fabs(step) <= SETTLED) return 1;
+    }
+    return 0;
+}
+
+/* `contact` at q; where it is known from a point before, the search starts there. */
+static void touch(Slice *slice, const double *q, Contact *contact) {
+    double rows[4], compliance = slice->tuned[COMPLIANCE], twist = q[TARGET], *c = contact->gives;
+    Turned at;
+    if (compliance != 0.0) {
+        if (contact->known)
+            twist = contact->twist + (twist - contact->at[TARGET]) * (1.0 - compliance * c[STIFFNESS]);
+        if (!settle(slice, q[TARGET], &twist) && contact->known) {
+            twist = q[TARGET];
+            settle(slice, q[TARGET], &twist);
+        }
+    }
+    at = turn(slice, twist);
+    c[TORQUE] = at.torque, c[STIFFNESS] = at.stiffness;
+    if (compliance != 0.0) {
+        c[STIFFNESS] /= 1.0 + compliance * at.stiffness;
+        c[TORQUE] -= c[STIFFNESS] * (twist + compliance * at.torque - q[TARGET]);
+    }
+    for (int a = 0; a < 4; a++) rows[a] = row_of(slice, TABLE_MAX_CONTACT_FORCE, slice->cell + a);
+    c[MAX_CONTACT_FORCE] = slice->tuned[SCALE] * dot(at.w, rows);
+    for (int a = 0; a < 4; a++) rows[a] = row_of(slice, TABLE_LOAD_SHARE, slice->cell + a);
+    c[LOAD_SHARE] = dot(at.w, rows);
+    c[IN_RANGE] = at.f <= 1.0 && slice->shift >= 0.0 && slice->shift <= 1.0;
+    memcpy(contact->at, q, sizeof contact->at);
+    memcpy(contact->tuned, slice->tuned, sizeof contact->tuned);
+    contact->twist = twist;
+    contact->known = 1;
+}

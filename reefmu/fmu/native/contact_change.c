@@ -1,0 +1,104 @@
+/* How what the contacts give changes with the point: the derivatives of contact.c, by the implicit function
+   theorem where a compliance stands in series. */
+
+/* Derivatives at a twist of the contacts: by twist (T, and of the stiffness), clearance (C) and position (P). */
+typedef struct { double by_t, by_c, by_p, by_tt, by_tc, by_tp; } Slopes;
+
+/* Sum over a 4 x 4 cell. */
+static double over_cell(const double *from, int stride, const double *rows, const double *columns) {
+    double sum = 0.0;
+    for (int a = 0; a < 4; a++) sum += rows[a] * dot(columns, from + a * stride);
+    return sum;
+}
+
+/* Weights, slopes and curvatures along the twist: per radian; and weights and slopes along the clearance. */
+typedef struct { double twist[3][4], shift[2][4]; } Weights;
+
+static void weigh(Weights *weights, double f, double g, double twist_step, double shift_step) {
+    going_on(f, weights->twist[0], weights->twist[1]);
+    cubic_curvatures(clipped(f), weights->twist[2]);
+    cubic(clipped(g), weights->shift[0]);
+    cubic_slopes(clipped(g), weights->shift[1]);
+    for (int k = 0; k < 4; k++) {
+        weights->twist[1][k] /= twist_step;
+        weights->twist[2][k] *= f == clipped(f) ? 1.0 / (twist_step * twist_step) : 0.0;
+        weights->shift[1][k] *= g == clipped(g) ? 1.0 / shift_step : 0.0;
+    }
+}
+
+static Slopes lookup_slopes(const Slice *slice, const Weights *w, int quantity) {
+    const double *from =
+        slice->tables->lookup + (quantity * LOOKUP_ROWS + slice->cell) * LOOKUP_COLUMNS + slice->column;
+    Slopes slopes = {0};
+    slopes.by_t = over_cell(from, LOOKUP_COLUMNS, w->twist[1], w->shift[0]);
+    slopes.by_c = over_cell(from, LOOKUP_COLUMNS, w->twist[0], w->shift[1]);
+    slopes.by_tt = over_cell(from, LOOKUP_COLUMNS, w->twist[2], w->shift[0]);
+    slopes.by_tc = over_cell(from, LOOKUP_COLUMNS, w->twist[1], w->shift[1]);
+    return slopes;
+}
+
+static void add(Slopes *to, Slopes slopes, double factor) {
+    to->by_t += factor * slopes.by_t, to->by_c += factor * slopes.by_c, to->by_p += factor * slopes.by_p;
+    to->by_tt += factor * slopes.by_tt, to->by_tc += factor * slopes.by_tc, to->by_tp += factor * slopes.by_tp;
+}
+
+#if HAS_ELEMENT
+static Slopes element_slopes(const Slice *slice, const double *q, double twist) {
+    double f, g, h, side, left, beta = beta_of(q[POSITION], &side, &left), place[2][4], fades, value, by_t;
+    int row = cell_of(ELEMENT_TWIST, side * twist, &f), column = cell_of(ELEMENT_SHIFT, q[CLEARANCE], &g);
+    int layer = cell_of(ELEMENT_PLACE, beta, &h);
+    const double *from = slice->tables->element + (row * ELEMENT_COLUMNS + column) * ELEMENT_LAYERS + layer;
+    Weights w;
+    double sum[3][2][2] = {{{0}}}; /* by orders of derivative along twist, clearance, position */
+    Slopes slopes = {0};
+    weigh(&w, f, g, ELEMENT_TWIST_STEP, ELEMENT_CLEARANCE_STEP);
+    cubic(h, place[0]);
+    cubic_slopes(h, place[1]);
+    for (int a = 0; a < 4; a++)
+        for (int t = 0; t < 3; t++)
+            for (int c = 0; c < 2; c++)
+                for (int p = 0; p < 2; p++)
+                    sum[t][c][p] += w.twist[t][a] * over_cell(from + a * ELEMENT_COLUMNS * ELEMENT_LAYERS,
+                                                              ELEMENT_LAYERS, w.shift[c], place[p]);
+    fades = left > 0.0 && left < 1.0 ? -1.0 / (2.0 * ELEMENT_EDGE) : 0.0;
+    value = sum[0][0][0], by_t = sum[1][0][0];
+    slopes.by_t = left * by_t;
+    slopes.by_c = side * left * sum[0][1][0];
+    slopes.by_p = left * sum[0][0][1] / ELEMENT_POSITION_STEP + fades * value;
+    slopes.by_tt = side * left * sum[2][0][0];
+    slopes.by_tc = left * sum[1][1][0];
+    slopes.by_tp = side * (left * sum[1][0][1] / ELEMENT_POSITION_STEP + fades * by_t);
+    return slopes;
+}
+#endif
+
+/* Change of contact->gives for a change of the point. */
+static void touch_change(const Slice *at, const Contact *contact, const double *dq, double *change) {
+    Slice slice = *at;
+    Turned at_twist;
+    Weights w;
+    const double *tuned = at->tuned;
+    Slopes torque = {0}, blend = {0}, force, share;
+    double value, side, band, softer, moved, scale = tuned[SCALE], compliance = tuned[COMPLIANCE];
+    at_twist = turn(&slice, contact->twist);
+    side = slice.side, band = side * tuned[BAND];
+    weigh(&w, at_twist.f, slice.shift, LOOKUP_TWIST_STEP, LOOKUP_CLEARANCE_STEP);
+    add(&blend, lookup_slopes(&slice, &w, TABLE_TORQUE_MEAN), 1.0 - fabs(band));
+    if (band != 0.0) add(&blend, lookup_slopes(&slice, &w, band > 0.0 ? TABLE_TORQUE_P90 : TABLE_TORQUE_P10), fabs(band));
+    /* The torque is odd in the twist. */
+    torque.by_t = blend.by_t, torque.by_c = side * blend.by_c, torque.by_tt = side * blend.by_tt;
+    torque.by_tc = blend.by_tc;
+#if HAS_ELEMENT
+    if (tuned[MISSING] != 0.0) add(&torque, element_slopes(&slice, contact->at, contact->twist), -tuned[MISSING]);
+#endif
+    softer = 1.0 / (1.0 + compliance * at_twist.stiffness);
+    value = scale * (torque.by_c * dq[CLEARANCE] + torque.by_p * dq[POSITION]);
+    moved = (dq[TARGET] - compliance * value) * softer;
+    change[TORQUE] = scale * torque.by_t * moved + value;
+    change[STIFFNESS] = scale * softer * softer *
+                        (torque.by_tt * moved + torque.by_tc * dq[CLEARANCE] + torque.by_tp * dq[POSITION]);
+    force = lookup_slopes(&slice, &w, TABLE_MAX_CONTACT_FORCE), share = lookup_slopes(&slice, &w, TABLE_LOAD_SHARE);
+    change[MAX_CONTACT_FORCE] = scale * (side * force.by_t * moved + force.by_c * dq[CLEARANCE]);
+    change[LOAD_SHARE] = side * share.by_t * moved + share.by_c * dq[CLEARANCE];
+    change[IN_RANGE] = 0.0;
+}

@@ -1,0 +1,167 @@
+"""The lookup's tables as they stand in an FMU's C sources, and read back from there.
+
+Numbers of tables hardly compress, and a binary and its sources both hold them. So they are kept as whole multiples
+of a quantum, 3e-14 of full torque and 6e-14 of the greatest force at most; of what mirrors itself in the twist, one
+half; and of what follows smoothly from its neighbours, differences: twice along the twist, once along the clearance.
+Signs go into the lowest bit, and the bytes into planes, the lowest of all numbers first: the upper ones are nearly
+all zero, and no more planes are written than needed. `native/tables.c` unpacks them. Against the lookup's own error
+bound, 1e-4, the rounding is nothing.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import asdict, astuple
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffness_model.element_table import EDGE, ElementTable
+from stiffness_model.errors import InputError, expect
+from stiffness_model.lookup import Lookup
+from stiffness_model.modulus import ModulusShares
+from stiffness_model.spline import Axis
+
+Array = NDArray[np.float64]
+TABLES = "tables.h"
+"""The file's name among the sources."""
+_TORQUE_BITS, _OTHER_BITS = 46, 45
+"""Bits below full torque, and below the greatest value of another quantity."""
+_SYMMETRY = 1e-9
+"""How far tables may be off their symmetry, as a share of their greatest value: rounding is 1e-15."""
+
+
+def tables_header(lookup: Lookup) -> str:
+    """C: axes, quanta and packed numbers."""
+    half = _half(lookup)
+    quanta = [_quantum(lookup.full_torque, _TORQUE_BITS)] * 3 + [
+        _quantum(float(np.abs(table).max()), _OTHER_BITS) for table in half[3:]]
+    planes, words = _packed(half[..., None], quanta)
+    n_q, rows, columns = half.shape
+    numbers: dict[str, Any] = {
+        "LOOKUP_QUANTITIES": n_q, "LOOKUP_ROWS": rows, "LOOKUP_COLUMNS": columns,
+        "LOOKUP_TWIST_STEP": lookup.twist.step, "LOOKUP_TWIST_CELLS": rows - 3, **_axis("LOOKUP_CLEARANCE",
+                                                                                     lookup.clearance),
+        "LOOKUP_QUANTA": f"{{{', '.join(map(repr, quanta))}}}", "LOOKUP_PLANES": planes,
+        "HAS_ELEMENT": int(lookup.element is not None),
+    }
+    arrays = _array("LOOKUP_WORDS", words)
+    if (element := lookup.element) is not None:
+        quantum = _quantum(lookup.full_torque, _TORQUE_BITS)
+        shape = element.coefficients.shape
+        planes, words = _packed(element.coefficients[None], [quantum])
+        numbers |= {
+            "ELEMENT_ROWS": shape[0], "ELEMENT_COLUMNS": shape[1], "ELEMENT_LAYERS": shape[2],
+            **_axis("ELEMENT_TWIST", element.twist), **_axis("ELEMENT_CLEARANCE", element.clearance),
+            **_axis("ELEMENT_POSITION", element.position), "ELEMENT_LIMIT": float(element.limit), "ELEMENT_EDGE": EDGE,
+            "ELEMENT_QUANTUM": quantum, "ELEMENT_PLANES": planes,
+        }
+        arrays += _array("ELEMENT_WORDS", words)
+    defines = "".join(f"#define {name} {value if isinstance(value, str) else repr(value)}\n"
+                      for name, value in numbers.items())
+    return ("/* The lookup's tables, packed: tables.c says how. Generated. */\n\n#ifndef TABLES_H\n#define TABLES_H\n\n"
+            f"#include <stdint.h>\n\n{defines}\n{arrays}\n#endif\n")
+
+
+def lookup_head(lookup: Lookup) -> str:
+    """JSON: all of a lookup that `tables_header` leaves out."""
+    return json.dumps({
+        "full_torque": lookup.full_torque, "error": dict(lookup.error), "drawing": lookup.drawing,
+        "n_drives": lookup.n_drives, "seed": lookup.seed, "version": lookup.version,
+        "twist": astuple(lookup.twist), "clearance": astuple(lookup.clearance),
+        "modulus": None if lookup.modulus is None else asdict(lookup.modulus),
+        "element": None if lookup.element is None else lookup.element.head(),
+    })
+
+
+def read_tables(header: str, head: str, where: str) -> Lookup:
+    """The lookup behind `tables_header` and `lookup_head`, right to a quantum. Errors: `InputError`."""
+    try:
+        values = json.loads(head)
+        twist, clearance = (Axis(start, step, int(cells)) for start, step, cells in
+                            (values["twist"], values["clearance"]))
+        shape = tuple(int(_define(header, f"LOOKUP_{name}")) for name in ("QUANTITIES", "ROWS", "COLUMNS"))
+        half = _unpacked(header, "LOOKUP", (*shape, 1),
+                         [float(x) for x in _define(header, "LOOKUP_QUANTA").strip("{}").split(",")])[..., 0]
+        expect(2 * half.shape[1] - 3 == twist.size and half.shape[2] == clearance.size,
+               "tables of the size the head states", half.shape, where)
+        element = None
+        if values["element"] is not None:
+            shape = tuple(int(_define(header, f"ELEMENT_{name}")) for name in ("ROWS", "COLUMNS", "LAYERS"))
+            table = _unpacked(header, "ELEMENT", (1, *shape), [float(_define(header, "ELEMENT_QUANTUM"))])[0]
+            element = ElementTable.of(values["element"], table, where)
+        return Lookup(twist, clearance, _whole(half), values["full_torque"], values["error"], values["drawing"],
+                      values["n_drives"], values["seed"], values["version"],
+                      None if values["modulus"] is None else ModulusShares(**values["modulus"]), element)
+    except (ValueError, KeyError, TypeError, IndexError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{where}: expected packed tables, got {type(error).__name__}: {error}") from None
+
+
+def _half(lookup: Lookup) -> Array:
+    """The rows of twists from 0 up, and the one before that the first cell needs: (5, n/2 + 2, n_clearance)."""
+    c = lookup.coefficients
+    mirrored = np.stack([-c[0], -c[2], -c[1], c[3], c[4]])[:, ::-1]
+    scale = np.abs(c).max(axis=(1, 2), keepdims=True)
+    expect(bool((np.abs(c - mirrored) <= _SYMMETRY * np.maximum(scale, 1e-300)).all()) and c.shape[1] % 2 == 1,
+           "a lookup that mirrors itself in the twist", "one that does not", "lookup")
+    return ((c + mirrored) / 2)[:, c.shape[1] // 2 - 1:]
+
+
+def _whole(half: Array) -> Array:
+    """What `_half` came from."""
+    mirrored = np.stack([-half[0], -half[2], -half[1], half[3], half[4]])[:, :2:-1]
+    return np.concatenate([mirrored, half], axis=1)
+
+
+def _quantum(size: float, bits: int) -> float:
+    return 2.0 ** (math.ceil(math.log2(max(size, 1e-100))) - bits)
+
+
+def _packed(tables: Array, quanta: list[float]) -> tuple[int, NDArray[np.uint32]]:
+    """Planes and words of tables (n, rows, columns, layers)."""
+    whole = np.rint(tables / np.reshape(quanta, (-1, 1, 1, 1))).astype(np.int64)
+    expect(bool((np.abs(whole) < 2**53).all()), "tables within 500 times the full torque", "greater ones", "lookup")
+    for axis in (1, 1, 2):
+        whole = np.diff(whole, axis=axis, prepend=0)
+    codes = np.where(whole < 0, -2 * whole - 1, 2 * whole).astype("<u8").ravel()
+    planes = max(1, math.ceil(int(codes.max()).bit_length() / 8))
+    content = codes.view(np.uint8).reshape(-1, 8)[:, :planes].T.tobytes()
+    return planes, np.frombuffer(content + bytes(-len(content) % 4), "<u4")
+
+
+def _unpacked(header: str, name: str, shape: tuple[int, ...], quanta: list[float]) -> Array:
+    planes = int(_define(header, f"{name}_PLANES"))
+    found = re.search(rf"{name}_WORDS\[\d+\] = \{{([\d,\s]*)\}}", header)
+    if found is None:
+        raise ValueError(f"no {name}_WORDS")
+    content = np.array(found[1].replace("\n", "").rstrip(",").split(","), dtype=np.int64).astype("<u4").tobytes()
+    count = math.prod(shape)
+    codes = np.zeros((count, 8), dtype=np.uint8)
+    codes[:, :planes] = np.frombuffer(content, np.uint8)[:planes * count].reshape(planes, count).T
+    code = codes.view("<u8").ravel().astype(np.int64)
+    whole = np.where(code & 1, -(code // 2) - 1, code // 2).reshape(shape)
+    for axis in (2, 1, 1):
+        whole = np.cumsum(whole, axis=axis)
+    return whole * np.reshape(quanta, (-1, 1, 1, 1))
+
+
+def _define(header: str, name: str) -> str:
+    found = re.search(rf"^#define {name} (.*)$", header, re.MULTILINE)
+    if found is None:
+        raise ValueError(f"no {name}")
+    return found[1]
+
+
+def _axis(name: str, axis: Axis) -> dict[str, Any]:
+    return {f"{name}_START": float(axis.start), f"{name}_STEP": float(axis.step), f"{name}_CELLS": axis.cells}
+
+
+def _array(name: str, words: NDArray[np.uint32]) -> str:
+    numbers = words.tolist()
+    lines = (",".join(map(str, numbers[k:k + 16])) for k in range(0, len(numbers), 16))
+    return f"static const uint32_t {name}[{len(numbers)}] = {{\n" + ",\n".join(lines) + "};\n"

@@ -1,0 +1,74 @@
+"""The functions of a component that become C: small ones in scalars, to run around the tables.
+
+Those of `reefmu.stages`, on the component's own vectors x, u and p, and with them
+
+    initial(u, p) -> x
+    point_change(x, u, p, d) -> dq           change of the point for a change d of (u, x)
+    change(x, u, p, d, c, dc) -> (dy, ddx)   change of outputs and rates with that of what the contacts give
+
+and for a joint, which integrates itself,
+
+    coast(x, dt) -> x                        angles after dt at these speeds
+    kick(x, u, dt, g, k, p, c) -> x          speeds after dt
+    probe(p) -> (x, x)                       two motions that stretch every spring
+    pace(p, added) -> dt                     longest part of a step; added: slope that the states add, N.m/rad
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from .component import Component
+
+if TYPE_CHECKING:
+    import casadi
+
+    from reefmu.stages import Stages
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """The functions by name; motion: how many states a joint has before the drive's own."""
+
+    functions: dict[str, casadi.Function]
+    stages: Stages
+    motion: int
+
+
+def make_pieces(component: Component) -> Pieces:
+    """The pieces of a component of either kind."""
+    import casadi as ca
+
+    from reefmu.stages import CONTACT, POINT, make_stages, scalar_function
+
+    stages = make_stages(component.model.lookup, component.model.effects)
+    x, u, p = (ca.MX.sym(name, len(items)) for name, items in
+               (("x", component.states), ("u", component.inputs), ("p", component.parameters)))
+    k, c, dt = ca.MX.sym("k", 2), ca.MX.sym("c", len(CONTACT)), ca.MX.sym("dt")
+    functions = {"initial": scalar_function("initial", [u, p], component.initial(u, p))}
+    if component.kind == "drive":
+        drive = {"geometry": stages.geometry(u, p), "tuned": stages.tuned(p), "point": stages.point(x, u, k, p),
+                 "moved": stages.moved(x, u, k, p), "aged": stages.aged(x, u, k, dt, p, c),
+                 "rate": stages.rate(x, u, k, p, c), "output": stages.output(x, u, k, p, c)}
+        motion = 0
+    else:
+        from .joint_component import JointStages
+
+        joint = JointStages(component.model, stages, x, u, p, dt, k, c)
+        drive, motion = joint.of_drive(), 4
+        functions |= joint.of_motion()
+    arguments = {"geometry": [x, u, p], "tuned": [p], "point": [x, u, k, p], "moved": [x, u, k, p],
+                 "aged": [x, u, k, dt, p, c], "rate": [x, u, k, p, c], "output": [x, u, k, p, c]}
+    functions |= {name: scalar_function(name, arguments[name], drive[name]) for name in drive}
+
+    d, dc = ca.MX.sym("d", u.numel() + x.numel()), ca.MX.sym("dc", len(CONTACT))
+    du, dx, still = d[:u.numel()], d[u.numel():], ca.MX(*p.size())
+    at = ca.Function("at", [x, u, p], [functions["point"](x, u, functions["geometry"](x, u, p), p)])
+    gives = ca.Function("gives", [x, u, p, c], [ca.vertcat(
+        *(functions[name](x, u, functions["geometry"](x, u, p), p, c) for name in ("output", "rate")))])
+    of_point = at.forward(1)(x, u, p, ca.MX(len(POINT), 1), dx, du, still)
+    of_result = gives.forward(1)(x, u, p, c, ca.MX(*gives.size_out(0)), dx, du, still, dc)
+    functions["point_change"] = scalar_function("point_change", [x, u, p, d], of_point)
+    functions["change"] = scalar_function("change", [x, u, p, d, c, dc], of_result)
+    return Pieces(functions, stages, motion)

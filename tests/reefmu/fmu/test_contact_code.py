@@ -1,0 +1,132 @@
+"""The hand-written C between the generated functions (tables, contacts, their derivatives) against the model."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from reefmu.effects import EFFECTS, Effect, Parameter, Place
+from reefmu.fmu.component import Component, drive_component
+from reefmu.fmu.host import FmuDrive
+from reefmu.fmu.interface import declare_exchange
+from reefmu.fmu.packed import lookup_head, read_tables, tables_header
+from reefmu.model import DriveModel, build_model
+from reefmu.stages import make_stages
+from stiffness_model.lookup import Lookup
+
+needs_compiler = pytest.mark.skipif(
+    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH")
+
+
+def drawn(component: Component, rng: np.random.Generator) -> dict[str, float]:
+    """Tunable parameters about their nominal values; every third one neutral or at zero."""
+    values = {}
+    for q in component.parameters:
+        if q.tunable:
+            low, high = (-1.0 if q.minimum is None else q.minimum), (1.0 if q.maximum is None else q.maximum)
+            size = q.nominal * rng.uniform(0.2, 1.5) * (rng.choice([-1, 1]) if low < 0 else 1)
+            off = rng.random() < 0.3 and low <= 0
+            values[q.name] = 0.0 if off else float(np.clip(size, low, high))
+    return values
+
+
+@needs_compiler
+def test_outputs_and_directional_derivatives_are_the_models(full_model: DriveModel, full_native: Path) -> None:
+    """To 1e-12 of the greatest, in and beyond the tables, with random parameters, by inputs and states together."""
+    # The tables as they stand in the FMU: what their rounding does is held in test_packed.
+    packed = read_tables(tables_header(full_model.lookup), lookup_head(full_model.lookup), "")
+    component = drive_component(replace(full_model, lookup=packed))
+    interface = declare_exchange(component)
+    unknowns = [v.name for v in (*interface.block("output"), *interface.derivatives)]
+    knowns = [v.name for v in (*interface.block("input"), *interface.block("local")) if not v.derivative_of]
+    states, outputs = [s.name for s in component.states], [s.name for s in component.outputs]
+    rng = np.random.default_rng(11)
+    reach = full_model.lookup.twist.stop
+    ratio = full_model.drive.ratio
+    with FmuDrive(full_native) as drive:
+        for case in range(150):
+            drive.reset(drawn(component, rng))
+            crank = rng.uniform(-7, 7)
+            start = {"crank.phi": crank, "output.phi": crank / ratio, "temperature": 20.0}
+            drive.initialize(start)
+            u = {**start, "crank.w": rng.normal(), "output.w": 0.05 * rng.normal(),
+                 "output.phi": crank / ratio - rng.uniform(-1.3, 1.3) * reach,
+                 "temperature": 20 + rng.uniform(-30, 30) * (case % 3 > 0)}
+            came = drive.step(0.01, u)
+            x = np.array(list(drive.read(states).values()))
+            u_vector = np.array([u[name] for name in drive.inputs])
+            p = np.array(list(drive.read([q.name for q in component.parameters]).values()))
+            expected = np.array(component.output(x, u_vector, p)).ravel()
+            scale = np.maximum(np.abs(expected), 1e-3)
+            scale[outputs.index("output.tau")] = full_model.full_torque
+            assert (np.abs(np.array([came[n] for n in outputs]) - expected) / scale).max() < 3e-12
+            direction = rng.normal(size=len(knowns)) * rng.choice([0, 1], len(knowns))
+            change = np.array(list(drive.derivative(unknowns, dict(zip(knowns, direction, strict=True))).values()))
+            expected = np.array(component.tangent(x, u_vector, p, direction)).ravel()
+            # Each against what its own terms add up to, for they cancel.
+            terms = np.zeros(len(unknowns))
+            for k in np.flatnonzero(direction):
+                one = np.zeros(len(knowns))
+                one[k] = direction[k]
+                terms += np.abs(np.array(component.tangent(x, u_vector, p, one)).ravel())
+            assert (np.abs(change - expected) <= 1e-10 * terms + 1e-11).all(), (case, change - expected, terms)
+
+
+def test_an_effect_that_the_pieces_cannot_hold_is_refused(lookup: Lookup) -> None:
+    """A compliance that follows the temperature is no parameter's alone: better no FMU than a wrong one."""
+    soft = Effect("soft", "", Place.SERIES, (Parameter("c", "rad/(N.m)", 0.0, 0.0, 1.0, 1e-6, ""),),
+                  lambda signals, p, x: (p["c"] * signals.temperature, 0.0), "", "", "")
+    with pytest.raises(NotImplementedError, match=r"tuned: expected .* got one that also needs u"):
+        make_stages(lookup, (soft,))
+
+
+def test_stages_together_are_the_model(full_model: DriveModel) -> None:
+    """Without C: geometry, contacts of the whole model, output; to rounding."""
+    stages = make_stages(full_model.lookup, full_model.effects)
+    p = full_model.parameter_vector()
+    rng = np.random.default_rng(2)
+    for _ in range(20):
+        u = np.array([rng.uniform(-4, 4), rng.normal(), 0.0, 0.1 * rng.normal(), rng.uniform(0, 40)])
+        u[2] = u[0] / full_model.drive.ratio - rng.uniform(-1, 1) * 2e-3
+        x = np.array(full_model.initial(u, p)).ravel()
+        x[len(x) - 2:] = rng.uniform(0, 1e-6)
+        whole = np.array(full_model.output(x, u, p)).ravel()
+        k = stages.geometry(u, p)
+        # What the contacts give, taken back out of the outputs: the states above build up no friction.
+        lever, torque = float(k[1]), ca.MX.sym("torque")
+        given = ca.Function("given", [torque], [stages.output(x, u, k, p, ca.vertcat(torque, 0, 0, 0, 0))[1]])
+        at_zero, slope = float(given(0.0)), float(given(1.0)) - float(given(0.0))
+        found = (whole[1] - at_zero) / slope
+        y = np.array(stages.output(x, u, k, p, [found, 0, whole[4], whole[5], whole[6]])).ravel()
+        assert math.isclose(slope, -lever, rel_tol=0.2)
+        np.testing.assert_allclose(y[[0, 1, 2, 4, 5, 6, 7]], whole[[0, 1, 2, 4, 5, 6, 7]], rtol=1e-9,
+                                   atol=1e-9 * full_model.full_torque)
+
+
+def test_every_effect_has_stages(full_model: DriveModel) -> None:
+    for effect in EFFECTS.values():
+        stages = make_stages(replace(full_model.lookup), (effect,))
+        assert stages.paths == any(s.along.value != "time" for s in effect.states)
+        assert stages.ages == any(s.along.value == "time" for s in effect.states)
+        assert stages.series == (effect.name in ("structural_compliance",))
+
+
+def test_the_slope_at_a_node_of_the_tables_is_that_of_differences(drive: object, lookup: Lookup) -> None:
+    """The drawn clearance is one: half a slope there would be seen by every fit that starts neutral."""
+    model = build_model(drive, {"thermal_clearance": {"rate": 3e-7}}, lookup=lookup)  # type: ignore[arg-type]
+    p = model.parameter_vector()
+    u = np.array([0.0, 0.0, -1.1e-3, 0.0, 20.0])
+
+    def at(h: float) -> np.ndarray:
+        return np.array(model.output([], u + h * np.eye(5)[4], p)).ravel()
+    h = 0.02
+    differences = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h)
+    exact = np.array(model.jacobian([], u, p))[:, 4]
+    assert abs(exact[0]) > 0.1
+    np.testing.assert_allclose(exact, differences, rtol=1e-6, atol=1e-9)

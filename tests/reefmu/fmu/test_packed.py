@@ -1,0 +1,85 @@
+"""The tables as they stand in C: read back, mirrored, refused."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from reefmu.effects import EFFECTS
+from reefmu.fmu.build import export_fmu
+from reefmu.fmu.packed import TABLES, lookup_head, read_tables, tables_header
+from reefmu.masses import Masses
+from reefmu.model import DriveModel, build_model
+from stiffness_model.errors import InputError
+from stiffness_model.lookup import Lookup
+
+
+@pytest.fixture(scope="module")
+def full(drive: object, lookup: Lookup) -> Lookup:
+    """The tables with those that effects at the contacts need."""
+    return build_model(drive, {"missing_ball": {}, "modulus_error": {}}, lookup=lookup).lookup  # type: ignore[arg-type]
+
+
+def test_what_is_read_back_is_what_was_packed(full: Lookup) -> None:
+    """To 1e-13 of full torque in every coefficient, all else unchanged; packed again the text is the same."""
+    header, head = tables_header(full), lookup_head(full)
+    again = read_tables(header, head, "here")
+    size = np.array([full.full_torque] * 3 + [np.abs(full.coefficients[k]).max() for k in (3, 4)])[:, None, None]
+    assert (np.abs(again.coefficients - full.coefficients) <= 1e-13 * size).all()
+    assert again.element is not None
+    assert full.element is not None
+    assert np.abs(again.element.coefficients - full.element.coefficients).max() <= 1e-13 * full.full_torque
+    same = replace(again, coefficients=full.coefficients, element=full.element, drawing=dict(full.drawing))
+    assert json.dumps(json.loads(lookup_head(same))) == json.dumps(json.loads(head))
+    assert tables_header(again) == header
+
+
+def test_the_torque_changes_by_rounding_only(full: Lookup) -> None:
+    again = read_tables(tables_header(full), lookup_head(full), "here")
+    rng = np.random.default_rng(3)
+    twist, clearance = rng.uniform(-1.2, 1.2, 500) * full.twist.stop, rng.uniform(-1.2, 1.2, 500) * full.clearance.stop
+    for band in (-1.0, 0.0, 0.7):
+        assert np.abs(again.torque(twist, clearance, band)
+                      - full.torque(twist, clearance, band)).max() <= 1e-12 * full.full_torque
+        slope = full.stiffness(twist, clearance, band)
+        assert np.abs(again.stiffness(twist, clearance, band) - slope).max() <= 1e-12 * slope.max()
+
+
+def test_tables_that_do_not_mirror_themselves_are_refused(lookup: Lookup) -> None:
+    bent = lookup.coefficients.copy()
+    bent[0, 3] += 1.0
+    with pytest.raises(InputError, match="expected a lookup that mirrors itself in the twist"):
+        tables_header(replace(lookup, coefficients=bent))
+
+
+@pytest.mark.parametrize("change", [
+    lambda text: text.replace("LOOKUP_WORDS", "OTHER"), lambda text: text[:5000],
+    lambda text: text.replace("LOOKUP_ROWS", "LOOKUP_LINES"),
+    lambda text: text.replace("LOOKUP_COLUMNS 3", "LOOKUP_COLUMNS 9"),
+    lambda text: "", lambda text: text.replace(",", ";", 100)])
+def test_damaged_tables_are_refused(lookup: Lookup, change) -> None:
+    with pytest.raises(InputError, match=r"^here: expected") as refused:
+        read_tables(change(tables_header(lookup)), lookup_head(lookup), "here")
+    assert "\n" not in str(refused.value)
+
+
+def test_a_native_fmu_is_small_and_holds_its_tables_once(drive: object, lookup: Lookup, full_model: DriveModel,
+                                                         tmp_path: Path) -> None:
+    """Under 300 kB with a binary for one platform, a joint with all effects too."""
+    plain = build_model(drive, lookup=lookup)  # type: ignore[arg-type]
+    for model in (plain, full_model):
+        assert len(model.effects) in (0, len(EFFECTS))
+        path = export_fmu(model, tmp_path / "joint.fmu", backend="native", masses=Masses(1e-4, 1.0))
+        assert path.stat().st_size < 300e3
+        with zipfile.ZipFile(path) as archive:
+            names = archive.namelist()
+            header = archive.read(f"sources/{TABLES}")
+            assert any(len(archive.read(n)) > 0.8 * len(header) / 2.6 for n in names if n.startswith("binaries/"))
+            others = sum(i.file_size for i in archive.infolist()
+                         if not i.filename.startswith("binaries/") and i.filename != f"sources/{TABLES}")
+        assert others < 200e3
