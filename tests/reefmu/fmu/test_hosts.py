@@ -12,12 +12,8 @@ import fmpy
 import numpy as np
 import pytest
 
-from reefmu.effects import EFFECTS
-from reefmu.fmu.archive import read_archive
 from reefmu.fmu.build import export_fmu
-from reefmu.fmu.component import drive_component
 from reefmu.fmu.host import FmuDrive
-from reefmu.fmu.interface import declare_exchange
 from reefmu.masses import Masses
 from reefmu.model import DriveModel, build_model
 from stiffness_model.lookup import Lookup
@@ -26,24 +22,6 @@ pytestmark = pytest.mark.skipif(shutil.which("gcc") is None or not sys.platform.
                                 reason="needs gcc on Linux")
 WRAPPER = Path(__import__("reefmu").__file__).parent / "fmu" / "native"
 SANITIZERS = ("-g", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
-
-
-@pytest.fixture(scope="module")
-def full_model(drive: object, lookup: Lookup) -> DriveModel:
-    model = build_model(drive, {name: {} for name in EFFECTS}, lookup=lookup)  # type: ignore[arg-type]
-    return model.with_parameters({p.name: float(np.clip(p.nominal, p.minimum, p.maximum)) for p in model.parameters
-                                  if p.tunable and p.minimum is not None and p.maximum is not None
-                                  and p.name != "band"})
-
-
-@pytest.fixture(scope="module")
-def unpacked(full_model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, str]:
-    """The FMU, its folder and its GUID."""
-    folder = tmp_path_factory.mktemp("hosts")
-    path = export_fmu(full_model, folder / "full.fmu", backend="native")
-    with zipfile.ZipFile(path) as archive:
-        archive.extractall(folder / "out")
-    return path, folder / "out", read_archive(path).guid
 
 
 def build(target: Path, *words: str) -> Path:
@@ -96,37 +74,6 @@ def test_any_call_in_any_order(sanitized: tuple[Path, Path], unpacked: tuple[Pat
 
 def test_threads_under_sanitizers(sanitized: tuple[Path, Path], unpacked: tuple[Path, Path, str]) -> None:
     call(*sanitized, unpacked[2], "threads", "200")
-
-
-def test_directional_derivatives_are_those_of_differences(unpacked: tuple[Path, Path, str],
-                                                          full_model: DriveModel) -> None:
-    """To 1e-6 of the greatest, as far as differences of the model with the states held can tell."""
-    component = drive_component(full_model)
-    interface = declare_exchange(component)
-    unknowns = [v.name for v in (*interface.block("output"), *interface.derivatives)]
-    inputs = [v.name for v in interface.block("input")]
-    u = np.array([0.21, 3.0, 0.21 / -29 - 0.9e-3, 0.05, 25.0])
-    with FmuDrive(unpacked[0]) as drive:
-        drive.initialize()
-        drive.step(0.01, dict(zip(drive.inputs, u.tolist(), strict=True)))
-        states = np.array(list(drive.read([s.name for s in component.states]).values()))
-        p = component.parameter_vector()
-        scale = np.array([1e-4, 1e-3, 1e-5, 1e-4, 1e-1])
-        for k, name in enumerate(inputs):
-            came = np.array(list(drive.derivative(unknowns, {name: 1.0}).values()))
-
-            def at(h: float, k: int = k) -> np.ndarray:
-                moved = u + h * scale * (np.arange(5) == k)
-                return np.concatenate([np.array(component.output(states, moved, p)).ravel(),
-                                       np.array(component.rate(states, moved, p)).ravel()])
-            coarse, fine = ((at(h) - at(-h)) / (2 * h * scale[k]) for h in (0.02, 0.01))
-            expected = (4 * fine - coarse) / 3
-            size = np.maximum(np.abs(expected), 1e-3 * np.abs(at(0)) + 1e-9)
-            assert np.abs(came - expected).max() <= 1e-6 * np.abs(expected).max()
-            assert (np.abs(came - expected) / size)[[0, 1, 2]].max() < 1e-6
-        stiffness = drive.read(["stiffness"])["stiffness"]
-        by_output = drive.derivative(["output.tau"], {"output.phi": 1.0})["output.tau"]
-        assert -by_output == pytest.approx(stiffness, rel=1e-3)  # friction at the output has no part in it
 
 
 def test_model_exchange_in_fmpy(tmp_path: Path, drive: object, lookup: Lookup) -> None:
