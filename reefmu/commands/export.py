@@ -5,14 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import numpy as np
-
 from reefmu.fmu.archive import read_archive
 from reefmu.fmu.build import export_fmu
 from reefmu.fmu.component import drive_component
 from reefmu.fmu.platforms import chosen_platforms
-from reefmu.fmu.trial import full_twist
-from reefmu.joint.step import step_warning
 from reefmu.masses import Masses
 from reefmu.model import DriveModel, build_model
 from reefmu.model_file import is_model_file, load_model
@@ -20,6 +16,7 @@ from stiffness_model.errors import expect
 from stiffness_model.lookup import N_DRIVES, describe
 
 from . import study
+from .coupling import step_notes
 
 MOTOR_INERTIA, LOAD_INERTIA = 1e-4, 1.0
 """kg.m2: what a joint's parameters start from unless told; the host may set others."""
@@ -39,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
     joint = args.kind == "joint"
     export_fmu(model, target, backend=args.backend, platform=args.platform or "host", masses=masses if joint else None)
     if masses is not None and not joint:
-        notes += step_notes(model, masses, args.step)
+        notes += step_notes(drive_component(model), masses, args.step)
     study.show_notes(notes)
     print(f"{model.name}: lookup over {describe(model.lookup)}")
     inside = ", ".join(effect.name for effect in model.effects) or "none"
@@ -59,20 +56,6 @@ def masses_of(args: argparse.Namespace) -> Masses | None:
     if args.kind == "drive" and not given:
         return None
     return Masses(**{"motor_inertia": MOTOR_INERTIA, "load_inertia": LOAD_INERTIA, **given})
-
-
-def step_notes(model: DriveModel, masses: Masses, step: float) -> list[str]:
-    """What to say of a communication step, s, between the drive and these masses: one line, or none if it will do.
-
-    With the stiffness at full torque, where the joint oscillates fastest.
-    """
-    component = drive_component(model)
-    twist = full_twist(component)
-    inputs, p = [0.0, 0.0, -twist, 0.0, 20.0], model.parameter_vector()
-    outputs = np.asarray(model.output(model.initial(inputs, p), inputs, p)).ravel()
-    stiffness = float(outputs[[signal.name for signal in component.outputs].index("stiffness")])
-    warning = step_warning(step, stiffness, masses.reduced_inertia(p[0]))
-    return [warning] if warning else []
 
 
 def load(args: argparse.Namespace) -> tuple[DriveModel, list[str]]:

@@ -37,10 +37,13 @@ def differences(function: Callable[[Array], Array], at: Array, step: Array) -> A
     return np.array(columns).T
 
 
-def row_error(came: Array, expected: Array) -> Array:
-    """Deviation of every row, as a part of its greatest derivative: (n_rows,). Rows of zeros give 0 for zeros."""
-    greatest = np.abs(expected).max(axis=1)
-    return np.abs(came - expected).max(axis=1) / np.where(greatest > 0, greatest, 1.0)
+def row_error(came: Array, expected: Array, value: Array) -> Array:
+    """Deviation of every row, as a part of its greatest derivative: (n_rows,).
+
+    value: (n_rows,); of a derivative below 1e-4 of it that much is the measure, so that rounding is not taken for one.
+    """
+    scale = np.maximum(np.abs(expected).max(axis=1), np.maximum(1e-4 * np.abs(value), 1e-12))
+    return np.abs(came - expected).max(axis=1) / scale
 
 
 def derivative_error(drive: FmuDrive, component: Component, trial: Trial, rows: tuple[int, ...]) -> tuple[float, str]:
@@ -50,7 +53,7 @@ def derivative_error(drive: FmuDrive, component: Component, trial: Trial, rows: 
     """
     names = [signal.name for signal in component.outputs] + [f"der({signal.name})" for signal in component.states]
     states = [signal.name for signal in component.states]
-    p, size = component.parameter_vector(), _sizes(component, trial)
+    p = component.parameter_vector()
     worst, where = 0.0, ""
     drive.initialize(trial.at(0))
     for row in range(1, max(rows) + 1):
@@ -58,22 +61,23 @@ def derivative_error(drive: FmuDrive, component: Component, trial: Trial, rows: 
         if row not in rows:
             continue
         x, u = np.array(list(drive.read(states).values())), trial.inputs[row]
+        size = _sizes(component, u)
 
         def values(inputs: Array, x: Array = x) -> Array:
             return np.concatenate([np.asarray(f(x, inputs, p)).ravel() for f in (component.output, component.rate)])
 
         came = np.array([list(drive.derivative(names, {name: h}).values())
                          for name, h in zip(trial.names, size, strict=True)]).T
-        error = row_error(came, np.where(came == 0, 0, 1) * differences(values, u, 1e-3 * size) * size)
+        error = row_error(came, differences(values, u, 1e-3 * size) * size, values(u))
         if error.max() > worst:
             worst, where = float(error.max()), names[int(error.argmax())]
     return worst, where
 
 
-def _sizes(component: Component, trial: Trial) -> Array:
-    """How far each input is moved by: angles by a part of the twist at full torque, others of what the trial has."""
+def _sizes(component: Component, inputs: Array) -> Array:
+    """How far each input is moved by: angles by a part of the twist at full torque, others of what they are."""
     twist = full_twist(component) if component.kind == "drive" else 0.0
     ratio = next(abs(p.value) for p in component.parameters if p.name == "ratio")
     angles = {"crank.phi": 0.1 * ratio * twist, "output.phi": 0.1 * twist}
-    return np.array([angles.get(name, 0.1 * float(np.ptp(column)) or 1.0)
-                     for name, column in zip(trial.names, trial.inputs.T, strict=True)])
+    return np.array([angles.get(signal.name, 0.1 * abs(value) or 1e-3)
+                     for signal, value in zip(component.inputs, inputs.tolist(), strict=True)])

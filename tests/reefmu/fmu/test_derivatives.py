@@ -14,14 +14,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from reefmu.fmu import check
+from reefmu.fmu.archive import read_archive
 from reefmu.fmu.component import Component, drive_component
+from reefmu.fmu.derivatives import differences
+from reefmu.fmu.host import FmuDrive
 from reefmu.fmu.joint_component import joint_component
 from reefmu.masses import Masses
 from reefmu.model import DriveModel
 from tests.reefmu.fmu.exchange import Exchange
 
 Array = NDArray[np.float64]
-SIXTH = np.array([-1, 9, -45, 0, 45, -9, 1]) / 60
 SIZES = {"crank.phi": 1e-2, "crank.w": 1.0, "output.phi": 3e-4, "output.w": 0.05, "temperature": 10.0,
          "motor.tau": 1.0, "load.tau": 10.0, "motor.phi": 1e-2, "motor.w": 1.0, "load.phi": 3e-4, "load.w": 0.05,
          "last.twist": 1e-4, "last.crank": 1e-2, "last.output": 1e-4, "creep.twist": 1e-4, "wear.travel": 100.0}
@@ -33,13 +36,9 @@ has_compiler = pytest.mark.skipif(not any(shutil.which(n) for n in ("cc", "gcc",
                                   reason="no C compiler on the PATH")
 
 
-def differences(function: Callable[[Array], Array], at: Array, size: Array) -> Array:
+def moved(function: Callable[[Array], Array], at: Array, size: Array) -> Array:
     """d function/d at, columns times `size`."""
-    columns = []
-    for k, s in enumerate(size):
-        move = SHORT * s * (np.arange(len(at)) == k)
-        columns.append(sum(w * function(at + n * move) for w, n in zip(SIXTH, range(-3, 4), strict=True) if n) / SHORT)
-    return np.array(columns).T
+    return differences(function, at, SHORT * size) * size
 
 
 def worst(came: Array, expected: Array) -> float:
@@ -86,7 +85,7 @@ def test_of_the_model(full_model: DriveModel) -> None:
     component, p = drive_component(full_model), full_model.parameter_vector()
     size = sizes(component)
     for u, x in points(full_model, 12):
-        expected = differences(values_of(component, p), np.concatenate([u, x]), size)
+        expected = moved(values_of(component, p), np.concatenate([u, x]), size)
         assert worst(tangents(component, u, x, p, size), expected) < TOLERANCE
 
 
@@ -95,7 +94,7 @@ def test_of_the_joint(full_model: DriveModel) -> None:
     p, size = component.parameter_vector(), sizes(component)
     for u, x in points(full_model, 4):
         joint = np.concatenate([u[:4], x])
-        expected = differences(values_of(component, p), np.concatenate([[0.3, -5.0], joint]), size)
+        expected = moved(values_of(component, p), np.concatenate([[0.3, -5.0], joint]), size)
         assert worst(tangents(component, np.array([0.3, -5.0]), joint, p, size), expected) < TOLERANCE
 
 
@@ -114,7 +113,7 @@ def test_of_the_native_fmu(full_model: DriveModel, unpacked: tuple[Path, Path, s
 
         for u, x in points(full_model, 12):
             z = np.concatenate([u, x])
-            expected = differences(values, z, size)
+            expected = moved(values, z, size)
             values(z)
             came = np.array([fmu.tangent(unknowns, [name], [s]) for name, s in zip(knowns, size, strict=True)]).T
             assert worst(came, expected) < TOLERANCE
@@ -145,7 +144,22 @@ def test_stiffness_is_the_slope_along_the_contacts_twist(full_model: DriveModel)
         for u, x in points(model, 6):
             z = np.concatenate([u, x])
             stiffness = function(z)[3]
-            slopes = differences(function, z, sizes(component))[0] / sizes(component)
+            slopes = moved(function, z, sizes(component))[0] / sizes(component)
             assert slopes[0] == pytest.approx(stiffness * lever(model, u), rel=TOLERANCE)
             if model is complete:
                 assert -slopes[2] == pytest.approx(stiffness, rel=TOLERANCE)
+
+
+@has_compiler
+def test_check_finds_wrong_derivatives(unpacked: tuple[Path, Path, str], monkeypatch: pytest.MonkeyPatch) -> None:
+    assert check._derivatives(unpacked[0], check.embedded_component(read_archive(unpacked[0]))).passed
+    right = FmuDrive.derivative
+
+    def wrong(self: FmuDrive, of: list[str], along: dict[str, float]) -> dict[str, float]:
+        came = right(self, of, along)
+        return {**came, "stiffness": came["stiffness"] * (1 + 1e-5)}
+
+    monkeypatch.setattr(FmuDrive, "derivative", wrong)
+    finding = check._derivatives(unpacked[0], check.embedded_component(read_archive(unpacked[0])))
+    assert not finding.passed
+    assert "stiffness" in finding.detail
