@@ -40,6 +40,6 @@ def coupling_finding(path: Path, step: float, inertia: float) -> Finding:
     in_turn = largest_step(spring, inertia, scheme="sequential")
     detail = (f"s; {spring / 1e3:.3g} kN.m/rad and {inertia:.3g} kg.m2 swing at "
               f"{math.sqrt(spring / inertia) / (2 * math.pi):.3g} Hz, which a master that holds the torque over a step "
-              f"lets grow by exp({rate:.3g} t/s). Stepping the masses first allows {in_turn:.2g} s, a master that "
-              "uses stiffness or directional derivatives any step, kind joint as well")
+              f"lets grow by exp({rate:.3g} t/s). Stepping the masses first allows {in_turn:.2g} s, one that uses "
+              "`stiffness` or directional derivatives stays stable at any step, kind joint stays right")
     return Finding("coupling", step <= limit, step, limit, detail)

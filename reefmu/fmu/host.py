@@ -72,6 +72,7 @@ class FmuDrive:
             self._starts = {v.name: float(v.start) for v in variables if v.start is not None}
             self._input_block = Block(self._references, self.inputs)
             self._output_block = Block(self._references, self.outputs)
+            self._blocks: dict[tuple[str, ...], Block] = {}
             self._instantiate(folder, archive, name)
             self._prepare(parameters or {})
         except BaseException as error:
@@ -149,7 +150,7 @@ class FmuDrive:
 
     def read(self, names: Iterable[str] | None = None) -> dict[str, float]:
         """The outputs, or the Real variables of these names."""
-        block = self._output_block if names is None else Block(self._references, tuple(names))
+        block = self._output_block if names is None else self._block(tuple(names))
         if block.names:
             self._call("fmi2GetReal", block.references, len(block.names), block.values)
         return dict(zip(block.names, block.values, strict=True))
@@ -160,7 +161,7 @@ class FmuDrive:
         The directional derivative of FMI 2.0.4, section 2.1.9; native FMUs have it. Errors: `InputError` for an
         FMU without, and for variables that have no part in it.
         """
-        unknowns, knowns = Block(self._references, tuple(of)), Block(self._references, tuple(along))
+        unknowns, knowns = self._block(tuple(of)), self._block(tuple(along))
         for name, value in along.items():
             knowns.write(name, value)
         self._call("fmi2GetDirectionalDerivative", unknowns.references, len(unknowns.names), knowns.references,
@@ -203,6 +204,12 @@ class FmuDrive:
         (self.time,) = struct.unpack_from("<d", saved)
         block = self._input_block  # inputs not named in the next step keep their value of the saved moment
         self._call("fmi2GetReal", block.references, len(block.names), block.values)
+
+    def _block(self, names: tuple[str, ...]) -> Block:
+        """Made once for each choice of names: a master asks for the same ones every step."""
+        if names not in self._blocks:
+            self._blocks[names] = Block(self._references, names)
+        return self._blocks[names]
 
     # --- calls --------------------------------------------------------------------------------------------
 
