@@ -29,12 +29,14 @@ def run(args: argparse.Namespace) -> int:
     expect(target.parent.is_dir(), "an existing folder for the FMU", str(target.parent), "--output")
     native = args.backend == "native"
     expect(native or args.platform is None, "--platform with --backend native only", args.platform, "--platform")
+    expect(native or args.fmi == "2", "--fmi 3 with --backend native only", f"--backend {args.backend}", "--fmi")
     if args.platform not in (None, "none"):
         chosen_platforms(args.platform)  # an unknown name is refused before the lookup is solved
     masses = masses_of(args)
     model, notes = load(args)
     joint = args.kind == "joint"
-    export_fmu(model, target, backend=args.backend, platform=args.platform or "host", masses=masses if joint else None)
+    export_fmu(model, target, backend=args.backend, platform=args.platform or "host", masses=masses if joint else None,
+               fmi=f"{args.fmi}.0")
     if masses is not None and not joint:
         notes += step_notes(drive_component(model), masses, args.step)
     study.show_notes(notes)
@@ -45,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     binaries = [name.split("/")[1] for name in read_archive(target).members if name.startswith("binaries/")]
     needs = f"for {', '.join(sorted(binaries)) or 'no platform, sources alone'}" if native else \
         "its host needs Python with reefmu"
-    print(f"written to {target}: FMI 2.0 {way}, kind {args.kind}, {target.stat().st_size / 1024:.0f} kB; {needs}")
+    print(f"written to {target}: FMI {args.fmi}.0 {way}, kind {args.kind}, {target.stat().st_size / 1024:.0f} kB; {needs}")
     return 0
 
 

@@ -1,6 +1,6 @@
 """Drive an FMU from Python: set parameters, step with named inputs, read named outputs, save and restore.
 
-For FMI 2.0 co-simulation FMUs whose inputs and outputs are Real, this package's or another's.
+For co-simulation FMUs of FMI 2.0 and 3.0 whose inputs and outputs are Real (Float64), this package's or another's.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ class FmuDrive:
         self._path = Path(path)
         self._complaints: list[str] = []
         archive = read_archive(self._path)
-        expect(archive.fmi_version == "2.0" and archive.model_identifier != "",
-               "an FMU for FMI 2.0 co-simulation",
+        expect(archive.fmi_version in ("2.0", "3.0") and archive.model_identifier != "",
+               "an FMU for co-simulation with FMI 2.0 or 3.0",
                f"one for FMI {archive.fmi_version} by {archive.generation_tool or 'an unnamed tool'}",
                str(self._path))
         self._loaded = Loaded(Path(tempfile.mkdtemp(prefix="reefmu-")))
@@ -64,7 +64,7 @@ class FmuDrive:
             folder = fmpy.extract(str(self._path), self._loaded.folder)
             description = fmpy.read_model_description(folder, validate=False)
             self.guid = archive.guid
-            variables = [v for v in description.modelVariables if v.type == "Real"]
+            variables = [v for v in description.modelVariables if v.type in ("Real", "Float64")]
             self._references = {v.name: v.valueReference for v in variables}
             self.inputs, self.outputs, self.parameters = (
                 tuple(v.name for v in variables if v.causality == causality)
@@ -88,15 +88,27 @@ class FmuDrive:
         from fmpy.fmi2 import FMU2Slave, fmi2CoSimulation
 
         resources = Path(folder, "resources").resolve()
+        names = {"guid": self.guid, "unzipDirectory": str(folder), "modelIdentifier": archive.model_identifier,
+                 "instanceName": name}
+        if archive.fmi_version == "3.0":
+            from .calls3 import Slave3
+
+            with _LOADING:
+                slave = Slave3(self._complaints, **names)
+            slave.component = slave.instantiate(name, self.guid, f"{resources}{os.sep}")
+            self._keep(slave)
+            return
         by_pythonfmu = archive.backend == "python" or SCRIPT_NAME in archive.members
         location = pythonfmu_location(resources) if by_pythonfmu else resources.as_uri()
         with _LOADING:
-            fmu = FMU2Slave(guid=self.guid, unzipDirectory=str(folder),
-                            modelIdentifier=archive.model_identifier, instanceName=name)
+            fmu = FMU2Slave(**names)
         fmu.callbacks = callbacks(self._complaints)
         fmu.component = fmu.fmi2Instantiate(
             name.encode(), fmi2CoSimulation, self.guid.encode(), location.encode(),
             ctypes.byref(fmu.callbacks), False, True)
+        self._keep(fmu)
+
+    def _keep(self, fmu: Any) -> None:
         self._loaded.fmu = fmu
         if not fmu.component:
             self._loaded.dead = True
