@@ -187,8 +187,9 @@ def main() -> None:
     cases = {f"small oscillation about {LOAD:g} N.m": small_case(model),
              f"swing let go at {SWING:g} N.m": swing_case(model)}
     for ax, (title, case) in zip(axes, cases.items(), strict=True):
-        dress(ax, "communication step [ms]", f"amplitude after {DURATION:g} s, times the first" if ax is axes[0] else "")
-        print(f"{title}: amplitude after {DURATION:g} s, times the first")
+        label = f"amplitude after {DURATION:g} s, times the first"
+        dress(ax, "communication step [ms]", label if ax is axes[0] else "")
+        print(f"{title}: {label}")
         print(f"  {'step [ms]':18s}" + "".join(f"{1e3 * h:>8g}" for h in STEPS))
         first = case.swing(case.start)
         for name, (master, colour, marker, size) in MASTERS.items():

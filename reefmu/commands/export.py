@@ -47,7 +47,8 @@ def run(args: argparse.Namespace) -> int:
     binaries = [name.split("/")[1] for name in read_archive(target).members if name.startswith("binaries/")]
     needs = f"for {', '.join(sorted(binaries)) or 'no platform, sources alone'}" if native else \
         "its host needs Python with reefmu"
-    print(f"written to {target}: FMI {args.fmi}.0 {way}, kind {args.kind}, {target.stat().st_size / 1024:.0f} kB; {needs}")
+    print(f"written to {target}: FMI {args.fmi}.0 {way}, kind {args.kind}, "
+          f"{target.stat().st_size / 1024:.0f} kB; {needs}")
     return 0
 
 

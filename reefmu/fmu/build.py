@@ -85,7 +85,8 @@ def export_fmu(model: DriveModel, path: str | os.PathLike[str], *, backend: str 
     backend: "python" for co-simulation in a host that has a Python with this package (the binaries of pythonfmu
     for 64-bit Linux and Windows are inside); "native" for co-simulation and model exchange without anything
     else, for `platform`: a name of `platforms.PLATFORMS`, "host", "all", or "none" for sources alone. fmi: version
-    of the standard, "2.0" or, with the native back end, "3.0". An existing file is replaced; a failure leaves it as it was.
+    of the standard, "2.0" or, with the native back end, "3.0". An existing file is replaced; a failure leaves it
+    as it was.
     Errors: `InputError` for a path that cannot be written, a unit FMI cannot express, an unknown back end or
     platform, or no compiler for the platform.
     """

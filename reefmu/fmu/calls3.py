@@ -27,7 +27,7 @@ class Slave3:
                 complaints.append((message or b"").decode("utf-8", "replace"))
                 del complaints[:-_LOG_LENGTH]
 
-        self._fmu = FMU3Slave(**kwargs)
+        self._fmu: Any = FMU3Slave(**kwargs)
         self._log, self._update = fmi3LogMessageCallback(log), fmi3IntermediateUpdateCallback()
         self._experiment: tuple[Any, ...] = (False, 0.0, 0.0, False, 0.0)
         self.component: Any = None
@@ -67,8 +67,8 @@ class Slave3:
 
     def fmi2GetDirectionalDerivative(self, component: Any, unknowns: Any, n_unknowns: int, knowns: Any, n_knowns: int,
                                      seed: Any, result: Any) -> None:
-        self._fmu.fmi3GetDirectionalDerivative(component, unknowns, n_unknowns, knowns, n_knowns, seed, n_knowns, result,
-                                               n_unknowns)
+        self._fmu.fmi3GetDirectionalDerivative(component, unknowns, n_unknowns, knowns, n_knowns, seed, n_knowns,
+                                               result, n_unknowns)
 
     def fmi2SerializeFMUstate(self, component: Any, state: Any, content: Any, size: int) -> None:
         self._fmu.fmi3SerializeFMUState(component, state, _bytes(content), size)

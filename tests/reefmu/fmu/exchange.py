@@ -1,4 +1,4 @@
-"""A model-exchange instance of a native FMU through FMPy, for tests that must hold its states while they move inputs."""
+"""A model-exchange instance of a native FMU through FMPy, for tests that hold its states while inputs move."""
 
 from __future__ import annotations
 

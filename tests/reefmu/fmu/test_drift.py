@@ -1,4 +1,4 @@
-"""The native FMU goes round a closed loop as the Python model does. Ten million steps: tests/benchmarks/bench_drift.py."""
+"""The native FMU goes round a closed loop as the Python model does; ten million steps: bench_drift.py."""
 
 from __future__ import annotations
 
