@@ -117,7 +117,7 @@ def test_of_the_native_fmu(full_model: DriveModel, unpacked: tuple[Path, Path, s
             values(z)
             came = np.array([fmu.tangent(unknowns, [name], [s]) for name, s in zip(knowns, size, strict=True)]).T
             assert worst(came, expected) < TOLERANCE
-            assert worst(came, tangents(component, u, x, p, size)) < 1e-12
+            assert worst(came, tangents(component, u, x, p, size)) < 1e-10
             # All at once is the sum of one at a time.
             np.testing.assert_allclose(fmu.tangent(unknowns, knowns, size.tolist()), came.sum(axis=1), rtol=1e-9,
                                        atol=1e-12 * np.abs(came).max())
