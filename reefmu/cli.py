@@ -78,7 +78,7 @@ def _add_compare(commands: Commands) -> None:
 
 def _add_export(commands: Commands) -> None:
     parser = _command(commands, "export", "a drawing or a model as an FMU",
-                      "Solves the lookup (some seconds, then cached) and writes an FMI 2.0 FMU.")
+                      "Solves the lookup (some seconds, then cached) and writes an FMU.")
     parser.add_argument("source", metavar="DRIVE|MODEL.toml", help="a preset, a TOML drawing or a TOML model")
     parser.add_argument("-o", "--output", metavar="FILE.fmu", required=True, help="the FMU to write")
     parser.add_argument("--kind", choices=("drive", "joint"), default="drive",
@@ -95,6 +95,8 @@ def _add_export(commands: Commands) -> None:
                              "needs nothing, co-simulation and model exchange")
     parser.add_argument("--platform", metavar="NAME", help="of a native FMU: linux64, linux-arm64, win64, darwin64, "
                         "all, or none for sources alone (default: this machine's)")
+    parser.add_argument("--fmi", choices=("2", "3"), default="2",
+                        help="version of the standard: 2.0 (default) or, with --backend native, 3.0")
     parser.add_argument("--effect", metavar="NAME", action="append", default=[],
                         help="put an effect inside, neutral until its parameters are set; repeatable")
     parser.add_argument("--drives", metavar="N", type=_whole(1, MOST_DRIVES),
@@ -106,6 +108,9 @@ def _add_check(commands: Commands) -> None:
     parser = _command(commands, "check", "an FMU against the standard and the Python model",
                       "Exit status 1 if something differs.")
     parser.add_argument("fmu", metavar="FILE.fmu", help="an FMU that `reefmu export` wrote")
+    parser.add_argument("--inertia", metavar="J", type=float, help="of motor and load against each other, kg.m2 at the "
+                        "output: is the communication step too coarse for the drive's spring between them?")
+    parser.add_argument("--step", metavar="S", type=float, help="that communication step, s (default 0.001)")
 
 
 def _add_diagnose(commands: Commands) -> None:

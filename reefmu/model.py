@@ -70,7 +70,8 @@ OUTPUTS = (
     Signal("output.tau", "N.m", "Torque that the drive exerts on the output"),
     Signal("crank.tau", "N.m", "Torque that the drive exerts on the crank"),
     Signal("twist", "rad", "crank.phi/ratio - output.phi"),
-    Signal("stiffness", "N.m/rad", "Derivative of output.tau by the twist, states held", minimum=0.0),
+    Signal("stiffness", "N.m/rad", "Derivative of output.tau by the twist of the contacts; states, speeds and place of "
+           "the elements held: without what friction adds while it turns over", minimum=0.0),
     Signal("max_contact_force", "N", "Greatest contact force on a rolling element, mean over drives", minimum=0.0),
     Signal("load_share", "1", "Greatest torque of one rolling element over the drive's", minimum=0.0),
     Signal("in_range", "1", "1 inside the lookup's range, 0 where it is continued by its last slope", 1.0, 0.0, 1.0),

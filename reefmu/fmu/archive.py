@@ -87,11 +87,13 @@ def read_archive(path: str | os.PathLike[str]) -> FmuFile:
     expect(root.tag == "fmiModelDescription", f"fmiModelDescription in {DESCRIPTION}", root.tag, where)
     simulation = root.find("CoSimulation")
     marks = root.find(f"VendorAnnotations/Tool[@name='{TOOL}']/fmu")
+    if marks is None:
+        marks = root.find(f"Annotations/Annotation[@type='{TOOL}']/fmu")  # FMI 3.0
     return FmuFile(
         path=source,
         fmi_version=root.get("fmiVersion", ""),
         generation_tool=root.get("generationTool", ""),
-        guid=root.get("guid", ""),
+        guid=root.get("guid") or root.get("instantiationToken", ""),
         model_identifier="" if simulation is None else simulation.get("modelIdentifier", ""),
         kind="" if marks is None else marks.get("kind", ""),
         backend="" if marks is None else marks.get("backend", ""),

@@ -8,6 +8,7 @@ the file comes from the clock: the GUID is a hash of the content, and the date i
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import importlib.metadata
 import os
@@ -19,11 +20,12 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stiffness_model.errors import InputError, unknown_name
+from stiffness_model.errors import InputError, expect, unknown_name
 
 from .archive import DESCRIPTION, SCRIPT_NAME, write_archive
 from .component import HEAD_FILE, LOOKUP_FILE, Component, drive_component, save_component
 from .description import Export, model_description
+from .fmi3 import VERSIONS, members3, sources3
 from .generate import UNIT, sources, with_guid
 from .interface import Interface, declare, declare_exchange
 from .packed import lookup_head
@@ -77,20 +79,24 @@ class {identifier}(DriveSlave):
 
 
 def export_fmu(model: DriveModel, path: str | os.PathLike[str], *, backend: str = "python",
-               platform: str = "host", masses: Masses | None = None) -> Path:
-    """Write `model` as an FMI 2.0 FMU to `path`, and return the path.
+               platform: str = "host", masses: Masses | None = None, fmi: str = "2.0") -> Path:
+    """Write `model` as an FMU to `path`, and return the path.
 
     masses: what turns on both sides makes it kind `joint`, torques in and angles out; without, kind `drive`.
     backend: "python" for co-simulation in a host that has a Python with this package (the binaries of pythonfmu
     for 64-bit Linux and Windows are inside); "native" for co-simulation and model exchange without anything
-    else, for `platform`: a name of `platforms.PLATFORMS`, "host", "all", or "none" for sources alone. An
-    existing file is replaced; a failure leaves it as it was.
+    else, for `platform`: a name of `platforms.PLATFORMS`, "host", "all", or "none" for sources alone. fmi: version
+    of the standard, "2.0" or, with the native back end, "3.0". An existing file is replaced; a failure leaves it
+    as it was.
     Errors: `InputError` for a path that cannot be written, a unit FMI cannot express, an unknown back end or
     platform, or no compiler for the platform.
     """
     if backend not in BACKENDS:
         raise unknown_name("back end", backend, BACKENDS)
-    make = _python_members if backend == "python" else _native_members
+    if fmi not in VERSIONS:
+        raise unknown_name("version of FMI", fmi, VERSIONS)
+    expect(backend == "native" or fmi == "2.0", "FMI 3.0 with the native back end only", backend, "back end")
+    make = _python_members if backend == "python" else functools.partial(_native_members, fmi=fmi)
     when = _date()
     resources = _resources(model, masses)
     if masses is None:
@@ -120,26 +126,29 @@ def _python_members(component: Component, resources: dict[str, bytes], when: dat
 
 
 def _native_members(component: Component, resources: dict[str, bytes], when: datetime,
-                    platform: str) -> dict[str, bytes]:
-    """The archive of an FMU in C. Its resources are for `reefmu check` and for people: no binary reads them."""
+                    platform: str, fmi: str) -> dict[str, bytes]:
+    """The archive of an FMU in C. Its resources are for `reefmu check` and for people; no binary reads them."""
     platforms = () if platform == "none" else chosen_platforms(platform)
     interface = declare_exchange(component)
     # The tables stand among the sources.
     resources = {name: data for name, data in resources.items() if name != LOOKUP_FILE}
     resources[HEAD_FILE] = lookup_head(component.model.lookup).encode()
     nameless = sources(component, interface, "")
+    if fmi != "2.0":
+        nameless = sources3(nameless)
     without_guid = hashlib.sha256()
     for name, content in sorted(nameless.items()):
         without_guid.update(name.encode() + content)
     export = _export(component, interface, resources, when, "native", without_guid.hexdigest())
     files = with_guid(nameless, export.guid)
-    return {
+    members = {
         DESCRIPTION: model_description(interface, export),
         **{f"resources/{name}": data for name, data in resources.items()},
         **{f"sources/{name}": data for name, data in files.items()},
         **compile_binaries(files, export.model_identifier, platforms),
         **_documentation(interface, export),
     }
+    return members if fmi == "2.0" else members3(members, interface, export)
 
 
 def _export(component: Component, interface: Interface, resources: dict[str, bytes], when: datetime, backend: str,

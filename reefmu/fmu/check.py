@@ -20,9 +20,11 @@ from stiffness_model.errors import InputError, expect
 
 from .archive import FmuFile, read_archive
 from .component import KINDS, component_in, files_in
+from .derivatives import TOLERANCE as DERIVATIVE_TOLERANCE
+from .derivatives import derivative_error
 from .host import FmuDrive
 from .interface import Variable, declare, declare_exchange
-from .trial import Trial, continue_fmu, make_trial, run_fmu, run_model
+from .trial import QUARTERS, Trial, continue_fmu, make_trial, run_fmu, run_model
 
 if TYPE_CHECKING:
     from .component import Component
@@ -75,20 +77,24 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
     steps, against the Python model), `parameters` (the same with every tunable parameter moved), `reset` and
     `restore` (a rerun after fmi2Reset, and from a state that was saved in mid-run, serialised and read back,
     here and in a second instance; no difference allowed), `independence` (two instances in turn against each
-    alone), `refusal` (an input that is not a number gives fmi2Discard and leaves no trace).
+    alone), `refusal` (an input that is not a number gives fmi2Discard and leaves no trace); with the native back end
+    `derivatives` (directional derivatives of outputs and rates against differences of the model).
 
     Errors: `InputError` for what is no FMU of this package, is damaged, or cannot run on this machine.
     """
     file = read_archive(path)
     origin = f"kind {file.kind}" if file.kind else f"one by {file.generation_tool or 'an unnamed tool'}"
     expect(file.kind in KINDS, f"an FMU of kind {' or '.join(KINDS)} that reefmu exported", origin, str(path))
-    component = _embedded_model(file)
+    component = embedded_component(file)
     findings = [_standard(file), _declaration(file, declared_variables(file, component)),
                 *_behaviour(file.path, component)]
+    if file.backend == "native":
+        findings.append(_derivatives(file.path, component))
     return CheckReport(file.path, tuple(findings))
 
 
-def _embedded_model(file: FmuFile) -> Component:
+def embedded_component(file: FmuFile) -> Component:
+    """What the resources of an FMU of this package hold. Errors: `InputError` if they are missing or damaged."""
     with tempfile.TemporaryDirectory(prefix="reefmu-check-") as folder, zipfile.ZipFile(file.path) as archive:
         for name, member in files_in(file.kind, file.members).items():
             expect(member in file.members, f"{member} in the FMU", "none", str(file.path))
@@ -118,7 +124,7 @@ def _declaration(file: FmuFile, variables: tuple[Variable, ...]) -> Finding:
 
     declared = {
         v.name: (v.valueReference, v.causality, v.variability, v.unit, float(v.start or "nan"))
-        for v in read_model_description(str(file.path), validate=False).modelVariables}
+        for v in read_model_description(str(file.path), validate=False).modelVariables if v.causality != "independent"}
     expected = {
         v.name: (v.reference, v.causality, v.variability, v.unit, math.nan if v.start is None else v.start)
         for v in variables}
@@ -163,6 +169,12 @@ def _behaviour(path: Path, component: Component) -> Iterator[Finding]:
         values = np.array([moved.get(p.name, v) for p, v in zip(component.parameters, values, strict=True)])
         reference = run_model(component, trial, values)
         yield _against("parameters", run_fmu(first, trial, names), reference, component, names)
+
+
+def _derivatives(path: Path, component: Component) -> Finding:
+    with FmuDrive(path) as drive:
+        figure, where = derivative_error(drive, component, make_trial(component), QUARTERS)
+    return Finding("derivatives", figure <= DERIVATIVE_TOLERANCE, figure, DERIVATIVE_TOLERANCE, f"worst in {where}")
 
 
 def _in_turn(first: FmuDrive, second: FmuDrive, trial: Trial, other: Trial,

@@ -14,7 +14,7 @@ from .units import base_unit
 TOOL = "reefmu"
 """Name under which this package marks its FMUs (VendorAnnotations)."""
 
-_TYPES = {
+TYPES = {
     "rad": ("Angle", "Angle"),
     "rad/s": ("AngularVelocity", "AngularVelocity"),
     "N.m": ("Torque", "Torque"),
@@ -71,9 +71,9 @@ def model_description(interface: Interface, export: Export) -> bytes:
     """The whole file, UTF-8, in the order the schema prescribes. Errors: `InputError` for an unknown unit."""
     root = Element("fmiModelDescription", {
         "fmiVersion": "2.0",
-        "modelName": _text(interface.name),
+        "modelName": plain_text(interface.name),
         "guid": export.guid,
-        "description": _text(export.description),
+        "description": plain_text(export.description),
         "version": export.version,
         "license": export.licence,
         "generationTool": export.generation_tool,
@@ -84,7 +84,8 @@ def model_description(interface: Interface, export: Export) -> bytes:
     for tag, capabilities in (("ModelExchange", export.exchange), ("CoSimulation", export.capabilities)):
         if capabilities is not None:
             _kind(root, tag, capabilities, export)
-    _units(root, interface)
+    unit_definitions(root, interface)
+    _types(root, interface)
     categories = SubElement(root, "LogCategories")
     for name, meaning in LOG_CATEGORIES.items():
         SubElement(categories, "Category", {"name": name, "description": meaning})
@@ -113,11 +114,10 @@ def _kind(root: Element, tag: str, capabilities: Mapping[str, bool], export: Exp
             SubElement(files, "File", {"name": name})
 
 
-def _units(root: Element, interface: Interface) -> None:
-    """UnitDefinitions and TypeDefinitions for the units that occur (sections 2.2.2 and 2.2.3)."""
-    used = sorted({v.unit for v in interface.variables})
+def unit_definitions(root: Element, interface: Interface) -> None:
+    """UnitDefinitions for the units that occur (section 2.2.2; the same in FMI 3.0)."""
     definitions = SubElement(root, "UnitDefinitions")
-    for name in used:
+    for name in sorted({v.unit for v in interface.variables}):
         base = base_unit(name)
         unit = SubElement(definitions, "Unit", {"name": name})
         attributes = {dimension: str(exponent) for dimension, exponent in base.exponents}
@@ -128,28 +128,36 @@ def _units(root: Element, interface: Interface) -> None:
         SubElement(unit, "BaseUnit", attributes)
         for display, factor in _DISPLAY.get(name, {}).items():
             SubElement(unit, "DisplayUnit", {"name": display, "factor": repr(factor)})
-    typed = [name for name in used if name in _TYPES]
-    if typed:
+
+
+def type_names(interface: Interface) -> dict[str, tuple[str, str]]:
+    """Declared type and quantity of the units that occur and have one."""
+    return {unit: TYPES[unit] for unit in sorted({v.unit for v in interface.variables}) if unit in TYPES}
+
+
+def _types(root: Element, interface: Interface) -> None:
+    """TypeDefinitions (section 2.2.3)."""
+    named = type_names(interface)
+    if named:
         types = SubElement(root, "TypeDefinitions")
-        for name in typed:
-            type_name, quantity = _TYPES[name]
+        for unit, (type_name, quantity) in named.items():
             simple = SubElement(types, "SimpleType", {"name": type_name})
-            SubElement(simple, "Real", {**({"quantity": quantity} if quantity else {}), "unit": name})
+            SubElement(simple, "Real", {**({"quantity": quantity} if quantity else {}), "unit": unit})
 
 
 def _variable(parent: Element, variable: Variable, interface: Interface) -> None:
     attributes = {
         "name": variable.name,
         "valueReference": str(variable.reference),
-        "description": _text(variable.description),
+        "description": plain_text(variable.description),
         "causality": variable.causality,
         "variability": variable.variability,
     }
     if variable.initial is not None:
         attributes["initial"] = variable.initial
     real: dict[str, str] = {}
-    if variable.unit in _TYPES:
-        real["declaredType"] = _TYPES[variable.unit][0]
+    if variable.unit in TYPES:
+        real["declaredType"] = TYPES[variable.unit][0]
     real["unit"] = variable.unit
     for key, value in (("min", variable.minimum), ("max", variable.maximum), ("nominal", variable.nominal),
                        ("start", variable.start)):
@@ -183,6 +191,6 @@ def _index(interface: Interface, name: str) -> str:
     return str(interface[name].reference + 1)
 
 
-def _text(text: str) -> str:
+def plain_text(text: str) -> str:
     """`text` without the characters XML 1.0 has no way to write."""
     return re.sub(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "?", text)

@@ -1,6 +1,6 @@
 """Drive an FMU from Python: set parameters, step with named inputs, read named outputs, save and restore.
 
-For FMI 2.0 co-simulation FMUs whose inputs and outputs are Real, this package's or another's.
+For co-simulation FMUs of FMI 2.0 and 3.0 whose inputs and outputs are Real (Float64), this package's or another's.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ class FmuDrive:
         self._path = Path(path)
         self._complaints: list[str] = []
         archive = read_archive(self._path)
-        expect(archive.fmi_version == "2.0" and archive.model_identifier != "",
-               "an FMU for FMI 2.0 co-simulation",
+        expect(archive.fmi_version in ("2.0", "3.0") and archive.model_identifier != "",
+               "an FMU for co-simulation with FMI 2.0 or 3.0",
                f"one for FMI {archive.fmi_version} by {archive.generation_tool or 'an unnamed tool'}",
                str(self._path))
         self._loaded = Loaded(Path(tempfile.mkdtemp(prefix="reefmu-")))
@@ -64,7 +64,7 @@ class FmuDrive:
             folder = fmpy.extract(str(self._path), self._loaded.folder)
             description = fmpy.read_model_description(folder, validate=False)
             self.guid = archive.guid
-            variables = [v for v in description.modelVariables if v.type == "Real"]
+            variables = [v for v in description.modelVariables if v.type in ("Real", "Float64")]
             self._references = {v.name: v.valueReference for v in variables}
             self.inputs, self.outputs, self.parameters = (
                 tuple(v.name for v in variables if v.causality == causality)
@@ -72,6 +72,7 @@ class FmuDrive:
             self._starts = {v.name: float(v.start) for v in variables if v.start is not None}
             self._input_block = Block(self._references, self.inputs)
             self._output_block = Block(self._references, self.outputs)
+            self._blocks: dict[tuple[str, ...], Block] = {}
             self._instantiate(folder, archive, name)
             self._prepare(parameters or {})
         except BaseException as error:
@@ -87,15 +88,27 @@ class FmuDrive:
         from fmpy.fmi2 import FMU2Slave, fmi2CoSimulation
 
         resources = Path(folder, "resources").resolve()
+        names = {"guid": self.guid, "unzipDirectory": str(folder), "modelIdentifier": archive.model_identifier,
+                 "instanceName": name}
+        if archive.fmi_version == "3.0":
+            from .calls3 import Slave3
+
+            with _LOADING:
+                slave = Slave3(self._complaints, **names)
+            slave.component = slave.instantiate(name, self.guid, f"{resources}{os.sep}")
+            self._keep(slave)
+            return
         by_pythonfmu = archive.backend == "python" or SCRIPT_NAME in archive.members
         location = pythonfmu_location(resources) if by_pythonfmu else resources.as_uri()
         with _LOADING:
-            fmu = FMU2Slave(guid=self.guid, unzipDirectory=str(folder),
-                            modelIdentifier=archive.model_identifier, instanceName=name)
+            fmu = FMU2Slave(**names)
         fmu.callbacks = callbacks(self._complaints)
         fmu.component = fmu.fmi2Instantiate(
             name.encode(), fmi2CoSimulation, self.guid.encode(), location.encode(),
             ctypes.byref(fmu.callbacks), False, True)
+        self._keep(fmu)
+
+    def _keep(self, fmu: Any) -> None:
         self._loaded.fmu = fmu
         if not fmu.component:
             self._loaded.dead = True
@@ -149,7 +162,7 @@ class FmuDrive:
 
     def read(self, names: Iterable[str] | None = None) -> dict[str, float]:
         """The outputs, or the Real variables of these names."""
-        block = self._output_block if names is None else Block(self._references, tuple(names))
+        block = self._output_block if names is None else self._block(tuple(names))
         if block.names:
             self._call("fmi2GetReal", block.references, len(block.names), block.values)
         return dict(zip(block.names, block.values, strict=True))
@@ -160,7 +173,7 @@ class FmuDrive:
         The directional derivative of FMI 2.0.4, section 2.1.9; native FMUs have it. Errors: `InputError` for an
         FMU without, and for variables that have no part in it.
         """
-        unknowns, knowns = Block(self._references, tuple(of)), Block(self._references, tuple(along))
+        unknowns, knowns = self._block(tuple(of)), self._block(tuple(along))
         for name, value in along.items():
             knowns.write(name, value)
         self._call("fmi2GetDirectionalDerivative", unknowns.references, len(unknowns.names), knowns.references,
@@ -203,6 +216,12 @@ class FmuDrive:
         (self.time,) = struct.unpack_from("<d", saved)
         block = self._input_block  # inputs not named in the next step keep their value of the saved moment
         self._call("fmi2GetReal", block.references, len(block.names), block.values)
+
+    def _block(self, names: tuple[str, ...]) -> Block:
+        """Made once for each choice of names: a master asks for the same ones every step."""
+        if names not in self._blocks:
+            self._blocks[names] = Block(self._references, names)
+        return self._blocks[names]
 
     # --- calls --------------------------------------------------------------------------------------------
 

@@ -21,6 +21,8 @@ _AMPLITUDES = (0.05, 0.3, 1.0, 0.6, 1.2)
 """Of the twist at full torque; the third and the last reach the end of the drawn range and pass it."""
 _LEG = 12
 """Steps from one reversal to the next."""
+QUARTERS = tuple(_LEG * leg + _LEG // 4 for leg in (3, 4, 9, 11))
+"""Rows between two reversals, inside the drawn range and under load of either sign."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,14 @@ def full_twist(component: Component) -> float:
         if float(np.asarray(component.output(states, inputs, parameters)).ravel()[torque]) >= component.full_torque:
             return float(twist)
     return 0.01
+
+
+def full_stiffness(component: Component) -> float:
+    """The `stiffness` output (N.m/rad) of the still drive at its full torque, where the contacts are stiffest."""
+    inputs, p = np.array([signal.start for signal in component.inputs], dtype=float), component.parameter_vector()
+    inputs[[signal.name for signal in component.inputs].index("output.phi")] = -full_twist(component)
+    outputs = np.asarray(component.output(component.initial(inputs, p), inputs, p)).ravel()
+    return float(outputs[[signal.name for signal in component.outputs].index("stiffness")])
 
 
 def run_model(component: Component, trial: Trial, parameters: NDArray[np.float64]) -> NDArray[np.float64]:

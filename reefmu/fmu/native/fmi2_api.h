@@ -5,7 +5,9 @@
 
 #include <stddef.h>
 
-#if defined(_WIN32)
+#if defined(FMI2_EXPORT)
+/* The wrapper for FMI 3.0 keeps the functions to itself. */
+#elif defined(_WIN32)
 #define FMI2_EXPORT __declspec(dllexport)
 #elif defined(__GNUC__)
 #define FMI2_EXPORT __attribute__((visibility("default")))

@@ -12,6 +12,7 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS as ALL_EFFECTS
+from reefmu.fmu.archive import read_archive
 from reefmu.fmu.build import export_fmu
 from reefmu.model import DriveModel, build_model
 from stiffness_model.lookup import Lookup, build_lookup
@@ -53,6 +54,25 @@ def soft_model() -> DriveModel:
     """A drive ten times softer, without effects and states."""
     drive = sm.load_drive("drive_3")
     return build_model(drive, lookup=build_lookup(drive, n_drives=8))
+
+
+@pytest.fixture(scope="session")
+def full_model(drive: sm.Drive, lookup: Lookup) -> DriveModel:
+    """Every effect at its nominal size."""
+    model = build_model(drive, {name: {} for name in ALL_EFFECTS}, lookup=lookup)
+    sizes = {p.name: float(np.clip(p.nominal, p.minimum, p.maximum)) for p in model.parameters
+             if p.tunable and p.minimum is not None and p.maximum is not None}
+    return model.with_parameters({**sizes, "band": 0.3})
+
+
+@pytest.fixture(scope="session")
+def unpacked(full_model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, str]:
+    """The native FMU of `full_model`, its folder and its GUID."""
+    folder = tmp_path_factory.mktemp("unpacked")
+    path = export_fmu(full_model, folder / "full.fmu", backend="native")
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(folder / "out")
+    return path, folder / "out", read_archive(path).guid
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,9 @@
+import re
 import zipfile
 
 import pytest
 
+from reefmu.cli import main
 from reefmu.fmu import check, host
 from reefmu.fmu.archive import read_archive
 from reefmu.fmu.check import check_fmu
@@ -59,7 +61,7 @@ def test_an_accepted_nan_is_found(fmu, monkeypatch):
     monkeypatch.setattr(host.FmuDrive, "_set_inputs", lambda self, inputs: None)
     monkeypatch.setattr(check, "run_fmu", lambda drive, trial, names: [drive.initialize() and [0.0] * len(names)])
     with host.FmuDrive(fmu) as drive:
-        trial = check.make_trial(check._embedded_model(read_archive(fmu)))
+        trial = check.make_trial(check.embedded_component(read_archive(fmu)))
         assert not check._refusal(drive, trial, ("output.tau",), trial.inputs[:, :1]).passed
 
 
@@ -164,3 +166,25 @@ def test_no_binary_for_this_machine(rewritten):
     path = rewritten(lambda name, content: None if name.startswith("binaries/") else content)
     with pytest.raises(InputError, match="expected an FMU that runs here"):
         check_fmu(path)
+
+
+def test_a_step_too_coarse_for_the_spring_is_named_with_the_one_that_would_do(soft_fmu, capsys):
+    def check(*words):
+        status = main(["check", str(soft_fmu), *words])
+        output = capsys.readouterr()
+        return status, output.out, output.err
+
+    status, out, _ = check("--inertia", "0.08", "--step", "1e-3")
+    assert status == 1
+    limit = float(re.search(r"FAIL coupling: 0.001 \(at most (\S+)\)", out)[1])
+    assert 1e-7 < limit < 1e-3
+    assert "stays stable at any step" in out
+    assert check("--inertia", "0.08", "--step", str(0.99 * limit))[0] == 0
+    assert check("--inertia", "0.08", "--step", str(1.01 * limit))[0] == 1
+    assert check("--inertia", str(0.08 * 1e4), "--step", str(1e4 * limit))[0] == 0  # limit ~ inertia/stiffness
+    for words, message in ((("--step", "1"), "expected --inertia beside --step"),
+                           (("--inertia", "-1"), "--inertia: expected a positive inertia"),
+                           (("--inertia", "1", "--step", "nan"), "--step: expected a positive communication step")):
+        status, _, err = check(*words)
+        assert status == 2
+        assert message in err

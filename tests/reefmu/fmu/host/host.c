@@ -1,6 +1,6 @@
 /* A host of the tests' own: loads an FMU's library and runs one of several trials. Exit status 0: all held.
 
-   host LIBRARY GUID loop N       load, instantiate, step, free, unload, N times
+   host LIBRARY GUID loop N PAGES load, instantiate, step, free, unload, N times; memory may grow by so many pages
    host LIBRARY GUID fuzz N SEED  N random calls with random values, in any order
    host LIBRARY GUID threads N    two threads with five instances each, N steps; all must agree
    host LIBRARY GUID time N       least time of set + step + get, us */
@@ -80,7 +80,7 @@ static long resident(void) {
     return pages;
 }
 
-static int loop(const char *path, long count) {
+static int loop(const char *path, long count, long most) {
     long before = 0;
     for (long k = 0; k < count; k++) {
         if (k == count / 2) before = resident();
@@ -92,7 +92,7 @@ static int loop(const char *path, long count) {
         dlclose(library);
     }
     printf("%ld\n", resident() - before);
-    return resident() - before > 32 ? 8 : 0; /* pages */
+    return resident() - before > most ? 8 : 0;
 }
 
 static void *worker(void *result) {
@@ -127,13 +127,75 @@ static double any_value(void) {
     return random_below(3) ? ((double)random_below(2000) - 1000.0) * 1e-6 : odd[random_below(sizeof odd / sizeof *odd)];
 }
 
+/* What an instance gives that has just been reset: the same as a fresh one, whatever it went through. */
+static double after_reset(fmi2Component c) {
+    static const unsigned some[10] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+    double values[10], sum = 0.0;
+    if (((Plain *)function("fmi2Reset"))(c) || ((Plain *)function("fmi2EnterInitializationMode"))(c) ||
+        ((Plain *)function("fmi2ExitInitializationMode"))(c))
+        exit(13);
+    for (int k = 0; k < 20; k++) {
+        if (((Step *)function("fmi2DoStep"))(c, 1e-3 * k, 1e-3, 1) ||
+            ((Get *)function("fmi2GetReal"))(c, some, 10, values))
+            exit(14);
+        for (int i = 0; i < 10; i++) sum += values[i] * (i + 1 + k);
+    }
+    return sum;
+}
+
+/* Calls that no run needs, and wrong ones. */
+static fmi2Status odd_call(fmi2Component c, const unsigned *references, unsigned n, double *values, double *more) {
+    static const fmi2String words[] = {"logAll", "logStatusError", "no such", NULL};
+    int number = 0;
+    fmi2Status status = fmi2OK;
+    fmi2String text = NULL;
+#define ODD(name, type, ...) return ((__typeof__(type) *)function(name))(__VA_ARGS__)
+    switch (random_below(18)) {
+    case 0: { typedef fmi2Status F(fmi2Component, int, double, double, int, double);
+        ODD("fmi2SetupExperiment", F, c, 1, any_value(), any_value(), (int)random_below(2), any_value()); }
+    case 1: { typedef fmi2Status F(fmi2Component, double); ODD("fmi2SetTime", F, c, any_value()); }
+    case 2: ODD("fmi2SetContinuousStates", fmi2Status(fmi2Component, const double *, size_t), c, more,
+                random_below(2) ? 10 : random_below(20));
+    case 3: ODD("fmi2GetNominalsOfContinuousStates", fmi2Status(fmi2Component, double *, size_t), c, more,
+                random_below(2) ? 10 : random_below(20));
+    case 4: ODD("fmi2SetDebugLogging", fmi2Status(fmi2Component, int, size_t, const fmi2String *), c,
+                (int)random_below(2), random_below(4), random_below(8) ? words + random_below(2) : NULL);
+    case 5: ODD("fmi2GetStatus", fmi2Status(fmi2Component, int, fmi2Status *), c, (int)random_below(5), &status);
+    case 6: ODD("fmi2GetRealStatus", fmi2Status(fmi2Component, int, double *), c, (int)random_below(5), more);
+    case 7: ODD("fmi2GetIntegerStatus", fmi2Status(fmi2Component, int, int *), c, (int)random_below(5), &number);
+    case 8: ODD("fmi2GetBooleanStatus", fmi2Status(fmi2Component, int, int *), c, (int)random_below(5), &number);
+    case 9: ODD("fmi2GetStringStatus", fmi2Status(fmi2Component, int, fmi2String *), c, (int)random_below(5), &text);
+    case 10: ODD("fmi2SetRealInputDerivatives", fmi2Status(fmi2Component, const unsigned *, size_t, const int *,
+                                                           const double *), c, references, n, &number, values);
+    case 11: ODD("fmi2GetRealOutputDerivatives", fmi2Status(fmi2Component, const unsigned *, size_t, const int *,
+                                                            double *), c, references, n, &number, values);
+    case 12: ODD("fmi2GetInteger", fmi2Status(fmi2Component, const unsigned *, size_t, int *), c, references,
+                 random_below(2), &number);
+    case 13: ODD("fmi2SetString", fmi2Status(fmi2Component, const unsigned *, size_t, const fmi2String *), c,
+                 references, random_below(2), words);
+    case 14: ODD("fmi2GetReal", Get, random_below(2) ? c : NULL, random_below(2) ? references : NULL, n, NULL);
+    case 15: ODD("fmi2SetReal", Set, random_below(2) ? c : NULL, NULL, n, random_below(2) ? values : NULL);
+    case 16: ODD("fmi2CancelStep", Plain, random_below(2) ? c : NULL);
+    default: { /* no instance comes of this */
+        Instantiate *make = (Instantiate *)function("fmi2Instantiate");
+        if (make(random_below(2) ? "" : NULL, (fmi2Type)random_below(3), guid, NULL, &callbacks, 0, 1) ||
+            make("x", fmi2CoSimulation, random_below(2) ? "{no}" : NULL, NULL, &callbacks, 0, 1) ||
+            make("x", (fmi2Type)7, guid, NULL, &callbacks, 0, 1) || make("x", fmi2CoSimulation, guid, NULL, NULL, 0, 1))
+            exit(15);
+        return fmi2OK;
+    }
+    }
+}
+
 /* Every function, in any order, with good and bad arguments. No call may crash; none may be fatal. */
 static int fuzz(long count) {
     enum { N = 4, M = 120 };
-    fmi2Component c[N] = {0};
+    fmi2Component c[N] = {0}, another;
+    unsigned kind[N] = {0};
+    double fresh;
     fmi2FMUstate saved[N] = {0};
     unsigned references[M];
-    double values[M], more[M];
+    double values[M] = {0}, more[M] = {0};
     char bytes[1 << 14];
     size_t size = 0;
     long fine = 0;
@@ -144,7 +206,8 @@ static int fuzz(long count) {
         fmi2EventInfo info;
         fmi2Status answer;
         if (!c[i]) {
-            c[i] = ((Instantiate *)function("fmi2Instantiate"))("x", random_below(2), guid, NULL, &callbacks, 0, 1);
+            kind[i] = random_below(2);
+            c[i] = ((Instantiate *)function("fmi2Instantiate"))("x", (fmi2Type)kind[i], guid, NULL, &callbacks, 0, 1);
             continue;
         }
         for (unsigned j = 0; j < n; j++) {
@@ -152,7 +215,7 @@ static int fuzz(long count) {
             values[j] = any_value();
         }
 #define CALL(name, type, ...) status = ((type *)function(name))(c[i], ##__VA_ARGS__)
-        switch (random_below(26)) {
+        switch (random_below(30)) {
         case 0: CALL("fmi2EnterInitializationMode", Plain); break;
         case 1: CALL("fmi2ExitInitializationMode", Plain); break;
         case 2: if (!random_below(20)) CALL("fmi2Terminate", Plain); break;
@@ -208,6 +271,7 @@ static int fuzz(long count) {
             CALL("fmi2CompletedIntegratorStep", F, 1, &flags[0], &flags[1]);
             break;
         }
+        case 25: case 26: case 27: status = odd_call(c[i], references, n, values, more); break;
         default:
             if (!random_below(50)) {
                 for (unsigned j = 0; j < N; j++)
@@ -220,8 +284,12 @@ static int fuzz(long count) {
         if (answer == fmi2Fatal || answer == fmi2Pending) return 11;
         fine += answer == fmi2OK;
     }
+    another = start(fmi2CoSimulation);
+    fresh = after_reset(another);
+    release(another);
     for (unsigned i = 0; i < N; i++)
         if (c[i]) {
+            if (kind[i] == fmi2CoSimulation && after_reset(c[i]) != fresh) return 16;
             for (unsigned j = 0; j < N; j++)
                 ((fmi2Status(*)(fmi2Component, fmi2FMUstate *))function("fmi2FreeFMUstate"))(c[i], &saved[j]);
             release(c[i]);
@@ -258,7 +326,7 @@ static int measure(long steps) {
 int main(int count, char **words) {
     if (count < 5) return 1;
     guid = words[2];
-    if (!strcmp(words[3], "loop")) return loop(words[1], atol(words[4]));
+    if (!strcmp(words[3], "loop")) return loop(words[1], atol(words[4]), count > 5 ? atol(words[5]) : 0);
     library = dlopen(words[1], RTLD_NOW | RTLD_LOCAL);
     if (!library) {
         fprintf(stderr, "%s\n", dlerror());

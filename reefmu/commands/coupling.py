@@ -1,0 +1,45 @@
+"""What the commands say of the communication step between a drive's FMU and the masses around it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from reefmu.fmu.archive import read_archive
+from reefmu.fmu.check import Finding, embedded_component
+from reefmu.fmu.component import Component
+from reefmu.fmu.trial import full_stiffness
+from reefmu.joint.step import growth_rate, largest_step, step_warning
+from reefmu.masses import Masses
+from stiffness_model.errors import expect, expect_number
+
+GROWTH = 1.0
+"""1/s: the growth of an undamped oscillation that a step may bring about."""
+
+
+def step_notes(component: Component, masses: Masses, step: float) -> list[str]:
+    """What to say of a communication step, s, between the drive and these masses: one line, or none if it will do."""
+    ratio = next(p.value for p in component.parameters if p.name == "ratio")
+    warning = step_warning(step, full_stiffness(component), masses.reduced_inertia(ratio), growth=GROWTH)
+    return [warning] if warning else []
+
+
+def coupling_finding(path: Path, step: float, inertia: float) -> Finding:
+    """Whether a master that holds the drive's torque over a step, s, keeps the joint's oscillation from growing.
+
+    inertia: kg.m2 at the output, of motor and load against each other (`Masses.reduced_inertia`). limit: the step
+    that would do. Errors: `InputError` for kind `joint`, which holds its masses inside, and for values of no use.
+    """
+    expect_number(step, "a positive communication step, s", "--step", low=0.0)
+    expect_number(inertia, "a positive inertia, kg.m2 at the output", "--inertia", low=0.0)
+    file = read_archive(path)
+    expect(file.kind == "drive", "--step and --inertia with an FMU of kind drive", f"kind {file.kind}", str(path))
+    spring = full_stiffness(embedded_component(file))
+    limit = largest_step(spring, inertia, growth=GROWTH)
+    rate = growth_rate(step, spring, inertia)
+    in_turn = largest_step(spring, inertia, scheme="sequential")
+    detail = (f"s; {spring / 1e3:.3g} kN.m/rad and {inertia:.3g} kg.m2 swing at "
+              f"{math.sqrt(spring / inertia) / (2 * math.pi):.3g} Hz, which a master that holds the torque over a step "
+              f"lets grow by exp({rate:.3g} t/s). Stepping the masses first allows {in_turn:.2g} s, one that uses "
+              "`stiffness` or directional derivatives stays stable at any step, kind joint stays right")
+    return Finding("coupling", step <= limit, step, limit, detail)

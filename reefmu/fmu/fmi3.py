@@ -1,0 +1,43 @@
+"""What makes a native FMU for FMI 2.0 one for FMI 3.0: a further wrapper, other XML, other names of folders."""
+
+from __future__ import annotations
+
+import importlib.resources
+from collections.abc import Mapping
+
+from .archive import DESCRIPTION
+from .description import Export
+from .description3 import build_description, model_description3, terminals
+from .generate import UNIT
+from .interface import Interface
+
+VERSIONS = ("2.0", "3.0")
+CORE = "core.c"
+"""Name of the unit for FMI 2.0 inside that for FMI 3.0."""
+_WRAPPER = ("fmi3_absent.c", "fmi3_api.h", "fmi3_life.c", "fmi3_simulation.c", "fmi3_values.c")
+_FOLDERS = {"linux64": ("x86_64-linux",), "aarch64-linux": ("aarch64-linux",), "win64": ("x86_64-windows",),
+            "darwin64": ("x86_64-darwin", "aarch64-darwin")}
+"""Folders of binaries, FMI 2.0 -> FMI 3.0 (section 2.5.1.4.2)."""
+
+
+def sources3(sources: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The files of a native FMU with the wrapper for FMI 3.0 around them; still `UNIT` is what is compiled."""
+    wrapper = importlib.resources.files("reefmu.fmu") / "native"
+    files = {name: content for name, content in sources.items() if name != UNIT}
+    files |= {name: (wrapper / name).read_bytes() for name in _WRAPPER}
+    return {**files, CORE: sources[UNIT], UNIT: (wrapper / "fmi3_all.c").read_bytes()}
+
+
+def members3(members: Mapping[str, bytes], interface: Interface, export: Export) -> dict[str, bytes]:
+    """The archive for FMI 3.0 from that for 2.0, whose sources are already those of `sources3`."""
+    moved: dict[str, bytes] = {}
+    for name, content in members.items():
+        top, _, rest = name.partition("/")
+        folder, _, file = rest.partition("/")
+        for new in _FOLDERS[folder] if top == "binaries" else ():
+            moved[f"binaries/{new}/{file}"] = content
+        if top != "binaries":
+            moved[name] = content
+    return {**moved, DESCRIPTION: model_description3(interface, export),
+            "sources/buildDescription.xml": build_description(export),
+            "terminalsAndIcons/terminalsAndIcons.xml": terminals(interface)}

@@ -1,0 +1,11 @@
+/* The FMU for FMI 3.0 in one translation unit: compile this file alone. That for 2.0 is inside, its functions kept to
+   this file, and every call of 3.0 is one of 2.0 or is refused. */
+
+#define FMI2_EXPORT static
+#include "core.c"
+
+#include "fmi3_api.h"
+#include "fmi3_life.c"
+#include "fmi3_values.c"
+#include "fmi3_simulation.c"
+#include "fmi3_absent.c"

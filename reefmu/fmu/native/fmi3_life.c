@@ -1,0 +1,119 @@
+/* Instances and their log (FMI 3.0.2, sections 2.2.1 and 2.3.1 to 2.3.3). */
+
+typedef struct {
+    fmi2Component core;
+    fmi3InstanceEnvironment environment;
+    fmi3LogMessageCallback log;
+} Instance3;
+
+#define CORE(instance) ((instance) ? ((Instance3 *)(instance))->core : NULL)
+
+/* A message of the core, with the name that the call has in 3.0. */
+static void pass_on(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
+                    fmi2String message, ...) {
+    static const struct { const char *old, *new; } names[] = {
+        {"fmi2SetReal", "fmi3SetFloat64"},
+        {"fmi2GetReal", "fmi3GetFloat64"},
+        {"fmi2SetupExperiment", "fmi3EnterInitializationMode"},
+        {"fmi2NewDiscreteStates", "fmi3UpdateDiscreteStates"},
+        {"fmi2GetDerivatives", "fmi3GetContinuousStateDerivatives"},
+        {"fmi2DeSerializeFMUstate", "fmi3DeserializeFMUState"},
+        {"fmi2", "fmi3"},
+    };
+    const Instance3 *instance = environment;
+    char text[600];
+    (void)name;
+    if (!instance->log) return;
+    snprintf(text, sizeof text, "%s", message);
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
+        size_t length = strlen(names[k].old);
+        if (strncmp(message, names[k].old, length) == 0) {
+            snprintf(text, sizeof text, "%s%s", names[k].new, message + length);
+            break;
+        }
+    }
+    instance->log(instance->environment, (fmi3Status)status, category, text);
+}
+
+static void complain(fmi3Instance instance, const char *message) {
+    const Instance3 *made = instance;
+    if (made && made->log) made->log(made->environment, fmi3Error, "logStatusError", message);
+}
+
+static fmi3Instance instantiate(fmi3String name, fmi3String token, fmi2Type kind, fmi3Boolean log,
+                                fmi3InstanceEnvironment environment, fmi3LogMessageCallback message) {
+    Instance3 *made = calloc(1, sizeof *made);
+    fmi2CallbackFunctions callbacks = {pass_on, NULL, NULL, NULL, NULL};
+    if (!made) return NULL;
+    made->environment = environment;
+    made->log = message;
+    callbacks.componentEnvironment = made;
+    made->core = FMI2_NAME(fmi2Instantiate)(name, kind, token, NULL, &callbacks, fmi2False, log);
+    if (made->core) return made;
+    free(made);
+    return NULL;
+}
+
+FMI3_EXPORT const char *FMI3_NAME(fmi3GetVersion)(void) { return "3.0"; }
+
+FMI3_EXPORT fmi3Instance FMI3_NAME(fmi3InstantiateModelExchange)(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean log,
+    fmi3InstanceEnvironment environment, fmi3LogMessageCallback message) {
+    (void)resources, (void)visible; /* all data are in the binary */
+    return instantiate(name, token, fmi2ModelExchange, log, environment, message);
+}
+
+FMI3_EXPORT fmi3Instance FMI3_NAME(fmi3InstantiateCoSimulation)(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean log,
+    fmi3Boolean events, fmi3Boolean early, const fmi3ValueReference required[], size_t count,
+    fmi3InstanceEnvironment environment, fmi3LogMessageCallback message, fmi3IntermediateUpdateCallback update) {
+    (void)resources, (void)visible, (void)early, (void)required, (void)update;
+    if (events || count) {
+        if (message)
+            message(environment, fmi3Error, "logStatusError", events ?
+                    "fmi3InstantiateCoSimulation: expected eventModeUsed = false: the FMU has no event mode" :
+                    "fmi3InstantiateCoSimulation: expected no required intermediate variables: there are none");
+        return NULL;
+    }
+    return instantiate(name, token, fmi2CoSimulation, log, environment, message);
+}
+
+FMI3_EXPORT fmi3Instance FMI3_NAME(fmi3InstantiateScheduledExecution)(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean log,
+    fmi3InstanceEnvironment environment, fmi3LogMessageCallback message, fmi3ClockUpdateCallback update,
+    fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock) {
+    (void)name, (void)token, (void)resources, (void)visible, (void)log, (void)update, (void)lock, (void)unlock;
+    if (message)
+        message(environment, fmi3Error, "logStatusError",
+                "fmi3InstantiateScheduledExecution: the FMU is for co-simulation and model exchange");
+    return NULL;
+}
+
+FMI3_EXPORT void FMI3_NAME(fmi3FreeInstance)(fmi3Instance instance) {
+    if (!instance) return;
+    FMI2_NAME(fmi2FreeInstance)(CORE(instance));
+    free(instance);
+}
+
+FMI3_EXPORT fmi3Status FMI3_NAME(fmi3SetDebugLogging)(fmi3Instance instance, fmi3Boolean on, size_t count,
+                                                      const fmi3String categories[]) {
+    return (fmi3Status)FMI2_NAME(fmi2SetDebugLogging)(CORE(instance), on, count, categories);
+}
+
+FMI3_EXPORT fmi3Status FMI3_NAME(fmi3EnterInitializationMode)(fmi3Instance instance, fmi3Boolean has_tolerance,
+                                                              fmi3Float64 tolerance, fmi3Float64 start,
+                                                              fmi3Boolean has_stop, fmi3Float64 stop) {
+    fmi2Status status =
+        FMI2_NAME(fmi2SetupExperiment)(CORE(instance), has_tolerance, tolerance, start, has_stop, stop);
+    return (fmi3Status)(status == fmi2OK ? FMI2_NAME(fmi2EnterInitializationMode)(CORE(instance)) : status);
+}
+
+#define SAME_CALL(name)                                                      \
+    FMI3_EXPORT fmi3Status FMI3_NAME(fmi3##name)(fmi3Instance instance) {    \
+        return (fmi3Status)FMI2_NAME(fmi2##name)(CORE(instance));            \
+    }
+SAME_CALL(ExitInitializationMode)
+SAME_CALL(EnterEventMode)
+SAME_CALL(EnterContinuousTimeMode)
+SAME_CALL(Terminate)
+SAME_CALL(Reset)

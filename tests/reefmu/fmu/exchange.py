@@ -1,0 +1,57 @@
+"""A model-exchange instance of a native FMU through FMPy, for tests that hold its states while inputs move."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+
+import fmpy
+import numpy as np
+from fmpy.fmi2 import FMU2Model
+from numpy.typing import NDArray
+
+
+class Exchange:
+    """In continuous-time mode from the start. names: of the variables, by value reference."""
+
+    def __init__(self, folder: Path, values: dict[str, float]) -> None:
+        description = fmpy.read_model_description(str(folder), validate=False)
+        self.references = {v.name: v.valueReference for v in description.modelVariables}
+        self.names = tuple(v.name for v in description.modelVariables)
+        self.inputs, self.outputs = ([v.name for v in description.modelVariables if v.causality == causality]
+                                     for causality in ("input", "output"))
+        self.derivatives = [unknown.variable.name for unknown in description.derivatives]
+        self.states = [unknown.variable.derivative.name for unknown in description.derivatives]
+        self.fmu = FMU2Model(guid=description.guid, unzipDirectory=str(folder), instanceName="exchange",
+                             modelIdentifier=description.modelExchange.modelIdentifier)
+        self.fmu.instantiate()
+        self.fmu.setupExperiment()
+        self.set(values)
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+        self.fmu.newDiscreteStates()
+        self.fmu.enterContinuousTimeMode()
+
+    def set(self, values: dict[str, float]) -> None:
+        self.fmu.setReal([self.references[name] for name in values], list(values.values()))
+
+    def get(self, names: Sequence[str]) -> NDArray[np.float64]:
+        return np.array(self.fmu.getReal([self.references[name] for name in names]))
+
+    def set_states(self, states: NDArray[np.float64]) -> None:
+        self.fmu.setContinuousStates(np.ascontiguousarray(states).ctypes.data_as(ctypes.POINTER(ctypes.c_double)),
+                                     len(states))
+
+    def tangent(self, of: Sequence[str], along: Sequence[str], direction: Sequence[float]) -> NDArray[np.float64]:
+        return np.array(self.fmu.getDirectionalDerivative([self.references[name] for name in of],
+                                                          [self.references[name] for name in along], list(direction)))
+
+    def __enter__(self) -> Exchange:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.fmu.terminate()
+        self.fmu.freeInstance()

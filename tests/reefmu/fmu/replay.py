@@ -1,0 +1,63 @@
+"""The C host that replays a signal (host/replay.c), built and called; and the same rounds through the Python model."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from reefmu.fmu.component import Component
+from reefmu.fmu.interface import declare_exchange
+from reefmu.fmu.trial import Trial
+
+Array = NDArray[np.float64]
+SOURCE = Path(__file__).parent / "host" / "replay.c"
+HEADERS = Path(__import__("reefmu").__file__).parent / "fmu" / "native"
+
+
+def build_replay(target: Path, compiler: Sequence[str] = ("gcc",), libraries: Sequence[str] = ("-ldl",)) -> Path:
+    """The host as a program."""
+    subprocess.run([*compiler, "-w", "-O1", "-std=gnu99", "-I", str(HEADERS), "-o", str(target), str(SOURCE),
+                    *libraries], check=True)
+    return target
+
+
+def replay(command: Sequence[str], library: Path | str, guid: str, component: Component, trial: Trial, folder: Path, *,
+           rounds: int = 1) -> Array:
+    """Outputs and states, (n, n_outputs + n_states): of every row for one round, else of every round's end.
+
+    command: what runs the host. The first row is that after initialisation.
+    """
+    interface = declare_exchange(component)
+    references = [v.reference for v in (*interface.block("output"), *interface.block("local"))]
+    rows = np.column_stack([np.concatenate([[0.0], trial.dt]), trial.inputs])
+    head = np.array([len(component.inputs), len(rows), len(references), float(rounds == 1), *references])
+    np.concatenate([head, rows.ravel()]).tofile(folder / "signal.bin")
+    done = subprocess.run([*command, str(library), guid, "signal.bin", "result.bin", str(rounds)], cwd=folder,
+                          capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"status {done.returncode}: {done.stderr[-1000:]}"
+    return np.fromfile(folder / "result.bin").reshape(-1, len(references))
+
+
+def repeat_model(component: Component, trial: Trial, parameters: Array, rounds: int) -> Array:
+    """The same by the Python model, its states carried from round to round."""
+    n, p = len(trial.dt), np.tile(parameters[:, None], len(trial.dt))
+    x, u, dt, q = (ca.MX.sym(name, size) for name, size in
+                   (("x", len(component.states)), ("u", len(component.inputs)), ("dt", 1), ("p", len(parameters))))
+    one = ca.Function("one", [x, u, dt, q], [component.advance(x, u, dt, q)])
+    whole = one.mapaccum("round", n, [0], [0], {"base": 10})
+    u, dt, last = trial.inputs[1:].T, trial.dt[None, :], trial.inputs[-1]
+    x = np.array(component.initial(trial.inputs[0], parameters)).ravel()
+
+    def row(inputs: Array) -> Array:
+        return np.concatenate([np.array(component.output(x, inputs, parameters)).ravel(), x])
+
+    rows = [row(trial.inputs[0])]
+    for _ in range(rounds):
+        x = np.array(whole(x, u, dt, p))[:, -1]
+        rows.append(row(last))
+    return np.array(rows)

@@ -1,0 +1,165 @@
+"""Directional derivatives and `stiffness` against differences of sixth order, with every effect, away from switches.
+
+A switch is where a speed changes its sign, and a knot of the lookup's splines, whose third derivative jumps there.
+The random points keep speeds off zero, and differences so small that knots are seldom near: the seed's are not.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from reefmu.fmu import check
+from reefmu.fmu.archive import read_archive
+from reefmu.fmu.component import Component, drive_component
+from reefmu.fmu.derivatives import differences
+from reefmu.fmu.host import FmuDrive
+from reefmu.fmu.joint_component import joint_component
+from reefmu.masses import Masses
+from reefmu.model import DriveModel
+from tests.reefmu.fmu.exchange import Exchange
+
+Array = NDArray[np.float64]
+SIZES = {"crank.phi": 1e-2, "crank.w": 1.0, "output.phi": 3e-4, "output.w": 0.05, "temperature": 10.0,
+         "motor.tau": 1.0, "load.tau": 10.0, "motor.phi": 1e-2, "motor.w": 1.0, "load.phi": 3e-4, "load.w": 0.05,
+         "last.twist": 1e-4, "last.crank": 1e-2, "last.output": 1e-4, "creep.twist": 1e-4, "wear.travel": 100.0}
+"""How far each of the knowns moves in a run; a share built up, 1."""
+SHORT = 3e-4
+"""Of these, the step of a difference."""
+TOLERANCE = 1e-8
+has_compiler = pytest.mark.skipif(not any(shutil.which(n) for n in ("cc", "gcc", "clang")),
+                                  reason="no C compiler on the PATH")
+
+
+def moved(function: Callable[[Array], Array], at: Array, size: Array) -> Array:
+    """d function/d at, columns times `size`."""
+    return differences(function, at, SHORT * size) * size
+
+
+def worst(came: Array, expected: Array) -> float:
+    """Of every row's deviation, as a part of the row's greatest. What depends on nothing must not move."""
+    greatest = np.abs(came).max(axis=1)
+    moving = greatest > 0
+    assert moving.mean() > 0.7
+    assert np.abs(expected[~moving]).max(initial=0.0) < 1e-10
+    return float((np.abs(came - expected).max(axis=1)[moving] / greatest[moving]).max())
+
+
+def sizes(component: Component) -> Array:
+    return np.array([SIZES.get(s.name, 1.0) for s in (*component.inputs, *component.states)])
+
+
+def points(model: DriveModel, count: int) -> Iterator[tuple[Array, Array]]:
+    """Inputs and states after some steps with reversals, loads of both signs, speeds off zero."""
+    rng = np.random.default_rng(0)
+    component, p = drive_component(model), model.parameter_vector()
+    for _ in range(count):
+        crank = rng.uniform(-9, 9)
+        u = np.array([crank, rng.uniform(1, 20) * rng.choice([-1, 1]), crank / p[0] - rng.uniform(-1.5e-3, 1.5e-3),
+                      rng.uniform(0.02, 0.5) * rng.choice([-1, 1]), rng.uniform(0, 60)])
+        if abs(u[1] / p[0] - u[3]) < 0.05:
+            u[3] = -u[3]
+        x = component.initial(u, p)
+        for _ in range(5):
+            x = component.advance(x, u + rng.normal(size=5) * [1e-2, 0, 1e-4, 0, 0], 0.01, p)
+        yield u, np.array(x).ravel()
+
+
+def values_of(component: Component, p: Array) -> Callable[[Array], Array]:
+    """Outputs and rates over inputs and states in one vector."""
+    n = len(component.inputs)
+    return lambda z: np.concatenate([np.array(component.output(z[n:], z[:n], p)).ravel(),
+                                     np.array(component.rate(z[n:], z[:n], p)).ravel()])
+
+
+def tangents(component: Component, u: Array, x: Array, p: Array, size: Array) -> Array:
+    return np.array([np.array(component.tangent(x, u, p, d)).ravel() for d in np.diag(size)]).T
+
+
+def test_of_the_model(full_model: DriveModel) -> None:
+    component, p = drive_component(full_model), full_model.parameter_vector()
+    size = sizes(component)
+    for u, x in points(full_model, 12):
+        expected = moved(values_of(component, p), np.concatenate([u, x]), size)
+        assert worst(tangents(component, u, x, p, size), expected) < TOLERANCE
+
+
+def test_of_the_joint(full_model: DriveModel) -> None:
+    component = joint_component(full_model, Masses(2e-4, 0.7, 1e-3, 0.2))
+    p, size = component.parameter_vector(), sizes(component)
+    for u, x in points(full_model, 4):
+        joint = np.concatenate([u[:4], x])
+        expected = moved(values_of(component, p), np.concatenate([[0.3, -5.0], joint]), size)
+        assert worst(tangents(component, np.array([0.3, -5.0]), joint, p, size), expected) < TOLERANCE
+
+
+@has_compiler
+def test_of_the_native_fmu(full_model: DriveModel, unpacked: tuple[Path, Path, str]) -> None:
+    """Against differences of the FMU itself, in model exchange, and against the model's own."""
+    component = drive_component(full_model)
+    p, size = full_model.parameter_vector(), sizes(component)
+    with Exchange(unpacked[1], {}) as fmu:
+        unknowns, knowns = [*fmu.outputs, *fmu.derivatives], [*fmu.inputs, *fmu.states]
+
+        def values(z: Array) -> Array:
+            fmu.set(dict(zip(fmu.inputs, z[:5].tolist(), strict=True)))
+            fmu.set_states(z[5:])
+            return fmu.get(unknowns)
+
+        for u, x in points(full_model, 12):
+            z = np.concatenate([u, x])
+            expected = moved(values, z, size)
+            values(z)
+            came = np.array([fmu.tangent(unknowns, [name], [s]) for name, s in zip(knowns, size, strict=True)]).T
+            assert worst(came, expected) < TOLERANCE
+            assert worst(came, tangents(component, u, x, p, size)) < 1e-10
+            # All at once is the sum of one at a time.
+            np.testing.assert_allclose(fmu.tangent(unknowns, knowns, size.tolist()), came.sum(axis=1), rtol=1e-9,
+                                       atol=1e-12 * np.abs(came).max())
+            stiffness, by_crank, tau = (fmu.get(["stiffness"])[0], fmu.tangent(["output.tau"], ["crank.phi"], [1.0])[0],
+                                        fmu.get(["output.tau", "crank.tau"]))
+            assert by_crank == pytest.approx(stiffness * lever(full_model, u), rel=TOLERANCE, abs=1e-9 * abs(tau[0]))
+
+
+def lever(model: DriveModel, u: Array) -> float:
+    """Twist of the contacts per angle of the crank: 1/ratio less the slope of the kinematic error."""
+    values = {q.name: q.value for q in model.parameters}
+    slope = sum(k * values[f"kinematic_error.amplitude_{k}"] * np.cos(k * u[0] + values[f"kinematic_error.phase_{k}"])
+                for k in range(1, 5))
+    return 1 / values["ratio"] - slope
+
+
+def test_stiffness_is_the_slope_along_the_contacts_twist(full_model: DriveModel) -> None:
+    """By the crank's angle: stiffness x lever. By the output's: -stiffness, but for an element's way past the crank."""
+    component = drive_component(full_model)
+    complete = full_model.with_parameters({"missing_ball.size": 0.0})
+    for model in (full_model, complete):
+        p = model.parameter_vector()
+        function = values_of(component, p)
+        for u, x in points(model, 6):
+            z = np.concatenate([u, x])
+            stiffness = function(z)[3]
+            slopes = moved(function, z, sizes(component))[0] / sizes(component)
+            assert slopes[0] == pytest.approx(stiffness * lever(model, u), rel=TOLERANCE)
+            if model is complete:
+                assert -slopes[2] == pytest.approx(stiffness, rel=TOLERANCE)
+
+
+@has_compiler
+def test_check_finds_wrong_derivatives(unpacked: tuple[Path, Path, str], monkeypatch: pytest.MonkeyPatch) -> None:
+    assert check._derivatives(unpacked[0], check.embedded_component(read_archive(unpacked[0]))).passed
+    right = FmuDrive.derivative
+
+    def wrong(self: FmuDrive, of: list[str], along: dict[str, float]) -> dict[str, float]:
+        came = right(self, of, along)
+        return {**came, "stiffness": came["stiffness"] * (1 + 1e-5)}
+
+    monkeypatch.setattr(FmuDrive, "derivative", wrong)
+    finding = check._derivatives(unpacked[0], check.embedded_component(read_archive(unpacked[0])))
+    assert not finding.passed
+    assert "stiffness" in finding.detail

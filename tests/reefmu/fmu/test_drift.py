@@ -1,0 +1,39 @@
+"""The native FMU goes round a closed loop as the Python model does; ten million steps: bench_drift.py."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from reefmu.fmu.component import drive_component
+from reefmu.model import DriveModel
+from tests.benchmarks.bench_drift import closed
+from tests.reefmu.fmu.replay import build_replay, repeat_model, replay
+
+pytestmark = pytest.mark.skipif(shutil.which("gcc") is None or not sys.platform.startswith("linux"),
+                                reason="needs gcc on Linux")
+
+
+def test_rounds_of_a_loop_leave_no_drift(full_model: DriveModel, unpacked: tuple[Path, Path, str],
+                                         tmp_path: Path) -> None:
+    component = drive_component(full_model)
+    trial = closed(component, 400)
+    rounds = 20
+    came = replay([str(build_replay(tmp_path / "host"))], next(unpacked[1].rglob("*.so")), unpacked[2], component,
+                  trial, tmp_path, rounds=rounds)
+    expected = repeat_model(component, trial, full_model.parameter_vector(), rounds)
+    names = [s.name for s in (*component.outputs, *component.states)]
+    assert came.shape == (rounds + 1, len(names))
+    scale = np.maximum(np.abs(expected).max(axis=0), 1e-12)
+    scale[[names.index("output.tau"), names.index("measured.tau")]] = full_model.full_torque
+    assert (np.abs(came - expected) / scale).max() < 1e-12
+    # It is a loop with memory: what grows has grown, what turns over ends each round alike.
+    travel, deflection = came[:, names.index("wear.travel")], came[:, names.index("hysteresis.deflection")]
+    assert travel[-1] == pytest.approx(rounds * travel[1], rel=1e-12)
+    assert travel[1] > 10
+    assert np.ptp(deflection[1:]) < 1e-3
+    assert np.abs(came[5:, names.index("creep.twist")]).max() > 1e-7
