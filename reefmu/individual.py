@@ -33,7 +33,8 @@ PASSES = 2
 LEAST = 1e-12
 """Below this share of its size a force counts as this: roots have no derivative at zero."""
 COLUMNS = 6
-"""Of the table along the profile: path radius, normal_t/normal_r, 1/normal_r and those of `GearGive`."""
+"""Of the table along the profile: path radius, normal_t/normal_r, 1/normal_r and, seen along the radius, those of
+`GearGive`."""
 
 
 def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
@@ -53,8 +54,9 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
     cell, f = locate(axis, ca.fabs(beta))
     rows = ca.vertcat(*(_gathered(table, (cell + a) * COLUMNS + k) for a in range(4) for k in range(COLUMNS)))
     own = parts.own
-    sizes = np.stack([individual.element, own.reach, np.maximum(own.cage_gap, 0.0),
-                      own.stiffness_crank ** (1 / own.exponent), own.stiffness_cage ** (-1 / own.exponent)])
+    crank_root = own.stiffness_crank ** (1 / own.exponent)
+    sizes = np.stack([individual.element, own.reach, np.maximum(own.cage_gap, 0.0), own.stiffness_crank, crank_root,
+                      crank_root * own.stiffness_cage ** (-1 / own.exponent)])
     sizes = ca.vertcat(*(_gathered(row, element) for row in sizes))
     q = _gathered(_lobes(individual), meeting)
     solved = _element(parts).map("elements", "serial", width, [5, 6], [])
@@ -99,8 +101,10 @@ def _profile(parts: Parts) -> tuple[Axis, Array]:
     drive, gear = parts.individual.drive, parts.gear
     nodes = gear.axis.nodes
     normal_r, normal_t = drive.path.normal(nodes, drive.orientation)
-    path = fit(gear.axis, np.stack([drive.path.radius(nodes), normal_t / normal_r, 1 / normal_r], axis=1), 0)
-    return gear.axis, np.hstack([path, gear.coefficients])
+    # Along the radius the gear gives more, by the normal's slope.
+    give = gear.values * (normal_r ** (-1 - 1 / gear.exponent))[:, None]
+    path = np.stack([drive.path.radius(nodes), normal_t / normal_r, 1 / normal_r], axis=1)
+    return gear.axis, fit(gear.axis, np.hstack([path, give]), 0)
 
 
 def _element(parts: Parts) -> ca.Function:
@@ -108,16 +112,15 @@ def _element(parts: Parts) -> ca.Function:
     greatest contact force) of one element, in scalars."""
     drive, gear, window, p = parts.individual.drive, parts.gear, parts.window, parts.own.exponent
     cell, f, beta, sizes, lobe, twist, clearance = (ca.SX.sym(name, n) for name, n in (
-        ("cell", 4 * COLUMNS), ("f", 1), ("beta", 1), ("sizes", 5), ("q", 1), ("twist", 1), ("clearance", 1)))
+        ("cell", 4 * COLUMNS), ("f", 1), ("beta", 1), ("sizes", 6), ("q", 1), ("twist", 1), ("clearance", 1)))
     basis = weights(f, f)
     path, slope, per_n_r, *give = (sum(w * cell[a * COLUMNS + k] for a, w in enumerate(basis))
                                    for k in range(COLUMNS))
-    radius, reach, bore, crank_root, cage_give = (sizes[k] for k in range(5))
+    radius, reach, bore, crank_stiffness, crank_root, cage_give = (sizes[k] for k in range(6))
     q = lobe + clearance
     off = q - gear.middle
     slope = ca.if_else(beta < 0, -1, 1) * slope
-    gear_give = crank_root * (give[0] + off * (give[1] + off * give[2])) * per_n_r ** (1 + 1 / p)
-    cage_give = crank_root * cage_give
+    gear_give = crank_root * (give[0] + off * (give[1] + off * give[2]))
     lead = beta + drive.ratio * twist
     centre_r, centre_t = drive.eccentricity * ca.cos(lead), drive.eccentricity * ca.sin(lead)
     wall = ca.if_else(centre_t / (path - centre_r) + slope > 0, -1, 1)
@@ -127,14 +130,14 @@ def _element(parts: Parts) -> ca.Function:
     t = d_t / d_r
     for k in range(PASSES):
         w = ca.fmax(t - slope, LEAST)
-        cage = w ** (1 / p) * cage_give
+        cage = _power(w, 1 / p) * cage_give
         per_u_r = ca.sqrt(1 + t * t)
-        compliance = per_u_r ** (1 + 1 / p) + gear_give + w * cage
+        compliance = _near_one(t * t, (1 + 1 / p) / 2) + gear_give + w * cage
         s = ca.fmax((per_u_r * reach - d_r - t * d_t) / compliance, LEAST * reach)
         x_r = s * (gear_give - slope * cage)
         if k < PASSES - 1:
             t = (d_t + s * cage) / (d_r + x_r)
-    radial = crank_root**p * (s * ca.sqrt(s) if p == 1.5 else s**p)
+    radial = crank_stiffness * s * (ca.sqrt(s) if p == 1.5 else _power(s, p - 1))
     left = clip((window.limit - ca.fabs(beta)) / (2 * EDGE) + 0.5) if window.reach < math.pi else ca.SX(1)
     torque = left * wall * w * radial * (path + x_r + touch)
     force = (left > 0) * radial * ca.fmax(per_n_r, ca.fmax(per_u_r, w))
@@ -142,3 +145,14 @@ def _element(parts: Parts) -> ca.Function:
                        [torque, ca.jacobian(torque, twist), force],
                        # What is gathered from tables is constant.
                        {"is_diff_in": [False, True, True, False, False, True, True]})
+
+
+def _power(x: ca.SX, exponent: float) -> ca.SX:
+    """x^exponent; unlike a power's, its derivative needs no second one."""
+    return ca.exp(exponent * ca.log(x))
+
+
+def _near_one(x: ca.SX, exponent: float) -> ca.SX:
+    """(1 + x)^exponent for a small x, here the square of the crank's lean, at most (e/(a + b))^2 or some 1e-3: the
+    fourth term is below 1e-9."""
+    return 1 + exponent * x * (1 + (exponent - 1) / 2 * x * (1 + (exponent - 2) / 3 * x))

@@ -19,7 +19,7 @@ from .maps import Stand, finite, stands, turning_map
 
 Array = NDArray[np.float64]
 
-TOLERANCE = 1e-9
+TOLERANCE = 1e-8
 """Greatest remaining difference to the wanted torque, as a share of the torque at the drawing's max_twist."""
 _REACH = 4.0
 """Twists are sought within this many times the drawing's max_twist."""

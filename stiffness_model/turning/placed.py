@@ -29,21 +29,25 @@ ball's own radius is left out of the gear's curvature sum (a test holds both).""
 class GearGive:
     """K1^(-1/p) of the gear's contact, m/N^(1/p), over |beta|, rad, and the equidistant's distance q, m.
 
-    coefficients: (axis.size, 3) of cubic B-splines over |beta|: value at q = middle, slope and half the curvature
-    along q.
+    values: (axis.cells + 1, 3) at the axis' nodes: value at q = middle, slope and half the curvature along q. Between
+    them go cubic B-splines.
     """
 
     axis: Axis
     middle: float
     exponent: float
-    coefficients: Array
+    values: Array
+
+    @cached_property
+    def _columns(self) -> Array:
+        return np.ascontiguousarray(fit(self.axis, self.values, 0).T)
 
     def stiffness(self, beta: Array, q: Array) -> Array:
         """K1, N/m^p, at places and distances of one shape."""
         cell, f = locate(self.axis, np.abs(beta))
         basis = weights(f, f)
         value, slope, bend = (sum(w * column[cell + k] for k, w in enumerate(basis))
-                              for column in np.ascontiguousarray(self.coefficients.T))
+                              for column in self._columns)
         off = q - self.middle
         return np.asarray(value + off * (slope + off * bend)) ** -self.exponent
 
@@ -65,7 +69,7 @@ def gear_give(drive: Drive, reach: float) -> GearGive:
         gives.append(contacts.stiffness_gear ** (-1 / exponent))
     low, at, high = gives
     values = np.stack([at, (high - low) / (2 * span), (high - 2 * at + low) / (2 * span**2)], axis=1)
-    return GearGive(axis, middle, exponent, fit(axis, values, 0))
+    return GearGive(axis, middle, exponent, values)
 
 
 @dataclass(frozen=True)
