@@ -2,7 +2,7 @@
 
 An order is a number of waves in a turn of the output; over |i| it is that in a turn of the crank. What deviates tells
 itself by its order: equal lobes leave multiples of z (each wave an element's way from lobe to lobe), equal elements
-leave multiples of the elements of an eccentric, and their common multiples are the passing of the elements.
+leave multiples of the elements of an eccentric, and what is common to both is the passing of the elements.
 """
 
 from __future__ import annotations
@@ -49,16 +49,20 @@ class Spectrum:
         return [int(k) + 1 for k in np.argsort(-self.amplitude[1:], kind="stable")[:count]]
 
     def source(self, order: int) -> str:
-        """What an order can stem from: "passing" (remains without deviations), "elements" (balls, bores, races; needs no
-        lobe to differ), "lobes" (needs no element to differ), or "both"."""
-        of_elements = order % self.drive.lobes == 0
-        of_lobes = (round(self.drive.transmission_ratio) % self.drive.elements_per_row == 0
-                    and order % self.drive.elements_per_row == 0)
-        if of_elements and order % (self.drive.lobes * self.drive.elements) == 0:
+        """What an order can stem from.
+
+        "passing": the elements' passing, remains without deviations; "elements": balls, bores and races, needs no lobe
+        to differ; "lobes": needs no element to differ; "rows": either of them, or a row (its eccentric) as a whole;
+        "both": only from lobes and elements together.
+        """
+        drive = self.drive
+        of_elements = order % drive.lobes == 0
+        evenly = round(drive.transmission_ratio) % drive.elements_per_row == 0
+        of_lobes = evenly and order % drive.elements_per_row == 0
+        if of_elements and order % (drive.lobes * drive.elements) == 0:
             return "passing"
-        if of_elements != of_lobes:
-            return "elements" if of_elements else "lobes"
-        return "both"
+        return {(True, True): "rows", (True, False): "elements", (False, True): "lobes", (False, False): "both"}[
+            of_elements, of_lobes]
 
 
 def spectrum(drive: Drive, values: ArrayLike) -> Spectrum:

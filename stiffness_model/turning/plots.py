@@ -22,8 +22,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 TURNS = "turns of the crank"
-SOURCES = {"lobes": (BLUE, "lobes alone"), "elements": (ORANGE, "balls and bores alone"),
-           "both": (FAINT, "lobes and balls together"), "passing": (PURPLE, "passing of the balls")}
+SOURCES = {"passing": (PURPLE, "passing of the balls"), "lobes": (BLUE, "lobes alone"),
+           "elements": (ORANGE, "balls and bores alone"), "rows": (GREEN, "rows of the cage"),
+           "both": (FAINT, "lobes and balls together")}
+"""Colour and words for `Spectrum.source`."""
 
 
 def ripple_map(turning: TurningMap, ax: Axes | None = None) -> Axes:
@@ -71,13 +73,13 @@ def order_spectrum(spectrum: Spectrum, quantity: str = "transmission error [arcm
     floor = float(amplitude.max()) / 1000 if amplitude.max() > 0 else 1.0
     shown = np.flatnonzero(amplitude >= floor)
     names = np.array([spectrum.source(int(k) + 1) for k in shown])
-    for source in ("both", "lobes", "elements", "passing"):
-        colour, text = SOURCES[source]
+    for source, (colour, text) in SOURCES.items():
         some = shown[names == source]
         if some.size == 0:
             continue
-        ax.vlines(order[some], floor, amplitude[some], color=colour, linewidth=0.8 if source == "both" else 1.6)
-        ax.plot(order[some], amplitude[some], "o", color=colour, markersize=2 if source == "both" else 4, label=text)
+        thick, front = (0.8, 1) if source == "both" else (1.6, 2)
+        ax.vlines(order[some], floor, amplitude[some], color=colour, linewidth=thick, zorder=front)
+        ax.plot(order[some], amplitude[some], "o", color=colour, markersize=2.5 * thick, label=text, zorder=front)
     dress(ax, "order per turn of the crank", quantity)
     ax.set_xscale("log")
     ax.set_yscale("log")
