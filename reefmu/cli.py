@@ -101,8 +101,8 @@ def _add_export(commands: Commands) -> None:
     parser.add_argument("--effect", metavar="NAME", action="append", default=[],
                         help="put an effect inside, neutral until its parameters are set; repeatable")
     parser.add_argument("--individual", metavar="SEED", type=_whole(0),
-                        help="one drive of the drawing with its own parts, whose torque changes as it turns, instead of "
-                             "the mean of all")
+                        help="one drive of the drawing with its own parts, whose torque changes as it turns, instead "
+                             "of the mean of all")
     parser.add_argument("--drives", metavar="N", type=_whole(1, MOST_DRIVES),
                         help="virtual drives behind the lookup's band, forces and load share")
     parser.add_argument("--seed", metavar="S", type=_whole(0), default=0, help="seed of the tolerances (default 0)")

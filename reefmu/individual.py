@@ -6,8 +6,8 @@ parts are a few hundred numbers and their equilibrium is a closed form. So the m
 whole period, every clearance and no error of a table.
 
 The equations are those of `stiffness_model.equilibrium.closed_form` for one element, as expressions; tests hold the
-two together. Left out is the iteration for a ball larger than its bore (one in 800 as drawn), which counts as one that just
-fits.
+two together. Left out is the iteration for a ball larger than its bore (one in 800 as drawn): it counts as one that
+just fits.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from stiffness_model.spline import Axis, fit, weights
 from stiffness_model.turning.individual import Individual, facing
 from stiffness_model.turning.placed import Parts
 
-from .tables import clip, locate
+from .tables import locate
 
 Array = NDArray[np.float64]
 
@@ -61,13 +61,13 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
     q = _gathered(_lobes(individual), meeting)
     solved = _element(parts).map("elements", "serial", width, [5, 6], [])
     torque, slope, force = solved(rows, f, beta, sizes, q, inside, held)
-    whole = ca.sum2(torque)
-    torque_there, stiffness = whole, ca.sum2(slope)
+    whole, stiffness = ca.sum2(torque), ca.sum2(slope)
     side = ca.if_else(whole < 0, -1, 1)
-    share = ca.fmin(1, ca.mmax(side * torque) / ca.fmax(ca.fabs(whole), LEAST * lookup.full_torque))
+    none = LEAST * lookup.full_torque  # so that without torque the share is 1, as where one element carries all
+    share = ca.fmin(1, (ca.mmax(side * torque) + none) / (ca.fabs(whole) + none))
     return ca.Function(
         "individual", [twist, clearance, angle],
-        [torque_there + stiffness * (twist - inside), stiffness, ca.mmax(force), share, in_range],
+        [whole + stiffness * (twist - inside), stiffness, ca.mmax(force), share, in_range],
         ["twist", "clearance", "angle"], ["torque", "stiffness", "max_contact_force", "load_share", "in_range"],
     )
 
@@ -78,7 +78,7 @@ def _gathered(table: Array, index: ca.MX) -> ca.MX:
 
 
 def _places(parts: Parts, angle: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
-    """beta, the element's number and the number of its meeting with a lobe, (1, width): as `turning.individual.places`."""
+    """beta, the element's number and that of its meeting with a lobe, (1, width); as `turning.individual.places`."""
     one, window = parts.individual, parts.window
     n, step = one.drive.elements, 2 * math.pi / one.drive.elements
     passed = (one.start + (one.drive.ratio - 1) * angle) / step
@@ -127,18 +127,23 @@ def _element(parts: Parts) -> ca.Function:
     slope = wall * slope
     touch = (q - radius) * per_n_r - slope * bore
     d_r, d_t = path - centre_r + touch, bore - wall * centre_t
-    t = d_t / d_r
-    for k in range(PASSES):
+
+    def squeezed(t: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX]:
+        """Root s of the force with the crank leaning by t, cage force per radial force, 1/u_r, and the element's way
+        along the radius and towards its wall."""
         w = ca.fmax(t - slope, LEAST)
         cage = _power(w, 1 / p) * cage_give
         per_u_r = ca.sqrt(1 + t * t)
         compliance = _near_one(t * t, (1 + 1 / p) / 2) + gear_give + w * cage
         s = ca.fmax((per_u_r * reach - d_r - t * d_t) / compliance, LEAST * reach)
-        x_r = s * (gear_give - slope * cage)
-        if k < PASSES - 1:
-            t = (d_t + s * cage) / (d_r + x_r)
+        return s, w, per_u_r, s * (gear_give - slope * cage), s * cage
+
+    s, w, per_u_r, x_r, x_t = squeezed(d_t / d_r)
+    for _ in range(PASSES - 1):
+        s, w, per_u_r, x_r, x_t = squeezed((d_t + x_t) / (d_r + x_r))
     radial = crank_stiffness * s * (ca.sqrt(s) if p == 1.5 else _power(s, p - 1))
-    left = clip((window.limit - ca.fabs(beta)) / (2 * EDGE) + 0.5) if window.reach < math.pi else ca.SX(1)
+    edge = (window.limit - ca.fabs(beta)) / (2 * EDGE) + 0.5 if window.reach < math.pi else ca.SX(1)
+    left = ca.fmax(ca.fmin(edge, 1), 0)
     torque = left * wall * w * radial * (path + x_r + touch)
     force = (left > 0) * radial * ca.fmax(per_n_r, ca.fmax(per_u_r, w))
     return ca.Function("element", [cell, f, beta, sizes, lobe, twist, clearance],

@@ -74,7 +74,7 @@ def load_model(path: str | os.PathLike[str], lookup: str | os.PathLike[str] | No
     model = _section(table, "model", where)
     refuse_unknown("field", model, ("band", "individual"), f"{where} [model]")
     if "individual" in model:
-        expect("band" not in model, "no band beside an individual, which has none", model.get("band"), f"{where} [model]")
+        expect("band" not in model, "no band beside an individual", model.get("band"), f"{where} [model]")
         check_seed(model["individual"], f"{where} [model] individual")
     effects = {name: _effect_values(name, values, where) for name, values in _section(table, "effects", where).items()}
     built = build_model(drive, effects, lookup=None if lookup is None else Lookup.load(lookup),

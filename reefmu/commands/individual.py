@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -103,15 +104,18 @@ def summary(turned: Turned) -> str:
     """The individual in words and numbers."""
     one, free = turned.near.individual, turned.free
     drive = one.drive
+    error, ripple = np.ptp(free.position_error) / ARCMIN, np.ptp(turned.ripple)
     lines = [f"individual {one.seed}: repeats after one turn of the output, {drive.transmission_ratio:g} of the crank, "
              f"{drive.lobes * drive.elements} passings of a ball",
-             f"no load            position error {np.ptp(free.position_error) / ARCMIN:6.3f} arcmin peak to peak, play "
+             f"no load        position error     {error:7.3f} arcmin peak to peak, play "
              f"{free.play.min() / ARCMIN:.3f} to {free.play.max() / ARCMIN:.3f} arcmin"]
-    lines += [f"{t.torque:8.1f} N.m   transmission error {np.ptp(t.twist) / ARCMIN:6.3f} arcmin peak to peak, stiffness "
-              f"{t.stiffness.min() * ARCMIN:.2f} to {t.stiffness.max() * ARCMIN:.2f} N.m/arcmin" for t in turned.loaded]
+    for t in turned.loaded:
+        low, high = t.stiffness.min() * ARCMIN, t.stiffness.max() * ARCMIN
+        lines.append(f"{t.torque:7.1f} N.m    transmission error {np.ptp(t.twist) / ARCMIN:6.3f} arcmin peak to peak, "
+                     f"stiffness {low:.2f} to {high:.2f} N.m/arcmin")
     mean = turned.ripple.mean()
-    lines.append(f"{drive.max_twist / 2 / ARCMIN:8.3g} arcmin torque ripple {np.ptp(turned.ripple):6.2f} N.m peak to peak, "
-                 f"{100 * np.ptp(turned.ripple) / mean:.1f} % of {mean:.4g} N.m")
+    lines.append(f"{drive.max_twist / 2 / ARCMIN:7.3g} arcmin torque ripple      {ripple:7.3f} N.m peak to peak, "
+                 f"{100 * ripple / mean:.1f} % of {mean:.4g} N.m")
     spectrum = list(turned.orders.values())[len(SHARES)]
     words = {source: text for source, (_, text) in plots.SOURCES.items()}
     rows = [[f"{spectrum.crank_order[k]:.3f}", f"{k}", f"{spectrum.amplitude[k]:.4f}", words[spectrum.source(k)]]
@@ -152,13 +156,14 @@ def _write_turn(turned: Turned, path: Path) -> None:
 def _write_orders(orders: Mapping[str, turning.Spectrum], path: Path) -> None:
     first = next(iter(orders.values()))
     count = min(len(first.order), 3 * first.drive.lobes * first.drive.elements + 1)
-    _write(path, {"order_per_output_turn [1]": first.order[:count], "order_per_crank_turn [1]": first.crank_order[:count],
+    _write(path, {"order_per_output_turn [1]": first.order[:count],
+                  "order_per_crank_turn [1]": first.crank_order[:count],
                   **{name: s.amplitude[:count] for name, s in orders.items()}},
            {"can_stem_from": [first.source(int(k)) if k else "mean" for k in first.order[:count]]})
 
 
-def _write(path: Path, columns: Mapping[str, Iterable[float]], words: Mapping[str, Sequence[str]] | None = None) -> None:
-    words = words or {}
+def _write(path: Path, columns: Mapping[str, Iterable[float]], words: Mapping[str, Sequence[str]] = MappingProxyType({})
+           ) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow([*columns, *words])

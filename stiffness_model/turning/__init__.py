@@ -4,9 +4,9 @@
 >>> from stiffness_model import load_drive
 >>> drive = load_drive("drive_1")
 >>> one = draw_individual(drive, seed=7)
->>> loaded = loaded_turn(one, 150.0, turn(drive, per_pass=4))
->>> spectrum(drive, loaded.transmission_error).strongest(1)
-[2610]
+>>> torque = turning_map(one, [drive.max_twist], turn(drive, per_pass=2)).torque[:, 0]
+>>> [round(float(order), 2) for order in spectrum(drive, torque).crank_order[[29, 30, 2610]]]
+[1.0, 1.03, 90.0]
 """
 
 from .individual import Individual, draw_individual, mean_individual, turn

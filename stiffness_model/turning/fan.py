@@ -25,8 +25,8 @@ TORQUES = 81
 class Fan:
     """Twists of individuals less that of the drawing's mean drive, rad at the output.
 
-    torque: (n,) N.m from -full to full; mean_twist: (n,) of the mean drive. seeds: of the individuals; middle, low, high:
-    (n_individuals, n) mean, least and greatest over a turn of the output.
+    torque: (n,) N.m from -full to full; mean_twist: (n,) of the mean drive. seeds: of the individuals; middle, low,
+    high: (n_individuals, n) mean, least and greatest over a turn of the output.
     """
 
     drive: Drive

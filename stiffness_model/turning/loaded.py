@@ -105,7 +105,7 @@ def no_load(individual: Individual, output_angle: ArrayLike) -> NoLoad:
 
 def _some_angles(count: int = 48) -> Array:
     # The golden ratio keeps step with nothing that turns.
-    return 2 * np.pi * (np.arange(count) * 0.6180339887498949 % 1)
+    return 2 * np.pi * (np.arange(count, dtype=float) * 0.6180339887498949 % 1)
 
 
 @dataclass(frozen=True)

@@ -102,14 +102,11 @@ class Parts:
         beta, q = at.beta.ravel(), one.lobe[at.row, at.lobe].ravel() + gear_shift
         path = one.drive.path
         normal_r, normal_t = path.normal(beta, one.drive.orientation)
-        if one.drive.element == "ball":
-            stiffness_gear = self.gear.stiffness(beta, q)
-        else:
-            stiffness_gear = own.stiffness_gear[number]
+        ball = one.drive.element == "ball"
         return Contacts(
             beta=beta, path_radius=path.radius(beta), normal_r=normal_r, normal_t=normal_t,
             gear_gap=q - one.element[number], reach=own.reach[number], cage_gap=own.cage_gap[number],
-            stiffness_gear=stiffness_gear, stiffness_crank=own.stiffness_crank[number],
-            stiffness_cage=own.stiffness_cage[number], capped=own.capped[number],
-            eccentricity=own.eccentricity, exponent=own.exponent,
+            stiffness_gear=self.gear.stiffness(beta, q) if ball else own.stiffness_gear[number],
+            stiffness_crank=own.stiffness_crank[number], stiffness_cage=own.stiffness_cage[number],
+            capped=own.capped[number], eccentricity=own.eccentricity, exponent=own.exponent,
         )
