@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from stiffness_model.element_table import EDGE
 from stiffness_model.lookup import Lookup
 from stiffness_model.spline import Axis, fit, weights
-from stiffness_model.turning.individual import Individual, facing
+from stiffness_model.turning.individual import Individual, meetings
 from stiffness_model.turning.placed import Parts
 
 from .tables import locate
@@ -58,7 +58,7 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
     sizes = np.stack([individual.element, own.reach, np.maximum(own.cage_gap, 0.0), own.stiffness_crank, crank_root,
                       crank_root * own.stiffness_cage ** (-1 / own.exponent)])
     sizes = ca.vertcat(*(_gathered(row, element) for row in sizes))
-    q = _gathered(_lobes(individual), meeting)
+    q = _gathered(individual.lobe[meetings(individual.drive)], meeting)
     solved = _element(parts).map("elements", "serial", width, [5, 6], [])
     torque, slope, force = solved(rows, f, beta, sizes, q, inside, held)
     whole, stiffness = ca.sum2(torque), ca.sum2(slope)
@@ -83,17 +83,9 @@ def _places(parts: Parts, angle: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
     n, step = one.drive.elements, 2 * math.pi / one.drive.elements
     passed = (one.start + (one.drive.ratio - 1) * angle) / step
     place = ca.ceil(-window.reach / step - passed) + ca.DM(np.arange(window.width)).T
-    meetings = n * one.drive.lobes
-    return (passed + place) * step, place - n * ca.floor(place / n), place - meetings * ca.floor(place / meetings)
-
-
-def _lobes(one: Individual) -> Array:
-    """Distance q, m, of the lobe at every meeting of an element with one, in their order along the turn."""
-    n, rows, per_row, lobes = one.drive.elements, one.drive.eccentrics, one.drive.elements_per_row, one.drive.lobes
-    place = np.arange(n * lobes)
-    j = place // rows
-    lobe = facing(one.drive)[j % per_row] - (j // per_row) * round(one.drive.ratio)
-    return one.lobe[place % rows, lobe % lobes]
+    all_meetings = n * one.drive.lobes
+    return ((passed + place) * step, place - n * ca.floor(place / n),
+            place - all_meetings * ca.floor(place / all_meetings))
 
 
 def _profile(parts: Parts) -> tuple[Axis, Array]:

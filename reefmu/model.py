@@ -202,7 +202,8 @@ def build_model(drive: Drive, effects: Mapping[str, Mapping[str, float]] | None 
         for e in ordered for p in e.parameters
     ]
     one = None if individual is None else draw_individual(drive, individual)
-    model = DriveModel(drive.name, table, ordered, tuple(parameters), one)
+    name = drive.name if one is None else f"{drive.name} individual {one.seed}"
+    model = DriveModel(name, table, ordered, tuple(parameters), one)
     return model.with_parameters({f"{e}.{p}": v for e, values in chosen.items() for p, v in values.items()})
 
 

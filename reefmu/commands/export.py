@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     study.show_notes(notes)
     print(f"{model.name}: lookup over {describe(model.lookup)}")
     if model.individual is not None:
-        print(f"individual {model.individual.seed} of the drawing, with its own balls, bores and lobes")
+        print("one drive of the drawing with its own balls, bores and lobes; the lookup gives its range")
     inside = ", ".join(effect.name for effect in model.effects) or "none"
     print(f"effects inside: {inside}")
     way = "co-simulation and model exchange" if native else "co-simulation"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..drive import Drive
 from ..errors import expect
 from ..lookup import mean_torque
-from .individual import draw_individual
+from .individual import draw_individual, scattered
 from .maps import turning_map
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ def fan(drive: Drive, seeds: Sequence[int]) -> Fan:
     expect(full > 0, "a max_twist at which the drive carries torque", full, drive.name)
     torque = np.linspace(-full, full, TORQUES)
     mean_twist = np.interp(torque, mean, twist)
-    angle = 2 * np.pi * (np.arange(ANGLES) * 0.6180339887498949 % 1)
+    angle = scattered(ANGLES)
     rows = []
     for seed in seeds:
         maps = turning_map(draw_individual(drive, int(seed)), twist, angle).torque

@@ -152,27 +152,36 @@ class Window:
         return np.clip((self.limit - np.abs(beta)) / (2 * EDGE) + 0.5, 0.0, 1.0)
 
 
-def facing(drive: Drive) -> Index:
-    """The lobe that element j = 0, 1, ... of an eccentric faces while the one before it in beta faces lobe 0, (|i|,).
+def meetings(drive: Drive) -> tuple[Index, Index]:
+    """Row and lobe of the meetings of elements with lobes, (n z,) each, in the order in which they come to one beta.
 
-    Element j stands j of |i| places further round the cage; where fewer elements than places are drawn, evenly, each
-    takes the lobe of the place nearest to it.
+    Element j + 1 of a row stands one bore back in the cage and faces the lobe i/(elements of a row) further back; after
+    a round of the cage comes its next lobe. Where fewer elements than places are drawn, evenly, each has the lobe of
+    the place nearest to it.
     """
-    row = drive.elements_per_row
-    return np.round(-np.arange(row) * drive.ratio / row).astype(np.intp)
+    rows, per_row = drive.eccentrics, drive.elements_per_row
+    place = np.arange(drive.elements * drive.lobes)
+    j = place // rows
+    lobe = -np.round(j % per_row * drive.ratio / per_row).astype(np.intp) - (j // per_row) * round(drive.ratio)
+    return place % rows, lobe % drive.lobes
+
+
+def scattered(count: int) -> Array:
+    """Output angles, (count,) rad, that lie evenly over a turn and keep step with nothing that turns: by the golden
+    ratio."""
+    return 2 * np.pi * (np.arange(count, dtype=float) * 0.6180339887498949 % 1)
 
 
 def places(individual: Individual, window: Window, output_angle: Array) -> Places:
     """Where the elements stand at output angles, (m,) rad, within the drawing's window."""
     drive = individual.drive
-    n, rows, per_row = drive.elements, drive.eccentrics, drive.elements_per_row
-    step = 2 * np.pi / n
+    step = 2 * np.pi / drive.elements
     # In passes of elements: a whole number of them moves every element to the place of the one before.
     passed = (individual.start + (drive.ratio - 1) * output_angle) / step
     first = np.ceil(-window.reach / step - passed)
     place = first[:, None] + np.arange(window.width)
     beta = (passed[:, None] + place) * step
+    row, lobe = meetings(drive)
     count = place.astype(np.intp)
-    j = count // rows
-    lobe = facing(drive)[j % per_row] - (j // per_row) * round(drive.ratio)
-    return Places(count % n, count % rows, lobe % drive.lobes, beta, window.weight(beta))
+    meeting = count % len(row)
+    return Places(count % drive.elements, row[meeting], lobe[meeting], beta, window.weight(beta))

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..curve import PLAY_SHARE
 from ..errors import InputError, expect, expect_number
-from .individual import Individual
+from .individual import Individual, scattered
 from .maps import Stand, finite, stands, turning_map
 
 Array = NDArray[np.float64]
@@ -24,7 +24,8 @@ TOLERANCE = 1e-8
 _REACH = 4.0
 """Twists are sought within this many times the drawing's max_twist."""
 _TRIAL = 41
-_MOST_STEPS = 60
+_ANGLES = 48
+_MOST_STEPS = 100
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ def loaded_turn(individual: Individual, torque: float, output_angle: ArrayLike) 
 def no_load(individual: Individual, output_angle: ArrayLike) -> NoLoad:
     """Where the drive stands without load at output angles, (n,) rad, driven either way."""
     angle = finite(output_angle, "output angle")
-    full = float(turning_map(individual, [individual.drive.max_twist], _some_angles()).torque.mean())
+    full = float(turning_map(individual, [individual.drive.max_twist], scattered(_ANGLES)).torque.mean())
     expect(full > 0, "an individual that carries torque at max_twist", full, individual.drive.name)
     drag = PLAY_SHARE * full
     errors = np.empty((2, len(angle)))
@@ -101,11 +102,6 @@ def no_load(individual: Individual, output_angle: ArrayLike) -> NoLoad:
     for part, stand in stands(individual, angle):
         errors[:, part] = [-_twist_under(stand, guess) for guess in guesses]
     return NoLoad(individual, drag, angle, *errors)
-
-
-def _some_angles(count: int = 48) -> Array:
-    # The golden ratio keeps step with nothing that turns.
-    return 2 * np.pi * (np.arange(count, dtype=float) * 0.6180339887498949 % 1)
 
 
 @dataclass(frozen=True)
@@ -123,7 +119,7 @@ class _Guess:
         """Raises `InputError` for a torque out of reach."""
         reach = _REACH * individual.drive.max_twist
         trial = np.linspace(-reach, reach, _TRIAL)
-        mean = turning_map(individual, trial, _some_angles()).torque.mean(axis=0)
+        mean = turning_map(individual, trial, scattered(_ANGLES)).torque.mean(axis=0)
         if not mean[0] < torque < mean[-1]:
             raise InputError(f"torque: expected one within {mean[0]:.4g} ... {mean[-1]:.4g} N.m, what "
                              f"{individual.drive.name} carries, got {torque:.4g}")

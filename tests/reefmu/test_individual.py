@@ -159,11 +159,12 @@ def test_model_file_keeps_the_seed(one: DriveModel, lookup: Lookup, tmp_path: Pa
             load_model(tmp_path / "model.toml", lookup=tmp_path / "lookup.npz")
 
 
-@pytest.mark.parametrize("backend", ["python", "native"])
-def test_fmus_carry_an_individual(one: DriveModel, backend: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("backend", "masses"), [
+    ("python", None), ("native", None), ("native", Masses(1e-4, 2.0, 1e-3, 0.5))])
+def test_fmus_carry_an_individual(one: DriveModel, backend: str, masses: Masses | None, tmp_path: Path) -> None:
     if backend == "native" and not any(shutil.which(name) for name in ("cc", "gcc", "clang")):
         pytest.skip("no C compiler on the PATH")
-    report = check_fmu(export_fmu(one, tmp_path / "one.fmu", backend=backend))
+    report = check_fmu(export_fmu(one, tmp_path / "one.fmu", backend=backend, masses=masses))
     assert report.passed, str(report)
 
 
@@ -207,7 +208,7 @@ def test_export_command_takes_an_individual(one: DriveModel, lookup: Lookup, tmp
     monkeypatch.setattr("reefmu.model.cached_lookup", lambda *_: lookup)
     target = tmp_path / "three.fmu"
     assert main(["export", "drive_1", "-o", str(target), "--individual", "3"]) == 0
-    assert "individual 3 of the drawing" in capsys.readouterr().out
+    assert "drive_1 individual 3: " in capsys.readouterr().out
     save_model(one, tmp_path / "model.toml")
     again = tmp_path / "again.fmu"
     assert main(["export", str(tmp_path / "model.toml"), "-o", str(again)]) == 0
