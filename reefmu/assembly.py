@@ -9,9 +9,11 @@ from typing import Any
 import casadi as ca
 
 from stiffness_model.lookup import Lookup
+from stiffness_model.turning import Individual
 
 from .contact import element_function
 from .effects import Along, Effect, Place, Signals
+from .individual import individual_function
 from .tables import lookup_function
 
 INPUT_NAMES = ("crank.phi", "crank.w", "output.phi", "output.w", "temperature")
@@ -33,17 +35,19 @@ def carried(effects: Sequence[Effect]) -> tuple[Along, ...]:
     return tuple(path for path in _PATHS if path in used)
 
 
-def assemble(lookup: Lookup, effects: Sequence[Effect]) -> dict[str, ca.Function]:
-    """The functions initial, advance, rate, output and jacobian by name."""
-    return Assembly(lookup, effects).functions()
+def assemble(lookup: Lookup, effects: Sequence[Effect], individual: Individual | None = None
+             ) -> dict[str, ca.Function]:
+    """The functions initial, advance, rate, output and jacobian by name; of an individual instead of the mean."""
+    return Assembly(lookup, effects, individual).functions()
 
 
 class Assembly:
     """Symbols of one model and the expressions built on them."""
 
-    def __init__(self, lookup: Lookup, effects: Sequence[Effect]) -> None:
+    def __init__(self, lookup: Lookup, effects: Sequence[Effect],
+                 individual: Individual | None = None) -> None:
         self.effects = effects
-        self.table = lookup_function(lookup)
+        self.table = lookup_function(lookup) if individual is None else individual_function(individual, lookup)
         places = {effect.place for effect in effects}
         self.modulus = lookup.modulus if Place.MODULUS in places else None
         self.element = element_function(lookup.element) if Place.ELEMENT in places and lookup.element else None
@@ -55,6 +59,7 @@ class Assembly:
         self.p = ca.MX.sym("p", n_parameters)
         self.dt = ca.MX.sym("dt")
         self.ratio, self.band = self.p[0], self.p[1]
+        self.place = self.band if individual is None else self.u[INPUT_NAMES.index("output.phi")]
         self.values: dict[str, dict[str, ca.MX]] = {}
         at = 2
         for effect in effects:
@@ -123,7 +128,7 @@ class Assembly:
     def _contact(self) -> ca.Function:
         """The same as a function, whose code then stands once."""
         twist, clearance, x, signals = ca.MX.sym("twist"), ca.MX.sym("clearance"), self.x, self.signals()
-        torque, stiffness, force, share, in_range = self.table(twist, clearance, self.band)
+        torque, stiffness, force, share, in_range = self.table(twist, clearance, self.place)
         for effect in self.effects:
             if self.element is not None and effect.place is Place.ELEMENT:
                 missing, position = effect.contribution(signals, self.values[effect.name], self.own(effect, x))

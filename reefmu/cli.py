@@ -67,6 +67,9 @@ def _add_curve(commands: Commands) -> None:
     parser = _command(commands, "curve", "twist over torque, contact forces and load shares of a drawing",
                       "Writes curve.csv, curve.png, forces.png and load_share.png.")
     _add_study_options(parser, "curve")
+    parser.add_argument("--individual", metavar="SEED", type=_whole(0),
+                        help="one drive of the drawing beside the mean of all, turning: torque over twist and angle, "
+                             "transmission error, order spectra; writes individual_*.csv and .png")
 
 
 def _add_compare(commands: Commands) -> None:
@@ -99,6 +102,9 @@ def _add_export(commands: Commands) -> None:
                         help="version of the standard: 2.0 (default) or, with --backend native, 3.0")
     parser.add_argument("--effect", metavar="NAME", action="append", default=[],
                         help="put an effect inside, neutral until its parameters are set; repeatable")
+    parser.add_argument("--individual", metavar="SEED", type=_whole(0),
+                        help="one drive of the drawing with its own parts, whose torque changes as it turns, instead "
+                             "of the mean of all")
     parser.add_argument("--drives", metavar="N", type=_whole(1, MOST_DRIVES),
                         help="virtual drives behind the lookup's band, forces and load share")
     parser.add_argument("--seed", metavar="S", type=_whole(0), default=0, help="seed of the tolerances (default 0)")

@@ -27,6 +27,7 @@ from stiffness_model.drawing_file import drive_from_dict
 from stiffness_model.drive import Drive
 from stiffness_model.errors import expect_number, unknown_name
 from stiffness_model.lookup import N_DRIVES, Lookup
+from stiffness_model.turning import Individual, draw_individual
 
 from .assembly import INPUT_NAMES, OUTPUT_NAMES, assemble, carried
 from .contact import completed
@@ -86,13 +87,15 @@ class DriveModel:
     """A drive as a component: its lookup, the effects inside and their parameters.
 
     parameters: "ratio", "band", then "<effect>.<parameter>". Its vector p, like u, x and y, is in the order of
-    `parameters`, `INPUTS`, `states` and `OUTPUTS`.
+    `parameters`, `INPUTS`, `states` and `OUTPUTS`. individual: one drive with its own parts, whose torque changes
+    as it turns, instead of the mean of all; its lookup then gives the range and the drawing.
     """
 
     name: str
     lookup: Lookup
     effects: tuple[Effect, ...]
     parameters: tuple[ModelParameter, ...]
+    individual: Individual | None = None
 
     @property
     def drive(self) -> Drive:
@@ -120,7 +123,7 @@ class DriveModel:
 
     @cached_property
     def _functions(self) -> dict[str, ca.Function]:
-        return assemble(self.lookup, self.effects)
+        return assemble(self.lookup, self.effects, self.individual)
 
     @property
     def initial(self) -> ca.Function:
@@ -173,11 +176,13 @@ class DriveModel:
 
 
 def build_model(drive: Drive, effects: Mapping[str, Mapping[str, float]] | None = None, *, lookup: Lookup | None = None,
-                n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> DriveModel:
+                n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None,
+                individual: int | None = None) -> DriveModel:
     """The model of a drawing with some effects inside.
 
     effects: parameter values by effect and parameter name; an empty mapping for an effect that starts neutral.
-    lookup: ready tables; else they come from the cache or are built.
+    lookup: ready tables; else they come from the cache or are built. individual: the seed of one drive of the
+    drawing (`stiffness_model.turning`), to be modelled instead of the mean of all.
 
     Raises `UnknownNameError` or `InputError` for effects and values that do not exist or are out of bounds.
     """
@@ -191,15 +196,25 @@ def build_model(drive: Drive, effects: Mapping[str, Mapping[str, float]] | None 
     parameters = [
         ModelParameter("ratio", drive.ratio, None, None, "1", "Transmission ratio, crank to output, signed", False,
                        abs(drive.ratio)),
-        ModelParameter("band", 0.0, -1.0, 1.0, "1", "Place in the population: 0 mean, -1 the 10th, +1 the 90th "
-                       "percentile of the torque", True, 1.0),
+        _band() if individual is None else _no_band(),
     ]
     parameters += [
         ModelParameter(f"{e.name}.{p.name}", p.neutral, p.minimum, p.maximum, p.unit, p.description, True, p.nominal)
         for e in ordered for p in e.parameters
     ]
-    model = DriveModel(drive.name, table, ordered, tuple(parameters))
+    one = None if individual is None else draw_individual(drive, individual)
+    name = drive.name if one is None else f"{drive.name} individual {one.seed}"
+    model = DriveModel(name, table, ordered, tuple(parameters), one)
     return model.with_parameters({f"{e}.{p}": v for e, values in chosen.items() for p, v in values.items()})
+
+
+def _band() -> ModelParameter:
+    return ModelParameter("band", 0.0, -1.0, 1.0, "1", "Place in the population: 0 mean, -1 the 10th, +1 the 90th "
+                          "percentile of the torque", True, 1.0)
+
+
+def _no_band() -> ModelParameter:
+    return ModelParameter("band", 0.0, 0.0, 0.0, "1", "Has no meaning for an individual drive", False, 1.0)
 
 
 def describe_effects(model: DriveModel) -> dict[str, dict[str, Any]]:

@@ -3,7 +3,7 @@
     schema = 1
     [drawing]            the drawing, as in its own TOML file
     [lookup]             virtual drives and seed behind the tables
-    [model]              band
+    [model]              band; or individual, the seed of one drive instead of the mean of all
     [effects.NAME]       parameters with their units, such as clearance = "5 um"
 """
 
@@ -23,6 +23,7 @@ from stiffness_model.drawing_file import drive_from_dict
 from stiffness_model.errors import InputError, expect, expect_number, refuse_unknown, unknown_name
 from stiffness_model.files import whole_file
 from stiffness_model.lookup import N_DRIVES, Lookup
+from stiffness_model.sampling import check_seed
 from stiffness_model.units import parse_quantity
 
 from .effects import Parameter, find_effect
@@ -46,7 +47,7 @@ def model_text(model: DriveModel) -> str:
         "schema": SCHEMA,
         "drawing": dict(model.lookup.drawing),
         "lookup": {"drives": model.lookup.n_drives, "seed": model.lookup.seed},
-        "model": {"band": values["band"]},
+        "model": {"band": values["band"]} if model.individual is None else {"individual": model.individual.seed},
         "effects": {effect: {name: f"{value!r} {units[f'{effect}.{name}']}" for name, value in parameters.items()}
                     for effect, parameters in describe_effects(model).items()},
     }
@@ -71,11 +72,14 @@ def load_model(path: str | os.PathLike[str], lookup: Lookup | str | os.PathLike[
     settings = _section(table, "lookup", where)
     refuse_unknown("field", settings, ("drives", "seed"), f"{where} [lookup]")
     model = _section(table, "model", where)
-    refuse_unknown("field", model, ("band",), f"{where} [model]")
+    refuse_unknown("field", model, ("band", "individual"), f"{where} [model]")
+    if "individual" in model:
+        expect("band" not in model, "no band beside an individual", model.get("band"), f"{where} [model]")
+        check_seed(model["individual"], f"{where} [model] individual")
     effects = {name: _effect_values(name, values, where) for name, values in _section(table, "effects", where).items()}
     tables = lookup if lookup is None or isinstance(lookup, Lookup) else Lookup.load(lookup)
-    built = build_model(drive, effects, lookup=tables,
-                        n_drives=settings.get("drives", N_DRIVES), seed=settings.get("seed", 0), executor=executor)
+    built = build_model(drive, effects, lookup=tables, n_drives=settings.get("drives", N_DRIVES),
+                        seed=settings.get("seed", 0), executor=executor, individual=model.get("individual"))
     return built.with_parameters(band=float(model.get("band", 0.0)))
 
 

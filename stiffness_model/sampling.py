@@ -46,10 +46,10 @@ def blocks(n_drives: int) -> Iterator[tuple[int, int]]:
         yield start // BLOCK, min(BLOCK, n_drives - start)
 
 
-def check_seed(seed: object) -> None:
+def check_seed(seed: object, where: str = "seed") -> None:
     """Raise `InputError` unless `seed` is a whole number not below 0."""
     whole = isinstance(seed, (int, np.integer)) and not isinstance(seed, bool)
-    expect(whole and int(seed) >= 0, "a whole number not below 0", seed, "seed")  # type: ignore[call-overload]
+    expect(whole and int(seed) >= 0, "a whole number not below 0", seed, where)  # type: ignore[call-overload]
 
 
 def draw(drive: Drive, block: int, n_drives: int, seed: int) -> Deviations:

@@ -11,7 +11,7 @@ from stiffness_model.population import Population
 from stiffness_model.pressure import contact_pressures
 from stiffness_model.units import ARCMIN
 
-from . import study
+from . import individual, study
 
 ROWS = 13
 """Lines of the printed table; curve.csv has them all."""
@@ -31,6 +31,11 @@ def run(args: argparse.Namespace) -> int:
             "load_share.png": plots.load_share(population),
         }.items():
             plots.save(ax, stage / name)
+        written = ["curve.csv", "curve.png", "forces.png", "load_share.png"]
+        turned = None if args.individual is None else individual.compute(drive, args.individual)
+        if turned is not None:
+            individual.write(turned, stage)
+            written += individual.FILES
     study.show_notes(notes)
     print(f"{drive.name}: {population.n_drives} virtual drives, seed {population.seed}\n")
     print(_twist_table(curve))
@@ -40,7 +45,10 @@ def run(args: argparse.Namespace) -> int:
     print(_pressure(population))
     print()
     print(_elements(population))
-    print(f"\nwritten to {folder}: curve.csv, curve.png, forces.png, load_share.png")
+    if turned is not None:
+        print()
+        print(individual.summary(turned))
+    print(f"\nwritten to {folder}: {', '.join(written)}")
     return 0
 
 

@@ -41,6 +41,8 @@ def run(args: argparse.Namespace) -> int:
         notes += step_notes(drive_component(model), masses, args.step)
     study.show_notes(notes)
     print(f"{model.name}: lookup over {describe(model.lookup)}")
+    if model.individual is not None:
+        print("one drive of the drawing with its own balls, bores and lobes; the lookup gives its range")
     inside = ", ".join(effect.name for effect in model.effects) or "none"
     print(f"effects inside: {inside}")
     way = "co-simulation and model exchange" if native else "co-simulation"
@@ -66,7 +68,9 @@ def load(args: argparse.Namespace) -> tuple[DriveModel, list[str]]:
     with study.all_cores("solving the lookup") as executor:
         if is_model_file(args.source):
             expect(not args.effect, "no --effect beside a model file, which names its own", args.effect, "--effect")
+            expect(args.individual is None, "no --individual beside a model file, which names its own", args.individual,
+                   "--individual")
             return load_model(args.source, executor=executor), []
         drive, notes = study.read_drawing(args.source)
         return build_model(drive, {name: {} for name in args.effect}, n_drives=args.drives or N_DRIVES,
-                           seed=args.seed, executor=executor), notes
+                           seed=args.seed, executor=executor, individual=args.individual), notes

@@ -57,15 +57,6 @@ def soft_model() -> DriveModel:
 
 
 @pytest.fixture(scope="session")
-def full_model(drive: sm.Drive, lookup: Lookup) -> DriveModel:
-    """Every effect at its nominal size."""
-    model = build_model(drive, {name: {} for name in ALL_EFFECTS}, lookup=lookup)
-    sizes = {p.name: float(np.clip(p.nominal, p.minimum, p.maximum)) for p in model.parameters
-             if p.tunable and p.minimum is not None and p.maximum is not None}
-    return model.with_parameters({**sizes, "band": 0.3})
-
-
-@pytest.fixture(scope="session")
 def unpacked(full_model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, str]:
     """The native FMU of `full_model`, its folder and its GUID."""
     folder = tmp_path_factory.mktemp("unpacked")

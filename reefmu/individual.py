@@ -1,0 +1,155 @@
+"""An individual drive in a model: the contacts of its own parts, solved anew at every twist and angle, in CasADi.
+
+What an individual carries changes with every passing of an element, some thousand times in the turn of the output
+after which it repeats; a table of that over the twist would be ten megabytes, and one more axis for the clearance. Its
+parts are a few hundred numbers and their equilibrium is a closed form. So the model carries the parts, and has the
+whole period, every clearance and no error of a table.
+
+The equations are those of `stiffness_model.equilibrium.closed_form` for one element, as expressions; tests hold the
+two together. Left out is the iteration for a ball larger than its bore (one in 800 as drawn): it counts as one that
+just fits.
+"""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffness_model.element_table import EDGE
+from stiffness_model.lookup import Lookup
+from stiffness_model.spline import Axis, fit, weights
+from stiffness_model.turning.individual import Individual, meetings
+from stiffness_model.turning.placed import Parts
+
+from .tables import locate
+
+Array = NDArray[np.float64]
+
+PASSES = 2
+"""Refreshes of the crank's direction: right to 1e-6 of the full torque, 5e-7 on the steel drives."""
+LEAST = 1e-12
+"""Below this share of its size a force counts as this: roots have no derivative at zero."""
+COLUMNS = 6
+"""Of the table along the profile: path radius, normal_t/normal_r, 1/normal_r and, seen along the radius, those of
+`GearGive`."""
+
+
+def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
+    """(twist rad, clearance m, output angle rad) -> (torque, stiffness, max contact force, load share, in range).
+
+    In range and beyond it as `tables.lookup_function`: the last slope goes on, a clearance is held.
+    """
+    twist, clearance, angle = ca.MX.sym("twist"), ca.MX.sym("clearance"), ca.MX.sym("angle")
+    inside = ca.fmax(lookup.twist.start, ca.fmin(lookup.twist.stop, twist))
+    held = ca.fmax(lookup.clearance.start, ca.fmin(lookup.clearance.stop, clearance))
+    in_range = ca.logic_and(ca.logic_and(twist >= lookup.twist.start, twist <= lookup.twist.stop),
+                            ca.logic_and(clearance >= lookup.clearance.start, clearance <= lookup.clearance.stop))
+    parts = Parts(individual)
+    axis, table = _profile(parts)
+    beta, element, meeting = _places(parts, angle)
+    width = parts.window.width
+    cell, f = locate(axis, ca.fabs(beta))
+    rows = ca.vertcat(*(_gathered(table, (cell + a) * COLUMNS + k) for a in range(4) for k in range(COLUMNS)))
+    own = parts.own
+    crank_root = own.stiffness_crank ** (1 / own.exponent)
+    sizes = np.stack([individual.element, own.reach, np.maximum(own.cage_gap, 0.0), own.stiffness_crank, crank_root,
+                      crank_root * own.stiffness_cage ** (-1 / own.exponent)])
+    sizes = ca.vertcat(*(_gathered(row, element) for row in sizes))
+    q = _gathered(individual.lobe[meetings(individual.drive)], meeting)
+    solved = _element(parts).map("elements", "serial", width, [5, 6], [])
+    torque, slope, force = solved(rows, f, beta, sizes, q, inside, held)
+    whole, stiffness = ca.sum2(torque), ca.sum2(slope)
+    side = ca.if_else(whole < 0, -1, 1)
+    none = LEAST * lookup.full_torque  # so that without torque the share is 1, as where one element carries all
+    share = ca.fmin(1, (ca.mmax(side * torque) + none) / (ca.fabs(whole) + none))
+    return ca.Function(
+        "individual", [twist, clearance, angle],
+        [whole + stiffness * (twist - inside), stiffness, ca.mmax(force), share, in_range],
+        ["twist", "clearance", "angle"], ["torque", "stiffness", "max_contact_force", "load_share", "in_range"],
+    )
+
+
+def _gathered(table: Array, index: ca.MX) -> ca.MX:
+    """A row of values of a constant table."""
+    return ca.MX(ca.DM(np.ravel(table)))[index.T].T
+
+
+def _places(parts: Parts, angle: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
+    """beta, the element's number and that of its meeting with a lobe, (1, width); as `turning.individual.places`."""
+    one, window = parts.individual, parts.window
+    n, step = one.drive.elements, 2 * math.pi / one.drive.elements
+    passed = (one.start + (one.drive.ratio - 1) * angle) / step
+    place = ca.ceil(-window.reach / step - passed) + ca.DM(np.arange(window.width)).T
+    all_meetings = n * one.drive.lobes
+    return ((passed + place) * step, place - n * ca.floor(place / n),
+            place - all_meetings * ca.floor(place / all_meetings))
+
+
+def _profile(parts: Parts) -> tuple[Axis, Array]:
+    """The table along half the profile, (axis.size, COLUMNS)."""
+    drive, gear = parts.individual.drive, parts.gear
+    nodes = gear.axis.nodes
+    normal_r, normal_t = drive.path.normal(nodes, drive.orientation)
+    # Along the radius the gear gives more, by the normal's slope.
+    give = gear.values * (normal_r ** (-1 - 1 / gear.exponent))[:, None]
+    path = np.stack([drive.path.radius(nodes), normal_t / normal_r, 1 / normal_r], axis=1)
+    return gear.axis, fit(gear.axis, np.hstack([path, give]), 0)
+
+
+def _element(parts: Parts) -> ca.Function:
+    """(coefficients of a cell, its coordinate, beta, sizes of the element, q, twist, clearance) -> (torque, stiffness,
+    greatest contact force) of one element, in scalars."""
+    drive, gear, window, p = parts.individual.drive, parts.gear, parts.window, parts.own.exponent
+    cell, f, beta, sizes, lobe, twist, clearance = (ca.SX.sym(name, n) for name, n in (
+        ("cell", 4 * COLUMNS), ("f", 1), ("beta", 1), ("sizes", 6), ("q", 1), ("twist", 1), ("clearance", 1)))
+    basis = weights(f, f)
+    path, slope, per_n_r, *give = (sum(w * cell[a * COLUMNS + k] for a, w in enumerate(basis))
+                                   for k in range(COLUMNS))
+    radius, reach, bore, crank_stiffness, crank_root, cage_give = (sizes[k] for k in range(6))
+    q = lobe + clearance
+    off = q - gear.middle
+    slope = ca.if_else(beta < 0, -1, 1) * slope
+    gear_give = crank_root * (give[0] + off * (give[1] + off * give[2]))
+    lead = beta + drive.ratio * twist
+    centre_r, centre_t = drive.eccentricity * ca.cos(lead), drive.eccentricity * ca.sin(lead)
+    wall = ca.if_else(centre_t / (path - centre_r) + slope > 0, -1, 1)
+    slope = wall * slope
+    touch = (q - radius) * per_n_r - slope * bore
+    d_r, d_t = path - centre_r + touch, bore - wall * centre_t
+
+    def squeezed(t: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX]:
+        """Root s of the force with the crank leaning by t, cage force per radial force, 1/u_r, and the element's way
+        along the radius and towards its wall."""
+        w = ca.fmax(t - slope, LEAST)
+        cage = _power(w, 1 / p) * cage_give
+        per_u_r = ca.sqrt(1 + t * t)
+        compliance = _near_one(t * t, (1 + 1 / p) / 2) + gear_give + w * cage
+        s = ca.fmax((per_u_r * reach - d_r - t * d_t) / compliance, LEAST * reach)
+        return s, w, per_u_r, s * (gear_give - slope * cage), s * cage
+
+    s, w, per_u_r, x_r, x_t = squeezed(d_t / d_r)
+    for _ in range(PASSES - 1):
+        s, w, per_u_r, x_r, x_t = squeezed((d_t + x_t) / (d_r + x_r))
+    radial = crank_stiffness * s * (ca.sqrt(s) if p == 1.5 else _power(s, p - 1))
+    edge = (window.limit - ca.fabs(beta)) / (2 * EDGE) + 0.5 if window.reach < math.pi else ca.SX(1)
+    left = ca.fmax(ca.fmin(edge, 1), 0)
+    torque = left * wall * w * radial * (path + x_r + touch)
+    force = (left > 0) * radial * ca.fmax(per_n_r, ca.fmax(per_u_r, w))
+    return ca.Function("element", [cell, f, beta, sizes, lobe, twist, clearance],
+                       [torque, ca.jacobian(torque, twist), force],
+                       # What is gathered from tables is constant.
+                       {"is_diff_in": [False, True, True, False, False, True, True]})
+
+
+def _power(x: ca.SX, exponent: float) -> ca.SX:
+    """x^exponent; unlike a power's, its derivative needs no second one."""
+    return ca.exp(exponent * ca.log(x))
+
+
+def _near_one(x: ca.SX, exponent: float) -> ca.SX:
+    """(1 + x)^exponent for a small x, here the square of the crank's lean, at most (e/(a + b))^2 or some 1e-3: the
+    fourth term is below 1e-9."""
+    return 1 + exponent * x * (1 + (exponent - 1) / 2 * x * (1 + (exponent - 2) / 3 * x))

@@ -1,0 +1,30 @@
+"""An individual drive, turning: torque over twist and angle, transmission error, orders.
+
+>>> import numpy as np
+>>> from stiffness_model import load_drive
+>>> drive = load_drive("drive_1")
+>>> one = draw_individual(drive, seed=7)
+>>> torque = turning_map(one, [drive.max_twist], turn(drive, per_pass=2)).torque[:, 0]
+>>> [round(float(order), 2) for order in spectrum(drive, torque).crank_order[[29, 30, 2610]]]
+[1.0, 1.03, 90.0]
+"""
+
+from .individual import Individual, draw_individual, mean_individual, turn
+from .loaded import LoadedTurn, NoLoad, loaded_turn, no_load
+from .maps import TurningMap, turning_map
+from .orders import Spectrum, spectrum
+
+__all__ = [
+    "Individual",
+    "LoadedTurn",
+    "NoLoad",
+    "Spectrum",
+    "TurningMap",
+    "draw_individual",
+    "loaded_turn",
+    "mean_individual",
+    "no_load",
+    "spectrum",
+    "turn",
+    "turning_map",
+]

@@ -1,0 +1,63 @@
+"""Several individuals of one drawing side by side: how each one's twist under torque lies beside the mean of all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..drive import Drive
+from ..errors import expect
+from ..lookup import mean_torque
+from .individual import draw_individual, scattered
+from .maps import turning_map
+
+Array = NDArray[np.float64]
+
+TWISTS = 61
+ANGLES = 180
+TORQUES = 81
+
+
+@dataclass(frozen=True)
+class Fan:
+    """Twists of individuals less that of the drawing's mean drive, rad at the output.
+
+    torque: (n,) N.m from -full to full; mean_twist: (n,) of the mean drive. seeds: of the individuals; middle, low,
+    high: (n_individuals, n) mean, least and greatest over a turn of the output.
+    """
+
+    drive: Drive
+    seeds: tuple[int, ...]
+    torque: Array
+    mean_twist: Array
+    middle: Array
+    low: Array
+    high: Array
+
+
+def fan(drive: Drive, seeds: Sequence[int]) -> Fan:
+    """The individuals of some seeds, up to the mean torque at nine tenths of the drawing's max_twist.
+
+    >>> from stiffness_model import ARCMIN, load_drive
+    >>> found = fan(load_drive("drive_1"), range(3))
+    >>> found.middle.shape, bool(abs(found.middle).max() < 0.3 * ARCMIN)
+    ((3, 81), True)
+    """
+    expect(len(seeds) > 0, "at least one seed", list(seeds), "seeds")
+    twist = np.linspace(-1.4, 1.4, TWISTS) * drive.max_twist
+    mean = mean_torque(drive, twist)
+    full = float(np.interp(0.9 * drive.max_twist, twist, mean))
+    expect(full > 0, "a max_twist at which the drive carries torque", full, drive.name)
+    torque = np.linspace(-full, full, TORQUES)
+    mean_twist = np.interp(torque, mean, twist)
+    angle = scattered(ANGLES)
+    rows = []
+    for seed in seeds:
+        maps = turning_map(draw_individual(drive, int(seed)), twist, angle).torque
+        twists = np.array([np.interp(torque, one, twist) for one in maps]) - mean_twist
+        rows.append((twists.mean(axis=0), twists.min(axis=0), twists.max(axis=0)))
+    middle, low, high = (np.array(part) for part in zip(*rows, strict=True))
+    return Fan(drive, tuple(int(seed) for seed in seeds), torque, mean_twist, middle, low, high)

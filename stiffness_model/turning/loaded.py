@@ -1,0 +1,160 @@
+"""A turn under constant torque: transmission error, stiffness, and the position without load.
+
+The twist that carries a torque changes as the drive turns: with the crank driven evenly, the output runs ahead
+and behind. This is the transmission error (VDI/VDE 2608; ISO/TR 10064-1 calls it tangential composite deviation):
+output angle - crank angle/ratio = -twist.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..curve import PLAY_SHARE
+from ..errors import InputError, expect, expect_number
+from .individual import Individual, scattered
+from .maps import Stand, finite, stands, turning_map
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-8
+"""Greatest remaining difference to the wanted torque, as a share of the torque at the drawing's max_twist."""
+_REACH = 4.0
+"""Twists are sought within this many times the drawing's max_twist."""
+_TRIAL = 41
+_ANGLES = 48
+_MOST_STEPS = 100
+
+
+@dataclass(frozen=True)
+class LoadedTurn:
+    """An individual under one torque, N.m, at n output angles: twist, (n,) rad, and stiffness, (n,) N.m/rad."""
+
+    individual: Individual
+    torque: float
+    output_angle: Array
+    twist: Array
+    stiffness: Array
+
+    @property
+    def transmission_error(self) -> Array:
+        """Output angle - crank angle/ratio, (n,) rad, with the drive's wind-up under the torque."""
+        return -self.twist
+
+
+@dataclass(frozen=True)
+class NoLoad:
+    """Where an individual stands without load, at n output angles; transmission errors, (n,) rad.
+
+    forward, backward: with the output dragging behind a crank that drives it towards greater, and towards smaller
+    output angles, under a drag of `drag` N.m, `curve.PLAY_SHARE` of the torque at max_twist.
+    """
+
+    individual: Individual
+    drag: float
+    output_angle: Array
+    forward: Array
+    backward: Array
+
+    @property
+    def position_error(self) -> Array:
+        """The middle of the play, (n,) rad."""
+        return (self.forward + self.backward) / 2
+
+    @property
+    def play(self) -> Array:
+        """Width of the play, (n,) rad; a drive in preload has next to none."""
+        return self.backward - self.forward
+
+
+def loaded_turn(individual: Individual, torque: float, output_angle: ArrayLike) -> LoadedTurn:
+    """The twist that carries `torque`, N.m, at every output angle, (n,) rad, and the stiffness there.
+
+    Raises `InputError` for a torque that no twist within four times the drawing's max_twist carries.
+
+    >>> from stiffness_model import ARCMIN, load_drive
+    >>> from stiffness_model.turning import draw_individual
+    >>> loaded = loaded_turn(draw_individual(load_drive("drive_1"), 7), 150.0, [0.0, 0.1, 0.2])
+    >>> bool((abs(loaded.twist / ARCMIN - 5.3) < 0.6).all())
+    True
+    """
+    expect_number(torque, "a finite torque in N.m", "torque")
+    angle = finite(output_angle, "output angle")
+    guess = _Guess.of(individual, float(torque))
+    twist, slope = np.empty(len(angle)), np.empty(len(angle))
+    step = 1e-4 * individual.drive.max_twist
+    for part, stand in stands(individual, angle):
+        at = twist[part] = _twist_under(stand, guess)
+        slope[part] = (stand.torque(at + step) - stand.torque(at - step)) / (2 * step)
+    return LoadedTurn(individual, float(torque), angle, twist, slope)
+
+
+def no_load(individual: Individual, output_angle: ArrayLike) -> NoLoad:
+    """Where the drive stands without load at output angles, (n,) rad, driven either way."""
+    angle = finite(output_angle, "output angle")
+    full = float(turning_map(individual, [individual.drive.max_twist], scattered(_ANGLES)).torque.mean())
+    expect(full > 0, "an individual that carries torque at max_twist", full, individual.drive.name)
+    drag = PLAY_SHARE * full
+    errors = np.empty((2, len(angle)))
+    guesses = [_Guess.of(individual, torque) for torque in (drag, -drag)]
+    for part, stand in stands(individual, angle):
+        errors[:, part] = [-_twist_under(stand, guess) for guess in guesses]
+    return NoLoad(individual, drag, angle, *errors)
+
+
+@dataclass(frozen=True)
+class _Guess:
+    """Where to start the search for the twist of a torque: on the mean of some angles."""
+
+    torque: float
+    twist: float
+    slope: float
+    reach: float
+    tolerance: float
+
+    @staticmethod
+    def of(individual: Individual, torque: float) -> _Guess:
+        """Raises `InputError` for a torque out of reach."""
+        reach = _REACH * individual.drive.max_twist
+        trial = np.linspace(-reach, reach, _TRIAL)
+        mean = turning_map(individual, trial, scattered(_ANGLES)).torque.mean(axis=0)
+        if not mean[0] < torque < mean[-1]:
+            raise InputError(f"torque: expected one within {mean[0]:.4g} ... {mean[-1]:.4g} N.m, what "
+                             f"{individual.drive.name} carries, got {torque:.4g}")
+        k = int(np.clip(np.searchsorted(mean, torque), 1, _TRIAL - 1))
+        slope = float((mean[k] - mean[k - 1]) / (trial[k] - trial[k - 1]))
+        full = float(np.interp(individual.drive.max_twist, trial, mean))
+        return _Guess(torque, float(trial[k - 1] + (torque - mean[k - 1]) / slope), slope, reach, TOLERANCE * full)
+
+
+def _twist_under(stand: Stand, guess: _Guess) -> Array:
+    """The twist, rad, that carries the torque at every angle of a stand: secants within a bracket that shrinks.
+
+    Where the torque jumps over the wanted one (an element changes its wall), the twist of the jump.
+    """
+    n = len(stand.places.beta)
+    low, high = np.full(n, -guess.reach), np.full(n, guess.reach)
+    twist, slope = np.full(n, guess.twist), np.full(n, guess.slope)
+    value = stand.torque(twist)
+    last_width = high - low
+    for k in range(_MOST_STEPS):
+        gap = value - guess.torque
+        low, high = np.where(gap < 0, twist, low), np.where(gap > 0, twist, high)
+        width = high - low
+        todo = (np.abs(gap) > guess.tolerance) & (width > 1e-13)
+        if not todo.any():
+            break
+        step = twist - gap / slope
+        # Every third step halves a bracket that the secants shrink from one side only.
+        sure = (step > low) & (step < high) & ((k % 3 != 2) | (width < last_width / 4))
+        if k % 3 == 2:
+            last_width = width
+        new = np.where(todo, np.where(sure, step, (low + high) / 2), twist)
+        found = stand.torque(new)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            secant = (found - value) / (new - twist)
+        slope = np.where(np.isfinite(secant) & (secant > 0), secant, slope)
+        twist, value = new, found
+    return twist

@@ -1,0 +1,128 @@
+"""Torque of an individual over twist and output angle.
+
+The contacts are those of the paper: cage and gear fixed at the output angle, the crank twisted out of the place
+where it belongs. That place is i times the output angle; a crank seen at rest is ahead of it by the twist.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..contacts import Contacts
+from ..equilibrium import Equilibrium, solve
+from ..errors import expect, expect_number
+from .individual import Individual, Places, places
+from .placed import Parts
+
+Array = NDArray[np.float64]
+
+AT_ONCE = 6000
+"""Contacts placed and solved at once: their arrays fit a core's cache."""
+
+
+@dataclass(frozen=True)
+class TurningMap:
+    """What an individual carries at n_angle output angles and n_twist twists.
+
+    output_angle: (n_angle,) rad; twist: (n_twist,) rad at the output. torque: (n_angle, n_twist) N.m on the output.
+    crank_torque: the same, N.m that holds the crank. max_force: the same, N, greatest force of any contact.
+    """
+
+    individual: Individual
+    output_angle: Array
+    twist: Array
+    torque: Array
+    crank_torque: Array
+    max_force: Array
+
+    @property
+    def crank_turns(self) -> Array:
+        """Turns of the untwisted crank at the output angles, (n_angle,), positive where they are."""
+        return self.output_angle * self.individual.drive.transmission_ratio / (2 * np.pi)
+
+
+def turning_map(individual: Individual, twist: ArrayLike, output_angle: ArrayLike, *,
+                gear_shift: float = 0.0) -> TurningMap:
+    """Solve an individual at every pair of output angle, (n_angle,) rad, and twist, (n_twist,) rad at the output.
+
+    gear_shift: m, added to the gear's clearance (positive: play). Raises `InputError` for angles that are not
+    finite and one-dimensional.
+
+    >>> from stiffness_model import ARCMIN, load_drive
+    >>> from stiffness_model.turning import draw_individual
+    >>> one = draw_individual(load_drive("drive_1"), 7)
+    >>> turning_map(one, np.array([3.0, 6.0, 8.0]) * ARCMIN, [0.0, 0.1]).torque.shape
+    (2, 3)
+    """
+    twists, angle = finite(twist, "twist"), finite(output_angle, "output angle")
+    torque, crank_torque, force = (np.empty((len(angle), len(twists))) for _ in range(3))
+    for part, stand in stands(individual, angle, gear_shift):
+        numbers = _carried(stand.contacts, twists * individual.drive.ratio, _torques_and_force)
+        numbers = numbers.reshape(3, len(twists), *stand.places.beta.shape)
+        torque[part], crank_torque[part] = np.einsum("qtaw,aw->qat", numbers[:2], stand.places.weight)
+        force[part] = (numbers[2] * (stand.places.weight > 0)).max(axis=2).T
+    return TurningMap(individual, angle, twists, torque, crank_torque, force)
+
+
+@dataclass(frozen=True)
+class Stand:
+    """An individual standing at a few output angles at once, n of them: what stays while it is twisted."""
+
+    places: Places
+    contacts: Contacts
+    ratio: float
+
+    def torque(self, twist: Array) -> Array:
+        """Torque, (n,) N.m on the output, with a twist, (n,) rad, of its own at every angle."""
+        # What the twist moves is the eccentric's centre, at beta + i twist: another beta with gear and path kept.
+        lead = np.repeat(self.ratio * twist, self.places.beta.shape[1])
+        moved = replace(self.contacts, beta=self.contacts.beta + lead)
+        return (_carried(moved, np.zeros(1), _torque).reshape(self.places.beta.shape) * self.places.weight).sum(axis=1)
+
+
+def finite(values: ArrayLike, name: str) -> Array:
+    """One-dimensional finite floats, or `InputError`."""
+    try:
+        array = np.asarray(values, float)
+    except (TypeError, ValueError):
+        array = np.array(np.nan)
+    expect(array.ndim == 1 and array.size > 0 and bool(np.isfinite(array).all()),
+           "a one-dimensional array of finite angles in rad", values, name)
+    return array
+
+
+def stands(individual: Individual, angle: Array, gear_shift: float = 0.0) -> Iterator[tuple[slice, Stand]]:
+    """The stands that make up some output angles, (n,) rad, each with its place among them."""
+    expect_number(gear_shift, "a finite clearance in m", "gear_shift")
+    parts = Parts(individual)
+    step = max(1, AT_ONCE // parts.window.width)
+    for first in range(0, len(angle), step):
+        part = slice(first, min(first + step, len(angle)))
+        at = places(individual, parts.window, angle[part])
+        yield part, Stand(at, parts.contacts(at, gear_shift), individual.drive.ratio)
+
+
+def _carried(contacts: Contacts, crank_twist: Array, numbers: Callable[[Equilibrium], Array]) -> Array:
+    """Numbers (q, n_twist, n) of the equilibrium. Balls larger than their bore are solved apart from the others, for
+    they need an iteration."""
+    tight = contacts.cage_gap < 0
+    if not tight.any():
+        return numbers(solve(contacts, crank_twist))
+    groups = [(some, numbers(solve(contacts[some], crank_twist))) for some in (~tight, tight)]
+    found = np.empty((len(groups[0][1]), len(crank_twist), len(contacts)))
+    for some, values in groups:
+        found[:, :, some] = values
+    return found
+
+
+def _torque(result: Equilibrium) -> Array:
+    return result.output_torque[None]
+
+
+def _torques_and_force(result: Equilibrium) -> Array:
+    force = np.maximum(np.maximum(result.gear, result.crank), np.maximum(result.cage_plus, result.cage_minus))
+    return np.stack([result.output_torque, result.crank_torque, force])

@@ -1,0 +1,88 @@
+"""Order spectra of what repeats with the output's turn.
+
+An order is a number of waves in a turn of the output; over |i| it is that in a turn of the crank. What deviates tells
+itself by its order: equal lobes leave multiples of z (each wave an element's way from lobe to lobe), equal elements
+leave multiples of the elements of an eccentric, and what is common to both is the passing of the elements.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..drive import Drive
+from ..errors import expect
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Amplitudes (n,) of the orders 0, 1, ... n - 1 per turn of the output; the amplitude of order 0 is the mean.
+
+    The mean square is amplitude[0]^2 + sum(amplitude[1:]^2)/2 (Parseval). phase: (n,) rad, of cosines.
+    """
+
+    drive: Drive
+    amplitude: Array
+    phase: Array
+
+    @property
+    def order(self) -> NDArray[np.intp]:
+        """Waves in a turn of the output, (n,)."""
+        return np.arange(len(self.amplitude))
+
+    @property
+    def crank_order(self) -> Array:
+        """Waves in a turn of the crank, (n,)."""
+        return self.order / self.drive.transmission_ratio
+
+    @property
+    def ripple(self) -> float:
+        """Root of the mean square of all but the mean."""
+        return float(np.sqrt((self.amplitude[1:] ** 2).sum() / 2))
+
+    def strongest(self, count: int) -> list[int]:
+        """The orders per turn of the output of the greatest amplitudes, the greatest first, without the mean."""
+        return [int(k) + 1 for k in np.argsort(-self.amplitude[1:], kind="stable")[:count]]
+
+    def source(self, order: int) -> str:
+        """What an order can stem from.
+
+        "passing": the elements' passing, remains without deviations; "elements": balls, bores and races, needs no lobe
+        to differ; "lobes": needs no element to differ; "rows": either of them, or a row (its eccentric) as a whole;
+        "both": only from lobes and elements together.
+        """
+        drive = self.drive
+        of_elements = order % drive.lobes == 0
+        evenly = round(drive.transmission_ratio) % drive.elements_per_row == 0
+        of_lobes = evenly and order % drive.elements_per_row == 0
+        if of_elements and order % (drive.lobes * drive.elements) == 0:
+            return "passing"
+        return {(True, True): "rows", (True, False): "elements", (False, True): "lobes", (False, False): "both"}[
+            of_elements, of_lobes]
+
+
+def spectrum(drive: Drive, values: ArrayLike) -> Spectrum:
+    """Spectrum of values, (n,), at n angles spread evenly over one turn of the output from 0 (`individual.turn`).
+
+    >>> from stiffness_model import load_drive
+    >>> wave = 2 + 3 * np.cos(5 * 2 * np.pi * np.arange(64) / 64)
+    >>> found = spectrum(load_drive("drive_1"), wave)
+    >>> found.strongest(1), found.amplitude[[0, 5]].round(6), found.crank_order[29]
+    ([5], array([2., 3.]), np.float64(1.0))
+    """
+    signal = np.asarray(values, float)
+    expect(signal.ndim == 1 and len(signal) > 2 and bool(np.isfinite(signal).all()),
+           "finite values over one turn, (n,)", np.shape(values), "values")
+    n = len(signal)
+    transform = np.fft.rfft(signal) / n
+    amplitude = 2 * np.abs(transform)
+    amplitude[0] = transform[0].real
+    if n % 2 == 0:
+        # The highest order has a cosine alone, of which one sample stands on every crest: its mean square is its
+        # square, not half of it.
+        amplitude[-1] *= np.sqrt(2) / 2
+    return Spectrum(drive, amplitude, np.angle(transform))

@@ -1,0 +1,112 @@
+"""The contacts of an individual's elements at the places to which they have turned.
+
+What belongs to the element alone (crank, bore) is computed once; the gear's stiffness, which changes with the
+place and the lobe, comes from a table along the profile. A turn of the output has a million contacts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..contacts import Contacts, build_contacts
+from ..drive import Drive
+from ..sampling import Deviations
+from ..spline import Axis, fit, locate, weights
+from .individual import Individual, Places, Window
+
+Array = NDArray[np.float64]
+
+CELLS = 96
+"""Cells of the table along half the profile. The stiffness is right to 2e-5, the torque to 3e-6: the deviation of the
+ball's own radius is left out of the gear's curvature sum (a test holds both)."""
+
+
+@dataclass(frozen=True)
+class GearGive:
+    """K1^(-1/p) of the gear's contact, m/N^(1/p), over |beta|, rad, and the equidistant's distance q, m.
+
+    values: (axis.cells + 1, 3) at the axis' nodes: value at q = middle, slope and half the curvature along q. Between
+    them go cubic B-splines.
+    """
+
+    axis: Axis
+    middle: float
+    exponent: float
+    values: Array
+
+    @cached_property
+    def _columns(self) -> Array:
+        return np.ascontiguousarray(fit(self.axis, self.values, 0).T)
+
+    def stiffness(self, beta: Array, q: Array) -> Array:
+        """K1, N/m^p, at places and distances of one shape."""
+        cell, f = locate(self.axis, np.abs(beta))
+        basis = weights(f, f)
+        value, slope, bend = (sum(w * column[cell + k] for k, w in enumerate(basis))
+                              for column in self._columns)
+        off = q - self.middle
+        return np.asarray(value + off * (slope + off * bend)) ** -self.exponent
+
+
+def gear_give(drive: Drive, reach: float) -> GearGive:
+    """The table of a drawing, from the profile's crest to |beta| = reach, rad."""
+    step = reach / CELLS
+    # Two cells beyond both ends, for natural ends are poorer; all is even about the crest.
+    axis = Axis(-2 * step, step, CELLS + 4)
+    tolerance = drive.tolerances["gear"]
+    middle = drive.element_radius + tolerance.offset
+    span = max(4 * tolerance.sigma, 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist)
+    one = np.ones(axis.cells + 1)
+    gives, exponent = [], 0.0
+    for q in (middle - span, middle, middle + span):
+        contacts = build_contacts(drive, Deviations(axis.nodes, drive.element_radius * one, drive.crank_radius * one,
+                                                    drive.element_radius * one, q * one))
+        exponent = contacts.exponent
+        gives.append(contacts.stiffness_gear ** (-1 / exponent))
+    low, at, high = gives
+    values = np.stack([at, (high - low) / (2 * span), (high - 2 * at + low) / (2 * span**2)], axis=1)
+    return GearGive(axis, middle, exponent, values)
+
+
+@dataclass(frozen=True)
+class Parts:
+    """An individual's parts with all that does not change as they turn."""
+
+    individual: Individual
+
+    @cached_property
+    def window(self) -> Window:
+        """The drawing's window."""
+        return Window.of(self.individual.drive)
+
+    @cached_property
+    def own(self) -> Contacts:
+        """The contacts of every element, (n,), as far as they are its own: crank and bore."""
+        one = self.individual
+        zero = np.zeros(one.drive.elements)
+        return build_contacts(one.drive, Deviations(zero, one.element, one.crank, one.cage,
+                                                    zero + one.drive.element_radius))
+
+    @cached_property
+    def gear(self) -> GearGive:
+        """The gear's table."""
+        return gear_give(self.individual.drive, self.window.reach)
+
+    def contacts(self, at: Places, gear_shift: float = 0.0) -> Contacts:
+        """The contacts at some places, flattened, angle after angle; gear_shift: m, added to the gear's clearance."""
+        one, own, number = self.individual, self.own, at.element.ravel()
+        beta, q = at.beta.ravel(), one.lobe[at.row, at.lobe].ravel() + gear_shift
+        path = one.drive.path
+        normal_r, normal_t = path.normal(beta, one.drive.orientation)
+        ball = one.drive.element == "ball"
+        return Contacts(
+            beta=beta, path_radius=path.radius(beta), normal_r=normal_r, normal_t=normal_t,
+            gear_gap=q - one.element[number], reach=own.reach[number], cage_gap=own.cage_gap[number],
+            stiffness_gear=self.gear.stiffness(beta, q) if ball else own.stiffness_gear[number],
+            stiffness_crank=own.stiffness_crank[number], stiffness_cage=own.stiffness_cage[number],
+            capped=own.capped[number], eccentricity=own.eccentricity, exponent=own.exponent,
+        )

@@ -1,0 +1,121 @@
+"""Pictures of an individual that turns. Every function takes `ax` (or makes one) and returns it.
+
+Torques in N.m, angles in arcmin at the output, the way in turns of the crank. matplotlib is imported inside.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SHADE, dress, legend_above, new_axes
+from ..units import ARCMIN
+from .fan import Fan
+from .loaded import LoadedTurn, NoLoad
+from .maps import TurningMap
+from .orders import Spectrum
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+
+TURNS = "turns of the crank"
+SOURCES = {"passing": (PURPLE, "passing of the balls"), "lobes": (BLUE, "lobes alone"),
+           "elements": (ORANGE, "balls and bores alone"), "rows": (GREEN, "rows of the cage"),
+           "both": (FAINT, "lobes and balls together")}
+"""Colour and words for `Spectrum.source`."""
+
+
+def ripple_map(turning: TurningMap, ax: Axes | None = None) -> Axes:
+    """Torque less its mean over the angles, in colour, over the way (across) and the twist (up)."""
+    ax = new_axes(width=7.6) if ax is None else ax
+    ripple = (turning.torque - turning.torque.mean(axis=0)).T
+    most = float(np.quantile(np.abs(ripple), 0.999))
+    picture = ax.pcolormesh(turning.crank_turns, turning.twist / ARCMIN, ripple, cmap="RdBu_r", vmin=-most, vmax=most,
+                            shading="nearest", rasterized=True)
+    dress(ax, TURNS, "twist at the output [arcmin]")
+    ax.grid(False)
+    figure = ax.get_figure()
+    assert figure is not None
+    bar = figure.colorbar(picture, ax=ax, pad=0.02)
+    bar.set_label("torque less its mean\nover the turn [N.m]", color=INK)
+    bar.outline.set_edgecolor(FAINT)  # type: ignore[operator]
+    return ax
+
+
+def errors_over_turn(free: NoLoad, loaded: Sequence[LoadedTurn], ax: Axes | None = None) -> Axes:
+    """Transmission error over one turn of the output: the play without load, and under torques less the mean wind-up.
+
+    Within one passing of an element only the middle and the reach are drawn.
+    """
+    ax = new_axes(width=7.6) if ax is None else ax
+    drive = free.individual.drive
+    turns = drive.transmission_ratio * _per_pass(free.output_angle, drive.lobes * drive.elements)[1] / (2 * np.pi)
+    low, high = (_per_pass(part, len(turns)) for part in (free.forward, free.backward))
+    ax.fill_between(turns, low[1] / ARCMIN, high[1] / ARCMIN, color=INK, alpha=0.35, linewidth=0, label="play, no load")
+    for turn, colour in zip(loaded, (RED, BLUE, GREEN), strict=False):
+        error = turn.transmission_error - turn.transmission_error.mean()
+        least, middle, most = _per_pass(error, len(turns))
+        ax.fill_between(turns, least / ARCMIN, most / ARCMIN, color=colour, alpha=SHADE, linewidth=0)
+        ax.plot(turns, middle / ARCMIN, color=colour, linewidth=0.9, label=f"{turn.torque:.3g} N.m")
+    dress(ax, TURNS, "transmission error [arcmin]")
+    ax.set_xlim(0, drive.transmission_ratio)
+    return legend_above(ax, "under torque: less the mean wind-up; shaded: reach within a ball's passing")
+
+
+def order_spectrum(spectrum: Spectrum, quantity: str = "transmission error [arcmin]", named: int = 6,
+                   ax: Axes | None = None) -> Axes:
+    """Amplitudes over the order per turn of the crank, on logarithmic axes; the `named` strongest with their orders."""
+    ax = new_axes(width=7.6) if ax is None else ax
+    amplitude, order = spectrum.amplitude[1:], spectrum.crank_order[1:]
+    floor = float(amplitude.max()) / 1000 if amplitude.max() > 0 else 1.0
+    shown = np.flatnonzero(amplitude >= floor)
+    names = np.array([spectrum.source(int(k) + 1) for k in shown])
+    for source, (colour, text) in SOURCES.items():
+        some = shown[names == source]
+        if some.size == 0:
+            continue
+        thick, front = (0.8, 1) if source == "both" else (1.6, 2)
+        ax.vlines(order[some], floor, amplitude[some], color=colour, linewidth=thick, zorder=front)
+        ax.plot(order[some], amplitude[some], "o", color=colour, markersize=2.5 * thick, label=text, zorder=front)
+    dress(ax, "order per turn of the crank", quantity)
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_ylim(floor, 2.5 * float(amplitude.max()))
+    ax.xaxis.set_major_formatter("{x:g}")
+    taken: list[float] = []
+    for k in spectrum.strongest(3 * named):
+        # A name needs room: neighbours of one that has it go without.
+        free = all(abs(np.log(spectrum.crank_order[k] / other)) > 0.25 for other in taken)
+        if free and spectrum.amplitude[k] >= floor and len(taken) < named:
+            taken.append(float(spectrum.crank_order[k]))
+            ax.annotate(f"{spectrum.crank_order[k]:.4g}", (spectrum.crank_order[k], spectrum.amplitude[k]),
+                        xytext=(0, 4), textcoords="offset points", ha="center", fontsize="x-small", color=INK)
+    legend_above(ax)
+    return ax
+
+
+def fan_of_individuals(individuals: Fan, ax: Axes | None = None) -> Axes:
+    """Twist of individuals less the mean drive's, over the torque; the first one bold, with its reach over a turn."""
+    ax = new_axes(width=7.6) if ax is None else ax
+    torque = individuals.torque
+    for k, middle in enumerate(individuals.middle[1:]):
+        ax.plot(torque, middle / ARCMIN, color=FAINT, linewidth=1.0, label=None if k else "others of the drawing")
+    ax.fill_between(torque, individuals.low[0] / ARCMIN, individuals.high[0] / ARCMIN, color=BLUE, alpha=SHADE,
+                    linewidth=0)
+    ax.plot(torque, individuals.middle[0] / ARCMIN, color=BLUE, linewidth=2.0,
+            label=f"individual {individuals.seeds[0]}, mean of its turn")
+    ax.axhline(0, color=INK, linewidth=0.8)
+    dress(ax, "torque at the output [N.m]", "twist less the mean drive's [arcmin]")
+    return legend_above(ax, "shaded: reach of the first one over a turn")
+
+
+def _per_pass(values: np.ndarray, passes: int) -> np.ndarray:
+    """Least, mean and greatest value within every passing, (3, passes)."""
+    rows = values.reshape(passes, -1)
+    return np.stack([rows.min(axis=1), rows.mean(axis=1), rows.max(axis=1)])
+
+
+__all__ = ["errors_over_turn", "fan_of_individuals", "order_spectrum", "ripple_map"]

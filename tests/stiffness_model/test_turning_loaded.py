@@ -1,0 +1,145 @@
+"""Transmission error, play and order spectra of an individual that turns."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import stiffness_model as sm
+from stiffness_model.errors import InputError
+from stiffness_model.plots import save
+from stiffness_model.turning import (
+    draw_individual,
+    loaded_turn,
+    mean_individual,
+    no_load,
+    plots,
+    spectrum,
+    turn,
+    turning_map,
+)
+from stiffness_model.turning.fan import fan
+
+
+@pytest.fixture(scope="module")
+def small() -> sm.Drive:
+    """Ratio 9: a turn has 270 passings, and all orders are few."""
+    return sm.load_drive("drive_1", transmission_ratio=9, lobes=10, elements=27, eccentricity="2 mm",
+                         max_twist="20 arcmin", element_radius="6 mm", name="small")
+
+
+@pytest.mark.parametrize("name", ["drive_1", "drive_2", "drive_3"])
+def test_the_twist_under_a_torque_carries_it(name: str) -> None:
+    drive = sm.load_drive(name)
+    one = draw_individual(drive, 2)
+    angle = np.random.default_rng(1).uniform(0, 6, 30)
+    full = float(turning_map(one, [drive.max_twist], angle).torque.mean())
+    for share in (-0.9, -0.01, 0.0, 0.3, 1.1):
+        loaded = loaded_turn(one, share * full, angle)
+        for k in range(0, 30, 7):
+            step = 1e-3 * drive.max_twist
+            twists = loaded.twist[k] + np.array([-step, 0.0, step])
+            torque = turning_map(one, twists, angle[[k]]).torque[0]
+            assert torque[1] == pytest.approx(share * full, abs=1e-7 * full)
+            assert loaded.stiffness[k] == pytest.approx((torque[2] - torque[0]) / (2 * step), rel=0.02, abs=1e-4 * full)
+        assert loaded.transmission_error == pytest.approx(-loaded.twist)
+
+
+def test_play_is_what_the_clearance_leaves(small: sm.Drive) -> None:
+    """Without deviations the middle of the play is zero, and 10 um more at every lobe open it by what the crank must
+    turn to close them: the clearance over the lever at the steepest part of the profile."""
+    angle = turn(small, per_pass=4)[:40]
+    tight = mean_individual(small)
+    loose = replace(tight, lobe=tight.lobe + 1e-5)
+    for one in (tight, loose):
+        assert no_load(one, angle).position_error == pytest.approx(0, abs=3e-7)
+    closed, opened = (no_load(one, angle).play.mean() for one in (tight, loose))
+    lever = small.eccentricity * abs(small.ratio)
+    assert 2e-5 / lever < opened - closed < 1.3 * 2e-5 / lever
+    drawn = no_load(draw_individual(small, 3), angle)
+    assert (drawn.play > 0).all()
+    assert np.ptp(drawn.position_error) > 0
+
+
+def test_a_torque_out_of_reach_is_refused(small: sm.Drive) -> None:
+    with pytest.raises(InputError, match="torque: expected one within"):
+        loaded_turn(draw_individual(small, 0), 1e6, [0.0])
+    with pytest.raises(InputError, match="finite torque"):
+        loaded_turn(draw_individual(small, 0), float("nan"), [0.0])
+
+
+@pytest.mark.parametrize("count", [63, 64])
+def test_orders_hold_the_mean_square(small: sm.Drive, count: int) -> None:
+    """Parseval's theorem, for even and odd numbers of samples."""
+    values = np.random.default_rng(count).normal(3.0, 1.0, count)
+    found = spectrum(small, values)
+    assert found.amplitude[0] ** 2 + found.ripple**2 == pytest.approx((values**2).mean(), rel=1e-12)
+    assert found.ripple == pytest.approx(values.std(), rel=1e-12)
+    assert found.crank_order[9] == pytest.approx(1.0)
+
+
+def test_every_kind_of_deviation_has_its_orders(small: sm.Drive) -> None:
+    """Equal lobes leave the multiples of z, equal elements those of an eccentric's elements, no deviation only the
+    passing of the elements; what needs both to differ is the rest."""
+    drawn, calm = draw_individual(small, 6), mean_individual(small, 0.3)
+    angle = turn(small, per_pass=4)
+    kinds = {
+        "passing": calm,
+        "elements": replace(drawn, lobe=calm.lobe),
+        "lobes": replace(calm, lobe=drawn.lobe),
+        "both": drawn,
+    }
+    apart = {}
+    for kind, one in kinds.items():
+        found = spectrum(small, turning_map(one, [0.5 * small.max_twist], angle).torque[:, 0])
+        by_source = dict.fromkeys((*kinds, "rows"), 0.0)
+        for order in range(1, len(found.order)):
+            source = found.source(order)
+            by_source[source] = max(by_source[source], float(found.amplitude[order]))
+        apart[kind] = by_source
+        allowed = {"passing": {kind}, "both": {*kinds, "rows"}}.get(kind, {"passing", "rows", kind})
+        for source, amplitude in by_source.items():
+            assert (amplitude > 1e-4) == (source in allowed), (kind, source, amplitude)
+            if source not in allowed:
+                assert amplitude < 1e-9
+    assert apart["both"]["lobes"] == pytest.approx(apart["lobes"]["lobes"], rel=0.3)
+
+
+def test_a_crank_radius_per_eccentric_repeats_with_every_row_passing(small: sm.Drive) -> None:
+    drive = sm.load_drive("drive_1", crank_deviation="eccentric")
+    calm, drawn = mean_individual(drive), draw_individual(drive, 1)
+    passing = turn(drive, per_pass=4)[:12]
+    one = replace(calm, crank=drawn.crank)
+    torque = turning_map(one, [drive.max_twist], np.concatenate([passing, passing + passing[-1] + passing[1]])).torque
+    rows = torque.reshape(2, 12)
+    assert rows[0] == pytest.approx(rows[1], rel=1e-12)
+    assert np.abs(rows[0, :4] - rows[0, 4:8]).max() > 1e-3
+
+
+def test_the_fan_is_centred_on_the_mean_drive(small: sm.Drive) -> None:
+    found = fan(small, range(12))
+    assert found.middle.shape == (12, len(found.torque))
+    assert (found.low <= found.middle).all()
+    assert (found.middle <= found.high).all()
+    error = found.middle.std(axis=0) / np.sqrt(12)
+    loaded = np.abs(found.torque) > 0.2 * found.torque.max()
+    assert (np.abs(found.middle.mean(axis=0))[loaded] < 4 * error[loaded]).all()
+
+
+def test_pictures(small: sm.Drive, tmp_path: object) -> None:
+    one, angle = draw_individual(small, 1), turn(small, per_pass=2)
+    full = float(turning_map(one, [small.max_twist], angle[:20]).torque.mean())
+    loaded, free = loaded_turn(one, full, angle), no_load(one, angle)
+    drawn = {
+        "map": plots.ripple_map(turning_map(one, np.linspace(-1, 1, 9) * small.max_twist, angle[:40])),
+        "error": plots.errors_over_turn(free, [loaded]),
+        "orders": plots.order_spectrum(spectrum(small, loaded.transmission_error)),
+        "fan": plots.fan_of_individuals(fan(small, range(2))),
+    }
+    assert drawn["error"].get_xlim() == (0, 9)
+    assert drawn["map"].get_ylabel() == "twist at the output [arcmin]"
+    assert drawn["orders"].get_xscale() == "log"
+    for name, ax in drawn.items():
+        save(ax, f"{tmp_path}/{name}.png")
