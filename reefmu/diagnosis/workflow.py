@@ -35,10 +35,6 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 MOST_EFFECTS = 3
-PATH_NOISE = 0.15
-"""Noise of a step of the twist, over its typical size, above which paths are smoothed more."""
-WINDOWS = (1, 3, 5, 9, 15)
-
 
 @dataclass(frozen=True)
 class Examined:
@@ -70,7 +66,7 @@ def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike
     if look.problems:
         return insufficient(look, look.problems, time.perf_counter() - started)
     say("base curve", 0.0)
-    trace = smooth_trace(record, ratio)
+    trace = trace_of(record, ratio)
     base = base_for(drive, curve, trace)
     study, fresh = prepare(record, trace, base)
     reach = float(np.ptp(np.quantile(study.torque, [0.005, 0.995])))
@@ -89,20 +85,6 @@ def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike
     say("result", 0.95)
     diagnosis = _diagnosis(record, study, found, finding, isolated, look, time.perf_counter() - started)
     return Examined(record, study, found, thresholds, finding, isolated, diagnosis)
-
-
-def smooth_trace(record: Record, ratio: float) -> Trace:
-    """The trace with paths as smooth as the twist's noise asks for."""
-    twist = record.twist(ratio)
-    inner = np.convolve(np.diff(record.run) != 0, np.ones(3), "same") < 0.5
-    third = np.diff(twist, 3)
-    # Third differences of white noise have 20 times its variance; motion is smoother than that.
-    noise = 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20)
-    step = np.abs(np.diff(twist))[inner]
-    moving = step[step > 0.25 * np.quantile(step, 0.9)] if step.size else step
-    typical = float(np.median(moving)) if moving.size else 0.0
-    enough = [w for w in WINDOWS if noise * np.sqrt(2) / w**1.5 <= PATH_NOISE * typical]
-    return trace_of(record, ratio, enough[0] if enough else WINDOWS[-1])
 
 
 def prepare(record: Record, trace: Trace, base: Base) -> tuple[Study, Array]:
