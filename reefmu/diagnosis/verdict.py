@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .accept import SMALL_SCATTER, Justified, Thresholds, choose, left
+from .anonymous import Rival
+from .contest import contest
 from .fit import Fit
 from .identify import Search, degenerate, n_parameters
 from .study import Study
@@ -30,7 +32,8 @@ REMAINDER_SHARE = 0.08
 
 @dataclass(frozen=True)
 class Finding:
-    """verdict; chosen: the set named, or the base fit; alternatives: other sets; remainder: N.m rms."""
+    """verdict; chosen: the set named, or the base fit; alternatives: other sets; remainder: N.m rms;
+    rival: an anonymous part of it, None if there is none to be seen."""
 
     verdict: str
     chosen: Fit
@@ -38,12 +41,26 @@ class Finding:
     alternatives: tuple[tuple[str, ...], ...]
     remainder: float
     examined: tuple[Justified, ...]
+    rival: Rival | None = None
 
 
 def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]] = ()) -> Finding:
     """The verdict on a search."""
     best, examined = choose(study, found, thresholds)
     base = found.base
+    fit = base if best is None else best.fit
+    if fit.weighting.size <= SMALL_SCATTER:
+        outcome = contest(study, found, fit, study.spread if len(study.spread) else None)
+        kept, rival = outcome.kept, outcome.rival
+        if outcome.tolerated:
+            return Finding("none", base, {}, (), remainder(study, base), tuple(examined))
+        if rival is not None:
+            # Beside names that stand, or alone: what is left has a place but no name.
+            gain = base.cost - kept.cost
+            shares = {} if best is None else {n: best.shares.get(n, gain / (gain + rival.gain)) for n in kept.names}
+            alternatives = _alternatives(study, kept, found, twins) if kept is fit and kept.names else ()
+            verdict = "ambiguous" if alternatives else "partly" if kept.names else "unknown"
+            return Finding(verdict, kept, shares, alternatives, remainder(study, kept), tuple(examined), rival)
     if best is None:
         rest = remainder(study, base)
         something = left(study, base) > 0 and rest > _visible(study, base)

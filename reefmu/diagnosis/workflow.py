@@ -17,19 +17,21 @@ from ..tables import cached_lookup
 from .accept import Thresholds, calibrate
 from .audit import Audit, audit
 from .base import Base, curve_base, drawing_base, power_base, ratio_without_drawing
-from .fit import Fit
 from .identify import Search, base_fit, search
+from .individual import is_mean
+from .intervals import named_effect
 from .isolate import Isolability, isolability, splitting, wanted
 from .kernels import kernel
 from .locate import locate
 from .noise import Noise, estimate_noise
 from .report_gap import gap_of
-from .result import Diagnosis, Gap, NamedEffect, Value
+from .result import Diagnosis, Gap, Place
 from .scatter import Scatter, cached_maps, fresh_individuals, gear_share
 from .scores import directions
 from .study import Study, block_variances, candidates_of, make_weights, search_blocks
 from .trace import Trace, trace_of
 from .verdict import Finding, decide, scattered
+from .weighting import SIZES
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
@@ -107,7 +109,13 @@ def prepare(record: Record, trace: Trace, base: Base) -> tuple[Study, Array]:
         fresh = fresh_individuals(maps, scatter.twist, scatter.turned)
     names, left_out = candidates_of(record.missing, base)
     weights = make_weights(variance, None if scatter is None else scatter.own, n)
-    return Study(base, trace, blocks, noise, weights, variance, block_variance, names, left_out, scatter), fresh
+    study = Study(base, trace, blocks, noise, weights, variance, block_variance, names, left_out, scatter,
+                  spread=fresh.std(axis=0) if len(fresh) else np.zeros(0))
+    if is_mean(study, fresh):
+        # Nothing may then be put down to scatter, and no individual need calibrate thresholds.
+        study.mean, study.weights = True, weights.with_size(SIZES[0])
+        fresh = fresh[:0]
+    return study, fresh
 
 
 def _slope(trace: Trace, base: Base) -> Array:
@@ -139,12 +147,16 @@ def _diagnosis(record: Record, study: Study, found: Search, finding: Finding, is
     noise_only = float(np.sqrt(np.mean(study.block_variance)))
     systematic = max(float(np.mean(before**2)) - noise_only**2, 0.0)
     gap = gap_of(study, found.base, chosen)
-    effects = tuple(named_effect(study, chosen, name, finding, base) for name in chosen.names)
+    effects = tuple(named_effect(study, chosen, name, base) for name in chosen.names)
     rest = study.torque - chosen.prediction.torque
     rest = rest - scattered(study, chosen, rest)
     places = locate(study, rest, finding.remainder**2) if finding.remainder > 0 else ()
     sets = [list(chosen.names), *finding.alternatives]
     nexts = splitting(sets) if len(sets) > 1 else []
+    if finding.rival is not None:
+        rms = float(np.sqrt(np.mean(finding.rival.part**2)))
+        places = (Place(finding.rival.family.place, f"as a smooth function, {rms:.3g} N.m rms",
+                        min(1.0, rms**2 / max(finding.remainder**2, rms**2, 1e-300))), *places)
     if finding.verdict in ("partly", "unknown") and places:
         nexts.append(f"the remainder lies in {places[0].coordinate} ({places[0].region}): "
                      "repeat the record there, finer")
@@ -166,52 +178,6 @@ def _diagnosis(record: Record, study: Study, found: Search, finding: Finding, is
         {"kind": study.base.kind, "source": study.base.source, "zero [rad]": float(chosen.parameters[0]), **shape,
          "scatter_size": chosen.weighting.size if len(chosen.weighting.strength) else 0.0,
          "full_torque [N.m]": study.base.full_torque}, seconds)
-
-
-def named_effect(study: Study, fit: Fit, name: str, finding: Finding, base: Fit) -> NamedEffect:
-    """One effect with its parameters and their 95 % intervals."""
-    at = 1 + study.base.n_shape
-    for other in fit.names:
-        if other == name:
-            break
-        at += len(kernel(other).effect.parameters)
-    deviation = deviations(study, fit)
-    values = {}
-    for k, p in enumerate(kernel(name).effect.parameters):
-        value, z = float(fit.parameters[at + k]), float(deviation[at + k])
-        if fit.box.logarithmic[at + k]:
-            spread = float(np.exp(min(1.96 * z, 50.0)))
-            low, high = value / spread, value * spread
-        else:
-            half = 1.96 * z * float(fit.box.scale[at + k])
-            low, high = value - half, value + half
-        low, high = max(low, p.minimum), min(high, p.maximum)
-        warning = "at its bound" if fit.at_bound[at + k] else ""
-        if not warning and high - low > 1.0 * abs(value) and not p.name.startswith("phase"):
-            warning = "wide interval"
-        values[p.name] = Value(value, low, high, p.unit, warning)
-    return NamedEffect(name, values, float(np.clip(_share(study, fit, name, base), 0.0, 1.0)))
-
-
-def deviations(study: Study, fit: Fit) -> Array:
-    """Standard deviations (size,) of the fitted variables; a misfit beyond noise and scatter widens them."""
-    scale = np.sqrt(np.maximum(np.diag(fit.curvature), 1e-300))
-    correlation = fit.curvature / scale / scale[:, None]
-    inverse = np.linalg.pinv(correlation + 1e-10 * np.eye(len(scale)), hermitian=True)
-    expected = float((study.block_variance / study.variance).sum())
-    misfit = max(1.0, fit.chi_square / expected)
-    return np.sqrt(np.maximum(np.diag(inverse), 0.0) * misfit) / scale
-
-
-def _share(study: Study, fit: Fit, name: str, base: Fit) -> float:
-    """Part of the initial systematic gap that goes when this effect is added last."""
-    from .identify import without
-
-    noise = float(np.mean(study.block_variance))
-    before = max(float(np.mean((study.torque - base.prediction.torque) ** 2)) - noise, 1e-300)
-    full = float(np.mean((study.torque - fit.prediction.torque) ** 2))
-    lacking = float(np.mean((study.torque - without(study, fit, name)) ** 2))
-    return (lacking - full) / before if len(fit.names) > 1 else (before - max(full - noise, 0.0)) / before
 
 
 def sentence(finding: Finding, gap: Gap, study: Study) -> str:
