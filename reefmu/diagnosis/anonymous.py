@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,7 +108,7 @@ def families(study: Study, residual: Array) -> Iterator[Family]:
         yield Family("speed of the output, by torque", _times(_speeds(speed)))
     if np.ptp(warmth) > LEAST_WARMING:
         warm = (warmth / np.abs(warmth).max())[:, None]
-        yield Family("temperature, by torque", lambda torque: warm * _curve(torque))
+        yield Family("temperature, by torque", partial(_curve_times, warm))
     if np.ptp(crank) > LEAST_TURN:
         for order in range(1, ORDERS + 1):
             waves = np.stack([np.cos(order * crank), np.sin(order * crank)], axis=1)
@@ -126,17 +127,30 @@ def families(study: Study, residual: Array) -> Iterator[Family]:
 
 
 def _fixed(place: str, columns: Array, tried: float = 1.0) -> Family:
-    return Family(place, lambda torque: columns, tried)
+    return Family(place, partial(_whatever, columns), tried)
+
+
+def _whatever(columns: Array, torque: Array) -> Array:
+    """The same columns under any torque."""
+    return columns
 
 
 def _times(factors: Array, most: int = 4) -> Columns:
     """Products of factors (n, k) with the first of 1, torque, its size and its signed square."""
+    return partial(_products, factors, most)
 
-    def columns(torque: Array) -> Array:
-        few = np.stack([np.ones_like(torque), torque, np.abs(torque), torque * np.abs(torque)][:most], axis=1)
-        return (factors[:, :, None] * few[:, None, :]).reshape(len(torque), -1)
 
-    return columns
+def _products(factors: Array, most: int, torque: Array) -> Array:
+    few = np.stack([np.ones_like(torque), torque, np.abs(torque), torque * np.abs(torque)][:most], axis=1)
+    return (factors[:, :, None] * few[:, None, :]).reshape(len(torque), -1)
+
+
+def _curve_times(factor: Array, torque: Array) -> Array:
+    return factor * _curve(torque)
+
+
+def _scales(own: Array, torque: Array) -> Array:
+    return own * torque[:, None]
 
 
 def _curve(torque: Array) -> Array:
@@ -188,7 +202,7 @@ def _runs(study: Study, residual: Array) -> Iterator[Family]:
         return
     own = (run[:, None] == numbers).astype(float)
     yield _fixed("zero of each run", own)
-    yield Family("scale of each run", lambda torque: own * torque[:, None])
+    yield Family("scale of each run", partial(_scales, own))
     steps = (run >= numbers[1:, None]).astype(float)
     scale = 1 / np.sqrt(study.variance)
     centred = steps - (steps @ scale**2 / (scale**2).sum())[:, None]

@@ -17,7 +17,7 @@ from .study import Study
 
 Array = NDArray[np.float64]
 
-ALIKE_SHARE, ALIKE_COST = 0.02, 9.0
+ALIKE_SHARE, ALIKE_COST = 0.004, 9.0
 """Other sets as good as this are alternatives: by the share of the gain, and by what chance makes."""
 REMAINDER, REMAINDER_INDIVIDUAL = 0.0025, 0.0045
 """Systematic remainder, rms over full torque, that is said to be there: on the mean drive, and beside scatter,

@@ -1,5 +1,7 @@
 """Paths and speeds behind noisy angles: what the noise does is not motion."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -46,6 +48,6 @@ def test_between_turning_points_nothing_comes_back(values: list[float], least: f
     assert np.all(np.diff(turns[1:]) >= 0)
     inner = turns[1:-1]
     assert np.all(np.abs(np.diff(angle[inner])) > least)
-    for a, b in zip(inner, inner[1:], strict=False):
+    for a, b in itertools.pairwise(inner):
         piece = np.sign(angle[b] - angle[a]) * angle[a:b + 1]
         assert (np.maximum.accumulate(piece) - piece).max() <= least
