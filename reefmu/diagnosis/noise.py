@@ -46,7 +46,7 @@ class Noise:
 
 def estimate_noise(trace: Trace, slope: Array) -> Noise:
     """Noise of a trace (all samples, not thinned); slope: (n,) stiffness of the base curve, N.m/rad."""
-    pairs = [pair for a, b in trace.bounds for pair in _differences(trace, slope, a, b)]
+    pairs = [_difference(trace, slope, first, second) for first, second in matching(trace)]
     repeated = len(pairs) >= 2
     if not repeated:
         pairs = [pair for a, b in trace.bounds if (pair := _roughness(trace, slope, a, b)) is not None]
@@ -90,8 +90,13 @@ def period_of(twist: Array) -> int:
     return round(period) if period >= LEAST_CYCLE and steady else 0
 
 
-def _differences(trace: Trace, slope: Array, a: int, b: int) -> list[tuple[Array, Array]]:
-    """Differences one cycle apart in the run from a to b, and the slopes there, cycle by cycle."""
+def matching(trace: Trace) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Indices of matching samples, one cycle apart, cycle by cycle over all runs."""
+    return [pair for a, b in trace.bounds for pair in _matching(trace, a, b)]
+
+
+def _matching(trace: Trace, a: int, b: int) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Indices one cycle apart in the run from a to b."""
     twist, period = trace.smooth_twist[a:b], period_of(trace.smooth_twist[a:b])
     n = b - a
     if not period or n < 1.9 * period:
@@ -111,12 +116,15 @@ def _differences(trace: Trace, slope: Array, a: int, b: int) -> list[tuple[Array
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
         pieces = max(1, round((end - begin) / period))
         for index in np.array_split(np.arange(a + begin, a + end), pieces):
-            if len(index) < max(LEAST_CYCLE, period // 3):
-                continue
-            other = index + period
-            d = trace.torque[other] - trace.torque[index] - slope[index] * (trace.twist[other] - trace.twist[index])
-            found.append((_detrended(d) / np.sqrt(2), slope[index]))
+            if len(index) >= max(LEAST_CYCLE, period // 3):
+                found.append((index, index + period))
     return found
+
+
+def _difference(trace: Trace, slope: Array, first: NDArray[np.intp], second: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Noise in the difference of matching samples, as of one of them, and the slopes there."""
+    d = trace.torque[second] - trace.torque[first] - slope[first] * (trace.twist[second] - trace.twist[first])
+    return _detrended(d) / np.sqrt(2), slope[first]
 
 
 def _detrended(values: Array) -> Array:

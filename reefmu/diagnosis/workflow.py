@@ -24,13 +24,14 @@ from .isolate import Isolability, isolability, splitting, wanted
 from .kernels import kernel
 from .locate import locate
 from .noise import Noise, estimate_noise
+from .remainder import scattered
 from .report_gap import gap_of
 from .result import Diagnosis, Gap, Place
 from .scatter import Scatter, cached_maps, fresh_individuals, gear_share
 from .scores import directions
 from .study import Study, block_variances, candidates_of, make_weights, search_blocks
 from .trace import Trace, trace_of
-from .verdict import Finding, decide, scattered
+from .verdict import Finding, decide
 from .weighting import SIZES
 
 Array = NDArray[np.float64]
