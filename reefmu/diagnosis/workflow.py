@@ -186,19 +186,21 @@ def sentence(finding: Finding, gap: Gap, study: Study) -> str:
     names = " and ".join(kernel(n).effect.title.lower() + f" ({n})" for n in finding.chosen.names)
     shrink = f"the gap shrinks from {gap.before:.3g} to {gap.after:.3g} N.m at a noise of {gap.noise:.3g} N.m"
     full = study.base.full_torque
+    place = "" if finding.rival is None else f"; it goes with {finding.rival.family.place}"
     match finding.verdict:
         case "named":
             return f"What is missing is {names}: {shrink}."
         case "partly":
             return (f"What is missing is {names}: {shrink}; a remainder of {finding.remainder:.3g} N.m "
-                    f"({100 * finding.remainder / full:.2g} % of full torque) that no known effect explains is left.")
+                    f"({100 * finding.remainder / full:.2g} % of full torque) that no known effect explains "
+                    f"is left{place}.")
         case "ambiguous":
             others = "; or ".join(" and ".join(a) for a in finding.alternatives)
             return f"This record cannot tell: {names} fits ({shrink}), and so does {others}."
         case "unknown":
             return (f"Something is missing that is not known here: a gap of {finding.remainder:.3g} N.m "
                     f"({100 * finding.remainder / full:.2g} % of full torque) is beyond noise and tolerance scatter, "
-                    "and no known effect explains it.")
+                    f"and no known effect explains it{place}.")
         case _:
             pass
     return "Nothing is missing: noise and tolerance scatter explain the record."
