@@ -11,7 +11,7 @@ from reefmu.diagnosis.motion import angle_noise, path_of, speed_of, turning_poin
 
 TRUE = np.concatenate([np.linspace(0, 1, 30), np.full(190, 1.0), np.linspace(1, 0, 20), np.full(100, 0.0),
                        np.linspace(0, -1, 25), np.linspace(-1, 1, 50), np.linspace(1, -1, 50)])
-TIME = 0.01 * np.arange(len(TRUE))
+TIME = np.linspace(0, 0.01 * (len(TRUE) - 1), len(TRUE))
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.6])
