@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .fit import Fit
-from .identify import Search, degenerate, without
+from .identify import Search, degenerate, part_of, without
 from .kernels import kernel
 from .scores import Direction, gains, projector
 from .study import Study
@@ -34,7 +34,7 @@ FAMILIES = (
     frozenset({"torque_sensor_offset", "torque_sensor_drift"}),
 )
 """Effects that a real effect of another form than ours would borrow from."""
-FORM_ERROR = 0.025
+FORM_ERROR = 0.006
 """Share of the gain of its kin that a further effect of a family must reach."""
 SMALL_SCATTER = 0.15
 """Size of the scatter below which a drive counts as the mean drive."""
@@ -144,7 +144,7 @@ def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Ma
 def _smaller(study: Study, fit: Fit, name: str, others: tuple[str, ...], known: Mapping[frozenset[str], Fit]) -> Fit:
     """The best fit of a set without one of its effects, from where the set stands and from where it was found."""
     weights = fit.weighting if study.weights_at(fit) is not study.weights else None
-    fits = [study.fit_from(others, _parameters_without(study, fit, name), weights)]
+    fits = [study.fit_from(*part_of(study, fit, frozenset(others)), weights)]
     if (found := known.get(frozenset(others))) is not None:
         fits.append(found)
     return min(fits, key=lambda f: f.cost)
@@ -154,16 +154,6 @@ def material(study: Study, change: Array) -> float:
     """Greatest rms of a change (n,) over a run, N.m."""
     runs = study.trace.run[study.blocks.first]
     return max(float(np.sqrt(np.mean(change[runs == r] ** 2))) for r in np.unique(runs))
-
-
-def _parameters_without(study: Study, fit: Fit, name: str) -> Array:
-    parts, at = [fit.parameters[:1 + study.base.n_shape]], 1 + study.base.n_shape
-    for other in fit.names:
-        n = len(kernel(other).effect.parameters)
-        if other != name:
-            parts.append(fit.parameters[at:at + n])
-        at += n
-    return np.concatenate(parts)
 
 
 def choose(study: Study, found: Search, thresholds: Thresholds) -> tuple[Justified | None, list[Justified]]:

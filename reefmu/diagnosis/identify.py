@@ -24,6 +24,8 @@ SETTLED = 5
 """Sets of each size that are fitted to the end."""
 STARTS = 2
 """Variants of a candidate that are fitted, the best by their scores."""
+MOST_SWAPS = 3
+"""Rounds of swapping."""
 WORTH = 6.0
 """Gain by score below which a further effect is not fitted."""
 EXCLUDING = (frozenset({"backlash", "preload"}),)
@@ -72,7 +74,45 @@ def search(study: Study, most: int = 3, progress: Callable[[str, float], None] |
         best[size].sort(key=lambda f: f.cost)
         if size >= 2 and best[size - 1][0].cost - best[size][0].cost < WORTH:
             break
+        if size >= 2:
+            best[size] = swapped(study, best[size], best[size - 1], parents)
     return Search(base, best)
+
+
+def swapped(study: Study, fits: list[Fit], smaller: list[Fit], extended_already: list[Fit]) -> list[Fit]:
+    """The fits of one size with each member of the best replaced by every other candidate, until none is better.
+
+    smaller: fits with one effect less, from which the replacements start; extended_already: those of them from which
+    the fits came.
+    """
+    known = {frozenset(f.names): f for f in fits}
+    parts = {frozenset(f.names): f for f in smaller}
+    tried = {frozenset(f.names) for f in extended_already}
+    for _ in range(MOST_SWAPS):
+        best = min(known.values(), key=lambda f: f.cost)
+        left = [frozenset(best.names) - {name} for name in best.names]
+        new = [part for part in left if part not in tried]
+        if not new:
+            break
+        for part in new:
+            tried.add(part)
+            parent = parts.get(part)
+            if parent is None:
+                parent = study.fit_from(*part_of(study, best, part))
+            for fit in extended(study, parent, known):
+                known[frozenset(fit.names)] = settled(study, fit) if fit.cost < best.cost else fit
+    return sorted(known.values(), key=lambda f: f.cost)
+
+
+def part_of(study: Study, fit: Fit, names: frozenset[str]) -> tuple[tuple[str, ...], Array]:
+    """Some names of a fit, and its parameters without the others'."""
+    keep, at = [fit.parameters[:1 + study.base.n_shape]], 1 + study.base.n_shape
+    for name in fit.names:
+        n = len(kernel(name).effect.parameters)
+        if name in names:
+            keep.append(fit.parameters[at:at + n])
+        at += n
+    return tuple(n for n in fit.names if n in names), np.concatenate(keep)
 
 
 def extended(study: Study, parent: Fit, known: dict[frozenset[str], Fit]) -> list[Fit]:

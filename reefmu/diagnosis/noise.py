@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from .autocorrelation import autocorrelation
 from .trace import Trace
 
 Array = NDArray[np.float64]
 
 LEAST_CYCLE = 24
 """Samples below which a cycle says nothing."""
-CORRELATIONS = (0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.96, 0.97, 0.98, 0.985)
-"""Lag-one autocorrelations that are tried."""
 ALIKE = 0.04
 """Greatest difference of two cycles' ranges, as a share."""
 
@@ -47,7 +46,7 @@ class Noise:
 
 def estimate_noise(trace: Trace, slope: Array) -> Noise:
     """Noise of a trace (all samples, not thinned); slope: (n,) stiffness of the base curve, N.m/rad."""
-    pairs = [pair for a, b in trace.bounds for pair in _differences(trace, slope, a, b)]
+    pairs = [_difference(trace, slope, first, second) for first, second in matching(trace)]
     repeated = len(pairs) >= 2
     if not repeated:
         pairs = [pair for a, b in trace.bounds if (pair := _roughness(trace, slope, a, b)) is not None]
@@ -55,13 +54,12 @@ def estimate_noise(trace: Trace, slope: Array) -> Noise:
     if not pairs:
         spread = float(np.std(trace.torque)) or 1.0
         return Noise(spread, 0.0, 1.0, 0.0, 0, False)
-    covariance, lag_one, correlation = _autocovariance([d for d, _ in pairs])
-    squares = np.concatenate([d**2 for d, _ in pairs])
-    slopes = np.concatenate([s for _, s in pairs])
-    # Mean and slope of every pair are gone, and with them some of a slow noise.
-    lift = covariance / max(float(np.mean(np.concatenate([d**2 for d, _ in pairs]))), 1e-300)
-    a_part, b_part = _parts(squares * lift, slopes)
-    return Noise(float(np.sqrt(a_part)), float(np.sqrt(b_part)), correlation, lag_one, len(pairs), repeated)
+    # In units of the local noise, so that steep and flat stretches count alike; the sizes follow.
+    rough = _parts(np.concatenate([d**2 for d, _ in pairs]), np.concatenate([s for _, s in pairs]))
+    units = [np.sqrt(rough[0] + rough[1] * s**2) for _, s in pairs]
+    found = autocorrelation([_detrended(d / unit) for (d, _), unit in zip(pairs, units, strict=True)], LEAST_CYCLE)
+    return Noise(float(np.sqrt(rough[0] * found.variance)), float(np.sqrt(rough[1] * found.variance)),
+                 found.integral, found.lag_one, len(pairs), repeated)
 
 
 def _alike(pairs: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
@@ -92,8 +90,13 @@ def period_of(twist: Array) -> int:
     return round(period) if period >= LEAST_CYCLE and steady else 0
 
 
-def _differences(trace: Trace, slope: Array, a: int, b: int) -> list[tuple[Array, Array]]:
-    """Differences one cycle apart in the run from a to b, and the slopes there, cycle by cycle."""
+def matching(trace: Trace) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Indices of matching samples, one cycle apart, cycle by cycle over all runs."""
+    return [pair for a, b in trace.bounds for pair in _matching(trace, a, b)]
+
+
+def _matching(trace: Trace, a: int, b: int) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Indices one cycle apart in the run from a to b."""
     twist, period = trace.smooth_twist[a:b], period_of(trace.smooth_twist[a:b])
     n = b - a
     if not period or n < 1.9 * period:
@@ -113,12 +116,15 @@ def _differences(trace: Trace, slope: Array, a: int, b: int) -> list[tuple[Array
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
         pieces = max(1, round((end - begin) / period))
         for index in np.array_split(np.arange(a + begin, a + end), pieces):
-            if len(index) < max(LEAST_CYCLE, period // 3):
-                continue
-            other = index + period
-            d = trace.torque[other] - trace.torque[index] - slope[index] * (trace.twist[other] - trace.twist[index])
-            found.append((_detrended(d) / np.sqrt(2), slope[index]))
+            if len(index) >= max(LEAST_CYCLE, period // 3):
+                found.append((index, index + period))
     return found
+
+
+def _difference(trace: Trace, slope: Array, first: NDArray[np.intp], second: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Noise in the difference of matching samples, as of one of them, and the slopes there."""
+    d = trace.torque[second] - trace.torque[first] - slope[first] * (trace.twist[second] - trace.twist[first])
+    return _detrended(d) / np.sqrt(2), slope[first]
 
 
 def _detrended(values: Array) -> Array:
@@ -144,46 +150,6 @@ def _centre_weight(window: int) -> float:
     from scipy.signal import savgol_coeffs
 
     return float(savgol_coeffs(window, 3)[window // 2])
-
-
-def _autocovariance(pieces: list[Array]) -> tuple[float, float, float]:
-    """Variance, lag-one correlation and integrated correlation behind detrended pieces.
-
-    Detrending takes most of a slow noise away, so that it cannot be summed up directly: what a first-order
-    autoregression plus white noise would leave after it is held against what is left.
-    """
-    length = min(200, int(np.median([len(p) for p in pieces])))
-    parts = [_detrended(p[k:k + length]) for p in pieces for k in range(0, len(p) - length + 1, length)]
-    parts = parts or [_detrended(p) for p in pieces if len(p) >= LEAST_CYCLE]
-    length = min(len(p) for p in parts)
-    block = np.stack([_detrended(p[:length]) for p in parts])
-    lags = max(4, length // 3)
-    found = np.array([(block[:, k:] * block[:, :length - k]).mean() for k in range(lags)])
-    best: tuple[float, float, float, float] | None = None
-    white = _left(np.concatenate([[1.0], np.zeros(length - 1)]), lags)
-    spread = 1 / np.sqrt(1.0 + np.arange(lags))
-    for rho in CORRELATIONS:
-        slow = _left(np.asarray(rho ** np.arange(length), float), lags)
-        columns = np.stack([slow, white], axis=1)
-        (a, b), misfit = nnls(columns * spread[:, None], found * spread)
-        if best is None or misfit < best[3]:
-            best = float(a), float(b), rho, float(misfit)
-    assert best is not None
-    a, b, rho, _ = best
-    variance = max(a + b, 1e-300)
-    return variance, a * rho / variance, max((a * (1 + rho) / (1 - rho) + b) / variance, 1.0)
-
-
-def _left(autocovariance: Array, lags: int) -> Array:
-    """Mean products at each lag that detrending leaves of a noise with this autocovariance, (lags,)."""
-    n = len(autocovariance)
-    index = np.abs(np.arange(n)[:, None] - np.arange(n))
-    line = np.stack([np.ones(n), np.linspace(-1, 1, n)], axis=1)
-    line /= np.linalg.norm(line, axis=0)
-    covariance = autocovariance[index]
-    half = covariance - line @ (line.T @ covariance)
-    rest = half - (half @ line) @ line.T
-    return np.array([np.diagonal(rest, k).mean() for k in range(lags)])
 
 
 def _parts(squares: Array, slope: Array) -> tuple[float, float]:

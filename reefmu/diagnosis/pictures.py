@@ -15,9 +15,9 @@ from stiffness_model.units import ARCMIN
 
 from .fit import Fit
 from .locate import coordinates
+from .remainder import scattered
 from .report_gap import held_out
 from .study import Study
-from .verdict import scattered
 
 Array = NDArray[np.float64]
 

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 
 from ..effects import Along, Effect, Place, State
 from .base import Base
 from .element import element_torque
 from .kernels import Tangent, Values, accumulate, is_zero, kernel, scaled
 from .trace import Blocks, Trace
+from .trajectory import exponentials, propagated, recurrence, steps
 from .vectorised import Number
 
 Array = NDArray[np.float64]
@@ -111,7 +111,7 @@ class _Run:
         twist = _Dual(self.trace.twist, {}).plus(shift, -1.0)
         path = self.trace.smooth_twist - shift.value
         self.signals["twist"] = twist.value
-        self.signals["twist_direction"] = np.sign(_steps(path, self.trace.start))
+        self.signals["twist_direction"] = np.sign(steps(path, self.trace.start))
         self._path_states(path, twist.tangent)
         clearance = self._total(Place.CLEARANCE, twist.tangent)
         elastic, slope = self._contacts(twist, clearance)
@@ -168,18 +168,18 @@ class _Run:
                 if state.along is Along.TIME:
                     way = np.where(begin, 0.0, t.step)
                 else:
-                    way = _steps({Along.TWIST: path, Along.CRANK: t.crank, Along.OUTPUT: t.output}[state.along], begin)
+                    way = steps({Along.TWIST: path, Along.CRANK: t.crank, Along.OUTPUT: t.output}[state.along], begin)
                 # A constant shift of the twist moves no path.
                 moving = {} if state.along is not Along.TWIST else {
-                    i: np.sign(way) * _steps(v, begin) for i, v in twist_tangent.items() if isinstance(v, np.ndarray)}
+                    i: np.sign(way) * steps(v, begin) for i, v in twist_tangent.items() if isinstance(v, np.ndarray)}
                 self._advance(index, s, begin, np.abs(way), moving, twist_tangent)
 
     def _advance(self, index: int, s: int, begin: NDArray[np.bool_], length: Array, moving: Tangent,
                  twist_tangent: Tangent) -> None:
         k, first = self.of.kernels[index], self.of.slices[index].start
         a, b = k.equations[s](self.signals, self._parameters(index), self.states[index])
-        decay, mean, mean_slope = _exponentials(a.value * length)
-        x = _recurrence(decay, [b.value * length * mean], begin)[0]
+        decay, mean, mean_slope = exponentials(a.value * length)
+        x = recurrence(decay, [b.value * length * mean], begin)[0]
         before = np.concatenate([[0.0], x[:-1]])
         before[begin] = 0.0
         by_a = length * decay * before + b.value * length**2 * mean_slope
@@ -192,7 +192,7 @@ class _Run:
         if moving:
             accumulate(tangent, moving, (a.value * before + b.value) * decay)
         self.states[index][s] = x
-        self.state_tangents[index][s] = _propagated(decay, tangent, begin)
+        self.state_tangents[index][s] = propagated(decay, tangent, begin)
 
     # -- contacts -------------------------------------------------------------------------------------------
 
@@ -228,7 +228,7 @@ class _Run:
             a, b = k.equations[s](self.signals, self._parameters(i), self.states[i])
             begin = self._begin(k.effect.states[s])
             length = np.where(begin, 0.0, self.trace.step)
-            decay, mean, mean_slope = _exponentials(a.value * length)
+            decay, mean, mean_slope = exponentials(a.value * length)
             before = self.states[i][s]
             by_a = length * decay * before + b.value * length**2 * mean_slope
             by_b = length * mean
@@ -238,14 +238,14 @@ class _Run:
                 offset = k.contribution(self.signals, self._parameters(i), self.states[i])[1]
                 feel = -slope * offset.by_states.get(s, 0.0)
             rate = decay + by_torque * feel
-            present[i][s] = _recurrence(rate, [b.value * by_b - by_torque * feel * before], begin)[0]
+            present[i][s] = recurrence(rate, [b.value * by_b - by_torque * feel * before], begin)[0]
             if tangents:
                 tangent = scaled(elastic.tangent, by_torque)
                 for v, by in ((a, by_a), (b, by_b)):
                     accumulate(tangent, {first + j: value for j, value in v.by_parameters.items()}, by)
                     if not is_zero(v.by_twist):
                         accumulate(tangent, twist.tangent, by * v.by_twist)
-                present_tangents[i][s] = _propagated(rate, tangent, begin)
+                present_tangents[i][s] = propagated(rate, tangent, begin)
         self.states, self.state_tangents = present, present_tangents
 
     def _solve(self, twist: _Dual, clearance: _Dual) -> tuple[_Dual, Array]:
@@ -309,44 +309,6 @@ class _Run:
                 accumulate(tangent, share.tangent, -scale * t)
                 accumulate(tangent, position.tangent, -scale * share.value * b)
         return _Dual(scale * torque, tangent), scale * stiffness
-
-
-def _steps(path: Array, begin: NDArray[np.bool_]) -> Array:
-    change = np.diff(path, prepend=path[0])
-    change[begin] = 0.0
-    return change
-
-
-def _exponentials(z: Array) -> tuple[Array, Array, Array]:
-    """exp(z), its mean over a step (exp(z) - 1)/z, and that mean's slope."""
-    small = np.abs(z) < 1e-4
-    safe = np.where(small, 1.0, z)
-    decay = np.exp(z)
-    mean = np.where(small, 1 + z / 2 + z * z / 6, np.expm1(safe) / safe)
-    slope = np.where(small, 0.5 + z / 3, (decay - mean) / safe)
-    return decay, mean, slope
-
-
-def _recurrence(decay: Array, gains: Sequence[Array], begin: NDArray[np.bool_]) -> list[Array]:
-    """x of x[k] = decay[k] x[k-1] + gain[k], zero where it begins, for several gains (n,)."""
-    n = len(begin)
-    right = np.zeros((n, len(gains)), order="F")
-    for k, gain in enumerate(gains):
-        right[:, k] = gain
-    right[begin] = 0.0
-    band = np.ones((2, n), order="F")
-    band[1, :-1] = np.where(begin, 0.0, -decay)[1:]
-    x, info = lapack.dtbtrs(  # type: ignore[attr-defined]
-        band, right, uplo="L", diag="U", overwrite_b=True)
-    assert info == 0
-    return [np.ascontiguousarray(x[:, k]) for k in range(len(gains))]
-
-
-def _propagated(decay: Array, tangent: Tangent, begin: NDArray[np.bool_]) -> Tangent:
-    """Tangents of a state from those of its steps."""
-    if not tangent:
-        return {}
-    return dict(zip(tangent, _recurrence(decay, list(tangent.values()), begin), strict=True))
 
 
 def effects_of(names: Sequence[str]) -> list[Effect]:

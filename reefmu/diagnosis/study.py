@@ -32,7 +32,8 @@ class Study:
     with the noise's correlation in it; block_variance: (n,) what the noise alone leaves in each; candidates: names;
     left_out: others, with the reason; scatter: of the population, None without a drawing;
     null_excess: what single drives of the population leave beyond the components, as a cost; shifted: weights
-    by the twist and the clearance that the contacts feel.
+    by the twist and the clearance that the contacts feel; mean: whether this is the mean drive, so that the scatter
+    keeps its least size; spread: (n,) N.m, standard deviation of the population, empty if unknown.
     """
 
     base: Base
@@ -47,6 +48,8 @@ class Study:
     scatter: Scatter | None
     null_excess: float = 0.0
     shifted: list[tuple[Array, Array, Weighting]] = field(default_factory=list)
+    mean: bool = False
+    spread: Array = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def torque(self) -> Array:
@@ -69,7 +72,7 @@ class Study:
 
         A drive with play scatters where its contacts carry, one with preload also where it carries nothing.
         """
-        if self.scatter is None:
+        if self.scatter is None or self.mean:
             return self.weights
         twist, clearance = found.prediction.contact, found.prediction.clearance
         near, alike = 0.02 * self.base.reach, 0.3 * self.scatter.responses.deviation
@@ -84,7 +87,7 @@ class Study:
                  refit_size: bool = True) -> Fit:
         """Fit a set from one start; refit_size: let the size of the scatter follow."""
         return fit(self.predictor(names), self.torque, self.weights if weights is None else weights, self.box(names),
-                   start, steps, refit_size=refit_size)
+                   start, steps, refit_size=refit_size and not self.mean)
 
     def expected(self, found: Fit) -> float:
         """The cost that noise and scatter alone would leave, in the mean."""

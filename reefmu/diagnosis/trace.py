@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from ..record import Record
+from .motion import angle_noise, path_of, speed_of
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,8 @@ class Trace:
     """Signals over n samples, all (n,), SI units and degC.
 
     start: first samples of runs; step: time since the sample before, s, never negative; twist: as measured, rad;
-    smooth_*: with the noise taken out, for paths, directions and speeds; torque: measured, N.m.
+    smooth_twist, crank, output: paths without their noise, see `motion`; *_speed, twist_rate: rad/s; torque: measured,
+    N.m.
     """
 
     time: Array
@@ -38,6 +39,7 @@ class Trace:
     temperature: Array
     twist: Array
     smooth_twist: Array
+    twist_rate: Array
     torque: Array
     ratio: float
 
@@ -48,11 +50,6 @@ class Trace:
     def first(self) -> NDArray[np.bool_]:
         """The record's first sample."""
         return np.arange(len(self)) == 0
-
-    @cached_property
-    def twist_rate(self) -> Array:
-        """rad/s."""
-        return self.crank_speed / self.ratio - self.output_speed
 
     @cached_property
     def crank_direction(self) -> Array:
@@ -71,50 +68,22 @@ class Trace:
         return list(itertools.pairwise(edges))
 
 
-def trace_of(record: Record, ratio: float, window: int = 1) -> Trace:
-    """The signals of a record; window: samples over which paths are smoothed (1: not at all)."""
+def trace_of(record: Record, ratio: float) -> Trace:
+    """The signals of a record; paths and speeds without the noise of the angles."""
     start = np.zeros(len(record), bool)
     start[record.starts] = True
     bounds = list(itertools.pairwise([*record.starts.tolist(), len(record)]))
-    crank, output = record.crank_angle.copy(), record.output_angle.copy()
-    crank_speed, output_speed = np.zeros(len(record)), np.zeros(len(record))
-    for a, b in bounds:
-        part = slice(a, b)
-        if b - a < 3:
-            continue
-        crank[part], output[part] = smoothed(crank[part], window), smoothed(output[part], window)
-        crank_speed[part] = _speed(crank[part], record.time[part], window)
-        output_speed[part] = _speed(output[part], record.time[part], window)
+    twist = record.twist(ratio)
+    angles = {"crank": record.crank_angle, "output": record.output_angle, "twist": twist}
+    noise = {name: angle_noise(angle, bounds) for name, angle in angles.items()}
+    path, speed = {}, {}
+    for name, angle in angles.items():
+        parts = [slice(a, b) for a, b in bounds]
+        path[name] = np.concatenate([path_of(angle[p], noise[name]) for p in parts])
+        speed[name] = np.concatenate([speed_of(angle[p], record.time[p], noise[name]) for p in parts])
     step = np.maximum(np.diff(record.time, prepend=record.time[0]), 0.0)
-    return Trace(record.time, record.run, start, step, crank, crank_speed, output, output_speed,
-                 record.temperature, record.twist(ratio), crank / ratio - output, record.output_torque, ratio)
-
-
-def smoothed(values: Array, window: int) -> Array:
-    """Two passes of a moving mean, mirrored through the ends; a straight line stays what it is."""
-    n = len(values)
-    width = min(window, n)
-    if width <= 1:
-        return values.copy()
-    pad = width
-    index = np.arange(-pad, n + pad)
-    mirrored = np.abs(index)
-    mirrored = np.minimum(mirrored, 2 * (n - 1) - mirrored).clip(0, n - 1)
-    wide = values[mirrored]
-    # Odd about the ends: a ramp goes on.
-    wide = np.where(index < 0, 2 * values[0] - wide, np.where(index >= n, 2 * values[-1] - wide, wide))
-    for _ in range(2):
-        wide = uniform_filter1d(wide, width, mode="nearest")
-    return wide[pad:pad + n]
-
-
-def _speed(angle: Array, time: Array, window: int) -> Array:
-    # Repeated time stamps of a coarse clock must not divide by zero: differences go over distinct times.
-    distinct, index = np.unique(time, return_inverse=True)
-    if len(distinct) < 2:
-        return np.zeros_like(angle)
-    mean = np.bincount(index, angle) / np.bincount(index)
-    return smoothed(np.gradient(mean, distinct)[index], window)
+    return Trace(record.time, record.run, start, step, path["crank"], speed["crank"], path["output"], speed["output"],
+                 record.temperature, twist, path["twist"], speed["twist"], record.output_torque, ratio)
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .accept import SMALL_SCATTER, Justified, Thresholds, choose, left
+from .anonymous import Rival
+from .contest import contest
 from .fit import Fit
 from .identify import Search, degenerate, n_parameters
+from .remainder import remainder, repeated
 from .study import Study
 
 Array = NDArray[np.float64]
 
-ALIKE_SHARE, ALIKE_COST = 0.02, 9.0
+ALIKE_SHARE, ALIKE_COST = 0.004, 9.0
 """Other sets as good as this are alternatives: by the share of the gain, and by what chance makes."""
 REMAINDER, REMAINDER_INDIVIDUAL = 0.0025, 0.0045
 """Systematic remainder, rms over full torque, that is said to be there: on the mean drive, and beside scatter,
@@ -24,13 +27,16 @@ LIMITS = (("structural_compliance", "creep"), ("coulomb_friction", "stribeck_fri
 """Effects with a further length or time beside the one that they end in."""
 NOISE_UNCERTAINTY = 0.4
 """Share of the noise's variance by which its estimate may be off."""
+CERTAIN = 3.0
+"""Standard errors by which cycles must share something."""
 REMAINDER_SHARE = 0.08
 """Share of the gain that the remaining excess must reach to count as a remainder."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """verdict; chosen: the set named, or the base fit; alternatives: other sets; remainder: N.m rms."""
+    """verdict; chosen: the set named, or the base fit; alternatives: other sets; remainder: N.m rms;
+    rival: an anonymous part of it, None if there is none to be seen."""
 
     verdict: str
     chosen: Fit
@@ -38,20 +44,34 @@ class Finding:
     alternatives: tuple[tuple[str, ...], ...]
     remainder: float
     examined: tuple[Justified, ...]
+    rival: Rival | None = None
 
 
 def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]] = ()) -> Finding:
     """The verdict on a search."""
     best, examined = choose(study, found, thresholds)
     base = found.base
+    fit = base if best is None else best.fit
+    if fit.weighting.size <= SMALL_SCATTER:
+        outcome = contest(study, found, fit, study.spread if len(study.spread) else None)
+        kept, rival = outcome.kept, outcome.rival
+        if outcome.tolerated:
+            return Finding("none", base, {}, (), remainder(study, base), tuple(examined))
+        if rival is not None:
+            # Beside names that stand, or alone: what is left has a place but no name.
+            gain = base.cost - kept.cost
+            shares = {} if best is None else {n: best.shares.get(n, gain / (gain + rival.gain)) for n in kept.names}
+            alternatives = _alternatives(study, kept, found, twins) if kept is fit and kept.names else ()
+            verdict = "ambiguous" if alternatives else "partly" if kept.names else "unknown"
+            return Finding(verdict, kept, shares, alternatives, remainder(study, kept), tuple(examined), rival)
     if best is None:
         rest = remainder(study, base)
-        something = left(study, base) > 0 and rest > _visible(study, base)
+        something = left(study, base) > 0 and rest > _visible(study, base) and _repeats(study, base)
         return Finding("unknown" if something else "none", base, {}, (), rest, tuple(examined))
     gain = base.cost - best.fit.cost
     rest = remainder(study, best.fit)
     least = _visible(study, best.fit)
-    more = left(study, best.fit) > 0 and rest > least and (
+    more = left(study, best.fit) > 0 and rest > least and _repeats(study, best.fit) and (
         left(study, best.fit) > REMAINDER_SHARE * gain or rest > 2 * least)
     alternatives = _alternatives(study, best.fit, found, thresholds, twins)
     verdict = "ambiguous" if alternatives else "partly" if more else "named"
@@ -75,6 +95,18 @@ def _visible(study: Study, fit: Fit) -> float:
     return max(share * study.base.full_torque, float(np.sqrt(uncertain)))
 
 
+def _repeats(study: Study, fit: Fit) -> bool:
+    """Whether what is left is not merely a noise larger or slower than estimated: that would not come again.
+
+    A remainder where nothing repeats (rotation, holds) may be missing in the cycles; it is believed where it is twice
+    what the noise's size leaves open.
+    """
+    both = repeated(study, fit)
+    if both is None or both.mean_square > CERTAIN * both.error:
+        return True
+    return remainder(study, fit) ** 2 > 2 * NOISE_UNCERTAINTY * float(np.mean(study.block_variance))
+
+
 def _alternatives(study: Study, chosen: Fit, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]]
                   ) -> tuple[tuple[str, ...], ...]:
     """Sets of no more effects that explain the record as well."""
@@ -96,20 +128,3 @@ def _alternatives(study: Study, chosen: Fit, found: Search, thresholds: Threshol
         if worse < allowance and not degenerate(study, f) and not _limiting(f, chosen, twins):
             alike.append(tuple(sorted(f.names)))
     return tuple(alike[:5])
-
-
-def remainder(study: Study, fit: Fit) -> float:
-    """Rms, N.m, of what neither the model nor the scatter nor the noise explains."""
-    rest = study.torque - fit.prediction.torque
-    rest = rest - scattered(study, fit, rest)
-    weight = study.blocks.count / study.blocks.count.sum()
-    excess = float((weight * (rest**2 - study.block_variance)).sum())
-    return float(np.sqrt(max(excess, 0.0)))
-
-
-def scattered(study: Study, fit: Fit, rest: Array) -> Array:
-    """The likeliest part (n,), N.m, of a residual that is this drive's own scatter."""
-    w = fit.weighting
-    strength = w.size**2 * w.strength
-    along = w.basis.T @ (rest * w.scale)
-    return (w.basis @ (along * strength / (1 + strength))) / w.scale

@@ -16,8 +16,8 @@ from scipy.linalg import eigh
 
 Array = NDArray[np.float64]
 
-SIZES = (0.03, 0.06, 0.12, 0.25, 0.5, 0.75, 1.0, 1.4, 2.0, 2.8)
-"""Sizes of the scatter that are tried. The least but one is the error of a mean of some 250 drives."""
+SIZES = (0.06, 0.12, 0.25, 0.5, 0.75, 1.0, 1.4, 2.0, 2.8)
+"""Sizes of the scatter that are tried. The least is the error of a mean of some 250 drives."""
 INDIVIDUAL = 0.25
 """Size from which a drive counts as an individual, rough beyond the columns."""
 LEAST_STRENGTH = 0.3

@@ -17,30 +17,29 @@ from ..tables import cached_lookup
 from .accept import Thresholds, calibrate
 from .audit import Audit, audit
 from .base import Base, curve_base, drawing_base, power_base, ratio_without_drawing
-from .fit import Fit
 from .identify import Search, base_fit, search
 from .individuals import individuals_along
+from .intervals import named_effect
 from .isolate import Isolability, isolability, splitting, wanted
 from .kernels import kernel
 from .locate import locate
 from .noise import Noise, estimate_noise
+from .remainder import scattered
 from .report_gap import gap_of
 from .responses import element_responses
-from .result import Diagnosis, Gap, NamedEffect, Value
+from .result import Diagnosis, Gap, Place
+from .ripple import is_mean
 from .scatter import Scatter, turning
 from .scores import directions
 from .study import Study, block_variances, candidates_of, make_weights, search_blocks
 from .trace import Trace, trace_of
-from .verdict import Finding, decide, scattered
+from .verdict import Finding, decide
+from .weighting import SIZES
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 MOST_EFFECTS = 3
-PATH_NOISE = 0.15
-"""Noise of a step of the twist, over its typical size, above which paths are smoothed more."""
-WINDOWS = (1, 3, 5, 9, 15)
-
 
 @dataclass(frozen=True)
 class Examined:
@@ -72,7 +71,7 @@ def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike
     if look.problems:
         return insufficient(look, look.problems, time.perf_counter() - started)
     say("base curve", 0.0)
-    trace = smooth_trace(record, ratio)
+    trace = trace_of(record, ratio)
     base = base_for(drive, curve, trace)
     study, fresh = prepare(record, trace, base)
     reach = float(np.ptp(np.quantile(study.torque, [0.005, 0.995])))
@@ -93,20 +92,6 @@ def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike
     return Examined(record, study, found, thresholds, finding, isolated, diagnosis)
 
 
-def smooth_trace(record: Record, ratio: float) -> Trace:
-    """The trace with paths as smooth as the twist's noise asks for."""
-    twist = record.twist(ratio)
-    inner = np.convolve(np.diff(record.run) != 0, np.ones(3), "same") < 0.5
-    third = np.diff(twist, 3)
-    # Third differences of white noise have 20 times its variance; motion is smoother than that.
-    noise = 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20)
-    step = np.abs(np.diff(twist))[inner]
-    moving = step[step > 0.25 * np.quantile(step, 0.9)] if step.size else step
-    typical = float(np.median(moving)) if moving.size else 0.0
-    enough = [w for w in WINDOWS if noise * np.sqrt(2) / w**1.5 <= PATH_NOISE * typical]
-    return trace_of(record, ratio, enough[0] if enough else WINDOWS[-1])
-
-
 def prepare(record: Record, trace: Trace, base: Base) -> tuple[Study, Array]:
     """Noise, weights and candidates; and individuals (m, n) for the thresholds."""
     slope = _slope(trace, base)
@@ -121,7 +106,13 @@ def prepare(record: Record, trace: Trace, base: Base) -> tuple[Study, Array]:
         fresh = individuals_along(scatter)
     names, left_out = candidates_of(record.missing, base)
     weights = make_weights(variance, scatter, variance if scatter is None else scatter.twist)
-    return Study(base, trace, blocks, noise, weights, variance, block_variance, names, left_out, scatter), fresh
+    study = Study(base, trace, blocks, noise, weights, variance, block_variance, names, left_out, scatter,
+                  spread=fresh.std(axis=0) if len(fresh) else np.zeros(0))
+    if is_mean(study, fresh):
+        # Nothing may then be put down to scatter, and no individual need calibrate thresholds.
+        study.mean, study.weights = True, weights.with_size(SIZES[0])
+        fresh = fresh[:0]
+    return study, fresh
 
 
 def _slope(trace: Trace, base: Base) -> Array:
@@ -153,12 +144,16 @@ def _diagnosis(record: Record, study: Study, found: Search, finding: Finding, is
     noise_only = float(np.sqrt(np.mean(study.block_variance)))
     systematic = max(float(np.mean(before**2)) - noise_only**2, 0.0)
     gap = gap_of(study, found.base, chosen)
-    effects = tuple(named_effect(study, chosen, name, finding, base) for name in chosen.names)
+    effects = tuple(named_effect(study, chosen, name, base) for name in chosen.names)
     rest = study.torque - chosen.prediction.torque
     rest = rest - scattered(study, chosen, rest)
     places = locate(study, rest, finding.remainder**2) if finding.remainder > 0 else ()
     sets = [list(chosen.names), *finding.alternatives]
     nexts = splitting(sets) if len(sets) > 1 else []
+    if finding.rival is not None:
+        rms = float(np.sqrt(np.mean(finding.rival.part**2)))
+        places = (Place(finding.rival.family.place, f"as a smooth function, {rms:.3g} N.m rms",
+                        min(1.0, rms**2 / max(finding.remainder**2, rms**2, 1e-300))), *places)
     if finding.verdict in ("partly", "unknown") and places:
         nexts.append(f"the remainder lies in {places[0].coordinate} ({places[0].region}): "
                      "repeat the record there, finer")
@@ -182,70 +177,26 @@ def _diagnosis(record: Record, study: Study, found: Search, finding: Finding, is
          "full_torque [N.m]": study.base.full_torque}, seconds)
 
 
-def named_effect(study: Study, fit: Fit, name: str, finding: Finding, base: Fit) -> NamedEffect:
-    """One effect with its parameters and their 95 % intervals."""
-    at = 1 + study.base.n_shape
-    for other in fit.names:
-        if other == name:
-            break
-        at += len(kernel(other).effect.parameters)
-    deviation = deviations(study, fit)
-    values = {}
-    for k, p in enumerate(kernel(name).effect.parameters):
-        value, z = float(fit.parameters[at + k]), float(deviation[at + k])
-        if fit.box.logarithmic[at + k]:
-            spread = float(np.exp(min(1.96 * z, 50.0)))
-            low, high = value / spread, value * spread
-        else:
-            half = 1.96 * z * float(fit.box.scale[at + k])
-            low, high = value - half, value + half
-        low, high = max(low, p.minimum), min(high, p.maximum)
-        warning = "at its bound" if fit.at_bound[at + k] else ""
-        if not warning and high - low > 1.0 * abs(value) and not p.name.startswith("phase"):
-            warning = "wide interval"
-        values[p.name] = Value(value, low, high, p.unit, warning)
-    return NamedEffect(name, values, float(np.clip(_share(study, fit, name, base), 0.0, 1.0)))
-
-
-def deviations(study: Study, fit: Fit) -> Array:
-    """Standard deviations (size,) of the fitted variables; a misfit beyond noise and scatter widens them."""
-    scale = np.sqrt(np.maximum(np.diag(fit.curvature), 1e-300))
-    correlation = fit.curvature / scale / scale[:, None]
-    inverse = np.linalg.pinv(correlation + 1e-10 * np.eye(len(scale)), hermitian=True)
-    expected = float((study.block_variance / study.variance).sum())
-    misfit = max(1.0, fit.chi_square / expected)
-    return np.sqrt(np.maximum(np.diag(inverse), 0.0) * misfit) / scale
-
-
-def _share(study: Study, fit: Fit, name: str, base: Fit) -> float:
-    """Part of the initial systematic gap that goes when this effect is added last."""
-    from .identify import without
-
-    noise = float(np.mean(study.block_variance))
-    before = max(float(np.mean((study.torque - base.prediction.torque) ** 2)) - noise, 1e-300)
-    full = float(np.mean((study.torque - fit.prediction.torque) ** 2))
-    lacking = float(np.mean((study.torque - without(study, fit, name)) ** 2))
-    return (lacking - full) / before if len(fit.names) > 1 else (before - max(full - noise, 0.0)) / before
-
-
 def sentence(finding: Finding, gap: Gap, study: Study) -> str:
     """The verdict in one sentence."""
     names = " and ".join(kernel(n).effect.title.lower() + f" ({n})" for n in finding.chosen.names)
     shrink = f"the gap shrinks from {gap.before:.3g} to {gap.after:.3g} N.m at a noise of {gap.noise:.3g} N.m"
     full = study.base.full_torque
+    place = "" if finding.rival is None else f"; it goes with {finding.rival.family.place}"
     match finding.verdict:
         case "named":
             return f"What is missing is {names}: {shrink}."
         case "partly":
             return (f"What is missing is {names}: {shrink}; a remainder of {finding.remainder:.3g} N.m "
-                    f"({100 * finding.remainder / full:.2g} % of full torque) that no known effect explains is left.")
+                    f"({100 * finding.remainder / full:.2g} % of full torque) that no known effect explains "
+                    f"is left{place}.")
         case "ambiguous":
             others = "; or ".join(" and ".join(a) for a in finding.alternatives)
             return f"This record cannot tell: {names} fits ({shrink}), and so does {others}."
         case "unknown":
             return (f"Something is missing that is not known here: a gap of {finding.remainder:.3g} N.m "
                     f"({100 * finding.remainder / full:.2g} % of full torque) is beyond noise and tolerance scatter, "
-                    "and no known effect explains it.")
+                    f"and no known effect explains it{place}.")
         case _:
             pass
     return "Nothing is missing: noise and tolerance scatter explain the record."

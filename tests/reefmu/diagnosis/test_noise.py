@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from reefmu.diagnosis.autocorrelation import autocorrelation
 from reefmu.diagnosis.noise import estimate_noise
 from reefmu.diagnosis.trace import trace_of
 from reefmu.tables import cached_lookup
@@ -31,3 +32,22 @@ def test_without_repeats_it_says_so() -> None:
     found = estimate_noise(trace, cached_lookup(rig.drive()).stiffness(trace.twist))
     assert not found.repeated
     assert found.torque < 2.0
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.6, 0.9, 0.97])
+def test_a_slow_noise_is_not_taken_for_a_small_one(correlation: float) -> None:
+    """Differences of cycles of 100 samples, less mean and slope, of a quantised sum of a slow and a faster noise."""
+    sizes, sums = [], []
+    line = np.stack([np.ones(100), np.linspace(-1, 1, 100)], axis=1)
+    for seed in range(8):
+        slow = rig.noise_of(7200, 0.9, correlation, seed).reshape(2, 36, 100)
+        fast = rig.noise_of(7200, 0.436, 0.6 * correlation, seed + 100).reshape(2, 36, 100)
+        first, second = 0.5 * np.round((slow + fast) / 0.5)
+        pieces = (first - second) / np.sqrt(2)
+        pieces = pieces - pieces @ line @ np.linalg.pinv(line)
+        found = autocorrelation(list(pieces))
+        sizes.append(np.sqrt(found.variance))
+        sums.append(found.variance * found.integral)
+    truth = sum(a**2 * (1 + r) / (1 - r) for a, r in ((0.9, correlation), (0.436, 0.6 * correlation)))
+    assert np.mean(sizes) == pytest.approx(1.0, abs=0.1)
+    assert 0.5 * truth < np.mean(sums) < 2 * truth

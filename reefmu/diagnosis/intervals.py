@@ -1,0 +1,87 @@
+"""Sizes of the named effects with honest 95 % intervals.
+
+A model is never quite of the true form, and the misfit it leaves is alike over a loop: it is no noise that averages
+out. Besides what noise and scatter make of the fit's curvature, the covariance is therefore also taken from the misfit
+itself, as it adds up over stretches of the record (the sandwich of Huber and White, in clusters: Cameron and Miller,
+J. Human Resources 50, 2015), and the wider of the two counts.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .fit import Fit
+from .identify import without
+from .kernels import kernel
+from .result import NamedEffect, Value
+from .study import Study
+
+Array = NDArray[np.float64]
+
+LONGEST = 60
+"""Blocks of a stretch at most."""
+
+
+def named_effect(study: Study, fit: Fit, name: str, base: Fit) -> NamedEffect:
+    """One effect with its parameters and their 95 % intervals."""
+    at = 1 + study.base.n_shape
+    for other in fit.names:
+        if other == name:
+            break
+        at += len(kernel(other).effect.parameters)
+    deviation = deviations(study, fit)
+    values = {}
+    for k, p in enumerate(kernel(name).effect.parameters):
+        value, z = float(fit.parameters[at + k]), float(deviation[at + k])
+        if fit.box.logarithmic[at + k]:
+            spread = float(np.exp(min(1.96 * z, 50.0)))
+            low, high = value / spread, value * spread
+        else:
+            half = 1.96 * z * float(fit.box.scale[at + k])
+            low, high = value - half, value + half
+        low, high = max(low, p.minimum), min(high, p.maximum)
+        warning = "at its bound" if fit.at_bound[at + k] else ""
+        if not warning and high - low > 1.0 * abs(value) and not p.name.startswith("phase"):
+            warning = "wide interval"
+        values[p.name] = Value(value, low, high, p.unit, warning)
+    return NamedEffect(name, values, float(np.clip(_share(study, fit, name, base), 0.0, 1.0)))
+
+
+def deviations(study: Study, fit: Fit) -> Array:
+    """Standard deviations (size,) of the fitted variables, from the noise and from the misfit as it is."""
+    scale = np.sqrt(np.maximum(np.diag(fit.curvature), 1e-300))
+    correlation = fit.curvature / scale / scale[:, None]
+    inverse = np.linalg.pinv(correlation + 1e-10 * np.eye(len(scale)), hermitian=True)
+    expected = float((study.block_variance / study.variance).sum())
+    misfit = max(1.0, fit.chi_square / expected)
+    by_noise = np.maximum(np.diag(inverse), 0.0) * misfit
+    residual = fit.weighting.white(study.torque - fit.prediction.torque)
+    scores = fit.weighting.white(fit.prediction.sensitivities) * fit.box.slope(fit.parameters) / scale
+    cluster = stretches(study)
+    sums = np.stack([np.bincount(cluster, column * residual) for column in scores.T], axis=1)
+    count = len(sums)
+    spread = inverse @ (sums.T @ sums) @ inverse * count / max(count - len(scale), 1)
+    return np.sqrt(np.maximum(by_noise, np.diag(spread))) / scale
+
+
+def stretches(study: Study) -> NDArray[np.intp]:
+    """Number (n,) of the stretch each block is in: of one run and one direction of the twist, not too long."""
+    t = study.trace
+    run = t.run[study.blocks.first]
+    way = np.sign(study.blocks.mean(np.where(t.start, 0.0, np.diff(t.smooth_twist, prepend=t.smooth_twist[0]))))
+    # Where the twist stands the stretch goes on.
+    way = way[np.maximum.accumulate(np.where(way != 0, np.arange(len(way)), 0))]
+    begins = (np.diff(run, prepend=run[0] - 1) != 0) | (np.diff(way, prepend=way[0]) != 0)
+    number = np.cumsum(begins) - 1
+    since = np.arange(len(run)) - np.flatnonzero(begins)[number]
+    return np.unique(number * (len(run) + 1) + since // LONGEST, return_inverse=True)[1]
+
+
+def _share(study: Study, fit: Fit, name: str, base: Fit) -> float:
+    """Part of the initial systematic gap that goes when this effect is added last."""
+    noise = float(np.mean(study.block_variance))
+    before = max(float(np.mean((study.torque - base.prediction.torque) ** 2)) - noise, 1e-300)
+    full = float(np.mean((study.torque - fit.prediction.torque) ** 2))
+    lacking = float(np.mean((study.torque - without(study, fit, name)) ** 2))
+    return (lacking - full) / before if len(fit.names) > 1 else (before - max(full - noise, 0.0)) / before

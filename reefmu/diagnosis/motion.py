@@ -1,0 +1,108 @@
+"""True motion behind noisy angles: paths that turn only where the drive did, and speeds.
+
+Friction lives on the path that is rubbed along. Where a drive stands or turns under a steady load its twist does not
+move, but its measured noise goes to and fro, and would rub a state away that in truth stays. So a path is monotone
+(isotonic regression) between turning points, and a turning point is one where the angle comes back by more than noise
+could. A speed is a slope over the shortest window in which motion shows above the noise.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import isotonic_regression
+from scipy.signal import savgol_filter
+
+Array = NDArray[np.float64]
+
+TURN = 8.0
+"""Way back, in standard deviations of the noise, that makes a turning point: some hundred samples of noise span 6."""
+MOST_TURN = 0.05
+"""The same at most, as a share of the whole way."""
+PLATEAU = 12
+"""Samples near a turning point from which on the angle stood there; its level is then their median."""
+WINDOWS = (3, 5, 9, 17, 33, 65)
+CLEAN = 1e-6
+"""Noise over the whole way below which an angle counts as free of it."""
+SHOWN = 8.0
+"""Slope over its standard deviation at which motion shows."""
+
+
+def angle_noise(angle: Array, bounds: list[tuple[int, int]]) -> float:
+    """Standard deviation, rad, of what is rough in an angle (n,), over the runs `bounds`.
+
+    Third differences, over every other sample since encoders remember the last, of white noise have 20 times its
+    variance; motion is smoother than that nearly everywhere.
+    """
+    rough = [np.abs(p[6:] - 3 * p[4:-2] + 3 * p[2:-4] - p[:-6]) for a, b in bounds if len(p := angle[a:b]) > 12]
+    return 1.4826 * float(np.median(np.concatenate(rough))) / np.sqrt(20) if rough else 0.0
+
+
+def turning_points(angle: Array, least: float) -> list[int]:
+    """Indices where an angle (n,) turns and comes back by more than `least`, with the first and the last index.
+
+    >>> turning_points(np.array([0.0, 1.0, 0.9, 2.0, 0.0, 0.1]), 0.5)
+    [0, 3, 5]
+    """
+    values = angle.tolist()
+    turns, way, low, high, farthest = [0], 0, 0, 0, 0
+    for k, x in enumerate(values):
+        if way == 0:
+            low, high = (k if x < values[low] else low), (k if x > values[high] else high)
+            way = 1 if x - values[low] > least else -1 if values[high] - x > least else 0
+            farthest = k
+        elif way * (x - values[farthest]) >= 0:
+            farthest = k
+        elif way * (values[farthest] - x) > least:
+            turns.append(farthest)
+            way, farthest = -way, k
+    return [*turns, len(values) - 1]
+
+
+def path_of(angle: Array, noise: float) -> Array:
+    """The way (n,) that an angle of one run went, without the to and fro of its noise (standard deviation, rad)."""
+    least = min(TURN * noise, MOST_TURN * float(np.ptp(angle)))
+    if least <= 0 or len(angle) < 3:
+        return angle.copy()
+    turns = turning_points(angle, least)
+    path = np.empty_like(angle)
+    for a, b in itertools.pairwise(turns):
+        piece = angle[a:b + 1]
+        path[a:b + 1] = isotonic_regression(piece, increasing=bool(piece[-1] >= piece[0])).x
+    for before, k, after in zip(turns, turns[1:], turns[2:], strict=False):
+        top = angle[k] >= angle[after]
+        near = np.abs(angle - angle[k]) < least
+        first = max([before, *(np.flatnonzero(~near[before:k]) + before + 1)])
+        last = min([after, *(np.flatnonzero(~near[k:after]) + k - 1)])
+        if last - first >= PLATEAU:
+            # The farthest sample of a stand is its noisiest; it stood at their median.
+            level = float(np.median(angle[first:last + 1]))
+            part = path[before:after + 1]
+            path[before:after + 1] = np.minimum(part, level) if top else np.maximum(part, level)
+    return path
+
+
+def speed_of(angle: Array, time: Array, noise: float) -> Array:
+    """Speed (n,), rad/s, of an angle of one run."""
+    n = len(angle)
+    if noise <= CLEAN * float(np.ptp(angle)):
+        # Simulated: differences over distinct times, as `reefmu.simulate` takes them.
+        distinct, index = np.unique(time, return_inverse=True)
+        if len(distinct) < 2:
+            return np.zeros(n)
+        mean = np.bincount(index, angle) / np.bincount(index)
+        return np.gradient(mean, distinct)[index]
+    speed, open_ = np.zeros(n), np.ones(n, bool)
+    windows = [w for w in WINDOWS if w <= n]
+    for window in windows:
+        order = 2 if window == 3 else 1
+        way = np.asarray(savgol_filter(angle, window, order, deriv=1), float)
+        duration = np.asarray(savgol_filter(time, window, order, deriv=1), float)
+        sound = duration > 0
+        shown = np.abs(way) > SHOWN * noise * np.sqrt(12 / (window * (window**2 - 1)))
+        now = open_ & sound & (shown | (window == windows[-1]))
+        speed[now] = way[now] / duration[now]
+        open_ &= ~now
+    return speed

@@ -1,0 +1,52 @@
+"""Whole trajectories of states whose equation is linear in the state: x' = a x + b, advanced exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lapack
+
+from .kernels import Tangent
+
+Array = NDArray[np.float64]
+
+
+def steps(path: Array, begin: NDArray[np.bool_]) -> Array:
+    """Changes (n,) of a path since the sample before, none where it begins."""
+    change = np.diff(path, prepend=path[0])
+    change[begin] = 0.0
+    return change
+
+
+def exponentials(z: Array) -> tuple[Array, Array, Array]:
+    """exp(z), its mean over a step (exp(z) - 1)/z, and that mean's slope."""
+    small = np.abs(z) < 1e-4
+    safe = np.where(small, 1.0, z)
+    decay = np.exp(z)
+    mean = np.where(small, 1 + z / 2 + z * z / 6, np.expm1(safe) / safe)
+    slope = np.where(small, 0.5 + z / 3, (decay - mean) / safe)
+    return decay, mean, slope
+
+
+def recurrence(decay: Array, gains: Sequence[Array], begin: NDArray[np.bool_]) -> list[Array]:
+    """x of x[k] = decay[k] x[k-1] + gain[k], zero where it begins, for several gains (n,)."""
+    n = len(begin)
+    right = np.zeros((n, len(gains)), order="F")
+    for k, gain in enumerate(gains):
+        right[:, k] = gain
+    right[begin] = 0.0
+    band = np.ones((2, n), order="F")
+    band[1, :-1] = np.where(begin, 0.0, -decay)[1:]
+    x, info = lapack.dtbtrs(  # type: ignore[attr-defined]
+        band, right, uplo="L", diag="U", overwrite_b=True)
+    assert info == 0
+    return [np.ascontiguousarray(x[:, k]) for k in range(len(gains))]
+
+
+def propagated(decay: Array, tangent: Tangent, begin: NDArray[np.bool_]) -> Tangent:
+    """Tangents of a state from those of its steps."""
+    if not tangent:
+        return {}
+    return dict(zip(tangent, recurrence(decay, list(tangent.values()), begin), strict=True))

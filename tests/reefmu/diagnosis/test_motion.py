@@ -1,0 +1,53 @@
+"""Paths and speeds behind noisy angles: what the noise does is not motion."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from reefmu.diagnosis.motion import angle_noise, path_of, speed_of, turning_points
+
+TRUE = np.concatenate([np.linspace(0, 1, 30), np.full(190, 1.0), np.linspace(1, 0, 20), np.full(100, 0.0),
+                       np.linspace(0, -1, 25), np.linspace(-1, 1, 50), np.linspace(1, -1, 50)])
+TIME = np.linspace(0, 0.01 * (len(TRUE) - 1), len(TRUE))
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.6])
+def test_a_drive_that_stands_rubs_no_way(correlation: float) -> None:
+    rng = np.random.default_rng(1)
+    noise = rng.standard_normal(len(TRUE))
+    for k in range(1, len(noise)):
+        noise[k] = correlation * noise[k - 1] + np.sqrt(1 - correlation**2) * noise[k]
+    angle = TRUE + 0.005 * noise
+    size = angle_noise(angle, [(0, len(angle))])
+    assert size == pytest.approx(0.005, rel=0.35)
+    path = path_of(angle, size)
+    way = np.abs(np.diff(TRUE)).sum()
+    assert np.abs(np.diff(path)).sum() == pytest.approx(way, rel=0.01)
+    assert np.abs(np.diff(angle)).sum() > 1.1 * way
+    assert np.abs(path - TRUE).max() < 4 * 0.005
+    speed = speed_of(angle, TIME, size)
+    assert np.abs(speed[70:180]).max() < 0.02 * np.abs(speed[:30]).max()
+    assert speed[5:20] == pytest.approx(1 / 0.29, rel=0.25)
+
+
+def test_without_noise_nothing_changes() -> None:
+    np.testing.assert_array_equal(path_of(TRUE, 0.0), TRUE)
+    smooth = np.sin(TIME)
+    assert speed_of(smooth, TIME, 0.0) == pytest.approx(np.cos(TIME), abs=1e-2)
+
+
+@given(st.lists(st.floats(-1, 1), min_size=2, max_size=40), st.floats(0.01, 1))
+def test_between_turning_points_nothing_comes_back(values: list[float], least: float) -> None:
+    angle = np.array(values)
+    turns = turning_points(angle, least)
+    assert turns[0] == 0
+    assert turns[-1] == len(angle) - 1
+    assert np.all(np.diff(turns[1:]) >= 0)
+    inner = turns[1:-1]
+    assert np.all(np.abs(np.diff(angle[inner])) > least)
+    for a, b in itertools.pairwise(inner):
+        piece = np.sign(angle[b] - angle[a]) * angle[a:b + 1]
+        assert (np.maximum.accumulate(piece) - piece).max() <= least

@@ -1,0 +1,84 @@
+"""What has no name must not borrow one: anonymous rivals, the ripple of individuals, intervals of a wrong form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from reefmu.diagnosis import diagnose_record
+from reefmu.diagnosis.anonymous import rivals
+from reefmu.diagnosis.base import drawing_base
+from reefmu.diagnosis.identify import base_fit
+from reefmu.diagnosis.intervals import deviations
+from reefmu.diagnosis.ripple import is_mean, ripple
+from reefmu.diagnosis.scatter import cached_maps, fresh_individuals
+from reefmu.diagnosis.study import Study
+from reefmu.diagnosis.trace import trace_of
+from reefmu.diagnosis.workflow import prepare
+from reefmu.record import Record
+from reefmu.tables import cached_lookup
+from tests import diagnosis_rig as rig
+
+Array = NDArray[np.float64]
+
+
+def study_of(record: Record) -> Study:
+    trace = trace_of(record, rig.drive().ratio)
+    return prepare(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))[0]
+
+
+def soft_when_warm(record: Record) -> Array:
+    return record.output_torque * (1 - 0.05 * (record.temperature - 20) / 25)
+
+
+def stiffer_flank(record: Record) -> Array:
+    return record.output_torque * (1 + 0.05 * (record.output_torque > 0))
+
+
+def knocked(record: Record) -> Array:
+    return record.output_torque + 4.0 * (record.run > 8)
+
+
+@pytest.mark.parametrize(("change", "place"), [
+    (soft_when_warm, "temperature"), (stiffer_flank, "torque"), (knocked, "a jump before run 9")])
+def test_disguises_are_seen_through(change: Callable[[Record], Array], place: str) -> None:
+    clean = rig.measured({}, seed=11)
+    found = diagnose_record(replace(clean, output_torque=change(clean)), drive=rig.drive())
+    assert found.verdict == "unknown"
+    assert not found.effects
+    assert found.remainder_where[0].coordinate.startswith(place)
+
+
+def test_noise_gives_rivals_nothing() -> None:
+    for correlation in (0.0, 0.9):
+        study = study_of(rig.measured({}, correlation=correlation, seed=12))
+        assert rivals(study, base_fit(study))[0].gain < 12
+
+
+def test_the_ripple_tells_an_individual_from_the_mean_drive() -> None:
+    study = study_of(rig.measured({"backlash": {"clearance": 3e-6}}, noise=0.3, seed=13))
+    assert study.scatter is not None
+    individuals = fresh_individuals(cached_maps(rig.drive()), study.scatter.twist, study.scatter.turned)
+    assert is_mean(study, individuals)
+    one, others = individuals[0], individuals[2:]
+    study.__dict__["torque"] = study.torque + one
+    assert ripple(study, others) == pytest.approx(1.0, abs=0.5)
+    assert not is_mean(study, others)
+    assert not is_mean(study, individuals[:0])
+
+
+def test_a_misfit_that_goes_with_the_loops_widens_the_intervals() -> None:
+    study = study_of(rig.measured({"hysteresis": {"torque": 4.0}}, seed=14))
+    fit = study.fit_from(("hysteresis",), np.array([0.0, 4.0, 1e-4]))
+    before = deviations(study, fit)
+    way = study.blocks.mean(np.sign(study.trace.twist_rate))
+    loops = way * np.sin(study.trace.run[study.blocks.first])
+    study.__dict__["torque"] = study.torque + loops
+    worse = study.fit_from(("hysteresis",), fit.parameters)
+    # The misfit more than doubles the sum of squares: as noise it would widen by a half.
+    assert worse.chi_square < 3 * fit.chi_square
+    assert deviations(study, worse)[1] > 2.5 * before[1]
