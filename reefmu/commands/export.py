@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from reefmu.curve_table import curve_of
 from reefmu.fmu.archive import read_archive
 from reefmu.fmu.build import export_fmu
 from reefmu.fmu.component import drive_component
@@ -18,6 +19,7 @@ from reefmu.model import DriveModel, build_model
 from reefmu.model_file import is_model_file, load_model
 from stiffness_model.errors import expect
 from stiffness_model.lookup import N_DRIVES, describe
+from stiffness_model.units import ARCMIN
 
 from . import study
 
@@ -41,7 +43,8 @@ def run(args: argparse.Namespace) -> int:
     if masses is not None and not joint:
         notes += step_notes(model, masses, args.step)
     study.show_notes(notes)
-    print(f"{model.name}: lookup over {describe(model.lookup)}")
+    print(f"{model.name}: " + (f"lookup over {describe(model.lookup)}" if curve_of(model.lookup) is None else
+                               f"curve over twist +-{model.lookup.twist.stop / ARCMIN:.3g} arcmin, no drawing"))
     inside = ", ".join(effect.name for effect in model.effects) or "none"
     print(f"effects inside: {inside}")
     way = "co-simulation and model exchange" if native else "co-simulation"

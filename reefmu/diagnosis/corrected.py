@@ -1,0 +1,61 @@
+"""The corrected model: base curve and effects found, as `reefmu.simulate` and an FMU run them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model import DriveModel, build_curve_model, build_model
+from ..record import Record, make_record
+from ..simulate import simulate_record
+from .base import lookup_of
+from .fit import Fit
+from .kernels import kernel
+from .study import Study
+from .trace import Trace
+
+Array = NDArray[np.float64]
+
+
+def corrected_model(study: Study, chosen: Fit) -> DriveModel:
+    """The drive model with the effects found inside, as model.toml holds it."""
+    base, effects = study.base, effect_values(study, chosen)
+    table = lookup_of(base, chosen.parameters[1:1 + base.n_shape])
+    if base.drive is None:
+        return build_curve_model(table, effects)
+    return build_model(base.drive, effects, lookup=table)
+
+
+def effect_values(study: Study, chosen: Fit) -> Mapping[str, Mapping[str, float]]:
+    """Fitted parameter values by effect and parameter name."""
+    effects: dict[str, dict[str, float]] = {}
+    at = 1 + study.base.n_shape
+    for name in chosen.names:
+        parameters = kernel(name).effect.parameters
+        effects[name] = {p.name: float(chosen.parameters[at + k]) for k, p in enumerate(parameters)}
+        at += len(parameters)
+    return effects
+
+
+def conditioned(trace: Trace, zero: float) -> Record:
+    """The record as the fit saw it: paths smoothed, and the twist's arbitrary zero, rad, taken out at the output."""
+    return make_record({"time": trace.time, "run": trace.run.astype(float), "crank_angle": trace.crank,
+                        "output_angle": trace.output + zero, "output_torque": trace.torque,
+                        "temperature": trace.temperature}, "conditioned record")
+
+
+def simulated_torque(model: DriveModel, trace: Trace, zero: float) -> Array:
+    """What the sensor would read (n,), N.m, by `reefmu.simulate` of a model over the record.
+
+    The jitter of the measured twist about the smooth one counts through the stiffness, as in the fit.
+    """
+    response = simulate_record(model, conditioned(trace, zero))
+    return response["measured.tau"] + response["stiffness"] * (trace.twist - trace.smooth_twist)
+
+
+def replayed(model: DriveModel, record: Record, zero: float) -> Array:
+    """What an FMU's user gets: the model over the record as measured, its zero taken out, (n,) N.m."""
+    return simulate_record(model, replace(record, output_angle=record.output_angle + zero))["measured.tau"]
