@@ -18,6 +18,11 @@ from ..record import Record
 
 Array = NDArray[np.float64]
 
+STILL = 3.0
+"""Play, over the twist's noise, with which paths follow the twist."""
+PIECE = 24
+"""Samples of a piece in which the twist's noise is looked for."""
+
 
 @dataclass(frozen=True)
 class Trace:
@@ -78,16 +83,53 @@ def trace_of(record: Record, ratio: float, window: int = 1) -> Trace:
     bounds = list(itertools.pairwise([*record.starts.tolist(), len(record)]))
     crank, output = record.crank_angle.copy(), record.output_angle.copy()
     crank_speed, output_speed = np.zeros(len(record)), np.zeros(len(record))
+    width = STILL * twist_noise(record, ratio) / window**0.5
     for a, b in bounds:
         part = slice(a, b)
         if b - a < 3:
             continue
         crank[part], output[part] = smoothed(crank[part], window), smoothed(output[part], window)
+        # What jitters while the twist stands still must not move the paths either.
+        output[part] = crank[part] / ratio - followed(crank[part] / ratio - output[part], width)
         crank_speed[part] = _speed(crank[part], record.time[part], window)
         output_speed[part] = _speed(output[part], record.time[part], window)
     step = np.maximum(np.diff(record.time, prepend=record.time[0]), 0.0)
     return Trace(record.time, record.run, start, step, crank, crank_speed, output, output_speed,
                  record.temperature, record.twist(ratio), crank / ratio - output, record.output_torque, ratio)
+
+
+def followed(path: Array, width: float) -> Array:
+    """A path (n,) followed with a play of `width` to either side: it stands still until it is pulled along.
+
+    >>> followed(np.array([0.0, 0.1, -0.1, 1.0, 0.9, 0.0]), 0.2).tolist()
+    [0.0, 0.0, 0.0, 0.8, 0.8, 0.2]
+    """
+    if width <= 0:
+        return path
+    values, at = path.tolist(), float(path[0])
+    found = []
+    for value in values:
+        at = min(max(at, value - width), value + width)
+        found.append(at)
+    return np.array(found)
+
+
+def twist_noise(record: Record, ratio: float) -> float:
+    """Standard deviation, rad, of the twist's jitter where it moves evenly: the calmest tenth of short pieces.
+
+    A parabola is taken out of each piece, so motion does not count; what creeps more slowly than a piece does not
+    either.
+    """
+    twist = record.twist(ratio)
+    inside = np.lib.stride_tricks.sliding_window_view(record.run, PIECE)[::PIECE // 2]
+    pieces = np.lib.stride_tricks.sliding_window_view(twist, PIECE)[::PIECE // 2][inside[:, 0] == inside[:, -1]] \
+        if len(twist) >= PIECE else np.zeros((0, PIECE))
+    if not len(pieces):
+        return 0.0
+    k = np.linspace(-1, 1, PIECE)
+    basis = np.linalg.qr(np.stack([np.ones(PIECE), k, k * k], axis=1))[0]
+    left = pieces - pieces @ basis @ basis.T
+    return float(np.quantile(np.sqrt((left**2).sum(axis=1) / (PIECE - 3)), 0.1))
 
 
 def smoothed(values: Array, window: int) -> Array:
