@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model import DriveModel, build_curve_model, build_model
+from ..effects import Place, Signals
+from ..model import DriveModel, build_curve_model, build_model, describe_effects
 from ..record import Record, make_record
 from ..simulate import simulate_record
 from .base import lookup_of
@@ -40,10 +41,14 @@ def effect_values(study: Study, chosen: Fit) -> Mapping[str, Mapping[str, float]
     return effects
 
 
-def conditioned(trace: Trace, zero: float) -> Record:
-    """The record as the fit saw it: paths smoothed, and the twist's arbitrary zero, rad, taken out at the output."""
+def conditioned(trace: Trace, zero: float, kinematic: Array | float = 0.0) -> Record:
+    """The record as the fit saw it: paths smoothed, and the twist's arbitrary zero, rad, taken out at the output.
+
+    kinematic: twist (n,), rad, that a kinematic error takes from the measured one before the contacts see it.
+    """
+    twist = trace.path(kinematic)[0] + kinematic
     return make_record({"time": trace.time, "run": trace.run.astype(float), "crank_angle": trace.crank,
-                        "output_angle": trace.output + zero, "output_torque": trace.torque,
+                        "output_angle": trace.crank / trace.ratio - twist + zero, "output_torque": trace.torque,
                         "temperature": trace.temperature}, "conditioned record")
 
 
@@ -52,8 +57,20 @@ def simulated_torque(model: DriveModel, trace: Trace, zero: float) -> Array:
 
     The jitter of the measured twist about the smooth one counts through the stiffness, as in the fit.
     """
-    response = simulate_record(model, conditioned(trace, zero))
-    return response["measured.tau"] + response["stiffness"] * (trace.twist - trace.smooth_twist)
+    record = conditioned(trace, zero, kinematic_twist(model, trace))
+    response = simulate_record(model, record)
+    return response["measured.tau"] + response["stiffness"] * (trace.twist - record.twist(trace.ratio) - zero)
+
+
+def kinematic_twist(model: DriveModel, trace: Trace) -> Array:
+    """What the kinematic effects inside a model take from the twist along the crank's way, (n,) rad."""
+    total = np.zeros(len(trace))
+    values = describe_effects(model)
+    for effect in model.effects:
+        if effect.place is Place.KINEMATIC:
+            signals = {**dict.fromkeys(Signals._fields, 0.0), "crank_angle": trace.crank, "ratio": trace.ratio}
+            total += kernel(effect.name).contribution(signals, list(values[effect.name].values()), [])[0].value
+    return total
 
 
 def replayed(model: DriveModel, record: Record, zero: float) -> Array:

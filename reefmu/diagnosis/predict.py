@@ -100,7 +100,7 @@ class _Run:
     def result(self) -> tuple[_Dual, Array, Array]:
         shift = _Dual(self.p[0], {0: 1.0}).plus(self._total(Place.KINEMATIC, {}))
         twist = _Dual(self.trace.twist, {}).plus(shift, -1.0)
-        path = self.trace.smooth_twist - shift.value
+        path, self.moved = self.trace.path(shift.value)
         self.signals["twist"] = twist.value
         self.signals["twist_direction"] = np.sign(_steps(path, self.trace.start))
         self._path_states(path, twist.tangent)
@@ -162,7 +162,8 @@ class _Run:
                     way = _steps({Along.TWIST: path, Along.CRANK: t.crank, Along.OUTPUT: t.output}[state.along], begin)
                 # A constant shift of the twist moves no path.
                 moving = {} if state.along is not Along.TWIST else {
-                    i: np.sign(way) * _steps(v, begin) for i, v in twist_tangent.items() if isinstance(v, np.ndarray)}
+                    i: np.sign(way) * _steps(v[self.moved], begin) for i, v in twist_tangent.items()
+                    if isinstance(v, np.ndarray)}
                 self._advance(index, s, begin, np.abs(way), moving, twist_tangent)
 
     def _advance(self, index: int, s: int, begin: NDArray[np.bool_], length: Array, moving: Tangent,
