@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,25 +40,25 @@ def effect_values(study: Study, chosen: Fit) -> Mapping[str, Mapping[str, float]
     return effects
 
 
-def conditioned(trace: Trace, zero: float, kinematic: Array | float = 0.0) -> Record:
-    """The record as the fit saw it: paths smoothed, and the twist's arbitrary zero, rad, taken out at the output.
+def conditioned(trace: Trace, model: DriveModel, zero: float) -> tuple[Record, Array]:
+    """The record as the fit saw it, and the jitter (n,), rad, that was taken out of its twist.
 
-    kinematic: twist (n,), rad, that a kinematic error takes from the measured one before the contacts see it.
+    Paths are smooth and stand still where the twist only jitters, and the twist's arbitrary zero, rad, is taken out
+    at the output. The elastic torque sees the jitter: it counts through the stiffness.
     """
+    kinematic = kinematic_twist(model, trace)
     twist = trace.path(kinematic)[0] + kinematic
-    return make_record({"time": trace.time, "run": trace.run.astype(float), "crank_angle": trace.crank,
-                        "output_angle": trace.crank / trace.ratio - twist + zero, "output_torque": trace.torque,
-                        "temperature": trace.temperature}, "conditioned record")
+    record = make_record({"time": trace.time, "run": trace.run.astype(float), "crank_angle": trace.crank,
+                          "output_angle": trace.crank / trace.ratio - twist + zero, "output_torque": trace.torque,
+                          "temperature": trace.temperature}, "conditioned record")
+    return record, trace.twist - twist
 
 
 def simulated_torque(model: DriveModel, trace: Trace, zero: float) -> Array:
-    """What the sensor would read (n,), N.m, by `reefmu.simulate` of a model over the record.
-
-    The jitter of the measured twist about the smooth one counts through the stiffness, as in the fit.
-    """
-    record = conditioned(trace, zero, kinematic_twist(model, trace))
+    """What the sensor would read (n,), N.m, by `reefmu.simulate` of a model over the record."""
+    record, jitter = conditioned(trace, model, zero)
     response = simulate_record(model, record)
-    return response["measured.tau"] + response["stiffness"] * (trace.twist - record.twist(trace.ratio) - zero)
+    return response["measured.tau"] + response["stiffness"] * jitter
 
 
 def kinematic_twist(model: DriveModel, trace: Trace) -> Array:
@@ -71,8 +70,3 @@ def kinematic_twist(model: DriveModel, trace: Trace) -> Array:
             signals = {**dict.fromkeys(Signals._fields, 0.0), "crank_angle": trace.crank, "ratio": trace.ratio}
             total += kernel(effect.name).contribution(signals, list(values[effect.name].values()), [])[0].value
     return total
-
-
-def replayed(model: DriveModel, record: Record, zero: float) -> Array:
-    """What an FMU's user gets: the model over the record as measured, its zero taken out, (n,) N.m."""
-    return simulate_record(model, replace(record, output_angle=record.output_angle + zero))["measured.tau"]

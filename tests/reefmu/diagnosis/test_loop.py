@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
+import importlib.util
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from reefmu.cli import main
-from reefmu.diagnosis.corrected import simulated_torque
+from reefmu.diagnosis.corrected import conditioned, corrected_model, simulated_torque
 from reefmu.diagnosis.workflow import Examined, examine
 from reefmu.diagnosis.write import write_results
+from reefmu.fmu.replay import replay_record
 from reefmu.model_file import load_model
-from reefmu.record import Record
-from reefmu.simulate import record_inputs
 from tests import diagnosis_rig as rig
+from tests.blind.records import Case, make
+from tests.blind.sensors import Sensors
 from tests.diagnosis_rig import Array
-
 
 COMPILED = pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler on the PATH")
 
@@ -56,8 +56,6 @@ def test_the_model_file_leaves_the_gap_that_is_reported(which: str, tmp_path: Pa
 @pytest.mark.parametrize("which", ["found", "free"])
 def test_the_fast_engine_fits_what_the_model_simulates(which: str, request: pytest.FixtureRequest) -> None:
     """Two implementations of the same equations: their torques differ by far less than the gap they leave."""
-    from reefmu.diagnosis.corrected import corrected_model
-
     found = request.getfixturevalue(which)
     chosen, study = found.finding.chosen, found.study
     predictor = study.predictor(chosen.names)
@@ -71,24 +69,33 @@ def test_the_fast_engine_fits_what_the_model_simulates(which: str, request: pyte
     pytest.param("free", "native", marks=COMPILED)])
 def test_the_record_through_the_fmu(which: str, backend: str, tmp_path: Path, request: pytest.FixtureRequest,
                                     capsys: pytest.CaptureFixture[str]) -> None:
-    from reefmu.fmu.host import FmuDrive
-
     found = request.getfixturevalue(which)
     write_results(found, tmp_path / "out")
     fmu = tmp_path / "found.fmu"
     assert main(["export", str(tmp_path / "out" / "model.toml"), "-o", str(fmu), "--backend", backend]) == 0
     capsys.readouterr()
-    # One run: the FMU starts anew with each, as the record's runs do.
-    record = found.record
-    inside = slice(int(record.starts[1]), int(record.starts[2]))
-    part = Record(*(getattr(record, name)[inside] for name in (
-        "time", "run", "crank_angle", "output_angle", "output_torque", "temperature")))
-    zero = found.diagnosis.base["zero [rad]"]
-    inputs = record_inputs(replace(part, output_angle=part.output_angle + zero))
-    names = ("crank.phi", "crank.w", "output.phi", "output.w", "temperature")
-    torque = []
-    with FmuDrive(fmu) as drive:
-        torque.append(drive.initialize(dict(zip(names, inputs[0].tolist(), strict=True)))["measured.tau"])
-        for row, step in zip(inputs[1:], np.diff(part.time), strict=True):
-            torque.append(drive.step(float(step), dict(zip(names, row.tolist(), strict=True)))["measured.tau"])
-    assert rms(part.output_torque - np.array(torque)) < 1.2 * found.diagnosis.gap.after
+    record, jitter = conditioned(found.study.trace, load_model(tmp_path / "out" / "model.toml"),
+                                 found.diagnosis.base["zero [rad]"])
+    outputs = replay_record(fmu, record)
+    torque = outputs["measured.tau"] + outputs["stiffness"] * jitter
+    assert rms(record.output_torque - torque) == pytest.approx(found.diagnosis.gap.after, rel=1e-6)
+
+
+def test_the_example_on_a_blind_record(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """From file to file: a record made by other equations, diagnosed, exported and replayed."""
+    example = Path(__file__).parents[3] / "examples" / "diagnosis_round_trip.py"
+    spec = importlib.util.spec_from_file_location("diagnosis_round_trip", example)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    sealed = make(Case(31, "pair", (("hysteresis", 8.0), ("backlash", 12.0)), protocol="one_speed",
+                       sensors=Sensors(0.003, 0.5)))
+    record, _ = sealed.write(tmp_path)  # its drawing is drive_1 by another name
+    gaps = module.main([str(tmp_path / "out"), "--record", str(record), "--drive", "drive_1"])
+    capsys.readouterr()
+    after = gaps["diagnosis.json, after"]
+    assert after < 0.3 * gaps["diagnosis.json, before"]
+    assert [gap for name, gap in gaps.items() if "model.toml" in name or "FMU" in name] == pytest.approx(
+        [after] * (3 if any(map(shutil.which, ("cc", "gcc", "clang"))) else 2), rel=1e-5)
+    assert gaps["model as drawn, reefmu.simulate"] > 3 * after
