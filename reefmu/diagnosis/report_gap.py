@@ -12,6 +12,7 @@ from .corrected import corrected_model, simulated_torque
 from .fit import Fit, fit
 from .result import Gap
 from .study import Study
+from .verdict import scattered
 from .weighting import weighting
 
 Array = NDArray[np.float64]
@@ -35,11 +36,21 @@ def gap_of(study: Study, base: Fit, chosen: Fit) -> Gap:
     slope = chosen.prediction.slope
     noise = float(np.sqrt(np.average(study.noise.variance(slope), weights=study.blocks.count)))
     before = residual(study, base)
+    own = own_scatter_taken_out(study, chosen)
     if not chosen.names:
         held = _rms(before[samples])
-        return Gap(_rms(before), _rms(before), noise, held, held)
+        return Gap(_rms(before), _rms(before), noise, held, held, after_own_scatter=own)
     held_before, held_after = (_rms(residual(study, refitted(study, found))[samples]) for found in (base, chosen))
-    return Gap(_rms(before), _rms(residual(study, chosen)), noise, held_before, held_after)
+    return Gap(_rms(before), _rms(residual(study, chosen)), noise, held_before, held_after, after_own_scatter=own)
+
+
+def own_scatter_taken_out(study: Study, found: Fit) -> float | None:
+    """Rms, N.m, of a fit's residual less the likeliest scatter of this one drive; None where nothing scatters."""
+    if study.scatter is None or not len(found.weighting.strength):
+        return None
+    rest = study.torque - found.prediction.torque
+    own = np.repeat(scattered(study, found, rest), study.blocks.count.astype(int))
+    return _rms(residual(study, found) - own)
 
 
 def residual(study: Study, found: Fit) -> Array:

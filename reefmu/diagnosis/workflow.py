@@ -23,6 +23,7 @@ from .isolate import Isolability, isolability, splitting, wanted
 from .kernels import kernel
 from .locate import locate
 from .noise import Noise, estimate_noise
+from .play import as_play
 from .report_gap import gap_of
 from .result import Diagnosis, Gap, NamedEffect, Value
 from .scatter import Scatter, cached_maps, fresh_individuals, gear_share
@@ -157,7 +158,7 @@ def _diagnosis(record: Record, study: Study, found: Search, finding: Finding, is
     noise_only = float(np.sqrt(np.mean(study.block_variance)))
     systematic = max(float(np.mean(before**2)) - noise_only**2, 0.0)
     gap = gap_of(study, found.base, chosen)
-    effects = tuple(named_effect(study, chosen, name, finding, base) for name in chosen.names)
+    effects = tuple(as_play(named_effect(study, chosen, name, finding, base), study.base) for name in chosen.names)
     rest = study.torque - chosen.prediction.torque
     rest = rest - scattered(study, chosen, rest)
     places = locate(study, rest, finding.remainder**2) if finding.remainder > 0 else ()
