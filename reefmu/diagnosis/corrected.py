@@ -15,7 +15,7 @@ from .base import lookup_of
 from .fit import Fit
 from .kernels import kernel
 from .study import Study
-from .trace import Trace
+from .trace import Trace, turned
 
 Array = NDArray[np.float64]
 
@@ -48,8 +48,9 @@ def conditioned(trace: Trace, model: DriveModel, zero: float) -> tuple[Record, A
     """
     kinematic = kinematic_twist(model, trace)
     twist = trace.path(kinematic)[0] + kinematic
-    record = make_record({"time": trace.time, "run": trace.run.astype(float), "crank_angle": trace.crank,
-                          "output_angle": trace.crank / trace.ratio - twist + zero, "output_torque": trace.torque,
+    crank, output = turned(trace.output, trace.crank, twist, trace.ratio)
+    record = make_record({"time": trace.time, "run": trace.run.astype(float), "crank_angle": crank,
+                          "output_angle": output + zero, "output_torque": trace.torque,
                           "temperature": trace.temperature}, "conditioned record")
     return record, trace.twist - twist
 

@@ -101,9 +101,16 @@ def trace_of(record: Record, ratio: float, window: int = 1) -> Trace:
         output_speed[part] = _speed(output[part], record.time[part], window)
     step = np.maximum(np.diff(record.time, prepend=record.time[0]), 0.0)
     smooth = crank / ratio - output
-    output = crank / ratio - followed(smooth, width)[0]
+    crank, output = turned(record.output_angle, crank, followed(smooth, width)[0], ratio)
     return Trace(record.time, record.run, start, step, crank, crank_speed, output, output_speed,
                  record.temperature, record.twist(ratio), smooth, record.output_torque, ratio, width)
+
+
+def turned(measured_output: Array, crank: Array, twist: Array, ratio: float) -> tuple[Array, Array]:
+    """Crank and output angle (n,) that give a twist: the output moves, or the crank where the output is locked."""
+    if np.ptp(measured_output) == 0 and np.ptp(crank) > 0:
+        return ratio * (twist + measured_output), measured_output
+    return crank, crank / ratio - twist
 
 
 def followed(path: Array, width: float) -> tuple[Array, NDArray[np.intp]]:

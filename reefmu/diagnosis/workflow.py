@@ -62,7 +62,7 @@ def base_for(drive: Drive | None, curve: str | os.PathLike[str] | None, trace: T
 
 
 def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike[str] | None = None,
-            progress: Progress | None = None) -> Examined | Diagnosis:
+            progress: Progress | None = None, base_of: Callable[[Trace], Base] | None = None) -> Examined | Diagnosis:
     """Diagnose one record; a `Diagnosis` alone where the record allows nothing."""
     started = time.perf_counter()
     say = progress or (lambda what, share: None)
@@ -72,7 +72,7 @@ def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike
         return insufficient(look, look.problems, time.perf_counter() - started)
     say("base curve", 0.0)
     trace = smooth_trace(record, ratio)
-    base = base_for(drive, curve, trace)
+    base = base_for(drive, curve, trace) if base_of is None else base_of(trace)
     study, fresh = prepare(record, trace, base)
     reach = float(np.ptp(np.quantile(study.torque, [0.005, 0.995])))
     if study.noise.torque > 0.15 * reach:
