@@ -6,6 +6,8 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from stiffness_model import load_drive
 from stiffness_model.drive import Drive
 from stiffness_model.errors import expect
@@ -45,7 +47,10 @@ def diagnose_record(paths: PathLike | Record | Sequence[PathLike], drive: PathLi
     assert drawn is None or isinstance(drawn, Drive)
     if output_locked:
         record = with_output_locked(record, 1.0 if drawn is None else drawn.ratio)
-    found = examine(record, drawn, curve, progress, None if exponent is None else held_power_base(exponent))
+    base_of = None if exponent is None else held_power_base(exponent)
+    # A trial whose creep runs away overflows; its cost is then no number, and the fit refuses the step.
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = examine(record, drawn, curve, progress, base_of)
     if out is not None:
         from .write import write_results
 
