@@ -1,8 +1,10 @@
 """Real records: a printed cycloidal actuator at six preloads, output locked, no drawing.
 
-The base is a power law with a dead band; one exponent is fitted to all records, for it is one gear. Printed beside
+The base is a power law with a dead band; one exponent is fitted to all records, for it is one gear. Friction that
+grows with the load is named in all, and a repeatable remainder several times the noise is reported. Printed beside
 the diagnosis is what the small cycles show without any model: the twist lost between rising and falling through zero
-torque.
+torque. It falls with the first two steps of preload and stays then; the fitted play does not follow it, for the large
+cycles' curve, of which it is a part, bends for other reasons too.
 
     python examples/cycloidal_records.py [FOLDER] [--data DIR] [--every N]
 
