@@ -8,6 +8,7 @@ import gzip
 import io
 import os
 import re
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -134,7 +135,7 @@ def _read_table(path: Path, where: str) -> tuple[list[str], list[list[str]]]:
     try:
         raw = path.read_bytes()
         text = (gzip.decompress(raw) if raw[:2] == b"\x1f\x8b" else raw).decode("utf-8-sig")
-    except (OSError, EOFError, UnicodeDecodeError) as error:
+    except (OSError, EOFError, UnicodeDecodeError, zlib.error) as error:
         raise InputError(f"{where}: expected a readable CSV file, got {error}") from None
     rows = [row for row in csv.reader(io.StringIO(text)) if row]
     expect(len(rows) >= 3, "a header and at least two rows of numbers", f"{len(rows)} rows", where)
