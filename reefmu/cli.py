@@ -122,13 +122,17 @@ def _add_check(commands: Commands) -> None:
 def _add_diagnose(commands: Commands) -> None:
     parser = _command(commands, "diagnose", "what a measured record says that the model does not know",
                       "Names missing effects, fits them, and says so when it cannot know. Writes diagnosis.json, "
-                      "report.html and, with a drawing, model.toml.")
+                      "report.html and model.toml.")
     parser.add_argument("records", metavar="RECORD", nargs="+",
                         help="measured records, .csv or .csv.gz with `name [unit]` headers; several give a table")
     base = parser.add_mutually_exclusive_group(required=True)
     base.add_argument("--drive", metavar="DRIVE", help="the drive's drawing: a preset or a TOML file")
     base.add_argument("--curve", metavar="CURVE.csv", help="a twist-torque curve, for a gear without a drawing")
     base.add_argument("--power-law", action="store_true", help="neither: fit a power law as the base curve")
+    parser.add_argument("--exponent", metavar="X|shared", help="of the power law, which then has a dead band: a "
+                        "number, or one within 1 ... 2 that all records share (default: free)")
+    parser.add_argument("--locked", choices=("crank", "output"), default="crank",
+                        help="what the rig locks, for records of a twist alone (default crank)")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder for the results")
     parser.add_argument("--columns", metavar="FILE", help='TOML column map for foreign files: TIME = "time [s]"')
     parser.add_argument("--column", metavar="FOREIGN=NAME", type=_field, action="append", default=[],

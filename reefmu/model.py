@@ -25,12 +25,13 @@ from numpy.typing import NDArray
 
 from stiffness_model.drawing_file import drive_from_dict
 from stiffness_model.drive import Drive
-from stiffness_model.errors import expect_number, unknown_name
+from stiffness_model.errors import InputError, expect_number, unknown_name
 from stiffness_model.lookup import N_DRIVES, Lookup
 from stiffness_model.turning import Individual, draw_individual
 
 from .assembly import INPUT_NAMES, OUTPUT_NAMES, assemble, carried
 from .contact import completed
+from .curve_table import curve_of
 from .effects import Effect, Place, find_effect
 from .tables import cached_lookup
 
@@ -99,7 +100,9 @@ class DriveModel:
 
     @property
     def drive(self) -> Drive:
-        """The drawing behind the lookup."""
+        """The drawing behind the lookup. Raises `InputError` where a curve lies behind it."""
+        if curve_of(self.lookup) is not None:
+            raise InputError(f"{self.name}: expected a model with a drawing, got one of a curve")
         return drive_from_dict(self.lookup.drawing)
 
     @property
@@ -187,24 +190,45 @@ def build_model(drive: Drive, effects: Mapping[str, Mapping[str, float]] | None 
     Raises `UnknownNameError` or `InputError` for effects and values that do not exist or are out of bounds.
     """
     chosen = dict(effects or {})
-    for name in chosen:
-        find_effect(name)
-    places = list(Place)
-    ordered = tuple(sorted((find_effect(name) for name in chosen), key=lambda e: (places.index(e.place), e.name)))
+    ordered = _in_order(chosen)
     table = lookup if lookup is not None else cached_lookup(drive, n_drives, seed, executor)
-    table = completed(table, drive, ordered)
+    one = None if individual is None else draw_individual(drive, individual)
+    name = drive.name if one is None else f"{drive.name} individual {one.seed}"
+    return _assembled(name, drive.ratio, completed(table, drive, ordered), ordered, chosen, one)
+
+
+def build_curve_model(table: Lookup, effects: Mapping[str, Mapping[str, float]] | None = None) -> DriveModel:
+    """The model of a curve (`curve_table.table_of_curve`) with some effects inside.
+
+    Raises `UnknownNameError` or `InputError` as `build_model`, and for effects that need a drawing.
+    """
+    chosen = dict(effects or {})
+    ordered = _in_order(chosen)
+    curve = curve_of(table)
+    assert curve is not None
+    for effect in ordered:
+        if effect.place in (Place.MODULUS, Place.ELEMENT):
+            raise InputError(f"{curve['name']}: expected effects that do without a drawing, got {effect.name}")
+    return _assembled(curve["name"], curve["ratio"], table, ordered, chosen)
+
+
+def _in_order(names: Mapping[str, Any]) -> tuple[Effect, ...]:
+    places = list(Place)
+    return tuple(sorted((find_effect(name) for name in names), key=lambda e: (places.index(e.place), e.name)))
+
+
+def _assembled(name: str, ratio: float, table: Lookup, ordered: tuple[Effect, ...],
+               chosen: Mapping[str, Mapping[str, float]], individual: Individual | None = None) -> DriveModel:
     parameters = [
-        ModelParameter("ratio", drive.ratio, None, None, "1", "Transmission ratio, crank to output, signed", False,
-                       abs(drive.ratio)),
+        ModelParameter("ratio", ratio, None, None, "1", "Transmission ratio, crank to output, signed", False,
+                       abs(ratio)),
         _band() if individual is None else _no_band(),
     ]
     parameters += [
         ModelParameter(f"{e.name}.{p.name}", p.neutral, p.minimum, p.maximum, p.unit, p.description, True, p.nominal)
         for e in ordered for p in e.parameters
     ]
-    one = None if individual is None else draw_individual(drive, individual)
-    name = drive.name if one is None else f"{drive.name} individual {one.seed}"
-    model = DriveModel(name, table, ordered, tuple(parameters), one)
+    model = DriveModel(name, table, ordered, tuple(parameters), individual)
     return model.with_parameters({f"{e}.{p}": v for e, values in chosen.items() for p, v in values.items()})
 
 

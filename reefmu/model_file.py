@@ -3,6 +3,7 @@
     schema = 1
     [drawing]            the drawing, as in its own TOML file
     [lookup]             virtual drives and seed behind the tables
+    [curve]              instead of both, for a gear without a drawing: its ratio and twist-torque curve
     [model]              band; or individual, the seed of one drive instead of the mean of all
     [effects.NAME]       parameters with their units, such as clearance = "5 um"
 """
@@ -26,11 +27,12 @@ from stiffness_model.lookup import N_DRIVES, Lookup
 from stiffness_model.sampling import check_seed
 from stiffness_model.units import parse_quantity
 
+from .curve_table import curve_of, table_from_dict
 from .effects import Parameter, find_effect
-from .model import DriveModel, build_model, describe_effects
+from .model import DriveModel, build_curve_model, build_model, describe_effects
 
 SCHEMA = 1
-_SECTIONS = ("schema", "drawing", "lookup", "model", "effects")
+_SECTIONS = ("schema", "drawing", "lookup", "curve", "model", "effects")
 
 
 def save_model(model: DriveModel, path: str | os.PathLike[str]) -> None:
@@ -43,10 +45,12 @@ def model_text(model: DriveModel) -> str:
     """The text of model.toml."""
     units = {p.name: p.unit for p in model.parameters}
     values = {p.name: p.value for p in model.parameters}
+    curve = curve_of(model.lookup)
+    origin = {"curve": dict(curve)} if curve is not None else {
+        "drawing": dict(model.lookup.drawing), "lookup": {"drives": model.lookup.n_drives, "seed": model.lookup.seed}}
     table = {
         "schema": SCHEMA,
-        "drawing": dict(model.lookup.drawing),
-        "lookup": {"drives": model.lookup.n_drives, "seed": model.lookup.seed},
+        **origin,
         "model": {"band": values["band"]} if model.individual is None else {"individual": model.individual.seed},
         "effects": {effect: {name: f"{value!r} {units[f'{effect}.{name}']}" for name, value in parameters.items()}
                     for effect, parameters in describe_effects(model).items()},
@@ -68,25 +72,32 @@ def load_model(path: str | os.PathLike[str], lookup: Lookup | str | os.PathLike[
         raise InputError(f"{where}: expected a model in TOML, got {error}") from None
     refuse_unknown("section", table, _SECTIONS, where)
     expect(table.get("schema") == SCHEMA, f"schema = {SCHEMA}", table.get("schema"), where)
-    drive = drive_from_dict(_section(table, "drawing", where), where)
-    settings = _section(table, "lookup", where)
-    refuse_unknown("field", settings, ("drives", "seed"), f"{where} [lookup]")
+    ready = lookup if lookup is None or isinstance(lookup, Lookup) else Lookup.load(lookup)
     model = _section(table, "model", where)
     refuse_unknown("field", model, ("band", "individual"), f"{where} [model]")
     if "individual" in model:
         expect("band" not in model, "no band beside an individual", model.get("band"), f"{where} [model]")
         check_seed(model["individual"], f"{where} [model] individual")
     effects = {name: _effect_values(name, values, where) for name, values in _section(table, "effects", where).items()}
-    tables = lookup if lookup is None or isinstance(lookup, Lookup) else Lookup.load(lookup)
-    built = build_model(drive, effects, lookup=tables, n_drives=settings.get("drives", N_DRIVES),
-                        seed=settings.get("seed", 0), executor=executor, individual=model.get("individual"))
+    if "curve" in table:
+        expect("drawing" not in table and "lookup" not in table, "a [curve], or a [drawing] with its [lookup]", "both",
+               where)
+        expect("individual" not in model, "no individual of a curve", model.get("individual"), f"{where} [model]")
+        curve = table_from_dict(_section(table, "curve", where), f"{where} [curve]")
+        built = build_curve_model(curve if ready is None else ready, effects)
+    else:
+        drive = drive_from_dict(_section(table, "drawing", where), where)
+        settings = _section(table, "lookup", where)
+        refuse_unknown("field", settings, ("drives", "seed"), f"{where} [lookup]")
+        built = build_model(drive, effects, lookup=ready, n_drives=settings.get("drives", N_DRIVES),
+                            seed=settings.get("seed", 0), executor=executor, individual=model.get("individual"))
     return built.with_parameters(band=float(model.get("band", 0.0)))
 
 
 def is_model_file(path: str | os.PathLike[str]) -> bool:
-    """Whether a TOML file is a model (has a [drawing] inside) and not a drawing itself."""
+    """Whether a TOML file is a model (has a [drawing] or a [curve] inside) and not a drawing itself."""
     try:
-        return "drawing" in tomllib.loads(Path(path).read_text("utf-8"))
+        return not {"drawing", "curve"}.isdisjoint(tomllib.loads(Path(path).read_text("utf-8")))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
         return False
 

@@ -20,15 +20,24 @@ class Progress:
         self._stream = sys.stderr if stream is None else stream
         self._terminal = self._stream.isatty()
         self._shown = time.monotonic()
+        self._now = ""
+
+    def reach(self, share: float, now: str = "") -> None:
+        """This share of the work is done, and what is done now; never goes back."""
+        self._done, self._now = max(self._done, round(share * self._total)), now
+        self._show()
 
     def step(self) -> None:
         """One more step is done."""
         self._done += 1
+        self._show()
+
+    def _show(self) -> None:
         now = time.monotonic()
         if now - self._shown < (TERMINAL_PAUSE if self._terminal else PLAIN_PAUSE):
             return
         self._shown = now
-        text = f"{self._what}: {100 * self._done // max(1, self._total)} %"
+        text = f"{self._what}: {100 * self._done // max(1, self._total)} %" + (f", {self._now}" if self._now else "")
         # On a terminal: back to the line's start, and clear what is left of the longer line before.
         line = f"\r{text}\033[K" if self._terminal else f"{text}\n"
         print(line, end="", file=self._stream, flush=True)

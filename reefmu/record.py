@@ -8,8 +8,9 @@ import gzip
 import io
 import os
 import re
+import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -57,6 +58,17 @@ class Record:
     def twist(self, ratio: float) -> Array:
         """crank_angle/ratio - output_angle, rad."""
         return self.crank_angle / ratio - self.output_angle
+
+
+def with_output_locked(record: Record, ratio: float = 1.0) -> Record:
+    """A record of a twist alone, on a rig that locks the output: then the crank turns, and the output does not.
+
+    ratio: signed, crank to output; 1 where it is not known. The crank's own angle stays unknown, up to a constant.
+    Raises `InputError` for a record that has a crank angle, and so says itself what moves.
+    """
+    expect("crank_angle" in record.missing, "a record of a twist without a crank angle where the output is locked",
+           "a crank angle", record.source or "record")
+    return replace(record, crank_angle=-record.output_angle * ratio, output_angle=np.zeros(len(record)))
 
 
 def read_record(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> Record:
@@ -123,7 +135,7 @@ def _read_table(path: Path, where: str) -> tuple[list[str], list[list[str]]]:
     try:
         raw = path.read_bytes()
         text = (gzip.decompress(raw) if raw[:2] == b"\x1f\x8b" else raw).decode("utf-8-sig")
-    except (OSError, EOFError, UnicodeDecodeError) as error:
+    except (OSError, EOFError, UnicodeDecodeError, zlib.error) as error:
         raise InputError(f"{where}: expected a readable CSV file, got {error}") from None
     rows = [row for row in csv.reader(io.StringIO(text)) if row]
     expect(len(rows) >= 3, "a header and at least two rows of numbers", f"{len(rows)} rows", where)

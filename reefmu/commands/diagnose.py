@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import argparse
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
+from reefmu.diagnosis.exponent import PLAY, shared_exponent
+from reefmu.diagnosis.report_words import quantity
 from reefmu.progress import Progress
+from reefmu.record import read_record, with_output_locked
 from stiffness_model.errors import InputError, expect
+from stiffness_model.units import ARCMIN
 
 from . import study
 
@@ -24,17 +27,21 @@ def run(args: argparse.Namespace) -> int:
     single = len(records) == 1
     expect(single or len({_stem(record) for record in records}) == len(records), "records with different names",
            ", ".join(_stem(record) for record in records), "diagnose")
+    locked = args.locked == "output"
+    exponent = _exponent(args, records, columns, locked)
     found: dict[str, Diagnosis] = {}
     for record in records:
         out = folder if single else folder / _stem(record)
         with Progress(f"diagnosing {record.name}", 100) as progress:
-            found[_stem(record)] = diagnose_record(record, drive, args.curve, out, columns, _stepper(progress))
+            found[_stem(record)] = diagnose_record(
+                record, drive, args.curve, out, columns, lambda now, share, shown=progress: shown.reach(share, now),
+                exponent, locked)
     study.show_notes(notes)
     for name, diagnosis in found.items():
         print(_sentence(name, diagnosis))
     if not single:
         print("\n" + _table(found))
-    print(f"\nwritten to {folder}: diagnosis.json, report.html" + (", model.toml" if drive is not None else "")
+    print(f"\nwritten to {folder}: diagnosis.json, report.html, model.toml"
           + ("" if single else " in a folder for each record"))
     return 0
 
@@ -53,16 +60,23 @@ def _columns(args: argparse.Namespace) -> dict[str, str] | None:
     return columns or None
 
 
-def _stepper(progress: Progress) -> Callable[[str, float], None]:
-    done = 0
-
-    def step(_what: str, share: float) -> None:
-        nonlocal done
-        while done < int(100 * share):
-            progress.step()
-            done += 1
-
-    return step
+def _exponent(args: argparse.Namespace, records: list[Path], columns: dict[str, str] | None, locked: bool
+              ) -> float | None:
+    """The exponent of `--exponent`: None for a free one, a number, or the one that all records share."""
+    if args.exponent is None:
+        return None
+    expect(args.power_law, "--exponent with --power-law only", args.exponent, "--exponent")
+    if args.exponent != "shared":
+        try:
+            return float(args.exponent)
+        except ValueError:
+            raise InputError(f"--exponent: expected a number or 'shared', got {args.exponent!r}") from None
+    read = [read_record(record, columns) for record in records]
+    with Progress("one exponent for all records", 100) as progress:
+        shared = shared_exponent([with_output_locked(r) for r in read] if locked else read,
+                                 lambda _now, share: progress.reach(share))
+    print(shared)
+    return shared.value
 
 
 def _stem(record: Path) -> str:
@@ -84,9 +98,12 @@ def _sentence(name: str, diagnosis: Diagnosis) -> str:
 def _table(found: dict[str, Diagnosis]) -> str:
     """Which effects come and go: a row for each record, the first parameter of each effect."""
     names = sorted({effect.name for diagnosis in found.values() for effect in diagnosis.effects})
+    bands = any(PLAY in diagnosis.base for diagnosis in found.values())
     rows: list[list[str]] = []
     for name, diagnosis in found.items():
         sizes = {effect.name: next(iter(effect.parameters.values())) for effect in diagnosis.effects}
-        rows.append([name, diagnosis.verdict, *(f"{sizes[n].value:.3g} {sizes[n].unit}" if n in sizes else "-"
-                                                for n in names)])
-    return study.table(["record", "verdict", *names], [""] * (2 + len(names)), rows)
+        play = [f"{diagnosis.base[PLAY] / ARCMIN:.3g} arcmin" if PLAY in diagnosis.base else "-"] if bands else []
+        rows.append([name, diagnosis.verdict, *play, *(quantity(sizes[n].value, sizes[n].unit) if n in sizes else "-"
+                                                       for n in names), f"{diagnosis.remainder:.3g} N.m"])
+    heads = ["record", "verdict", *["play"] * bands, *names, "remainder"]
+    return study.table(heads, [""] * len(heads), rows)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from reefmu.curve_table import curve_of
 from reefmu.fmu.archive import read_archive
 from reefmu.fmu.build import export_fmu
 from reefmu.fmu.component import drive_component
@@ -14,6 +15,7 @@ from reefmu.model import DriveModel, build_model
 from reefmu.model_file import is_model_file, load_model
 from stiffness_model.errors import expect
 from stiffness_model.lookup import N_DRIVES, describe
+from stiffness_model.units import ARCMIN
 
 from . import study
 from .coupling import step_notes
@@ -40,7 +42,8 @@ def run(args: argparse.Namespace) -> int:
     if masses is not None and not joint:
         notes += step_notes(drive_component(model), masses, args.step)
     study.show_notes(notes)
-    print(f"{model.name}: lookup over {describe(model.lookup)}")
+    print(f"{model.name}: " + (f"lookup over {describe(model.lookup)}" if curve_of(model.lookup) is None else
+                               f"curve over twist +-{model.lookup.twist.stop / ARCMIN:.3g} arcmin, no drawing"))
     if model.individual is not None:
         print("one drive of the drawing with its own balls, bores and lobes; the lookup gives its range")
     inside = ", ".join(effect.name for effect in model.effects) or "none"

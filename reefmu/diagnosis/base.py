@@ -2,8 +2,8 @@
 
 All three give a torque over twist and clearance (`elastic.Elastic`), base parameters that are fitted together
 with every candidate, and a `Lookup`, so that the corrected model runs in `reefmu.simulate` like any other.
-Without a drawing there is no lever that turns a clearance into a twist: there the clearance, m, is the twist,
-rad, times one metre.
+Without a drawing there is no lever that turns a clearance into a twist: there the clearance, m, is the play,
+rad, to either side times `NO_LEVER`.
 """
 
 from __future__ import annotations
@@ -16,16 +16,15 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from stiffness_model.drive import Drive
 from stiffness_model.element_table import ElementTable
 from stiffness_model.errors import InputError, expect
-from stiffness_model.lookup import QUANTITIES, Lookup
+from stiffness_model.lookup import Lookup
 from stiffness_model.modulus import ModulusShares
-from stiffness_model.spline import Axis, fit
 
 from ..contact import completed
+from ..curve_table import table_of_curve
 from ..effects import find_effect
 from ..record import Record, convert_units
 from .elastic import Elastic, LookupElastic, PowerElastic
@@ -34,11 +33,10 @@ from .vectorised import Number
 
 Array = NDArray[np.float64]
 
-NO_LEVER = 1.0
+NO_LEVER = 0.01
 """m/rad, where no drawing gives eccentricity and ratio."""
 CURVE_SCALE = 0.05
 """Standard deviation of a curve file's scale, as a share, where the file states no band."""
-_NODES, _CLEARANCES = 160, 24
 
 
 @dataclass(frozen=True)
@@ -100,7 +98,7 @@ def ratio_without_drawing(record: Record) -> float:
     next whole number where that is within 2 %. Raises `InputError` where the angles show no ratio.
     """
     crank, output = record.crank_angle, record.output_angle
-    if np.ptp(crank) == 0:
+    if np.ptp(crank) == 0 or "crank_angle" in record.missing:
         return 1.0
     slope, start = np.polyfit(output, crank, 1)
     left = float(np.std(crank - slope * output - start) / np.std(crank))
@@ -119,7 +117,7 @@ def curve_base(path: str | os.PathLike[str], ratio: float = 1.0) -> Base:
     Raises `InputError` for a file without them or with twists that do not rise.
     """
     twist, torque, spread = _read_curve(Path(path))
-    lookup = table_of_curve(twist, torque, NO_LEVER, str(path))
+    lookup = table_of_curve(twist, torque, NO_LEVER, Path(path).stem, ratio)
     one = np.ones(1)
     return Base("curve", ScaledElastic(LookupElastic.of(lookup)), ratio, NO_LEVER, float(np.abs(torque).max()),
                 float(np.abs(twist).max()), ("scale",), 0 * one, -0.5 * one, one, spread * one, None, lookup,
@@ -141,36 +139,9 @@ def lookup_of(base: Base, shape: Array) -> Lookup:
     if base.kind == "drawing":
         assert base.lookup is not None
         return base.lookup
-    twist = np.linspace(-1.6, 1.6, 641) * base.reach
+    twist = np.linspace(-1.6, 1.6, 321) * base.reach
     torque = base.elastic.evaluate(twist, np.zeros_like(twist), shape)[0]
-    return table_of_curve(twist, torque, base.lever, base.source)
-
-
-def table_of_curve(twist: Array, torque: Array, lever: float, name: str) -> Lookup:
-    """A curve as a lookup: a clearance shifts both its branches apart. Mirrored if it starts at zero twist."""
-    if twist[0] >= 0:
-        keep = twist > 0
-        twist = np.concatenate([-twist[keep][::-1], [0.0], twist[keep]])
-        torque = np.concatenate([-torque[keep][::-1], [0.0], torque[keep]])
-    curve = PchipInterpolator(twist, torque, extrapolate=False)
-    ends = curve.derivative()(twist[[0, -1]])
-
-    def at(x: Array) -> Array:
-        inside = curve(np.clip(x, twist[0], twist[-1]))
-        return inside + ends[1] * np.maximum(x - twist[-1], 0) + ends[0] * np.minimum(x - twist[0], 0)
-
-    reach = float(np.abs(twist).max())
-    widest = 0.5 * reach * lever
-    axes = Axis(-reach, 2 * reach / _NODES, _NODES), Axis(-widest, 2 * widest / _CLEARANCES, _CLEARANCES)
-    x, c = axes[0].nodes[:, None], axes[1].nodes[None, :] / lever
-    inner = np.where(c >= 0, np.sign(x) * np.maximum(np.abs(x) - c, 0), x)
-    # Interference: both flanks carry; each branch reaches past the middle, and the torque is their sum.
-    tight = at(x + np.minimum(-c, reach)) + at(x - np.minimum(-c, reach))
-    mean = np.where(c >= 0, at(inner), np.where(np.abs(x) > -c, at(np.sign(x) * (np.abs(x) - c)), tight))
-    tables = np.stack([mean, mean, mean, np.abs(mean), np.ones_like(mean)])
-    coefficients = fit(axes[1], fit(axes[0], tables, 1), 2)
-    return Lookup(axes[0], axes[1], coefficients, float(np.abs(torque).max()), dict.fromkeys(QUANTITIES, 0.0),
-                  {"name": name}, 1, 0, "")
+    return table_of_curve(twist, torque, base.lever, Path(base.source).stem, base.ratio)
 
 
 def _read_curve(path: Path) -> tuple[Array, Array, float]:

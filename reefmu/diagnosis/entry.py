@@ -6,11 +6,14 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from stiffness_model import load_drive
 from stiffness_model.drive import Drive
 from stiffness_model.errors import expect
 
-from ..record import Record, read_record
+from ..record import Record, read_record, with_output_locked
+from .exponent import held_power_base
 from .result import Diagnosis
 from .workflow import Examined, examine
 
@@ -20,24 +23,34 @@ PathLike = str | os.PathLike[str]
 def diagnose_record(paths: PathLike | Record | Sequence[PathLike], drive: PathLike | Drive | None = None,
                     curve: PathLike | None = None, out: PathLike | None = None,
                     columns: Mapping[str, str] | None = None,
-                    progress: Callable[[str, float], None] | None = None) -> Diagnosis:
+                    progress: Callable[[str, float], None] | None = None, exponent: float | None = None,
+                    output_locked: bool = False) -> Diagnosis:
     """Diagnose one record.
 
     paths: of a record file (see `reefmu.record.read_record`), of several files of one record, or a `Record`.
     drive: a preset's name, the path of a drawing or a `Drive`; curve: path of a curve file for a gear without a
     drawing; with neither, the base curve is a free power law. out: folder for diagnosis.json, report.html and,
     with a drawing, model.toml; nothing is written without it. columns: column map for foreign files. progress:
-    called with (what is done, share done).
+    called with (what is done, share done). exponent: of the power law, held; free if None. output_locked: of a record
+    of a twist alone: the crank turned, not the output (see `reefmu.record.with_output_locked`).
 
-    Raises `InputError` for files that cannot be read or written and for both a drive and a curve.
+    Raises `InputError` for files that cannot be read or written, for both a drive and a curve, and for an exponent
+    beside either.
     """
     expect(drive is None or curve is None, "a drive or a curve", "both", "diagnose")
+    expect(exponent is None or (drive is None and curve is None), "an exponent of a power law only",
+           "one beside a drive or a curve", "diagnose")
     record = paths if isinstance(paths, Record) else _read(paths, columns)
     drawn = drive
     if drive is not None and not isinstance(drive, Drive):
         drawn = load_drive(drive if isinstance(drive, str) else Path(drive))
     assert drawn is None or isinstance(drawn, Drive)
-    found = examine(record, drawn, curve, progress)
+    if output_locked:
+        record = with_output_locked(record, 1.0 if drawn is None else drawn.ratio)
+    base_of = None if exponent is None else held_power_base(exponent)
+    # A trial whose creep runs away overflows; its cost is then no number, and the fit refuses the step.
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = examine(record, drawn, curve, progress, base_of)
     if out is not None:
         from .write import write_results
 

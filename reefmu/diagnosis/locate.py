@@ -5,12 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffness_model.units import ARCMIN
+
 from .result import Place
 from .study import Study
 
 Array = NDArray[np.float64]
 
-BINS = 10
+BINS, FINE_BINS = 10, 40
+"""Groups along a coordinate; along the twist, where teeth and play show."""
+FINER = 0.1
+"""Share by which the twist must beat the torque, or the place is given in torque."""
 MOST_ORDER = 6
 
 
@@ -22,7 +27,7 @@ def coordinates(study: Study) -> dict[str, tuple[Array, str]]:
     found = {
         "torque": (torque, "N.m"), "time": (mean(t.time), "s"), "rate": (mean(t.twist_rate) * 1e3, "mrad/s"),
         "speed": (mean(t.output_speed) * 1e3, "mrad/s at the output"), "temperature": (mean(t.temperature), "degC"),
-        "travel": (mean(travel), "rad of the crank"),
+        "travel": (mean(travel), "rad of the crank"), "twist": (mean(t.twist) / ARCMIN, "arcmin"),
     }
     return {name: v for name, v in found.items() if np.ptp(v[0]) > 1e-9 * (1 + np.abs(v[0]).max())}
 
@@ -36,8 +41,11 @@ def locate(study: Study, residual: Array, systematic: float) -> tuple[Place, ...
     noise = study.variance
     found: list[Place] = []
     for name, (x, unit) in values.items():
-        groups = _bins(x)
+        groups = _bins(x, FINE_BINS if name == "twist" else BINS)
         found.append(_place(name, groups, residual, noise, systematic, x, unit))
+    shares = {p.coordinate: p.share for p in found}
+    if shares.get("twist", 0.0) < shares.get("torque", 0.0) + FINER:
+        found = [p for p in found if p.coordinate != "twist"]
     load = _bins(study.torque)
     side = load * 3 + (direction + 1).astype(int)
     odd = residual - _means(load, residual)[load]
@@ -48,8 +56,8 @@ def locate(study: Study, residual: Array, systematic: float) -> tuple[Place, ...
     return tuple(sorted((p for p in found if p.share > 0.02), key=lambda p: -p.share))
 
 
-def _bins(x: Array) -> NDArray[np.intp]:
-    edges = np.unique(np.quantile(x, np.linspace(0, 1, BINS + 1)))
+def _bins(x: Array, count: int = BINS) -> NDArray[np.intp]:
+    edges = np.unique(np.quantile(x, np.linspace(0, 1, count + 1)))
     return np.clip(np.searchsorted(edges, x, side="right") - 1, 0, max(len(edges) - 2, 0))
 
 

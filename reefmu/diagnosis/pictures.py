@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -17,48 +18,100 @@ from .fit import Fit
 from .locate import coordinates
 from .remainder import scattered
 from .report_gap import held_out
+from .result import Gap
 from .study import Study
 
 Array = NDArray[np.float64]
 
-MEASURED, BEFORE, AFTER, NOISE = "#333333", "#c2452d", "#1f6fb2", "#bbbbbb"
+MEASURED, BEFORE, AFTER, NOISE, SCATTER = "#333333", "#c2452d", "#1f6fb2", "#bbbbbb", "#55a868"
 MOST_POINTS = 1500
 
 
-def svg(draw: Callable[[Axes], None], width: float = 6.2, height: float = 3.4) -> str:
-    """One picture as an <svg> element."""
-    figure = Figure(figsize=(width, height), layout="constrained")
-    axes = figure.add_subplot()
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    axes.tick_params(labelsize=8)
-    draw(axes)
-    buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+def svg(name: str, draw: Callable[[Axes], None], width: float = 6.2, height: float = 3.5) -> str:
+    """One picture as an <svg> element; name: what it shows, for those who cannot see it."""
+    # Ids made from the name: no two pictures of a page share one, and the same diagnosis gives the same page.
+    with rc_context({"svg.hashsalt": name}):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        axes = figure.add_subplot()
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+        axes.tick_params(labelsize=9)
+        axes.grid(True, color="#ececec", lw=0.7)
+        axes.set_axisbelow(True)
+        draw(axes)
+        buffer = io.StringIO()
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = re.sub(r"<metadata>.*?</metadata>", "", buffer.getvalue(), flags=re.DOTALL)
     # Only the element itself: an XML head has no place in HTML.
-    return re.sub(r"^.*?(?=<svg )", "", text, flags=re.DOTALL)
+    return re.sub(r"^.*?(?=<svg )<svg ", f'<svg role="img" aria-label="{name}" ', text, flags=re.DOTALL)
 
 
 def curve_picture(study: Study, base: Fit, chosen: Fit) -> str:
     """Torque over twist: measured, model before and after, in the run with the widest loop."""
-    runs = study.trace.run[study.blocks.first]
-    twist = study.blocks.mean(study.trace.twist) - chosen.parameters[0]
-    widest = max(np.unique(runs), key=lambda r: float(np.ptp(twist[runs == r])))
-    inside = np.flatnonzero(runs == widest)[:MOST_POINTS]
+    _, inside = widest_run(study)
+    x = _twist(study, chosen)[inside]
 
     def draw(axes: Axes) -> None:
-        x = twist[inside] / ARCMIN
-        axes.plot(x, study.torque[inside], ".", ms=2.5, color=MEASURED, label="measured")
-        axes.plot(x, base.prediction.torque[inside], "-", lw=1, color=BEFORE, label="model as drawn")
+        axes.plot(x, study.torque[inside], ".", ms=3, color=MEASURED, label="measured")
+        axes.plot(x, base.prediction.torque[inside], "-", lw=1.2, color=BEFORE, label=_before(study))
         if chosen.names:
-            axes.plot(x, chosen.prediction.torque[inside], "-", lw=1, color=AFTER, label="with the effect")
-        axes.set_xlabel("twist [arcmin]", fontsize=8)
-        axes.set_ylabel("torque [N.m]", fontsize=8)
-        axes.legend(fontsize=8, frameon=False)
-        axes.set_title(f"run {widest}", fontsize=9, loc="left")
+            axes.plot(x, chosen.prediction.torque[inside], "-", lw=1.2, color=AFTER, label=_with(chosen))
+        _label(axes, "twist [arcmin]", "torque [N.m]")
+        _legend(axes)
 
-    return svg(draw)
+    return svg("torque over twist", draw)
+
+
+def loop_picture(study: Study, base: Fit, chosen: Fit) -> str:
+    """The same run less the model before: the loops that a curve of full size hides."""
+    _, inside = widest_run(study)
+    x, zero = _twist(study, chosen)[inside], base.prediction.torque[inside]
+
+    def draw(axes: Axes) -> None:
+        axes.axhspan(-2 * _noise(study), 2 * _noise(study), color=NOISE, alpha=0.5, lw=0, label="noise, 95 %")
+        axes.axhline(0, lw=1.2, color=BEFORE, label=_before(study))
+        axes.plot(x, study.torque[inside] - zero, ".", ms=3, color=MEASURED, label="measured")
+        if chosen.names:
+            axes.plot(x, chosen.prediction.torque[inside] - zero, "-", lw=1.2, color=AFTER, label=_with(chosen))
+        _label(axes, "twist [arcmin]", "torque less model [N.m]")
+        _legend(axes)
+
+    return svg("what the model without effects leaves, over the twist", draw)
+
+
+def widest_run(study: Study) -> tuple[int, NDArray[np.intp]]:
+    """The run of the widest twist: its number and its blocks, thinned."""
+    runs = study.trace.run[study.blocks.first]
+    twist = study.blocks.mean(study.trace.twist)
+    widest = max(np.unique(runs), key=lambda r: float(np.ptp(twist[runs == r])))
+    return int(widest), np.flatnonzero(runs == widest)[:MOST_POINTS]
+
+
+def _twist(study: Study, chosen: Fit) -> Array:
+    return (study.blocks.mean(study.trace.twist) - chosen.parameters[0]) / ARCMIN
+
+
+def _noise(study: Study) -> float:
+    return float(np.sqrt(np.mean(study.block_variance)))
+
+
+def _before(study: Study) -> str:
+    return "model as drawn" if study.base.drive is not None else f"{study.base.kind} alone"
+
+
+def _with(chosen: Fit) -> str:
+    return "with the effect" if len(chosen.names) == 1 else "with the effects"
+
+
+def _legend(axes: Axes) -> None:
+    """Above the axes, where it covers no data."""
+    axes.legend(fontsize=9, frameon=False, ncols=4, loc="lower left", bbox_to_anchor=(0, 1), columnspacing=1.0,
+                handlelength=1.4, borderaxespad=0.2)
+
+
+def _label(axes: Axes, x: str, y: str) -> None:
+    axes.set_xlabel(x, fontsize=9)
+    axes.set_ylabel(y, fontsize=9)
 
 
 def residual_picture(study: Study, base: Fit, chosen: Fit, coordinate: str) -> str:
@@ -86,11 +139,10 @@ def residual_picture(study: Study, base: Fit, chosen: Fit, coordinate: str) -> s
         if chosen.names:
             axes.plot(x[::step], after[::step], ".", ms=2.5, color=AFTER, label="after")
         name = "torque" if coordinate == "direction" else coordinate.replace("_", " ")
-        axes.set_xlabel(f"{name} [{unit}]", fontsize=8)
-        axes.set_ylabel("measured - model [N.m]", fontsize=8)
-        axes.legend(fontsize=8, frameon=False, ncols=2)
+        _label(axes, f"{name} [{unit}]", "measured - model [N.m]")
+        _legend(axes)
 
-    return svg(draw)
+    return svg("where the gap lies", draw)
 
 
 def time_picture(study: Study, base: Fit, chosen: Fit) -> str:
@@ -103,35 +155,39 @@ def time_picture(study: Study, base: Fit, chosen: Fit) -> str:
         axes.plot(k, before, lw=0.6, color=BEFORE, label="before")
         if chosen.names:
             axes.plot(k, after, lw=0.6, color=AFTER, label="after")
-            if len(chosen.weighting.strength):
-                axes.plot(k, after - scattered(study, chosen, after), lw=0.5, color="#55a868",
+            if len(chosen.weighting.strength) and chosen.weighting.size > 0.1:
+                axes.plot(k, after - scattered(study, chosen, after), lw=0.5, color=SCATTER,
                           label="after, without this drive's scatter")
         low, high = axes.get_ylim()
-        axes.fill_between(k, low, high, where=held.tolist(), color=NOISE, alpha=0.35, lw=0, label="held out")
+        if chosen.names:
+            axes.fill_between(k, low, high, where=held.tolist(), color=NOISE, alpha=0.35, lw=0, label="held out")
         axes.set_ylim(low, high)
-        axes.set_xlabel("sample block, run after run", fontsize=8)
-        axes.set_ylabel("measured - model [N.m]", fontsize=8)
-        axes.legend(fontsize=8, frameon=False, ncols=4)
+        _label(axes, "block of samples, run after run", "measured - model [N.m]")
+        _legend(axes)
+        axes.margins(x=0.01)
 
-    return svg(draw, 12.6, 3.0)
+    return svg("the gap through the record", draw, 12.6, 3.2)
 
 
-def gap_picture(before: float, after: float | None, noise: float, held: tuple[float, float] | None) -> str:
+def gap_picture(gap: Gap, named: bool) -> str:
     """Bars of the gap before and after against the noise."""
-    rows = [("before", before, BEFORE)]
-    if after is not None:
-        rows.append(("after", after, AFTER))
-    if held is not None:
-        rows += [("before, held out", held[0], BEFORE), ("after, held out", held[1], AFTER)]
+    rows = [("before" if named else "gap", gap.before, BEFORE)]
+    if named:
+        rows.append(("after", gap.after, AFTER))
+    if gap.after_own_scatter is not None and gap.after_own_scatter < 0.9 * gap.after:
+        rows.append(("less this drive's\nown scatter", gap.after_own_scatter, SCATTER))
+    if named and gap.held_out_before is not None and gap.held_out_after is not None:
+        rows += [("held out, before", gap.held_out_before, BEFORE), ("held out, after", gap.held_out_after, AFTER)]
 
     def draw(axes: Axes) -> None:
         axes.barh([r[0] for r in rows], [r[1] for r in rows], color=[r[2] for r in rows], height=0.6)
-        axes.axvline(noise, color=MEASURED, lw=1, ls="--")
-        axes.text(noise, -0.75, "noise", fontsize=8, ha="center")
+        axes.axvline(gap.noise, color=MEASURED, lw=1, ls="--")
+        axes.text(gap.noise, -0.6, f" noise {gap.noise:.3g}", fontsize=9, ha="left", va="center")
         for k, row in enumerate(rows):
-            axes.text(row[1], k, f" {row[1]:.3g}", va="center", fontsize=8)
-        axes.invert_yaxis()
-        axes.set_xlabel("gap, rms [N.m]", fontsize=8)
-        axes.margins(x=0.15)
+            axes.text(row[1], k, f" {row[1]:.3g}", va="center", fontsize=9)
+        axes.set_ylim(max(len(rows), 4) - 0.4, -0.9)
+        axes.grid(False, axis="y")
+        _label(axes, "gap, rms [N.m]", "")
+        axes.set_xlim(0, 1.15 * max(gap.noise, *(r[1] for r in rows)))
 
-    return svg(draw, 6.2, 2.0)
+    return svg("the gap before and after, against the noise", draw)

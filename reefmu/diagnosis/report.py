@@ -5,39 +5,52 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from stiffness_model.units import ARCMIN, MICROMETRE
-
 from .kernels import kernel
-from .result import Diagnosis, Place, Value
+from .report_words import MEANING, cautions, file_name, interval, main_size, quantity, reading
+from .result import Diagnosis, NamedEffect, Place
 from .workflow import Examined
 
 _STYLE = """
-body{font:15px/1.45 system-ui,sans-serif;color:#222;max-width:1080px;margin:24px auto;padding:0 16px}
-h1{font-size:22px;margin:0 0 4px}h2{font-size:16px;margin:22px 0 6px;border-bottom:1px solid #ddd}
-.verdict{display:inline-block;padding:2px 10px;border-radius:4px;color:#fff;font-weight:600}
-.named{background:#2a7f49}.none{background:#2a7f49}.partly{background:#a56a00}.ambiguous{background:#a56a00}
-.unknown{background:#b2382a}.insufficient{background:#666}
-.lead{font-size:17px;margin:8px 0 14px}.row{display:flex;flex-wrap:wrap;gap:12px}.row>*{flex:1 1 420px;min-width:0}
-svg{max-width:100%;height:auto}table{border-collapse:collapse;font-size:14px}
-td,th{padding:3px 12px 3px 0;text-align:left;vertical-align:top}
-th{font-weight:600;border-bottom:1px solid #bbb}code{background:#f3f3f3;padding:1px 4px}
-.warn{color:#b2382a}.small{font-size:13px;color:#555}figure{margin:0}figcaption{font-size:13px;color:#555}
-@media print{body{margin:0;max-width:none;font-size:12px}h2{break-after:avoid}figure{break-inside:avoid}}
+*{box-sizing:border-box}
+body{font:15px/1.45 system-ui,"DejaVu Sans",sans-serif;color:#222;max-width:1120px;margin:20px auto;padding:0 16px}
+h1{font-size:15px;font-weight:400;color:#555;margin:0 0 6px;overflow-wrap:anywhere}
+h2{font-size:16px;margin:22px 0 6px;border-bottom:1px solid #ddd}
+.verdict{display:inline-block;padding:2px 12px;border-radius:4px;color:#fff;font-weight:600;font-size:17px}
+.named,.none{background:#2a7f49}.partly,.ambiguous{background:#9a6200}.unknown{background:#b2382a}
+.insufficient{background:#5c5c5c}.meaning{color:#555;margin-left:8px}
+.lead{font-size:18px;line-height:1.4;margin:8px 0 14px;overflow-wrap:anywhere}
+.cards,.row{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(300px,100%),1fr));gap:12px}
+.row{grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));margin-top:14px}
+.card{border:1px solid #ddd;border-radius:6px;padding:8px 12px}
+.card h3{font-size:12px;letter-spacing:.04em;text-transform:uppercase;color:#555;margin:0 0 4px}
+.card p{margin:2px 0}.big{font-size:20px;font-weight:600}
+svg{max-width:100%;height:auto;display:block}figure{margin:0}figcaption{font-size:13px;color:#555}
+.table{overflow-x:auto}table{border-collapse:collapse;font-size:14px}
+td,th{padding:3px 14px 3px 0;text-align:left;vertical-align:top;overflow-wrap:anywhere}
+th{font-weight:600;border-bottom:1px solid #bbb;overflow-wrap:normal}
+code{background:#f3f3f3;padding:1px 4px;overflow-wrap:anywhere}
+.warn{color:#b2382a}.caution{border-left:4px solid #b2382a;background:#fbf1ef;padding:4px 12px;margin:12px 0}
+.caution ul{margin:2px 0;padding-left:18px}.small{font-size:13px;color:#555;font-weight:400}ul{padding-left:22px}
+@page{size:A4;margin:14mm}
+@media print{body{margin:0;max-width:none;font-size:11px;padding:0}.lead{font-size:14px}h2{break-after:avoid}
+figure,.card,tr,.caution{break-inside:avoid}.cards{grid-template-columns:repeat(3,1fr)}
+.row{grid-template-columns:repeat(2,1fr)}table{font-size:10px}*{print-color-adjust:exact}}
 """
-_SHOWN = {"m": (MICROMETRE, "um"), "rad": (ARCMIN, "arcmin"), "m/K": (MICROMETRE, "um/K"),
-          "rad/(N.m)": (ARCMIN, "arcmin/(N.m)"), "m/rad": (1e-9, "nm/rad")}
 
 
 def report_html(found: Examined | Diagnosis) -> str:
     """The page, as text."""
     d = found.diagnosis if isinstance(found, Examined) else found
     source = found.record.source if isinstance(found, Examined) else ""
-    parts = [f"<h1>Diagnosis{' of ' + escape(_short(source)) if source else ''}</h1>",
-             f"<p class=lead><span class='verdict {d.verdict}'>{d.verdict}</span> {escape(d.sentence)}</p>"]
+    parts = [f"<h1>Diagnosis{' of ' + escape(file_name(source)) if source else ''}</h1>",
+             f"<div><span class='verdict {d.verdict}'>{d.verdict}</span>"
+             f"<span class=meaning>{MEANING[d.verdict]}</span></div>",
+             f"<p class=lead>{escape(d.sentence)}</p>", _cards(d), _cautions(d)]
     if isinstance(found, Examined):
         parts += _pictures(found)
-    parts += _effects(d)
-    parts += _alternatives(d)
+    parts += [_effect(effect) for effect in d.effects]
+    if d.alternatives:
+        parts += _list("What else it could be", [_names(a) for a in d.alternatives])
     parts += _list("What to measure next", d.next_experiment)
     parts += _details(d)
     if isinstance(found, Examined):
@@ -47,8 +60,37 @@ def report_html(found: Examined | Diagnosis) -> str:
             f"<body>{''.join(parts)}</body></html>\n")
 
 
-def _short(source: str) -> str:
-    return source.replace("\\", "/").rsplit("/", 1)[-1]
+def _names(names: Sequence[str]) -> str:
+    return " and ".join(f"{kernel(n).effect.title.lower()} ({n})" for n in names)
+
+
+# -- the first screen -----------------------------------------------------------------------------------------------
+
+
+def _cards(d: Diagnosis) -> str:
+    gap, cards = d.gap, []
+    if d.verdict != "insufficient":
+        change = f"{gap.before:.3g} &rarr; {gap.after:.3g}" if d.effects else f"{gap.before:.3g}"
+        lines = [f"<p class=big>{change} N.m</p>", f"<p>noise {gap.noise:.3g} N.m</p>"]
+        if d.effects and gap.held_out_before is not None and gap.held_out_after is not None:
+            lines.append(f"<p>on runs held out {gap.held_out_before:.3g} &rarr; {gap.held_out_after:.3g} N.m</p>")
+        cards.append(("Gap between model and record, rms", lines))
+    if d.effects:
+        cards.append(("One of several that fit" if d.verdict == "ambiguous" else "What is missing", [
+            f"<p><b>{escape(kernel(e.name).effect.title)}</b><br>{escape(main_size(e))}</p>" for e in d.effects]))
+    elif d.remainder > 0 and d.verdict == "unknown":
+        place = f"<p>mostly at {escape(reading(d.remainder_where[0]))}</p>" if d.remainder_where else ""
+        cards.append(("What is missing has no name here", [f"<p class=big>{d.remainder:.3g} N.m</p>{place}"]))
+    if d.next_experiment and d.verdict != "insufficient":
+        cards.append(("Measure next", [f"<p>{escape(d.next_experiment[0])}</p>"]))
+    return "<div class=cards>" + "".join(
+        f"<div class=card><h3>{title}</h3>{''.join(lines)}</div>" for title, lines in cards) + "</div>"
+
+
+def _cautions(d: Diagnosis) -> str:
+    lines = cautions(d)
+    return "" if not lines else ("<div class=caution><b>Mind</b><ul>"
+                                 + "".join(f"<li>{escape(line)}</li>" for line in lines) + "</ul></div>")
 
 
 def _pictures(found: Examined) -> list[str]:
@@ -56,19 +98,17 @@ def _pictures(found: Examined) -> list[str]:
 
     d, study, base, chosen = found.diagnosis, found.study, found.search.base, found.finding.chosen
     where = d.where[0].coordinate if d.where else "torque"
-    gap = d.gap
-    held = None
-    if chosen.names and gap.held_out_before is not None and gap.held_out_after is not None:
-        held = (gap.held_out_before, gap.held_out_after)
-    place = f": {d.where[0].region}, {100 * d.where[0].share:.0f} % of it" if d.where else ""
+    place = f", {100 * d.where[0].share:.0f} % of it over the {reading(d.where[0])}" if d.where else ""
     return [
         "<div class=row>",
-        _figure(pictures.gap_picture(gap.before, gap.after if chosen.names else None, gap.noise, held),
-                "The gap between model and record, against the noise. Held out: runs that a second fit did not see."),
-        _figure(pictures.curve_picture(study, base, chosen), "Torque over twist in the widest run."),
-        _figure(pictures.residual_picture(study, base, chosen, where),
-                f"Where the gap lies: {where.replace('_', ' ')}{escape(place)}."),
-        "</div>", _figure(pictures.time_picture(study, base, chosen), "The gap through the record."),
+        _figure(pictures.curve_picture(study, base, chosen),
+                f"Torque over twist in run {pictures.widest_run(study)[0]}, the widest."),
+        _figure(pictures.loop_picture(study, base, chosen),
+                "The same run less the model without effects: what the model does not know."),
+        _figure(pictures.residual_picture(study, base, chosen, where), f"Where the gap lies{escape(place)}."),
+        _figure(pictures.gap_picture(d.gap, bool(chosen.names)), "The gap against the noise. Held out: runs that a "
+                "second fit did not see."),
+        "</div>", _figure(pictures.time_picture(study, base, chosen), "The gap through the record, run after run."),
     ]
 
 
@@ -76,34 +116,20 @@ def _figure(picture: str, caption: str) -> str:
     return f"<figure>{picture}<figcaption>{caption}</figcaption></figure>"
 
 
-def _effects(d: Diagnosis) -> list[str]:
-    parts = []
-    for effect in d.effects:
-        e = kernel(effect.name).effect
-        rows = [[name.replace("_", " "), *shown(value), f"<span class=warn>{escape(value.warning)}</span>"]
-                for name, value in effect.parameters.items()]
-        parts += [f"<h2>{escape(e.title)} <span class=small>({effect.name}, removes {100 * effect.share:.0f} % "
-                  f"of the gap)</span></h2><p><code>{escape(e.equation)}</code></p>",
-                  _table(["parameter", "value", "95 % interval", ""], rows)]
-    return parts
+# -- effects --------------------------------------------------------------------------------------------------------
 
 
-def shown(value: Value) -> tuple[str, str]:
-    """Value and interval as text, in the unit that people use."""
-    factor, unit = _SHOWN.get(value.unit, (1.0, value.unit))
-    unit = "" if unit == "1" else " " + unit
-    return (f"{value.value / factor:.4g}{unit}", f"{value.low / factor:.4g} ... {value.high / factor:.4g}{unit}")
+def _effect(effect: NamedEffect) -> str:
+    e = kernel(effect.name).effect
+    rows = [[name.replace("_", " "), quantity(value.value, value.unit), interval(value),
+             f"<span class=warn>{escape(value.warning)}</span>"] for name, value in effect.parameters.items()]
+    return (f"<h2>{escape(e.title)} <span class=small>({effect.name}; removes {100 * effect.share:.0f} % "
+            f"of the gap)</span></h2><p><code>{escape(e.equation)}</code></p>"
+            + _table(["parameter", "value", "95 % interval", ""], rows)
+            + f"<p class=small>{escape(e.source)}</p>")
 
 
-def _alternatives(d: Diagnosis) -> list[str]:
-    if not d.alternatives:
-        return []
-    return _list("What else it could be", [" and ".join(a) for a in d.alternatives])
-
-
-def _list(title: str, lines: Iterable[str]) -> list[str]:
-    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
-    return [f"<h2>{title}</h2><ul>{items}</ul>"] if items else []
+# -- details --------------------------------------------------------------------------------------------------------
 
 
 def _details(d: Diagnosis) -> list[str]:
@@ -118,8 +144,7 @@ def _details(d: Diagnosis) -> list[str]:
     if d.twins:
         parts += ["<h2>What this record cannot tell apart</h2>",
                   _table(["one", "the other", "what splits them"], [[a, b, escape(t)] for a, b, t in d.twins])]
-    parts += _list("Notes", d.notes)
-    return parts
+    return parts + _list("Notes", d.notes)
 
 
 def _places(places: Sequence[Place]) -> str:
@@ -127,10 +152,15 @@ def _places(places: Sequence[Place]) -> str:
                   [[p.coordinate.replace("_", " "), escape(p.region), f"{100 * p.share:.0f} %"] for p in places])
 
 
+def _list(title: str, lines: Iterable[str]) -> list[str]:
+    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
+    return [f"<h2>{title}</h2><ul>{items}</ul>"] if items else []
+
+
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     top = "".join(f"<th>{h}</th>" for h in head)
     body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<table><tr>{top}</tr>{body}</table>"
+    return f"<div class=table><table><tr>{top}</tr>{body}</table></div>"
 
 
 def _workings(found: Examined) -> list[str]:
@@ -138,10 +168,12 @@ def _workings(found: Examined) -> list[str]:
     study, search, n = found.study, found.search, found.study.noise
     kind = f"differences of {n.pairs} pairs of cycles" if n.repeated else "smoothness alone"
     lines = [f"{len(found.record)} samples in {len(found.record.starts)} runs; base curve: {study.base.kind} "
-             f"{_short(study.base.source)}",
-             f"noise {n.torque:.3g} N.m and {n.twist / ARCMIN:.3g} arcmin, integrated autocorrelation "
-             f"{n.correlation:.3g} samples, from {kind}",
-             f"size of the tolerance scatter: {found.diagnosis.base.get('scatter_size', 0):.2g} of the population's"]
+             f"{file_name(study.base.source)}",
+             f"noise {n.torque:.3g} N.m and {quantity(n.twist, 'rad')}, integrated autocorrelation "
+             f"{n.correlation:.3g} samples, from {kind}"]
+    if study.scatter is not None:
+        lines.append(f"size of the tolerance scatter: {found.diagnosis.base.get('scatter_size', 0):.2g} of the "
+                     "population's")
     rows = [[", ".join(f.names) or "none", f"{search.base.cost - f.cost:.0f}", f"{study.excess(f):.0f}"]
             for size in sorted(search.best) for f in search.best[size][:4]]
     reasons = [f"{', '.join(j.fit.names)}: {name} {why}" for j in found.finding.examined

@@ -1,11 +1,16 @@
-"""The gap between model and record, before and after, on all of it and on a regime that was not fitted."""
+"""The gap between model and record, before and after, on all of it and on a regime that was not fitted.
+
+Every figure is of the model that goes out, run by `reefmu.simulate`; the engine that fits has no part in it.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .corrected import corrected_model, simulated_torque
 from .fit import Fit, fit
+from .remainder import scattered
 from .result import Gap
 from .study import Study, make_weights
 
@@ -26,25 +31,34 @@ def held_out(study: Study) -> NDArray[np.bool_]:
 
 def gap_of(study: Study, base: Fit, chosen: Fit) -> Gap:
     """Root mean squares over all samples, N.m."""
-    trace = study.trace
     samples = np.repeat(held_out(study), study.blocks.count.astype(int))
-
-    def residual(found: Fit) -> Array:
-        predictor = study.predictor(found.names)
-        predictor.blocks = None
-        return trace.torque - predictor(found.parameters).torque
-
-    def rms(values: Array) -> float:
-        return float(np.sqrt(np.mean(values**2)))
-
     slope = chosen.prediction.slope
     noise = float(np.sqrt(np.average(study.noise.variance(slope), weights=study.blocks.count)))
-    before, after = residual(base), residual(chosen)
-    held_before, held_after = rms(before[samples]), rms(before[samples])
-    if chosen.names:
-        held_before = rms(residual(refitted(study, base))[samples])
-        held_after = rms(residual(refitted(study, chosen))[samples])
-    return Gap(rms(before), rms(after), noise, held_before, held_after)
+    before = residual(study, base)
+    own = own_scatter_taken_out(study, chosen)
+    if not chosen.names:
+        held = _rms(before[samples])
+        return Gap(_rms(before), _rms(before), noise, held, held, after_own_scatter=own)
+    held_before, held_after = (_rms(residual(study, refitted(study, found))[samples]) for found in (base, chosen))
+    return Gap(_rms(before), _rms(residual(study, chosen)), noise, held_before, held_after, after_own_scatter=own)
+
+
+def own_scatter_taken_out(study: Study, found: Fit) -> float | None:
+    """Rms, N.m, of a fit's residual less the likeliest scatter of this one drive; None where nothing scatters."""
+    if study.scatter is None or not len(found.weighting.strength):
+        return None
+    rest = study.torque - found.prediction.torque
+    own = np.repeat(scattered(study, found, rest), study.blocks.count.astype(int))
+    return _rms(residual(study, found) - own)
+
+
+def residual(study: Study, found: Fit) -> Array:
+    """Measured less simulated torque of all samples, (n,) N.m."""
+    return study.trace.torque - simulated_torque(corrected_model(study, found), study.trace, float(found.parameters[0]))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def refitted(study: Study, found: Fit) -> Fit:

@@ -41,7 +41,9 @@ class Place:
 
 @dataclass(frozen=True)
 class Gap:
-    """RMS between model and record, N.m, without and with the effects; noise: of the record."""
+    """RMS between model and record, N.m, without and with the effects; noise: of the record; after_own_scatter: what
+    is left of `after` without what this one drive's tolerances likely make, where a drawing states them.
+    """
 
     before: float
     after: float
@@ -49,6 +51,7 @@ class Gap:
     held_out_before: float | None = None
     held_out_after: float | None = None
     unit: str = "N.m"
+    after_own_scatter: float | None = None
 
 
 @dataclass(frozen=True)

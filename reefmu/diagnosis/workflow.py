@@ -24,6 +24,7 @@ from .isolate import Isolability, isolability, splitting, wanted
 from .kernels import kernel
 from .locate import locate
 from .noise import Noise, estimate_noise
+from .play import as_play
 from .remainder import scattered
 from .report_gap import gap_of
 from .responses import element_responses
@@ -62,7 +63,7 @@ def base_for(drive: Drive | None, curve: str | os.PathLike[str] | None, trace: T
 
 
 def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike[str] | None = None,
-            progress: Progress | None = None) -> Examined | Diagnosis:
+            progress: Progress | None = None, base_of: Callable[[Trace], Base] | None = None) -> Examined | Diagnosis:
     """Diagnose one record; a `Diagnosis` alone where the record allows nothing."""
     started = time.perf_counter()
     say = progress or (lambda what, share: None)
@@ -72,7 +73,7 @@ def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike
         return insufficient(look, look.problems, time.perf_counter() - started)
     say("base curve", 0.0)
     trace = trace_of(record, ratio)
-    base = base_for(drive, curve, trace)
+    base = base_for(drive, curve, trace) if base_of is None else base_of(trace)
     study, fresh = prepare(record, trace, base)
     reach = float(np.ptp(np.quantile(study.torque, [0.005, 0.995])))
     if study.noise.torque > 0.15 * reach:
@@ -144,7 +145,7 @@ def _diagnosis(record: Record, study: Study, found: Search, finding: Finding, is
     noise_only = float(np.sqrt(np.mean(study.block_variance)))
     systematic = max(float(np.mean(before**2)) - noise_only**2, 0.0)
     gap = gap_of(study, found.base, chosen)
-    effects = tuple(named_effect(study, chosen, name, base) for name in chosen.names)
+    effects = tuple(as_play(named_effect(study, chosen, name, base), study.base) for name in chosen.names)
     rest = study.torque - chosen.prediction.torque
     rest = rest - scattered(study, chosen, rest)
     places = locate(study, rest, finding.remainder**2) if finding.remainder > 0 else ()

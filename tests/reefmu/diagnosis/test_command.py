@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import gzip
+import io
 import json
 from pathlib import Path
 
@@ -10,7 +12,10 @@ import numpy as np
 import pytest
 
 from reefmu.cli import main
-from reefmu.record import Record
+from reefmu.diagnosis import diagnose_record
+from reefmu.diagnosis.exponent import PLAY
+from reefmu.progress import Progress
+from reefmu.record import Record, make_record
 from tests import diagnosis_rig as rig
 
 
@@ -33,7 +38,7 @@ def test_two_states_of_a_drive_give_a_table(tmp_path: Path, capsys: pytest.Captu
     assert {e["name"] for e in found["loose"]["effects"]} == {"hysteresis", "backlash"}
     said = capsys.readouterr().out
     head = next(line for line in said.splitlines() if line.split()[:2] == ["record", "verdict"])
-    assert head.split() == ["record", "verdict", "backlash", "hysteresis"]
+    assert head.split() == ["record", "verdict", "backlash", "hysteresis", "remainder"]
     row = next(line for line in said.splitlines() if line.split()[:2] == ["tight", "named"])
     assert row.split()[2] == "-"
 
@@ -81,3 +86,114 @@ def test_angles_without_a_ratio_are_refused(tmp_path: Path, capsys: pytest.Captu
     assert main(["diagnose", str(tmp_path / "record.csv"), "--power-law", "--out", str(tmp_path / "out")]) == 2
     assert "show no transmission ratio" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def lines(n: int = 400) -> list[str]:
+    """Rows of a good record: time, run, twist, torque."""
+    t = np.arange(n) * 0.01
+    twist, torque = 5 * np.sin(t), 150 * np.sin(t) + 10 * np.sign(np.cos(t))
+    return [f"{a:.4f},0,{b:.6f},{c:.4f}" for a, b, c in zip(t, twist, torque, strict=True)]
+
+
+HEAD = "time [s],run,twist [arcmin],output_torque [N.m]"
+
+
+def with_line(number: int, text: str) -> str:
+    rows = lines()
+    rows[number] = text
+    return "\n".join([HEAD, *rows])
+
+
+@pytest.mark.parametrize(("name", "content", "message"), [
+    ("nan.csv", with_line(7, "0.07,0,nan,3"), "expected finite numbers in column 'twist', got nan in data row 8"),
+    ("empty_cell.csv", with_line(7, "0.07,0,,3"), "expected numbers in column 'twist [arcmin]'"),
+    ("backwards.csv", with_line(7, "0.01,0,1,3"), "a step back at data row 8"),
+    ("unit.csv", "\n".join([HEAD.replace("N.m", "N"), *lines()]), "expected a unit of output_torque such as [N.m]"),
+    ("no_unit.csv", "\n".join([HEAD.replace(" [arcmin]", ""), *lines()]), "expected a unit in the header"),
+    ("column.csv", "time [s]\n0\n1\n2", "expected a column 'output_torque'"),
+    ("unknown.csv", "\n".join([HEAD.replace("twist", "twits"), *lines()]), "did you mean 'twist'"),
+    ("short.csv", with_line(7, "0.07,0,1"), "expected 4 values in every row, got 3 in line 9"),
+    ("empty.csv", "", "expected a header and at least two rows"),
+    ("head.csv", HEAD, "expected a header and at least two rows"),
+    ("text.csv", with_line(7, "0.07,0,one,3"), "expected numbers in column"),
+    ("half_run.csv", with_line(7, "0.07,0.5,1,3"), "expected whole numbers in column 'run'"),
+    ("twice.csv", "\n".join([HEAD.replace("run", "time [s]"), *lines()]), "expected each column once"),
+    ("cut.csv.gz", gzip.compress("\n".join([HEAD, *lines()]).encode())[:900], "expected a readable CSV file"),
+    ("no.csv.gz", b"\x1f\x8b broken", "expected a readable CSV file"),
+    ("damaged.csv.gz", b"\x1f\x8b\x08\x00" + bytes(range(200)), "expected a readable CSV file"),
+    ("binary.csv", bytes(range(256)) * 10, "expected a readable CSV file"),
+])
+def test_a_bad_record_is_one_line_and_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str,
+                                                     content: str | bytes, message: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    assert main(["diagnose", str(path), "--power-law", "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr()
+    assert len(said.err.splitlines()) == 1
+    assert name in said.err
+    assert message in said.err
+    assert said.out == ""
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_twist_in_the_wrong_sign_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The numbers are a record; what they say cannot be a drive. That is a verdict, with a page that says why."""
+    rows = [",".join([a, b, str(-float(c)), d]) for a, b, c, d in (row.split(",") for row in lines())]
+    (tmp_path / "turned.csv").write_text("\n".join([HEAD, *rows]))
+    assert main(["diagnose", str(tmp_path / "turned.csv"), "--power-law", "--out", str(tmp_path / "out")]) == 0
+    found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert found["verdict"] == "insufficient"
+    assert "wrong sign" in found["sentence"]
+    assert "insufficient" in capsys.readouterr().out
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["diagnosis.json", "report.html"]
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--exponent", "1.5", "--drive", "drive_1"], "--exponent: expected --exponent with --power-law only"),
+    (["--exponent", "hertz", "--power-law"], "--exponent: expected a number or 'shared', got 'hertz'"),
+    (["--exponent", "9", "--power-law"], "exponent: expected an exponent within 0.3 ... 6"),
+    (["--locked", "output", "--power-law"], "expected a record of a twist without a crank angle"),
+])
+def test_wrong_options_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str],
+                                    message: str) -> None:
+    angles = HEAD.replace("twist", "output_angle").replace("run", "crank_angle [deg]")
+    head = angles if "--locked" in arguments else HEAD
+    (tmp_path / "record.csv").write_text("\n".join([head, *lines()]))
+    assert main(["diagnose", str(tmp_path / "record.csv"), *arguments, "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1
+    assert message in said[0]
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_locked_output_has_no_friction_of_its_own(tmp_path: Path) -> None:
+    """What moves decides what can be missing: friction inside the drive then has no twin at the output. Time stamps
+    may jitter and repeat, and rates differ from run to run."""
+    rng = np.random.default_rng(3)
+    n, parts = 300, []
+    for run, step in enumerate((0.01, 0.037, 0.01)):
+        k = np.arange(n)
+        twist = 5e-3 * np.sin(2 * np.pi * k / 100)
+        stamps = np.maximum.accumulate(np.round(k * step + rng.normal(0, 0.3 * step, n), 3)) + 100 * run
+        parts.append(np.stack([stamps, np.full(n, run), twist], axis=1))
+    time, run, twist = np.concatenate(parts).T
+    friction = np.sign(np.gradient(twist))
+    torque = 2e4 * np.sign(twist) * np.maximum(np.abs(twist) - 1e-3, 0) + 6 * friction + rng.normal(0, 0.5, len(time))
+    record = make_record({"time": time, "run": run, "twist": twist, "output_torque": torque})
+    found = diagnose_record(record, exponent=1.0, output_locked=True)
+    assert "hysteresis" in [e.name for e in found.effects]
+    assert PLAY in found.base
+    assert {"coulomb_friction", "viscous_friction", "stribeck_friction", "backlash"} <= set(found.not_candidates)
+    assert not any("friction" in name for names in found.alternatives for name in names)
+
+
+def test_progress_says_what_it_does() -> None:
+    stream = io.StringIO()
+    stream.isatty = lambda: True  # type: ignore[method-assign]
+    with Progress("diagnosing", 100, stream) as progress:
+        for now, share in (("base curve", 0.0), ("sets of 1", 0.4), ("sets of 2", 0.3), ("result", 1.0)):
+            progress._shown = 0.0  # as if time had passed
+            progress.reach(share, now)
+    shown = [line.removesuffix("\033[K") for line in stream.getvalue().split("\r")]
+    assert shown[1:5] == ["diagnosing: 0 %, base curve", "diagnosing: 40 %, sets of 1", "diagnosing: 40 %, sets of 2",
+                          "diagnosing: 100 %, result"]

@@ -56,17 +56,6 @@ def test_pair_with_files(tmp_path: Path) -> None:
     assert {e.name for e in model.effects} == {"backlash", "hysteresis"}
 
 
-def test_the_corrected_model_leaves_the_same_gap() -> None:
-    from reefmu.diagnosis.workflow import Examined, examine
-    from reefmu.diagnosis.write import simulated_gap
-
-    record = rig.measured({"hysteresis": {"torque": 4.0}}, seed=5)
-    found = examine(record, rig.drive())
-    assert isinstance(found, Examined)
-    gap = simulated_gap(found.study, record, found.finding.chosen)
-    assert gap == pytest.approx(found.diagnosis.gap.after, rel=0.02)
-
-
 def test_twins_are_reported_with_what_splits_them() -> None:
     found = diagnose_record(rig.measured({"coulomb_friction": {"torque": 5.0}}, full=False), drive=rig.drive())
     assert found.verdict == "ambiguous"

@@ -13,9 +13,9 @@ from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.anonymous import rivals
 from reefmu.diagnosis.base import drawing_base
 from reefmu.diagnosis.identify import base_fit
+from reefmu.diagnosis.individuals import individuals_along
 from reefmu.diagnosis.intervals import deviations
 from reefmu.diagnosis.ripple import is_mean, ripple
-from reefmu.diagnosis.scatter import cached_maps, fresh_individuals
 from reefmu.diagnosis.study import Study
 from reefmu.diagnosis.trace import trace_of
 from reefmu.diagnosis.workflow import prepare
@@ -62,7 +62,7 @@ def test_noise_gives_rivals_nothing() -> None:
 def test_the_ripple_tells_an_individual_from_the_mean_drive() -> None:
     study = study_of(rig.measured({"backlash": {"clearance": 3e-6}}, noise=0.3, seed=13))
     assert study.scatter is not None
-    individuals = fresh_individuals(cached_maps(rig.drive()), study.scatter.twist, study.scatter.turned)
+    individuals = individuals_along(study.scatter)
     assert is_mean(study, individuals)
     one, others = individuals[0], individuals[2:]
     study.__dict__["torque"] = study.torque + one

@@ -1,0 +1,112 @@
+"""Real records: a printed cycloidal actuator at six preloads, output locked, no drawing.
+
+The base is a power law with a dead band; one exponent is fitted to all records, for it is one gear. Friction that
+grows with the load is named in all, and a repeatable remainder several times the noise is reported. Printed beside
+the diagnosis is what the small cycles show without any model: the twist lost between rising and falling through zero
+torque. It falls with the first two steps of preload and stays then; the fitted play does not follow it, for the large
+cycles' curve, of which it is a part, bends for other reasons too.
+
+    python examples/cycloidal_records.py [FOLDER] [--data DIR] [--every N]
+
+leaves cycloidal.png and a folder for each record in FOLDER (default cycloidal-records). The records (Jelmer V.,
+CC BY-SA 4.0) are not part of this repository; DIR is ../shared/data/cycloidal beside it unless told. Every N-th
+sample is used (default 12, some 36 Hz).
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from reefmu.diagnosis import Diagnosis, diagnose_record
+from reefmu.diagnosis.exponent import PLAY, shared_exponent
+from reefmu.record import Record, read_record, with_output_locked
+from stiffness_model.style import BLUE, GREEN, ORANGE, RED, dress
+from stiffness_model.units import ARCMIN
+
+COLUMNS = {"TIME": "time [s]", "POSITION": "twist [rev]", "TORQUE": "output_torque [N.m]", "test_nr": "run"}
+LARGE_CYCLES = 100
+"""Runs from here on are the large cycles."""
+
+
+def thinned(record: Record, every: int) -> Record:
+    """Every so many samples of a record."""
+    columns = ("time", "run", "crank_angle", "output_angle", "output_torque", "temperature")
+    return replace(record, **{name: getattr(record, name)[::every] for name in columns})
+
+
+def lost_motion(record: Record) -> float:
+    """Twist, rad, between falling and rising through zero torque, the mean over the small cycles but the first."""
+    widths = []
+    for a, b in itertools.pairwise([*record.starts.tolist(), len(record)]):
+        if not 0 < record.run[a] < LARGE_CYCLES:
+            continue
+        twist, torque = record.twist(1.0)[a:b], record.output_torque[a:b]
+        # Extremes of the cycle: rising from the lowest twist to the highest, falling before and after.
+        near = np.abs(torque) < 0.5
+        middle = (np.quantile(twist, 0.02) + np.quantile(twist, 0.98)) / 2
+        widths.append(twist[near & (twist > middle)].mean() - twist[near & (twist < middle)].mean())
+    return float(np.mean(widths))
+
+
+def size(found: Diagnosis, name: str, parameter: str) -> tuple[float, float, float]:
+    """Value and interval of one parameter, not a number where the effect is not named."""
+    for effect in found.effects:
+        if effect.name == name:
+            value = effect.parameters[parameter]
+            return value.value, value.low, value.high
+    return (float("nan"),) * 3
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", nargs="?", default="cycloidal-records", type=Path)
+    parser.add_argument("--data", default=Path(__file__).resolve().parents[2] / "shared/data/cycloidal", type=Path)
+    parser.add_argument("--every", default=12, type=int)
+    args = parser.parse_args()
+    whole = [with_output_locked(read_record(args.data / f"preload_{k}.csv.gz", COLUMNS)) for k in range(6)]
+    records = [thinned(record, args.every) for record in whole]
+    exponent = shared_exponent(records)
+    print(exponent)
+    heads = ("preload", "verdict", "lost motion", "play", "friction", "of load", "gap", "after", "noise", "remainder")
+    print("\n" + " ".join(f"{head:>11s}" for head in heads) + "  effects")
+    rows = []
+    for k, record in enumerate(records):
+        found = diagnose_record(record, exponent=exponent.value, out=args.folder / f"preload_{k}")
+        loose, play = lost_motion(whole[k]) / ARCMIN, found.base[PLAY] / ARCMIN
+        constant, share = size(found, "hysteresis", "torque"), size(found, "load_dependent_hysteresis", "fraction")
+        gap = found.gap
+        names = ", ".join(e.name for e in found.effects)
+        cells = (f"{k}", found.verdict, f"{loose:.0f} arcmin", f"{2 * play:.0f} arcmin", f"{constant[0]:.2f} N.m",
+                 f"{share[0]:.2f}", *(f"{v:.2f} N.m" for v in (gap.before, gap.after, gap.noise, found.remainder)))
+        print(" ".join(f"{cell:>11s}" for cell in cells) + f"  {names}"
+              + "".join(f"; or {' + '.join(a)}" for a in found.alternatives), flush=True)
+        rows.append((loose, play, constant, share, found.remainder, gap.noise))
+    picture(rows, args.folder / "cycloidal.png")
+
+
+def picture(rows: list[tuple[float, float, tuple[float, ...], tuple[float, ...], float, float]], path: Path) -> None:
+    """What comes and goes with the preload."""
+    figure = Figure(figsize=(12, 3.6), layout="constrained")
+    axes = figure.subplots(1, 3)
+    k = np.arange(len(rows))
+    axes[0].plot(k, [r[0] for r in rows], "o-", color=BLUE, label="lost motion, small cycles, no model")
+    axes[0].plot(k, [2 * r[1] for r in rows], "s--", color=ORANGE, label="play fitted, both sides")
+    axes[1].plot(k, [r[2][0] for r in rows], "o-", color=BLUE, label="constant friction [N.m]")
+    axes[1].plot(k, [10 * r[3][0] for r in rows], "s--", color=GREEN, label="friction per load [10 %]")
+    axes[2].plot(k, [r[4] for r in rows], "o-", color=RED, label="repeatable remainder")
+    axes[2].plot(k, [r[5] for r in rows], "s--", color=BLUE, label="noise")
+    for ax, unit in zip(axes, ("arcmin", "", "N.m"), strict=True):
+        dress(ax, "preload step", unit)
+        ax.set_ylim(0)
+        ax.legend(frameon=False, fontsize=8)
+    figure.savefig(path, dpi=120)
+
+
+if __name__ == "__main__":
+    main()

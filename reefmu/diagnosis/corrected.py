@@ -1,0 +1,62 @@
+"""The corrected model: base curve and effects found, as `reefmu.simulate` and an FMU run them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model import DriveModel, build_curve_model, build_model
+from ..record import Record, make_record
+from ..simulate import simulate_record
+from .base import lookup_of
+from .fit import Fit
+from .kernels import kernel
+from .study import Study
+from .trace import Trace
+
+Array = NDArray[np.float64]
+
+
+def corrected_model(study: Study, chosen: Fit) -> DriveModel:
+    """The drive model with the effects found inside, as model.toml holds it."""
+    base, effects = study.base, effect_values(study, chosen)
+    table = lookup_of(base, chosen.parameters[1:1 + base.n_shape])
+    if base.drive is None:
+        return build_curve_model(table, effects)
+    return build_model(base.drive, effects, lookup=table)
+
+
+def effect_values(study: Study, chosen: Fit) -> Mapping[str, Mapping[str, float]]:
+    """Fitted parameter values by effect and parameter name."""
+    effects: dict[str, dict[str, float]] = {}
+    at = 1 + study.base.n_shape
+    for name in chosen.names:
+        parameters = kernel(name).effect.parameters
+        effects[name] = {p.name: float(chosen.parameters[at + k]) for k, p in enumerate(parameters)}
+        at += len(parameters)
+    return effects
+
+
+def conditioned(trace: Trace, zero: float) -> tuple[Record, Array]:
+    """The record as the fit saw it, and the jitter (n,), rad, that was taken out of its twist.
+
+    Paths are without the angles' noise, and the twist's arbitrary zero, rad, is taken out at the output. The elastic
+    torque sees the noise: it counts through the stiffness.
+    """
+    crank, output = trace.crank, trace.crank / trace.ratio - trace.smooth_twist
+    if np.ptp(trace.output) == 0 and np.ptp(crank) > 0:
+        # A locked output stands still, however its twist is told from its noise.
+        crank, output = trace.ratio * (trace.smooth_twist + trace.output), trace.output
+    record = make_record({"time": trace.time, "run": trace.run.astype(float), "crank_angle": crank,
+                          "output_angle": output + zero, "output_torque": trace.torque,
+                          "temperature": trace.temperature}, "conditioned record")
+    return record, trace.twist - trace.smooth_twist
+
+
+def simulated_torque(model: DriveModel, trace: Trace, zero: float) -> Array:
+    """What the sensor would read (n,), N.m, by `reefmu.simulate` of a model over the record."""
+    record, jitter = conditioned(trace, zero)
+    response = simulate_record(model, record)
+    return response["measured.tau"] + response["stiffness"] * jitter

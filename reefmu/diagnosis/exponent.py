@@ -1,0 +1,137 @@
+"""A power law with a dead band, its exponent held: at a number, or at one for several records of the same gear.
+
+A free exponent takes over what play does to a curve: both bend it near zero torque. A gear has one exponent
+whatever its preload, so several records at several preloads share it, and what differs between them is the play.
+The play is part of this base and fitted with every candidate; backlash and preload are then no effects of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffness_model.errors import expect
+
+from ..record import Record
+from .base import Base, power_base, ratio_without_drawing
+from .elastic import Elastic
+from .fit import Fit
+from .trace import Trace, trace_of
+from .vectorised import Number
+
+Array = NDArray[np.float64]
+
+LEAST, MOST = 1.0, 2.0
+"""Bounds of a shared exponent: a spring 1, a line contact 10/9, a ball 3/2; no contact softens under load."""
+GRID = (1.0, 1.1, 1.25, 1.5, 1.75, 2.0)
+LOW, HIGH = 0.3, 6.0
+"""Bounds of an exponent that is held."""
+PARTNERS = ("load_dependent_hysteresis", "hysteresis")
+"""Fitted beside the exponent and the play: the friction that hides them."""
+PLAYS = (0.06, 0.2)
+"""Starts of the play, over the reach of the twist."""
+PLAY = "play [rad]"
+"""Name of the base parameter: play to either side."""
+
+
+@dataclass(frozen=True)
+class SharedExponent:
+    """value; low, high: range when each record in turn is left out."""
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def at_bound(self) -> bool:
+        """Whether it stands at `LEAST` or `MOST`."""
+        return self.value in (LEAST, MOST)
+
+    def __str__(self) -> str:
+        text = f"one exponent for all records: {self.value:.3g}"
+        if self.at_bound:
+            text += f", at the bound of {LEAST:g} ... {MOST:g}"
+        return text + f"; leaving out one record each: {self.low:.3g} ... {self.high:.3g}"
+
+
+@dataclass(frozen=True)
+class DeadBandElastic:
+    """Another elastic torque behind a play to either side, rad: the last of the base parameters.
+
+    lever: m/rad, between a clearance and the play that it makes.
+    """
+
+    inner: Elastic
+    lever: float
+
+    def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
+        """See `Elastic`; shape is that of the inner torque and the play."""
+        value, by_twist, by_clearance, by_shape = self.inner.evaluate(twist, clearance + self.lever * shape[-1],
+                                                                      shape[:-1])
+        return value, by_twist, by_clearance, [*by_shape, self.lever * by_clearance]
+
+
+def held_power_base(exponent: float) -> Callable[[Trace], Base]:
+    """Makes a power law base with a dead band, whose exponent is held at a value within 0.3 ... 6."""
+    expect(LOW <= exponent <= HIGH, f"an exponent within {LOW:g} ... {HIGH:g}", exponent, "exponent")
+
+    def make(trace: Trace) -> Base:
+        base = power_base(trace)
+
+        def with_play(values: Array, play: float) -> Array:
+            return np.array([values[0], exponent, play])
+
+        return replace(
+            base, elastic=DeadBandElastic(base.elastic, base.lever), shape_names=(*base.shape_names, PLAY),
+            shape_start=with_play(base.shape_start, PLAYS[0] * base.reach),
+            shape_low=with_play(base.shape_low, 0.0), shape_high=with_play(base.shape_high, 0.9 * base.reach),
+            shape_prior=np.full(3, np.inf))
+
+    return make
+
+
+def shared_exponent(records: Sequence[Record], progress: Callable[[str, float], None] | None = None) -> SharedExponent:
+    """The exponent that fits all records best, each with its own scale, play and friction.
+
+    Every record counts the same: by the logarithm of what its best fit leaves. Between the grid's values the sum is
+    taken as a parabola.
+    """
+    costs = np.empty((len(records), len(GRID)))
+    for i, record in enumerate(records):
+        for k, exponent in enumerate(GRID):
+            if progress:
+                progress("one exponent for all records", (i * len(GRID) + k) / costs.size)
+            costs[i, k] = np.log(best_cost(record, exponent))
+    value = _least(costs.sum(axis=0))
+    others = [_least(np.delete(costs, i, axis=0).sum(axis=0)) for i in range(len(records))] if len(records) > 1 else []
+    return SharedExponent(value, min([value, *others]), max([value, *others]))
+
+
+def best_cost(record: Record, exponent: float) -> float:
+    """What the best fit of play and friction leaves with the exponent held."""
+    from .identify import base_fit
+    from .workflow import prepare
+
+    trace = trace_of(record, ratio_without_drawing(record))
+    base = held_power_base(exponent)(trace)
+    study, _ = prepare(record, trace, base)
+    first = base_fit(study)
+    fits: list[Fit] = []
+    for share in PLAYS:
+        # Zero, scale, exponent, play; friction over load with its presliding, friction with its presliding.
+        start = [*first.parameters[:3], share * base.reach, 0.2, 0.05 * base.reach, 0.05 * base.full_torque,
+                 0.01 * base.reach]
+        fits.append(study.fit_from(PARTNERS, np.array(start)))
+    return min(fit.cost for fit in fits)
+
+
+def _least(costs: Array) -> float:
+    """Where a curve through the grid is least."""
+    k = int(costs.argmin())
+    if k in (0, len(GRID) - 1):
+        return GRID[k]
+    a, b, _ = np.polyfit(np.array(GRID[k - 1:k + 2]), costs[k - 1:k + 2], 2)
+    return float(np.clip(-b / (2 * a), GRID[k - 1], GRID[k + 1]))

@@ -1,0 +1,100 @@
+"""The loop is closed: the gap that is reported is that of the model that is handed out, in Python and as an FMU."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from reefmu.cli import main
+from reefmu.diagnosis.corrected import conditioned, corrected_model, simulated_torque
+from reefmu.diagnosis.workflow import Examined, examine
+from reefmu.diagnosis.write import write_results
+from reefmu.fmu.replay import replay_record
+from reefmu.model_file import load_model
+from tests import diagnosis_rig as rig
+from tests.blind.records import Case, make
+from tests.blind.sensors import Sensors
+from tests.diagnosis_rig import Array
+
+COMPILED = pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler on the PATH")
+
+
+def rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+@pytest.fixture(scope="module")
+def found() -> Examined:
+    effects = {"hysteresis": {"torque": 4.0}, "backlash": {"clearance": 3e-6}}
+    found = examine(rig.measured(effects, seed=5), rig.drive())
+    assert isinstance(found, Examined)
+    return found
+
+
+@pytest.fixture(scope="module")
+def free() -> Examined:
+    """The same without a drawing."""
+    found = examine(rig.measured({"hysteresis": {"torque": 4.0}}, noise=1.0, seed=5))
+    assert isinstance(found, Examined)
+    return found
+
+
+@pytest.mark.parametrize("which", ["found", "free"])
+def test_the_model_file_leaves_the_gap_that_is_reported(which: str, tmp_path: Path, request: pytest.FixtureRequest
+                                                        ) -> None:
+    found = request.getfixturevalue(which)
+    write_results(found, tmp_path / "out")
+    model, trace = load_model(tmp_path / "out" / "model.toml"), found.study.trace
+    torque = simulated_torque(model, trace, found.diagnosis.base["zero [rad]"])
+    assert rms(trace.torque - torque) == pytest.approx(found.diagnosis.gap.after, rel=1e-9)
+
+
+@pytest.mark.parametrize("which", ["found", "free"])
+def test_the_fast_engine_fits_what_the_model_simulates(which: str, request: pytest.FixtureRequest) -> None:
+    """Two implementations of the same equations: their torques differ by far less than the gap they leave."""
+    found = request.getfixturevalue(which)
+    chosen, study = found.finding.chosen, found.study
+    predictor = study.predictor(chosen.names)
+    predictor.blocks = None
+    slow = simulated_torque(corrected_model(study, chosen), study.trace, float(chosen.parameters[0]))
+    assert rms(predictor(chosen.parameters).torque - slow) < 0.1 * found.diagnosis.gap.after
+
+
+@pytest.mark.parametrize(("which", "backend"), [
+    ("found", "python"), pytest.param("found", "native", marks=COMPILED),
+    pytest.param("free", "native", marks=COMPILED)])
+def test_the_record_through_the_fmu(which: str, backend: str, tmp_path: Path, request: pytest.FixtureRequest,
+                                    capsys: pytest.CaptureFixture[str]) -> None:
+    found = request.getfixturevalue(which)
+    write_results(found, tmp_path / "out")
+    fmu = tmp_path / "found.fmu"
+    assert main(["export", str(tmp_path / "out" / "model.toml"), "-o", str(fmu), "--backend", backend]) == 0
+    capsys.readouterr()
+    record, jitter = conditioned(found.study.trace, found.diagnosis.base["zero [rad]"])
+    outputs = replay_record(fmu, record)
+    torque = outputs["measured.tau"] + outputs["stiffness"] * jitter
+    assert rms(record.output_torque - torque) == pytest.approx(found.diagnosis.gap.after, rel=1e-6)
+
+
+def test_the_example_on_a_blind_record(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """From file to file: a record made by other equations, diagnosed, exported and replayed."""
+    example = Path(__file__).parents[3] / "examples" / "diagnosis_round_trip.py"
+    spec = importlib.util.spec_from_file_location("diagnosis_round_trip", example)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    sealed = make(Case(31, "pair", (("hysteresis", 8.0), ("backlash", 12.0)), protocol="one_speed",
+                       sensors=Sensors(0.003, 0.5)))
+    record, _ = sealed.write(tmp_path)  # its drawing is drive_1 by another name
+    gaps = module.main([str(tmp_path / "out"), "--record", str(record), "--drive", "drive_1"])
+    capsys.readouterr()
+    after = gaps["diagnosis.json, after"]
+    assert after < 0.3 * gaps["diagnosis.json, before"]
+    assert [gap for name, gap in gaps.items() if "model.toml" in name or "FMU" in name] == pytest.approx(
+        [after] * (3 if any(map(shutil.which, ("cc", "gcc", "clang"))) else 2), rel=1e-5)
+    assert gaps["model as drawn, reefmu.simulate"] > 3 * after

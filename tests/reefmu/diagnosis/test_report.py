@@ -1,0 +1,93 @@
+"""The report as a reader meets it: in a browser on a screen, on a narrow one and on paper; and its words."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from reefmu.diagnosis import Diagnosis, Gap, NamedEffect, Place, Value
+from reefmu.diagnosis.report import report_html
+from reefmu.diagnosis.report_words import MEANING, cautions, file_name
+from reefmu.diagnosis.result import VERDICTS
+from reefmu.diagnosis.workflow import Examined, examine
+from tests import diagnosis_rig as rig
+from tests.reefmu.diagnosis import browser
+
+BROWSER = pytest.mark.skipif(browser.CHROMIUM is None, reason="no Chromium on the PATH")
+HYSTERESIS = NamedEffect("hysteresis", {"torque": Value(4.0, 3.9, 4.1, "N.m"),
+                                        "presliding": Value(1e-7, 1e-7, 1e-4, "rad", "at its bound")}, 0.9)
+MADE = Diagnosis("named", "What is missing is friction.", (HYSTERESIS,), (), (Place("direction", "growing", 0.9),),
+                 Gap(5.0, 1.0, 0.9, 5.1, 1.1), ())
+
+
+@pytest.fixture(scope="module")
+def found() -> Examined:
+    found = examine(rig.measured({"hysteresis": {"torque": 4.0}}, full=False, seed=2), rig.drive())
+    assert isinstance(found, Examined)
+    return found
+
+
+@pytest.fixture(scope="module")
+def page(found: Examined, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("page") / "report.html"
+    path.write_text(report_html(found), "utf-8")
+    return path
+
+
+@BROWSER
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (794, 1123), (500, 800)])
+def test_the_page_in_a_browser(page: Path, tmp_path: Path, width: int, height: int) -> None:
+    """A screen, a sheet of A4, a narrow window: nothing sticks out, all pictures are drawn, the verdict comes first."""
+    seen = browser.look(page, width, height, tmp_path)
+    assert seen.page <= seen.width
+    assert seen.wide == []
+    assert len(seen.pictures) == 5
+    assert all(w > 250 and h > 80 and paths > 10 for w, h, paths in seen.pictures)
+    assert seen.lead[3] < 0.5 * height
+    if width == 1280:
+        assert seen.cards[3] < 0.6 * height
+    assert seen.asked == []
+
+
+@BROWSER
+def test_the_page_on_paper(page: Path, tmp_path: Path) -> None:
+    pdf = browser.printed(page, tmp_path)
+    assert pdf.startswith(b"%PDF")
+    sheets = len(re.findall(rb"/Type\s*/Page\b", pdf))
+    assert 1 <= sheets <= 5
+
+
+@pytest.mark.parametrize("verdict", VERDICTS)
+def test_every_verdict_has_a_page(verdict: str) -> None:
+    text = report_html(replace(MADE, verdict=verdict, effects=MADE.effects if verdict in ("named", "partly") else ()))
+    assert MEANING[verdict] in text
+    assert MADE.sentence in text
+
+
+def test_the_page_needs_nothing_else_and_names_no_folder(found: Examined) -> None:
+    text = report_html(replace(found, record=replace(found.record, source="/home/somebody/a<b>.csv")))
+    assert not re.search(r'(?:src|href)\s*=\s*(?!["\']#)', text.replace("xlink:href", "href"))
+    assert "<script" not in text
+    assert "/home/somebody" not in text
+    assert "a&lt;b&gt;.csv" in text
+    assert text == report_html(replace(found, record=replace(found.record, source="/home/somebody/a<b>.csv")))
+
+
+def test_what_a_reader_must_mind() -> None:
+    (bound,) = cautions(MADE)
+    assert "presliding" in bound
+    assert "may lie beyond" in bound
+    wide = replace(HYSTERESIS, parameters={"torque": Value(4.0, 0.0, 9.0, "N.m", "wide interval")})
+    assert "hardly known" in cautions(replace(MADE, effects=(wide,)))[0]
+    sure = replace(MADE, effects=(replace(HYSTERESIS, parameters={"torque": Value(4.0, 3.9, 4.1, "N.m")}),))
+    assert cautions(sure) == []
+    assert "does not shrink" in cautions(replace(sure, gap=Gap(5.0, 5.5, 5.4)))[0]
+    assert "that the fit did not see" in cautions(replace(sure, gap=Gap(5.0, 1.0, 0.9, 5.0, 6.0)))[0]
+    assert "2.2 times the noise; without" in cautions(replace(sure, gap=Gap(5.0, 2.0, 0.9, after_own_scatter=1.0)))[0]
+
+
+def test_names_of_several_files() -> None:
+    assert file_name("/a/b.csv, C:\\c\\d.csv") == "b.csv, d.csv"
