@@ -52,7 +52,7 @@ def build_parser() -> argparse.ArgumentParser:
                                    "curve, an FMU and a joint under control.")
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and leave")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (_add_demo, _add_curve, _add_compare, _add_export, _add_check, _add_diagnose):
+    for add in (_add_demo, _add_curve, _add_compare, _add_export, _add_check, _add_diagnose, _add_explore):
         add(commands)
     return parser
 
@@ -122,6 +122,17 @@ def _add_diagnose(commands: Commands) -> None:
     parser.add_argument("--columns", metavar="FILE", help='TOML column map for foreign files: TIME = "time [s]"')
     parser.add_argument("--column", metavar="FOREIGN=NAME", type=_field, action="append", default=[],
                         help="one column of the map: --column 'TIME=time [s]'")
+
+
+def _add_explore(commands: Commands) -> None:
+    parser = _command(commands, "explore", "a design study: parameters with ranges to a Pareto front and a drawing",
+                      "Writes designs.parquet, pareto.png, trade_off.png, effects.png and chosen.toml; stopped, it goes "
+                      "on where it was. Exit status 1 if no design can be chosen.")
+    parser.add_argument("study", metavar="STUDY.toml", help="a study, or one that comes along: tolerance_field, geometry")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--workers", metavar="N", type=_whole(1, 4096), help="processes (default: all cores)")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="of a running dask scheduler, tcp://host:8786")
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder for the results and for what is half done")
 
 
 def _command(commands: Commands, name: str, summary: str, writes: str) -> argparse.ArgumentParser:

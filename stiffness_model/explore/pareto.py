@@ -57,11 +57,12 @@ def front(study: Study, found: Evaluations) -> NDArray[np.intp]:
 
     Of designs alike in all objectives (an optimiser may ask for one twice) the first stays.
     """
+    values = losses(study, found)
     feasible = np.flatnonzero(violations(study, found) == 0)
-    values = losses(study, found)[feasible]
-    best = feasible[non_dominated(values)] if len(feasible) else feasible
-    _, first = np.unique(losses(study, found)[best], axis=0, return_index=True)
-    return best[np.sort(first)][np.argsort(losses(study, found)[best[np.sort(first)], 0], kind="stable")]
+    best = feasible[non_dominated(values[feasible])]
+    # np.unique sorts the rows, by the first objective first.
+    _, first = np.unique(values[best], axis=0, return_index=True)
+    return best[first]
 
 
 def choose(study: Study, found: Evaluations, members: NDArray[np.intp]) -> int | None:
