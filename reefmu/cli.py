@@ -126,9 +126,10 @@ def _add_diagnose(commands: Commands) -> None:
 
 def _add_explore(commands: Commands) -> None:
     parser = _command(commands, "explore", "a design study: parameters with ranges to a Pareto front and a drawing",
-                      "Writes designs.parquet, pareto.png, trade_off.png, effects.png and chosen.toml; stopped, it goes "
-                      "on where it was. Exit status 1 if no design can be chosen.")
-    parser.add_argument("study", metavar="STUDY.toml", help="a study, or one that comes along: tolerance_field, geometry")
+                      "Writes designs.parquet, pareto.png, trade_off.png, effects.png and chosen.toml; stopped, it "
+                      "goes on where it was. Exit status 1 if no design can be chosen.")
+    parser.add_argument("study", metavar="STUDY.toml",
+                        help="a study, or one that comes along: tolerance_field, geometry")
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--workers", metavar="N", type=_whole(1, 4096), help="processes (default: all cores)")
     where.add_argument("--scheduler", metavar="ADDRESS", help="of a running dask scheduler, tcp://host:8786")

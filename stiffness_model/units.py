@@ -27,8 +27,8 @@ UNITS: dict[str, dict[str, float]] = {
     "torsional stiffness": {"N.m/rad": 1.0, "Nm/rad": 1.0, "kN.m/rad": 1e3, "N.m/arcmin": 1 / ARCMIN,
                             "Nm/arcmin": 1 / ARCMIN},
 }
-_PREFERRED = {"length": ("mm", "um"), "pressure": ("GPa",), "angle": ("arcmin",), "density": ("kg/m3",), "force": ("N",),
-              "torque": ("N.m",), "torsional stiffness": ("kN.m/rad",)}
+_PREFERRED = {"length": ("mm", "um"), "pressure": ("GPa",), "angle": ("arcmin",), "density": ("kg/m3",),
+              "force": ("N",), "torque": ("N.m",), "torsional stiffness": ("kN.m/rad",)}
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S*)\s*")
 
 

@@ -28,7 +28,7 @@ from stiffness_model.explore.evaluate import Outcome
 from stiffness_model.explore.metrics import METRICS
 from stiffness_model.explore.results import Results, judge, write_results
 from stiffness_model.explore.run import chunk_count, run_study
-from stiffness_model.explore.study import Study, load_study
+from stiffness_model.explore.study import load_study
 from stiffness_model.files import staged_folder
 
 from . import study as tables
@@ -175,8 +175,8 @@ def _effects(results: Results) -> str:
 def _chosen(results: Results) -> str:
     design = results.chosen
     assert design is not None
-    lines = [f"  {p.name:18s} {text}" for p, text in
-             zip(results.study.parameters, _values(results, design), strict=True)]
+    lines = [f"  {p.name:18s} {text}{'' if p.inside(float(x)) else '   (at the end of its range)'}" for p, text, x in
+             zip(results.study.parameters, _values(results, design), results.found.positions[design], strict=True)]
     lines += [f"  {metric.text:30s} {results.shown(name)[design]:10.4g} {metric.shown}".rstrip()
               for name, metric in METRICS.items() if not np.isnan(results.shown(name)[design])]
     return "\n".join(lines)

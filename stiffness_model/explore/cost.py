@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 from ..drive import Drive
 from ..tolerances import iso_286
@@ -36,7 +37,7 @@ def grade(window: float, size: float) -> float:
     """
     logs = [math.log(iso_286(g, size)) for g in range(1, COARSEST + 1)]
     wanted = math.log(max(window, 1e-12))
-    for g, (fine, coarse) in enumerate(zip(logs, logs[1:], strict=False), start=1):
+    for g, (fine, coarse) in enumerate(pairwise(logs), start=1):
         if wanted <= coarse:
             return g + max(0.0, (wanted - fine) / (coarse - fine))
     return float(COARSEST)

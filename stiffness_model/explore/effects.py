@@ -12,8 +12,8 @@ from .results import Results
 
 Array = NDArray[np.float64]
 
-BINS = 12
-LEAST = 8
+BINS = 20
+LEAST = 16
 """Designs that a bin needs for its percentiles to mean something."""
 
 

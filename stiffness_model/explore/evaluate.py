@@ -13,7 +13,7 @@ from ..drive import Drive
 from ..errors import InputError
 from ..geometry import usable_limit
 from .cost import cost_class
-from .design import design_drive, packs_well
+from .design import design_drive
 from .metrics import METRICS
 from .parameters import Value
 from .response import Response, respond
@@ -70,7 +70,7 @@ def evaluate(study: Study, positions: Array) -> Evaluations:
 
 def drive_at(study: Study, position: Array) -> Drive:
     """The drive of a design; raises `InputError` where the drawing is none."""
-    return design_drive(study.base, values_at(study, position), study.packs, study.name)
+    return design_drive(study.base, values_at(study, position), study.packing, study.name)
 
 
 def _one(study: Study, position: Array) -> tuple[list[float], Outcome]:
@@ -81,7 +81,7 @@ def _one(study: Study, position: Array) -> tuple[list[float], Outcome]:
     except InputError:
         return list(found.values()), Outcome.NO_DRIVE
     outcome = Outcome.SIMULATED
-    if not packs_well(drive, study.packs):
+    if not study.packing.fits(drive):
         outcome = Outcome.DOES_NOT_PACK
     elif any(METRICS[limit.metric].drawn and excess(limit, found[limit.metric]) > 0 for limit in study.limits):
         outcome = Outcome.OUT_OF_LIMITS
@@ -103,9 +103,11 @@ def excess(limit: Limit, value: float) -> float:
 
 
 def _drawn(drive: Drive) -> dict[str, float]:
+    limit = usable_limit(drive.path, drive.element_radius)
+    angle = drive.path.pressure_angle(np.linspace(0.0, limit, 181)).max()
     deepest = drive.crank_radius + 2 * drive.element_radius + drive.eccentricity
     return {
-        "cost_class": cost_class(drive), "undercut": 1 - usable_limit(drive.path, drive.element_radius) / np.pi,
+        "cost_class": cost_class(drive), "undercut": 1 - limit / np.pi, "pressure_angle": float(angle),
         "diameter": 2 * deepest, "ratio": float(drive.transmission_ratio), "elements": float(drive.elements),
     }
 

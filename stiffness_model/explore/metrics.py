@@ -51,6 +51,7 @@ _ALL = (
     Metric("squeezed", "balls larger than their bore", "", "%"),
     Metric("cost_class", "cost class", drawn=True),
     Metric("undercut", "profile cut away", "", "%", drawn=True),
+    Metric("pressure_angle", "pressure angle", "angle", "deg", drawn=True),
     Metric("diameter", "gear diameter", "length", "mm", drawn=True),
     Metric("ratio", "transmission ratio", drawn=True),
     Metric("elements", "elements", drawn=True),
@@ -65,5 +66,6 @@ proportion to it; greatest_force: greatest force of a contact at the torque, mea
 pressure at gear and crank at the torque, mean; load_share: greatest share of one element in the torque, mean;
 scatter: (P90 - P10)/mean of the drives' torques at the twist of the torque; squeezed: share of the loaded part's
 elements that are larger than their bore; cost_class: see `cost.cost_class`; undercut: share of the profile that
-is cut away; diameter: across the gear's deepest points; ratio: magnitude |i|; elements: on all eccentrics.
+is cut away; pressure_angle: greatest between the gear's normal and the radius, where the profile exists;
+diameter: across the gear's deepest points; ratio: magnitude |i|; elements: on all eccentrics.
 """

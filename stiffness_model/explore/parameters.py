@@ -68,6 +68,13 @@ class Parameter:
             return float(str(value).split()[0])
         return float(self._cell(position)) if isinstance(value, str) else float(value)
 
+    def inside(self, position: float) -> bool:
+        """Whether the value lies off both ends of its range; of two of names, which have no order, all do."""
+        if self.values:
+            ordered = len(self.values) > 2 and self.name not in NAMES
+            return not ordered or 0 < self._cell(position) < len(self.values) - 1
+        return 0.01 < position < 0.99
+
     @property
     def named(self) -> bool:
         """Whether the values are texts, which an axis needs ticks for."""
@@ -110,7 +117,7 @@ def read_parameter(name: str, table: Any, where: str) -> Parameter:
         return Parameter(name, values=tuple(f"IT{g}" for g in range(first, last + 1)))
     if name.endswith("_offset") and all(end.endswith("sigma") for end in ends):
         return _range(name, [_sigmas(end, at) for end in ends], table, "sigma", at)
-    return _range(name, [_size(table[key], f"{at}: {key}") for key in ("from", "to")], table, "length", at)
+    return _range(name, [read_size(table[key], f"{at}: {key}") for key in ("from", "to")], table, "length", at)
 
 
 def _choices(name: str, given: Any, at: str) -> Parameter:
@@ -122,7 +129,7 @@ def _choices(name: str, given: Any, at: str) -> Parameter:
                 _whole(choice, at)
         return Parameter(name, values=tuple(given))
     if name in SIZES and not name.endswith(("_tolerance", "_offset")):
-        return Parameter(name, values=tuple(_size(choice, at) for choice in given), quantity="length")
+        return Parameter(name, values=tuple(read_size(choice, at) for choice in given), quantity="length")
     for choice in given:
         expect(isinstance(choice, str), "a text", choice, at)
     return Parameter(name, values=tuple(given))
@@ -139,7 +146,7 @@ def _range(name: str, ends: list[float], table: Mapping[str, Any], quantity: str
     expect(low < high, "from below to", f"{table['from']} to {table['to']}", at)
     if "step" not in table:
         return Parameter(name, low, high, quantity=quantity)
-    read = _sigmas if quantity == "sigma" else _size
+    read = _sigmas if quantity == "sigma" else read_size
     step = read(table["step"], f"{at}: step")
     expect(0 < step <= (high - low) * (1 + 1e-9), "a step above zero and within the range", table["step"], at)
     # Through the drawing's text, so that 0.1 mm steps end where a drawing would write them.
@@ -156,7 +163,8 @@ def _whole(value: Any, at: str) -> int:
     return value
 
 
-def _size(value: Any, at: str) -> float:
+def read_size(value: Any, at: str) -> float:
+    """A length of a file, m: with its unit, unless it is zero. Raises `InputError`."""
     if isinstance(value, (int, float)) and value != 0:
         raise InputError(f"{at}: expected a length with its unit, such as '41 mm', got {value!r}")
     number = parse_quantity(value, "length", at)

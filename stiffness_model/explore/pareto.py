@@ -44,7 +44,7 @@ def non_dominated(values: ArrayLike) -> NDArray[np.bool_]:
     k = 0
     while k < len(alive):
         pivot, rest = rows[alive[k]], rows[alive]
-        kept = ~((pivot <= rest).all(axis=1) & (pivot < rest).any(axis=1))
+        kept = np.logical_not((pivot <= rest).all(axis=1) & (pivot < rest).any(axis=1))
         # What stays before the pivot tells where the next one is.
         alive, k = alive[kept], int(kept[:k].sum()) + 1
     front = np.zeros(len(rows), bool)

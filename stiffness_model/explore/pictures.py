@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..style import BLUE, FAINT, INK, RED, SHADE, caption, dress, legend_above, new_axes
+from ..style import BLUE, INK, RED, SHADE, caption, dress, legend_above, new_axes
 from .effects import effect_of, sampled
 from .metrics import METRICS
 from .results import Results
@@ -76,6 +76,7 @@ def trade_off(results: Results) -> list[Axes]:
         if isinstance(row, str):
             _limits(ax, "y", y[members])
         else:
+            _whole_range(ax, results, row)
             _ticks(ax, results, row, "y")
     if len(members):
         _limits(axes[0], "x", x[members])
@@ -101,14 +102,15 @@ def main_effects(results: Results) -> list[Axes]:
             x = effect.centre / _parameter_scale(results, j)
             ax.fill_between(x, effect.low, effect.high, color=BLUE, alpha=SHADE, linewidth=0)
             ax.plot(x, effect.mean, color=BLUE, linewidth=1.6, marker=".", markersize=4)
-            dress(ax, _parameter_label(results, j) if i == len(names) - 1 else "", METRICS[name].label if j == 0 else "")
+            below, beside = i == len(names) - 1, j == 0
+            dress(ax, _parameter_label(results, j) if below else "", METRICS[name].label if beside else "")
             caption(ax, f"{100 * effect.index:.0f} %")
             _ticks(ax, results, j, "x")
             low.append(effect.low.min(initial=np.inf))
             high.append(effect.high.max(initial=-np.inf))
         _scale_axis(grid[i, 0], "y", np.array([min(low), max(high)]))
-    figure.suptitle(f"{_title(results)}: mean and P10 to P90 of {len(sampled(results))} sampled designs; above: share of "
-                    "the variance that the parameter makes alone", fontsize="small", color=INK, x=0.01, ha="left")
+    figure.suptitle(f"{_title(results)}: mean and P10 to P90 of {len(sampled(results))} sampled designs; above: share "
+                    "of the variance that the parameter makes alone", fontsize="small", color=INK, x=0.01, ha="left")
     return list(grid.ravel())
 
 
@@ -137,7 +139,7 @@ def _scale_axis(ax: Axes, axis: str, values: Array) -> None:
     setter = ax.set_xscale if axis == "x" else ax.set_yscale
     if len(positive) == len(values):
         setter("log")
-    elif values.max() > WIDE * np.median(positive):
+    elif values.max() > WIDE * np.percentile(positive, 20):
         setter("symlog", linthresh=max(least, 1e-3 * float(values.max())))
 
 
@@ -170,6 +172,15 @@ def _parameter_label(results: Results, k: int) -> str:
     parameter = results.study.parameters[k]
     unit = {1e-6: " [um]", 1e-3: " [mm]"}.get(_parameter_scale(results, k), "")
     return parameter.name.replace("_", " ") + (" [sigma]" if parameter.quantity == "sigma" else unit)
+
+
+def _whole_range(ax: Axes, results: Results, k: int) -> None:
+    """The whole range that the study gave the parameter, so that a front along its end is seen as such."""
+    cells = max(1, len(results.study.parameters[k].values))
+    ends = np.array([results.study.parameters[k].number(x) for x in (0.0, 1.0 - 0.5 / cells)])
+    low, high = sorted(float(x) for x in ends / _parameter_scale(results, k))
+    room = ROOM * (high - low) or 0.5
+    ax.set_ylim(low - room, high + room)
 
 
 def _ticks(ax: Axes, results: Results, k: int, axis: str) -> None:

@@ -70,14 +70,16 @@ def write_results(results: Results, folder: Path) -> str:
     made = columns(results)
     try:
         import pyarrow
-        import pyarrow.parquet
+        from pyarrow import parquet
     except ImportError:
         with whole_file(folder / "designs.npz") as temporary, temporary.open("wb") as stream:
-            np.savez_compressed(stream, **made)
+            save: Any = np.savez_compressed
+            save(stream, **made)
         return "designs.npz"
     arrow: Any = pyarrow
+    writer: Any = parquet
     table = arrow.table({name: arrow.array(values) for name, values in made.items()})
     with whole_file(folder / "designs.parquet") as temporary:
-        arrow.parquet.write_table(table.replace_schema_metadata({"study": json.dumps(describe(results.study))}),
-                                  temporary)
+        writer.write_table(table.replace_schema_metadata({"study": json.dumps(describe(results.study))}),
+                           temporary)
     return "designs.parquet"

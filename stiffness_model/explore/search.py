@@ -37,7 +37,9 @@ def sample(study: Study) -> Array:
     from scipy.stats import qmc
 
     numbers, seed = study.numbers, np.random.SeedSequence(study.numbers.seed)
-    engine = qmc.Sobol(len(study.parameters), seed=np.random.Generator(np.random.PCG64(seed)))
+    # SciPy 1.15 renamed the argument to `rng` and takes both names; older ones take this one alone.
+    make: Any = qmc.Sobol
+    engine = make(len(study.parameters), seed=np.random.Generator(np.random.PCG64(seed)))
     points = engine.random_base2(math.ceil(math.log2(max(2, numbers.designs))))[:numbers.designs]
     return snap(study, points)
 

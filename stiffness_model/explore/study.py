@@ -20,9 +20,9 @@ from ..drawing_file import drive_to_dict, read_table
 from ..errors import InputError, expect, refuse_unknown, unknown_name
 from ..units import UNITS, parse_quantity
 from . import parameters
-from .design import BESIDE, PACKING, base_fields, design_drive
+from .design import BESIDE, PACKING, Packing, base_fields, design_drive
 from .metrics import METRICS
-from .parameters import Parameter, Value, read_parameter
+from .parameters import Parameter, Value, read_parameter, read_size
 
 _HEAD = ("name", "description", "base")
 _SECTIONS = ("fixed", "parameters", "constraints", "objectives", "numbers", "choose")
@@ -71,8 +71,7 @@ class Numbers:
 class Study:
     """What to vary, what must hold, and what is good.
 
-    base: the drawing's tables, with [fixed] in `fixed`; packs: of `design.PACKING`, or "" where elements may
-    overlap; objectives: metric -> "max" or "min".
+    base: the drawing's tables, with [fixed] in `fixed`; objectives: metric -> "max" or "min".
     """
 
     name: str
@@ -81,7 +80,7 @@ class Study:
     objectives: Mapping[str, str]
     numbers: Numbers
     fixed: Mapping[str, Value] = field(default_factory=dict)
-    packs: str = ""
+    packing: Packing = field(default_factory=Packing)
     limits: tuple[Limit, ...] = ()
     choice: Choice = field(default_factory=Choice)
     description: str = ""
@@ -90,7 +89,7 @@ class Study:
     def identity(self) -> str:
         """A hash of all that the numbers depend on: what [choose] says and how the study is called are free."""
         facts = [importlib.metadata.version("reefmu"), self.base, [vars(p) for p in self.parameters],
-                 dict(self.objectives), vars(self.numbers), dict(self.fixed), self.packs,
+                 dict(self.objectives), vars(self.numbers), dict(self.fixed), vars(self.packing),
                  [vars(limit) for limit in self.limits]]
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
@@ -115,7 +114,8 @@ def load_study(source: str | Path) -> Study:
     """
     folder = Path()
     if isinstance(source, str) and source in studies():
-        text, where = (importlib.resources.files("stiffness_model") / "studies" / f"{source}.toml").read_text("utf-8"), source
+        file = importlib.resources.files("stiffness_model") / "studies" / f"{source}.toml"
+        text, where = file.read_text("utf-8"), source
     else:
         path = Path(source)
         if not path.is_file():
@@ -149,12 +149,12 @@ def study_from_dict(table: Mapping[str, Any], where: str = "study", folder: Path
                    for name, value in table.get("parameters", {}).items())
     expect(len(varied) > 0, "at least one parameter in [parameters]", "none", where)
     fixed = _fixed(table.get("fixed", {}), [p.name for p in varied], f"{where} [fixed]")
-    packs, limits = _constraints(table.get("constraints", {}), f"{where} [constraints]")
+    packing, limits = _constraints(table.get("constraints", {}), f"{where} [constraints]")
     objectives = _objectives(table.get("objectives", {}), f"{where} [objectives]")
     study = Study(
         name=table.get("name", Path(where).stem), description=table.get("description", ""), base=base,
         parameters=varied, objectives=objectives, numbers=_numbers(table.get("numbers", {}), f"{where} [numbers]"),
-        fixed=fixed, packs=packs, limits=limits,
+        fixed=fixed, packing=packing, limits=limits,
         choice=_choice(table.get("choose", {}), objectives, f"{where} [choose]"),
     )
     _try_names(study, where)
@@ -170,13 +170,17 @@ def _fixed(table: Mapping[str, Any], varied: list[str], where: str) -> dict[str,
     return fixed
 
 
-def _constraints(table: Mapping[str, Any], where: str) -> tuple[str, tuple[Limit, ...]]:
-    refuse_unknown("constraint", table, ("packs", *METRICS), where)
+def _constraints(table: Mapping[str, Any], where: str) -> tuple[Packing, tuple[Limit, ...]]:
+    refuse_unknown("constraint", table, ("packs", "web", *METRICS), where)
     packs = table.get("packs", False)
     expect(packs is True or packs is False or packs in PACKING, f"true, false or {' or '.join(map(repr, PACKING))}",
            packs, f"{where} packs")
-    limits = tuple(_limit(name, value, where) for name, value in table.items() if name != "packs")
-    return (BESIDE if packs is True else packs or ""), limits
+    rule = BESIDE if packs is True else packs or ""
+    web = read_size(table.get("web", 0), f"{where} web")
+    expect(web >= 0 and (web == 0 or rule != ""), "a wall that is not negative, and packs = true or \"seats\" with it",
+           table.get("web"), f"{where} web")
+    limits = tuple(_limit(name, value, where) for name, value in table.items() if name in METRICS)
+    return Packing(rule, web), limits
 
 
 def _limit(name: str, table: Any, where: str) -> Limit:
@@ -244,7 +248,7 @@ def _try_names(study: Study, where: str) -> None:
     trials += [(p.name, value, "parameters") for p in study.parameters for value in p.values]
     for name, value, section in trials:
         if name in parameters.NAMES or (isinstance(value, str) and value != parameters.FILL):
-            design_drive(study.base, {name: value}, study.packs, f"{where} [{section}]", check=False)
+            design_drive(study.base, {name: value}, study.packing, f"{where} [{section}]", check=False)
 
 
 def describe(study: Study) -> dict[str, Any]:
@@ -253,7 +257,7 @@ def describe(study: Study) -> dict[str, Any]:
         "name": study.name, "description": study.description, "identity": study.identity,
         "base": drive_to_dict(base_fields(study.base, study.name)), "fixed": dict(study.fixed),
         "parameters": {p.name: list(p.values) or [p.low, p.high] for p in study.parameters},
-        "packs": study.packs, "objectives": dict(study.objectives), "numbers": vars(study.numbers),
+        "packing": vars(study.packing), "objectives": dict(study.objectives), "numbers": vars(study.numbers),
         "limits": {limit.metric: [limit.low, limit.high] for limit in study.limits},
     }
 
