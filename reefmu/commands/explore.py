@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         with _executor(args) as executor, Progress(f"evaluating {study.name}", chunk_count(study)) as progress:
             found, generation = run_study(study, folder, executor, progress.step)
-    except (BrokenExecutor, CancelledError) as error:
+    except (BrokenExecutor, CancelledError, _WorkersLostError) as error:
         print(f"reefmu: the workers were lost ({error or type(error).__name__}); what is done is kept, and the same "
               "command goes on from there", file=sys.stderr)
         return 1
@@ -95,8 +95,20 @@ def _executor(args: argparse.Namespace) -> Generator[Executor]:
         raise InputError(f"--scheduler: expected the address of a running dask scheduler, such as "
                          f"tcp://host:8786, got {args.scheduler!r} ({str(error).splitlines()[0]})") from None
     with client:
-        # A chunk whose worker died is done again elsewhere; it gives the same numbers.
-        yield client.get_executor(pure=False, retries=3)
+        try:
+            # A chunk whose worker died is done again elsewhere; it gives the same numbers.
+            yield client.get_executor(pure=False, retries=3)
+        except (ImportError, RuntimeError) as error:
+            raise InputError("--scheduler: expected a scheduler and workers with this version of reefmu installed, got "
+                             f"{str(error).splitlines()[0]!r}") from None
+        except Exception as error:
+            if type(error).__module__.split(".")[0] != "distributed":
+                raise
+            raise _WorkersLostError(str(error).splitlines()[0]) from None
+
+
+class _WorkersLostError(Exception):
+    """A chunk took one worker of a cluster after the other with it."""
 
 
 def _quiet_worker() -> None:

@@ -90,18 +90,20 @@ def _generation(study: Study, positions: Array, number: int, folder: Path, execu
     try:
         for future in as_completed(waiting):
             k = waiting[future]
-            parts[k] = future.result()
-            _write(files[k], parts[k])
+            part = future.result()
+            _write(files[k], part)
+            parts[k] = part
             step()
     except BaseException:
-        for future in waiting:
-            future.cancel()
+        for future, k in waiting.items():
+            # What came in meanwhile is kept too.
+            if not future.cancel() and parts[k] is None and future.done() and future.exception() is None:
+                _write(files[k], future.result())
         raise
     return join([part for part in parts if part is not None])
 
 
-def _write(file: Path, part: Evaluations | None) -> None:
-    assert part is not None
+def _write(file: Path, part: Evaluations) -> None:
     with whole_file(file) as temporary, temporary.open("wb") as stream:
         np.savez(stream, positions=part.positions, metrics=part.metrics, outcome=part.outcome)
 
@@ -109,7 +111,8 @@ def _write(file: Path, part: Evaluations | None) -> None:
 def _read(file: Path, positions: Array) -> Evaluations | None:
     """A chunk's file; None if there is none, or none of these designs (written by another version of the optimiser)."""
     try:
-        with np.load(file) as held:
+        # Opened here: np.load leaves a file that it cannot read open.
+        with file.open("rb") as stream, np.load(stream) as held:
             part = Evaluations(held["positions"], held["metrics"], held["outcome"])
     except FileNotFoundError:
         return None

@@ -99,10 +99,12 @@ def _nsga2(study: Study) -> Callable[[Evaluations], tuple[Any, Callable[[Any, Ev
 
     def start(found: Evaluations) -> tuple[Any, Callable[[Any, Evaluations], Any]]:
         everyone = rate(Population.new("X", found.positions), found)
-        optimiser: Any = NSGA2(pop_size=numbers.population, repair=Snap(), sampling=RankAndCrowding().do(
-            problem, everyone, n_survive=min(numbers.population, len(everyone))))
-        seed = int(np.random.SeedSequence(numbers.seed, spawn_key=(1,)).generate_state(1)[0])
-        optimiser.setup(problem, termination=("n_gen", numbers.generations + 2), seed=seed)
+        first, later = (int(x) for x in np.random.SeedSequence(numbers.seed, spawn_key=(1,)).generate_state(2))
+        # Every call of pymoo that is not given a seed takes one from the system.
+        best = RankAndCrowding().do(problem, everyone, n_survive=min(numbers.population, len(everyone)),
+                                    random_state=np.random.default_rng(first))
+        optimiser: Any = NSGA2(pop_size=numbers.population, repair=Snap(), sampling=best)
+        optimiser.setup(problem, termination=("n_gen", numbers.generations + 2), seed=later)
         optimiser.tell(infills=optimiser.ask())
         return optimiser, rate
 
