@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from ..curve import BAND
 from ..drive import Drive
 from ..errors import InputError
-from ..geometry import usable_limit
 from .cost import cost_class
 from .design import design_drive
 from .metrics import METRICS
@@ -77,7 +76,8 @@ def _one(study: Study, position: Array) -> tuple[list[float], Outcome]:
     found = dict.fromkeys(METRICS, np.nan)
     try:
         drive = drive_at(study, position)
-        found.update(_drawn(drive))
+        limit = drive.usable_limit
+        found.update(_drawn(drive, limit))
     except InputError:
         return list(found.values()), Outcome.NO_DRIVE
     outcome = Outcome.SIMULATED
@@ -87,7 +87,7 @@ def _one(study: Study, position: Array) -> tuple[list[float], Outcome]:
         outcome = Outcome.OUT_OF_LIMITS
     else:
         numbers = study.numbers
-        response = respond(drive, numbers.torque, numbers.drives, numbers.twists, numbers.seed)
+        response = respond(drive, limit, numbers.torque, numbers.drives, numbers.twists, numbers.seed)
         if response is None:
             outcome = Outcome.TOO_SOFT
         else:
@@ -102,8 +102,7 @@ def excess(limit: Limit, value: float) -> float:
     return over / (abs(bound) or 1.0) if over > 0 else 0.0
 
 
-def _drawn(drive: Drive) -> dict[str, float]:
-    limit = usable_limit(drive.path, drive.element_radius)
+def _drawn(drive: Drive, limit: float) -> dict[str, float]:
     angle = drive.path.pressure_angle(np.linspace(0.0, limit, 181)).max()
     deepest = drive.crank_radius + 2 * drive.element_radius + drive.eccentricity
     return {

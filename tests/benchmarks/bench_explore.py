@@ -19,13 +19,13 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffness_model.contacts import build_contacts
 from stiffness_model.equilibrium import closed_form
 from stiffness_model.explore.evaluate import Evaluations, Outcome, drive_at, evaluate
-from stiffness_model.explore.response import _draw, respond
+from stiffness_model.explore.response import respond
 from stiffness_model.explore.run import run_study
 from stiffness_model.explore.search import sample
 from stiffness_model.explore.study import Study, load_study
+from stiffness_model.explore.sweep import draw_elements, sweep
 
 STUDIES = ("tolerance_field", "geometry")
 
@@ -49,27 +49,26 @@ def per_design(study: Study, count: int = 48) -> None:
     for position in some:
         drive = drive_at(study, position)
         limit = drive.usable_limit
-        response = respond(drive, numbers.torque, numbers.drives, numbers.twists, numbers.seed)
+        response = respond(drive, limit, numbers.torque, numbers.drives, numbers.twists, numbers.seed)
         assert response is not None
-        deviations, _ = _draw(drive, limit, numbers.drives, numbers.seed)
-        contacts, twist = build_contacts(drive, deviations), response.curve.twist * drive.ratio
+        elements = draw_elements(drive, limit, numbers.drives, numbers.seed)
+        twist = response.curve.twist * drive.ratio
         rows.append((
             cost(lambda p=position: evaluate(study, p[None])),
-            cost(lambda c=contacts, t=twist: closed_form(c, t)),
-            cost(lambda d=drive, x=limit: _draw(d, x, numbers.drives, numbers.seed)),
-            cost(lambda d=drive, v=deviations: build_contacts(d, v)),
-            cost(lambda d=drive: (d.usable_limit, drive_at(study, position))),
-            len(contacts) * len(twist)))
-    whole, solve, draw, build, drawing, pairs = np.array(rows).T
-    rest = whole - solve - draw - build - drawing
+            cost(lambda e=elements, t=twist: closed_form(e.contacts, t)),
+            cost(lambda e=elements, t=twist: sweep(e, t)),
+            cost(lambda d=drive, x=limit: draw_elements(d, x, numbers.drives, numbers.seed)),
+            cost(lambda d=drive, p=position: (d.usable_limit, drive_at(study, p))),
+            len(elements.contacts) * len(twist)))
+    whole, solve, swept, draw, drawing, pairs = np.array(rows).T
+    rest = whole - swept - draw - drawing
     print(f"{study.name}: {len(some)} designs of {numbers.drives} drives x {numbers.twists} twists, one core, "
           "processor time")
     print(f"  a design         {1e3 * whole.mean():6.2f} ms   {1 / whole.mean():5.0f} designs a second (goal 100)")
-    for name, values in (("closed form", solve), ("virtual drives", draw), ("contacts", build), ("drawing", drawing),
-                         ("metrics, range", rest)):
+    for name, values in (("sweep", swept), ("virtual drives", draw), ("drawing", drawing), ("metrics, range", rest)):
         print(f"    {name:14s} {1e3 * values.mean():6.2f} ms   {100 * values.sum() / whole.sum():4.0f} %")
-    print(f"  of its pairs     {pairs.mean():6.0f} of elements and twists, {1e9 * solve.sum() / pairs.sum():.0f} ns each "
-          "in the bare closed form")
+    print(f"  of its pairs     {pairs.mean():6.0f} of elements and twists, {1e9 * solve.sum() / pairs.sum():.0f} ns "
+          "each in the bare closed form")
     print(f"  a design costs   {whole.sum() / solve.sum():6.2f} times the bare closed form\n")
 
 
