@@ -95,7 +95,8 @@ def _response(drive: Drive, elements: Elements, twist: Array, rows: list[Row], c
     mean = carried.mean(axis=1)
     # No metric looks at the band, forces and shares of the curve: percentiles at every twist cost a tenth of all.
     unknown = np.full((len(twist), 4), np.nan)
-    curve = TwistTorqueCurve(twist, mean, *unknown.T[:3], unknown, unknown[:, 0], drive.name)
+    curve = TwistTorqueCurve(twist, mean, torque_p10=unknown[:, 0], torque_p90=unknown[:, 0], stiffness=unknown[:, 0],
+                             contact_force=unknown, load_share=unknown[:, 0], name=drive.name)
     # At the torque: between the values at the twists around it.
     k = int(np.clip(np.searchsorted(mean, torque), 1, len(twist) - 1))
     part = (torque - mean[k - 1]) / (mean[k] - mean[k - 1])
