@@ -176,8 +176,7 @@ def _parameter_label(results: Results, k: int) -> str:
 
 def _whole_range(ax: Axes, results: Results, k: int) -> None:
     """The whole range that the study gave the parameter, so that a front along its end is seen as such."""
-    cells = max(1, len(results.study.parameters[k].values))
-    ends = np.array([results.study.parameters[k].number(x) for x in (0.0, 1.0 - 0.5 / cells)])
+    ends = np.array([results.study.parameters[k].number(x) for x in (0.0, 1.0)])
     low, high = sorted(float(x) for x in ends / _parameter_scale(results, k))
     room = ROOM * (high - low) or 0.5
     ax.set_ylim(low - room, high + room)
