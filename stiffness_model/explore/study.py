@@ -88,10 +88,18 @@ class Study:
     @property
     def identity(self) -> str:
         """A hash of all that the numbers depend on: what [choose] says and how the study is called are free."""
-        facts = [importlib.metadata.version("reefmu"), self.base, [vars(p) for p in self.parameters],
+        facts = [_version(), self.base, [vars(p) for p in self.parameters],
                  dict(self.objectives), vars(self.numbers), dict(self.fixed), vars(self.packing),
                  [vars(limit) for limit in self.limits]]
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+
+
+def _version() -> str:
+    """Of the package: another one may compute other numbers."""
+    try:
+        return importlib.metadata.version("reefmu")
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"
 
 
 def studies() -> list[str]:
@@ -258,7 +266,8 @@ def describe(study: Study) -> dict[str, Any]:
         "base": drive_to_dict(base_fields(study.base, study.name)), "fixed": dict(study.fixed),
         "parameters": {p.name: list(p.values) or [p.low, p.high] for p in study.parameters},
         "packing": vars(study.packing), "objectives": dict(study.objectives), "numbers": vars(study.numbers),
-        "limits": {limit.metric: [limit.low, limit.high] for limit in study.limits},
+        "limits": {limit.metric: [end if math.isfinite(end) else None for end in (limit.low, limit.high)]
+                   for limit in study.limits},
     }
 
 

@@ -101,8 +101,8 @@ def speed_up(designs: int) -> None:
     print(f"  two workers are  {best[1] / best[2]:6.2f} times as fast (goal 1.8); "
           f"{'the same numbers to the bit' if same else 'NOT THE SAME NUMBERS'}")
     (one, _), (two, own) = used[1], used[2]
-    print(f"  processor time   {one:6.2f} s with one, {two:.2f} s with two workers; of the parent {own:.2f} s: on two free "
-          f"cores {one / (two / 2 + own):.2f} times")
+    print(f"  processor time   {one:6.2f} s with one, {two:.2f} s with two workers; of the parent {own:.2f} s: on two "
+          f"free cores {one / (two / 2 + own):.2f} times")
 
 
 def _warm(_: int) -> None:

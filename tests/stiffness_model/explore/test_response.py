@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -15,9 +17,9 @@ from stiffness_model.explore.sweep import draw_elements, sweep
 TORQUE, DRIVES, TWISTS = 200.0, 40, 21
 
 
-def at_torque(population: sm.Population, values: np.ndarray, torque: float) -> float:
-    """A mean over the drives, at the torque of the mean drive."""
-    return float(np.interp(torque, population.torque.mean(axis=0), values.mean(axis=0)))
+def at_torque(mean: np.ndarray, values: np.ndarray, torque: float) -> float:
+    """The mean of values (n_drives, n_twist) where the mean torque (n_twist,) is `torque`."""
+    return float(np.interp(torque, mean, values.mean(axis=0)))
 
 
 @pytest.mark.parametrize(("name", "fields"), [
@@ -37,8 +39,8 @@ def test_same_numbers_as_the_full_simulation_where_all_balls_fit_their_bores(nam
     assert found.curve.torque[-1] >= TORQUE
     greatest = whole.contact_force.max(axis=2)
     np.testing.assert_allclose(found.force[0], greatest[:, 0], rtol=1e-9, atol=1e-9)
-    assert found.force[1].mean() == pytest.approx(at_torque(whole, greatest, TORQUE), rel=1e-9)
-    k = int(np.searchsorted(whole.torque.mean(axis=0), TORQUE))
+    assert found.force[1].mean() == pytest.approx(at_torque(found.curve.torque, greatest, TORQUE), rel=1e-9)
+    k = int(np.searchsorted(found.curve.torque, TORQUE))
     between = np.sort(whole.load_share[:, k - 1:k + 1], axis=1)
     assert (found.share >= between[:, 0] - 1e-12).all()
     assert (found.share <= between[:, 1] + 1e-12).all()
@@ -68,14 +70,14 @@ def test_balls_larger_than_their_bores_change_the_metrics_by_less_than_a_hundred
     assert found is not None
     assert 0.4 < found.squeezed < 0.6
     whole = sm.simulate(drive, found.curve.twist, DRIVES, 0)
-    exact = whole.curve()
+    exact = replace(whole.curve(), torque=found.curve.torque - found.torque.mean(axis=1) + whole.torque.mean(axis=0))
     greatest = whole.contact_force.max(axis=2)
     for here, there in ((found.curve.twist_at(TORQUE), exact.twist_at(TORQUE)),
                         (found.curve.lost_motion(TORQUE), exact.lost_motion(TORQUE)),
                         (found.curve.stiffness_at(found.curve.twist_at(TORQUE)),
                          exact.stiffness_at(exact.twist_at(TORQUE))),
                         (found.force[0].mean(), greatest[:, 0].mean()),
-                        (found.force[1].mean(), at_torque(whole, greatest, TORQUE))):
+                        (found.force[1].mean(), at_torque(found.curve.torque, greatest, TORQUE))):
         assert float(here) == pytest.approx(float(there), rel=0.01)
 
 
@@ -117,3 +119,17 @@ def test_the_numbers_of_a_drive_do_not_depend_on_how_many_are_asked_for() -> Non
     assert few is not None
     assert many is not None
     np.testing.assert_array_equal(few.force_sum, many.force_sum[:5])
+
+
+def test_the_mean_of_few_drives_is_freed_of_their_common_offset() -> None:
+    drive = sm.load_drive("drive_2", crank_deviation="eccentric")
+    many = sm.simulate(drive, 0.9 * drive.max_twist * np.linspace(0, 1, 31) ** 1.5, 2000, seed=99).curve()
+    plain, freed = [], []
+    for seed in range(8):
+        found = respond(drive, drive.usable_limit, TORQUE, 50, 31, seed)
+        assert found is not None
+        assert abs(found.curve.torque[0]) < 1e-9
+        freed.append(found.curve.lost_motion(TORQUE))
+        plain.append(replace(found.curve, torque=found.torque.mean(axis=1)).lost_motion(TORQUE))
+    assert np.std(freed) < 0.5 * np.std(plain)
+    assert np.mean(freed) == pytest.approx(many.lost_motion(TORQUE), rel=0.03)
