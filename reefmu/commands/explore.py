@@ -99,6 +99,8 @@ def _executor(args: argparse.Namespace) -> Generator[Executor]:
             # A chunk whose worker died is done again elsewhere; it gives the same numbers.
             yield client.get_executor(pure=False, retries=3)
         except (ImportError, RuntimeError) as error:
+            if isinstance(error, RuntimeError) and "deserialization" not in str(error):
+                raise
             raise InputError("--scheduler: expected a scheduler and workers with this version of reefmu installed, got "
                              f"{str(error).splitlines()[0]!r}") from None
         except Exception as error:
