@@ -21,14 +21,14 @@ UNITS: dict[str, dict[str, float]] = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9},
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm2": 1e6},
     "angle": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "arcmin": ARCMIN, "'": ARCMIN},
-    "force": {"N": 1.0, "kN": 1e3},
     "density": {"kg/m3": 1.0, "g/cm3": 1e3},
     "torque": {"N.m": 1.0, "Nm": 1.0, "kN.m": 1e3},
     "torsional stiffness": {"N.m/rad": 1.0, "Nm/rad": 1.0, "kN.m/rad": 1e3, "N.m/arcmin": 1 / ARCMIN,
                             "Nm/arcmin": 1 / ARCMIN},
+    "force": {"N": 1.0, "kN": 1e3},
 }
 _PREFERRED = {"length": ("mm", "um"), "pressure": ("GPa",), "angle": ("arcmin",), "density": ("kg/m3",),
-              "force": ("N",), "torque": ("N.m",), "torsional stiffness": ("kN.m/rad",)}
+              "torque": ("N.m",), "torsional stiffness": ("kN.m/rad",), "force": ("N",)}
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S*)\s*")
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from ..drawing_file import drive_from_dict
 from ..drive import Drive
+from ..errors import InputError
 from .parameters import COUNTS, FILL, Value
 
 BESIDE, SEATS = "beside", "seats"
@@ -51,9 +52,30 @@ class Packing:
         return self.rule == "" or drive.elements_per_row <= self.most_per_row(drive)
 
 
-def base_fields(table: Mapping[str, Any], where: str) -> Drive:
-    """The base drawing as a drive; raises `InputError`."""
-    return drive_from_dict(table, where)
+_PLAIN = frozenset(("name", "element_radius", "elements", "crank_radius", "eccentricity", "transmission_ratio", "lobes",
+                    "materials", "tolerances", "max_twist", "element", "element_length", "eccentrics",
+                    "crank_deviation", "description", "where"))
+"""What the sweep of a study knows of a drive."""
+
+
+def base_drive(table: Mapping[str, Any], where: str) -> Drive:
+    """The base drawing as a drive; raises `InputError`, also for physics that `sweep.sweep` leaves out."""
+    drive = drive_from_dict(table, where)
+    refuse_more(drive, where)
+    return drive
+
+
+def refuse_more(drive: Drive, where: str) -> None:
+    """Raise `InputError` if the drive switches on more than the plain contact model.
+
+    A field that the sweep does not know must have its default, or say of itself that it is `plain`: better no study
+    than one that leaves out in silence what the drawing asks for.
+    """
+    for f in fields(drive):
+        value = getattr(drive, f.name)
+        if f.name not in _PLAIN and value != f.default and not getattr(value, "plain", False):
+            raise InputError(f"{where}: expected a drawing of the plain contact model, for a study knows no other, got "
+                             f"{f.name} = {value!r}")
 
 
 def design_drive(table: Mapping[str, Any], values: Mapping[str, Value], packing: Packing, where: str,

@@ -79,9 +79,9 @@ def _twist_at(drive: Drive, torque: float, limit: float) -> float | None:
     beta = limit * (2 * (np.arange(_TRIAL_ELEMENTS) + 0.5) / _TRIAL_ELEMENTS - 1)
     radius = {"element": drive.element_radius, "crank": drive.crank_radius, "cage": drive.element_radius,
               "gear": drive.element_radius}
-    mean = {part: np.full(beta.shape, size + drive.tolerances[part].offset) for part, size in radius.items()}
+    mean = {part: np.full((1, beta.size), size + drive.tolerances[part].offset) for part, size in radius.items()}
     crank_twist = drive.orientation * np.geomspace(1e-4, MOST_CRANK_TWIST, _TRIALS)
-    result = closed_form(build_contacts(drive, Deviations(beta=beta, **mean)), crank_twist)
+    result = closed_form(build_contacts(drive, Deviations(beta=beta[None], **mean)), crank_twist)
     carried = result.output_torque.mean(axis=1) * drive.elements * limit / np.pi
     reached = np.flatnonzero(carried >= torque)
     if not reached.size:
@@ -155,8 +155,8 @@ class _Loads:
         drives = int(np.searchsorted(row.drives, PRESSURE_DRIVES))
         end = int(row.starts[drives]) if drives < len(row.starts) else len(row.index)
         some = row.index[:end]
-        first = Deviations(**{f.name: getattr(self._elements.deviations, f.name)[some] for f in fields(Deviations)})
-        compliance, curved, own = compliances(drive), curvature_sums(drive, first), 1 / first.element
+        first = Deviations(**{f.name: getattr(self._elements.deviations, f.name)[:, some] for f in fields(Deviations)})
+        compliance, curved, own = compliances(drive), curvature_sums(drive, first), 1 / first.element.ravel()
         greatest = np.zeros(end)
         for contact, values in self._forces.items():
             if drive.element == "ball":

@@ -20,7 +20,7 @@ from ..drawing_file import drive_to_dict, read_table
 from ..errors import InputError, expect, refuse_unknown, unknown_name
 from ..units import UNITS, parse_quantity
 from . import parameters
-from .design import BESIDE, PACKING, Packing, base_fields, design_drive
+from .design import BESIDE, PACKING, Packing, base_drive, design_drive
 from .metrics import METRICS
 from .parameters import Parameter, Value, read_parameter, read_size
 
@@ -152,7 +152,7 @@ def study_from_dict(table: Mapping[str, Any], where: str = "study", folder: Path
     source = table["base"]
     base, at = read_table(str(folder / source) if source.endswith(".toml") else source)
     # Checked here, so that an error names the drawing and not the first design.
-    base_fields(base, at)
+    base_drive(base, at)
     varied = tuple(read_parameter(name, value, f"{where} [parameters]")
                    for name, value in table.get("parameters", {}).items())
     expect(len(varied) > 0, "at least one parameter in [parameters]", "none", where)
@@ -263,7 +263,7 @@ def describe(study: Study) -> dict[str, Any]:
     """The study in plain tables, for `DIR/study.json`: what was computed, and for which drawing."""
     return {
         "name": study.name, "description": study.description, "identity": study.identity,
-        "base": drive_to_dict(base_fields(study.base, study.name)), "fixed": dict(study.fixed),
+        "base": drive_to_dict(base_drive(study.base, study.name)), "fixed": dict(study.fixed),
         "parameters": {p.name: list(p.values) or [p.low, p.high] for p in study.parameters},
         "packing": vars(study.packing), "objectives": dict(study.objectives), "numbers": vars(study.numbers),
         "limits": {limit.metric: [end if math.isfinite(end) else None for end in (limit.low, limit.high)]

@@ -36,7 +36,7 @@ _LEAN = 0.02
 
 @dataclass(frozen=True)
 class Elements:
-    """The usable elements of all virtual drives in one row, (n,); drive_of: the drive of each."""
+    """The usable elements of all virtual drives in one row, (1, n); drive_of: the drive of each, (n,)."""
 
     deviations: Deviations
     contacts: Contacts
@@ -67,7 +67,7 @@ def draw_elements(drive: Drive, limit: float, n_drives: int, seed: int) -> Eleme
     parts = [sampling.draw(drive, block, count, seed) for block, count in sampling.blocks(n_drives)]
     whole = {f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Deviations)}
     keep = np.abs(whole["beta"]) <= limit
-    deviations = Deviations(**{name: values[keep] for name, values in whole.items()})
+    deviations = Deviations(**{name: values[keep][None] for name, values in whole.items()})
     return Elements(deviations, build_contacts(drive, deviations), np.nonzero(keep)[0], n_drives)
 
 

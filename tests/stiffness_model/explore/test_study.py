@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 
 import stiffness_model as sm
 from stiffness_model.drawing_file import read_table
-from stiffness_model.explore.design import Packing, design_drive
+from stiffness_model.explore.design import Packing, design_drive, refuse_more
 from stiffness_model.explore.evaluate import Outcome, drive_at, evaluate, values_at
 from stiffness_model.explore.study import load_study, studies, study_from_dict
 from tests.small_study import study, tables
@@ -180,3 +181,16 @@ def test_files_that_are_no_study(tmp_path: Path) -> None:
         load_study(tmp_path / "c.toml")
     with pytest.raises(sm.InputError, match="did you mean 'tolerance_field'"):
         load_study("tolerance_fields")
+
+
+def test_physics_that_a_study_leaves_out_is_refused() -> None:
+    @dataclass(frozen=True)
+    class Wider(sm.Drive):
+        bearing_stiffness: float = 0.0
+
+    plain = sm.load_drive("drive_1")
+    known = {f.name: getattr(plain, f.name) for f in fields(plain)}
+    refuse_more(plain, "mine.toml")
+    refuse_more(Wider(**known), "mine.toml")
+    with pytest.raises(sm.InputError, match="plain contact model.*got bearing_stiffness = 250000000.0"):
+        refuse_more(Wider(**known, bearing_stiffness=250e6), "mine.toml")
