@@ -192,5 +192,5 @@ def test_physics_that_a_study_leaves_out_is_refused() -> None:
     known = {f.name: getattr(plain, f.name) for f in fields(plain)}
     refuse_more(plain, "mine.toml")
     refuse_more(Wider(**known), "mine.toml")
-    with pytest.raises(sm.InputError, match="plain contact model.*got bearing_stiffness = 250000000.0"):
+    with pytest.raises(sm.InputError, match="bearing_stiffness = 250000000"):
         refuse_more(Wider(**known, bearing_stiffness=250e6), "mine.toml")
