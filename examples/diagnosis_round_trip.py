@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 
 from reefmu.cli import main as reefmu
 from reefmu.diagnosis.corrected import conditioned
-from reefmu.diagnosis.workflow import smooth_trace
 from reefmu.fmu.replay import replay_record
 from reefmu.model import build_model
 from reefmu.model_file import load_model
@@ -51,7 +50,7 @@ def replays(folder: Path, measured: Record, zero: float) -> dict[str, Array]:
     All get the twist without the encoder's jitter, which moves no friction; it counts through the stiffness.
     """
     model = load_model(folder / "model.toml")
-    record, jitter = conditioned(smooth_trace(measured, model.drive.ratio), model, zero)
+    record, jitter = conditioned(trace_of(measured, model.drive.ratio), zero)
     runs: dict[str, Mapping[str, Array] | Response] = {
         "model as drawn, reefmu.simulate": simulate_record(build_model(model.drive), record),
         "model.toml, reefmu.simulate": simulate_record(model, record)}

@@ -52,7 +52,7 @@ def build_parser() -> argparse.ArgumentParser:
                                    "curve, an FMU and a joint under control.")
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and leave")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (_add_demo, _add_curve, _add_compare, _add_export, _add_check, _add_diagnose, _add_draw):
+    for add in (_add_demo, _add_curve, _add_compare, _add_export, _add_check, _add_diagnose, _add_draw, _add_explore):
         add(commands)
     return parser
 
@@ -155,6 +155,16 @@ def _add_draw(commands: Commands) -> None:
     parser.add_argument("--dxf", action="store_true", help="write profile.dxf: gear profile and bores in mm")
     parser.add_argument("--chord", metavar="UM", type=float, default=0.1,
                         help="greatest distance of the DXF's polyline from the profile, um (default 0.1)")
+def _add_explore(commands: Commands) -> None:
+    parser = _command(commands, "explore", "a design study: parameters with ranges to a Pareto front and a drawing",
+                      "Writes designs.parquet, pareto.png, trade_off.png, effects.png and chosen.toml; stopped, it "
+                      "goes on where it was. Exit status 1 if no design can be chosen.")
+    parser.add_argument("study", metavar="STUDY.toml",
+                        help="a study, or one that comes along: tolerance_field, geometry")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--workers", metavar="N", type=_whole(1, 4096), help="processes (default: all cores)")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="of a running dask scheduler, tcp://host:8786")
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder for the results and for what is half done")
 
 
 def _command(commands: Commands, name: str, summary: str, writes: str) -> argparse.ArgumentParser:

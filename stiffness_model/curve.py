@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import functools
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -96,7 +97,7 @@ class TwistTorqueCurve:
     def _one_sided(self) -> bool:
         return bool(self.twist[0] >= 0)
 
-    @property
+    @functools.cached_property
     def _mean(self) -> PchipInterpolator:
         return PchipInterpolator(self.twist, self.torque, extrapolate=False)
 
@@ -116,8 +117,10 @@ class TwistTorqueCurve:
             return float(self.twist[i])
         if torque <= low:
             return float(self.twist[i - 1])
-        mean = self._mean
-        return bracketed_root(lambda x: float(mean(x)) - torque, self.twist[i - 1], self.twist[i])
+        # The cubic between the two points, without the interpolator's checks of every argument.
+        start, (a, b, c, d) = float(self.twist[i - 1]), (float(x) for x in self._mean.c[:, i - 1])
+        return bracketed_root(lambda x: ((a * (x - start) + b) * (x - start) + c) * (x - start) + d - torque,
+                              start, float(self.twist[i]))
 
     def _width(self, share: float, torque: float | None) -> float:
         full = self.full_torque if torque is None else torque

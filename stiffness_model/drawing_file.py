@@ -59,11 +59,7 @@ def load_drive(source: str | FilePath, **fields: Any) -> Drive:
     >>> load_drive("drive_1").ratio
     -29
     """
-    text, where = _read(source)
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{where}: expected a TOML drawing, got a syntax error: {error}") from None
+    table, where = read_table(source)
     drive = drive_from_dict(table, where, **fields)
     most = drive.most_per_row
     if drive.elements_per_row > most:
@@ -71,6 +67,18 @@ def load_drive(source: str | FilePath, **fields: Any) -> Drive:
         warnings.warn(f"{where}: {drive.elements_per_row} elements of {size} do not fit on one eccentric; at most "
                       f"{most} do", DoesNotFitWarning, stacklevel=2)
     return drive
+
+
+def read_table(source: str | FilePath) -> tuple[dict[str, Any], str]:
+    """The tables of a drawing as TOML gives them, for `drive_from_dict`, and what to call it in an error.
+
+    Raises `InputError` where there is no such preset or file, or no TOML in it.
+    """
+    text, where = _read(source)
+    try:
+        return tomllib.loads(text), where
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{where}: expected a TOML drawing, got a syntax error: {error}") from None
 
 
 def _read(source: str | FilePath) -> tuple[str, str]:

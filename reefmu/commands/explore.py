@@ -1,0 +1,196 @@
+"""`reefmu explore`: a design study, to its Pareto front and a chosen drawing."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import multiprocessing
+import multiprocessing.connection
+import os
+import signal
+import sys
+import threading
+from collections.abc import Generator
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from reefmu.progress import Progress
+from stiffness_model import plots
+from stiffness_model.drawing_file import save_drive
+from stiffness_model.errors import InputError
+from stiffness_model.explore import pictures
+from stiffness_model.explore.chosen import chosen_drive, rule_text
+from stiffness_model.explore.effects import effect_of, sampled
+from stiffness_model.explore.evaluate import Outcome
+from stiffness_model.explore.metrics import METRICS
+from stiffness_model.explore.results import Results, judge, write_results
+from stiffness_model.explore.run import chunk_count, run_study
+from stiffness_model.explore.study import load_study
+from stiffness_model.files import staged_folder
+
+from . import study as tables
+
+ROWS = 12
+"""Members of the front in the printed table; the file has them all."""
+CONNECT = 10
+"""Seconds to wait for a scheduler."""
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run or go on with the study, print, and write designs.parquet, pictures and chosen.toml."""
+    study, folder = load_study(args.study), Path(args.out)
+    # Made first and kept: what is computed is kept there as it comes.
+    _make(folder)
+    try:
+        with _executor(args) as executor, Progress(f"evaluating {study.name}", chunk_count(study)) as progress:
+            found, generation = run_study(study, folder, executor, progress.step)
+    except (BrokenExecutor, CancelledError, _WorkersLostError) as error:
+        print(f"reefmu: the workers were lost ({error or type(error).__name__}); what is done is kept, and the same "
+              "command goes on from there", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print(f"\nwhat is done is kept in {folder}; the same command goes on from there", file=sys.stderr)
+        raise
+    results = judge(study, found, generation)
+    files = _write(results, folder)
+    print(_summary(results))
+    if len(results.front):
+        print(f"\nPareto front, {min(ROWS, len(results.front))} of {len(results.front)} members:\n\n{_front(results)}")
+    print(f"\nshare of the sample's variance that a parameter makes alone:\n\n{_effects(results)}")
+    if results.chosen is None:
+        print(f"\nno design is {rule_text(results)}: no drawing is chosen")
+    else:
+        print(f"\nchosen, {rule_text(results)}:\n\n{_chosen(results)}")
+    print(f"\nwritten to {folder}: {', '.join(files)}")
+    return 0 if results.chosen is not None else 1
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: expected a folder that can be written, got {error.strerror or error}") from None
+
+
+@contextlib.contextmanager
+def _executor(args: argparse.Namespace) -> Generator[Executor]:
+    """Processes of this machine, or the workers of a dask scheduler."""
+    if args.scheduler is None:
+        pool = ProcessPoolExecutor(args.workers or os.cpu_count(), initializer=_quiet_worker)
+        try:
+            yield pool
+        finally:
+            pool.shutdown(cancel_futures=True)
+        return
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError("--scheduler: expected dask.distributed, got none: pip install 'reefmu[cluster]'") from None
+    try:
+        client: Any = Client(args.scheduler, timeout=CONNECT, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(f"--scheduler: expected the address of a running dask scheduler, such as "
+                         f"tcp://host:8786, got {args.scheduler!r} ({str(error).splitlines()[0]})") from None
+    with client:
+        try:
+            # A chunk whose worker died is done again elsewhere; it gives the same numbers.
+            yield client.get_executor(pure=False, retries=3)
+        except (ImportError, RuntimeError) as error:
+            if isinstance(error, RuntimeError) and "deserialization" not in str(error):
+                raise
+            raise InputError("--scheduler: expected a scheduler and workers with this version of reefmu installed, got "
+                             f"{str(error).splitlines()[0]!r}") from None
+        except Exception as error:
+            if type(error).__module__.split(".")[0] != "distributed":
+                raise
+            raise _WorkersLostError(str(error).splitlines()[0]) from None
+
+
+class _WorkersLostError(Exception):
+    """A chunk took one worker of a cluster after the other with it."""
+
+
+def _quiet_worker() -> None:
+    """A worker leaves Ctrl-C to its parent, and goes when the parent is gone, even if that was killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_follow, args=(parent.sentinel,), daemon=True).start()
+
+
+def _follow(sentinel: Any) -> None:
+    multiprocessing.connection.wait([sentinel])
+    os._exit(1)
+
+
+def _write(results: Results, folder: Path) -> list[str]:
+    with staged_folder(folder) as stage:
+        write_results(results, stage)
+        if len(results.front):
+            plots.save(pictures.pareto_front(results), stage / "pareto.png")
+            plots.save(pictures.trade_off(results)[0], stage / "trade_off.png")
+        if len(sampled(results)):
+            plots.save(pictures.main_effects(results)[0], stage / "effects.png")
+        if results.chosen is not None:
+            save_drive(chosen_drive(results), stage / "chosen.toml")
+        return sorted(file.name for file in stage.iterdir())
+
+
+def _summary(results: Results) -> str:
+    counts = np.bincount(results.found.outcome, minlength=len(Outcome))
+    numbers = results.study.numbers
+    said = [f"{results.study.name}: {len(results.found)} designs, {numbers.drives} virtual drives at {numbers.twists} "
+            f"twists each, seed {numbers.seed}"]
+    said += [f"  {counts[outcome]:6d}  {words}" for outcome, words in (
+        (Outcome.SIMULATED, "simulated"), (Outcome.OUT_OF_LIMITS, "left out: the drawing alone breaks a limit"),
+        (Outcome.DOES_NOT_PACK, "left out: the elements do not fit"),
+        (Outcome.TOO_SOFT, "do not reach the torque"), (Outcome.NO_DRIVE, "are no drive")) if counts[outcome]]
+    said.append(f"  {results.feasible.sum():6d}  keep within all limits, {len(results.front)} of them on the front")
+    return "\n".join(said)
+
+
+def _front(results: Results) -> str:
+    study = results.study
+    picked = np.unique(np.linspace(0, len(results.front) - 1, ROWS).round().astype(int))
+    names = list(study.objectives)
+    heads = ["design", *names, *(p.name for p in study.parameters)]
+    units = ["", *(f"[{METRICS[name].shown}]" if METRICS[name].shown else "" for name in names),
+             *("" for _ in study.parameters)]
+    rows = [[str(design), *(f"{results.shown(name)[design]:.4g}" for name in names), *_values(results, int(design))]
+            for design in results.front[picked]]
+    return tables.table(heads, units, rows)
+
+
+def _values(results: Results, design: int) -> list[str]:
+    return [_text(p.at(float(x)), p.quantity == "length") for p, x in
+            zip(results.study.parameters, results.found.positions[design], strict=True)]
+
+
+def _text(value: float | int | str, length: bool) -> str:
+    if length:
+        size = float(value)
+        return f"{1e6 * size:.4g} um" if abs(size) < 1e-4 else f"{1e3 * size:.6g} mm"
+    words = str(value).split()
+    return f"{float(words[0]):.3g} sigma" if words[-1] == "sigma" else str(value)
+
+
+def _effects(results: Results) -> str:
+    if not len(sampled(results)):
+        return "  nothing was simulated"
+    names = list(results.study.objectives)
+    rows = [[p.name, *(f"{100 * effect_of(results, k, name).index:.0f} %" for name in names)]
+            for k, p in enumerate(results.study.parameters)]
+    return tables.table(["", *names], ["", *("" for _ in names)], rows)
+
+
+def _chosen(results: Results) -> str:
+    design = results.chosen
+    assert design is not None
+    lines = [f"  {p.name:18s} {text}{'' if p.inside(float(x)) else '   (at the end of its range)'}" for p, text, x in
+             zip(results.study.parameters, _values(results, design), results.found.positions[design], strict=True)]
+    lines += [f"  {metric.text:30s} {results.shown(name)[design]:10.4g} {metric.shown}".rstrip()
+              for name, metric in METRICS.items() if not np.isnan(results.shown(name)[design])]
+    return "\n".join(lines)

@@ -1,0 +1,106 @@
+"""From the values of a design to its drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from ..drawing_file import drive_from_dict
+from ..drive import Drive
+from ..errors import InputError
+from .parameters import COUNTS, FILL, Value
+
+BESIDE, SEATS = "beside", "seats"
+PACKING = (BESIDE, SEATS)
+
+
+@dataclass(frozen=True)
+class Packing:
+    """When the elements of a row fit.
+
+    rule: "beside": spread evenly, side by side (`Drive.most_per_row`); "seats": on the seats that the gear allows,
+    |i| to a turn, and where elements are thicker than seats are apart, on every k-th; "": they may overlap.
+    web: least wall of the cage between two elements, m.
+    """
+
+    rule: str = ""
+    web: float = 0.0
+
+    def most_per_row(self, drive: Drive) -> int:
+        """The most elements that a row of the drive takes, at least 1 and no more than |i|.
+
+        The seats: with the crank at any angle, an element at the angle t of the cage stands on the path if
+        i t = 0 (mod 2 pi), so seats are 2 pi/|i| apart. (The model spreads a row's elements evenly, eq. 20.)
+
+        >>> from stiffness_model import load_drive
+        >>> [Packing(rule).most_per_row(load_drive("drive_1")) for rule in PACKING]
+        [21, 14]
+        """
+        seats = int(drive.transmission_ratio)
+        thickness = (drive.element_radius + self.web / 2) / drive.path.centre_distance
+        if thickness >= 1:
+            return 1
+        if self.rule != SEATS:
+            return max(1, min(seats, math.floor(math.pi / math.asin(thickness) + 1e-12)))
+        apart = math.ceil(math.asin(thickness) / (math.pi / seats) - 1e-12)
+        return max(1, seats // max(1, apart))
+
+    def fits(self, drive: Drive) -> bool:
+        """Whether the rows take their elements; always so without a rule."""
+        return self.rule == "" or drive.elements_per_row <= self.most_per_row(drive)
+
+
+_PLAIN = frozenset(("name", "element_radius", "elements", "crank_radius", "eccentricity", "transmission_ratio", "lobes",
+                    "materials", "tolerances", "max_twist", "element", "element_length", "eccentrics",
+                    "crank_deviation", "description", "where"))
+"""What the sweep of a study knows of a drive."""
+
+
+def base_drive(table: Mapping[str, Any], where: str) -> Drive:
+    """The base drawing as a drive; raises `InputError`, also for physics that `sweep.sweep` leaves out."""
+    drive = drive_from_dict(table, where)
+    refuse_more(drive, where)
+    return drive
+
+
+def refuse_more(drive: Drive, where: str) -> None:
+    """Raise `InputError` if the drive switches on more than the plain contact model.
+
+    A field that the sweep does not know must have its default, or say of itself that it is `plain`: better no study
+    than one that leaves out in silence what the drawing asks for.
+    """
+    for f in fields(drive):
+        value = getattr(drive, f.name)
+        if f.name not in _PLAIN and value != f.default and not getattr(value, "plain", False):
+            raise InputError(f"{where}: expected a drawing of the plain contact model, for a study knows no other, got "
+                             f"{f.name} = {value!r}")
+
+
+def design_drive(table: Mapping[str, Any], values: Mapping[str, Value], packing: Packing, where: str,
+                 check: bool = True) -> Drive:
+    """The base drawing `table` with `values` in it; lobes bring their ratio, rows their elements.
+
+    A base drive that reverses (lobes above the ratio) stays one that reverses. Raises `InputError` where no
+    drive comes of it. check=False: for trying single names, which need not make a whole design.
+
+    >>> from stiffness_model.drawing_file import read_table
+    >>> table, _ = read_table("drive_1")
+    >>> drive = design_drive(table, {"lobes": 25, "elements_per_row": "fill", "eccentrics": 2}, Packing("beside"), "")
+    >>> drive.ratio, drive.elements, drive.elements_per_row
+    (-24, 42, 21)
+    """
+    geometry = table["geometry"]
+    lobes = values.get("lobes", geometry["lobes"])
+    rows = values.get("eccentrics", geometry.get("eccentrics", 1))
+    per_row = values.get("elements_per_row", geometry["elements"] // geometry.get("eccentrics", 1))
+    assert isinstance(lobes, int)
+    assert isinstance(rows, int)
+    ratio = lobes - (geometry["lobes"] - geometry["transmission_ratio"])
+    # One element a row until the sizes are read and say how many fit.
+    first = rows if per_row == FILL else rows * int(per_row)
+    plain = {name: value for name, value in values.items() if name not in COUNTS}
+    drive = drive_from_dict(table, where, **plain, lobes=lobes, eccentrics=rows, transmission_ratio=ratio,
+                            elements=first)
+    return replace(drive, elements=rows * packing.most_per_row(drive)) if per_row == FILL and check else drive

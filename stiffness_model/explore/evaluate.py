@@ -1,0 +1,126 @@
+"""Designs to metrics: each on its own, so that no number depends on which worker or chunk it comes from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..curve import BAND
+from ..drive import Drive
+from ..errors import InputError
+from .cost import cost_class
+from .design import design_drive
+from .metrics import METRICS
+from .parameters import Value
+from .response import Response, respond
+from .study import Limit, Study
+
+Array = NDArray[np.float64]
+
+
+class Outcome(IntEnum):
+    """What became of a design."""
+
+    SIMULATED = 0
+    OUT_OF_LIMITS = 1  # a limit on what the drawing alone tells (undercut, size, cost ...): not simulated
+    DOES_NOT_PACK = 2  # not simulated
+    TOO_SOFT = 3  # does not reach the study's torque within `response.MOST_CRANK_TWIST`
+    NO_DRIVE = 4  # the drawing is refused: an element larger than its path, a size beyond a standard's table
+
+
+@dataclass(frozen=True)
+class Evaluations:
+    """positions: (n, n_parameters) in the unit cube; metrics: (n, len(METRICS)), SI, NaN where not computed;
+    outcome: (n,) of `Outcome`."""
+
+    positions: Array
+    metrics: Array
+    outcome: NDArray[np.int8]
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def column(self, name: str) -> Array:
+        """One metric of all designs, (n,)."""
+        return self.metrics[:, list(METRICS).index(name)]
+
+
+def join(parts: list[Evaluations]) -> Evaluations:
+    """Several in a row."""
+    return Evaluations(np.concatenate([p.positions for p in parts]), np.concatenate([p.metrics for p in parts]),
+                       np.concatenate([p.outcome for p in parts]))
+
+
+def values_at(study: Study, position: Array) -> dict[str, Value]:
+    """All fields that a design changes in the base drawing."""
+    varied = {p.name: p.at(float(x)) for p, x in zip(study.parameters, position, strict=True)}
+    return {**study.fixed, **varied}
+
+
+def evaluate(study: Study, positions: Array) -> Evaluations:
+    """The designs at positions (n, n_parameters) in the unit cube."""
+    rows = [_one(study, position) for position in positions]
+    return Evaluations(positions, np.array([row[0] for row in rows]).reshape(len(rows), len(METRICS)),
+                       np.array([row[1] for row in rows], np.int8))
+
+
+def drive_at(study: Study, position: Array) -> Drive:
+    """The drive of a design; raises `InputError` where the drawing is none."""
+    return design_drive(study.base, values_at(study, position), study.packing, study.name)
+
+
+def _one(study: Study, position: Array) -> tuple[list[float], Outcome]:
+    found = dict.fromkeys(METRICS, np.nan)
+    try:
+        drive = drive_at(study, position)
+        limit = drive.usable_limit
+        found.update(_drawn(drive, limit))
+    except InputError:
+        return list(found.values()), Outcome.NO_DRIVE
+    outcome = Outcome.SIMULATED
+    if not study.packing.fits(drive):
+        outcome = Outcome.DOES_NOT_PACK
+    elif any(METRICS[limit.metric].drawn and excess(limit, found[limit.metric]) > 0 for limit in study.limits):
+        outcome = Outcome.OUT_OF_LIMITS
+    else:
+        numbers = study.numbers
+        response = respond(drive, limit, numbers.torque, numbers.drives, numbers.twists, numbers.seed)
+        if response is None:
+            outcome = Outcome.TOO_SOFT
+        else:
+            found.update(_simulated(response, numbers.torque))
+    return list(found.values()), outcome
+
+
+def excess(limit: Limit, value: float) -> float:
+    """How far a value lies out of a limit, as a share of the limit (or in its unit, for a limit at 0); not below 0."""
+    over = max(value - limit.high, limit.low - value, 0.0)
+    bound = limit.high if value > limit.high else limit.low
+    return over / (abs(bound) or 1.0) if over > 0 else 0.0
+
+
+def _drawn(drive: Drive, limit: float) -> dict[str, float]:
+    angle = drive.path.pressure_angle(np.linspace(0.0, limit, 181)).max()
+    deepest = drive.crank_radius + 2 * drive.element_radius + drive.eccentricity
+    return {
+        "cost_class": cost_class(drive), "undercut": 1 - limit / np.pi, "pressure_angle": float(angle),
+        "diameter": 2 * deepest, "ratio": float(drive.transmission_ratio), "elements": float(drive.elements),
+    }
+
+
+def _simulated(response: Response, torque: float) -> dict[str, float]:
+    curve = response.curve
+    twist = float(curve.twist_at(torque))
+    k = int(np.clip(np.searchsorted(curve.twist, twist), 1, len(curve.twist) - 1))
+    part = (twist - curve.twist[k - 1]) / (curve.twist[k] - curve.twist[k - 1])
+    band = np.percentile(response.torque[k - 1] + part * (response.torque[k] - response.torque[k - 1]), BAND)
+    return {
+        "stiffness": float(curve.stiffness_at(twist)), "twist": twist, "backlash": curve.backlash(torque),
+        "lost_motion": curve.lost_motion(torque), "no_load_force": float(response.force[0].mean()),
+        "no_load_sum": float(response.force_sum.mean()), "greatest_force": float(response.force[1].mean()),
+        "pressure": response.pressure, "load_share": float(response.share.mean()),
+        "scatter": float(band[1] - band[0]) / torque, "squeezed": response.squeezed,
+    }

@@ -1,0 +1,195 @@
+"""Pictures of a study: the front, what changes along it, and the main effects.
+
+Every function gives the axes it drew on (all of them, where there are several).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..style import BLUE, INK, RED, SHADE, caption, dress, legend_above, new_axes
+from .effects import effect_of, sampled
+from .metrics import METRICS
+from .results import Results
+from .study import torque_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+COLOURS = "viridis"
+WIDE = 30.0
+"""Ratio of the greatest to the least value from which an axis is logarithmic."""
+ROOM = 0.08
+
+
+def pareto_front(results: Results, ax: Axes | None = None) -> Axes:
+    """The first two objectives of all feasible designs and of the front; the third, if any, as the colour."""
+    ax = new_axes(7.2, 5.0) if ax is None else ax
+    names = list(results.study.objectives)
+    x, y = results.shown(names[0]), results.shown(names[1])
+    members = results.front
+    others = np.setdiff1d(np.flatnonzero(results.feasible), members)
+    ax.scatter(x[others], y[others], s=6, color="#cfcfcf", linewidth=0, label="feasible designs")
+    if len(members):
+        colour: Any = BLUE if len(names) < 3 else results.shown(names[2])[members]
+        dots = ax.scatter(x[members], y[members], s=26, c=colour, cmap=COLOURS, edgecolor="white", linewidth=0.4,
+                          zorder=3, label="Pareto front")
+        if len(names) >= 3:
+            figure = ax.get_figure(root=True)
+            assert figure is not None
+            figure.colorbar(dots, ax=ax, label=f"{METRICS[names[2]].label}, {_sense(results, names[2])}")
+        _limits(ax, "x", x[members])
+        _limits(ax, "y", y[members])
+    _star(ax, x, y, results)
+    dress(ax, f"{METRICS[names[0]].label}, {_sense(results, names[0])}",
+          f"{METRICS[names[1]].label}, {_sense(results, names[1])}")
+    return legend_above(ax, f"{_title(results)}: {len(results.found)} designs, {results.feasible.sum()} feasible, "
+                            f"{len(members)} on the front")
+
+
+def trade_off(results: Results) -> list[Axes]:
+    """What one gives for what: the other objectives and all parameters along the front, over the first objective."""
+    from matplotlib.figure import Figure
+
+    names, members = list(results.study.objectives), results.front
+    rows = [*names[1:], *range(len(results.study.parameters))]
+    columns = 2 if len(rows) > 3 else 1
+    height = -(-len(rows) // columns)
+    figure = Figure(figsize=(4.6 * columns + 0.8, 2.0 * height + 0.6), dpi=150, layout="constrained")
+    axes: list[Axes] = list(figure.subplots(height, columns, squeeze=False, sharex=True).ravel())
+    x = results.shown(names[0])
+    colour: Any = BLUE if len(names) < 3 else results.shown(names[2])[members]
+    dots = None
+    for k, (ax, row) in enumerate(zip(axes, rows, strict=False)):
+        y = results.shown(row) if isinstance(row, str) else _shown_numbers(results, row)
+        dots = ax.scatter(x[members], y[members], s=14, c=colour, cmap=COLOURS, linewidth=0)
+        _star(ax, x, y, results)
+        last = k + columns >= len(rows)
+        dress(ax, METRICS[names[0]].label if last else "", METRICS[row].label if isinstance(row, str) else
+              _parameter_label(results, row))
+        ax.xaxis.set_tick_params(labelbottom=last)
+        if isinstance(row, str):
+            _limits(ax, "y", y[members])
+        else:
+            _whole_range(ax, results, row)
+            _ticks(ax, results, row, "y")
+    if len(members):
+        _limits(axes[0], "x", x[members])
+    for ax in axes[len(rows):]:
+        ax.remove()
+    if len(names) >= 3 and dots is not None and len(members):
+        figure.colorbar(dots, ax=axes[:len(rows)], label=METRICS[names[2]].label, aspect=40)
+    figure.suptitle(f"{_title(results)}: along the front; star: chosen", fontsize="small", color=INK, x=0.01, ha="left")
+    return axes[:len(rows)]
+
+
+def main_effects(results: Results) -> list[Axes]:
+    """Every objective over every parameter: mean and P10 to P90 of the simulated part of the sample."""
+    from matplotlib.figure import Figure
+
+    names, parameters = list(results.study.objectives), results.study.parameters
+    figure = Figure(figsize=(2.3 * len(parameters) + 0.8, 2.1 * len(names) + 0.5), dpi=150, layout="constrained")
+    grid = figure.subplots(len(names), len(parameters), squeeze=False, sharey="row")
+    for i, name in enumerate(names):
+        low, high = [], []
+        for j in range(len(parameters)):
+            ax, effect = grid[i, j], effect_of(results, j, name)
+            x = effect.centre / _parameter_scale(results, j)
+            ax.fill_between(x, effect.low, effect.high, color=BLUE, alpha=SHADE, linewidth=0)
+            ax.plot(x, effect.mean, color=BLUE, linewidth=1.6, marker=".", markersize=4)
+            below, beside = i == len(names) - 1, j == 0
+            dress(ax, _parameter_label(results, j) if below else "", METRICS[name].label if beside else "")
+            caption(ax, f"{100 * effect.index:.0f} %")
+            _ticks(ax, results, j, "x")
+            low.append(effect.low.min(initial=np.inf))
+            high.append(effect.high.max(initial=-np.inf))
+        _scale_axis(grid[i, 0], "y", np.array([min(low), max(high)]))
+    figure.suptitle(f"{_title(results)}: mean and P10 to P90 of {len(sampled(results))} sampled designs; above: share "
+                    "of the variance that the parameter makes alone", fontsize="small", color=INK, x=0.01, ha="left")
+    return list(grid.ravel())
+
+
+def _title(results: Results) -> str:
+    return f"{results.study.name.replace('_', ' ')}, at {torque_text(results.study.numbers.torque)}"
+
+
+def _sense(results: Results, name: str) -> str:
+    return "less is better" if results.study.objectives[name] == "min" else "more is better"
+
+
+def _star(ax: Axes, x: Array, y: Array, results: Results) -> None:
+    if results.chosen is not None:
+        ax.scatter(x[results.chosen], y[results.chosen], s=150, marker="*", color=RED, edgecolor="white",
+                   linewidth=0.8, zorder=4, label="chosen")
+
+
+def _scale_axis(ax: Axes, axis: str, values: Array) -> None:
+    """Logarithmic for values over decades; with zeros among them linear near zero."""
+    positive = values[values > 0]
+    if not len(positive) or (values < 0).any():
+        return
+    least = float(positive.min())
+    if values.max() < WIDE * least and len(positive) == len(values):
+        return
+    setter = ax.set_xscale if axis == "x" else ax.set_yscale
+    if len(positive) == len(values):
+        setter("log")
+    elif values.max() > WIDE * np.percentile(positive, 20):
+        setter("symlog", linthresh=max(least, 1e-3 * float(values.max())))
+
+
+def _limits(ax: Axes, axis: str, values: Array) -> None:
+    """The axis about the front: designs far from it would press it into a corner."""
+    if not len(values):
+        return
+    _scale_axis(ax, axis, values)
+    low, high = float(values.min()), float(values.max())
+    transform = (ax.xaxis if axis == "x" else ax.yaxis).get_transform()
+    ends = transform.transform(np.array([low, high]))
+    room = max(ROOM * (ends[1] - ends[0]), 1e-9 * max(1.0, abs(ends[1])))
+    first, last = transform.inverted().transform(np.array([ends[0] - room, ends[1] + room]))
+    (ax.set_xlim if axis == "x" else ax.set_ylim)(float(first), float(last))
+
+
+def _parameter_scale(results: Results, k: int) -> float:
+    """Shown units of a length: micrometres for offsets and windows, millimetres for sizes."""
+    parameter = results.study.parameters[k]
+    if parameter.quantity != "length":
+        return 1.0
+    return 1e-6 if parameter.name.endswith(("_offset", "_tolerance")) else 1e-3
+
+
+def _shown_numbers(results: Results, k: int) -> Array:
+    return results.numbers(k) / _parameter_scale(results, k)
+
+
+def _parameter_label(results: Results, k: int) -> str:
+    parameter = results.study.parameters[k]
+    unit = {1e-6: " [um]", 1e-3: " [mm]"}.get(_parameter_scale(results, k), "")
+    return parameter.name.replace("_", " ") + (" [sigma]" if parameter.quantity == "sigma" else unit)
+
+
+def _whole_range(ax: Axes, results: Results, k: int) -> None:
+    """The whole range that the study gave the parameter, so that a front along its end is seen as such."""
+    ends = np.array([results.study.parameters[k].number(x) for x in (0.0, 1.0)])
+    low, high = sorted(float(x) for x in ends / _parameter_scale(results, k))
+    room = ROOM * (high - low) or 0.5
+    ax.set_ylim(low - room, high + room)
+
+
+def _ticks(ax: Axes, results: Results, k: int, axis: str) -> None:
+    """Names of a discrete parameter at its places; whole numbers for counts."""
+    parameter, along = results.study.parameters[k], ax.xaxis if axis == "x" else ax.yaxis
+    if parameter.named:
+        along.set_ticks(range(len(parameter.values)), [str(value) for value in parameter.values], fontsize="small")
+        ends = (-0.5, len(parameter.values) - 0.5)
+        (ax.set_xlim if axis == "x" else ax.set_ylim)(*ends)
+    elif parameter.values and all(isinstance(value, int) for value in parameter.values):
+        from matplotlib.ticker import MaxNLocator
+
+        along.set_major_locator(MaxNLocator(integer=True, nbins=6))

@@ -1,0 +1,85 @@
+"""The designs of a study in one columnar file: Parquet where pyarrow is installed, else npz, same columns."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..files import whole_file
+from .evaluate import Evaluations, Outcome
+from .metrics import METRICS
+from .pareto import choose, front, violations
+from .study import Study, describe
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Results:
+    """All designs of a study. generation: (n,), 0 for the sample; feasible: (n,); front: indices, along the first
+    objective; chosen: index, or None."""
+
+    study: Study
+    found: Evaluations
+    generation: NDArray[np.intp]
+    feasible: NDArray[np.bool_]
+    front: NDArray[np.intp]
+    chosen: int | None
+
+    def shown(self, metric: str) -> Array:
+        """A metric of all designs in the unit that pictures show."""
+        return self.found.column(metric) / METRICS[metric].scale
+
+    def numbers(self, parameter: int) -> Array:
+        """A parameter of all designs as numbers (`Parameter.number`)."""
+        of = self.study.parameters[parameter]
+        return np.array([of.number(float(x)) for x in self.found.positions[:, parameter]])
+
+
+def judge(study: Study, found: Evaluations, generation: NDArray[np.intp]) -> Results:
+    """Feasibility, front and choice."""
+    members = front(study, found)
+    return Results(study, found, generation, violations(study, found) == 0, members, choose(study, found, members))
+
+
+def columns(results: Results) -> dict[str, NDArray[Any]]:
+    """Columns by `name [unit]`, SI; texts and flags without a unit."""
+    study, found = results.study, results.found
+    count = len(found)
+    made: dict[str, NDArray[Any]] = {"design": np.arange(count), "generation": results.generation,
+                                     "outcome": np.array([Outcome(k).name.lower() for k in found.outcome])}
+    for k, parameter in enumerate(study.parameters):
+        if parameter.named:
+            made[parameter.name] = np.array([str(parameter.at(float(x))) for x in found.positions[:, k]])
+        else:
+            made[f"{parameter.name} [{parameter.unit}]"] = results.numbers(k)
+    for k, metric in enumerate(METRICS.values()):
+        made[f"{metric.name} [{metric.unit}]"] = found.metrics[:, k]
+    marks = np.arange(count)
+    return {**made, "feasible": results.feasible, "front": np.isin(marks, results.front),
+            "chosen": marks == (-1 if results.chosen is None else results.chosen)}
+
+
+def write_results(results: Results, folder: Path) -> str:
+    """Write designs.parquet, or designs.npz without pyarrow; whole or not at all. Gives the file's name."""
+    made = columns(results)
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError:
+        with whole_file(folder / "designs.npz") as temporary, temporary.open("wb") as stream:
+            save: Any = np.savez_compressed
+            save(stream, **made)
+        return "designs.npz"
+    arrow: Any = pyarrow
+    writer: Any = parquet
+    table = arrow.table({name: arrow.array(values) for name, values in made.items()})
+    with whole_file(folder / "designs.parquet") as temporary:
+        writer.write_table(table.replace_schema_metadata({"study": json.dumps(describe(results.study))}),
+                           temporary)
+    return "designs.parquet"

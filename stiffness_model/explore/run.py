@@ -1,0 +1,122 @@
+"""A study over any concurrent.futures executor, in chunks that are kept: what is stopped goes on where it was.
+
+Chunks are cut by number, not by worker, and every design is evaluated on its own, so the results are the same to
+the bit whoever computes them and in whichever order they come. (On machines whose processors or NumPy differ, the
+last digits may.)
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import zipfile
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, as_completed
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..files import whole_file
+from .evaluate import Evaluations, evaluate, join
+from .metrics import METRICS
+from .search import search
+from .study import Study, describe
+
+Array = NDArray[np.float64]
+
+CHUNK = 16
+"""Designs in one task and one file: some tenths of a second."""
+STUDY_FILE, CHUNK_FOLDER = "study.json", "chunks"
+
+
+def chunk_count(study: Study) -> int:
+    """Chunks that the whole study takes, at most."""
+    numbers = study.numbers
+    return -(-numbers.designs // CHUNK) + numbers.generations * -(-numbers.population // CHUNK)
+
+
+def run_study(study: Study, folder: Path, executor: Executor, step: Callable[[], None] = lambda: None
+              ) -> tuple[Evaluations, NDArray[np.intp]]:
+    """Evaluate the sample and all generations; gives them in order, with the generation of each (0: the sample).
+
+    folder: exists; keeps the chunks. step: called after every chunk, also after one that was there already.
+    Raises `InputError` if the folder holds a different study.
+    """
+    claim(study, folder)
+    designs = search(study)
+    positions = next(designs)
+    parts: list[Evaluations] = []
+    with contextlib.closing(designs), contextlib.suppress(StopIteration):
+        while True:
+            parts.append(_generation(study, positions, len(parts), folder / CHUNK_FOLDER, executor, step))
+            positions = designs.send(parts[-1])
+    return join(parts), np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+
+
+def claim(study: Study, folder: Path) -> None:
+    """Mark the folder as this study's; raise `InputError` if it is another's."""
+    mark = folder / STUDY_FILE
+    if mark.exists():
+        try:
+            there = json.loads(mark.read_text("utf-8"))
+            name, identity = there["name"], there["identity"]
+        except (OSError, ValueError, KeyError, TypeError):
+            raise InputError(f"{mark}: expected the mark of a study, got something else; choose another folder") \
+                from None
+        if identity != study.identity:
+            raise InputError(f"{folder}: expected an empty folder or one of this study, got one that holds a different "
+                             f"study ({name!r}; another drawing, range, limit, objective, number or version)")
+    with whole_file(mark) as temporary:
+        temporary.write_text(json.dumps(describe(study), indent=1) + "\n", encoding="utf-8")
+    (folder / CHUNK_FOLDER).mkdir(exist_ok=True)
+
+
+def _generation(study: Study, positions: Array, number: int, folder: Path, executor: Executor,
+                step: Callable[[], None]) -> Evaluations:
+    """All designs of one generation; from their files where these are there."""
+    starts = range(0, len(positions), CHUNK)
+    files = [folder / f"{number:05d}-{k:06d}.npz" for k in range(len(starts))]
+    parts: list[Evaluations | None] = []
+    waiting: dict[Future[Evaluations], int] = {}
+    for k, start in enumerate(starts):
+        here = positions[start:start + CHUNK]
+        parts.append(_read(files[k], here))
+        if parts[k] is None:
+            waiting[executor.submit(evaluate, study, here)] = k
+        else:
+            step()
+    try:
+        for future in as_completed(waiting):
+            k = waiting[future]
+            part = future.result()
+            _write(files[k], part)
+            parts[k] = part
+            step()
+    except BaseException:
+        for future, k in waiting.items():
+            # What came in meanwhile is kept too.
+            if not future.cancel() and parts[k] is None and future.done() and future.exception() is None:
+                _write(files[k], future.result())
+        raise
+    return join([part for part in parts if part is not None])
+
+
+def _write(file: Path, part: Evaluations) -> None:
+    with whole_file(file) as temporary, temporary.open("wb") as stream:
+        np.savez(stream, positions=part.positions, metrics=part.metrics, outcome=part.outcome)
+
+
+def _read(file: Path, positions: Array) -> Evaluations | None:
+    """A chunk's file; None if there is none, or none of these designs (written by another version of the optimiser)."""
+    try:
+        # Opened here: np.load leaves a file that it cannot read open.
+        with file.open("rb") as stream, np.load(stream) as held:
+            part = Evaluations(held["positions"], held["metrics"], held["outcome"])
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+    whole = part.metrics.shape == (len(positions), len(METRICS)) and part.outcome.shape == (len(positions),)
+    return part if whole and np.array_equal(part.positions, positions) else None

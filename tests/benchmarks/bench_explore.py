@@ -1,0 +1,122 @@
+"""Designs a second and core, what they cost, and what a second worker brings.
+
+Run as `python tests/benchmarks/bench_explore.py [DESIGNS]`. Goals (issue 5): 100 designs a second and core at 100
+virtual drives and 31 twists each; 10 000 designs on two workers at 1.8 times the speed of one; adding a worker
+changes no number. The last is checked here too, on all that is computed. Times are the processor's, but for the
+speed-up; on a busy machine look at the ratios: to the bare closed form for the
+same elements and twists, in the same run.
+"""
+
+from __future__ import annotations
+
+import resource
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from stiffness_model.equilibrium import closed_form
+from stiffness_model.explore.evaluate import Evaluations, Outcome, drive_at, evaluate
+from stiffness_model.explore.response import respond
+from stiffness_model.explore.run import run_study
+from stiffness_model.explore.search import sample
+from stiffness_model.explore.study import Study, load_study
+from stiffness_model.explore.sweep import draw_elements, sweep
+
+STUDIES = ("tolerance_field", "geometry")
+
+
+def cost(work: Callable[[], object], runs: int = 5) -> float:
+    """Least processor time of some runs, s."""
+    times = []
+    for _ in range(runs):
+        start = time.process_time()
+        work()
+        times.append(time.process_time() - start)
+    return min(times)
+
+
+def per_design(study: Study, count: int = 48) -> None:
+    """Where the time of a simulated design goes."""
+    numbers, positions = study.numbers, sample(study)
+    found = evaluate(study, positions[:4 * count])
+    some = positions[:4 * count][found.outcome == Outcome.SIMULATED][:count]
+    rows = []
+    for position in some:
+        drive = drive_at(study, position)
+        limit = drive.usable_limit
+        response = respond(drive, limit, numbers.torque, numbers.drives, numbers.twists, numbers.seed)
+        assert response is not None
+        elements = draw_elements(drive, limit, numbers.drives, numbers.seed)
+        twist = response.curve.twist * drive.ratio
+        rows.append((
+            cost(lambda p=position: evaluate(study, p[None])),
+            cost(lambda e=elements, t=twist: closed_form(e.contacts, t)),
+            cost(lambda e=elements, t=twist: sweep(e, t)),
+            cost(lambda d=drive, x=limit: draw_elements(d, x, numbers.drives, numbers.seed)),
+            cost(lambda d=drive, p=position: (d.usable_limit, drive_at(study, p))),
+            len(elements.contacts) * len(twist)))
+    whole, solve, swept, draw, drawing, pairs = np.array(rows).T
+    rest = whole - swept - draw - drawing
+    print(f"{study.name}: {len(some)} designs of {numbers.drives} drives x {numbers.twists} twists, one core, "
+          "processor time")
+    print(f"  a design         {1e3 * whole.mean():6.2f} ms   {1 / whole.mean():5.0f} designs a second (goal 100)")
+    for name, values in (("sweep", swept), ("virtual drives", draw), ("drawing", drawing), ("metrics, range", rest)):
+        print(f"    {name:14s} {1e3 * values.mean():6.2f} ms   {100 * values.sum() / whole.sum():4.0f} %")
+    print(f"  of its pairs     {pairs.mean():6.0f} of elements and twists, {1e9 * solve.sum() / pairs.sum():.0f} ns "
+          "each in the bare closed form")
+    print(f"  a design costs   {whole.sum() / solve.sum():6.2f} times the bare closed form\n")
+
+
+def speed_up(designs: int) -> None:
+    """Two workers against one, in turns, on the same designs."""
+    study = load_study("geometry")
+    study = replace(study, numbers=replace(study.numbers, designs=designs, generations=0))
+    best: dict[int, float] = {}
+    used: dict[int, tuple[float, float]] = {}
+    found: dict[int, Evaluations] = {}
+    for _ in range(3):
+        for workers in (1, 2):
+            with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(workers) as executor:
+                # The processes start, and load what they need, before the clock does.
+                list(executor.map(_warm, range(4 * workers)))
+                start, before = time.perf_counter(), time.process_time()
+                found[workers], _ = run_study(study, Path(folder), executor)
+                best[workers] = min(best.get(workers, np.inf), time.perf_counter() - start)
+                own = time.process_time() - before
+                children = resource.getrusage(resource.RUSAGE_CHILDREN)
+                executor.shutdown()
+                after = resource.getrusage(resource.RUSAGE_CHILDREN)
+                theirs = after.ru_utime + after.ru_stime - children.ru_utime - children.ru_stime
+                used[workers] = min(used.get(workers, (np.inf, np.inf)), (theirs, own))
+    same = np.array_equal(found[1].metrics, found[2].metrics, equal_nan=True)
+    print(f"{designs} designs of the study geometry, the sample alone, shortest of 3 runs")
+    print(f"  one worker       {best[1]:6.2f} s    {designs / best[1]:5.0f} designs a second")
+    print(f"  two workers      {best[2]:6.2f} s    {designs / best[2]:5.0f} designs a second")
+    print(f"  two workers are  {best[1] / best[2]:6.2f} times as fast (goal 1.8); "
+          f"{'the same numbers to the bit' if same else 'NOT THE SAME NUMBERS'}")
+    (one, _), (two, own) = used[1], used[2]
+    print(f"  processor time   {one:6.2f} s with one, {two:.2f} s with two workers; of the parent {own:.2f} s: on two "
+          f"free cores {one / (two / 2 + own):.2f} times")
+
+
+def _warm(_: int) -> None:
+    study = load_study("geometry")
+    evaluate(study, sample(study)[:2])
+    time.sleep(0.1)
+
+
+def main() -> None:
+    """Print all tables."""
+    for name in STUDIES:
+        per_design(load_study(name))
+    speed_up(int(sys.argv[1]) if len(sys.argv) > 1 else 1000)
+
+
+if __name__ == "__main__":
+    main()
