@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from reefmu.cli import main as reefmu
 from reefmu.diagnosis.corrected import conditioned
+from reefmu.diagnosis.trace import trace_of
 from reefmu.fmu.replay import replay_record
 from reefmu.model import build_model
 from reefmu.model_file import load_model

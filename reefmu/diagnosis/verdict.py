@@ -61,7 +61,7 @@ def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[
             # Beside names that stand, or alone: what is left has a place but no name.
             gain = base.cost - kept.cost
             shares = {} if best is None else {n: best.shares.get(n, gain / (gain + rival.gain)) for n in kept.names}
-            alternatives = _alternatives(study, kept, found, twins) if kept is fit and kept.names else ()
+            alternatives = _alternatives(study, kept, found, thresholds, twins) if kept is fit and kept.names else ()
             verdict = "ambiguous" if alternatives else "partly" if kept.names else "unknown"
             return Finding(verdict, kept, shares, alternatives, remainder(study, kept), tuple(examined), rival)
     if best is None:
