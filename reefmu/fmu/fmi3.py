@@ -17,7 +17,7 @@ CORE = "core.c"
 _WRAPPER = ("fmi3_absent.c", "fmi3_api.h", "fmi3_life.c", "fmi3_simulation.c", "fmi3_values.c")
 _FOLDERS = {"linux64": ("x86_64-linux",), "aarch64-linux": ("aarch64-linux",), "win64": ("x86_64-windows",),
             "darwin64": ("x86_64-darwin", "aarch64-darwin")}
-"""Folders of binaries, FMI 2.0 -> FMI 3.0 (section 2.5.1.4.2)."""
+"""Folders of binaries, FMI 2.0 -> FMI 3.0."""
 
 
 def sources3(sources: Mapping[str, bytes]) -> dict[str, bytes]:

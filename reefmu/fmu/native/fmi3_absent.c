@@ -1,5 +1,5 @@
 /* What this FMU has not, as its description says: clocks, structural parameters, adjoint derivatives, output
-   derivatives, event mode in co-simulation. The functions must be there (FMI 3.0.2, section 2.1.4); each is refused. */
+   derivatives, event mode in co-simulation. The functions must be there; each is refused. */
 
 #define ABSENT(name, ...)                                                              \
     FMI3_EXPORT fmi3Status FMI3_NAME(name)(fmi3Instance instance, ##__VA_ARGS__) {     \

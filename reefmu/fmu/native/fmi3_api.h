@@ -15,7 +15,7 @@
 #define FMI3_EXPORT
 #endif
 
-/* A host that links sources gives every FMU a prefix of its own (section 2.5.1.1). */
+/* A host that links sources gives every FMU a prefix of its own. */
 #ifdef FMI3_FUNCTION_PREFIX
 #define FMI3_JOIN(a, b) a##b
 #define FMI3_JOINED(a, b) FMI3_JOIN(a, b)

@@ -110,7 +110,7 @@ def test_any_call_to_the_others(fmi: str, kind: str, model: DriveModel, tmp_path
     header.write_text(short, "utf-8")
     three = fmi == "3.0"
     made = instrumented(SANITIZERS, tmp_path / "out", tmp_path, "fuzz3.c" if three else "host.c")
-    call(*made, read_archive(path).guid, *(() if three else ("fuzz",)), "10000", "5")
+    call(*made, read_archive(path).guid, *(() if three else ("fuzz",)), "3000" if kind == "joint" else "30000", "5")
 
 
 def test_model_exchange_in_fmpy(tmp_path: Path, drive: object, lookup: Lookup) -> None:
