@@ -108,6 +108,7 @@ class _ForceField:
         self._c, self._load = c, load
         # Hertz's power laws stand together in one array; others come one contact at a time.
         self._laws: tuple[Law, ...] | None = laws(c)
+        self._foot = c.beta
         angle = c.beta + crank_twist
         self._d0 = np.stack([c.path_radius - c.eccentricity * np.cos(angle), -c.eccentricity * np.sin(angle)])
         if shift is not None:
@@ -116,12 +117,23 @@ class _ForceField:
         # Stiffness at an indentation of a ten-thousandth of the size: damping's scale where nothing touches.
         self.stiffness_unit = c.stiffness_gear * (1e-4 * c.reach) ** (c.exponent - 1) * 1e-3
 
+    def _gear(self, x: Array) -> tuple[Array, Array, Array, Array | float]:
+        """The gear's outward normal r, t, its gap along it (eq. 8), and how the normal turns, 1/m."""
+        c = self._c
+        if c.profile is None:
+            return c.normal_r, c.normal_t, c.gear_gap, 0.0
+        foot = c.profile.nearest(c.beta, x, self._foot, steps=3)
+        self._foot = foot.beta
+        distance = foot.normal_r * x[0] + foot.normal_t * x[1] - foot.offset
+        return foot.normal_r, foot.normal_t, c.gear_gap + foot.offset, foot.curvature / (1 + foot.curvature * distance)
+
     def _indentations(self, x: Array) -> tuple[Array, Array, Array]:
         c = self._c
         d = self._d0 + x
         distance = np.hypot(*d)
+        normal_r, normal_t, gap, _ = self._gear(x)
         delta = np.stack([
-            c.normal_r * x[0] + c.normal_t * x[1] - c.gear_gap,  # eq. 8
+            normal_r * x[0] + normal_t * x[1] - gap,  # eq. 8
             c.reach - distance,  # eq. 10
             x[1] - c.cage_gap,  # eq. 13
             -x[1] - c.cage_gap,  # eq. 14
@@ -164,14 +176,18 @@ class _ForceField:
 
     def local(self, x: Array) -> Array:
         """Rows (6, n): total force r, t; size of the forces in it; Hessian rr, rt, tt of the energy."""
-        c = self._c
         delta, n2, distance = self._indentations(x)
+        n_r, n_t, _, curvature = self._gear(x)
         f, k = self._carried(delta)
-        total_r = -c.normal_r * f[0] + n2[0] * f[1] + self._load[0]
-        total_t = -c.normal_t * f[0] + n2[1] * f[1] - f[2] + f[3] + self._load[1]
+        total_r = -n_r * f[0] + n2[0] * f[1] + self._load[0]
+        total_t = -n_t * f[0] + n2[1] * f[1] - f[2] + f[3] + self._load[1]
         bend = f[1] / distance
-        rr = k[0] * c.normal_r**2 + k[1] * n2[0] ** 2 - bend * (1 - n2[0] ** 2)
-        rt = k[0] * c.normal_r * c.normal_t + k[1] * n2[0] * n2[1] + bend * n2[0] * n2[1]
-        tt = k[0] * c.normal_t**2 + k[1] * n2[1] ** 2 + k[2] + k[3] - bend * (1 - n2[1] ** 2)
+        rr = k[0] * n_r**2 + k[1] * n2[0] ** 2 - bend * (1 - n2[0] ** 2)
+        rt = k[0] * n_r * n_t + k[1] * n2[0] * n2[1] + bend * n2[0] * n2[1]
+        tt = k[0] * n_t**2 + k[1] * n2[1] ** 2 + k[2] + k[3] - bend * (1 - n2[1] ** 2)
+        if self._c.profile is not None:
+            # The exact profile's normal turns as the element moves along it.
+            hold = f[0] * curvature
+            rr, rt, tt = rr + hold * n_t**2, rt - hold * n_r * n_t, tt + hold * n_r**2
         size = f.max(axis=0) + np.hypot(*self._load) + 1e-12
         return np.stack([total_r, total_t, size, rr, rt, tt])

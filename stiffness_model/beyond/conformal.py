@@ -60,7 +60,7 @@ class Lamina:
 
         >>> law = Lamina(np.array([7e-3]), np.array([1.25e-6]), 2 * 4.375e-12)
         >>> f"{1e6 * law.approach([500.0])[0][0]:.2f} um"
-        '0.87 um'
+        '1.87 um'
         """
         f = np.asarray(force, float)
         length, unit = self._scales
@@ -85,8 +85,8 @@ class Lamina:
         """Half the angle a0 over which ball and bore touch, rad.
 
         >>> law = Lamina(np.array([7e-3]), np.array([1.25e-6]), 2 * 4.375e-12)
-        >>> f"{math.degrees(law.half_angle(0.87e-6)[0]):.0f} deg"
-        '54 deg'
+        >>> f"{math.degrees(law.half_angle(1.87e-6)[0]):.0f} deg"
+        '66 deg'
         """
         x = np.maximum(np.asarray(approach, float), 0.0) / self._scales[0]
         return _arc(x)

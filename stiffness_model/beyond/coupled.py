@@ -35,11 +35,14 @@ from .special import Pull, Special
 Array = NDArray[np.float64]
 
 MOST_PASSES = 60
-BLOCK = 8192
+BLOCK = 16384
 """Elements times twists worked on at once, for the processor's cache."""
-SETTLED = 1e-13
+SETTLED = 1e-14
 """m: greatest last step of an eccentric's centre, and of the housing's twist times the eccentricity. What is left is
 by the next, quadratic step smaller."""
+ROUND_SETTLED = 1e-10
+"""m: the same between two rounds of the iterated elements, whose tangents are exact; on an exact profile, whose
+tangents leave out how the contact's stiffness changes along it, they must settle as the others do."""
 MOST_ROUNDS = 30
 
 
@@ -103,32 +106,34 @@ def _solve_rows(contacts: Contacts, frame: Frame, twist: Array, load: Array, cen
     regular = ClosedForm(contacts, frame.of(every), motion)
     centres, done = _outer(frame, regular, None, centres)
     special = (contacts.cage_gap < 0) | (load != 0).any(axis=0) | regular.unsettled().any(axis=0)
-    iterated = None
+    values, status = regular.result(centres), regular.status()
     if special.any():
-        index, rest = np.flatnonzero(special), np.flatnonzero(~special)
+        index = np.flatnonzero(special)
         iterated = Special(contacts[index], frame.of(index), motion.of_elements(index), load[:, index],
                            regular.displacement()[..., index])
-        regular = ClosedForm(contacts[rest], frame.of(rest), motion.of_elements(rest), regular.state(rest))
+        regular.mute(index)
+        near = ROUND_SETTLED if contacts.profile is None else SETTLED
         for _ in range(MOST_ROUNDS):
             before = centres
             pull = iterated.solve(centres, frame.drive_of_group)
+            if not frame.couples:
+                break
             centres, done = _outer(frame, regular, pull, centres)
-            if not frame.couples or centres.distance(before, contacts.eccentricity) <= SETTLED:
+            if centres.distance(before, contacts.eccentricity) <= near:
+                iterated.solve(centres, frame.drive_of_group)  # at the centres as they are now
                 break
         else:
             done &= frame.close(centres, before, contacts.eccentricity, 1e-9)
-    values = {name: np.zeros((len(twist), len(contacts))) for name in NAMES[:-1]}
-    status = np.zeros((len(twist), len(contacts)), np.int8)
-    parts = [(regular, ~special)] + ([(iterated, special)] if iterated is not None else [])
-    for solver, mask in parts:
-        for name, found in solver.result(centres).items():
-            values[name][:, mask] = found
-        status[:, mask] = solver.status()
+        if frame.couples:
+            values, status = regular.result(centres), regular.status()
+        for name, found in iterated.result(centres).items():
+            values[name][:, index] = found
+        status[:, index] = iterated.status()
     settled = done[:, frame.drive_of_group[frame.group]]
     status[~settled] = Status.NOT_CONVERGED
     for name in ("gear", "crank", "cage_plus", "cage_minus", "output_torque", "crank_torque"):
         values[name][~settled] = 0.0
-    return _Rows(values, status, settled, motion.shift(frame.of(every), centres), centres)
+    return _Rows(values, status, settled, np.stack(motion.shift(frame.of(every), centres)), centres)
 
 
 def _outer(frame: Frame, regular: ClosedForm, pull: Pull | None, centres: Centres
@@ -148,7 +153,7 @@ def _outer(frame: Frame, regular: ClosedForm, pull: Pull | None, centres: Centre
             step = frame.step(sums, centres, 1.0 if done <= 25 else 0.5)
             moved = step.size(regular.eccentricity)
             centres = centres.plus(step)
-        if done >= 3 and regular.turn <= regular.tolerance and (not frame.couples or moved.max() <= SETTLED):
+        if regular.turn <= regular.tolerance and (not frame.couples or moved.max() <= SETTLED):
             break
     if not frame.couples:
         return centres, np.ones((centres.rows, frame.n_drives), bool)

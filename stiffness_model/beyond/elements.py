@@ -15,9 +15,9 @@ from .laws import bore
 
 Array = NDArray[np.float64]
 
-TURN = 1e-11
-"""Greatest turn of the crank's normal, rad, in the last pass."""
-CHOOSING = 6
+TURN = 2e-10
+"""Greatest turn of the crank's normal, rad, in the last pass; the next is a hundred times smaller."""
+CHOOSING = 3
 """Passes that may still change the wall an element leans to."""
 
 
@@ -40,15 +40,17 @@ class Motion:
         """Some elements'."""
         return Motion(self.centre_r[:, index], self.centre_t[:, index], self.twist)
 
-    def shift(self, seat: Seat, centres: Centres) -> Array:
-        """Displacement of the centre by bearing and housing, (2, m, n) m."""
-        y1, y2 = centres.shift[0][:, seat.group], centres.shift[1][:, seat.group]
-        r, t = y1 * seat.cos - y2 * seat.sin, y1 * seat.sin + y2 * seat.cos
+    def shift(self, seat: Seat, centres: Centres) -> tuple[Array, Array]:
+        """Radial and tangential displacement of the centre by bearing and housing, (m, n) m."""
+        y1, y2 = np.take(centres.shift[0], seat.group, axis=1), np.take(centres.shift[1], seat.group, axis=1)
+        r, t = y1 * seat.cos, y1 * seat.sin
+        r -= y2 * seat.sin
+        t += np.multiply(y2, seat.cos, out=y2)
         if centres.twist.any():
             pin_r, pin_t = self.pin(seat, centres)
             r += pin_r - self.centre_r
             t += pin_t - self.centre_t
-        return np.stack([r, t])
+        return r, t
 
     def pin(self, seat: Seat, centres: Centres) -> tuple[Array, Array]:
         """The crank pin's place, turned back by what the housing takes: the crank's torque acts there."""
@@ -62,7 +64,7 @@ class Motion:
 class ClosedForm:
     """Elements that touch gear, crank and one wall; every call of `take_pass` refreshes them once."""
 
-    def __init__(self, contacts: Contacts, seat: Seat, motion: Motion, state: tuple[Array, ...] | None = None) -> None:
+    def __init__(self, contacts: Contacts, seat: Seat, motion: Motion) -> None:
         c, p = contacts, contacts.exponent
         self._c, self._seat, self._motion = c, seat, motion
         self.eccentricity, self.tolerance, self.turn = c.eccentricity, TURN, 0.0
@@ -74,10 +76,9 @@ class ClosedForm:
         self._cage_gap = np.maximum(c.cage_gap, 0.0)
         self._cage_give = root(c.stiffness_crank / c.stiffness_cage, p)
         shape = motion.centre_r.shape
-        self._t, self._wall, self._s, self._foot = state if state is not None else (
-            np.zeros(shape), np.zeros(shape), np.zeros(shape), np.broadcast_to(c.beta, shape))
-        self._started = state is not None
-        self._x = np.zeros(shape), np.zeros(shape)
+        self._s, self._foot = np.zeros(shape), np.broadcast_to(c.beta, shape)
+        self._started = False
+        self._muted: NDArray[np.intp] | None = None
         self._gear(c.normal_r, c.normal_t, c.gear_gap, c.stiffness_gear)
 
     def _gear(self, normal_r: Array, normal_t: Array, gap: Array, stiffness: Array) -> None:
@@ -85,17 +86,19 @@ class ClosedForm:
         self._slope, self._gap, self._per_n_r = normal_t * per_n_r, gap * per_n_r, per_n_r
         self._gear_give = root(self._c.stiffness_crank / (stiffness * normal_r), self._c.exponent) * per_n_r
 
-    def state(self, index: NDArray[np.intp]) -> tuple[Array, ...]:
-        """What a solver of some of these elements starts from."""
-        return tuple(values[:, index].copy() for values in (self._t, self._wall, self._s, self._foot))
+    def mute(self, index: NDArray[np.intp]) -> None:
+        """Elements that someone else solves: from now on they do nothing here."""
+        self._muted = index
 
     def take_pass(self, centres: Centres, done: int) -> None:
         """Forces and displacements with the crank's normal of the last pass, and the next normal."""
-        c, p, seat, motion = self._c, self._c.exponent, self._seat, self._motion
+        c, p, motion = self._c, self._c.exponent, self._motion
         centre_r, centre_t = motion.centre_r, motion.centre_t
-        if centres.shift.size and (centres.shift.any() or centres.twist.any()):
-            shift = motion.shift(seat, centres)
-            centre_r, centre_t = centre_r + shift[0], centre_t + shift[1]
+        if centres.moved:
+            shift_r, shift_t = motion.shift(self._seat, centres)
+            shift_r += centre_r
+            shift_t += centre_t
+            centre_r, centre_t = shift_r, shift_t
         d_r = c.path_radius - centre_r
         if done <= CHOOSING:
             # The wall is the one the neutral position leans to.
@@ -103,17 +106,20 @@ class ClosedForm:
             lean += self._slope
             self._wall = np.copysign(1.0, np.negative(lean, out=lean))
         wall = self._wall
-        slope = wall * self._slope
-        touch = self._gap - slope * self._cage_gap
-        d_r += touch
+        if done <= CHOOSING or c.profile is not None:
+            self._leaning = wall * self._slope
+            self._touch = self._gap - self._leaning * self._cage_gap
+        slope = self._leaning
+        d_r += self._touch
         d_t = self._cage_gap - wall * centre_t
-        if done == 1 and not self._started:
-            self._t = d_t / d_r
+        if not self._started:
+            self._t, self._started = d_t / d_r, True
         t = self._t
         w = t - slope
-        self._clipped = w
-        w = np.maximum(w, 0.0)
-        per = np.sqrt(1 + t * t)
+        np.maximum(w, 0.0, out=w)
+        per = t * t
+        per += 1.0
+        np.sqrt(per, out=per)
         cage_give = root(w, p)
         cage_give *= self._cage_give
         give = root(per, p)
@@ -124,33 +130,33 @@ class ClosedForm:
         approach -= t * d_t
         if self._power:
             give += w * cage_give
-            s = approach / give
-            np.maximum(s, 0.0, out=s)
-            force = s * np.sqrt(s) if p == 1.5 else s**p
-            force *= c.stiffness_crank
-            # dF/d(approach along the radius), nought without contact.
-            rate = p * force
-            rate /= np.where(s > 0, s * give, 1.0)
-            x_t = s * cage_give
+            s = np.maximum(approach, 0.0, out=approach)
+            s /= give
+            # dF/d(approach along the radius) = p F/(s G), nought without contact.
+            rate = np.sqrt(s) if p == 1.5 else s ** (p - 1)
+            rate *= c.stiffness_crank
+            force = rate * s
+            rate *= p
+            rate /= give
+            x_t = np.multiply(s, cage_give, out=cage_give)
             x_r = s * self._gear_give
         else:
             s, force, rate, x_r, x_t = self._general(approach, give, cage_give, w, done)
         x_r -= slope * x_t
-        t_next = d_t + x_t
-        t_next /= d_r + x_r
-        turn = np.abs(t_next - t)
+        d_t += x_t
+        d_r += x_r
+        t_next = np.divide(d_t, d_r, out=d_t)
+        turn = np.abs(np.subtract(t_next, t, out=d_r), out=d_r)
         if not self._power:
             np.maximum(turn, self._left, out=turn)
-        self._turns = turn
-        self.turn = float(turn.max(initial=0.0))
-        x_r += touch
-        x_t += self._cage_gap
-        x_t *= wall
-        self._x = x_r, x_t
-        self._s, self._force, self._rate, self._w, self._per = s, force, rate, w, per
+        if self._muted is not None:
+            for values in (turn, force, rate):
+                values[:, self._muted] = 0.0
+        self._turns, self.turn = turn, float(turn.max(initial=0.0))
+        self._x, self._s, self._force, self._rate, self._w, self._per = (x_r, x_t), s, force, rate, w, per
         self._used_t, self._t = t, t_next
         if c.profile is not None:
-            self._follow(done)
+            self._follow()
 
     def _general(self, approach: Array, give: Array, cage_give: Array, w: Array, done: int) -> tuple[Array, ...]:
         """Newton's step on G(s) = approach where the contacts are no power laws, from the last pass's s."""
@@ -184,33 +190,37 @@ class ClosedForm:
             rate = by_force * w * by_s
         return yielded + on_wall * self._wall_give, rate + w * by_s * self._wall_give
 
-    def _follow(self, done: int) -> None:
+    def _follow(self) -> None:
         """The gear at the point nearest to the elements' new places."""
         c, profile = self._c, self._c.profile
         assert profile is not None
-        x = np.stack(self._x)
+        x = self.displacement()
         foot = profile.nearest(c.beta, x, self._foot)
-        moved = float(np.abs(foot.beta - self._foot).max(initial=0.0))
-        self._turns = np.maximum(self._turns, np.abs(foot.beta - self._foot) / c.profile.path.lobes)
-        self.turn = max(self.turn, moved / c.profile.path.lobes)
+        moved = np.abs(foot.beta - self._foot) / profile.path.lobes
+        if self._muted is not None:
+            moved[:, self._muted] = 0.0
+        self._turns = np.maximum(self._turns, moved)
+        self.turn = float(self._turns.max(initial=0.0))
         self._foot = foot.beta
         self._gear(foot.normal_r, foot.normal_t, c.gear_gap + foot.offset,
                    profile.stiffness(foot, c.element_radius, c.gear_gap))
 
     def displacement(self) -> Array:
         """(2, m, n) m."""
-        return np.stack(self._x)
+        return np.stack([self._x[0] + self._touch, (self._x[1] + self._cage_gap) * self._wall])
 
     def unsettled(self) -> NDArray[np.bool_]:
         """Elements that the passes did not bring to rest, or that lean to the other wall than the one chosen."""
         still = self._turns <= 1e-9
-        wrong = (self._clipped < -1e-9) & (self._s > 0)
+        wrong = (self._used_t - self._leaning < -1e-9) & (self._s > 0)
         return ~still | wrong
 
     def sums(self) -> Sums:
         """What the eccentrics and drives feel."""
         seat, t = self._seat, self._wall * self._used_t
-        v1, v2 = seat.cos + t * seat.sin, t * seat.cos - seat.sin
+        v1, v2 = t * seat.sin, t * seat.cos
+        v1 += seat.cos
+        v2 -= seat.sin
         force = np.stack([seat.add(self._force * v1), seat.add(self._force * v2)])
         rate_1, rate_2 = self._rate * v1, self._rate * v2
         stiffness = np.stack([seat.add(rate_1 * v1), seat.add(rate_1 * v2), seat.add(rate_2 * v2)])
@@ -218,7 +228,7 @@ class ClosedForm:
             return Sums(force, stiffness, np.zeros_like(force[0]))
         # dE/d(crank twist), and how the approach follows it.
         path = self._motion.centre_r * t - self._motion.centre_t
-        lever = (self._c.path_radius + self._x[0]) * self._w * self._wall
+        lever = (self._c.path_radius + self._x[0] + self._touch) * self._w * self._wall
         return Sums(force, stiffness, seat.add(lever * self._force),
                     np.stack([seat.add(rate_1 * path), seat.add(rate_2 * path)]),
                     np.stack([seat.add(lever * rate_1), seat.add(lever * rate_2)]),
@@ -229,12 +239,13 @@ class ClosedForm:
         cage = self._force * self._w * self._wall
         t = self._wall * self._used_t
         pin_r, pin_t = self._motion.pin(self._seat, centres)
+        x_r, x_t = self.displacement()
         return {
             "gear": self._force * self._per_n_r, "crank": self._force * self._per,
             "cage_plus": np.maximum(cage, 0.0), "cage_minus": np.maximum(-cage, 0.0),
-            "output_torque": (self._c.path_radius + self._x[0]) * cage,
+            "output_torque": (self._c.path_radius + x_r) * cage,
             "crank_torque": self._force * (pin_r * t - pin_t),
-            "radial": self._x[0], "tangential": self._x[1],
+            "radial": x_r, "tangential": x_t,
         }
 
     def status(self) -> NDArray[np.int8]:

@@ -23,6 +23,11 @@ class Centres:
     twist: Array
 
     @property
+    def moved(self) -> bool:
+        """Whether anything is off its place."""
+        return bool(self.shift.any() or self.twist.any())
+
+    @property
     def rows(self) -> int:
         """m."""
         return len(self.twist)

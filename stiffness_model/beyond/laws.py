@@ -63,7 +63,7 @@ class Series:
             # Convex: from above Newton's steps end at the root without passing it.
             step = (own + f / self.spring - whole) / (1 + k / self.spring)
             own = np.maximum(own - step, 0.0)
-            if bool((np.abs(step) <= 4e-16 * whole).all()):
+            if bool((np.abs(step) <= 1e-14 * whole).all()):
                 break
         f, k, energy = self.contact.force(own)
         return f, k / (1 + k / self.spring), energy + f**2 / (2 * self.spring)

@@ -16,6 +16,7 @@ from ..units import format_quantity, parse_quantity
 
 GEAR_CONTACTS = ("linear", "exact")
 CAGE_CONTACTS = ("hertz", "lamina")
+INERTIA = ("off", "on")
 BEARING_TYPES = ("ball", "roller")
 RIGID = "rigid"
 
@@ -28,8 +29,8 @@ class Beyond:
     N/m; ring_stiffness: of the gear ring under each element, along the contact's normal, N/m; housing_stiffness:
     torsional, of all that lies between contacts and flanges, N.m/rad at the output (`math.inf`: rigid).
     gear_contact: "linear" (the paper's fixed normal and indentation, eq. 8) or "exact" (`beyond.profile`);
-    cage_contact: "hertz" (capped) or "lamina" (`beyond.conformal`).
-    crank_speed: rad/s, for the forces of inertia (`beyond.inertia`) and for lives in hours.
+    cage_contact: "hertz" (capped) or "lamina" (`beyond.conformal`); inertia: "on" for the forces on the elements at
+    the crank_speed (`beyond.inertia`). crank_speed: rad/s, for them and for lives in hours.
     friction_coefficient: of all contacts of the elements, for losses (`beyond.friction`); no part in the torque.
     gear_pressure_limit, crank_pressure_limit, cage_pressure_limit: Pa, 0 for that of the material
     (`beyond.strength`). bearing_capacity: dynamic load rating C of each crank bearing, N, 0 if unknown;
@@ -42,6 +43,7 @@ class Beyond:
     housing_stiffness: float = math.inf
     gear_contact: str = "linear"
     cage_contact: str = "hertz"
+    inertia: str = "off"
     crank_speed: float = 0.0
     friction_coefficient: float = 0.0
     gear_pressure_limit: float = 0.0
@@ -67,8 +69,13 @@ class Beyond:
     @property
     def plain(self) -> bool:
         """Whether the equilibrium is that of the paper's model."""
-        return (self.gear_contact == "linear" and self.cage_contact == "hertz" and self.crank_speed == 0
-                and all(getattr(self, name) == math.inf for name in STIFFNESSES))
+        return (self.gear_contact == "linear" and self.cage_contact == "hertz"
+                and not self.moves and all(getattr(self, name) == math.inf for name in STIFFNESSES))
+
+    @property
+    def moves(self) -> bool:
+        """Whether forces of inertia act."""
+        return self.inertia == "on" and self.crank_speed > 0
 
     @property
     def couples(self) -> bool:
@@ -79,7 +86,7 @@ class Beyond:
 STIFFNESSES = ("bearing_stiffness", "cage_wall_stiffness", "ring_stiffness", "housing_stiffness")
 PRESSURE_LIMITS = ("gear_pressure_limit", "crank_pressure_limit", "cage_pressure_limit")
 WORDS: dict[str, tuple[str, ...]] = {"gear_contact": GEAR_CONTACTS, "cage_contact": CAGE_CONTACTS,
-                                     "bearing_type": BEARING_TYPES}
+                                     "inertia": INERTIA, "bearing_type": BEARING_TYPES}
 QUANTITIES = {
     "bearing_stiffness": "stiffness", "cage_wall_stiffness": "stiffness", "ring_stiffness": "stiffness",
     "housing_stiffness": "torsional stiffness", "crank_speed": "speed", "bearing_capacity": "force",
@@ -88,7 +95,7 @@ QUANTITIES = {
 """Fields with a unit and their kind of quantity."""
 SECTIONS = {
     "bodies": (*STIFFNESSES, "bearing_capacity", "bearing_type"),
-    "contacts": ("gear_contact", "cage_contact", "friction_coefficient", *PRESSURE_LIMITS),
+    "contacts": ("gear_contact", "cage_contact", "inertia", "friction_coefficient", *PRESSURE_LIMITS),
     "operation": ("crank_speed",),
 }
 """Where a drawing writes them."""

@@ -17,7 +17,7 @@ from .frame import Centres, Seat, Sums
 
 Array = NDArray[np.float64]
 
-FOOT_SETTLED = 1e-10
+FOOT_SETTLED = 1e-9
 """rad: greatest last move of the nearest point along an exact profile."""
 MOST_FEET = 25
 
@@ -59,19 +59,18 @@ class Special:
 
     def solve(self, centres: Centres, drive_of_group: NDArray[np.intp]) -> Pull:
         """Equilibrium of each with the centres held, and how it follows them."""
-        shift = self._motion.shift(self._seat, centres).reshape(2, -1)
+        shift = np.stack(self._motion.shift(self._seat, centres)).reshape(2, -1)
         profile = self._c.profile
         if profile is None:
             self._iterate(shift)
         else:
             for _ in range(MOST_FEET):
+                # The iteration follows the profile by itself; only the contact's stiffness is held meanwhile.
                 foot = profile.nearest(self._every.beta, self._x, self._foot, steps=3)
                 moved = float(np.abs(foot.beta - self._foot).max(initial=0.0))
                 self._foot = foot.beta
-                self._met = replace(
-                    self._every, normal_r=foot.normal_r, normal_t=foot.normal_t,
-                    gear_gap=self._every.gear_gap + foot.offset,
-                    stiffness_gear=profile.stiffness(foot, self._every.element_radius, self._every.gear_gap))
+                stiffness = profile.stiffness(foot, self._every.element_radius, self._every.gear_gap)
+                self._met = replace(self._every, stiffness_gear=stiffness)
                 self._iterate(shift)
                 if moved <= FOOT_SETTLED:
                     break
