@@ -82,7 +82,8 @@ def build_contacts(drive: Drive, deviations: Deviations, gear_shift: float = 0.0
         exponent = hertz.POINT_EXPONENT
         curved, ball = curvature_sums(drive, deviations, gear_shift), 1 / r_element
         stiffness = {part: hertz.point_stiffness(compliance[part], curved[part], ball) for part in PARTNERS}
-        capped = hertz.conformity(curved["cage"], ball) > hertz.CONFORMITY_LIMIT
+        if drive.beyond.cage_contact == "hertz":
+            capped = hertz.conformity(curved["cage"], ball) > hertz.CONFORMITY_LIMIT
     else:
         exponent = hertz.LINE_EXPONENT
         stiffness = {part: np.full(beta.shape, hertz.line_stiffness(compliance[part], drive.element_length))

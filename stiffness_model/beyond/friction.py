@@ -49,16 +49,27 @@ class Losses:
     @property
     def efficiency(self) -> Array:
         """Of a crank that drives, (n_drives, n_twist): output power over output power and losses."""
-        useful = np.abs(self.torque / self.ratio)
-        with np.errstate(invalid="ignore"):
-            return np.where(useful > 0, useful / (useful + self.loss), 0.0)
+        return _driving(np.abs(self.torque / self.ratio), self.loss)
 
     @property
     def backdriving_efficiency(self) -> Array:
         """Of an output that drives the crank; 0 where friction holds it."""
-        useful = np.abs(self.torque / self.ratio)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(useful > self.loss, 1 - self.loss / useful, 0.0)
+        return _driven(np.abs(self.torque / self.ratio), self.loss)
+
+    def of_means(self) -> tuple[Array, Array]:
+        """Both efficiencies, (n_twist,), of the mean torque and loss: a drive's own at no torque tell nothing."""
+        useful, loss = np.abs(self.torque.mean(axis=0) / self.ratio), self.loss.mean(axis=0)
+        return _driving(useful, loss), _driven(useful, loss)
+
+
+def _driving(useful: Array, loss: Array) -> Array:
+    with np.errstate(invalid="ignore"):
+        return np.where(useful > 0, useful / (useful + loss), 0.0)
+
+
+def _driven(useful: Array, loss: Array) -> Array:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(useful > loss, 1 - loss / useful, 0.0)
 
 
 def friction_losses(drive: Drive, twist: ArrayLike, n_drives: int = 32, seed: int = 0,
