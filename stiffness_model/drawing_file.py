@@ -143,7 +143,8 @@ def _flatten(table: Mapping[str, Any], where: str) -> dict[str, Any]:
 _EXAMPLES = {
     "twist": ("an angle", "'8 arcmin'"), "tolerance": ("a window", "'13 um'"), "offset": ("an offset", "'5 um'"),
     "modulus": ("a pressure", "'208 GPa'"), "density": ("a density", "'7810 kg/m3'"),
-    "stiffness": ("a stiffness", "'250 N/um'"), "speed": ("a speed", "'3000 rpm'"), "limit": ("a pressure", "'4.2 GPa'"),
+    "stiffness": ("a stiffness", "'250 N/um'"), "speed": ("a speed", "'3000 rpm'"),
+    "limit": ("a pressure", "'4.2 GPa'"),
     "capacity": ("a load", "'30 kN'"),
 }
 

@@ -43,7 +43,7 @@ class Drive:
     element_length: float = 0.0
     eccentrics: int = 1
     crank_deviation: str = "element"
-    beyond: Beyond = Beyond()
+    beyond: Beyond = field(default_factory=Beyond)
     description: str = ""
     where: str = field(default="", compare=False, repr=False)
 

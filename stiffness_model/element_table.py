@@ -1,8 +1,10 @@
 """One element's torque, averaged over the tolerances: a table over twist x gear clearance x position.
 
 Between a rigid cage and a rigid gear no element feels the others. So a drive in which one of them carries nothing
-lacks just this torque. With a soft crank bearing or housing it lacks less, and the table holds that. The position is the angle beta of the eccentric past the element (paper, section III): at
-beta > 0 the element carries positive twists, at beta < 0 negative ones, torque(-twist, -beta) = -torque(twist,
+lacks just this torque. With a soft crank bearing or housing the others take over a part of it (half, in drive 1 at
+250 N/um), and the table holds what is left.
+
+The position is the angle beta of the eccentric past the element (paper, section III): at beta > 0 the element carries positive twists, at beta < 0 negative ones, torque(-twist, -beta) = -torque(twist,
 beta), and beyond the limit, where the profile is cut away, it carries nothing.
 """
 
@@ -35,7 +37,8 @@ Array = NDArray[np.float64]
 N_SAMPLES = 256
 """Elements behind each mean: evenly spread over the tolerances of the four parts, right to 4e-4 of the value."""
 N_DRIVES = 8
-"""Drives behind it where a bearing or the housing couples the elements: right to some 3 % of the value."""
+"""Drives behind it where a bearing or the housing couples the elements: right to some 0.5 % of the value. There it
+jumps with the position as others pass the limit; the spline smooths that, and its `error` says by how much."""
 EDGE = 0.01
 """Half the width, rad, over which the torque fades out at the limit: a step there would have no derivative."""
 _CELLS = (40, 12, 12)

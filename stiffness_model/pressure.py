@@ -78,7 +78,8 @@ def _arc(contacts: Contacts, force: Array) -> tuple[Array, Array, Array]:
     """The same of the conforming bores: half the arc's length, half its width and the pressure in its middle."""
     law, radius = bore(contacts), contacts.element_radius
     approach, _ = law.approach(force)
-    half_width, pressure = hertz.line_contact_pressure(law.greatest_line_load(approach), law.compliance, 1 / radius, 1.0)
+    line_load = law.greatest_line_load(approach)
+    half_width, pressure = hertz.line_contact_pressure(line_load, law.compliance, 1 / radius, 1.0)
     return law.half_angle(approach) * radius, half_width, pressure
 
 

@@ -122,7 +122,7 @@ def spread_drives(drive: Drive, count: int) -> Deviations:
     golden = 1.1673039782614187
     steps = np.arange(drive.elements)[:, None] * golden ** -np.arange(1.0, 5.0)
     deviate = ndtri(np.clip((points[:, None, 1:] + steps) % 1.0, 1e-12, 1 - 1e-12))
-    normal = dict(zip(("element", "crank", "cage", "gear"), np.moveaxis(deviate, 2, 0), strict=True))
+    normal: dict[str, Array] = dict(zip(("element", "crank", "cage", "gear"), np.moveaxis(deviate, 2, 0), strict=True))
     if drive.crank_deviation == "eccentric":
         normal["crank"] = normal["crank"][:, np.arange(drive.elements) % drive.eccentrics]
     pitch = 2 * np.pi / drive.elements

@@ -76,4 +76,4 @@ def sum_over(values: Array, owner: NDArray[np.intp], count: int) -> Array:
     >>> sum_over(np.array([[1.0, 2.0, 4.0]]), np.array([0, 1, 1]), 3)
     array([[1., 6., 0.]])
     """
-    return np.stack([np.bincount(owner, row, count) for row in values])
+    return np.stack([np.bincount(owner, row, count) for row in values]).astype(float)

@@ -1,4 +1,4 @@
-"""Equilibrium of whole drives beyond the plain model: elements that share a crank bearing, and softer or truer contacts.
+"""Equilibrium of whole drives beyond the plain model: elements that share bodies, and softer or truer contacts.
 
 Around the closed form of every element (see `equilibrium`) stands an outer equilibrium. Each eccentric rests in its
 bearing, a radial spring k; its centre yields by y until
@@ -113,6 +113,7 @@ def _solve_rows(contacts: Contacts, frame: Frame, twist: Array, load: Array, cen
                            regular.displacement()[..., index])
         regular.mute(index)
         near = ROUND_SETTLED if contacts.profile is None else SETTLED
+        before = centres
         for _ in range(MOST_ROUNDS):
             before = centres
             pull = iterated.solve(centres, frame.drive_of_group)

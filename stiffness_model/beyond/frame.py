@@ -143,6 +143,8 @@ class Frame:
         """Newton's step of the centres towards equilibrium."""
         shift, twist = np.zeros_like(centres.shift), np.zeros_like(centres.twist)
         soft = math.isfinite(self.bearing)
+        none = np.zeros(1)
+        inverse, along = (none, none, none), none
         if soft:
             s11, s12, s22 = sums.stiffness
             a11, a22 = s11 + self.bearing, s22 + self.bearing

@@ -38,8 +38,9 @@ def element_mass(drive: Drive, radius: Array) -> Array:
 
 
 def inertia_force(drive: Drive, beta: Array, radius: Array) -> Array:
-    """Radial and tangential force of inertia, (n, 2) N, at positions beta (n,) rad at the drawing's crank speed; none where
-    its `inertia` is off.
+    """Radial and tangential force of inertia, (n, 2) N, at positions beta (n,) rad and the drawing's crank speed.
+
+    None where its `inertia` is off.
 
     >>> from stiffness_model import load_drive
     >>> drive = load_drive("drive_1", inertia="on", crank_speed="3000 rpm")

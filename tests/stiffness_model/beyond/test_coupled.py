@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -72,7 +73,8 @@ class WholeDrive:
         line = 1 / ((2 * arc * radius) ** (1 / 9) * 3.81 ** (10 / 9) * c.cage_compliance / math.pi)
         def slices(v: float) -> float:
             a = arc * math.sin(v)  # falls to nothing smoothly
-            return max(delta * math.cos(a) - 2 * gap * math.sin(a / 2) ** 2, 0) ** (10 / 9) * math.cos(a) * arc * math.cos(v)
+            overlap = max(delta * math.cos(a) - 2 * gap * math.sin(a / 2) ** 2, 0)
+            return overlap ** (10 / 9) * math.cos(a) * arc * math.cos(v)
         value, _ = integrate.quad(slices, 0, math.pi / 2, epsabs=0, epsrel=1e-9)
         return 2 * line * radius * value
 
@@ -323,7 +325,7 @@ def test_a_stiffer_body_never_makes_a_softer_drive() -> None:
                         ("housing_stiffness", "N.m/arcmin")):
         torque = [sm.simulate(sm.load_drive("drive_1", **{field: f"{k} {unit}"}), twist, 16).torque
                   for k in (20, 100, 500, 1e9)]
-        for softer, stiffer in zip(torque, torque[1:], strict=False):
+        for softer, stiffer in itertools.pairwise(torque):
             assert (stiffer > softer).all()
 
 

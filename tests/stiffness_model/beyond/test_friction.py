@@ -51,7 +51,7 @@ def test_input_is_output_and_losses(lobes: int, changes: dict[str, str]) -> None
     # Normal forces at gear and crank that go with the cage's as it was: the balance of each element.
     push_r = -p_gear * -n_t - p_crank * -u_t - (p_plus + p_minus)
     push_t = -p_gear * n_r - p_crank * u_r - (force[2] - force[3])
-    gear, crank = np.linalg.solve(np.stack([np.stack([-n_r, u_r], -1), np.stack([-n_t, u_t], -1)], 1),
+    _, crank = np.linalg.solve(np.stack([np.stack([-n_r, u_r], -1), np.stack([-n_t, u_t], -1)], 1),
                                   -np.stack([push_r, push_t], -1)[..., None])[..., 0].T
     centre_r, centre_t = (e[0] for e in block.centre())
     on_crank_r, on_crank_t = -crank * u_r - p_crank * u_t, -crank * u_t + p_crank * u_r
