@@ -4,8 +4,9 @@ Between a rigid cage and a rigid gear no element feels the others. So a drive in
 lacks just this torque. With a soft crank bearing or housing the others take over a part of it (half, in drive 1 at
 250 N/um), and the table holds what is left.
 
-The position is the angle beta of the eccentric past the element (paper, section III): at beta > 0 the element carries positive twists, at beta < 0 negative ones, torque(-twist, -beta) = -torque(twist,
-beta), and beyond the limit, where the profile is cut away, it carries nothing.
+The position is the angle beta of the eccentric past the element (paper, section III): at beta > 0 the element carries
+positive twists, at beta < 0 negative ones, torque(-twist, -beta) = -torque(twist, beta), and beyond the limit, where
+the profile is cut away, it carries nothing.
 """
 
 from __future__ import annotations

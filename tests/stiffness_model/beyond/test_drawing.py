@@ -67,7 +67,7 @@ def test_refused(fields: dict[str, object], words: str) -> None:
 def test_bare_numbers_and_unknown_fields_in_a_file(tmp_path) -> None:
     drawing = (Path(lookup.__file__).parent / "presets" / "drive_1.toml").read_text("utf-8")
     for more, words in (("[bodies]\nbearing_stiffness = 250\n", "a stiffness with its unit, such as '250 N/um'"),
-                        ("[bodies]\nbearing_stiff = '250 N/um'\n", "did you mean 'bearing_stiffness'?"),
+                        ("[bodies]\nbearing_stiff = '250 N/um'\n", "did you mean 'bearing_stiffness' or"),
                         ("[contact]\ngear_contact = 'exact'\n", "did you mean 'contacts'?")):
         (tmp_path / "mine.toml").write_text(drawing + more, "utf-8")
         with pytest.raises(sm.InputError) as error:
