@@ -12,6 +12,7 @@ from .beyond.inertia import inertia_force
 from .beyond.options import Beyond
 from .beyond.profile import Profile
 from .drive import Drive
+from .errors import expect
 from .geometry import profile_curvature
 from .sampling import Deviations
 
@@ -70,6 +71,7 @@ class Contacts:
 def build_contacts(drive: Drive, deviations: Deviations, gear_shift: float = 0.0) -> Contacts:
     """Contacts of the elements of `deviations` (flattened, drive after drive).
 
+    Raises `InputError` where the drawing couples elements and a row of the deviations is no whole drive.
     gear_shift: m, added to the gear's clearance everywhere (positive: play, negative: preload).
     """
     beta, r_element = deviations.beta.ravel(), deviations.element.ravel()
@@ -101,10 +103,13 @@ def build_contacts(drive: Drive, deviations: Deviations, gear_shift: float = 0.0
 
 
 def _eccentrics(drive: Drive, deviations: Deviations) -> NDArray[np.intp]:
-    """Elements k, k + eccentrics, ... of a drive share an eccentric."""
-    n_drives, n_elements = deviations.beta.shape
-    own = np.arange(n_elements) % drive.eccentrics
-    return (drive.eccentrics * np.arange(n_drives)[:, None] + own).ravel()
+    """Elements k, k + eccentrics, ... of a drive, a row of the deviations, share an eccentric."""
+    beta = np.atleast_2d(deviations.beta)
+    expect(not drive.beyond.couples or beta.shape[1] == drive.elements,
+           f"whole drives of {drive.elements} elements, for bearing or housing couple them", beta.shape[1],
+           "elements in a row")
+    own = np.arange(beta.shape[1]) % drive.eccentrics
+    return (drive.eccentrics * np.arange(len(beta))[:, None] + own).ravel()
 
 
 def _profile(drive: Drive, compliance: float) -> Profile:

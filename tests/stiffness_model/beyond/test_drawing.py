@@ -119,3 +119,11 @@ def test_one_element_of_a_soft_drive_is_missed_less() -> None:
 def test_a_lookup_does_not_know_the_crank_s_speed() -> None:
     with pytest.raises(sm.InputError, match="inertia 'off': tables over twist and clearance do not know"):
         lookup.build_lookup(sm.load_drive("drive_1", inertia="on", crank_speed="3000 rpm"), 2)
+
+
+def test_coupled_elements_come_as_whole_drives() -> None:
+    soft = sm.load_drive("drive_1", bearing_stiffness="250 N/um")
+    loose = sampling.spread(soft, 64)
+    with pytest.raises(sm.InputError, match="whole drives of 87 elements"):
+        build_contacts(soft, loose)
+    assert len(build_contacts(sm.load_drive("drive_1"), loose)) == 64
