@@ -29,7 +29,7 @@ from ..contacts import Contacts
 from ..element_state import NAMES, Equilibrium, Status
 from ..errors import expect
 from .elements import ClosedForm, Motion
-from .frame import Centres, Frame
+from .frame import Centres, Frame, Seat
 from .special import Pull, Special
 
 Array = NDArray[np.float64]
@@ -40,9 +40,9 @@ BLOCK = 16384
 SETTLED = 1e-14
 """m: greatest last step of an eccentric's centre, and of the housing's twist times the eccentricity. What is left is
 by the next, quadratic step smaller."""
-ROUND_SETTLED = 1e-10
-"""m: the same between two rounds of the iterated elements, whose tangents are exact; on an exact profile, whose
-tangents leave out how the contact's stiffness changes along it, they must settle as the others do."""
+NEAR = 2e-9
+"""m: the same where the iterated elements take over, and between two rounds of them, whose tangents are exact. On an
+exact profile they are not, for they leave out how the contact's stiffness changes along it."""
 MOST_ROUNDS = 30
 
 
@@ -50,12 +50,21 @@ MOST_ROUNDS = 30
 class CoupledEquilibrium(Equilibrium):
     """An `Equilibrium` and what its drives' bodies do.
 
-    centre_shift: (2, m, n) m, radial and tangential displacement of the eccentric's centre as each element sees it,
-    by bearing and housing; settled: whether the outer equilibrium of the element's drive was found, (m, n).
+    settled: whether the outer equilibrium of the element's drive was found, (m, n); centres: of eccentrics and
+    drives in the order of their numbers; seat, motion: the elements' places in them.
     """
 
-    centre_shift: Array
     settled: NDArray[np.bool_]
+    centres: Centres
+    seat: Seat
+    motion: Motion
+
+    @property
+    def centre_shift(self) -> Array:
+        """Displacement of the eccentric's centre by bearing and housing as each element sees it, radial and
+        tangential, (2, m, n) m.
+        """
+        return np.stack(self.motion.shift(self.seat, self.centres))
 
 
 def solve_beyond(contacts: Contacts, twist: Array, extra_force: ArrayLike | None = None) -> CoupledEquilibrium:
@@ -71,22 +80,29 @@ def solve_beyond(contacts: Contacts, twist: Array, extra_force: ArrayLike | None
     frame = Frame(contacts)
     back = np.argsort(order)
     shape = (len(twist), len(contacts))
+    every = frame.rest(shape[0])
     values = {name: np.zeros(shape) for name in NAMES[:-1]}
     status, settled = np.zeros(shape, np.int8), np.zeros(shape, bool)
-    shift = np.zeros((2, *shape))
-    rows = max(1, BLOCK // max(1, len(contacts)))
+    rows = max(1, math.ceil(shape[0] / max(1, round(shape[0] * shape[1] / BLOCK))))
     centres = frame.rest(1)
     for first in range(0, shape[0] if len(contacts) else 0, rows):
         part = slice(first, first + rows)
         here = twist[part]
         # The last twist's centres are a good start where twists come in their order.
-        found = _solve_rows(contacts, frame, here, load, centres.repeated(len(here)))
+        found = _solve_rows(contacts, frame, here, load, centres.repeated(_growth(twist, first, here)))
         centres = found.centres.last()
         for name, found_here in found.values.items():
-            values[name][part] = found_here[:, back]
+            np.take(found_here, back, axis=1, out=values[name][part], mode="clip")
         status[part], settled[part] = found.status[:, back], found.settled[:, back]
-        shift[:, part] = found.shift[..., back]
-    return CoupledEquilibrium(**values, status=status, centre_shift=shift, settled=settled)
+        every.shift[:, part], every.twist[part] = found.centres.shift, found.centres.twist
+    seat, motion = frame.of(np.arange(len(contacts))).reordered(back), Motion.of(contacts[back], twist)
+    return CoupledEquilibrium(**values, status=status, settled=settled, centres=every, seat=seat, motion=motion)
+
+
+def _growth(twist: Array, first: int, here: Array) -> Array:
+    """How the centres move on from the last twist solved: about as the torque does."""
+    last = twist[first - 1] if first else 0.0
+    return np.clip(here / last, 0.0, 3.0) ** 1.4 if last != 0 else np.ones(len(here))
 
 
 @dataclass(frozen=True)
@@ -96,7 +112,6 @@ class _Rows:
     values: dict[str, Array]
     status: NDArray[np.int8]
     settled: NDArray[np.bool_]
-    shift: Array
     centres: Centres
 
 
@@ -104,29 +119,24 @@ def _solve_rows(contacts: Contacts, frame: Frame, twist: Array, load: Array, cen
     motion = Motion.of(contacts, twist)
     every = np.arange(len(contacts))
     regular = ClosedForm(contacts, frame.of(every), motion)
-    centres, done = _outer(frame, regular, None, centres)
-    special = (contacts.cage_gap < 0) | (load != 0).any(axis=0) | regular.unsettled().any(axis=0)
-    values, status = regular.result(centres), regular.status()
-    if special.any():
+    special = (contacts.cage_gap < 0) | (load != 0).any(axis=0)
+    # The iterated elements take over from a place near by.
+    centres, done = _outer(frame, regular, None, centres, NEAR if special.any() else SETTLED)
+    if not special.any():
+        special = regular.unsettled().any(axis=0)
+    iterated, index = None, every[:0]
+    while special.any():
         index = np.flatnonzero(special)
         iterated = Special(contacts[index], frame.of(index), motion.of_elements(index), load[:, index],
                            regular.displacement()[..., index])
         regular.mute(index)
-        near = ROUND_SETTLED if contacts.profile is None else SETTLED
-        before = centres
-        for _ in range(MOST_ROUNDS):
-            before = centres
-            pull = iterated.solve(centres, frame.drive_of_group)
-            if not frame.couples:
-                break
-            centres, done = _outer(frame, regular, pull, centres)
-            if centres.distance(before, contacts.eccentricity) <= near:
-                iterated.solve(centres, frame.drive_of_group)  # at the centres as they are now
-                break
-        else:
-            done &= frame.close(centres, before, contacts.eccentricity, 1e-9)
-        if frame.couples:
-            values, status = regular.result(centres), regular.status()
+        centres, done = _rounds(frame, regular, iterated, centres, NEAR if contacts.profile is None else SETTLED)
+        late = regular.unsettled().any(axis=0) & ~special
+        if not late.any():
+            break
+        special |= late
+    values, status = regular.result(centres), regular.status()
+    if iterated is not None:
         for name, found in iterated.result(centres).items():
             values[name][:, index] = found
         status[:, index] = iterated.status()
@@ -134,10 +144,26 @@ def _solve_rows(contacts: Contacts, frame: Frame, twist: Array, load: Array, cen
     status[~settled] = Status.NOT_CONVERGED
     for name in ("gear", "crank", "cage_plus", "cage_minus", "output_torque", "crank_torque"):
         values[name][~settled] = 0.0
-    return _Rows(values, status, settled, np.stack(motion.shift(frame.of(every), centres)), centres)
+    return _Rows(values, status, settled, centres)
 
 
-def _outer(frame: Frame, regular: ClosedForm, pull: Pull | None, centres: Centres
+def _rounds(frame: Frame, regular: ClosedForm, iterated: Special, centres: Centres, near: float
+            ) -> tuple[Centres, NDArray[np.bool_]]:
+    """The outer equilibrium with iterated elements: between two iterations the others see them straightened."""
+    done, before = np.ones((centres.rows, frame.n_drives), bool), centres
+    for _ in range(MOST_ROUNDS):
+        before = centres
+        pull = iterated.solve(centres, frame.drive_of_group)
+        centres, done = _outer(frame, regular, pull, centres, SETTLED)
+        if not frame.couples:
+            return centres, done
+        if centres.distance(before, regular.eccentricity) <= near:
+            iterated.settle(centres)  # at the centres as they are now
+            return centres, done
+    return centres, done & frame.close(centres, before, regular.eccentricity, 1e-9)
+
+
+def _outer(frame: Frame, regular: ClosedForm, pull: Pull | None, centres: Centres, settled: float
            ) -> tuple[Centres, NDArray[np.bool_]]:
     """Passes over the elements, with a step of the centres in each, until neither moves.
 
@@ -154,7 +180,8 @@ def _outer(frame: Frame, regular: ClosedForm, pull: Pull | None, centres: Centre
             step = frame.step(sums, centres, 1.0 if done <= 25 else 0.5)
             moved = step.size(regular.eccentricity)
             centres = centres.plus(step)
-        if regular.turn <= regular.tolerance and (not frame.couples or moved.max() <= SETTLED):
+        turn = regular.tolerance * max(1.0, settled / SETTLED)
+        if regular.turn <= turn and (not frame.couples or moved.max() <= settled):
             break
     if not frame.couples:
         return centres, np.ones((centres.rows, frame.n_drives), bool)

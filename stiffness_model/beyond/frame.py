@@ -54,9 +54,9 @@ class Centres:
         """The last twist's."""
         return Centres(self.shift[:, -1:], self.twist[-1:])
 
-    def repeated(self, rows: int) -> Centres:
-        """One twist's for m twists."""
-        return Centres(np.repeat(self.shift, rows, axis=1), np.repeat(self.twist, rows, axis=0))
+    def repeated(self, growth: Array) -> Centres:
+        """One twist's, times m factors."""
+        return Centres(self.shift * growth[:, None], self.twist * growth[:, None])
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,11 @@ class Seat:
     starts: NDArray[np.intp]
     present: NDArray[np.intp]
     n_groups: int
+
+    def reordered(self, index: NDArray[np.intp]) -> Seat:
+        """The same seats in another order, in which sums cannot be taken."""
+        none = np.zeros(0, np.intp)
+        return Seat(self.group[index], self.drive[index], self.cos[index], self.sin[index], none, none, self.n_groups)
 
     def add(self, values: Array) -> Array:
         """Sum over the elements of every eccentric, (m, n) -> (m, n_groups)."""

@@ -59,6 +59,10 @@ class Special:
 
     def solve(self, centres: Centres, drive_of_group: NDArray[np.intp]) -> Pull:
         """Equilibrium of each with the centres held, and how it follows them."""
+        return Pull(self._sums(self.settle(centres)), centres, drive_of_group)
+
+    def settle(self, centres: Centres) -> Array:
+        """Equilibrium of each with the centres held; returns the centres' displacement as they see it, (2, m n) m."""
         shift = np.stack(self._motion.shift(self._seat, centres)).reshape(2, -1)
         profile = self._c.profile
         if profile is None:
@@ -74,7 +78,7 @@ class Special:
                 self._iterate(shift)
                 if moved <= FOOT_SETTLED:
                     break
-        return Pull(self._sums(shift), centres, drive_of_group)
+        return shift
 
     def _iterate(self, shift: Array) -> None:
         found = iterate(self._met, self._twist, self._load, self._x, shift)
