@@ -127,3 +127,16 @@ def test_coupled_elements_come_as_whole_drives() -> None:
     with pytest.raises(sm.InputError, match="whole drives of 87 elements"):
         build_contacts(soft, loose)
     assert len(build_contacts(sm.load_drive("drive_1"), loose)) == 64
+
+
+def test_the_preset_s_comment_shows_every_switch(tmp_path) -> None:
+    """What it shows as a comment is a drawing when the signs are taken away."""
+    text = (Path(lookup.__file__).parent / "presets" / "drive_1.toml").read_text("utf-8")
+    plain, _, shown = text.partition("# [bodies]")
+    lines = [line.removeprefix("#").strip() for line in ("# [bodies]" + shown).splitlines()]
+    (tmp_path / "mine.toml").write_text(plain + "\n".join(x for x in lines if not x.startswith("crank_speed")), "utf-8")
+    options = sm.load_drive(tmp_path / "mine.toml").beyond
+    for field in dataclasses.fields(Beyond):
+        assert f"{field.name} =" in text or field.name in ("crank_pressure_limit", "cage_pressure_limit")
+    assert options.bearing_stiffness == 2.5e8
+    assert options.gear_contact == "exact"
