@@ -131,6 +131,6 @@ def fingerprint(drive: Drive, n_drives: int = 0, seed: int = 0) -> str:
     drawing: dict[str, Any] = drive_to_dict(drive)
     text = json.dumps([drawing, n_drives, seed, np.lib.NumpyVersion(np.__version__).major], sort_keys=True)
     digest = hashlib.sha256(text.encode())
-    for source in sorted(Path(stiffness_model.__file__).parent.glob("*.py")):
+    for source in sorted(Path(stiffness_model.__file__).parent.rglob("*.py")):
         digest.update(source.read_bytes())
     return digest.hexdigest()[:24]

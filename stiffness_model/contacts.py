@@ -8,7 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import hertz
+from .beyond.inertia import inertia_force
+from .beyond.options import Beyond
+from .beyond.profile import Profile
 from .drive import Drive
+from .errors import expect
 from .geometry import profile_curvature
 from .sampling import Deviations
 
@@ -28,7 +32,9 @@ class Contacts:
     of the gear; gear_gap: clearance q - r_RE at the gear with the element in its neutral position, m; reach:
     r_RE + r_crank, m; cage_gap: clearance r_cage - r_RE to either wall, m, negative for a ball larger than its
     bore; stiffness_*: K of F = K d^exponent, N/m^exponent; capped: where the conformity rule of `hertz` held
-    the cage stiffness. eccentricity: e, m.
+    the cage stiffness; eccentric: number of the element's eccentric, counted through all drives; element_radius:
+    m. load: (n, 2), radial and tangential force of inertia, N. eccentricity: e, m; eccentrics: in one drive; ratio:
+    signed; profile: of the gear, where its contact is exact; cage_compliance: sum of (1 - nu^2)/E, 1/Pa.
     """
 
     beta: Array
@@ -42,8 +48,16 @@ class Contacts:
     stiffness_crank: Array
     stiffness_cage: Array
     capped: NDArray[np.bool_]
+    eccentric: NDArray[np.intp]
+    element_radius: Array
+    load: Array
     eccentricity: float
     exponent: float
+    eccentrics: int
+    ratio: float
+    cage_compliance: float
+    beyond: Beyond
+    profile: Profile | None
 
     def __len__(self) -> int:
         return len(self.beta)
@@ -57,6 +71,7 @@ class Contacts:
 def build_contacts(drive: Drive, deviations: Deviations, gear_shift: float = 0.0) -> Contacts:
     """Contacts of the elements of `deviations` (flattened, drive after drive).
 
+    Raises `InputError` where the drawing couples elements and a row of the deviations is no whole drive.
     gear_shift: m, added to the gear's clearance everywhere (positive: play, negative: preload).
     """
     beta, r_element = deviations.beta.ravel(), deviations.element.ravel()
@@ -69,7 +84,8 @@ def build_contacts(drive: Drive, deviations: Deviations, gear_shift: float = 0.0
         exponent = hertz.POINT_EXPONENT
         curved, ball = curvature_sums(drive, deviations, gear_shift), 1 / r_element
         stiffness = {part: hertz.point_stiffness(compliance[part], curved[part], ball) for part in PARTNERS}
-        capped = hertz.conformity(curved["cage"], ball) > hertz.CONFORMITY_LIMIT
+        if drive.beyond.cage_contact == "hertz":
+            capped = hertz.conformity(curved["cage"], ball) > hertz.CONFORMITY_LIMIT
     else:
         exponent = hertz.LINE_EXPONENT
         stiffness = {part: np.full(beta.shape, hertz.line_stiffness(compliance[part], drive.element_length))
@@ -79,8 +95,26 @@ def build_contacts(drive: Drive, deviations: Deviations, gear_shift: float = 0.0
         gear_gap=q - r_element, reach=r_element + deviations.crank.ravel(),
         cage_gap=deviations.cage.ravel() - r_element,
         stiffness_gear=stiffness["gear"], stiffness_crank=stiffness["crank"], stiffness_cage=stiffness["cage"],
-        capped=capped, eccentricity=drive.eccentricity, exponent=exponent,
+        capped=capped, eccentric=_eccentrics(drive, deviations), element_radius=r_element,
+        load=inertia_force(drive, beta, r_element), eccentricity=drive.eccentricity, exponent=exponent,
+        eccentrics=drive.eccentrics, ratio=drive.ratio, cage_compliance=compliance["cage"], beyond=drive.beyond,
+        profile=_profile(drive, compliance["gear"]) if drive.beyond.gear_contact == "exact" else None,
     )
+
+
+def _eccentrics(drive: Drive, deviations: Deviations) -> NDArray[np.intp]:
+    """Elements k, k + eccentrics, ... of a drive, a row of the deviations, share an eccentric."""
+    beta = np.atleast_2d(deviations.beta)
+    expect(not drive.beyond.couples or beta.shape[1] == drive.elements,
+           f"whole drives of {drive.elements} elements, for bearing or housing couple them", beta.shape[1],
+           "elements in a row")
+    own = np.arange(beta.shape[1]) % drive.eccentrics
+    return (drive.eccentrics * np.arange(len(beta))[:, None] + own).ravel()
+
+
+def _profile(drive: Drive, compliance: float) -> Profile:
+    line = None if drive.element == "ball" else float(hertz.line_stiffness(compliance, drive.element_length))
+    return Profile(drive.path, drive.orientation, compliance, line)
 
 
 def compliances(drive: Drive) -> dict[str, float]:

@@ -130,9 +130,10 @@ class TwistTorqueCurve:
             return 2 * high
         return high - float(self.twist_at(-share * full))
 
-    def write_csv(self, path: str | os.PathLike[str]) -> None:
+    def write_csv(self, path: str | os.PathLike[str], further: Mapping[str, Array] | None = None) -> None:
         """Write the columns of the contract (`curve.csv`), twist in arcmin; whole or not at all.
 
+        further: columns (n,) after them, by their heads, such as "pressure_gear [MPa]".
         Raises `InputError` if the file cannot be written.
         """
         columns = {
@@ -144,6 +145,7 @@ class TwistTorqueCurve:
             "load_share [1]": self.load_share,
             **{f"force_{c.replace(' ', '_').replace('+', 'plus').replace('-', 'minus')} [N]": self.contact_force[:, k]
                for k, c in enumerate(CONTACTS)},
+            **(further or {}),
         }
         with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
+from .beyond import options
 from .drive import PARTS, Drive
 from .errors import DoesNotFitWarning, InputError, UnknownNameError, expect, expect_number, refuse_unknown, unknown_name
 from .files import whole_file
@@ -27,8 +28,10 @@ _SECTIONS: dict[str, tuple[str, ...]] = {
                    "crank_deviation"),
     "operation": ("max_twist",),
 }
+_OPTIONS = options.SECTIONS
 _HEAD = ("name", "description")
-FIELDS = (*_HEAD, *(name for names in _SECTIONS.values() for name in names))
+_OPTION_NAMES = tuple(name for names in _OPTIONS.values() for name in names)
+FIELDS = (*_HEAD, *(name for names in _SECTIONS.values() for name in names), *_OPTION_NAMES)
 """Every field of a drawing: TOML key, keyword of `load_drive` and name for `--set`."""
 _LENGTHS = ("element_radius", "element_length", "crank_radius", "eccentricity")
 _DEFAULTS: dict[str, Any] = {
@@ -106,7 +109,7 @@ def drive_from_dict(table: Mapping[str, Any], where: str = "drawing", **fields: 
     own = _own_materials(table.get("material", {}), where)
     refuse_unknown("field", fields, FIELDS, where)
     flat.update(fields)
-    missing = [name for name in FIELDS if name not in flat and name not in _DEFAULTS]
+    missing = [name for name in FIELDS if name not in flat and name not in (*_DEFAULTS, *_OPTION_NAMES)]
     expect(not missing, f"the field {missing[0]!r}" if missing else "", "none", where)
     flat = {**_DEFAULTS, **flat}
     values: dict[str, Any] = {name: flat[name] for name in
@@ -124,13 +127,16 @@ def drive_from_dict(table: Mapping[str, Any], where: str = "drawing", **fields: 
     sizes = {"element": 2 * values["element_radius"], "crank": 2 * values["crank_radius"],
              "cage": 2 * values["element_radius"], "gear": 2 * (values["crank_radius"] + values["element_radius"])}
     values["tolerances"] = {part: _tolerance(flat, part, sizes[part], fields, where) for part in PARTS}
-    return Drive(**values, where=where)
+    switched = {name: _with_unit(flat[name], name, name in fields, where) if name in options.QUANTITIES
+                else flat[name] for name in _OPTION_NAMES if name in flat}
+    return Drive(**values, beyond=options.read_options(switched, where), where=where)
 
 
 def _flatten(table: Mapping[str, Any], where: str) -> dict[str, Any]:
-    refuse_unknown("section or field", table, (*_HEAD, *_SECTIONS, "material"), where)
+    sections = {name: (*_SECTIONS.get(name, ()), *_OPTIONS.get(name, ())) for name in (*_SECTIONS, *_OPTIONS)}
+    refuse_unknown("section or field", table, (*_HEAD, *sections, "material"), where)
     flat = {name: table[name] for name in _HEAD if name in table}
-    for section, names in _SECTIONS.items():
+    for section, names in sections.items():
         part = table.get(section, {})
         expect(isinstance(part, Mapping), f"a table [{section}]", part, where)
         for key, value in part.items():
@@ -145,6 +151,9 @@ def _flatten(table: Mapping[str, Any], where: str) -> dict[str, Any]:
 _EXAMPLES = {
     "twist": ("an angle", "'8 arcmin'"), "tolerance": ("a window", "'13 um'"), "offset": ("an offset", "'5 um'"),
     "modulus": ("a pressure", "'208 GPa'"), "density": ("a density", "'7810 kg/m3'"),
+    "stiffness": ("a stiffness", "'250 N/um'"), "speed": ("a speed", "'3000 rpm'"),
+    "limit": ("a pressure", "'4.2 GPa'"),
+    "capacity": ("a load", "'30 kN'"),
 }
 
 
@@ -203,6 +212,11 @@ def drive_to_dict(drive: Drive) -> dict[str, Any]:
         }
     for section, names in _SECTIONS.items():
         values[section] = {name: _text(drive, name) for name in names}
+    # Only what is switched on: a plain drawing stays as it was.
+    for section in _OPTIONS:
+        switched = options.write_options(drive.beyond, section)
+        if switched:
+            values[section] = {**values.get(section, {}), **switched}
     return values
 
 

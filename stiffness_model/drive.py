@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from .beyond.options import Beyond
 from .errors import expect, expect_number
 from .geometry import Path, most_that_fit, usable_limit
 from .materials import Material
@@ -22,7 +23,8 @@ class Drive:
     element: "ball" or "roller" (with element_length); elements: count on all eccentrics together;
     transmission_ratio: the magnitude |i|, crank to cage with the gear fixed; lobes: |i| - 1 (crank and cage
     turn together) or |i| + 1 (they reverse); crank_deviation: whether the crank's deviation is drawn per
-    "element" (the paper) or per "eccentric" (a workshop); max_twist: greatest twist at the output, rad.
+    "element" (the paper) or per "eccentric" (a workshop); max_twist: greatest twist at the output, rad; beyond:
+    what is switched on beside the paper's model.
 
     Raises `InputError` for what cannot be a drive.
     """
@@ -41,6 +43,7 @@ class Drive:
     element_length: float = 0.0
     eccentrics: int = 1
     crank_deviation: str = "element"
+    beyond: Beyond = field(default_factory=Beyond)
     description: str = ""
     where: str = field(default="", compare=False, repr=False)
 
@@ -69,6 +72,8 @@ class Drive:
                "an element smaller than its path, its radius below the crank's "
                f"{format_quantity(self.crank_radius, 'length')}",
                format_quantity(self.element_radius, "length"), at + "element_radius")
+        expect(self.element == "ball" or self.beyond.cage_contact == "hertz",
+               "'hertz' for rollers, whose slots have flat walls", self.beyond.cage_contact, at + "cage_contact")
         for part in PARTS:
             expect(part in self.materials, f"a material for {', '.join(PARTS)}", list(self.materials), at + "materials")
             expect(part in self.tolerances, f"a tolerance for {', '.join(PARTS)}", list(self.tolerances),

@@ -1,9 +1,12 @@
 """One element's torque, averaged over the tolerances: a table over twist x gear clearance x position.
 
 Between a rigid cage and a rigid gear no element feels the others. So a drive in which one of them carries nothing
-lacks just this torque. The position is the angle beta of the eccentric past the element (paper, section III): at
-beta > 0 the element carries positive twists, at beta < 0 negative ones, torque(-twist, -beta) = -torque(twist,
-beta), and beyond the limit, where the profile is cut away, it carries nothing.
+lacks just this torque. With a soft crank bearing or housing the others take over a part of it (half, in drive 1 at
+250 N/um), and the table holds what is left.
+
+The position is the angle beta of the eccentric past the element (paper, section III): at beta > 0 the element carries
+positive twists, at beta < 0 negative ones, torque(-twist, -beta) = -torque(twist, beta), and beyond the limit, where
+the profile is cut away, it carries nothing.
 """
 
 from __future__ import annotations
@@ -21,18 +24,22 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 from scipy.stats import qmc
 
-from .contacts import build_contacts
+from .contacts import build_contacts, usable
 from .drive import Drive
 from .equilibrium import solve
 from .errors import InputError, expect
 from .files import whole_file
-from .sampling import Deviations
+from .geometry import wrap
+from .sampling import Deviations, spread_drives
 from .spline import Axis, fit, locate, slope_weights, weights
 
 Array = NDArray[np.float64]
 
 N_SAMPLES = 256
 """Elements behind each mean: evenly spread over the tolerances of the four parts, right to 4e-4 of the value."""
+N_DRIVES = 8
+"""Drives behind it where a bearing or the housing couples the elements: right to some 0.5 % of the value. There it
+jumps with the position as others pass the limit; the spline smooths that, and its `error` says by how much."""
 EDGE = 0.01
 """Half the width, rad, over which the torque fades out at the limit: a step there would have no derivative."""
 _CELLS = (40, 12, 12)
@@ -144,6 +151,8 @@ def build_element_table(drive: Drive) -> ElementTable:
 
 def _solved(drive: Drive, twist: Array, clearance: Array, position: Array) -> Array:
     """Mean torque, (n_twist, n_clearance, n_position), N.m."""
+    if drive.beyond.couples:
+        return _lost(drive, twist, clearance, position)
     shape = (len(position), N_SAMPLES)
     # A half step off zero the points of the sequence lie in the middles of their intervals.
     points = qmc.Sobol(len(_PARTS), scramble=False).random(N_SAMPLES) + 0.5 / N_SAMPLES
@@ -160,6 +169,30 @@ def _solved(drive: Drive, twist: Array, clearance: Array, position: Array) -> Ar
         for row, angle in enumerate(twist):
             means[row, k] = solve(contacts, angle * drive.ratio).output_torque.reshape(shape).mean(axis=1)
     return means
+
+
+def _lost(drive: Drive, twist: Array, clearance: Array, position: Array) -> Array:
+    """What whole drives lose without an element at `position`, like `_solved`: where the bodies yield, the others take
+    over a part of its load.
+    """
+    parts = spread_drives(drive, N_DRIVES)
+    shape = (len(position), N_DRIVES, drive.elements)
+    beta = wrap(position[:, None, None] + 2 * np.pi / drive.elements * np.arange(drive.elements))
+    rows = {"beta": np.broadcast_to(beta, shape), **{
+        part: np.broadcast_to(getattr(parts, part), shape) for part in _PARTS}}
+    deviations = Deviations(**{name: values.reshape(-1, drive.elements) for name, values in rows.items()})
+    keep = usable(drive, deviations.beta)
+    keep[:, 0] = True  # the one in question, wherever it stands
+    drives = np.nonzero(keep)[0]
+    others = np.nonzero(keep)[1] > 0
+    lost = np.empty((len(twist), len(clearance), len(position)))
+    for k, shift in enumerate(clearance):
+        contacts = build_contacts(drive, deviations, float(shift))[keep.ravel()]
+        whole, without = (
+            np.stack([np.bincount(owner, row, len(keep)) for row in solve(some, twist * drive.ratio).output_torque])
+            for some, owner in ((contacts, drives), (contacts[others], drives[others])))
+        lost[:, k] = (whole - without).reshape(len(twist), *shape[:2]).mean(axis=2)
+    return lost
 
 
 def _measured_error(drive: Drive, table: ElementTable) -> float:

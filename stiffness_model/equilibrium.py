@@ -12,19 +12,20 @@ element just touches gear and wall; the torque is right to about 1e-6 after two 
 s <= 0 is play: no force.
 
 Two cases go to a Newton iteration instead (`newton.iterate`): a ball larger than its bore, where both walls
-may touch, and further forces on the element (the "additional forces" of eq. 15).
+may touch, and further forces on the element (the "additional forces" of eq. 15). What a drawing switches on beyond
+the paper's model is solved in `beyond.coupled`.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .beyond.coupled import solve_beyond
 from .contacts import Contacts
+from .element_state import NAMES, Equilibrium, Status, root
 from .errors import expect
 from .newton import iterate
 
@@ -40,40 +41,6 @@ TOLERANCE = 1e-11
 the forces, as shares of the crank's."""
 
 
-class Status(IntEnum):
-    """What became of an element."""
-
-    PLAY = 0  # no force at gear and crank: the element has play
-    LOADED = 1  # gear, crank and one cage wall carry: closed form
-    ITERATED = 2  # both walls or further forces: Newton iteration, converged
-    NOT_CONVERGED = 3
-    EXCLUDED = 4  # on the part of the profile that is cut away: not solved, carries nothing
-
-
-@dataclass(frozen=True)
-class Equilibrium:
-    """Result for n elements at m crank twists; all arrays (m, n).
-
-    gear, crank, cage_plus, cage_minus: contact forces, N; output_torque: eq. 19, N.m; crank_torque: the
-    torque that holds the crank, N.m, so that output_torque/(i crank_torque) -> 1 as the twist goes to 0;
-    radial, tangential: displacement of the elements' centres, m (where there is play: of the position in
-    which gear and wall just touch); status: of `Status`.
-    """
-
-    gear: Array
-    crank: Array
-    cage_plus: Array
-    cage_minus: Array
-    output_torque: Array
-    crank_torque: Array
-    radial: Array
-    tangential: Array
-    status: NDArray[np.int8]
-
-
-_NAMES = tuple(f.name for f in fields(Equilibrium))
-
-
 def solve(contacts: Contacts, crank_twist: ArrayLike, extra_force: ArrayLike | None = None) -> Equilibrium:
     """Equilibrium of n elements at m crank twists (rad at the crank, cage and gear fixed).
 
@@ -83,6 +50,8 @@ def solve(contacts: Contacts, crank_twist: ArrayLike, extra_force: ArrayLike | N
     twist = np.atleast_1d(np.asarray(crank_twist, float))
     expect(twist.ndim == 1 and bool(np.isfinite(twist).all()), "finite twists in one dimension", crank_twist,
            "twist")
+    if not contacts.beyond.plain:
+        return solve_beyond(contacts, twist, extra_force)
     result = closed_form(contacts, twist)
     special = np.ones(len(contacts), bool)
     if extra_force is None:
@@ -92,15 +61,6 @@ def solve(contacts: Contacts, crank_twist: ArrayLike, extra_force: ArrayLike | N
     return result
 
 
-def root(x: Array, exponent: float, out: Array | None = None) -> Array:
-    """x^(1/exponent) for x >= 0; by the cube root for point contacts, which is faster than a power."""
-    if exponent == 1.5:
-        y = np.cbrt(x, out=out)
-        y *= y
-        return y
-    return np.power(x, 1 / exponent, out=out)
-
-
 def closed_form(contacts: Contacts, crank_twist: Array) -> Equilibrium:
     """The closed form for n elements at m twists, arrays (m, n).
 
@@ -108,7 +68,7 @@ def closed_form(contacts: Contacts, crank_twist: Array) -> Equilibrium:
     One whose passes do not settle is marked `Status.NOT_CONVERGED`, for the same.
     """
     shape = (len(crank_twist), len(contacts))
-    numbers = dict(zip(_NAMES, np.empty((8, *shape)), strict=False))
+    numbers = dict(zip(NAMES, np.empty((8, *shape)), strict=False))
     result = Equilibrium(**numbers, status=np.empty(shape, np.int8))
     fixed = _Fixed(contacts)
     rows = max(1, math.ceil(shape[0] / max(1, round(shape[0] * shape[1] / BLOCK))))
@@ -117,7 +77,7 @@ def closed_form(contacts: Contacts, crank_twist: Array) -> Equilibrium:
     scratch = np.empty((7, rows, shape[1]))
     for first in range(0, shape[0], rows):
         part = slice(first, first + rows)
-        here = Equilibrium(*(getattr(result, name)[part] for name in _NAMES))
+        here = Equilibrium(*(getattr(result, name)[part] for name in NAMES))
         _solve_block(contacts, fixed, crank_twist[part], here, scratch[:, :len(here.gear)])
     return result
 

@@ -15,14 +15,15 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from .contacts import build_contacts
+from .contacts import build_contacts, usable
 from .curve import BAND
 from .drawing_file import drive_to_dict
 from .drive import Drive
 from .equilibrium import solve
+from .errors import expect
 from .lookup_table import QUANTITIES, Lookup, describe
 from .population import Population, simulate
-from .sampling import spread
+from .sampling import spread, spread_drives
 from .spline import Axis, evaluate, fit
 
 Array = NDArray[np.float64]
@@ -35,6 +36,8 @@ N_DRIVES = 250
 """Virtual drives behind band, force and load share."""
 N_SPREAD = 2**13
 """Evenly spread elements behind the mean torque."""
+N_SPREAD_DRIVES = 256
+"""Evenly spread drives behind it where their elements feel each other."""
 
 
 def build_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> Lookup:
@@ -42,8 +45,11 @@ def build_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executor
 
     Twist reaches to twice the drawing's max_twist, clearance to half of what max_twist closes. The grids follow
     the scatter of the contact clearances, which is the length over which contact sets in smoothly; if the mean
-    torque misses `ERROR_BOUND` they are refined.
+    torque misses `ERROR_BOUND` they are refined. Raises `InputError` for a drawing with inertia switched on: its
+    forces follow the crank's speed, which the tables do not know.
     """
+    expect(not drive.beyond.moves, "inertia 'off': tables over twist and clearance do not know the crank's speed",
+           drive.beyond.inertia, drive.name)
     per_twist = drive.eccentricity * abs(drive.ratio)
     scatter = float(np.sqrt(sum(drive.tolerances[part].sigma**2 for part in ("gear", "crank", "element"))))
     widest = 0.5 * per_twist * drive.max_twist
@@ -102,7 +108,14 @@ def _tables(drive: Drive, twist: Array, n_drives: int, seed: int, clearance: flo
 
 
 def mean_torque(drive: Drive, twist: Array, clearance: float = 0.0) -> Array:
-    """Mean torque, (n_twist,) N.m, of all drives of the drawing, by elements spread evenly (`sampling.spread`)."""
+    """Mean torque, (n_twist,) N.m, of all drives of the drawing, by elements spread evenly (`sampling.spread`).
+
+    Where a bearing or the housing couples the elements, by whole drives (`sampling.spread_drives`).
+    """
+    if drive.beyond.couples:
+        drives = spread_drives(drive, N_SPREAD_DRIVES)
+        contacts = build_contacts(drive, drives, clearance)[usable(drive, drives.beta).ravel()]
+        return solve(contacts, twist * drive.ratio).output_torque.sum(axis=1) / N_SPREAD_DRIVES
     elements = spread(drive, N_SPREAD)
     contacts = build_contacts(drive, elements, clearance)
     mean = [solve(contacts, [angle * drive.ratio]).output_torque.mean() for angle in twist]

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import hertz, sampling
-from .contacts import PARTNERS, build_contacts, compliances, curvature_sums, usable
+from .beyond.laws import bore
+from .contacts import PARTNERS, Contacts, build_contacts, compliances, curvature_sums, usable
 from .drive import Drive
 from .equilibrium import solve
 from .errors import expect
@@ -61,13 +62,25 @@ def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int) -> 
     found = np.zeros((3, n_drives, len(twist), len(PARTNERS)))
     member = np.repeat(np.arange(n_drives), keep.sum(axis=1))
     for k, part in enumerate(PARTNERS):
-        ellipse = _ellipse(drive, forces[part], compliance[part], curved[part], own)
+        if part == "cage" and drive.beyond.cage_contact == "lamina":
+            ellipse = _arc(contacts, forces[part])
+        else:
+            ellipse = _ellipse(drive, forces[part], compliance[part], curved[part], own)
         for j in np.unique(member):
             of_drive = np.flatnonzero(member == j)
             worst = of_drive[ellipse[2][:, of_drive].argmax(axis=1)]
             for row, values in enumerate((ellipse[2], ellipse[0], ellipse[1])):
                 found[row, j, :, k] = values[np.arange(len(twist)), worst]
     return [found[:, j] for j in range(n_drives)]
+
+
+def _arc(contacts: Contacts, force: Array) -> tuple[Array, Array, Array]:
+    """The same of the conforming bores: half the arc's length, half its width and the pressure in its middle."""
+    law, radius = bore(contacts), contacts.element_radius
+    approach, _ = law.approach(force)
+    line_load = law.greatest_line_load(approach)
+    half_width, pressure = hertz.line_contact_pressure(line_load, law.compliance, 1 / radius, 1.0)
+    return law.half_angle(approach) * radius, half_width, pressure
 
 
 def _ellipse(drive: Drive, force: Array, compliance: float, curved: Array, own: Array) -> tuple[Array, Array, Array]:

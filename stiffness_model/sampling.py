@@ -107,6 +107,35 @@ def spread(drive: Drive, count: int) -> Deviations:
                       radius("cage", drive.element_radius), radius("gear", drive.element_radius))
 
 
+def spread_drives(drive: Drive, count: int) -> Deviations:
+    """`count` whole drives that stand for all of the drawing, shape (count, n_elements): for what couples elements.
+
+    Starts are spread evenly over a pitch; the deviations of the k-th elements together with it by Sobol's sequence,
+    for every k moved on by a further step of a Kronecker sequence, so that all elements together are spread too. The
+    mean torque of 256 such drives is right to 2e-4 to 6e-4. `count` is best a power of 2. Not for percentiles.
+    """
+    from scipy.special import ndtri
+    from scipy.stats import qmc
+
+    points = qmc.Sobol(5, scramble=False).random(count) + 0.5 / count
+    # Steps of the Kronecker sequence in four dimensions: powers of the root of x^5 = x + 1.
+    golden = 1.1673039782614187
+    steps = np.arange(drive.elements)[:, None] * golden ** -np.arange(1.0, 5.0)
+    deviate = ndtri(np.clip((points[:, None, 1:] + steps) % 1.0, 1e-12, 1 - 1e-12))
+    normal: dict[str, Array] = dict(zip(("element", "crank", "cage", "gear"), np.moveaxis(deviate, 2, 0), strict=True))
+    if drive.crank_deviation == "eccentric":
+        normal["crank"] = normal["crank"][:, np.arange(drive.elements) % drive.eccentrics]
+    pitch = 2 * np.pi / drive.elements
+    beta = np.pi - (np.pi - pitch * (points[:, :1] + np.arange(drive.elements))) % (2 * np.pi)
+
+    def radius(part: str, nominal: float) -> Array:
+        tolerance = drive.tolerances[part]
+        return nominal + tolerance.offset + tolerance.sigma * normal[part]
+
+    return Deviations(beta, radius("element", drive.element_radius), radius("crank", drive.crank_radius),
+                      radius("cage", drive.element_radius), radius("gear", drive.element_radius))
+
+
 def nominal(drive: Drive, n_positions: int = 1) -> Deviations:
     """Drives without deviations (and without mean offsets), at evenly spread positions of the first element.
 

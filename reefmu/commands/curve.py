@@ -8,10 +8,9 @@ from stiffness_model import plots
 from stiffness_model.curve import LOST_MOTION_SHARE, PLAY_SHARE, TwistTorqueCurve
 from stiffness_model.files import staged_folder
 from stiffness_model.population import Population
-from stiffness_model.pressure import contact_pressures
 from stiffness_model.units import ARCMIN
 
-from . import individual, study
+from . import individual, loads, study
 
 ROWS = 13
 """Lines of the printed table; curve.csv has them all."""
@@ -24,7 +23,8 @@ def run(args: argparse.Namespace) -> int:
     with staged_folder(folder) as stage:
         population = study.run_population(drive, args)
         curve = population.curve()
-        curve.write_csv(stage / "curve.csv")
+        found = loads.measure(population)
+        curve.write_csv(stage / "curve.csv", found.columns())
         for name, ax in {
             "curve.png": plots.twist_over_torque(curve),
             "forces.png": plots.contact_forces(population),
@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
     print()
     print(_motion(curve))
     print()
-    print(_pressure(population))
+    print("\n".join(found.lines()))
     print()
     print(_elements(population))
     if turned is not None:
@@ -73,15 +73,6 @@ def _motion(curve: TwistTorqueCurve) -> str:
     ])
 
 
-def _pressure(population: Population) -> str:
-    """Greatest contact pressures at the end of the range; a hundred drives tell them well."""
-    drive = population.drive
-    found = contact_pressures(drive, [drive.max_twist], min(population.n_drives, 100), population.seed)
-    gear, crank, cage = found.pressure.mean(axis=0)[0] / 1e9
-    return (f"contact pressure at {drive.max_twist / ARCMIN:g} arcmin: gear {gear:.2f}, crank {crank:.2f}, "
-            f"cage {cage:.2f} GPa (greatest of a drive, mean of drives)")
-
-
 def _elements(population: Population) -> str:
     """What became of the elements, in plain words."""
     counts = population.status_counts
@@ -95,7 +86,8 @@ def _elements(population: Population) -> str:
         f"  {100 * counts['excluded'] / whole:5.1f} %  stand where the profile is cut away and carry nothing",
     ]
     if counts["iterated"]:
-        lines.append(f"  {counts['iterated']} cases of a ball larger than its bore were solved by iteration")
+        whose = "of a ball larger than its bore " if population.drive.beyond.plain else ""
+        lines.append(f"  {counts['iterated']} cases {whose}were solved by iteration")
     if counts["not_converged"]:
         lines.append(f"  {counts['not_converged']} cases found no equilibrium and count as no force")
     if population.capped:

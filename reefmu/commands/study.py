@@ -22,7 +22,7 @@ from stiffness_model.units import format_quantity
 
 TWISTS = 61
 """Twists from zero to the drawing's max_twist."""
-_NUMBERS = ("elements", "eccentrics", "lobes", "transmission_ratio")
+_NUMBERS = ("elements", "eccentrics", "lobes", "transmission_ratio", "friction_coefficient")
 """Fields that are bare numbers in a drawing; all others are texts, sizes with their units."""
 
 

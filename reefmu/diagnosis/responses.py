@@ -9,7 +9,8 @@ quadratic and cubic parts are uncorrelated, and in the presets the linear one ho
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +81,9 @@ class _Key:
 
 @functools.lru_cache(maxsize=4)
 def _solved(key: _Key) -> Responses:
-    drive = key.drive
+    # Where bodies couple the elements, an answer alone is that between rigid ones.
+    rigid = replace(key.drive.beyond, bearing_stiffness=math.inf, housing_stiffness=math.inf)
+    drive = replace(key.drive, beyond=rigid)
     twist = np.linspace(-REACH, REACH, TWISTS) * drive.max_twist
     position = np.linspace(-1, 1, POSITIONS) * drive.usable_limit
     widest = 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist

@@ -67,6 +67,28 @@ def test_curve_prints_a_table_and_writes_its_files(tmp_path: Path) -> None:
         assert words in done.stdout
 
 
+def test_curve_tells_what_a_switch_changes_and_what_the_forces_mean(tmp_path: Path, capsys: pytest.CaptureFixture[str],
+                                                                    monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["curve", "drive_1", "--drives", "16", "--out", "soft", "--set", "bearing_stiffness=250 N/um", "--set",
+                 "friction_coefficient=0.05", "--set", "bearing_capacity=40 kN", "--set", "crank_speed=1500 rpm"]) == 0
+    with Path("soft/curve.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    soft = sm.load_drive("drive_1", bearing_stiffness="250 N/um")
+    expected = sm.simulate(soft, [soft.max_twist], 16)
+    assert float(rows[-1]["torque_mean [N.m]"]) == pytest.approx(expected.torque.mean(), rel=1e-7)
+    assert float(rows[-1]["pressure_crank [MPa]"]) == pytest.approx(
+        sm.contact_pressures(soft, [soft.max_twist], 16).pressure[..., 1].mean() / 1e6, rel=1e-6)
+    assert float(rows[-1]["pressure_safety [1]"]) == pytest.approx(1.1, abs=0.1)
+    assert 0.85 < float(rows[-1]["efficiency [1]"]) < 0.95
+    assert float(rows[-1]["bearing_load [N]"]) > 2000
+    assert float(rows[-1]["bearing_life [Mrev]"]) > 100
+    out = capsys.readouterr().out
+    for words in ("beyond the plain model: bearing_stiffness = 250 N/um", "plain model 28", "static safety 1.1",
+                  "efficiency 91", "no-load torque at the crank", "P = 3.", "no rating life"):
+        assert words in out
+
+
 def test_compare_prints_and_writes_the_published_gears(tmp_path: Path) -> None:
     own = tmp_path / "own.toml"
     own.write_text('[[gear]]\nmaker = "Own"\ntype = "X1"\nsource = "own rig"\nstiffness = "50 N.m/arcmin"\n'

@@ -1,0 +1,121 @@
+"""What the contact forces of a population mean: pressures, losses, lives, and what the drawing's switches changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffness_model.beyond.friction import Losses, friction_losses
+from stiffness_model.beyond.life import BearingLife, bearing_life
+from stiffness_model.beyond.options import STIFFNESSES, Beyond, write_options
+from stiffness_model.beyond.strength import Strength, check_strength
+from stiffness_model.contacts import PARTNERS
+from stiffness_model.population import Population, simulate
+from stiffness_model.units import ARCMIN
+
+Array = NDArray[np.float64]
+
+MOST_DRIVES = 64
+"""Drives behind these figures: a mean of greatest pressures needs no thousand."""
+_SWITCHES = (*STIFFNESSES, "gear_contact", "cage_contact", "inertia")
+
+
+@dataclass(frozen=True)
+class Loads:
+    """strength, losses and life over the population's twists; losses and life where the drawing states what they
+    need. plain_torque: mean torque, N.m, at max_twist of the same drives without the switches, and with them; None
+    where nothing is switched on.
+    """
+
+    population: Population
+    strength: Strength
+    losses: Losses | None
+    life: BearingLife | None
+    plain_torque: tuple[float, float] | None
+
+    def columns(self) -> Mapping[str, Array]:
+        """Columns of curve.csv by their heads."""
+        order = np.argsort(self.population.twist)
+        pressure = self.strength.pressure.mean(axis=0)[order] / 1e6
+        columns = {f"pressure_{part} [MPa]": pressure[:, k] for k, part in enumerate(PARTNERS)}
+        columns["pressure_safety [1]"] = self.strength.least()[order]
+        if self.losses is not None:
+            columns["loss_torque_at_crank [N.m]"] = self.losses.loss.mean(axis=0)[order]
+            columns["efficiency [1]"] = self.losses.of_means()[0][order]
+        if self.life is not None:
+            columns["bearing_load [N]"] = self.life.load[order]
+            columns["bearing_life [Mrev]"] = self.life.together[order] / 1e6
+        return columns
+
+    def lines(self) -> list[str]:
+        """Plain lines for the terminal."""
+        return [*self._switched(), *self._pressure(), *self._friction(), *self._bearings()]
+
+    def _switched(self) -> list[str]:
+        if self.plain_torque is None:
+            return []
+        drive = self.population.drive
+        plain, now = self.plain_torque
+        options = [f"{name} = {value}" for section in ("bodies", "contacts")
+                   for name, value in write_options(drive.beyond, section).items() if name in _SWITCHES]
+        return [f"beyond the plain model: {', '.join(options)}",
+                f"torque at {drive.max_twist / ARCMIN:g} arcmin {now:.1f} N.m; plain model {plain:.1f} N.m"]
+
+    def _pressure(self) -> list[str]:
+        drive, strength = self.population.drive, self.strength
+        last = int(self.population.twist.argmax())
+        gear, crank, cage = strength.pressure[:, last].mean(axis=0) / 1e9
+        lines = [f"contact pressure at {drive.max_twist / ARCMIN:g} arcmin: gear {gear:.2f}, crank {crank:.2f}, "
+                 f"cage {cage:.2f} GPa (greatest of a drive, mean of drives)"]
+        least, part = strength.least()[last], strength.governing()[last]
+        unknown = [name for name, limit in zip(PARTNERS, strength.limit, strict=True) if np.isnan(limit)]
+        if part:
+            limit = strength.limit[PARTNERS.index(part)] / 1e6
+            line = f"static safety {least:.2f} at the {part} (limit {limit:.0f} MPa)"
+            reached = strength.permissible(self.population.torque.mean(axis=0))
+            lines.append(line + (f", 1 at {reached:.0f} N.m" if np.isfinite(reached) else ""))
+        if unknown:
+            lines.append(f"no pressure limit known for: {', '.join(unknown)} (set {unknown[0]}_pressure_limit)")
+        return lines
+
+    def _friction(self) -> list[str]:
+        if self.losses is None:
+            return []
+        last, start = int(self.population.twist.argmax()), int(np.abs(self.population.twist).argmin())
+        loss = self.losses.loss.mean(axis=0)
+        efficiency, back = self.losses.of_means()
+        return [f"friction {self.population.drive.beyond.friction_coefficient:g} in the contacts: efficiency "
+                f"{100 * efficiency[last]:.1f} % driving, {100 * back[last]:.1f} % driven back; no-load torque at the "
+                f"crank {1e3 * loss[start]:.1f} mN.m"]
+
+    def _bearings(self) -> list[str]:
+        if self.life is None:
+            return []
+        last = int(self.population.twist.argmax())
+        text = (f"crank bearings at {self.life.torque[last]:.0f} N.m: P = {self.life.load[last] / 1e3:.2f} kN, L10 of "
+                f"all {self.life.together[last] / 1e6:.3g} million revolutions")
+        hours = self.life.hours[last]
+        text += f", {hours:.3g} h" if np.isfinite(hours) else ""
+        return [text + ("" if self.life.valid[last] else "; beyond C/2, where ISO 281 does not hold"),
+                "balls, gear and cage: no rating life, for no standard covers their contacts"]
+
+
+def measure(population: Population) -> Loads:
+    """Pressures, and what else the drawing states the numbers for, of the population's first drives."""
+    drive, twist, seed = population.drive, population.twist, population.seed
+    count = min(population.n_drives, MOST_DRIVES)
+    options = drive.beyond
+    plain = None
+    if not options.plain:
+        kept = {name: getattr(options, name) for name in Beyond.__dataclass_fields__ if name not in _SWITCHES}
+        without = simulate(replace(drive, beyond=Beyond(**kept)), [drive.max_twist], count, seed).torque.mean()
+        plain = float(without), float(population.torque[:count, int(twist.argmax())].mean())
+    return Loads(
+        population, check_strength(drive, twist, count, seed),
+        friction_losses(drive, twist, count, seed) if options.friction_coefficient > 0 else None,
+        bearing_life(drive, twist, count, seed) if options.bearing_capacity > 0 else None, plain)
+
+

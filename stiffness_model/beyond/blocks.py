@@ -1,0 +1,79 @@
+"""Solved blocks of virtual drives, for what is read from their contact forces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import sampling
+from ..contacts import Contacts, build_contacts, usable
+from ..drive import Drive
+from ..element_state import Equilibrium
+from ..equilibrium import solve
+from ..errors import expect
+from .coupled import CoupledEquilibrium
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A block of drives at m crank twists: their usable elements, forces, and who owns which element.
+
+    owner: (n,) the element's drive in the block; eccentric: (n,) its eccentric, counted through the block.
+    """
+
+    contacts: Contacts
+    crank_twist: Array
+    result: Equilibrium
+    owner: NDArray[np.intp]
+    n_drives: int
+
+    @property
+    def eccentric(self) -> NDArray[np.intp]:
+        """(n,), from 0."""
+        return self.contacts.eccentric
+
+    def centre(self) -> tuple[Array, Array]:
+        """Where each element sees the crank's pin, (m, n) m radial and tangential."""
+        angle = self.contacts.beta + self.crank_twist[:, None]
+        return self.contacts.eccentricity * np.cos(angle), self.contacts.eccentricity * np.sin(angle)
+
+    def crank_normal(self) -> tuple[Array, Array]:
+        """From the eccentric's centre to the element's, unit vectors (m, n)."""
+        centre_r, centre_t = self.centre()
+        d_r = self.contacts.path_radius + self.result.radial - centre_r
+        d_t = self.result.tangential - centre_t
+        if isinstance(self.result, CoupledEquilibrium):
+            d_r, d_t = d_r - self.result.centre_shift[0], d_t - self.result.centre_shift[1]
+        length = np.hypot(d_r, d_t)
+        return d_r / length, d_t / length
+
+
+def solved_blocks(drive: Drive, twist: ArrayLike, n_drives: int, seed: int) -> Iterator[Solved]:
+    """The first `n_drives` virtual drives at twists (m,), rad at the output, a block at a time.
+
+    Raises `InputError` for a twist that is not finite and one-dimensional, or for less than one drive.
+    """
+    angles = np.atleast_1d(np.asarray(twist, float))
+    expect(angles.ndim == 1 and bool(np.isfinite(angles).all()), "finite twists in one dimension", twist, "twist")
+    expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")
+    sampling.check_seed(seed)
+    for block, count in sampling.blocks(n_drives):
+        deviations = sampling.draw(drive, block, count, seed)
+        keep = usable(drive, deviations.beta)
+        contacts = build_contacts(drive, deviations)[keep.ravel()]
+        crank = angles * drive.ratio
+        yield Solved(contacts, crank, solve(contacts, crank), np.nonzero(keep)[0], count)
+
+
+def sum_over(values: Array, owner: NDArray[np.intp], count: int) -> Array:
+    """Sums (m, count) of values (m, n) over the elements of each owner.
+
+    >>> sum_over(np.array([[1.0, 2.0, 4.0]]), np.array([0, 1, 1]), 3)
+    array([[1., 6., 0.]])
+    """
+    return np.stack([np.bincount(owner, row, count) for row in values]).astype(float)

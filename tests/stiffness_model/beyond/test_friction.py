@@ -1,0 +1,111 @@
+"""Losses: the balance of energy and of moments, by a linear programme and by statics; limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import optimize
+
+import stiffness_model as sm
+from stiffness_model import ARCMIN
+from stiffness_model.beyond.blocks import Solved, solved_blocks
+from stiffness_model.beyond.friction import friction_losses, least_sliding, sliding
+
+MU = 0.04
+EXACT = {f"{part}_{kind}": "0 um" for part in ("element", "crank", "cage", "gear") for kind in ("tolerance", "offset")}
+
+
+def block_of(drive: sm.Drive, twist: float, n_drives: int = 1) -> Solved:
+    return next(solved_blocks(drive, [twist], n_drives, 4))
+
+
+@pytest.mark.parametrize("lobes", [30, 28])
+@pytest.mark.parametrize("changes", [{}, {"bearing_stiffness": "250 N/um"}])
+def test_input_is_output_and_losses(lobes: int, changes: dict[str, str]) -> None:
+    """Statics with friction, nothing of `least_sliding` in it: frictional forces that balance elements' and rings'
+    moments and hold most (the dual programme), normal forces that balance the elements with them, and what torque
+    then turns the crank. Input power must be output power and losses.
+    """
+    drive = sm.load_drive("drive_1", lobes=lobes, **EXACT, **changes)
+    block = block_of(drive, 0.05 * ARCMIN)
+    c, r = block.contacts, block.result
+    slip, by_turn, by_ring = sliding(drive, block)
+    force = np.stack([r.gear, r.crank, r.cage_plus, r.cage_minus])[:, 0]
+    n = len(c)
+    # Frictional forces p at the contacts, |p| <= mu N, with the most power sum p.slip under both balances.
+    balance = np.zeros((n + 3, 4 * n))
+    for k in range(4):
+        balance[np.arange(n), k * n + np.arange(n)] = by_turn[k]
+    for j in range(n):
+        balance[n + block.eccentric[j], n + j] = by_ring[j] / by_ring.mean()
+    bounds = [(-MU * f, MU * f) for f in force.ravel()]
+    dual = optimize.linprog(-slip[:, 0].ravel(), A_eq=balance, b_eq=np.zeros(n + 3), bounds=bounds, method="highs")
+    assert dual.success
+    lost = MU * float(least_sliding(drive, block)[0].sum())
+    assert lost > 0
+    assert -dual.fun == pytest.approx(lost, rel=1e-6)
+
+    p_gear, p_crank, p_plus, p_minus = dual.x.reshape(4, n)  # along the sliding, so on the elements the other way
+    u_r, u_t = (u[0] for u in block.crank_normal())
+    n_r, n_t = c.normal_r, c.normal_t
+    # Normal forces at gear and crank that go with the cage's as it was: the balance of each element.
+    push_r = -p_gear * -n_t - p_crank * -u_t - (p_plus + p_minus)
+    push_t = -p_gear * n_r - p_crank * u_r - (force[2] - force[3])
+    _, crank = np.linalg.solve(np.stack([np.stack([-n_r, u_r], -1), np.stack([-n_t, u_t], -1)], 1),
+                                  -np.stack([push_r, push_t], -1)[..., None])[..., 0].T
+    centre_r, centre_t = (e[0] for e in block.centre())
+    on_crank_r, on_crank_t = -crank * u_r - p_crank * u_t, -crank * u_t + p_crank * u_r
+    torque_in = -(centre_r * on_crank_t - centre_t * on_crank_r).sum()
+    # The cage feels the walls' pressure and their friction, which is radial, at the elements' sides.
+    torque_out = ((c.path_radius) * (force[2] - force[3]) - c.element_radius * (p_plus - p_minus)).sum()
+    assert torque_in == pytest.approx(torque_out / drive.ratio + lost, rel=2e-3)
+    # The losses are no rounding: without them it would not close.
+    assert abs(torque_in - torque_out / drive.ratio) > 0.5 * lost
+    assert lost > 0.02 * abs(torque_in)
+
+
+@pytest.mark.parametrize("name", ["drive_1", "drive_2", "drive_3"])
+def test_losses_lie_between_nothing_and_all_that_slides(name: str) -> None:
+    drive = sm.load_drive(name)
+    block = block_of(drive, drive.max_twist, 4)
+    r = block.result
+    force = np.stack([r.gear, r.crank, r.cage_plus, r.cage_minus])
+    least, ring = least_sliding(drive, block)
+    still = (force * np.abs(sliding(drive, block)[0])).sum(axis=0)
+    assert 0 < least.sum() < 0.6 * still.sum()
+    for other in (-0.05, 0.05):  # any other turn of the rings loses more
+        slip, by_turn, by_ring = sliding(drive, block)
+        slip = slip.copy()
+        slip[1] += by_ring * (ring + other)
+        radius = block.contacts.element_radius
+        best = np.min([(force * np.abs(slip + by_turn[:, None, None] * radius * (-s / by_turn[k] / radius)
+                                       )).sum(axis=0) for k, s in enumerate(slip)], axis=0)
+        assert best.sum() > least.sum()
+
+
+def test_efficiency_falls_with_friction_and_holds_its_definitions() -> None:
+    drive = sm.load_drive("drive_2", friction_coefficient=0.05)
+    twist = np.array([0.0, 0.3, 1.0]) * drive.max_twist
+    one, half = (friction_losses(drive, twist, 16, coefficient=mu) for mu in (None, 0.025))
+    np.testing.assert_allclose(one.loss, 2 * half.loss, rtol=1e-12)
+    assert (half.efficiency >= one.efficiency).all()
+    power = one.torque / drive.ratio
+    np.testing.assert_allclose(np.abs(power) / one.efficiency, np.abs(power) + one.loss, rtol=1e-12)
+    assert (one.backdriving_efficiency < one.efficiency).all()
+    # Drive 2's overlaps squeeze it without load: it has a no-load torque, drive 1 a tenth of it.
+    precise = friction_losses(sm.load_drive("drive_1"), twist[:1], 16, coefficient=0.05)
+    assert one.loss[:, 0].mean() > 5 * precise.loss[:, 0].mean() > 0
+
+
+def test_play_and_preload() -> None:
+    loose = sm.load_drive("drive_1", gear_offset="30 um")
+    assert not np.any(friction_losses(loose, [0.0], 8, coefficient=0.1).loss)
+    tight = [friction_losses(sm.load_drive("drive_1", gear_offset=f"-{size} um"), [0.0], 8, coefficient=0.1).loss.mean()
+             for size in (3, 6, 12)]
+    assert 0 < tight[0] < tight[1] < tight[2]
+
+
+@pytest.mark.parametrize("mu", [None, 0.0, 1.2, -0.1])
+def test_a_coefficient_must_be_stated(mu: float | None) -> None:
+    with pytest.raises(sm.InputError, match="coefficient of friction"):
+        friction_losses(sm.load_drive("drive_1"), [0.001], 2, coefficient=mu)
