@@ -51,25 +51,26 @@ class CoupledEquilibrium(Equilibrium):
     """An `Equilibrium` and what its drives' bodies do.
 
     settled: whether the outer equilibrium of the element's drive was found, (m, n); centres: of eccentrics and
-    drives in the order of their numbers; seat, motion: the elements' places in them.
+    drives in the order of their numbers; seat: the elements' places in them; contacts, twist: what was solved.
     """
 
     settled: NDArray[np.bool_]
     centres: Centres
     seat: Seat
-    motion: Motion
+    contacts: Contacts
+    twist: Array
 
     @property
     def centre_shift(self) -> Array:
         """Displacement of the eccentric's centre by bearing and housing as each element sees it, radial and
         tangential, (2, m, n) m.
         """
-        return np.stack(self.motion.shift(self.seat, self.centres))
+        return np.stack(Motion.of(self.contacts, self.twist).shift(self.seat, self.centres))
 
 
 def solve_beyond(contacts: Contacts, twist: Array, extra_force: ArrayLike | None = None) -> CoupledEquilibrium:
     """Equilibrium of n elements, whole drives, at m crank twists (rad); see `equilibrium.solve`."""
-    order = np.argsort(contacts.eccentric, kind="stable")
+    given, order = contacts, np.argsort(contacts.eccentric, kind="stable")
     contacts = contacts[order]
     load = contacts.load.T.copy()
     if extra_force is not None:
@@ -95,8 +96,9 @@ def solve_beyond(contacts: Contacts, twist: Array, extra_force: ArrayLike | None
             np.take(found_here, back, axis=1, out=values[name][part], mode="clip")
         status[part], settled[part] = found.status[:, back], found.settled[:, back]
         every.shift[:, part], every.twist[part] = found.centres.shift, found.centres.twist
-    seat, motion = frame.of(np.arange(len(contacts))).reordered(back), Motion.of(contacts[back], twist)
-    return CoupledEquilibrium(**values, status=status, settled=settled, centres=every, seat=seat, motion=motion)
+    seat = frame.of(np.arange(len(contacts))).reordered(back)
+    return CoupledEquilibrium(**values, status=status, settled=settled, centres=every, seat=seat, contacts=given,
+                              twist=twist)
 
 
 def _growth(twist: Array, first: int, here: Array) -> Array:
