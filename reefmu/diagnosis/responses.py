@@ -92,7 +92,7 @@ def _solved(key: _Key) -> Responses:
     step = max(STEP * deviation, 2 * widest / (MOST_CLEARANCES - 1))
     cells_each = int(np.ceil(widest / step))
     beyond = int(np.ceil(FARTHEST * deviation / step))
-    solved = step * np.arange(-cells_each - beyond, cells_each + beyond + 1)
+    solved = np.asarray(step * np.arange(-cells_each - beyond, cells_each + beyond + 1), float)
     single = np.stack([_torque(drive, twist, position, shift) for shift in solved])
     clearance = solved[beyond:len(solved) - beyond]
     z = step * np.arange(-beyond, beyond + 1) / deviation

@@ -25,7 +25,7 @@ def replay_record(path: str | os.PathLike[str], record: Record, outputs: Sequenc
     with the pause between two runs as one step.
     Errors: `InputError` for a file that is no such FMU or cannot run here.
     """
-    inputs = [dict(zip(_INPUTS, row, strict=True)) for row in record_inputs(record).tolist()]
+    inputs: list[dict[str, float]] = [dict(zip(_INPUTS, row, strict=True)) for row in record_inputs(record).tolist()]
     found = np.empty((len(record), len(outputs)))
     with FmuDrive(path) as drive:
         inside = {name.split(".")[0] for name in drive.parameters}

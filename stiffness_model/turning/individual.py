@@ -75,8 +75,8 @@ def draw_individual(drive: Drive, seed: int) -> Individual:
     ((87,), (3, 30))
     """
     check_seed(seed)
-    expect(drive.beyond.plain, "a drawing without switched-on bodies and contacts (the parts of an individual are solved "
-           "one by one, by the plain model)", "switches beyond it", drive.name)
+    expect(drive.beyond.plain, "a drawing of the plain contact model (an individual's parts are solved one by one)",
+           "switches beyond it", drive.name)
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed), spawn_key=_SPAWN_KEY)))
     start = float(rng.uniform(-math.pi, math.pi))
     normal = {part: rng.standard_normal(drive.elements) for part in ("element", "crank", "cage")}

@@ -6,7 +6,7 @@ place and the lobe, comes from a table along the profile. A turn of the output h
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -102,11 +102,10 @@ class Parts:
         beta, q = at.beta.ravel(), one.lobe[at.row, at.lobe].ravel() + gear_shift
         path = one.drive.path
         normal_r, normal_t = path.normal(beta, one.drive.orientation)
+        placed = own[number]
         ball = one.drive.element == "ball"
-        return Contacts(
-            beta=beta, path_radius=path.radius(beta), normal_r=normal_r, normal_t=normal_t,
-            gear_gap=q - one.element[number], reach=own.reach[number], cage_gap=own.cage_gap[number],
-            stiffness_gear=self.gear.stiffness(beta, q) if ball else own.stiffness_gear[number],
-            stiffness_crank=own.stiffness_crank[number], stiffness_cage=own.stiffness_cage[number],
-            capped=own.capped[number], eccentricity=own.eccentricity, exponent=own.exponent,
+        return replace(
+            placed, beta=beta, path_radius=path.radius(beta), normal_r=normal_r, normal_t=normal_t,
+            gear_gap=q - one.element[number],
+            stiffness_gear=self.gear.stiffness(beta, q) if ball else placed.stiffness_gear,
         )
