@@ -17,6 +17,7 @@ from .identify import Search, degenerate, part_of, without
 from .kernels import kernel
 from .scores import Direction, gains, projector
 from .study import Study
+from .weighting import INDIVIDUAL
 
 Array = NDArray[np.float64]
 
@@ -41,6 +42,8 @@ SMALL_SCATTER = 0.15
 MARGIN, KINEMATIC_MARGIN = 1.5, 5.0
 """On the greatest gain among the simulated individuals, which are not many; a kinematic error is by its nature what
 the lobes of an individual make."""
+OVER_SCATTER = 2.5
+"""Least size of an effect on an individual, in standard deviations of the population along its trace."""
 INDIVIDUAL_GAIN = 42.0
 """Gain below which nothing is named on an individual: scatter is not as normal as noise."""
 
@@ -136,6 +139,8 @@ def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Ma
             reasons[name] = f"removes {100 * shares[name]:.0f} % of what is left without it"
         elif material(study, change) < (MATERIAL if others else MATERIAL_FIRST) * study.base.full_torque:
             reasons[name] = "changes no run visibly"
+        elif size >= INDIVIDUAL and (over := over_scatter(study, fit, change)) < OVER_SCATTER:
+            reasons[name] = f"is {over:.1f} times what single drives of the population make of the kind by themselves"
     gain = base.cost - fit.cost
     whole = gain / (gain + rest) if gain > 0 else 0.0
     return Justified(fit, not reasons and whole >= FIRST_SHARE, shares, reasons)
@@ -148,6 +153,23 @@ def _smaller(study: Study, fit: Fit, name: str, others: tuple[str, ...], known: 
     if (found := known.get(frozenset(others))) is not None:
         fits.append(found)
     return min(fits, key=lambda f: f.cost)
+
+
+def over_scatter(study: Study, fit: Fit, change: Array) -> float:
+    """An effect's change (n,), N.m, over the standard deviation of what individuals show in its direction.
+
+    The random effect may be told from it all the same; but then a few per cent of misfit decide.
+    """
+    if not len(study.individuals):
+        return float("inf")
+    scale = 1 / np.sqrt(study.variance)
+    zero = fit.prediction.sensitivities[:, 0] * scale
+    zero = zero / max(float(np.linalg.norm(zero)), 1e-300)
+    along = change * scale
+    along = along - zero * float(zero @ along)
+    size = float(along @ along)
+    deviation = float(np.std(study.individuals @ (along * scale)))
+    return size / max(deviation, 1e-300)
 
 
 def material(study: Study, change: Array) -> float:

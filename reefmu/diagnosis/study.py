@@ -33,7 +33,8 @@ class Study:
     left_out: others, with the reason; scatter: of the population, None without a drawing;
     null_excess: what single drives of the population leave beyond the components, as a cost; shifted: weights
     by the twist and the clearance that the contacts feel; mean: whether this is the mean drive, so that the scatter
-    keeps its least size; spread: (n,) N.m, standard deviation of the population, empty if unknown.
+    keeps its least size; spread: (n,) N.m, standard deviation of the population, empty if unknown;
+    individuals: (m, n) N.m, single drives of the population less their mean, none for the mean drive.
     """
 
     base: Base
@@ -50,6 +51,7 @@ class Study:
     shifted: list[tuple[Array, Array, Weighting]] = field(default_factory=list)
     mean: bool = False
     spread: Array = field(default_factory=lambda: np.zeros(0))
+    individuals: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @cached_property
     def torque(self) -> Array:

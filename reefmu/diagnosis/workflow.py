@@ -113,6 +113,7 @@ def prepare(record: Record, trace: Trace, base: Base) -> tuple[Study, Array]:
         # Nothing may then be put down to scatter, and no individual need calibrate thresholds.
         study.mean, study.weights = True, weights.with_size(SIZES[0])
         fresh = fresh[:0]
+    study.individuals = fresh
     return study, fresh
 
 
