@@ -44,8 +44,7 @@ def assemble(lookup: Lookup, effects: Sequence[Effect], individual: Individual |
 class Assembly:
     """Symbols of one model and the expressions built on them."""
 
-    def __init__(self, lookup: Lookup, effects: Sequence[Effect],
-                 individual: Individual | None = None) -> None:
+    def __init__(self, lookup: Lookup, effects: Sequence[Effect], individual: Individual | None) -> None:
         self.effects = effects
         self.table = lookup_function(lookup) if individual is None else individual_function(individual, lookup)
         places = {effect.place for effect in effects}

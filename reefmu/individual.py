@@ -32,6 +32,8 @@ PASSES = 2
 """Refreshes of the crank's direction: right to 1e-6 of the full torque, 5e-7 on the steel drives."""
 LEAST = 1e-12
 """Below this share of its size a force counts as this: roots have no derivative at zero."""
+ANGLES = 200
+"""Of a turn of the output, for the greatest slope."""
 COLUMNS = 6
 """Of the table along the profile: path radius, normal_t/normal_r, 1/normal_r and, seen along the radius, those of
 `GearGive`."""
@@ -70,6 +72,16 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
         [whole + stiffness * (twist - inside), stiffness, ca.mmax(force), share, in_range],
         ["twist", "clearance", "angle"], ["torque", "stiffness", "max_contact_force", "load_share", "in_range"],
     )
+
+
+def steepest(individual: Individual, lookup: Lookup) -> float:
+    """The greatest slope of the torque over twist, N.m/rad: at the ends of the range, where the contacts are stiffest,
+    over one turn of the output."""
+    function = individual_function(individual, lookup)
+    twist, clearance, angle = (np.ravel(v) for v in np.meshgrid(
+        [lookup.twist.start, lookup.twist.stop], [lookup.clearance.start, lookup.clearance.stop],
+        np.linspace(0, 2 * math.pi, ANGLES, endpoint=False)))
+    return float(np.abs(np.asarray(function.map(angle.size)(twist, clearance, angle)[1])).max())
 
 
 def _gathered(table: Array, index: ca.MX) -> ca.MX:

@@ -12,7 +12,9 @@ scalars, without tables:
     rate(x, u, k, p, c) -> dx/dt
     output(x, u, k, p, c) -> y
 
-c: what the contacts give at that point, `CONTACT`.
+c: what the contacts give at that point, `CONTACT`. An individual has no tables; its contacts are a function too:
+
+    contact(q) -> c              q: twist of the contacts alone, clearance, output angle
 """
 
 from __future__ import annotations
@@ -23,8 +25,9 @@ from dataclasses import dataclass
 import casadi as ca
 
 from stiffness_model.lookup import Lookup
+from stiffness_model.turning import Individual
 
-from .assembly import Assembly
+from .assembly import INPUT_NAMES, Assembly
 from .effects import Effect, Place, Signals
 
 TUNED = ("compliance", "missing", "scale", "band")
@@ -32,6 +35,8 @@ TUNED = ("compliance", "missing", "scale", "band")
 another modulus; place in the population."""
 POINT = ("target", "clearance", "position")
 """Twist of contacts and compliance together, rad; gear clearance, m; position of the missing element, rad."""
+TURNED = (*POINT, "angle")
+"""The same for an individual, whose contacts change with the output's angle, rad."""
 CONTACT = ("torque", "stiffness", "max_contact_force", "load_share", "in_range")
 """Elastic torque, N.m; its derivative by the target, N.m/rad; the lookup's further outputs."""
 
@@ -41,7 +46,7 @@ class Stages:
     """See the module.
 
     paths, ages: whether states follow angles, and time. aged_by_torque: whether `aged` reads c. series: whether
-    there may be a compliance.
+    there may be a compliance. points: names of the entries of q, `POINT` or `TURNED`. contact: of an individual.
     """
 
     geometry: ca.Function
@@ -55,18 +60,21 @@ class Stages:
     ages: bool
     aged_by_torque: bool
     series: bool
+    points: tuple[str, ...]
+    contact: ca.Function | None
 
 
-def make_stages(lookup: Lookup, effects: Sequence[Effect]) -> Stages:
-    """The pieces of the model of this lookup and these effects."""
-    return _Staged(lookup, effects).stages()
+def make_stages(lookup: Lookup, effects: Sequence[Effect], individual: Individual | None = None) -> Stages:
+    """The pieces of the model of this lookup and these effects, or of an individual."""
+    return _Staged(lookup, effects, individual).stages()
 
 
 class _Staged(Assembly):
     """The assembly with symbols in place of the geometry and of what the contacts give."""
 
-    def __init__(self, lookup: Lookup, effects: Sequence[Effect]) -> None:
-        super().__init__(lookup, effects)
+    def __init__(self, lookup: Lookup, effects: Sequence[Effect], individual: Individual | None) -> None:
+        super().__init__(lookup, effects, individual)
+        self.turns = individual is not None
         self.k, self.c = ca.MX.sym("k", 2), ca.MX.sym("c", len(CONTACT))
 
     def signals(self) -> Signals:
@@ -95,13 +103,19 @@ class _Staged(Assembly):
         scale = ca.MX(1) if self.modulus is None else self.modulus.scale(self.total(Place.MODULUS, self.signals(), x))
         tuned = ca.vertcat(compliance, missing, scale, self.band)
         point = ca.vertcat(self.k[0] - offset, self.total(Place.CLEARANCE, self.signals(), x), position)
+        contact = None
+        if self.turns:
+            point = ca.vertcat(point, u[INPUT_NAMES.index("output.phi")])
+            q = ca.MX.sym("q", 3)
+            contact = ca.Function("individual", [q], [ca.vertcat(*self.table(q[0], q[1], q[2]))])
         aged = self.aged()
         return Stages(
             scalar_function("geometry", [u, p], geometry), scalar_function("tuned", [p], tuned),
             scalar_function("point", [x, u, k, p], point), scalar_function("moved", [x, u, k, p], self.moved()),
             scalar_function("aged", [x, u, k, dt, p, c], aged), scalar_function("rate", [x, u, k, p, c], self.rates()),
             scalar_function("output", [x, u, k, p, c], self.outputs()),
-            bool(self.paths), self.ages, self.ages and bool(ca.depends_on(aged, c)), not compliance.is_zero())
+            bool(self.paths), self.ages, self.ages and bool(ca.depends_on(aged, c)), not compliance.is_zero(),
+            TURNED if self.turns else POINT, contact)
 
 
 def scalar_function(name: str, arguments: list[ca.MX], result: ca.MX) -> ca.Function:

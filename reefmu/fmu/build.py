@@ -28,7 +28,7 @@ from .description import Export, model_description
 from .fmi3 import VERSIONS, members3, sources3
 from .generate import UNIT, sources, with_guid
 from .interface import Interface, declare, declare_exchange
-from .packed import lookup_head
+from .packed import carried_lookup, lookup_head
 from .platforms import chosen_platforms, compile_binaries
 
 if TYPE_CHECKING:
@@ -130,9 +130,9 @@ def _native_members(component: Component, resources: dict[str, bytes], when: dat
     """The archive of an FMU in C. Its resources are for `reefmu check` and for people; no binary reads them."""
     platforms = () if platform == "none" else chosen_platforms(platform)
     interface = declare_exchange(component)
-    # The tables stand among the sources.
+    # The tables, where there are any, stand among the sources.
     resources = {name: data for name, data in resources.items() if name != LOOKUP_FILE}
-    resources[HEAD_FILE] = lookup_head(component.model.lookup).encode()
+    resources[HEAD_FILE] = lookup_head(carried_lookup(component.model)).encode()
     nameless = sources(component, interface, "")
     if fmi != "2.0":
         nameless = sources3(nameless)

@@ -19,7 +19,7 @@ from stiffness_model.lookup import QUANTITIES
 
 from .component import Component
 from .interface import Interface, Variable
-from .packed import TABLES, tables_header
+from .packed import TABLES, carried_lookup, tables_header
 from .pieces import Pieces, make_pieces
 
 UNIT = "all.c"
@@ -38,7 +38,7 @@ def sources(component: Component, interface: Interface, guid: str) -> dict[str, 
     equations, sizes = _equations(pieces)
     files["equations.c"] = equations.encode()
     files["model.h"] = _header(component, pieces, interface, guid, sizes).encode()
-    files[TABLES] = tables_header(component.model.lookup).encode()
+    files[TABLES] = tables_header(carried_lookup(component.model)).encode()
     return files
 
 
@@ -61,7 +61,8 @@ def _equations(pieces: Pieces) -> tuple[str, dict[str, int]]:
     with tempfile.TemporaryDirectory(prefix="reefmu-generate-") as folder:
         text = Path(generator.generate(folder + "/")).read_text("utf-8")
     call = list(pieces.functions.values())
-    sizes = {"INTEGERS": 1 + max(f.sz_iw() for f in call), "WORK": 1 + max(f.sz_w() for f in call)}
+    sizes = {"INTEGERS": 1 + max(f.sz_iw() for f in call), "WORK": 1 + max(f.sz_w() for f in call),
+             "ARGUMENTS": max(f.sz_arg() for f in call), "RESULTS": max(f.sz_res() for f in call)}
     return _without_queries(text, pieces.functions), sizes
 
 
@@ -74,7 +75,7 @@ def _without_queries(text: str, functions: Iterable[str]) -> str:
 
 def _header(component: Component, pieces: Pieces, interface: Interface, guid: str, sizes: dict[str, int]) -> str:
     from reefmu.assembly import NEWTON_STEPS, SETTLED
-    from reefmu.stages import CONTACT, POINT, TUNED
+    from reefmu.stages import CONTACT, TUNED
 
     n_u, n_y, n_x = len(component.inputs), len(component.outputs), len(component.states)
     stages = pieces.stages
@@ -82,13 +83,14 @@ def _header(component: Component, pieces: Pieces, interface: Interface, guid: st
         "N_INPUTS": n_u, "N_OUTPUTS": n_y, "N_PARAMETERS": len(component.parameters), "N_STATES": n_x,
         "N_VALUES": len(interface.variables), "N_KNOWNS": n_u + n_x, "N_UNKNOWNS": n_y + n_x,
         "N_INDICATORS": component.switches, "FIRST_INDICATOR": component.first_switch,
-        "IS_JOINT": int(component.kind == "joint"), "HAS_PATHS": int(stages.paths), "HAS_AGES": int(stages.ages),
-        "AGED_BY_TORQUE": int(stages.aged_by_torque), "HAS_SERIES": int(stages.series), "N_MOTION": pieces.motion,
+        "IS_JOINT": int(component.kind == "joint"),
+        "IS_INDIVIDUAL": int(stages.contact is not None), "HAS_PATHS": int(stages.paths),
+        "HAS_AGES": int(stages.ages), "AGED_BY_TORQUE": int(stages.aged_by_torque), "HAS_SERIES": int(stages.series), "N_MOTION": pieces.motion,
         "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"),
         "MOST_PARTS": MOST_PARTS, "NEWTON_STEPS": NEWTON_STEPS, "SETTLED": SETTLED,
         **{f"N_{name}": size for name, size in sizes.items()},
     }
-    orders = {"POINT": POINT, "TUNED": TUNED, "CONTACT": CONTACT, "TABLE": [f"table_{name}" for name in QUANTITIES]}
+    orders = {"POINT": stages.points, "TUNED": TUNED, "CONTACT": CONTACT, "TABLE": [f"table_{name}" for name in QUANTITIES]}
     enums = "".join(f"enum {{ {', '.join(name.upper() for name in names)}, N_{title} }};\n"
                     for title, names in orders.items())
     rows = "".join(_row(v, component, interface) for v in interface.variables)

@@ -170,7 +170,7 @@ class System:
     def pace(self) -> Any:
         """Longest part of a step: `PHASE` of the oscillation on the steepest spring there is.
 
-        That is the lookup's steepest slope and what the states add to it: as they follow the twist or the
+        That is the contacts' steepest slope and what the states add to it: as they follow the twist or the
         output, they too resist, twice as much after a reversal.
         """
         ca = self.ca
@@ -193,7 +193,7 @@ class System:
     def pace_with(self, added: Any) -> Any:
         """The same, from what the states add to the slope, N.m/rad."""
         softness = 1 / (self.motor_inertia * self.ratio**2) + 1 / self.load_inertia
-        return PHASE / self.ca.sqrt((steepest(self.model.lookup) + added) * softness)
+        return PHASE / self.ca.sqrt((steepest(self.model) + added) * softness)
 
 
 class JointStages(System):
@@ -231,9 +231,14 @@ class JointStages(System):
         return {name: scalar_function(name, arguments, result) for name, (arguments, result) in bodies.items()}
 
 
-def steepest(lookup: Any) -> float:
-    """The greatest slope of the torque over twist in a lookup, N.m/rad, of mean and percentiles alike."""
+def steepest(model: DriveModel) -> float:
+    """The greatest slope of the torque over twist, N.m/rad, of an individual or of mean and percentiles alike."""
     import numpy as np
 
+    lookup = model.lookup
+    if model.individual is not None:
+        from reefmu import individual
+
+        return individual.steepest(model.individual, lookup)
     # The spline's slope is a mean of the differences of its coefficients.
     return float(np.abs(np.diff(lookup.coefficients[:3], axis=1)).max() / lookup.twist.step)

@@ -5,7 +5,7 @@ of a quantum, 3e-14 of full torque and 6e-14 of the greatest force at most; of w
 half; and of what follows smoothly from its neighbours, differences: twice along the twist, once along the clearance.
 Signs go into the lowest bit, and the bytes into planes, the lowest of all numbers first: the upper ones are nearly
 all zero, and no more planes are written than needed. `native/tables.c` unpacks them. Against the lookup's own error
-bound, 1e-4, the rounding is nothing.
+bound, 1e-4, the rounding is nothing. An individual reads no tables but that of a missing element: `carried_lookup`.
 """
 
 from __future__ import annotations
@@ -13,17 +13,20 @@ from __future__ import annotations
 import json
 import math
 import re
-from dataclasses import asdict, astuple
-from typing import Any
+from dataclasses import asdict, astuple, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiffness_model.element_table import EDGE, ElementTable
 from stiffness_model.errors import InputError, expect
-from stiffness_model.lookup import Lookup
+from stiffness_model.lookup import QUANTITIES, Lookup
 from stiffness_model.modulus import ModulusShares
 from stiffness_model.spline import Axis
+
+if TYPE_CHECKING:
+    from reefmu.model import DriveModel
 
 Array = NDArray[np.float64]
 TABLES = "tables.h"
@@ -34,21 +37,20 @@ _SYMMETRY = 1e-9
 """How far tables may be off their symmetry, as a share of their greatest value: rounding is 1e-15."""
 
 
+def carried_lookup(model: DriveModel) -> Lookup:
+    """The lookup as a component in C carries it: of an individual, with tables (5, 0, 0) over twist and clearance."""
+    if model.individual is None:
+        return model.lookup
+    return replace(model.lookup, coefficients=np.zeros((len(QUANTITIES), 0, 0)))
+
+
 def tables_header(lookup: Lookup) -> str:
     """C: axes, quanta and packed numbers."""
-    half = _half(lookup)
-    quanta = [_quantum(lookup.full_torque, _TORQUE_BITS)] * 3 + [
-        _quantum(float(np.abs(table).max()), _OTHER_BITS) for table in half[3:]]
-    planes, words = _packed(half[..., None], quanta)
-    n_q, rows, columns = half.shape
-    numbers: dict[str, Any] = {
-        "LOOKUP_QUANTITIES": n_q, "LOOKUP_ROWS": rows, "LOOKUP_COLUMNS": columns,
-        "LOOKUP_TWIST_STEP": lookup.twist.step, "LOOKUP_TWIST_CELLS": rows - 3, **_axis("LOOKUP_CLEARANCE",
-                                                                                     lookup.clearance),
-        "LOOKUP_QUANTA": f"{{{', '.join(map(repr, quanta))}}}", "LOOKUP_PLANES": planes,
-        "HAS_ELEMENT": int(lookup.element is not None),
-    }
-    arrays = _array("LOOKUP_WORDS", words)
+    numbers: dict[str, Any] = {}
+    arrays = ""
+    if lookup.coefficients.size:
+        numbers, arrays = _lookup_part(lookup)
+    numbers["HAS_ELEMENT"] = int(lookup.element is not None)
     if (element := lookup.element) is not None:
         quantum = _quantum(lookup.full_torque, _TORQUE_BITS)
         shape = element.coefficients.shape
@@ -66,6 +68,20 @@ def tables_header(lookup: Lookup) -> str:
             f"#include <stdint.h>\n\n{defines}\n{arrays}\n#endif\n")
 
 
+def _lookup_part(lookup: Lookup) -> tuple[dict[str, Any], str]:
+    half = _half(lookup)
+    quanta = [_quantum(lookup.full_torque, _TORQUE_BITS)] * 3 + [
+        _quantum(float(np.abs(table).max()), _OTHER_BITS) for table in half[3:]]
+    planes, words = _packed(half[..., None], quanta)
+    n_q, rows, columns = half.shape
+    return {
+        "LOOKUP_QUANTITIES": n_q, "LOOKUP_ROWS": rows, "LOOKUP_COLUMNS": columns,
+        "LOOKUP_TWIST_STEP": lookup.twist.step, "LOOKUP_TWIST_CELLS": rows - 3, **_axis("LOOKUP_CLEARANCE",
+                                                                                     lookup.clearance),
+        "LOOKUP_QUANTA": f"{{{', '.join(map(repr, quanta))}}}", "LOOKUP_PLANES": planes,
+    }, _array("LOOKUP_WORDS", words)
+
+
 def lookup_head(lookup: Lookup) -> str:
     """JSON: all of a lookup that `tables_header` leaves out."""
     return json.dumps({
@@ -74,6 +90,7 @@ def lookup_head(lookup: Lookup) -> str:
         "twist": astuple(lookup.twist), "clearance": astuple(lookup.clearance),
         "modulus": None if lookup.modulus is None else asdict(lookup.modulus),
         "element": None if lookup.element is None else lookup.element.head(),
+        **({} if lookup.coefficients.size else {"tables": False}),
     })
 
 
@@ -83,17 +100,20 @@ def read_tables(header: str, head: str, where: str) -> Lookup:
         values = json.loads(head)
         twist, clearance = (Axis(start, step, int(cells)) for start, step, cells in
                             (values["twist"], values["clearance"]))
-        shape = tuple(int(_define(header, f"LOOKUP_{name}")) for name in ("QUANTITIES", "ROWS", "COLUMNS"))
-        half = _unpacked(header, "LOOKUP", (*shape, 1),
-                         [float(x) for x in _define(header, "LOOKUP_QUANTA").strip("{}").split(",")])[..., 0]
-        expect(2 * half.shape[1] - 3 == twist.size and half.shape[2] == clearance.size,
-               "tables of the size the head states", half.shape, where)
+        coefficients = np.zeros((len(QUANTITIES), 0, 0))
+        if values.get("tables", True):
+            shape = tuple(int(_define(header, f"LOOKUP_{name}")) for name in ("QUANTITIES", "ROWS", "COLUMNS"))
+            half = _unpacked(header, "LOOKUP", (*shape, 1),
+                             [float(x) for x in _define(header, "LOOKUP_QUANTA").strip("{}").split(",")])[..., 0]
+            expect(2 * half.shape[1] - 3 == twist.size and half.shape[2] == clearance.size,
+                   "tables of the size the head states", half.shape, where)
+            coefficients = _whole(half)
         element = None
         if values["element"] is not None:
             shape = tuple(int(_define(header, f"ELEMENT_{name}")) for name in ("ROWS", "COLUMNS", "LAYERS"))
             table = _unpacked(header, "ELEMENT", (1, *shape), [float(_define(header, "ELEMENT_QUANTUM"))])[0]
             element = ElementTable.of(values["element"], table, where)
-        return Lookup(twist, clearance, _whole(half), values["full_torque"], values["error"], values["drawing"],
+        return Lookup(twist, clearance, coefficients, values["full_torque"], values["error"], values["drawing"],
                       values["n_drives"], values["seed"], values["version"],
                       None if values["modulus"] is None else ModulusShares(**values["modulus"]), element)
     except (ValueError, KeyError, TypeError, IndexError) as error:

@@ -12,6 +12,11 @@ and for a joint, which integrates itself,
     kick(x, u, dt, g, k, p, c) -> x          speeds after dt
     probe(p) -> (x, x)                       two motions that stretch every spring
     pace(p, added) -> dt                     longest part of a step; added: slope that the states add, N.m/rad
+
+and for an individual, not in scalars,
+
+    individual(q) -> c                       what its own contacts give: `reefmu.stages`
+    individual_change(q, dq) -> dc
 """
 
 from __future__ import annotations
@@ -40,9 +45,10 @@ def make_pieces(component: Component) -> Pieces:
     """The pieces of a component of either kind."""
     import casadi as ca
 
-    from reefmu.stages import CONTACT, POINT, make_stages, scalar_function
+    from reefmu.stages import CONTACT, make_stages, scalar_function
 
-    stages = make_stages(component.model.lookup, component.model.effects)
+    model = component.model
+    stages = make_stages(model.lookup, model.effects, model.individual)
     x, u, p = (ca.MX.sym(name, len(items)) for name, items in
                (("x", component.states), ("u", component.inputs), ("p", component.parameters)))
     k, c, dt = ca.MX.sym("k", 2), ca.MX.sym("c", len(CONTACT)), ca.MX.sym("dt")
@@ -67,8 +73,13 @@ def make_pieces(component: Component) -> Pieces:
     at = ca.Function("at", [x, u, p], [functions["point"](x, u, functions["geometry"](x, u, p), p)])
     gives = ca.Function("gives", [x, u, p, c], [ca.vertcat(
         *(functions[name](x, u, functions["geometry"](x, u, p), p, c) for name in ("output", "rate")))])
-    of_point = at.forward(1)(x, u, p, ca.MX(len(POINT), 1), dx, du, still)
+    of_point = at.forward(1)(x, u, p, ca.MX(len(stages.points), 1), dx, du, still)
     of_result = gives.forward(1)(x, u, p, c, ca.MX(*gives.size_out(0)), dx, du, still, dc)
     functions["point_change"] = scalar_function("point_change", [x, u, p, d], of_point)
     functions["change"] = scalar_function("change", [x, u, p, d, c, dc], of_result)
+    if stages.contact is not None:
+        q, dq = ca.MX.sym("q", 3), ca.MX.sym("dq", 3)
+        of_contact = stages.contact.forward(1)(q, ca.MX(len(CONTACT), 1), dq)
+        functions["individual"] = stages.contact
+        functions["individual_change"] = ca.Function("individual_change", [q, dq], [ca.densify(of_contact)])
     return Pieces(functions, stages, motion)

@@ -1,28 +1,27 @@
 /* What the contacts give at a point: torque, stiffness, force, load share. The lookup of the Python model
-   (reefmu/tables.py, contact.py and assembly.py), read from the unpacked tables. */
+   (reefmu/tables.py, contact.py and assembly.py), read from the unpacked tables; of an individual, what its own
+   contacts give (reefmu/individual.py), generated. */
 
-static const Axis TWIST = {0.0, 1.0 / LOOKUP_TWIST_STEP, LOOKUP_TWIST_CELLS};
-static const Axis SHIFT = {LOOKUP_CLEARANCE_START, 1.0 / LOOKUP_CLEARANCE_STEP, LOOKUP_CLEARANCE_CELLS};
-
-/* The tables at one clearance and position, as a function of the twist alone; the rows of the last cells. */
+/* The contacts at one clearance and position, as a function of the twist alone; the rows of the last cells. */
 typedef struct {
     const Tables *tables; /* NULL: not cut yet */
     const double *tuned;
-    double at[N_POINT], shift, held[4];
+    double at[N_POINT];
+#if IS_INDIVIDUAL
+    int *integers; /* work space of the generated functions */
+    double *work;
+#else
+    double shift, held[4];
     int column;
     int cell; /* of the lookup, and the side of the twist */
     double side, rows[4];
+#endif
 #if HAS_ELEMENT
     double element_side, left, around[16];
     int corner, element_cell; /* of the element's table */
     double element_rows[4];
 #endif
 } Slice;
-
-/* Coefficients along the twist of one quantity. */
-static inline double row_of(const Slice *slice, int quantity, int row) {
-    return dot(slice->held, slice->tables->lookup + (quantity * LOOKUP_ROWS + row) * LOOKUP_COLUMNS + slice->column);
-}
 
 #if HAS_ELEMENT
 static const Axis ELEMENT_TWIST = {ELEMENT_TWIST_START, 1.0 / ELEMENT_TWIST_STEP, ELEMENT_TWIST_CELLS};
@@ -73,23 +72,59 @@ static void take_element(Slice *slice, double twist, double *torque, double *sti
 }
 #endif
 
+#if !IS_INDIVIDUAL
+static const Axis TWIST = {0.0, 1.0 / LOOKUP_TWIST_STEP, LOOKUP_TWIST_CELLS};
+static const Axis SHIFT = {LOOKUP_CLEARANCE_START, 1.0 / LOOKUP_CLEARANCE_STEP, LOOKUP_CLEARANCE_CELLS};
+#endif
+
 /* For one instance between two changes of its parameters: a slice that is cut there already stays. */
 static void cut(Slice *slice, const Tables *tables, const double *tuned, const double *q) {
+#if IS_INDIVIDUAL
+    slice->at[ANGLE] = q[ANGLE];
+#endif
     if (slice->tables && slice->at[CLEARANCE] == q[CLEARANCE] && slice->at[POSITION] == q[POSITION]) return;
     slice->tables = tables, slice->tuned = tuned;
     slice->at[CLEARANCE] = q[CLEARANCE], slice->at[POSITION] = q[POSITION];
+#if !IS_INDIVIDUAL
     slice->column = cell_of(SHIFT, q[CLEARANCE], &slice->shift);
     cubic(clipped(slice->shift), slice->held);
     slice->cell = -1, slice->side = 0.0;
+#endif
 #if HAS_ELEMENT
     cut_element(slice, q);
 #endif
 }
 
+#if IS_INDIVIDUAL
+/* The contacts at a twist of their own: torque and stiffness, and all that the parts themselves give. */
+typedef struct { double torque, stiffness, own[N_CONTACT]; } Turned;
+
+static Turned unscaled(Slice *slice, double twist) {
+    Turned at;
+    double point[3] = {twist, slice->at[CLEARANCE], slice->at[ANGLE]};
+    const double *arguments[N_ARGUMENTS] = {point};
+    double *results[N_RESULTS] = {at.own};
+    individual(arguments, results, slice->integers, slice->work, 0);
+    at.torque = at.own[TORQUE], at.stiffness = at.own[STIFFNESS];
+    return at;
+}
+
+/* Force, load share and whether the point is in range. */
+static void rest(const Slice *slice, const Turned *at, double *c) {
+    (void)slice;
+    c[MAX_CONTACT_FORCE] = at->own[MAX_CONTACT_FORCE], c[LOAD_SHARE] = at->own[LOAD_SHARE];
+    c[IN_RANGE] = at->own[IN_RANGE];
+}
+#else
+/* Coefficients along the twist of one quantity. */
+static inline double row_of(const Slice *slice, int quantity, int row) {
+    return dot(slice->held, slice->tables->lookup + (quantity * LOOKUP_ROWS + row) * LOOKUP_COLUMNS + slice->column);
+}
+
 /* The contacts at a twist of their own: torque and stiffness, and coordinate and weights in slice->cell. */
 typedef struct { double torque, stiffness, f, w[4]; } Turned;
 
-static Turned turn(Slice *slice, double twist) {
+static Turned unscaled(Slice *slice, double twist) {
     Turned at;
     double side = twist < 0.0 ? -1.0 : 1.0, band = side * slice->tuned[BAND], s[4];
     int cell = cell_of(TWIST, side * twist, &at.f);
@@ -105,6 +140,23 @@ static Turned turn(Slice *slice, double twist) {
     going_on(at.f, at.w, s);
     at.torque = side * dot(at.w, slice->rows);
     at.stiffness = dot(s, slice->rows) * (1.0 / LOOKUP_TWIST_STEP);
+    return at;
+}
+
+/* Force, load share and whether the point is in range. */
+static void rest(const Slice *slice, const Turned *at, double *c) {
+    double rows[4];
+    for (int a = 0; a < 4; a++) rows[a] = row_of(slice, TABLE_MAX_CONTACT_FORCE, slice->cell + a);
+    c[MAX_CONTACT_FORCE] = dot(at->w, rows);
+    for (int a = 0; a < 4; a++) rows[a] = row_of(slice, TABLE_LOAD_SHARE, slice->cell + a);
+    c[LOAD_SHARE] = dot(at->w, rows);
+    c[IN_RANGE] = at->f <= 1.0 && slice->shift >= 0.0 && slice->shift <= 1.0;
+}
+#endif
+
+/* The same without what is missing and with the modulus of the parameters. */
+static Turned turn(Slice *slice, double twist) {
+    Turned at = unscaled(slice, twist);
 #if HAS_ELEMENT
     take_element(slice, twist, &at.torque, &at.stiffness);
 #endif
@@ -127,7 +179,7 @@ static int settle(Slice *slice, double target, double *twist) {
 
 /* `contact` at q; where it is known from a point before, the search starts there. */
 static void touch(Slice *slice, const double *q, Contact *contact) {
-    double rows[4], compliance = slice->tuned[COMPLIANCE], twist = q[TARGET], *c = contact->gives;
+    double compliance = slice->tuned[COMPLIANCE], twist = q[TARGET], *c = contact->gives;
     Turned at;
     if (compliance != 0.0) {
         if (contact->known)
@@ -143,11 +195,8 @@ static void touch(Slice *slice, const double *q, Contact *contact) {
         c[STIFFNESS] /= 1.0 + compliance * at.stiffness;
         c[TORQUE] -= c[STIFFNESS] * (twist + compliance * at.torque - q[TARGET]);
     }
-    for (int a = 0; a < 4; a++) rows[a] = row_of(slice, TABLE_MAX_CONTACT_FORCE, slice->cell + a);
-    c[MAX_CONTACT_FORCE] = slice->tuned[SCALE] * dot(at.w, rows);
-    for (int a = 0; a < 4; a++) rows[a] = row_of(slice, TABLE_LOAD_SHARE, slice->cell + a);
-    c[LOAD_SHARE] = dot(at.w, rows);
-    c[IN_RANGE] = at.f <= 1.0 && slice->shift >= 0.0 && slice->shift <= 1.0;
+    rest(slice, &at, c);
+    c[MAX_CONTACT_FORCE] *= slice->tuned[SCALE];
     memcpy(contact->at, q, sizeof contact->at);
     memcpy(contact->tuned, slice->tuned, sizeof contact->tuned);
     contact->twist = twist;

@@ -26,6 +26,15 @@ static void weigh(Weights *weights, double f, double g, double twist_step, doubl
     }
 }
 
+#if IS_INDIVIDUAL
+/* Change of all that the parts give, for a change of twist, clearance and output angle. */
+static void individual_moves(const Slice *slice, double twist, double dt, double dc, double da, double *change) {
+    double point[3] = {twist, slice->at[CLEARANCE], slice->at[ANGLE]}, along[3] = {dt, dc, da};
+    const double *arguments[N_ARGUMENTS] = {point, along};
+    double *results[N_RESULTS] = {change};
+    individual_change(arguments, results, slice->integers, slice->work, 0);
+}
+#else
 static Slopes lookup_slopes(const Slice *slice, const Weights *w, int quantity) {
     const double *from =
         slice->tables->lookup + (quantity * LOOKUP_ROWS + slice->cell) * LOOKUP_COLUMNS + slice->column;
@@ -36,6 +45,7 @@ static Slopes lookup_slopes(const Slice *slice, const Weights *w, int quantity) 
     slopes.by_tc = over_cell(from, LOOKUP_COLUMNS, w->twist[1], w->shift[1]);
     return slopes;
 }
+#endif
 
 static void add(Slopes *to, Slopes slopes, double factor) {
     to->by_t += factor * slopes.by_t, to->by_c += factor * slopes.by_c, to->by_p += factor * slopes.by_p;
@@ -76,10 +86,19 @@ static Slopes element_slopes(const Slice *slice, const double *q, double twist) 
 static void touch_change(const Slice *at, const Contact *contact, const double *dq, double *change) {
     Slice slice = *at;
     Turned at_twist;
-    Weights w;
     const double *tuned = at->tuned;
-    Slopes torque = {0}, blend = {0}, force, share;
-    double value, side, band, softer, moved, scale = tuned[SCALE], compliance = tuned[COMPLIANCE];
+    Slopes torque = {0};
+    double value, softer, moved, scale = tuned[SCALE], compliance = tuned[COMPLIANCE];
+#if IS_INDIVIDUAL
+    double still[N_CONTACT], turned[N_CONTACT]; /* by clearance and angle, and by a radian of twist */
+    at_twist = turn(&slice, contact->twist);
+    individual_moves(&slice, contact->twist, 0.0, dq[CLEARANCE], dq[ANGLE], still);
+    individual_moves(&slice, contact->twist, 1.0, 0.0, 0.0, turned);
+    torque.by_t = turned[TORQUE], torque.by_tt = turned[STIFFNESS];
+#else
+    Weights w;
+    Slopes blend = {0}, force, share;
+    double side, band;
     at_twist = turn(&slice, contact->twist);
     side = slice.side, band = side * tuned[BAND];
     weigh(&w, at_twist.f, slice.shift, LOOKUP_TWIST_STEP, LOOKUP_CLEARANCE_STEP);
@@ -88,17 +107,27 @@ static void touch_change(const Slice *at, const Contact *contact, const double *
     /* The torque is odd in the twist. */
     torque.by_t = blend.by_t, torque.by_c = side * blend.by_c, torque.by_tt = side * blend.by_tt;
     torque.by_tc = blend.by_tc;
+#endif
 #if HAS_ELEMENT
     if (tuned[MISSING] != 0.0) add(&torque, element_slopes(&slice, contact->at, contact->twist), -tuned[MISSING]);
 #endif
     softer = 1.0 / (1.0 + compliance * at_twist.stiffness);
     value = scale * (torque.by_c * dq[CLEARANCE] + torque.by_p * dq[POSITION]);
+#if IS_INDIVIDUAL
+    value += scale * still[TORQUE];
+#endif
     moved = (dq[TARGET] - compliance * value) * softer;
     change[TORQUE] = scale * torque.by_t * moved + value;
     change[STIFFNESS] = scale * softer * softer *
                         (torque.by_tt * moved + torque.by_tc * dq[CLEARANCE] + torque.by_tp * dq[POSITION]);
+#if IS_INDIVIDUAL
+    change[STIFFNESS] += scale * softer * softer * still[STIFFNESS];
+    change[MAX_CONTACT_FORCE] = scale * (turned[MAX_CONTACT_FORCE] * moved + still[MAX_CONTACT_FORCE]);
+    change[LOAD_SHARE] = turned[LOAD_SHARE] * moved + still[LOAD_SHARE];
+#else
     force = lookup_slopes(&slice, &w, TABLE_MAX_CONTACT_FORCE), share = lookup_slopes(&slice, &w, TABLE_LOAD_SHARE);
     change[MAX_CONTACT_FORCE] = scale * (side * force.by_t * moved + force.by_c * dq[CLEARANCE]);
     change[LOAD_SHARE] = side * share.by_t * moved + share.by_c * dq[CLEARANCE];
+#endif
     change[IN_RANGE] = 0.0;
 }

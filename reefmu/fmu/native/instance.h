@@ -54,7 +54,11 @@ typedef struct {
 
 /* The lookup by quantity, twist and clearance; the missing element by twist, clearance and position. */
 typedef struct {
+#if IS_INDIVIDUAL
+    char none; /* of the lookup: its parts stand in the generated functions */
+#else
     double lookup[LOOKUP_QUANTITIES * LOOKUP_ROWS * LOOKUP_COLUMNS];
+#endif
 #if HAS_ELEMENT
     double element[ELEMENT_ROWS * ELEMENT_COLUMNS * ELEMENT_LAYERS];
 #endif

@@ -31,6 +31,9 @@ static void place_at(Instance *instance, Place *place, const double *x) {
     place->x = x, place->u = v + AT_INPUTS, place->p = v + AT_PARAMETERS;
     place->turn = 0;
     place->slice.tables = NULL;
+#if IS_INDIVIDUAL
+    place->slice.integers = instance->integers, place->slice.work = instance->work;
+#endif
     place->contact.known = 0;
     RUN(geometry, place->k, x, place->u, place->p);
 }

@@ -27,8 +27,10 @@ static void unpack(const uint32_t *words, int planes, const double *quanta, int 
 }
 
 static void unpack_tables(Tables *tables) {
+#if !IS_INDIVIDUAL
     static const double quanta[] = LOOKUP_QUANTA;
     unpack(LOOKUP_WORDS, LOOKUP_PLANES, quanta, LOOKUP_QUANTITIES, LOOKUP_ROWS, LOOKUP_COLUMNS, 1, tables->lookup);
+#endif
 #if HAS_ELEMENT
     {
         static const double quantum[] = {ELEMENT_QUANTUM};
