@@ -33,10 +33,19 @@ def model(drive: sm.Drive, lookup: Lookup) -> DriveModel:
 @pytest.fixture(scope="session")
 def full_model(drive: sm.Drive, lookup: Lookup) -> DriveModel:
     """Every effect at its nominal size."""
-    model = build_model(drive, {name: {} for name in ALL_EFFECTS}, lookup=lookup)
+    return at_nominal(build_model(drive, {name: {} for name in ALL_EFFECTS}, lookup=lookup), band=0.3)
+
+
+@pytest.fixture(scope="session")
+def full_individual(drive: sm.Drive, lookup: Lookup) -> DriveModel:
+    """The same around one drive with its own parts."""
+    return at_nominal(build_model(drive, {name: {} for name in ALL_EFFECTS}, lookup=lookup, individual=3))
+
+
+def at_nominal(model: DriveModel, **values: float) -> DriveModel:
     sizes = {p.name: float(np.clip(p.nominal, p.minimum, p.maximum)) for p in model.parameters
              if p.tunable and p.minimum is not None and p.maximum is not None}
-    return model.with_parameters({**sizes, "band": 0.3})
+    return model.with_parameters({**sizes, **values})
 
 
 @pytest.fixture(scope="session")
@@ -47,6 +56,11 @@ def native(model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def full_native(full_model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return export_fmu(full_model, tmp_path_factory.mktemp("native") / "full.fmu", backend="native")
+
+
+@pytest.fixture(scope="session")
+def full_native_individual(full_individual: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return export_fmu(full_individual, tmp_path_factory.mktemp("native") / "one.fmu", backend="native")
 
 
 @pytest.fixture(scope="session")

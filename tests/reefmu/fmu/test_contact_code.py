@@ -15,7 +15,7 @@ from reefmu.effects import EFFECTS, Effect, Parameter, Place
 from reefmu.fmu.component import Component, drive_component
 from reefmu.fmu.host import FmuDrive
 from reefmu.fmu.interface import declare_exchange
-from reefmu.fmu.packed import lookup_head, read_tables, tables_header
+from reefmu.fmu.packed import carried_lookup, lookup_head, read_tables, tables_header
 from reefmu.model import DriveModel, build_model
 from reefmu.stages import make_stages
 from stiffness_model.lookup import Lookup
@@ -37,10 +37,15 @@ def drawn(component: Component, rng: np.random.Generator) -> dict[str, float]:
 
 
 @needs_compiler
-def test_outputs_and_directional_derivatives_are_the_models(full_model: DriveModel, full_native: Path) -> None:
+@pytest.mark.parametrize(("name", "fmu"), [("full_model", "full_native"),
+                                           ("full_individual", "full_native_individual")])
+def test_outputs_and_directional_derivatives_are_the_models(name: str, fmu: str,
+                                                            request: pytest.FixtureRequest) -> None:
     """To 1e-12 of the greatest, in and beyond the tables, with random parameters, by inputs and states together."""
     # The tables as they stand in the FMU: what their rounding does is held in test_packed.
-    packed = read_tables(tables_header(full_model.lookup), lookup_head(full_model.lookup), "")
+    full_model, path = request.getfixturevalue(name), request.getfixturevalue(fmu)
+    carried = carried_lookup(full_model)
+    packed = read_tables(tables_header(carried), lookup_head(carried), "")
     component = drive_component(replace(full_model, lookup=packed))
     interface = declare_exchange(component)
     unknowns = [v.name for v in (*interface.block("output"), *interface.derivatives)]
@@ -49,7 +54,7 @@ def test_outputs_and_directional_derivatives_are_the_models(full_model: DriveMod
     rng = np.random.default_rng(11)
     reach = full_model.lookup.twist.stop
     ratio = full_model.drive.ratio
-    with FmuDrive(full_native) as drive:
+    with FmuDrive(path) as drive:
         for case in range(150):
             drive.reset(drawn(component, rng))
             crank = rng.uniform(-7, 7)

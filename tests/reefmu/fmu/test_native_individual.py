@@ -1,0 +1,143 @@
+"""The native FMU of one individual drive: generated C of its own contacts where the lookup's tables stood."""
+
+from __future__ import annotations
+
+import shutil
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stiffness_model as sm
+from reefmu.cli import main
+from reefmu.fmu.build import export_fmu
+from reefmu.fmu.check import check_fmu
+from reefmu.fmu.component import component_in, drive_component
+from reefmu.fmu.host import FmuDrive
+from reefmu.fmu.joint_component import joint_component, steepest
+from reefmu.fmu.packed import TABLES, carried_lookup, lookup_head, read_tables, tables_header
+from reefmu.fmu.trial import make_trial, run_fmu, run_model
+from reefmu.individual import individual_function
+from reefmu.masses import Masses
+from reefmu.model import OUTPUTS, DriveModel, build_model
+from reefmu.model_file import save_model
+from stiffness_model.errors import InputError
+from stiffness_model.lookup import Lookup
+
+needs_compiler = pytest.mark.skipif(
+    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH")
+NAMES = tuple(signal.name for signal in OUTPUTS)
+MASSES = Masses(1e-4, 1.0)
+
+
+@pytest.fixture(scope="module")
+def one(drive: sm.Drive, lookup: Lookup) -> DriveModel:
+    return build_model(drive, lookup=lookup, individual=3)
+
+
+@needs_compiler
+def test_native_python_and_model_agree(full_individual: DriveModel, full_model: DriveModel,
+                                       full_native_individual: Path, tmp_path: Path) -> None:
+    """With all effects to 1e-12 of full torque, over reversals and uneven steps; and it is not the mean drive."""
+    component = drive_component(full_individual)
+    trial = make_trial(component)
+    expected = run_model(component, trial, full_individual.parameter_vector())
+    for path in (full_native_individual, export_fmu(full_individual, tmp_path / "python.fmu")):
+        with FmuDrive(path) as drive:
+            deviation = np.abs(run_fmu(drive, trial, NAMES) - expected)
+        assert deviation[:, NAMES.index("output.tau")].max() < 1e-12 * full_individual.full_torque
+        assert (deviation.max(axis=0) <= 1e-11 * np.maximum(np.abs(expected).max(axis=0), 1)).all()
+    mean = run_model(drive_component(full_model.with_parameters(band=0.0)), trial, full_model.parameter_vector())
+    assert np.abs(mean[:, 0] - expected[:, 0]).max() > 1e-3 * full_individual.full_torque
+
+
+@needs_compiler
+@pytest.mark.parametrize(("fmi", "masses"), [("2.0", None), ("2.0", MASSES), ("3.0", None), ("3.0", MASSES)])
+def test_check_passes(one: DriveModel, fmi: str, masses: Masses | None, tmp_path: Path) -> None:
+    path = export_fmu(one, tmp_path / "one.fmu", backend="native", fmi=fmi, masses=masses)
+    report = check_fmu(path)
+    assert report.passed, str(report)
+    assert report["agreement"].figure < 1e-12
+
+
+@needs_compiler
+def test_check_passes_with_effects(full_individual: DriveModel, full_native_individual: Path, tmp_path: Path) -> None:
+    for path in (full_native_individual,
+                 export_fmu(full_individual, tmp_path / "joint.fmu", backend="native", masses=MASSES)):
+        report = check_fmu(path)
+        assert report.passed, str(report)
+
+
+@needs_compiler
+def test_the_torque_follows_the_output_by_its_derivative(one: DriveModel, tmp_path: Path) -> None:
+    """Turning crank and output together at one twist changes the torque, and the directional derivative says by how
+    much: that of the mean drive would say nothing."""
+    path = export_fmu(one, tmp_path / "one.fmu", backend="native")
+    ratio, twist, turned = one.drive.ratio, 0.6 * one.drive.max_twist, 1e-5
+    with FmuDrive(path) as drive:
+        drive.initialize({"crank.phi": ratio * twist})
+        torque, slope = [], 0.0
+        for angle in (0.2 - turned, 0.2, 0.2 + turned):
+            at = {"crank.phi": ratio * (angle + twist), "output.phi": angle}
+            torque.append(drive.step(1e-3, at)["output.tau"])
+            if angle == 0.2:
+                slope = drive.derivative(["output.tau"], {"crank.phi": ratio, "output.phi": 1.0})["output.tau"]
+    assert abs(slope) > 1
+    assert slope == pytest.approx((torque[2] - torque[0]) / (2 * turned), rel=1e-5)
+
+
+def test_tables_of_the_mean_are_not_inside(one: DriveModel, full_individual: DriveModel, tmp_path: Path) -> None:
+    for model in (one, full_individual):
+        path = export_fmu(model, tmp_path / "one.fmu", backend="native", platform="none")
+        with zipfile.ZipFile(path) as archive:
+            header = archive.read(f"sources/{TABLES}").decode()
+        assert "LOOKUP" not in header
+        assert ("ELEMENT_WORDS" in header) is (model is full_individual)
+
+
+def test_what_is_packed_of_an_individuals_lookup_is_read_back(full_individual: DriveModel) -> None:
+    lookup, carried = full_individual.lookup, carried_lookup(full_individual)
+    again = read_tables(tables_header(carried), lookup_head(carried), "here")
+    assert again.coefficients.shape == (5, 0, 0)
+    assert (again.axes, again.full_torque, again.drawing, again.modulus) == (
+        lookup.axes, lookup.full_torque, {**lookup.drawing}, lookup.modulus)
+    assert again.element is not None
+    assert lookup.element is not None
+    assert np.abs(again.element.coefficients - lookup.element.coefficients).max() < 1e-13 * lookup.full_torque
+
+
+def test_a_mean_drive_without_tables_is_refused(one: DriveModel, lookup: Lookup, drive: sm.Drive,
+                                                tmp_path: Path) -> None:
+    carried = carried_lookup(one)
+    (tmp_path / TABLES).write_text(tables_header(carried))
+    (tmp_path / "lookup.json").write_text(lookup_head(carried))
+    save_model(one, tmp_path / "model.toml")
+    assert component_in(tmp_path).name == "drive_1 individual 3"
+    save_model(build_model(drive, lookup=lookup), tmp_path / "model.toml")
+    with pytest.raises(InputError, match=r"model\.toml: expected an individual where there are no tables"):
+        component_in(tmp_path)
+
+
+def test_the_pace_of_a_joint_is_that_of_its_own_spring(one: DriveModel) -> None:
+    """No slope in the range is above the one that the pace counts with, by more than the angles between lets through."""
+    assert one.individual is not None
+    rng = np.random.default_rng(5)
+    twist, clearance = (rng.uniform(axis.start, axis.stop, 3000) for axis in one.lookup.axes)
+    slope = np.asarray(individual_function(one.individual, one.lookup).map(3000)(
+        twist, clearance, rng.uniform(0, 2 * np.pi, 3000))[1])
+    assert 0.8 * steepest(one) < slope.max() < 1.01 * steepest(one)
+    component = joint_component(one, MASSES)
+    softness = 1 / (MASSES.motor_inertia * one.drive.ratio**2) + 1 / MASSES.load_inertia
+    assert component.pace is not None
+    assert float(component.pace(component.parameter_vector())) == pytest.approx(
+        0.1 / np.sqrt(steepest(one) * softness))
+
+
+@needs_compiler
+def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    target = tmp_path / "seven.fmu"
+    words = ["export", "drive_1", "-o", str(target), "--drives", "8", "--backend", "native", "--individual", "7"]
+    assert main([*words, "--fmi", "3", "--kind", "joint"]) == 0
+    assert "drive_1 individual 7: " in capsys.readouterr().out
+    assert main(["check", str(target)]) == 0
