@@ -79,9 +79,13 @@ def stretches(study: Study) -> NDArray[np.intp]:
 
 
 def _share(study: Study, fit: Fit, name: str, base: Fit) -> float:
-    """Part of the initial systematic gap that goes when this effect is added last."""
+    """Part of the initial systematic gap that an effect removes: of what the set removes, by what is missed without it.
+
+    Without one of several effects another may overdo; what is missed then sums up to more than the gap.
+    """
     noise = float(np.mean(study.block_variance))
     before = max(float(np.mean((study.torque - base.prediction.torque) ** 2)) - noise, 1e-300)
     full = float(np.mean((study.torque - fit.prediction.torque) ** 2))
-    lacking = float(np.mean((study.torque - without(study, fit, name)) ** 2))
-    return (lacking - full) / before if len(fit.names) > 1 else (before - max(full - noise, 0.0)) / before
+    removed = (before - max(full - noise, 0.0)) / before
+    missed = {n: max(float(np.mean((study.torque - without(study, fit, n)) ** 2)) - full, 0.0) for n in fit.names}
+    return removed * missed[name] / max(sum(missed.values()), 1e-300)
