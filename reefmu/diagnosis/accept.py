@@ -42,6 +42,8 @@ SMALL_SCATTER = 0.15
 MARGIN, KINEMATIC_MARGIN = 1.5, 5.0
 """On the greatest gain among the simulated individuals, which are not many; a kinematic error is by its nature what
 the lobes of an individual make."""
+STATIC = frozenset({"backlash", "preload", "modulus_error", "structural_compliance", "torque_sensor_offset"})
+"""Effects that a curve over the twist shows."""
 OVER_SCATTER = 2.5
 """Least size of an effect on an individual, in standard deviations of the population along its trace."""
 INDIVIDUAL_GAIN = 42.0
@@ -139,7 +141,7 @@ def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Ma
             reasons[name] = f"removes {100 * shares[name]:.0f} % of what is left without it"
         elif material(study, change) < (MATERIAL if others else MATERIAL_FIRST) * study.base.full_torque:
             reasons[name] = "changes no run visibly"
-        elif size >= INDIVIDUAL and (over := over_scatter(study, fit, change)) < OVER_SCATTER:
+        elif _may_scatter(study, fit, name) and (over := over_scatter(study, fit, change)) < OVER_SCATTER:
             reasons[name] = f"is {over:.1f} times what single drives of the population make of the kind by themselves"
     gain = base.cost - fit.cost
     whole = gain / (gain + rest) if gain > 0 else 0.0
@@ -153,6 +155,14 @@ def _smaller(study: Study, fit: Fit, name: str, others: tuple[str, ...], known: 
     if (found := known.get(frozenset(others))) is not None:
         fits.append(found)
     return min(fits, key=lambda f: f.cost)
+
+
+def _may_scatter(study: Study, fit: Fit, name: str) -> bool:
+    """Whether this drive may be an individual: it scatters, or the record cannot tell and would need several names
+    for what one of them does by itself."""
+    if fit.weighting.size >= INDIVIDUAL:
+        return True
+    return not study.mean and len(fit.names) > 1 and name in STATIC
 
 
 def over_scatter(study: Study, fit: Fit, change: Array) -> float:

@@ -12,6 +12,7 @@ import itertools
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 from scipy.optimize import isotonic_regression
 from scipy.signal import savgol_filter
 
@@ -23,6 +24,8 @@ MOST_TURN = 0.05
 """The same at most, as a share of the whole way."""
 PLATEAU = 12
 """Samples near a turning point from which on the angle stood there; its level is then their median."""
+AROUND = 31
+"""Samples over which the usual step of time is taken."""
 WINDOWS = (3, 5, 9, 17, 33, 65)
 CLEAN = 1e-6
 """Noise over the whole way below which an angle counts as free of it."""
@@ -96,13 +99,19 @@ def speed_of(angle: Array, time: Array, noise: float) -> Array:
         return np.gradient(mean, distinct)[index]
     speed, open_ = np.zeros(n), np.ones(n, bool)
     windows = [w for w in WINDOWS if w <= n]
+    # A coarse or late clock puts many samples at one time: no speed is taken from steps far shorter than those around.
+    step = np.diff(time, append=2 * time[-1] - time[-2]) if n > 1 else np.ones(n)
+    usual = median_filter(step, AROUND, mode="nearest")
     for window in windows:
         order = 2 if window == 3 else 1
         way = np.asarray(savgol_filter(angle, window, order, deriv=1), float)
-        duration = np.asarray(savgol_filter(time, window, order, deriv=1), float)
-        sound = duration > 0
+        # Stamps rise, so that their straight slope does too; a parabola's may vanish where the rate changes.
+        duration = np.asarray(savgol_filter(time, window, 1, deriv=1), float)
+        sound = (duration > 0.5 * usual) & (duration > 0)
         shown = np.abs(way) > SHOWN * noise * np.sqrt(12 / (window * (window**2 - 1)))
-        now = open_ & sound & (shown | (window == windows[-1]))
+        last = window == windows[-1]
+        duration = np.where(sound, duration, usual) if last else duration
+        now = open_ & (duration > 0) & (sound | last) & (shown | last)
         speed[now] = way[now] / duration[now]
         open_ &= ~now
     return speed
