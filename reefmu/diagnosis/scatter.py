@@ -47,13 +47,15 @@ ANGLES = 32
 
 @dataclass(frozen=True)
 class Turning:
-    """Where the elements are, by block: turned: (n,) rad, crank past the cage; span: (n,) rad, of it within a block;
+    """Where the elements are, by block: turned: (n,) rad, crank past the cage; span: (n,) rad, of it in a block and up
+    to it; within: (n,) rad, between the samples of a block;
     waves: (2 WAVES, n) cosine and sine of the elements' passing, mean over the block, 0 where the crank stands;
     count: (n,) samples of a block.
     """
 
     turned: Array
     span: Array
+    within: Array
     waves: Array
     count: Array
 
@@ -62,19 +64,18 @@ def turning(drive: Drive, trace: Trace, blocks: Blocks) -> Turning:
     """From the record's angles."""
     # The paper's elements keep their place while the crank twists: standing is standing.
     way = trace.crank * (1 - 1 / drive.ratio)
-    ends = np.concatenate([blocks.first[1:], [len(way)]])
-    span = np.maximum.reduceat(way, blocks.first) - np.minimum.reduceat(way, blocks.first)
-    # A block of one sample spans half the way to either neighbour.
+    within = np.maximum.reduceat(way, blocks.first) - np.minimum.reduceat(way, blocks.first)
     step = np.abs(np.diff(way, prepend=way[0]))
     step[trace.start] = 0.0
-    span = span + step[blocks.first] * (ends > blocks.first)
+    # A sample is taken at once: only what lies between those of a block is averaged.
+    span = within + step[blocks.first]
     moving = span > STANDING * 2 * np.pi / drive.elements
     waves = []
     for harmonic in range(1, WAVES + 1):
         passing = np.exp(1j * harmonic * drive.elements * way)
         mean = np.add.reduceat(passing, blocks.first) / blocks.count * moving / (np.pi * harmonic)
         waves += [mean.real, mean.imag]
-    return Turning(blocks.mean(way), span, np.array(waves), blocks.count)
+    return Turning(blocks.mean(way), span, within, np.array(waves), blocks.count)
 
 
 @dataclass(frozen=True)
@@ -176,5 +177,5 @@ def places(drive: Drive, turning: Turning, start: float) -> tuple[Array, NDArray
     rows = drive.eccentrics
     # Crank and cage of a reversing drive turn against each other: the cage moves on to the next lobe.
     lobe = (n // rows - drive.orientation * turns) % drive.lobes * rows + n % rows
-    width = np.clip(turning.span, 1e-6, WIDEST)[:, None]
+    width = np.clip(turning.within, 1e-6, WIDEST)[:, None]
     return beta, lobe, np.clip((drive.usable_limit - np.abs(beta)) / width + 0.5, 0.0, 1.0)

@@ -1,0 +1,69 @@
+"""Scatter as a random effect of single elements: held against individuals made elsewhere."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from reefmu.diagnosis.base import drawing_base
+from reefmu.diagnosis.individuals import individuals_along
+from reefmu.diagnosis.scatter import Scatter
+from reefmu.diagnosis.study import Study
+from reefmu.diagnosis.trace import trace_of
+from reefmu.diagnosis.workflow import prepare
+from reefmu.tables import cached_lookup
+from stiffness_model.turning import draw_individual, turning_map
+from tests import diagnosis_rig as rig
+
+
+@pytest.fixture(scope="module")
+def study() -> Study:
+    record = rig.measured({}, noise=0.5, seed=21)
+    trace = trace_of(record, rig.drive().ratio)
+    return prepare(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))[0]
+
+
+@pytest.fixture(scope="module")
+def scatter(study: Study) -> Scatter:
+    assert study.scatter is not None
+    return study.scatter
+
+
+def test_the_columns_hold_the_variance_of_individuals(scatter: Scatter) -> None:
+    columns, rough = scatter.at(scatter.twist)
+    found = individuals_along(scatter, 64, seed=3)
+    loaded = np.abs(scatter.twist) > 0.3 * rig.drive().max_twist
+    expected = float(np.sqrt(np.mean(((columns**2).sum(axis=0) + rough)[loaded])))
+    assert float(np.sqrt(np.mean(found[:, loaded] ** 2))) == pytest.approx(expected, rel=0.15)
+    # No bias: individuals are the mean drive in the mean.
+    error = found.std(axis=0)[loaded] / np.sqrt(len(found))
+    assert np.mean(np.abs(found.mean(axis=0)[loaded]) < 3 * error) > 0.95
+
+
+def test_a_turning_individual_of_the_solver_is_one_of_these(study: Study, scatter: Scatter) -> None:
+    """`stiffness_model.turning` places and solves its own; the weights take most of it for scatter."""
+    drive = rig.drive()
+    crank = study.blocks.mean(study.trace.crank)
+    mean = study.base.elastic.evaluate(scatter.twist, 0.0, study.base.shape_start)[0]
+    standing = scatter.turning.span < 0.01
+    weights = study.weights.with_size(1.0)
+    one = draw_individual(drive, 1)
+    torque = mean.copy()
+    for angle in np.unique(np.round(crank[standing], 2)):
+        here = standing & (np.round(crank, 2) == angle)
+        nodes = np.linspace(scatter.twist[here].min(), scatter.twist[here].max(), 40)
+        solved = turning_map(one, nodes, [angle / drive.ratio]).torque
+        torque[here] = np.interp(scatter.twist[here], nodes, np.ravel(solved))
+    for k in np.flatnonzero(~standing):
+        torque[k] = turning_map(one, scatter.twist[k:k + 1], crank[k:k + 1] / drive.ratio).torque[0, 0]
+    gap = torque - mean
+    raw = float(((gap * weights.scale) ** 2).sum())
+    left = float((weights.white(gap) ** 2).sum())
+    assert left < 0.05 * raw
+    assert left < 4 * len(weights.strength)
+
+
+def test_a_preloaded_drive_scatters_without_load_too(scatter: Scatter) -> None:
+    near = np.abs(scatter.twist) < 0.02 * rig.drive().max_twist
+    plain, tight = (np.sqrt((scatter.at(scatter.twist, c)[0] ** 2).sum(axis=0))[near].mean() for c in (0.0, -6e-6))
+    assert tight > 3 * plain
