@@ -75,13 +75,12 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
 
 
 def steepest(individual: Individual, lookup: Lookup) -> float:
-    """The greatest slope of the torque over twist, N.m/rad: at the ends of the range, where the contacts are stiffest,
-    over one turn of the output."""
+    """The greatest slope of the torque over twist, N.m/rad, over one turn of the output: with the least clearance, at
+    the ends of the range, where the contacts are stiffest, or in its middle, where all elements may be clamped."""
     function = individual_function(individual, lookup)
-    twist, clearance, angle = (np.ravel(v) for v in np.meshgrid(
-        [lookup.twist.start, lookup.twist.stop], [lookup.clearance.start, lookup.clearance.stop],
-        np.linspace(0, 2 * math.pi, ANGLES, endpoint=False)))
-    return float(np.abs(np.asarray(function.map(angle.size)(twist, clearance, angle)[1])).max())
+    twist, angle = (np.ravel(v) for v in np.meshgrid(
+        np.linspace(lookup.twist.start, lookup.twist.stop, 3), np.linspace(0, 2 * math.pi, ANGLES, endpoint=False)))
+    return float(np.asarray(function.map(angle.size)(twist, lookup.clearance.start, angle)[1]).max())
 
 
 def _gathered(table: Array, index: ca.MX) -> ca.MX:

@@ -114,8 +114,8 @@ def component_in(folder: Path) -> Component:
 
     packed = (folder / HEAD_FILE).exists()
     model = load_model(folder / MODEL_FILE, lookup=_packed_lookup(folder) if packed else folder / LOOKUP_FILE)
-    expect(model.individual is not None or model.lookup.coefficients.size > 0, "an individual where there are no tables",
-           "none", str(folder / MODEL_FILE))
+    expect(model.individual is not None or model.lookup.coefficients.size > 0,
+           "an individual where there are no tables", "none", str(folder / MODEL_FILE))
     masses = folder / JOINT_FILE
     if not masses.exists():
         return drive_component(model)

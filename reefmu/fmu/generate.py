@@ -83,14 +83,15 @@ def _header(component: Component, pieces: Pieces, interface: Interface, guid: st
         "N_INPUTS": n_u, "N_OUTPUTS": n_y, "N_PARAMETERS": len(component.parameters), "N_STATES": n_x,
         "N_VALUES": len(interface.variables), "N_KNOWNS": n_u + n_x, "N_UNKNOWNS": n_y + n_x,
         "N_INDICATORS": component.switches, "FIRST_INDICATOR": component.first_switch,
-        "IS_JOINT": int(component.kind == "joint"),
-        "IS_INDIVIDUAL": int(stages.contact is not None), "HAS_PATHS": int(stages.paths),
-        "HAS_AGES": int(stages.ages), "AGED_BY_TORQUE": int(stages.aged_by_torque), "HAS_SERIES": int(stages.series), "N_MOTION": pieces.motion,
+        "IS_JOINT": int(component.kind == "joint"), "IS_INDIVIDUAL": int(stages.contact is not None),
+        "HAS_PATHS": int(stages.paths), "HAS_AGES": int(stages.ages), "AGED_BY_TORQUE": int(stages.aged_by_torque),
+        "HAS_SERIES": int(stages.series), "N_MOTION": pieces.motion,
         "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"),
         "MOST_PARTS": MOST_PARTS, "NEWTON_STEPS": NEWTON_STEPS, "SETTLED": SETTLED,
         **{f"N_{name}": size for name, size in sizes.items()},
     }
-    orders = {"POINT": stages.points, "TUNED": TUNED, "CONTACT": CONTACT, "TABLE": [f"table_{name}" for name in QUANTITIES]}
+    orders = {"POINT": stages.points, "TUNED": TUNED, "CONTACT": CONTACT,
+              "TABLE": [f"table_{name}" for name in QUANTITIES]}
     enums = "".join(f"enum {{ {', '.join(name.upper() for name in names)}, N_{title} }};\n"
                     for title, names in orders.items())
     rows = "".join(_row(v, component, interface) for v in interface.variables)

@@ -96,15 +96,23 @@ static void cut(Slice *slice, const Tables *tables, const double *tuned, const d
 }
 
 #if IS_INDIVIDUAL
+/* Runs a generated function of the parts at a twist. Beyond this angle, rad, it is lost which element stands where. */
+static void of_parts(int (*function)(const double **, double **, int *, double *, int), const Slice *slice,
+                     double twist, const double *along, double *result) {
+    static const double farthest = 1e12;
+    double point[3] = {twist, slice->at[CLEARANCE], slice->at[ANGLE]};
+    const double *arguments[N_ARGUMENTS] = {point, along};
+    double *results[N_RESULTS] = {result};
+    if (fabs(slice->at[ANGLE]) < farthest) function(arguments, results, slice->integers, slice->work, 0);
+    else for (int k = 0; k < N_CONTACT; k++) result[k] = NAN;
+}
+
 /* The contacts at a twist of their own: torque and stiffness, and all that the parts themselves give. */
 typedef struct { double torque, stiffness, own[N_CONTACT]; } Turned;
 
 static Turned unscaled(Slice *slice, double twist) {
     Turned at;
-    double point[3] = {twist, slice->at[CLEARANCE], slice->at[ANGLE]};
-    const double *arguments[N_ARGUMENTS] = {point};
-    double *results[N_RESULTS] = {at.own};
-    individual(arguments, results, slice->integers, slice->work, 0);
+    of_parts(individual, slice, twist, NULL, at.own);
     at.torque = at.own[TORQUE], at.stiffness = at.own[STIFFNESS];
     return at;
 }

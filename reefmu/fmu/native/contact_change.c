@@ -26,15 +26,7 @@ static void weigh(Weights *weights, double f, double g, double twist_step, doubl
     }
 }
 
-#if IS_INDIVIDUAL
-/* Change of all that the parts give, for a change of twist, clearance and output angle. */
-static void individual_moves(const Slice *slice, double twist, double dt, double dc, double da, double *change) {
-    double point[3] = {twist, slice->at[CLEARANCE], slice->at[ANGLE]}, along[3] = {dt, dc, da};
-    const double *arguments[N_ARGUMENTS] = {point, along};
-    double *results[N_RESULTS] = {change};
-    individual_change(arguments, results, slice->integers, slice->work, 0);
-}
-#else
+#if !IS_INDIVIDUAL
 static Slopes lookup_slopes(const Slice *slice, const Weights *w, int quantity) {
     const double *from =
         slice->tables->lookup + (quantity * LOOKUP_ROWS + slice->cell) * LOOKUP_COLUMNS + slice->column;
@@ -90,10 +82,11 @@ static void touch_change(const Slice *at, const Contact *contact, const double *
     Slopes torque = {0};
     double value, softer, moved, scale = tuned[SCALE], compliance = tuned[COMPLIANCE];
 #if IS_INDIVIDUAL
-    double still[N_CONTACT], turned[N_CONTACT]; /* by clearance and angle, and by a radian of twist */
+    /* What the parts give changes by clearance and angle, and by a radian of twist. */
+    double still[N_CONTACT], turned[N_CONTACT], there[3] = {0.0, dq[CLEARANCE], dq[ANGLE]}, once[3] = {1.0, 0.0, 0.0};
     at_twist = turn(&slice, contact->twist);
-    individual_moves(&slice, contact->twist, 0.0, dq[CLEARANCE], dq[ANGLE], still);
-    individual_moves(&slice, contact->twist, 1.0, 0.0, 0.0, turned);
+    of_parts(individual_change, &slice, contact->twist, there, still);
+    of_parts(individual_change, &slice, contact->twist, once, turned);
     torque.by_t = turned[TORQUE], torque.by_tt = turned[STIFFNESS];
 #else
     Weights w;

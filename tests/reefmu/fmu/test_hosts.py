@@ -16,6 +16,7 @@ import fmpy
 import numpy as np
 import pytest
 
+import stiffness_model as sm
 from reefmu.fmu.archive import read_archive
 from reefmu.fmu.build import export_fmu
 from reefmu.fmu.component import drive_component
@@ -24,6 +25,7 @@ from reefmu.fmu.trial import make_trial, run_model
 from reefmu.masses import Masses
 from reefmu.model import DriveModel, build_model
 from stiffness_model.lookup import Lookup
+from tests.reefmu.fmu.conftest import EFFECTS
 from tests.reefmu.fmu.replay import build_replay, replay
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None or not sys.platform.startswith("linux"),
@@ -96,10 +98,11 @@ def test_no_races_between_threads(unpacked: tuple[Path, Path, str], tmp_path: Pa
     call(*instrumented(("-g", "-O1", "-fsanitize=thread"), unpacked[1], tmp_path), unpacked[2], "threads", "200")
 
 
-@pytest.mark.parametrize(("fmi", "kind"), [("3.0", "drive"), ("3.0", "joint"), ("2.0", "joint")])
-def test_any_call_to_the_others(fmi: str, kind: str, model: DriveModel, tmp_path: Path) -> None:
-    """In any order, with any values, under the checks: the wrapper for FMI 3.0, and the joint."""
-    path = export_fmu(model, tmp_path / "other.fmu", backend="native", platform="none", fmi=fmi,
+@pytest.mark.parametrize(("fmi", "kind"), [("3.0", "drive"), ("3.0", "joint"), ("2.0", "joint"), ("2.0", "individual")])
+def test_any_call_to_the_others(fmi: str, kind: str, model: DriveModel, drive: sm.Drive, tmp_path: Path) -> None:
+    """In any order, with any values, under the checks: the wrapper for FMI 3.0, the joint, an individual."""
+    one = build_model(drive, EFFECTS, lookup=model.lookup, individual=3) if kind == "individual" else model
+    path = export_fmu(one, tmp_path / "other.fmu", backend="native", platform="none", fmi=fmi,
                       masses=Masses(1e-4, 1.0) if kind == "joint" else None)
     with zipfile.ZipFile(path) as archive:
         archive.extractall(tmp_path / "out")
