@@ -7,13 +7,16 @@ TORQUE_SENSOR_DRIFT = Effect(
     title="Moving zero of the torque sensor",
     place=Place.SENSOR,
     parameters=(
-        Parameter("rate", "N.m/s", 0.0, -100.0, 100.0, 1e-3, "Change of the reading without torque"),
+        Parameter("rate", "N.m/s", 0.0, -100.0, 100.0, 1e-3, "Change of the reading without torque, at first"),
+        Parameter("settling", "s", 1e12, 1.0, 1e12, 1e4, "Time to 63 % of where it settles; the greatest: never"),
     ),
     states=(
-        State("elapsed", "s", "Time since the record began", Along.TIME, lambda signals, p: (0.0, 1.0), resets=False),
+        State("grown", "s", "Time since the record began, while nothing settles", Along.TIME,
+              lambda signals, p: (-1 / p["settling"], 1.0), resets=False),
     ),
-    contribution=lambda signals, p, x: p["rate"] * x["elapsed"],
-    equation="measured torque = output torque + torque_sensor_drift.rate * time since the record began",
+    contribution=lambda signals, p, x: p["rate"] * x["grown"],
+    equation="measured torque = output torque + torque_sensor_drift.rate * g,  "
+             "dg/dt = 1 - g / torque_sensor_drift.settling, from the record's begin",
     excitation="Unloaded readings, or the same loop, at the beginning and the end of a long record.",
-    source="What the rig does, not the drive: linear in time, whatever the load.",
+    source="What the rig does, not the drive: linear in time, or settling as a case that warms up; whatever the load.",
 )

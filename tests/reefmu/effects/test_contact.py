@@ -69,9 +69,20 @@ def test_the_next_element_meets_the_same_profile(lobes: int) -> None:
     drive = sm.load_drive("drive_1", lobes=lobes)
     pitch = 2 * np.pi / drive.transmission_ratio
     signals = Signals(*[0.0] * len(Signals._fields))._replace(ratio=drive.ratio, output_angle=pitch)
-    _, turned = EFFECTS["missing_ball"].contribution(signals, {"size": 1.0, "phase": 0.7}, {})
+    _, turned = EFFECTS["missing_ball"].contribution(
+        signals, {"size": 1.0, "phase": 0.7, "windup": 0.0}, {})
     # Before, the neighbour stood a pitch ahead on the cage: the eccentric is a pitch less past it.
     assert (turned - (0.7 - pitch)) / (2 * np.pi) == pytest.approx(round((turned - (0.7 - pitch)) / (2 * np.pi)))
+
+
+def test_a_windup_of_the_output_shaft_leaves_the_element_where_the_crank_has_it() -> None:
+    """With the crank still, the output turns by the twist; the cage follows it by what does not arise between them."""
+    signals = Signals(*[0.0] * len(Signals._fields))._replace(ratio=-29.0, crank_angle=2.9, output_angle=-0.11)
+    contribution = EFFECTS["missing_ball"].contribution
+    at = [contribution(signals, {"size": 1.0, "phase": 0.7, "windup": share}, {})[1] for share in (0.0, 0.5, 1.0)]
+    assert at[0] == pytest.approx(0.7 - 30 * -0.11)
+    assert at[2] == pytest.approx(0.7 + 2.9 * (1 + 1 / 29))
+    assert at[1] == pytest.approx((at[0] + at[2]) / 2)
 
 
 def test_the_dip_turns_with_the_cage_past_the_crank(build: Build, drive: sm.Drive, lookup: Lookup) -> None:

@@ -103,6 +103,9 @@ def test_the_sensor_reads_what_is_not_there(build: Build, ride: Ride, lookup: Lo
     drift = response(build, ride, torque_sensor_drift={"rate": 0.02})
     assert drift["measured.tau"] == pytest.approx(torque + 0.02 * (ride.time - ride.time[0]), abs=NM)
     assert drift["output.tau"] == pytest.approx(torque, abs=NM)
+    since = ride.time - ride.time[0]
+    settled = response(build, ride, torque_sensor_drift={"rate": 0.02, "settling": 5.0})
+    assert settled["measured.tau"] == pytest.approx(torque + 0.1 * (1 - np.exp(-since / 5.0)), abs=NM)
 
 
 def test_creep_follows_the_torque_with_a_delay(build: Build, ride: Ride, lookup: Lookup) -> None:

@@ -76,11 +76,11 @@ def test_travel_and_drift_go_on_from_run_to_run(build: Build, drive: sm.Drive) -
     named = {s.name: response.states[:, k] for k, s in enumerate(model.states)}
     # Ten radians lie between the first two runs and none before the third, whose clock starts anew.
     assert named["wear.travel"] == pytest.approx([0, 1, 2, 3, 13, 13, 14, 14, 14, 14])
-    assert named["torque_sensor_drift.elapsed"] == pytest.approx([0, 1, 2, 3, 5, 6, 7, 7, 8, 9])
+    assert named["torque_sensor_drift.grown"] == pytest.approx([0, 1, 2, 3, 5, 6, 7, 7, 8, 9])
     assert (named["hysteresis.deflection"][[0, 4, 7]] == 0).all(), "all else starts anew"
     assert np.abs(named["hysteresis.deflection"][[3, 6, 9]]).min() > 0.9
     extra = response["measured.tau"] - response["output.tau"]
-    assert extra == pytest.approx(0.5 * named["torque_sensor_drift.elapsed"])
+    assert extra == pytest.approx(0.5 * named["torque_sensor_drift.grown"])
 
 
 def test_runs_do_not_matter_where_nothing_goes_on(build: Build, ride: Ride) -> None:
