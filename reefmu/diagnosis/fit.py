@@ -45,6 +45,11 @@ def is_logarithmic(parameter: Parameter) -> bool:
     return parameter.minimum > 0
 
 
+def never(parameter: Parameter) -> bool:
+    """Whether a time may be so long that what it times never comes: its greatest value is where it starts."""
+    return is_logarithmic(parameter) and parameter.neutral == parameter.maximum
+
+
 @dataclass(frozen=True)
 class Fit:
     """One fitted set: names, parameters (size,) in the order zero, base shape, effects; cost: -2 log likelihood

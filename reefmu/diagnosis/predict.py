@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 
 NEWTON_STEPS = 12
 RELAXATIONS = 8
+RUNAWAY = 10.0
+"""Delayed twist, over the greatest twist of the record, at which a trajectory is held."""
 
 
 @dataclass(frozen=True)
@@ -237,8 +239,11 @@ class _Run:
             if k.effect.place is Place.SERIES:
                 offset = k.contribution(self.signals, self._parameters(i), self.states[i])[1]
                 feel = -slope * offset.by_states.get(s, 0.0)
-            rate = decay + by_torque * feel
-            present[i][s] = recurrence(rate, [b.value * by_b - by_torque * feel * before], begin)[0]
+            # Beyond 1 the steps are too long for so soft a state, and it would run away: no fit goes there.
+            rate = np.clip(decay + by_torque * feel, -1.0, 1.0)
+            held = RUNAWAY * float(np.abs(self.trace.twist).max())
+            x = recurrence(rate, [b.value * by_b - by_torque * feel * before], begin)[0]
+            present[i][s] = np.clip(x, -held, held)
             if tangents:
                 tangent = scaled(elastic.tangent, by_torque)
                 for v, by in ((a, by_a), (b, by_b)):
