@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 LEAST_CYCLE = 24
 """Samples below which a cycle says nothing."""
+LEAST_SWING = 0.1
+"""Least loop that counts as one, as a share of a run's range."""
 ALIKE = 0.04
 """Greatest difference of two cycles' ranges, as a share."""
 
@@ -83,11 +85,21 @@ def period_of(twist: Array) -> int:
         at = np.flatnonzero(turn * sign > 0)
         middles = [(known[k] + known[k + 1]) / 2 for k in at]
         periods += np.diff(middles).tolist()
-    if not periods:
-        return 0
-    period = float(np.median(periods))
-    steady = np.abs(np.array(periods) - period).max() < 0.05 * period + 1
-    return round(period) if period >= LEAST_CYCLE and steady else 0
+    period = float(np.median(periods)) if periods else 0.0
+    if not periods or np.abs(np.array(periods) - period).max() >= 0.05 * period + 1:
+        period = _between_tips(twist, LEAST_SWING * (high - low))
+    return round(period) if period >= LEAST_CYCLE else 0
+
+
+def _between_tips(twist: Array, swing: float) -> float:
+    """Samples between the tips of loops that do not all cross one level; 0 if most are not alike."""
+    from scipy.signal import find_peaks
+
+    spacing = np.diff(find_peaks(twist, prominence=swing)[0])
+    if len(spacing) < 2:
+        return 0.0
+    period = float(np.median(spacing))
+    return period if np.mean(np.abs(spacing - period) < 0.05 * period + 1) > 0.5 else 0.0
 
 
 def matching(trace: Trace) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:

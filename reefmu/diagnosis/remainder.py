@@ -18,6 +18,8 @@ from .study import Study
 
 Array = NDArray[np.float64]
 
+CERTAIN = 3.0
+"""Standard errors by which cycles must share something."""
 STRETCHES = 8
 """Parts of every pair of cycles over which products are averaged; the spread of these means gives the error."""
 
@@ -48,6 +50,12 @@ def repeated(study: Study, fit: Fit) -> Shared | None:
     whole = study.torque - fit.prediction.torque
     own = np.repeat(scattered(study, fit, whole), study.blocks.count.astype(int))
     return shared(rest - own, matching(study.trace))
+
+
+def comes_again(study: Study, fit: Fit) -> bool:
+    """Whether repeated cycles share something of what is left beside a fit, or none are repeated."""
+    both = repeated(study, fit)
+    return both is None or both.mean_square > CERTAIN * both.error
 
 
 def shared(rest: Array, pairs: list[tuple[NDArray[np.intp], NDArray[np.intp]]]) -> Shared | None:

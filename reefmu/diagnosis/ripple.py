@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .dispersion import CHI_SQUARE_MEDIAN
 from .study import Study
 
 Array = NDArray[np.float64]
@@ -24,7 +25,6 @@ LEAST_PATTERNS = 8
 MEAN_SIZE = 0.2
 """Size of the ripple, in standard deviations of the population, below which it is not there: 168 individuals of seven
 drawings at noises of 0.16 to 0.8 % had 0.57 to 1.8, as many mean drives up to 0.13."""
-CHI_SQUARE_MEDIAN = 0.4549
 
 
 def ripple(study: Study, individuals: Array) -> float | None:

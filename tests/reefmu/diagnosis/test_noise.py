@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis.autocorrelation import autocorrelation
-from reefmu.diagnosis.noise import estimate_noise
+from reefmu.diagnosis.noise import estimate_noise, period_of
 from reefmu.diagnosis.trace import trace_of
 from reefmu.tables import cached_lookup
 from tests import diagnosis_rig as rig
@@ -51,3 +51,13 @@ def test_a_slow_noise_is_not_taken_for_a_small_one(correlation: float) -> None:
     truth = sum(a**2 * (1 + r) / (1 - r) for a, r in ((0.9, correlation), (0.436, 0.6 * correlation)))
     assert np.mean(sizes) == pytest.approx(1.0, abs=0.1)
     assert 0.5 * truth < np.mean(sums) < 2 * truth
+
+
+def test_loops_of_growing_size_have_a_period_too() -> None:
+    """Two pushes each to two, three and five parts: the first never cross the middle of the whole."""
+    push = (1 - np.cos(2 * np.pi * np.arange(100) / 100)) / 2
+    pushes = np.concatenate([np.linspace(0, 0.1, 10), *(0.1 + top * push for top in (0.4, 0.4, 0.6, 0.6, 1.0, 1.0))])
+    assert period_of(pushes) == pytest.approx(100, abs=2)
+    assert period_of(np.linspace(0, 1, 400)) == 0
+    rng = np.random.default_rng(0)
+    assert period_of(np.cumsum(rng.standard_normal(400))) == 0

@@ -1,0 +1,51 @@
+"""Stretches of a record, and how much louder than estimated its noise is in most of them.
+
+What a missing effect leaves has its place; a noise that is larger or slower than estimated is everywhere. Where even
+the middle one of all stretches holds more than the noise should leave, gains count for that much less (McCullagh and
+Nelder, Generalized Linear Models, 1989, section 4.5: dispersion).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import dct
+
+from .fit import Fit
+from .study import Study
+
+Array = NDArray[np.float64]
+
+LONGEST = 60
+"""Blocks of a stretch at most."""
+SLOW = 6
+"""Waves of a stretch that count as slow."""
+CHI_SQUARE_MEDIAN = 0.4549
+
+
+def dispersion(study: Study, fit: Fit, rest: Array | None = None) -> float:
+    """Variance of what is left, over what noise and roughness should leave, in the middle stretch; at least 1.
+
+    The greater of two: over all blocks, and over the slow waves of a stretch, where a noise shows that is more
+    correlated than it seemed. rest: (n,) N.m, what is left; beside the fit alone if not given.
+    """
+    rest = study.torque - fit.prediction.torque if rest is None else rest
+    number, white = stretches(study), fit.weighting.white(rest)
+    expected = np.bincount(number, study.alone_by_block(fit.weighting))
+    whole = float(np.median(np.bincount(number, white**2) / expected))
+    pieces = [piece for k in range(len(expected)) if len(piece := white[number == k]) > 2 * SLOW]
+    slow = [np.asarray(dct(piece, norm="ortho"))[:SLOW] ** 2 for piece in pieces]
+    return max(1.0, whole, float(np.median(slow)) / CHI_SQUARE_MEDIAN if slow else 1.0)
+
+
+def stretches(study: Study) -> NDArray[np.intp]:
+    """Number (n,) of the stretch each block is in: of one run and one direction of the twist, not too long."""
+    t = study.trace
+    run = t.run[study.blocks.first]
+    way = np.sign(study.blocks.mean(np.where(t.start, 0.0, np.diff(t.smooth_twist, prepend=t.smooth_twist[0]))))
+    # Where the twist stands the stretch goes on.
+    way = way[np.maximum.accumulate(np.where(way != 0, np.arange(len(way)), 0))]
+    begins = (np.diff(run, prepend=run[0] - 1) != 0) | (np.diff(way, prepend=way[0]) != 0)
+    number = np.cumsum(begins) - 1
+    since = np.arange(len(run)) - np.flatnonzero(begins)[number]
+    return np.unique(number * (len(run) + 1) + since // LONGEST, return_inverse=True)[1]
