@@ -7,14 +7,18 @@ very excitation, by a good part of what is still unexplained, and by a visible a
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .contest import SMALL_SCATTER, STATIC
+from .dispersion import dispersion
 from .fit import Fit
 from .identify import Search, degenerate, part_of, without
 from .kernels import kernel
+from .population import over_scatter
+from .remainder import comes_again
 from .scores import Direction, gains, projector
 from .study import Study
 from .weighting import INDIVIDUAL
@@ -35,17 +39,26 @@ FAMILIES = (
     frozenset({"torque_sensor_offset", "torque_sensor_drift"}),
 )
 """Effects that a real effect of another form than ours would borrow from."""
-FORM_ERROR = 0.006
-"""Share of the gain of its kin that a further effect of a family must reach."""
-SMALL_SCATTER = 0.15
-"""Size of the scatter below which a drive counts as the mean drive."""
+FORM_ERROR, FORM_ERROR_ALL = 0.01, 0.004
+"""Share of the gain of its kin that a further effect of a family must reach: where something is left even so, and
+where it explains all that was left."""
+GENERAL = frozenset({"stribeck_friction"})
+"""Effects of which another is the limit, at the same number of sizes; they must be better by `BETTER`."""
+BETTER = 8.0
+"""Gain that a further parameter which may run to a limit must bring."""
 MARGIN, KINEMATIC_MARGIN = 1.5, 5.0
 """On the greatest gain among the simulated individuals, which are not many; a kinematic error is by its nature what
 the lobes of an individual make."""
-STATIC = frozenset({"backlash", "preload", "modulus_error", "structural_compliance", "torque_sensor_offset"})
-"""Effects that a curve over the twist shows."""
+SHOWN_BY_A_CURVE = STATIC | {"torque_sensor_offset"}
+"""Effects that a curve over the twist shows, the sensor's among them."""
+FARTHER = 1.4
+"""Gap of the model alone, over that before, beyond which scatter does what the names should."""
+LIKE_SCATTER = SHOWN_BY_A_CURVE | {"missing_ball", "kinematic_error"}
+"""Effects that do what deviations of the parts do: curves, and ripple over a turn."""
 OVER_SCATTER = 2.5
 """Least size of an effect on an individual, in standard deviations of the population along its trace."""
+NO_CHANCE = 150.0
+"""Gain of a set on the mean drive over a smaller one on an individual that no individual reaches."""
 INDIVIDUAL_GAIN = 42.0
 """Gain below which nothing is named on an individual: scatter is not as normal as noise."""
 
@@ -81,9 +94,7 @@ def calibrate(study: Study, base: Fit, fresh: Array, traces: Mapping[str, Sequen
     nulls = fresh.T + np.sqrt(study.block_variance)[:, None] * rng.standard_normal((len(study.torque), len(fresh)))
     residuals = weights.white(nulls)
     residuals = residuals - basis @ (basis.T @ residuals)
-    share = weights.noise_ratio
-    alone = float((share * study.block_variance / study.variance + 1 - share).sum())
-    study.null_excess = 1.3 * max(0.0, float((residuals**2).sum(axis=0).max() - alone))
+    study.null_excess = 1.3 * max(0.0, float((residuals**2).sum(axis=0).max() - study.alone(weights)))
     individuals = {}
     for name in study.candidates:
         greatest = 0.0
@@ -110,21 +121,23 @@ def slack(study: Study) -> float:
     return 3.0 * float(np.sqrt(2 * (ratio**2).sum()))
 
 
-def noise_cost(study: Study) -> float:
-    """The cost that the noise alone leaves."""
-    return float((study.block_variance / study.variance).sum())
-
-
 def left(study: Study, fit: Fit) -> float:
-    """Excess of a fit beyond what chance and a single drive of the population could make."""
+    """Excess of a fit beyond what chance and a single drive of the population could make.
+
+    What is everywhere and does not come again with the cycles is a noise that is louder than estimated.
+    """
     share = float(np.clip((fit.weighting.size - SMALL_SCATTER) / 0.35, 0.0, 1.0))
-    return max(0.0, study.excess(fit) - slack(study) - share * study.null_excess)
+    excess = study.excess(fit) - slack(study) - share * study.null_excess
+    if excess > 0 and not comes_again(study, fit):
+        excess -= (dispersion(study, fit) - 1) * study.alone(fit.weighting)
+    return max(0.0, excess)
 
 
 def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Mapping[frozenset[str], Fit]
             ) -> Justified:
     """Leave out each effect in turn, refit, and see whether it is missed."""
-    rest, size = left(study, fit), fit.weighting.size
+    rest, size, louder = left(study, fit), fit.weighting.size, dispersion(study, fit)
+    form = FORM_ERROR if rest else FORM_ERROR_ALL
     shares, reasons = {}, {}
     for name in fit.names:
         others = tuple(n for n in fit.names if n != name)
@@ -133,19 +146,32 @@ def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Ma
         kin = [other for other in others if any({name, other} <= family for family in FAMILIES)]
         shares[name] = gain / (gain + rest) if gain > 0 else 0.0
         change = without(study, fit, name) - fit.prediction.torque
-        if gain < thresholds.of(name, size):
-            reasons[name] = f"gains {gain:.0f}, an individual drive up to {thresholds.of(name, size):.0f}"
-        elif kin and gain < FORM_ERROR * max(gain, base.cost - smaller.cost):
+        least = thresholds.of(name, size) * louder
+        if gain < least:
+            reasons[name] = f"gains {gain:.0f}, an individual drive up to {least:.0f}"
+        elif kin and gain < form * (_plain(others, kin, base, known).cost - smaller.cost):
             reasons[name] = f"gains {gain:.0f}: so much may the form of {' and '.join(kin)} be wrong"
         elif shares[name] < FURTHER_SHARE:
             reasons[name] = f"removes {100 * shares[name]:.0f} % of what is left without it"
         elif material(study, change) < (MATERIAL if others else MATERIAL_FIRST) * study.base.full_torque:
             reasons[name] = "changes no run visibly"
-        elif _may_scatter(study, fit, name) and (over := over_scatter(study, fit, change)) < OVER_SCATTER:
+        elif _may_scatter(study, fit, base, name, gain / louder) \
+                and (over := over_scatter(study, fit, change)) < OVER_SCATTER:
             reasons[name] = f"is {over:.1f} times what single drives of the population make of the kind by themselves"
     gain = base.cost - fit.cost
     whole = gain / (gain + rest) if gain > 0 else 0.0
-    return Justified(fit, not reasons and whole >= FIRST_SHARE, shares, reasons)
+    return Justified(fit, not reasons and whole >= FIRST_SHARE and _closer(study, fit, base), shares, reasons)
+
+
+def _plain(names: Sequence[str], kin: Sequence[str], base: Fit, known: Mapping[frozenset[str], Fit]) -> Fit:
+    """The fit of a set without the kin of the effect in question, as far as it was made."""
+    return known.get(frozenset(names) - frozenset(kin), base)
+
+
+def _closer(study: Study, fit: Fit, base: Fit) -> bool:
+    """Whether the model itself, without what scatter may add to it, stays about as close to the record."""
+    before, after = (float(np.sum((study.torque - f.prediction.torque) ** 2)) for f in (base, fit))
+    return after < FARTHER**2 * before
 
 
 def _smaller(study: Study, fit: Fit, name: str, others: tuple[str, ...], known: Mapping[frozenset[str], Fit]) -> Fit:
@@ -157,29 +183,13 @@ def _smaller(study: Study, fit: Fit, name: str, others: tuple[str, ...], known: 
     return min(fits, key=lambda f: f.cost)
 
 
-def _may_scatter(study: Study, fit: Fit, name: str) -> bool:
-    """Whether this drive may be an individual: it scatters, or the record cannot tell and would need several names
-    for what one of them does by itself."""
+def _may_scatter(study: Study, fit: Fit, base: Fit, name: str, gain: float) -> bool:
+    """Whether this drive may be an individual: it scatters, or the record cannot tell and an individual, or several
+    names for what it does by itself, would do hardly worse."""
     if fit.weighting.size >= INDIVIDUAL:
-        return True
-    return not study.mean and len(fit.names) > 1 and name in STATIC
-
-
-def over_scatter(study: Study, fit: Fit, change: Array) -> float:
-    """An effect's change (n,), N.m, over the standard deviation of what individuals show in its direction.
-
-    The random effect may be told from it all the same; but then a few per cent of misfit decide.
-    """
-    if not len(study.individuals):
-        return float("inf")
-    scale = 1 / np.sqrt(study.variance)
-    zero = fit.prediction.sensitivities[:, 0] * scale
-    zero = zero / max(float(np.linalg.norm(zero)), 1e-300)
-    along = change * scale
-    along = along - zero * float(zero @ along)
-    size = float(along @ along)
-    deviation = float(np.std(study.individuals @ (along * scale)))
-    return size / max(deviation, 1e-300)
+        return name in LIKE_SCATTER or gain < 4 * NO_CHANCE
+    open_ = not study.mean and (len(fit.names) > 1 or base.weighting.size >= INDIVIDUAL)
+    return open_ and name in SHOWN_BY_A_CURVE and gain < NO_CHANCE
 
 
 def material(study: Study, change: Array) -> float:
@@ -195,13 +205,21 @@ def choose(study: Study, found: Search, thresholds: Thresholds) -> tuple[Justifi
     for size in sorted((k for k in found.best if k), reverse=True):
         for fit in _likeliest(study, found.best[size], thresholds):
             verdict = justify(study, fit, found.base, thresholds, known)
+            if verdict.holds and not _worth_its_size(study, fit, found):
+                verdict = replace(verdict, holds=False, reasons={fit.names[-1]: "a smaller set does as well"})
             examined.append(verdict)
             if verdict.holds:
                 return verdict, examined
     return None, examined
 
 
+def _worth_its_size(study: Study, fit: Fit, found: Search) -> bool:
+    """Whether a set is better than all smaller ones, of whatever names, by more than noise gives."""
+    smaller = [f.cost for f in found.best.get(len(fit.names) - 1, []) if not degenerate(study, f)]
+    return not smaller or min(smaller) - fit.cost > NOISE_GAIN * dispersion(study, fit)
+
+
 def _likeliest(study: Study, fits: Sequence[Fit], thresholds: Thresholds) -> list[Fit]:
     """The set that stands out most over what each of its effects would gain on a null drive by chance."""
     fits = [f for f in fits if not degenerate(study, f)] or list(fits)
-    return [min(fits, key=lambda f: f.cost + thresholds.total(f))]
+    return [min(fits, key=lambda f: f.cost + thresholds.total(f) + BETTER * len(GENERAL & set(f.names)))]

@@ -99,7 +99,7 @@ def families(study: Study, residual: Array) -> Iterator[Family]:
     """The families that this record can show; residual: (n,) whitened, by which scanned ones are picked."""
     t, mean = study.trace, study.blocks.mean
     crank, clock, warmth = mean(t.crank), mean(t.time), mean(t.temperature) - 20.0
-    yield Family(CURVE, _curve)
+    yield Family(CURVE, curve_over_torque)
     direction = mean(np.sign(np.where(t.start, 0.0, np.diff(t.smooth_twist, prepend=t.smooth_twist[0]))))
     yield Family("direction of the twist, by torque", _times(direction[:, None]))
     yield Family("rate of the twist, by torque", _times(_speeds(mean(t.twist_rate))))
@@ -146,14 +146,14 @@ def _products(factors: Array, most: int, torque: Array) -> Array:
 
 
 def _curve_times(factor: Array, torque: Array) -> Array:
-    return factor * _curve(torque)
+    return factor * curve_over_torque(torque)
 
 
 def _scales(own: Array, torque: Array) -> Array:
     return own * torque[:, None]
 
 
-def _curve(torque: Array) -> Array:
+def curve_over_torque(torque: Array) -> Array:
     """Smooth curves over the torque, with a corner or a bend at zero allowed."""
     reach = max(float(np.abs(torque).max()), 1e-9)
     share = torque / reach

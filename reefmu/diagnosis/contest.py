@@ -12,15 +12,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .anonymous import CURVE, Family, Rival, rivals
+from .anonymous import CURVE, Family, Rival, curve_over_torque, rivals
+from .dispersion import dispersion
 from .fit import Fit
-from .identify import Search, degenerate
+from .identify import Search, degenerate, part_of
+from .population import over_scatter
 from .study import Study
+from .weighting import SIZES
 
 Array = NDArray[np.float64]
 
 SIGNIFICANT = 30.0
 """Gain that noise does not give a rival; simulated and blind clean records stay under 7."""
+VISIBLE = 0.0006
+"""Rms of a rival's part that is worth a verdict, as a share of full torque."""
 FORM = 0.0015
 """Share of the names' gain within which what they leave is an error of their form: a creep with three times for one,
 friction with a spread of slip lengths."""
@@ -33,7 +38,9 @@ FEW = 3
 """Sets of every size that are held up again."""
 STATIC = frozenset({"modulus_error", "structural_compliance", "backlash", "preload"})
 """Effects that only change the curve."""
-TOLERATED = 2.0
+SMALL_SCATTER = 0.15
+"""Size of the scatter below which a drive counts as the mean drive."""
+TOLERATED = 1.5
 """Standard deviations of the population within which a curve is no gap."""
 
 
@@ -47,61 +54,110 @@ class Contest:
     tolerated: bool = False
 
 
-def contest(study: Study, found: Search, best: Fit, spread: Array | None) -> Contest:
-    """Hold the best set of names against rivals; spread: (n,) N.m, of the population's curves, None if unknown."""
-    base = found.base
+def as_mean(study: Study, fit: Fit) -> Fit:
+    """The fit as one of the mean drive, where that and a curve beside it are likelier than scatter; else as it is."""
+    if fit.weighting.size <= SMALL_SCATTER:
+        return fit
+    smooth = study.fit_from(fit.names, fit.parameters, study.weights.of_the_mean())
+    curve = rivals(study, smooth, [Family(CURVE, curve_over_torque)])
+    likelier = smooth.cost - curve[0].gain < fit.cost - SIGNIFICANT
+    return smooth if likelier and _stands(study, smooth, curve, SIGNIFICANT) else fit
+
+
+def contest(study: Study, found: Search, best: Fit) -> Contest:
+    """Hold the best set of names against rivals."""
+    base = found.base if best.names else best
     gain = max(base.cost - best.cost, 0.0)
     beside = rivals(study, best)
     rest = beside[0].gain if beside else 0.0
-    if rest < max(SIGNIFICANT, FORM * gain):
-        curve = _curve(study, base, beside)
-        if len(best.names) > 1 and set(best.names) <= STATIC and spread is not None and curve is not None \
-                and base.cost - curve.gain < best.cost + REPLACED and _tolerated(study, curve, spread):
-            return Contest(base, curve, True)
+    if (base_law := _base_law(study, base, best)) is not None:
+        return base_law
+    if not _stands(study, best, beside, max(SIGNIFICANT, FORM * gain)):
         return Contest(best, None)
     known: list[Family] = [r.family for r in beside[:4]]
     alone = rivals(study, base) if best.names else beside
     known += [r.family for r in alone[:2] if r.family.place not in {f.place for f in known}]
     margin = max(REPLACED, REPLACED_SHARE * rest)
     sets = _sets(study, found, best)
-    joint = [(f, rivals(study, f, known)[0]) for f in sets]
+    joint = [_joint(study, f, known) for f in sets]
     top = min(f.cost - r.gain for f, r in joint)
     alike = [(f, r) for f, r in joint if f.cost - r.gain < top + margin]
-    kept, rival = min(alike, key=lambda item: (len(item[0].names), item[0].cost - item[1].gain))
-    if spread is None or rival.family.place != CURVE or not set(kept.names) <= STATIC:
+    # Among those alike the set that stood without a rival comes first.
+    kept, rival = min(alike, key=lambda item: (len(item[0].names), item[0].names != best.names,
+                                               item[0].cost - item[1].gain))
+    if rival.family.place != CURVE:
         return Contest(kept, rival)
-    # The curve itself is off. A bend that the names leave is more than their form, so the whole may be a tolerance.
-    curve = rivals(study, base, [rival.family])[0]
-    alike = base.cost - curve.gain < kept.cost - rival.gain + CURVED
-    if (not kept.names or (alike and rest > BEND * gain)) and _tolerated(study, curve, spread):
-        return Contest(base, curve, True)
+    return _curved(study, base, kept, rival, gain, rest)
+
+
+def _base_law(study: Study, base: Fit, best: Fit) -> Contest | None:
+    """The set without its names of the curve, where they only make a curve of the population, whose law may be off by
+    that much: several names where a curve of any form does it as well, one where it does it better."""
+    static = tuple(n for n in best.names if n in STATIC)
+    if not static:
+        return None
+    worse = CURVED if len(static) > 1 else 0.0
+    others = _without(study, base, best)
+    fit, curve = _joint(study, others, [Family(CURVE, curve_over_torque)])
+    alike = fit.cost - curve.gain < best.cost + worse
+    return Contest(others, curve, True) if alike and _tolerated(study, fit, curve) else None
+
+
+def _joint(study: Study, fit: Fit, known: list[Family]) -> tuple[Fit, Rival]:
+    """A set with the rival that helps it most. With one beside it, the drive may be surer the mean one than without."""
+    pairs = [(fit, rivals(study, fit, known)[0])]
+    if SIZES[0] < fit.weighting.size <= SMALL_SCATTER:
+        sure = study.fit_from(fit.names, fit.parameters, study.weights.of_the_mean(), refit_size=False)
+        pairs.append((sure, rivals(study, sure, known)[0]))
+    return min(pairs, key=lambda pair: pair[0].cost - pair[1].gain)
+
+
+def _without(study: Study, base: Fit, fit: Fit) -> Fit:
+    """A fit without its names of the curve."""
+    others = frozenset(n for n in fit.names if n not in STATIC)
+    return study.fit_from(*part_of(study, fit, others)) if others else base
+
+
+def _curved(study: Study, base: Fit, kept: Fit, rival: Rival, gain: float, rest: float) -> Contest:
+    """The curve itself is off. A bend that the names of the curve leave is more than their form, so the whole may be
+    a tolerance, or something else that bends it."""
+    others, curve = _joint(study, _without(study, base, kept), [rival.family])
+    alone = others.cost - curve.gain
+    alike = alone < kept.cost - rival.gain + CURVED
+    if (not kept.names or (alike and rest > BEND * gain)) and _tolerated(study, others, curve):
+        return Contest(others, curve, True)
+    # Two names for one bend, and the bend itself explains it better than both.
+    if len(kept.names) - len(others.names) > 1 and alone < kept.cost:
+        return Contest(others, curve)
     return Contest(kept, rival)
+
+
+def _stands(study: Study, best: Fit, beside: list[Rival], least: float) -> bool:
+    """Whether a rival gains enough, also if the noise is louder than estimated, and can be seen."""
+    if not beside or beside[0].gain < least:
+        return False
+    part = beside[0].part
+    louder = dispersion(study, best, study.torque - best.prediction.torque - part)
+    visible = float(np.sqrt(np.mean(part**2))) > VISIBLE * study.base.full_torque
+    return visible and beside[0].gain > SIGNIFICANT * louder
 
 
 def _sets(study: Study, found: Search, best: Fit) -> list[Fit]:
     """The base, the best set, all of its parts that were fitted, and the best few of every size."""
-    sets = [found.base, best]
+    sets = [best, found.base]
     for size in range(1, len(best.names) + 1):
         fits = [f for f in found.best.get(size, []) if not degenerate(study, f)]
         sets += [f for k, f in enumerate(fits) if k < FEW or set(f.names) < set(best.names)]
     return list({frozenset(f.names): f for f in reversed(sets)}.values())
 
 
-def _curve(study: Study, base: Fit, beside: list[Rival]) -> Rival | None:
-    """The static curve as a rival of all names."""
-    curves = [r.family for r in beside if r.family.place == CURVE]
-    return rivals(study, base, curves)[0] if curves else None
-
-
-def _tolerated(study: Study, rival: Rival, spread: Array) -> bool:
+def _tolerated(study: Study, fit: Fit, rival: Rival) -> bool:
     """Whether a curve over the torque is one that drives of the population have: as large, and odd."""
     torque, part = study.torque, rival.part
     order = np.argsort(torque)
     other = np.interp(-torque, torque[order], part[order])
     inside = (-torque > torque.min()) & (-torque < torque.max())
     even, odd = (part + other)[inside] / 2, (part - other)[inside] / 2
-    level = np.abs(torque[inside]) > 0.1 * study.base.full_torque
-    if not level.any():
+    if not len(study.individuals) or not inside.any():
         return False
-    small = float(np.sqrt(np.mean(odd[level] ** 2))) < TOLERATED * float(np.sqrt(np.mean(spread[inside][level] ** 2)))
-    return small and float(np.mean(even**2)) < 0.1 * float(np.mean(odd**2))
+    return float(np.mean(even**2)) < 0.1 * float(np.mean(odd**2)) and over_scatter(study, fit, part) < TOLERATED

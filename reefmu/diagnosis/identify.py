@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .fit import Fit, is_logarithmic
+from .fit import Fit, is_logarithmic, never
 from .kernels import kernel
 from .scores import screen
 from .study import Study, amplitudes
@@ -166,6 +166,7 @@ def degenerate(study: Study, fit: Fit) -> bool:
     for name in fit.names:
         for k, p in enumerate(kernel(name).effect.parameters):
             low, high = limits.get(p.unit, (0.0, np.inf))
+            high = np.inf if never(p) else high
             if is_logarithmic(p) and not low <= fit.parameters[at + k] <= high:
                 return True
         at += len(kernel(name).effect.parameters)

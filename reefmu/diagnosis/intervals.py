@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .dispersion import stretches
 from .fit import Fit
 from .identify import without
 from .kernels import kernel
@@ -19,8 +20,8 @@ from .study import Study
 
 Array = NDArray[np.float64]
 
-LONGEST = 60
-"""Blocks of a stretch at most."""
+FORM = 0.005
+"""Standard deviation, as a share of a size, that stems from the form of its law."""
 
 
 def named_effect(study: Study, fit: Fit, name: str, base: Fit) -> NamedEffect:
@@ -33,7 +34,11 @@ def named_effect(study: Study, fit: Fit, name: str, base: Fit) -> NamedEffect:
     deviation = deviations(study, fit)
     values = {}
     for k, p in enumerate(kernel(name).effect.parameters):
-        value, z = float(fit.parameters[at + k]), float(deviation[at + k])
+        value = float(fit.parameters[at + k])
+        unit = 1.0 if fit.box.logarithmic[at + k] else abs(value) / float(fit.box.scale[at + k])
+        # A phase is no size; all else depends on the form of the law, which is nobody's own.
+        own = 0.0 if p.name.startswith("phase") else FORM * unit
+        z = float(np.hypot(deviation[at + k], own))
         if fit.box.logarithmic[at + k]:
             spread = float(np.exp(min(1.96 * z, 50.0)))
             low, high = value / spread, value * spread
@@ -41,7 +46,8 @@ def named_effect(study: Study, fit: Fit, name: str, base: Fit) -> NamedEffect:
             half = 1.96 * z * float(fit.box.scale[at + k])
             low, high = value - half, value + half
         low, high = max(low, p.minimum), min(high, p.maximum)
-        warning = "at its bound" if fit.at_bound[at + k] else ""
+        # A share of none or of all is a result, no bound that stopped the fit.
+        warning = "at its bound" if fit.at_bound[at + k] and (p.minimum, p.maximum) != (0.0, 1.0) else ""
         if not warning and high - low > 1.0 * abs(value) and not p.name.startswith("phase"):
             warning = "wide interval"
         values[p.name] = Value(value, low, high, p.unit, warning)
@@ -63,19 +69,6 @@ def deviations(study: Study, fit: Fit) -> Array:
     count = len(sums)
     spread = inverse @ (sums.T @ sums) @ inverse * count / max(count - len(scale), 1)
     return np.sqrt(np.maximum(by_noise, np.diag(spread))) / scale
-
-
-def stretches(study: Study) -> NDArray[np.intp]:
-    """Number (n,) of the stretch each block is in: of one run and one direction of the twist, not too long."""
-    t = study.trace
-    run = t.run[study.blocks.first]
-    way = np.sign(study.blocks.mean(np.where(t.start, 0.0, np.diff(t.smooth_twist, prepend=t.smooth_twist[0]))))
-    # Where the twist stands the stretch goes on.
-    way = way[np.maximum.accumulate(np.where(way != 0, np.arange(len(way)), 0))]
-    begins = (np.diff(run, prepend=run[0] - 1) != 0) | (np.diff(way, prepend=way[0]) != 0)
-    number = np.cumsum(begins) - 1
-    since = np.arange(len(run)) - np.flatnonzero(begins)[number]
-    return np.unique(number * (len(run) + 1) + since // LONGEST, return_inverse=True)[1]
 
 
 def _share(study: Study, fit: Fit, name: str, base: Fit) -> float:

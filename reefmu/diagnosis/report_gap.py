@@ -16,6 +16,10 @@ from .study import Study, make_weights
 
 Array = NDArray[np.float64]
 
+UNCONFIRMED = 1.2
+"""What is left of runs that were not fitted, over that before, rms, from which they speak against the names."""
+SHOWN = 0.3
+"""Share of what the names gain that the fitted runs alone must show."""
 HELD_SHARE = 3
 """Every third run is held out; of a single run the last third."""
 
@@ -41,6 +45,18 @@ def gap_of(study: Study, base: Fit, chosen: Fit) -> Gap:
         return Gap(_rms(before), _rms(before), noise, held, held, after_own_scatter=own)
     held_before, held_after = (_rms(residual(study, refitted(study, found))[samples]) for found in (base, chosen))
     return Gap(_rms(before), _rms(residual(study, chosen)), noise, held_before, held_after, after_own_scatter=own)
+
+
+def spoken_against(study: Study, base: Fit, chosen: Fit) -> bool:
+    """Whether runs that were not fitted speak against the names: the others show them well, and there they do harm."""
+    if not chosen.names:
+        return False
+    rests = [(study.torque - refitted(study, f).prediction.torque) ** 2 for f in (base, chosen)]
+    held = held_out(study)
+    before, after = (float(np.mean(rest[held])) for rest in rests)
+    without, with_names = (float(np.sum((rest / study.variance)[~held])) for rest in rests)
+    shown = without - with_names > SHOWN * (base.chi_square - chosen.chi_square)
+    return shown and after > UNCONFIRMED**2 * before
 
 
 def own_scatter_taken_out(study: Study, found: Fit) -> float | None:

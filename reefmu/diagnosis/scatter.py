@@ -50,6 +50,7 @@ class Turning:
     """Where the elements are, by block: turned: (n,) rad, crank past the cage; span: (n,) rad, of it in a block and up
     to it; within: (n,) rad, between the samples of a block;
     waves: (2 WAVES, n) cosine and sine of the elements' passing, mean over the block, 0 where the crank stands;
+    row_waves: (2 m, n) likewise of those orders at which only the elements of one eccentric pass, none if it is one;
     count: (n,) samples of a block.
     """
 
@@ -57,6 +58,7 @@ class Turning:
     span: Array
     within: Array
     waves: Array
+    row_waves: Array
     count: Array
 
 
@@ -70,12 +72,20 @@ def turning(drive: Drive, trace: Trace, blocks: Blocks) -> Turning:
     # A sample is taken at once: only what lies between those of a block is averaged.
     span = within + step[blocks.first]
     moving = span > STANDING * 2 * np.pi / drive.elements
-    waves = []
-    for harmonic in range(1, WAVES + 1):
-        passing = np.exp(1j * harmonic * drive.elements * way)
-        mean = np.add.reduceat(passing, blocks.first) / blocks.count * moving / (np.pi * harmonic)
-        waves += [mean.real, mean.imag]
-    return Turning(blocks.mean(way), span, within, np.array(waves), blocks.count)
+    rows = drive.eccentrics
+    waves: list[Array] = []
+    row_waves: list[Array] = []
+    for harmonic in range(1, WAVES * rows + 1):
+        whole = harmonic % rows == 0
+        if not whole and drive.crank_deviation != "eccentric":
+            continue
+        passing = np.exp(1j * harmonic * drive.elements / rows * way)
+        # What comes and goes at once has harmonics that fall off as their number.
+        number = harmonic / rows if whole else harmonic
+        mean = np.add.reduceat(passing, blocks.first) / blocks.count * moving / (np.pi * number)
+        (waves if whole else row_waves).extend([mean.real, mean.imag])
+    of_rows = np.reshape(row_waves, (-1, len(span)))
+    return Turning(blocks.mean(way), span, within, np.array(waves), of_rows, blocks.count)
 
 
 @dataclass(frozen=True)
@@ -99,8 +109,8 @@ class Scatter:
         for answer in answers.values():
             # Over a turn and more all places count alike; what single samples make of it is rough.
             answer[fast] = answer[fast].mean(axis=1, keepdims=True)
-        parts = [*self._own(answers), *self._lobes(answers)]
-        columns = np.concatenate([*parts, *self._edges(ends["mean"])])
+        edges = [*self._edges(ends["mean"], self.turning.waves), *self._row_edges(ends["linear"])]
+        columns = np.concatenate([*self._own(answers), *self._lobes(answers), *edges])
         columns = columns[np.abs(columns).max(axis=1) > 0]
         rough = REST**2 * (columns**2).sum(axis=0)
         rough[fast] += (at_once / self.turning.count)[fast]
@@ -155,7 +165,15 @@ class Scatter:
         """Position (n, elements), lobe met (n, elements) and share of the block within the usable profile."""
         return places(self.drive, self.turning, 0.0)
 
-    def _edges(self, ends: Array) -> list[Array]:
+    def _row_edges(self, ends: Array) -> list[Array]:
+        """The same for what an eccentric's own deviation makes of all its elements."""
+        drive = self.drive
+        if drive.crank_deviation != "eccentric":
+            return []
+        # What the eccentrics make adds up by chance.
+        return self._edges((self.responses.shares["crank"] * drive.eccentrics)**0.5 * ends, self.turning.row_waves)
+
+    def _edges(self, ends: Array, waves: Array) -> list[Array]:
         """Columns of what comes or goes at either end of the usable profile; ends: (2, n) N.m, one element there."""
         pitch = 2 * np.pi / self.drive.elements
         standing = self.turning.span <= STANDING * pitch
@@ -164,7 +182,7 @@ class Scatter:
         often = np.argsort(-count, kind="stable")[:ANGLES]
         # Uniform between in and out.
         found = [ends * (standing & (place == values[k])) / np.sqrt(12) for k in often if count[k] >= LEAST_BLOCKS]
-        return [*found, *(self.turning.waves * end for end in ends)]
+        return [*found, *(waves * end for end in ends)]
 
 
 def places(drive: Drive, turning: Turning, start: float) -> tuple[Array, NDArray[np.intp], Array]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..effects import EFFECTS, Effect
 from .base import Base
-from .fit import Box, Fit, box_of, fit, is_logarithmic
+from .fit import Box, Fit, box_of, fit, is_logarithmic, never
 from .noise import Noise
 from .predict import Predictor
 from .scatter import Scatter
@@ -33,8 +33,7 @@ class Study:
     left_out: others, with the reason; scatter: of the population, None without a drawing;
     null_excess: what single drives of the population leave beyond the components, as a cost; shifted: weights
     by the twist and the clearance that the contacts feel; mean: whether this is the mean drive, so that the scatter
-    keeps its least size; spread: (n,) N.m, standard deviation of the population, empty if unknown;
-    individuals: (m, n) N.m, single drives of the population less their mean, none for the mean drive.
+    keeps small; individuals: (m, n) N.m, single drives of the population less their mean, none without a drawing.
     """
 
     base: Base
@@ -50,7 +49,6 @@ class Study:
     null_excess: float = 0.0
     shifted: list[tuple[Array, Array, Weighting]] = field(default_factory=list)
     mean: bool = False
-    spread: Array = field(default_factory=lambda: np.zeros(0))
     individuals: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @cached_property
@@ -89,13 +87,20 @@ class Study:
                  refit_size: bool = True) -> Fit:
         """Fit a set from one start; refit_size: let the size of the scatter follow."""
         return fit(self.predictor(names), self.torque, self.weights if weights is None else weights, self.box(names),
-                   start, steps, refit_size=refit_size and not self.mean)
+                   start, steps, refit_size=refit_size)
 
     def expected(self, found: Fit) -> float:
         """The cost that noise and scatter alone would leave, in the mean."""
-        share = found.weighting.noise_ratio
-        alone = float((share * self.block_variance / self.variance + 1 - share).sum())
-        return alone + found.weighting.log_determinant
+        return self.alone(found.weighting) + found.weighting.log_determinant
+
+    def alone(self, weights: Weighting) -> float:
+        """The chi-square that noise and roughness leave in the mean."""
+        return float(self.alone_by_block(weights).sum())
+
+    def alone_by_block(self, weights: Weighting) -> Array:
+        """The same of every block, (n,)."""
+        share = weights.noise_ratio
+        return share * self.block_variance / self.variance + 1 - share
 
     def excess(self, found: Fit) -> float:
         """The cost of a fit beyond what noise and scatter explain."""
@@ -124,22 +129,27 @@ def block_variances(noise: Noise, slope: Array, count: Array) -> tuple[Array, Ar
 def amplitudes(effect: Effect) -> list[int]:
     """Indices of the parameters that switch the effect on: at their neutral value it changes nothing."""
     return [k for k, p in enumerate(effect.parameters) if not is_logarithmic(p) and not p.name.startswith("phase")
-            and p.name != "element"]
+            and p.name != "windup"]
 
 
 def shape_starts(effect: Effect, trace: Trace, reach: float) -> list[Array]:
     """Parameter vectors of one effect with its sizes neutral and its lengths, times, speeds and phases varied."""
     speeds = np.abs(trace.output_speed)
     moving = speeds[speeds > 0.02 * speeds.max()] if speeds.max() > 0 else np.array([0.05])
+    whole = float(trace.time[-1] - trace.time[0])
     longest = max(float(trace.time[b - 1] - trace.time[a]) for a, b in trace.bounds)
     variants: list[dict[str, float]] = [{}]
     if any(p.name == "phase" for p in effect.parameters):
         variants = [{"phase": float(phase)} for phase in 2 * np.pi * np.arange(PHASES) / PHASES - np.pi]
+    if any(p.name == "windup" for p in effect.parameters):
+        variants = [{**v, "windup": share} for v in variants for share in (0.0, 1.0)]
     for p in effect.parameters:
         if not is_logarithmic(p):
             continue
         values = {"rad": [0.012 * reach, 0.08 * reach], "s": [0.03 * longest, 0.15 * longest],
                   "rad/s": np.quantile(moving, [0.1, 0.5, 0.9]).tolist()}.get(p.unit, [p.nominal])
+        if never(p):
+            values = [0.7 * whole, 10 * whole]
         variants = [{**v, p.name: float(np.clip(x, p.minimum, p.maximum))} for v in variants for x in values]
     return [np.array([v.get(p.name, p.neutral) for p in effect.parameters]) for v in variants]
 

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .accept import SMALL_SCATTER, Justified, Thresholds, choose, left
+from .accept import Justified, Thresholds, choose, left
 from .anonymous import Rival
-from .contest import contest
+from .contest import SMALL_SCATTER, as_mean, contest
 from .fit import Fit
 from .identify import Search, degenerate, n_parameters
-from .remainder import remainder, repeated
+from .population import over_population
+from .remainder import comes_again, remainder
 from .study import Study
+from .weighting import SIZES
 
 Array = NDArray[np.float64]
 
@@ -27,8 +29,6 @@ LIMITS = (("structural_compliance", "creep"), ("coulomb_friction", "stribeck_fri
 """Effects with a further length or time beside the one that they end in."""
 NOISE_UNCERTAINTY = 0.4
 """Share of the noise's variance by which its estimate may be off."""
-CERTAIN = 3.0
-"""Standard errors by which cycles must share something."""
 REMAINDER_SHARE = 0.08
 """Share of the gain that the remaining excess must reach to count as a remainder."""
 
@@ -51,22 +51,27 @@ def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[
     """The verdict on a search."""
     best, examined = choose(study, found, thresholds)
     base = found.base
-    fit = base if best is None else best.fit
+    fit = as_mean(study, base if best is None else best.fit)
     if fit.weighting.size <= SMALL_SCATTER:
-        outcome = contest(study, found, fit, study.spread if len(study.spread) else None)
+        outcome = contest(study, found, fit)
         kept, rival = outcome.kept, outcome.rival
         if outcome.tolerated:
-            return Finding("none", base, {}, (), remainder(study, base), tuple(examined))
+            shares = {} if best is None else {n: best.shares.get(n, 0.0) for n in kept.names}
+            return Finding("named" if kept.names else "none", kept, shares, (), remainder(study, kept), tuple(examined))
         if rival is not None:
             # Beside names that stand, or alone: what is left has a place but no name.
             gain = base.cost - kept.cost
             shares = {} if best is None else {n: best.shares.get(n, gain / (gain + rival.gain)) for n in kept.names}
-            alternatives = _alternatives(study, kept, found, thresholds, twins) if kept is fit and kept.names else ()
+            same = kept.names and kept.names == fit.names
+            alternatives = _alternatives(study, kept, found, thresholds, twins) if same else ()
             verdict = "ambiguous" if alternatives else "partly" if kept.names else "unknown"
             return Finding(verdict, kept, shares, alternatives, remainder(study, kept), tuple(examined), rival)
     if best is None:
         rest = remainder(study, base)
         something = left(study, base) > 0 and rest > _visible(study, base) and _repeats(study, base)
+        if not something and base.weighting.size >= SIZES[-1]:
+            # Scatter could explain it, but not that of these tolerances.
+            something, rest = True, over_population(study, base)
         return Finding("unknown" if something else "none", base, {}, (), rest, tuple(examined))
     gain = base.cost - best.fit.cost
     rest = remainder(study, best.fit)
@@ -76,6 +81,12 @@ def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[
     alternatives = _alternatives(study, best.fit, found, thresholds, twins)
     verdict = "ambiguous" if alternatives else "partly" if more else "named"
     return Finding(verdict, best.fit, dict(best.shares), alternatives, rest, tuple(examined))
+
+
+def unconfirmed(study: Study, base: Fit, finding: Finding) -> Finding:
+    """A finding whose names make runs worse that were not fitted: something is missing, but not this."""
+    rest = remainder(study, base)
+    return replace(finding, verdict="unknown", chosen=base, shares={}, alternatives=(), remainder=rest)
 
 
 def _limiting(other: Fit, chosen: Fit, twins: Sequence[tuple[str, str]]) -> bool:
@@ -101,8 +112,7 @@ def _repeats(study: Study, fit: Fit) -> bool:
     A remainder where nothing repeats (rotation, holds) may be missing in the cycles; it is believed where it is twice
     what the noise's size leaves open.
     """
-    both = repeated(study, fit)
-    if both is None or both.mean_square > CERTAIN * both.error:
+    if comes_again(study, fit):
         return True
     return remainder(study, fit) ** 2 > 2 * NOISE_UNCERTAINTY * float(np.mean(study.block_variance))
 

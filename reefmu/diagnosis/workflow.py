@@ -26,7 +26,7 @@ from .locate import locate
 from .noise import Noise, estimate_noise
 from .play import as_play
 from .remainder import scattered
-from .report_gap import gap_of
+from .report_gap import gap_of, spoken_against
 from .responses import element_responses
 from .result import Diagnosis, Gap, Place
 from .ripple import is_mean
@@ -34,13 +34,13 @@ from .scatter import Scatter, turning
 from .scores import directions
 from .study import Study, block_variances, candidates_of, make_weights, search_blocks
 from .trace import Trace, trace_of
-from .verdict import Finding, decide
-from .weighting import SIZES
+from .verdict import Finding, decide, unconfirmed
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 MOST_EFFECTS = 3
+
 
 @dataclass(frozen=True)
 class Examined:
@@ -89,6 +89,8 @@ def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike
     found = search(study, MOST_EFFECTS, lambda what, share: say(what, 0.3 + 0.6 * share))
     finding = decide(study, found, thresholds, isolated.twins)
     say("result", 0.95)
+    if spoken_against(study, found.base, finding.chosen):
+        finding = unconfirmed(study, found.base, finding)
     diagnosis = _diagnosis(record, study, found, finding, isolated, look, time.perf_counter() - started)
     return Examined(record, study, found, thresholds, finding, isolated, diagnosis)
 
@@ -108,12 +110,11 @@ def prepare(record: Record, trace: Trace, base: Base) -> tuple[Study, Array]:
     names, left_out = candidates_of(record.missing, base)
     weights = make_weights(variance, scatter, variance if scatter is None else scatter.twist)
     study = Study(base, trace, blocks, noise, weights, variance, block_variance, names, left_out, scatter,
-                  spread=fresh.std(axis=0) if len(fresh) else np.zeros(0))
+                  individuals=fresh)
     if is_mean(study, fresh):
         # Nothing may then be put down to scatter, and no individual need calibrate thresholds.
-        study.mean, study.weights = True, weights.with_size(SIZES[0])
+        study.mean, study.weights = True, weights.of_the_mean()
         fresh = fresh[:0]
-    study.individuals = fresh
     return study, fresh
 
 

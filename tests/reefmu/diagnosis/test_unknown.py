@@ -15,6 +15,7 @@ from reefmu.diagnosis.base import drawing_base
 from reefmu.diagnosis.identify import base_fit
 from reefmu.diagnosis.individuals import individuals_along
 from reefmu.diagnosis.intervals import deviations
+from reefmu.diagnosis.report_gap import held_out, spoken_against
 from reefmu.diagnosis.ripple import is_mean, ripple
 from reefmu.diagnosis.study import Study
 from reefmu.diagnosis.trace import trace_of
@@ -82,3 +83,18 @@ def test_a_misfit_that_goes_with_the_loops_widens_the_intervals() -> None:
     # The misfit more than doubles the sum of squares: as noise it would widen by a half.
     assert worse.chi_square < 3 * fit.chi_square
     assert deviations(study, worse)[1] > 2.5 * before[1]
+
+
+def test_names_that_do_harm_in_unfitted_runs_are_withdrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    record = rig.measured({"hysteresis": {"torque": 4.0}}, seed=15)
+    study = study_of(record)
+    base, names = base_fit(study), study.fit_from(("hysteresis",), np.array([0.0, 4.0, 1e-4]))
+    assert not spoken_against(study, base, names)
+    # In the runs that are held out the torque goes the other way.
+    change = names.prediction.torque - base.prediction.torque
+    study.__dict__["torque"] = study.torque - 2 * change * held_out(study)
+    assert spoken_against(study, base, names)
+    monkeypatch.setattr("reefmu.diagnosis.workflow.spoken_against", lambda study, base, chosen: bool(chosen.names))
+    found = diagnose_record(record, drive=rig.drive())
+    assert (found.verdict, found.effects) == ("unknown", ())
+    assert found.remainder > 1.0
