@@ -3,8 +3,9 @@
 The base is a power law with a dead band; one exponent is fitted to all records, for it is one gear. Friction that
 grows with the load is named in all, and a repeatable remainder several times the noise is reported. Printed beside
 the diagnosis is what the small cycles show without any model: the twist lost between rising and falling through zero
-torque. It falls with the first two steps of preload and stays then; the fitted play does not follow it, for the large
-cycles' curve, of which it is a part, bends for other reasons too.
+torque. It falls with the first two steps of preload and stays then. The fitted play, a part of the large cycles' curve,
+falls with every step. The exponent comes out at its lower bound, a spring: between flanks and dead band a curve that
+bends otherwise is left, and is in the remainder.
 
     python examples/cycloidal_records.py [FOLDER] [--data DIR] [--every N]
 

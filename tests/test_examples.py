@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -29,3 +31,17 @@ def test_example(example: Path, tmp_path: Path) -> None:
     files = list((tmp_path / "out").iterdir())
     assert any(file.suffix == ".png" for file in files)
     assert all(file.stat().st_size > 0 for file in files)
+    if example.stem == "cycloidal_records":
+        real_records_show_what_their_builder_changed(run.stdout)
+
+
+def real_records_show_what_their_builder_changed(table: str) -> None:
+    """Play falls with the preload, friction goes with the load in all, and a remainder is left that is no noise."""
+    rows = [line for line in table.splitlines() if re.match(r" +[0-5] +\w+ +\d+ arcmin", line)]
+    assert len(rows) == 6
+    assert all("load_dependent_hysteresis" in row for row in rows)
+    play = [int(re.findall(r"(\d+) arcmin", row)[1]) for row in rows]
+    assert play == sorted(play, reverse=True)
+    assert play[-1] < 0.5 * play[0]
+    noise, remainder = (np.array([float(re.findall(r"([\d.]+) N\.m", row)[k]) for row in rows]) for k in (-2, -1))
+    assert (remainder > 3 * noise).all()

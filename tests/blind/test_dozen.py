@@ -1,20 +1,21 @@
-"""A dozen sealed records from file to verdict: `pytest tests/blind/dozen.py`. Not in the suite: the diagnosis does not
-yet hold all of them (see the open issue). The hundreds are scored by tests/benchmarks/bench_diagnosis.py.
+"""A dozen sealed records and a few, from file to verdict. The hundreds are scored by
+tests/benchmarks/bench_diagnosis.py.
 """
 
 from __future__ import annotations
 
-import time
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor
 
 import pytest
 
-from reefmu.diagnosis import diagnose_record
-from tests.blind.records import Case, make
-from tests.blind.scoring import Outcome, judge
+from tests.blind.outcome import outcome
+from tests.blind.records import Case
+from tests.blind.scoring import Outcome
 from tests.blind.sensors import Sensors
 
 _CALM, _SLOW = Sensors(0.002, 0.5), Sensors(0.003, 0.9)
-# All on one drawing, whose tables are then made once.
+# All but one on one drawing, whose tables are then made once.
 DOZEN = (
     Case(0, "none", sensors=_SLOW),
     Case(1, "scatter", sensors=_CALM, individual=True),
@@ -28,29 +29,28 @@ DOZEN = (
     Case(9, "pair", (("damping", 5.0), ("torque_sensor_drift", 5.0)), sensors=_CALM),
     Case(10, "poor", (("hysteresis", 6.0),), sensors=_CALM, protocol="one_loop"),
     Case(11, "individual", (("viscous_friction", 8.0),), sensors=_CALM, individual=True),
+    # A printed drive twists so far that it matters whether the ball stays where the crank has it.
+    Case(12, "single", (("missing_ball", 8.0),), drawing=2, sensors=_CALM),
+    Case(13, "single", (("torque_sensor_drift", 10.0),), sensors=_CALM),
+    Case(14, "base", sensors=_CALM, base=(0.5, -0.3)),
+    Case(15, "poor", (("structural_compliance", 5.0),), sensors=_SLOW, protocol="one_sign"),
 )
 
 
 @pytest.fixture(scope="module")
-def outcomes(tmp_path_factory) -> list[Outcome]:
-    found = []
-    for what in DOZEN:
-        sealed = make(what)
-        record, drawing = sealed.write(tmp_path_factory.mktemp("sealed"))
-        start = time.perf_counter()
-        answer = diagnose_record(record, drive=drawing).to_dict()
-        found.append(judge(sealed.truth, answer, time.perf_counter() - start))
-    return found
+def outcomes() -> list[Outcome]:
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        return list(pool.map(outcome, DOZEN))
 
 
 def test_nothing_is_named_that_is_not_there(outcomes):
     assert [o.truth.case.number for o in outcomes if o.wrong and not o.truth.outside] == []
-    assert [o.verdict for o in outcomes if o.truth.case.category in ("none", "scatter")] == ["none", "none"]
+    assert {o.verdict for o in outcomes if o.truth.case.category in ("none", "scatter", "base")} == {"none"}
 
 
 def test_what_is_hidden_is_found(outcomes):
     # One miss is within the figures to reach; the benchmark measures them.
-    assert sum(o.exact for o in outcomes if o.truth.case.category in ("single", "pair", "individual")) >= 7
+    assert sum(o.exact for o in outcomes if o.truth.case.category in ("single", "pair", "individual")) >= 9
     assert all(o.within for o in outcomes if o.truth.case.category in ("single", "pair", "poor"))
 
 

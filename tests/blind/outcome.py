@@ -1,0 +1,22 @@
+"""One sealed case from its specification to what is said of the diagnosis, in a process of its own if need be."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from pathlib import Path
+
+from reefmu.diagnosis import diagnose_record
+
+from .records import Case, make
+from .scoring import Outcome, judge
+
+
+def outcome(what: Case) -> Outcome:
+    """Make, diagnose and judge."""
+    sealed = make(what)
+    with tempfile.TemporaryDirectory() as folder:
+        record, drawing = sealed.write(Path(folder))
+        start = time.perf_counter()
+        answer = diagnose_record(record, drive=drawing).to_dict()
+    return judge(sealed.truth, answer, time.perf_counter() - start)
