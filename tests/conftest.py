@@ -31,7 +31,10 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 @pytest.fixture(scope="session", autouse=True)
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Tables go to a folder of the session, for subprocesses too: no test reads what an older run left."""
-    folder = tmp_path_factory.mktemp("cache")
+    base = tmp_path_factory.getbasetemp()
+    # What one worker solved serves the others.
+    folder = (base if "PYTEST_XDIST_WORKER" not in os.environ else base.parent) / "cache"
+    folder.mkdir(exist_ok=True)
     before = os.environ.get("REEFMU_CACHE")
     os.environ["REEFMU_CACHE"] = str(folder)
     yield folder

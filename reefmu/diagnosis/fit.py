@@ -89,7 +89,7 @@ def fit(predictor: Predictor, torque: Array, weights: Weighting, box: Box, start
         tolerance: float = 1e-3, refit_size: bool = True) -> Fit:
     """Fit all parameters of a predictor from `start` (size,) to measured torque (n,), N.m.
 
-    tolerance: change of the cost at which it ends. refit_size: let the size of the scatter follow.
+    tolerance: change of the cost, seen or promised by the slope, at which it ends. refit_size: let the size of the scatter follow.
     """
     p = np.clip(start, box.low, box.high)
     prediction = predictor(p)
@@ -113,6 +113,8 @@ def fit(predictor: Predictor, torque: Array, weights: Weighting, box: Box, start
             step = np.zeros(len(p))
             step[free] = np.linalg.solve(inner + np.diag(damping * diagonal + 1e-12 * diagonal.max()), gradient[free])
             step = np.where(box.logarithmic, np.clip(step, -1.5, 1.5), step)
+            if float(gradient @ step) < tolerance:
+                break  # as much as this step promises is nothing
             trial = box.to_parameters(box.to_free(p) + step)
             new = predictor(trial)
             new_residual = weights.white(torque - new.torque)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .fit import Fit, is_logarithmic, never
 from .kernels import kernel
-from .scores import screen
+from .scores import Direction, directions, screen
 from .study import Study, amplitudes
 from .weighting import SIZES
 
@@ -30,8 +30,14 @@ WORTH = 6.0
 """Gain by score below which a further effect is not fitted."""
 EXCLUDING = (frozenset({"backlash", "preload"}),)
 """Effects that are one quantity with two signs."""
+ROUGH = 0.1
+"""Change of the cost at which a fit ends that only ranks sets."""
 SHARE = 0.03
 """Sets whose gains differ by less than this share are alike; the one with fewer parameters is taken."""
+
+
+Traces = Mapping[str, Sequence[Direction]]
+"""Variants of every candidate about one fit."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +59,9 @@ def base_fit(study: Study) -> Fit:
     return min(fits, key=lambda f: f.cost)
 
 
-def search(study: Study, most: int = 3, progress: Callable[[str, float], None] | None = None) -> Search:
-    """Fit singles, pairs and, where they promise anything, thirds."""
-    base = base_fit(study)
+def search(study: Study, base: Fit, traces: Traces, most: int = 3, progress: Callable[[str, float], None] | None = None
+           ) -> Search:
+    """Fit singles, pairs and, where they promise anything, thirds; traces: of the candidates about the base fit."""
     best: dict[int, list[Fit]] = {0: [base]}
     for size in range(1, most + 1):
         grown: dict[frozenset[str], Fit] = {}
@@ -63,7 +69,7 @@ def search(study: Study, most: int = 3, progress: Callable[[str, float], None] |
         for number, parent in enumerate(parents):
             if progress:
                 progress(f"sets of {size}", number / len(parents))
-            for fit in extended(study, parent, grown):
+            for fit in extended(study, parent, grown, traces if parent is base else None):
                 key = frozenset(fit.names)
                 if key not in grown or fit.cost < grown[key].cost:
                     grown[key] = fit
@@ -115,18 +121,19 @@ def part_of(study: Study, fit: Fit, names: frozenset[str]) -> tuple[tuple[str, .
     return tuple(n for n in fit.names if n in names), np.concatenate(keep)
 
 
-def extended(study: Study, parent: Fit, known: dict[frozenset[str], Fit]) -> list[Fit]:
-    """All fits of a set with one more effect."""
+def extended(study: Study, parent: Fit, known: dict[frozenset[str], Fit], traces: Traces | None = None) -> list[Fit]:
+    """All fits of a set with one more effect; traces: of the candidates about the parent, if they are known."""
     names = [n for n in study.candidates if n not in parent.names
              and not any(n in pair and pair & set(parent.names) for pair in EXCLUDING)]
     # `screen` is in the order of the scores; nearly all of what a further effect gains shows there.
     most = len(names) if not parent.names else FURTHER if len(parent.names) == 1 else FURTHER // 2
     floor = WORTH if parent.names else 1.0
+    shown = [d for name in names for d in (directions(study, name, parent) if traces is None else traces[name])]
     # As an individual of the population and as the mean drive: the scatter bends what a small effect looks like.
     found: dict[str, Fit] = {}
     for size in dict.fromkeys((parent.weighting.size, SIZES[0])):
         taken: dict[str, int] = {}
-        for gain, name, start in screen(study, parent, names, size):
+        for gain, name, start in screen(study, parent, shown, size):
             new = name not in taken
             if gain <= floor or (new and len(taken) >= most) or taken.get(name, 0) >= (1 if parent.names else STARTS):
                 continue
@@ -142,8 +149,8 @@ def extended(study: Study, parent: Fit, known: dict[frozenset[str], Fit]) -> lis
 def _fitted(study: Study, names: tuple[str, ...], start: Array, size: float) -> Fit:
     """A fit whose first steps see a scatter of this size: a wide one would swallow the effect before it is found."""
     if size == SIZES[0]:
-        start = study.fit_from(names, start, study.weights.with_size(size), steps=6, refit_size=False).parameters
-    return study.fit_from(names, start, steps=12)
+        start = study.fit_from(names, start, study.weights.with_size(size), 6, ROUGH, refit_size=False).parameters
+    return study.fit_from(names, start, steps=12, tolerance=ROUGH)
 
 
 def settled(study: Study, fit: Fit) -> Fit:

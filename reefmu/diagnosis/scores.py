@@ -6,7 +6,7 @@ take. Lengths, times and phases are tried at a few values each.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,8 +106,8 @@ def start_of(direction: Direction, sizes: Array) -> Array:
     return p
 
 
-def screen(study: Study, at: Fit, names: Sequence[str], size: float) -> list[tuple[float, str, Array]]:
-    """(gain, name, starting parameters) of every variant of every candidate on a fit's residual, best first.
+def screen(study: Study, at: Fit, found: Iterable[Direction], size: float) -> list[tuple[float, str, Array]]:
+    """(gain, name, starting parameters) of every direction, linearised about a fit, on that fit's residual, best first.
 
     size: of the scatter.
     """
@@ -115,9 +115,8 @@ def screen(study: Study, at: Fit, names: Sequence[str], size: float) -> list[tup
     basis = projector(weights, at.prediction.sensitivities)
     residual = weights.white(study.torque - at.prediction.torque)[:, None]
     residual = residual - basis @ (basis.T @ residual)
-    found = []
-    for name in names:
-        for direction in directions(study, name, at):
-            gain, sizes, _ = gains(direction, weights, basis, residual)
-            found.append((float(gain[0]), name, start_of(direction, sizes[:, 0])))
-    return sorted(found, key=lambda item: -item[0])
+    scored = []
+    for direction in found:
+        gain, sizes, _ = gains(direction, weights, basis, residual)
+        scored.append((float(gain[0]), direction.name, start_of(direction, sizes[:, 0])))
+    return sorted(scored, key=lambda item: -item[0])

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 PHASES = 12
 """Phases at which a missing ball is looked for."""
+FAR = 0.15
+"""Twist, rad at the crank, beyond which it matters from the start where a missing ball stands."""
 SEARCH_SAMPLES = 2400
 """Blocks on which sets of effects are searched."""
 
@@ -84,10 +86,10 @@ class Study:
         return weights.with_size(found.weighting.size)
 
     def fit_from(self, names: Sequence[str], start: Array, weights: Weighting | None = None, steps: int = 25,
-                 refit_size: bool = True) -> Fit:
+                 tolerance: float = 1e-3, refit_size: bool = True) -> Fit:
         """Fit a set from one start; refit_size: let the size of the scatter follow."""
         return fit(self.predictor(names), self.torque, self.weights if weights is None else weights, self.box(names),
-                   start, steps, refit_size=refit_size)
+                   start, steps, tolerance, refit_size)
 
     def expected(self, found: Fit) -> float:
         """The cost that noise and scatter alone would leave, in the mean."""
@@ -142,7 +144,9 @@ def shape_starts(effect: Effect, trace: Trace, reach: float) -> list[Array]:
     if any(p.name == "phase" for p in effect.parameters):
         variants = [{"phase": float(phase)} for phase in 2 * np.pi * np.arange(PHASES) / PHASES - np.pi]
     if any(p.name == "windup" for p in effect.parameters):
-        variants = [{**v, "windup": share} for v in variants for share in (0.0, 1.0)]
+        # Where the crank hardly turns against the output, a fit finds its way from either end.
+        ends = (0.0, 1.0) if reach * abs(trace.ratio) > FAR else (0.0,)
+        variants = [{**v, "windup": share} for v in variants for share in ends]
     for p in effect.parameters:
         if not is_logarithmic(p):
             continue

@@ -86,7 +86,7 @@ def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike
     study.candidates = tuple(n for n in study.candidates if n not in isolated.invisible)
     say("thresholds", 0.2)
     thresholds = calibrate(study, first, fresh, traces)
-    found = search(study, MOST_EFFECTS, lambda what, share: say(what, 0.3 + 0.6 * share))
+    found = search(study, first, traces, MOST_EFFECTS, lambda what, share: say(what, 0.3 + 0.6 * share))
     finding = decide(study, found, thresholds, isolated.twins)
     say("result", 0.95)
     if spoken_against(study, found.base, finding.chosen):
