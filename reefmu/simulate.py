@@ -13,6 +13,7 @@ from stiffness_model.errors import expect
 
 from .model import INPUTS, OUTPUTS, DriveModel
 from .record import REFERENCE_TEMPERATURE, Record
+from .speed import central_speed
 
 Array = NDArray[np.float64]
 
@@ -68,17 +69,9 @@ def record_inputs(record: Record) -> Array:
     columns = [record.crank_angle, still.copy(), record.output_angle, still.copy(), record.temperature]
     for first, last in itertools.pairwise([*record.starts, len(record)]):
         part = slice(first, last)
-        if last - first >= 2 and record.time[last - 1] > record.time[first]:
-            columns[1][part] = _speed(record.crank_angle[part], record.time[part])
-            columns[3][part] = _speed(record.output_angle[part], record.time[part])
+        columns[1][part] = central_speed(record.crank_angle[part], record.time[part])
+        columns[3][part] = central_speed(record.output_angle[part], record.time[part])
     return np.stack(columns, axis=1)
-
-
-def _speed(angle: Array, time: Array) -> Array:
-    # Repeated time stamps of a coarse clock must not divide by zero: differences go over distinct times.
-    distinct, index = np.unique(time, return_inverse=True)
-    mean = np.bincount(index, angle) / np.bincount(index)
-    return np.gradient(mean, distinct)[index] if len(distinct) > 1 else np.zeros_like(angle)
 
 
 def simulate_record(model: DriveModel, record: Record) -> Response:

@@ -16,6 +16,12 @@ from stiffness_model.lookup import Lookup, build_lookup
 matplotlib.use("Agg")
 
 
+def pytest_configure() -> None:
+    """The workers are the parallelism: each gets one thread for its linear algebra."""
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+
+
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """A check may skip where a compiler or data are missing; where everything is there (CI), a skip is a hole.
 

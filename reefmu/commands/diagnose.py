@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,8 @@ from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.diagnosis.exponent import PLAY, shared_exponent
 from reefmu.diagnosis.report_words import quantity
 from reefmu.progress import Progress
-from reefmu.record import read_record, with_output_locked
+from reefmu.record import Record, read_record, with_output_locked
+from reefmu.tables import cached_lookup
 from stiffness_model.errors import InputError, expect
 from stiffness_model.units import ARCMIN
 
@@ -23,18 +25,23 @@ def run(args: argparse.Namespace) -> int:
     columns = _columns(args)
     drive, notes = (None, []) if args.drive is None else study.read_drawing(args.drive)
     folder = Path(args.out)
-    records = [Path(record) for record in args.records]
-    single = len(records) == 1
-    expect(single or len({_stem(record) for record in records}) == len(records), "records with different names",
-           ", ".join(_stem(record) for record in records), "diagnose")
+    paths = [Path(record) for record in args.records]
+    single = len(paths) == 1
+    expect(single or len({_stem(path) for path in paths}) == len(paths), "records with different names",
+           ", ".join(_stem(path) for path in paths), "diagnose")
+    records = {path: read_record(path, columns) for path in paths}
     locked = args.locked == "output"
-    exponent = _exponent(args, records, columns, locked)
+    exponent = _exponent(args, list(records.values()), locked)
+    if drive is not None:
+        # On all cores; every diagnosis then finds it in the cache.
+        with study.all_cores("solving the lookup (once: it is kept)") as executor:
+            cached_lookup(drive, executor=executor)
     found: dict[str, Diagnosis] = {}
-    for record in records:
-        out = folder if single else folder / _stem(record)
-        with Progress(f"diagnosing {record.name}", 100) as progress:
-            found[_stem(record)] = diagnose_record(
-                record, drive, args.curve, out, columns, lambda now, share, shown=progress: shown.reach(share, now),
+    for path, record in records.items():
+        out = folder if single else folder / _stem(path)
+        with Progress(f"diagnosing {path.name}", 100) as progress:
+            found[_stem(path)] = diagnose_record(
+                record, drive, args.curve, out, None, lambda now, share, shown=progress: shown.reach(share, now),
                 exponent, locked)
     study.show_notes(notes)
     for name, diagnosis in found.items():
@@ -60,8 +67,7 @@ def _columns(args: argparse.Namespace) -> dict[str, str] | None:
     return columns or None
 
 
-def _exponent(args: argparse.Namespace, records: list[Path], columns: dict[str, str] | None, locked: bool
-              ) -> float | None:
+def _exponent(args: argparse.Namespace, records: Sequence[Record], locked: bool) -> float | None:
     """The exponent of `--exponent`: None for a free one, a number, or the one that all records share."""
     if args.exponent is None:
         return None
@@ -71,9 +77,8 @@ def _exponent(args: argparse.Namespace, records: list[Path], columns: dict[str, 
             return float(args.exponent)
         except ValueError:
             raise InputError(f"--exponent: expected a number or 'shared', got {args.exponent!r}") from None
-    read = [read_record(record, columns) for record in records]
     with Progress("one exponent for all records", 100) as progress:
-        shared = shared_exponent([with_output_locked(r) for r in read] if locked else read,
+        shared = shared_exponent([with_output_locked(r) for r in records] if locked else records,
                                  lambda _now, share: progress.reach(share))
     print(shared)
     return shared.value

@@ -89,7 +89,8 @@ def fit(predictor: Predictor, torque: Array, weights: Weighting, box: Box, start
         tolerance: float = 1e-3, refit_size: bool = True) -> Fit:
     """Fit all parameters of a predictor from `start` (size,) to measured torque (n,), N.m.
 
-    tolerance: change of the cost, seen or promised by the slope, at which it ends. refit_size: let the size of the scatter follow.
+    tolerance: change of the cost, seen or promised by the slope, at which it ends. refit_size: let the size of the
+    scatter follow.
     """
     p = np.clip(start, box.low, box.high)
     prediction = predictor(p)

@@ -12,9 +12,10 @@ import itertools
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 from scipy.optimize import isotonic_regression
 from scipy.signal import savgol_filter
+
+from ..speed import central_speed, usual_step
 
 Array = NDArray[np.float64]
 
@@ -24,8 +25,6 @@ MOST_TURN = 0.05
 """The same at most, as a share of the whole way."""
 PLATEAU = 12
 """Samples near a turning point from which on the angle stood there; its level is then their median."""
-AROUND = 31
-"""Samples over which the usual step of time is taken."""
 WINDOWS = (3, 5, 9, 17, 33, 65)
 CLEAN = 1e-6
 """Noise over the whole way below which an angle counts as free of it."""
@@ -91,17 +90,12 @@ def speed_of(angle: Array, time: Array, noise: float) -> Array:
     """Speed (n,), rad/s, of an angle of one run."""
     n = len(angle)
     if noise <= CLEAN * float(np.ptp(angle)):
-        # Simulated: differences over distinct times, as `reefmu.simulate` takes them.
-        distinct, index = np.unique(time, return_inverse=True)
-        if len(distinct) < 2:
-            return np.zeros(n)
-        mean = np.bincount(index, angle) / np.bincount(index)
-        return np.gradient(mean, distinct)[index]
+        return central_speed(angle, time)  # simulated: as it was
     speed, open_ = np.zeros(n), np.ones(n, bool)
     windows = [w for w in WINDOWS if w <= n]
     # A coarse or late clock puts many samples at one time: no speed is taken from steps far shorter than those around.
     step = np.diff(time, append=2 * time[-1] - time[-2]) if n > 1 else np.ones(n)
-    usual = median_filter(step, AROUND, mode="nearest")
+    usual = usual_step(step)
     for window in windows:
         order = 2 if window == 3 else 1
         way = np.asarray(savgol_filter(angle, window, order, deriv=1), float)

@@ -1,4 +1,4 @@
-"""One sealed case from its specification to what is said of the diagnosis, in a process of its own if need be."""
+"""One sealed case from its specification to what is said of the diagnosis."""
 
 from __future__ import annotations
 

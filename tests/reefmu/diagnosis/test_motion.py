@@ -51,3 +51,16 @@ def test_between_turning_points_nothing_comes_back(values: list[float], least: f
     for a, b in itertools.pairwise(inner):
         piece = np.sign(angle[b] - angle[a]) * angle[a:b + 1]
         assert (np.maximum.accumulate(piece) - piece).max() <= least
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-7])
+@pytest.mark.parametrize(("late", "gap"), [(4, 0.0), (4, 1e-6), (4, 2e-5), (40, 0.0)])
+def test_a_clock_that_was_late_makes_no_speed(late: int, gap: float, noise: float) -> None:
+    """Stamps that stand still for some samples and go on a microsecond later, where the steps get shorter."""
+    true = np.concatenate([np.arange(50) * 0.14, 49 * 0.14 + 1e-3 * np.arange(1, 200)])
+    stamps = true.copy()
+    stamps[49:50 + late] = stamps[49 + late] - gap
+    speed = speed_of(2.0 * true + noise * np.random.default_rng(0).standard_normal(len(true)), stamps, noise)
+    assert np.delete(speed, np.arange(46 - late, 54 + 2 * late)) == pytest.approx(2.0, rel=0.05)
+    # A stamp that stands for many samples holds their middle.
+    assert np.abs(speed).max() < 2.0 * (late / 2 + 3)
