@@ -35,7 +35,8 @@ class Record:
 
     time: s, not falling within a run; run: whole numbers, a new one is a new test; crank_angle, output_angle:
     rad; output_torque: N.m exerted by the drive on the output; temperature: degC. missing: canonical columns
-    the file did not have (the crank is then locked at 0, the temperature 20 degC).
+    the file did not have (the crank is then locked at 0, the temperature 20 degC). speeds: (n, 2) rad/s of crank and
+    output, where they are known better than as differences of the angles.
     """
 
     time: Array
@@ -46,6 +47,7 @@ class Record:
     temperature: Array
     missing: tuple[str, ...] = ()
     source: str = ""
+    speeds: Array | None = None
 
     def __len__(self) -> int:
         return len(self.time)

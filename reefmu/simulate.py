@@ -64,14 +64,16 @@ def _trajectory(model: DriveModel, n: int) -> ca.Function:
 
 
 def record_inputs(record: Record) -> Array:
-    """Inputs (n, 5) of a record in the order of `INPUTS`; speeds are central differences within each run."""
-    still = np.zeros(len(record))
-    columns = [record.crank_angle, still.copy(), record.output_angle, still.copy(), record.temperature]
-    for first, last in itertools.pairwise([*record.starts, len(record)]):
-        part = slice(first, last)
-        columns[1][part] = central_speed(record.crank_angle[part], record.time[part])
-        columns[3][part] = central_speed(record.output_angle[part], record.time[part])
-    return np.stack(columns, axis=1)
+    """Inputs (n, 5) of a record in the order of `INPUTS`; speeds are central differences within each run if the record
+    has none.
+    """
+    crank, output = record.crank_angle, record.output_angle
+    speeds = record.speeds
+    if speeds is None:
+        runs = [slice(first, last) for first, last in itertools.pairwise([*record.starts, len(record)])]
+        speeds = np.stack([np.concatenate([central_speed(angle[run], record.time[run]) for run in runs])
+                           for angle in (crank, output)], axis=1)
+    return np.stack([crank, speeds[:, 0], output, speeds[:, 1], record.temperature], axis=1)
 
 
 def simulate_record(model: DriveModel, record: Record) -> Response:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +43,8 @@ def effect_values(study: Study, chosen: Fit) -> Mapping[str, Mapping[str, float]
 def conditioned(trace: Trace, zero: float) -> tuple[Record, Array]:
     """The record as the fit saw it, and the jitter (n,), rad, that was taken out of its twist.
 
-    Paths are without the angles' noise, and the twist's arbitrary zero, rad, is taken out at the output. The elastic
-    torque sees the noise: it counts through the stiffness.
+    Paths and speeds are without the angles' noise, and the twist's arbitrary zero, rad, is taken out at the output. The
+    elastic torque sees the noise: it counts through the stiffness.
     """
     crank, output = trace.crank, trace.crank / trace.ratio - trace.smooth_twist
     if np.ptp(trace.output) == 0 and np.ptp(crank) > 0:
@@ -52,7 +53,9 @@ def conditioned(trace: Trace, zero: float) -> tuple[Record, Array]:
     record = make_record({"time": trace.time, "run": trace.run.astype(float), "crank_angle": crank,
                           "output_angle": output + zero, "output_torque": trace.torque,
                           "temperature": trace.temperature}, "conditioned record")
-    return record, trace.twist - trace.smooth_twist
+    # No effect asks for the crank's own speed, so that those of twist and output are both as they were fitted.
+    speeds = np.stack([trace.ratio * (trace.output_speed + trace.twist_rate), trace.output_speed], axis=1)
+    return replace(record, speeds=speeds), trace.twist - trace.smooth_twist
 
 
 def simulated_torque(model: DriveModel, trace: Trace, zero: float) -> Array:

@@ -102,7 +102,10 @@ def speed_of(angle: Array, time: Array, noise: float) -> Array:
         # Stamps rise, so that their straight slope does too; a parabola's may vanish where the rate changes.
         duration = np.asarray(savgol_filter(time, window, 1, deriv=1), float)
         sound = (duration > 0.5 * usual) & (duration > 0)
-        shown = np.abs(way) > SHOWN * noise * np.sqrt(12 / (window * (window**2 - 1)))
+        deviation = np.full(n, noise * np.sqrt(12 / (window * (window**2 - 1))))
+        if order == 2:
+            deviation[[0, -1]] *= np.sqrt(13)  # a parabola's slope at its ends
+        shown = np.abs(way) > SHOWN * deviation
         last = window == windows[-1]
         duration = np.where(sound, duration, usual) if last else duration
         now = open_ & (duration > 0) & (sound | last) & (shown | last)

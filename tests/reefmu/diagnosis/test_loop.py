@@ -11,10 +11,14 @@ import pytest
 
 from reefmu.cli import main
 from reefmu.diagnosis.corrected import conditioned, corrected_model, simulated_torque
+from reefmu.diagnosis.trace import trace_of
 from reefmu.diagnosis.workflow import Examined, examine
 from reefmu.diagnosis.write import write_results
 from reefmu.fmu.replay import replay_record
+from reefmu.model import build_model
 from reefmu.model_file import load_model
+from reefmu.record import make_record
+from stiffness_model.lookup import Lookup
 from tests import diagnosis_rig as rig
 from tests.blind.records import Case, make
 from tests.blind.sensors import Sensors
@@ -78,6 +82,19 @@ def test_the_record_through_the_fmu(which: str, backend: str, tmp_path: Path, re
     outputs = replay_record(fmu, record)
     torque = outputs["measured.tau"] + outputs["stiffness"] * jitter
     assert rms(record.output_torque - torque) == pytest.approx(found.diagnosis.gap.after, rel=1e-6)
+
+
+def test_an_encoders_noise_is_no_rate(lookup: Lookup) -> None:
+    """In fast turns a noise of the angles over a millisecond is a great rate; no damping may see it."""
+    drive, coefficient, noise = rig.drive(), 5e3, 1e-6
+    time = 1e-3 * np.arange(3000)
+    output, twist = 1.4 * time, 1e-3 + 2e-4 * np.sin(time)
+    seen = output + noise * np.random.default_rng(1).standard_normal(len(time))
+    measured = make_record({"time": time, "crank_angle": drive.ratio * (output + twist), "output_angle": seen,
+                            "output_torque": np.zeros(len(time))})
+    damped, bare = (simulated_torque(build_model(drive, effects, lookup=lookup), trace_of(measured, drive.ratio), 0.0)
+                    for effects in ({"damping": {"coefficient": coefficient}}, {}))
+    assert rms(damped - bare - coefficient * 2e-4 * np.cos(time)) < 0.1 * coefficient * noise / 1e-3
 
 
 def test_the_example_on_a_blind_record(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
