@@ -101,21 +101,21 @@ def shared_exponent(records: Sequence[Record], progress: Callable[[str, float], 
     """
     costs = np.empty((len(records), len(GRID)))
     for i, record in enumerate(records):
+        trace = trace_of(record, ratio_without_drawing(record))
         for k, exponent in enumerate(GRID):
             if progress:
                 progress("one exponent for all records", (i * len(GRID) + k) / costs.size)
-            costs[i, k] = np.log(best_cost(record, exponent))
+            costs[i, k] = np.log(best_cost(record, trace, exponent))
     value = _least(costs.sum(axis=0))
     others = [_least(np.delete(costs, i, axis=0).sum(axis=0)) for i in range(len(records))] if len(records) > 1 else []
     return SharedExponent(value, min([value, *others]), max([value, *others]))
 
 
-def best_cost(record: Record, exponent: float) -> float:
-    """What the best fit of play and friction leaves with the exponent held."""
+def best_cost(record: Record, trace: Trace, exponent: float) -> float:
+    """What the best fit of play and friction to a record with these traces leaves with the exponent held."""
     from .identify import base_fit
     from .workflow import prepare
 
-    trace = trace_of(record, ratio_without_drawing(record))
     base = held_power_base(exponent)(trace)
     study, _ = prepare(record, trace, base)
     first = base_fit(study)

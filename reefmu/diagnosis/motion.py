@@ -98,9 +98,9 @@ def speed_of(angle: Array, time: Array, noise: float) -> Array:
     usual = usual_step(step)
     for window in windows:
         order = 2 if window == 3 else 1
-        way = np.asarray(savgol_filter(angle, window, order, deriv=1), float)
+        way = np.asarray(savgol_filter(angle, 3, 2, deriv=1), float) if order == 2 else _slope(angle, window)
         # Stamps rise, so that their straight slope does too; a parabola's may vanish where the rate changes.
-        duration = np.asarray(savgol_filter(time, window, 1, deriv=1), float)
+        duration = _slope(time, window)
         sound = (duration > 0.5 * usual) & (duration > 0)
         deviation = np.full(n, noise * np.sqrt(12 / (window * (window**2 - 1))))
         if order == 2:
@@ -112,3 +112,11 @@ def speed_of(angle: Array, time: Array, noise: float) -> Array:
         speed[now] = way[now] / duration[now]
         open_ &= ~now
     return speed
+
+
+def _slope(values: Array, window: int) -> Array:
+    """Slopes (n,) by index of straight lines through a window about each; at the ends those of the outermost window."""
+    slope = np.asarray(savgol_filter(values, window, 1, deriv=1, mode="nearest"), float)
+    half = window // 2
+    slope[:half], slope[-half:] = slope[half], slope[-half - 1]
+    return slope

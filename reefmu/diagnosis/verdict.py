@@ -27,8 +27,8 @@ REMAINDER, REMAINDER_INDIVIDUAL = 0.0025, 0.0045
 which is not all in the components."""
 LIMITS = (("structural_compliance", "creep"), ("coulomb_friction", "stribeck_friction"))
 """Effects with a further length or time beside the one that they end in."""
-NOISE_UNCERTAINTY = 0.4
-"""Share of the noise's variance by which its estimate may be off."""
+NOISE_UNCERTAINTY, NOISE_DEVIATIONS = 0.4, 3.0
+"""Share of the noise's variance by which its estimate may be off at least, and in standard deviations."""
 REMAINDER_SHARE = 0.08
 """Share of the gain that the remaining excess must reach to count as a remainder."""
 
@@ -101,8 +101,7 @@ def _visible(study: Study, fit: Fit) -> float:
     """Least remainder, N.m rms, that is called one."""
     scattered_drive = len(fit.weighting.strength) > 0 and fit.weighting.size > SMALL_SCATTER
     share = REMAINDER_INDIVIDUAL if scattered_drive else REMAINDER
-    # The size of a slow noise is itself known to a quarter only.
-    uncertain = NOISE_UNCERTAINTY * float(np.mean(study.block_variance))
+    uncertain = _noise_uncertainty(study) * float(np.mean(study.block_variance))
     return max(share * study.base.full_torque, float(np.sqrt(uncertain)))
 
 
@@ -114,7 +113,15 @@ def _repeats(study: Study, fit: Fit) -> bool:
     """
     if comes_again(study, fit):
         return True
-    return remainder(study, fit) ** 2 > 2 * NOISE_UNCERTAINTY * float(np.mean(study.block_variance))
+    return remainder(study, fit) ** 2 > 2 * _noise_uncertainty(study) * float(np.mean(study.block_variance))
+
+
+def _noise_uncertainty(study: Study) -> float:
+    """Share of the noise's variance by which its estimate may be off: a slow noise says little anew with every sample,
+    and the differences of two cycles half as much.
+    """
+    deviation = float(np.sqrt(4 * study.noise.correlation / len(study.trace)))
+    return max(NOISE_UNCERTAINTY, NOISE_DEVIATIONS * deviation)
 
 
 def _alternatives(study: Study, chosen: Fit, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]]
