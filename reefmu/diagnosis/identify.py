@@ -32,9 +32,6 @@ EXCLUDING = (frozenset({"backlash", "preload"}),)
 """Effects that are one quantity with two signs."""
 ROUGH = 0.1
 """Change of the cost at which a fit ends that only ranks sets."""
-SHARE = 0.03
-"""Sets whose gains differ by less than this share are alike; the one with fewer parameters is taken."""
-
 
 Traces = Mapping[str, Sequence[Direction]]
 """Variants of every candidate about one fit."""

@@ -105,9 +105,3 @@ def blocks_of(trace: Trace, samples: int) -> Blocks:
     tail = np.diff(first, append=len(trace)) < max(1, samples // 2)
     first = first[~tail | trace.start[first]]
     return Blocks(first, np.diff(first, append=len(trace)).astype(float))
-
-
-def select(trace: Trace, keep: NDArray[np.bool_]) -> Trace:
-    """Whole runs of a trace: `keep` (n,) must be the same for all samples of a run."""
-    values = {name: getattr(trace, name)[keep] for name in trace.__dataclass_fields__ if name != "ratio"}
-    return Trace(**values, ratio=trace.ratio)
