@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import os
 import tomllib
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -37,12 +39,13 @@ def run(args: argparse.Namespace) -> int:
         with study.all_cores("solving the lookup (once: it is kept)") as executor:
             cached_lookup(drive, executor=executor)
     found: dict[str, Diagnosis] = {}
-    for path, record in records.items():
-        out = folder if single else folder / _stem(path)
-        with Progress(f"diagnosing {path.name}", 100) as progress:
-            found[_stem(path)] = diagnose_record(
-                record, drive, args.curve, out, None, lambda now, share, shown=progress: shown.reach(share, now),
-                exponent, locked)
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        for path, record in records.items():
+            out = folder if single else folder / _stem(path)
+            with Progress(f"diagnosing {path.name}", 100) as progress:
+                found[_stem(path)] = diagnose_record(
+                    record, drive, args.curve, out, None, lambda now, share, shown=progress: shown.reach(share, now),
+                    exponent, locked, pool)
     study.show_notes(notes)
     for name, diagnosis in found.items():
         print(_sentence(name, diagnosis))

@@ -17,7 +17,7 @@ from .dispersion import dispersion
 from .fit import Fit
 from .identify import Search, degenerate, part_of, without
 from .kernels import kernel
-from .population import over_scatter
+from .population import as_individual, over_scatter
 from .remainder import comes_again
 from .scores import Direction, gains, projector
 from .study import Study
@@ -155,7 +155,7 @@ def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Ma
             reasons[name] = f"removes {100 * shares[name]:.0f} % of what is left without it"
         elif material(study, change) < (MATERIAL if others else MATERIAL_FIRST) * study.base.full_torque:
             reasons[name] = "changes no run visibly"
-        elif _may_scatter(study, fit, base, name, gain / louder) \
+        elif _may_scatter(study, fit, base, smaller, name, louder) \
                 and (over := over_scatter(study, fit, change)) < OVER_SCATTER:
             reasons[name] = f"is {over:.1f} times what single drives of the population make of the kind by themselves"
     gain = base.cost - fit.cost
@@ -183,13 +183,16 @@ def _smaller(study: Study, fit: Fit, name: str, others: tuple[str, ...], known: 
     return min(fits, key=lambda f: f.cost)
 
 
-def _may_scatter(study: Study, fit: Fit, base: Fit, name: str, gain: float) -> bool:
+def _may_scatter(study: Study, fit: Fit, base: Fit, smaller: Fit, name: str, louder: float) -> bool:
     """Whether this drive may be an individual: it scatters, or the record cannot tell and an individual, or several
-    names for what it does by itself, would do hardly worse."""
+    names for what it does by itself, would do hardly worse. smaller: the fit without the name."""
     if fit.weighting.size >= INDIVIDUAL:
-        return name in LIKE_SCATTER or gain < 4 * NO_CHANCE
-    open_ = not study.mean and (len(fit.names) > 1 or base.weighting.size >= INDIVIDUAL)
-    return open_ and name in SHOWN_BY_A_CURVE and gain < NO_CHANCE
+        return name in LIKE_SCATTER or (smaller.cost - fit.cost) / louder < 4 * NO_CHANCE
+    if study.mean or name not in SHOWN_BY_A_CURVE or (len(fit.names) == 1 and base.weighting.size < INDIVIDUAL):
+        return False
+    # What scatters less than any single drive does is none.
+    single = smaller if smaller.weighting.size >= INDIVIDUAL else as_individual(study, smaller)
+    return (single.cost - fit.cost) / louder < NO_CHANCE
 
 
 def material(study: Study, change: Array) -> float:

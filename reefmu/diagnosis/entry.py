@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ def diagnose_record(paths: PathLike | Record | Sequence[PathLike], drive: PathLi
                     curve: PathLike | None = None, out: PathLike | None = None,
                     columns: Mapping[str, str] | None = None,
                     progress: Callable[[str, float], None] | None = None, exponent: float | None = None,
-                    output_locked: bool = False) -> Diagnosis:
+                    output_locked: bool = False, executor: Executor | None = None) -> Diagnosis:
     """Diagnose one record.
 
     paths: of a record file (see `reefmu.record.read_record`), of several files of one record, or a `Record`.
@@ -32,7 +33,8 @@ def diagnose_record(paths: PathLike | Record | Sequence[PathLike], drive: PathLi
     drawing; with neither, the base curve is a free power law. out: folder for diagnosis.json, report.html and,
     with a drawing, model.toml; nothing is written without it. columns: column map for foreign files. progress:
     called with (what is done, share done). exponent: of the power law, held; free if None. output_locked: of a record
-    of a twist alone: the crank turned, not the output (see `reefmu.record.with_output_locked`).
+    of a twist alone: the crank turned, not the output (see `reefmu.record.with_output_locked`). executor: of processes
+    that share the fits; the result is the same without.
 
     Raises `InputError` for files that cannot be read or written, for both a drive and a curve, and for an exponent
     beside either.
@@ -50,7 +52,7 @@ def diagnose_record(paths: PathLike | Record | Sequence[PathLike], drive: PathLi
     base_of = None if exponent is None else held_power_base(exponent)
     # A trial whose creep runs away overflows; its cost is then no number, and the fit refuses the step.
     with np.errstate(over="ignore", invalid="ignore"):
-        found = examine(record, drawn, curve, progress, base_of)
+        found = examine(record, drawn, curve, progress, base_of, executor)
     if out is not None:
         from .write import write_results
 

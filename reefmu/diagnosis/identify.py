@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .crew import Crew
 from .fit import Fit, is_logarithmic, never
 from .kernels import kernel
 from .scores import Direction, directions, screen
@@ -56,21 +57,27 @@ def base_fit(study: Study) -> Fit:
     return min(fits, key=lambda f: f.cost)
 
 
-def search(study: Study, base: Fit, traces: Traces, most: int = 3, progress: Callable[[str, float], None] | None = None
+def traces_of(crew: Crew, at: Fit) -> dict[str, list[Direction]]:
+    """Variants of all candidates about a fit."""
+    names = crew.study.candidates
+    return dict(zip(names, crew.map(_traced, [(name, crew.study.slim(at)) for name in names]), strict=True))
+
+
+def _traced(study: Study, job: tuple[str, Fit]) -> list[Direction]:
+    return directions(study, job[0], study.whole(job[1]))
+
+
+def search(crew: Crew, base: Fit, traces: Traces, most: int = 3, progress: Callable[[str, float], None] | None = None
            ) -> Search:
     """Fit singles, pairs and, where they promise anything, thirds; traces: of the candidates about the base fit."""
+    study = crew.study
     best: dict[int, list[Fit]] = {0: [base]}
     for size in range(1, most + 1):
-        grown: dict[frozenset[str], Fit] = {}
+        if progress:
+            progress(f"sets of {size}", (size - 1) / most)
         parents = best[size - 1][:BEAM if size < 3 else BEAM // 2]
-        for number, parent in enumerate(parents):
-            if progress:
-                progress(f"sets of {size}", number / len(parents))
-            for fit in extended(study, parent, grown, traces if parent is base else None):
-                key = frozenset(fit.names)
-                if key not in grown or fit.cost < grown[key].cost:
-                    grown[key] = fit
-        ranked = sorted(grown.values(), key=lambda f: f.cost)
+        starts = promising(study, base, study.candidates, traces) if size == 1 else _starts(crew, parents, frozenset())
+        ranked = sorted(_best_of(fitted(crew, starts)).values(), key=lambda f: f.cost)
         if not ranked:
             break
         best[size] = [settled(study, fit) for fit in ranked[:SETTLED]] + ranked[SETTLED:]
@@ -78,16 +85,17 @@ def search(study: Study, base: Fit, traces: Traces, most: int = 3, progress: Cal
         if size >= 2 and best[size - 1][0].cost - best[size][0].cost < WORTH:
             break
         if size >= 2:
-            best[size] = swapped(study, best[size], best[size - 1], parents)
+            best[size] = swapped(crew, best[size], best[size - 1], parents)
     return Search(base, best)
 
 
-def swapped(study: Study, fits: list[Fit], smaller: list[Fit], extended_already: list[Fit]) -> list[Fit]:
+def swapped(crew: Crew, fits: list[Fit], smaller: list[Fit], extended_already: list[Fit]) -> list[Fit]:
     """The fits of one size with each member of the best replaced by every other candidate, until none is better.
 
     smaller: fits with one effect less, from which the replacements start; extended_already: those of them from which
     the fits came.
     """
+    study = crew.study
     known = {frozenset(f.names): f for f in fits}
     parts = {frozenset(f.names): f for f in smaller}
     tried = {frozenset(f.names) for f in extended_already}
@@ -97,13 +105,10 @@ def swapped(study: Study, fits: list[Fit], smaller: list[Fit], extended_already:
         new = [part for part in left if part not in tried]
         if not new:
             break
-        for part in new:
-            tried.add(part)
-            parent = parts.get(part)
-            if parent is None:
-                parent = study.fit_from(*part_of(study, best, part))
-            for fit in extended(study, parent, known):
-                known[frozenset(fit.names)] = settled(study, fit) if fit.cost < best.cost else fit
+        tried.update(new)
+        parents = [parts[part] if part in parts else study.fit_from(*part_of(study, best, part)) for part in new]
+        for names, fit in _best_of(fitted(crew, _starts(crew, parents, frozenset(known)))).items():
+            known[names] = settled(study, fit) if fit.cost < best.cost else fit
     return sorted(known.values(), key=lambda f: f.cost)
 
 
@@ -118,36 +123,74 @@ def part_of(study: Study, fit: Fit, names: frozenset[str]) -> tuple[tuple[str, .
     return tuple(n for n in fit.names if n in names), np.concatenate(keep)
 
 
-def extended(study: Study, parent: Fit, known: dict[frozenset[str], Fit], traces: Traces | None = None) -> list[Fit]:
-    """All fits of a set with one more effect; traces: of the candidates about the parent, if they are known."""
-    names = [n for n in study.candidates if n not in parent.names
+@dataclass(frozen=True)
+class Start:
+    """Where a fit of a set begins: names, parameters (k,), and the size of the scatter that its first steps see."""
+
+    names: tuple[str, ...]
+    parameters: Array
+    size: float
+
+
+def promising(study: Study, parent: Fit, candidates: Sequence[str], traces: Traces | None = None,
+              known: frozenset[frozenset[str]] = frozenset()) -> list[Start]:
+    """Starts of all sets worth a fit that have one effect more; traces: of the candidates about the parent, if there
+    are any; known: sets that need none."""
+    names = [n for n in candidates if n not in parent.names and frozenset((*parent.names, n)) not in known
              and not any(n in pair and pair & set(parent.names) for pair in EXCLUDING)]
     # `screen` is in the order of the scores; nearly all of what a further effect gains shows there.
     most = len(names) if not parent.names else FURTHER if len(parent.names) == 1 else FURTHER // 2
     floor = WORTH if parent.names else 1.0
     shown = [d for name in names for d in (directions(study, name, parent) if traces is None else traces[name])]
     # As an individual of the population and as the mean drive: the scatter bends what a small effect looks like.
-    found: dict[str, Fit] = {}
+    starts: list[Start] = []
     for size in dict.fromkeys((parent.weighting.size, SIZES[0])):
         taken: dict[str, int] = {}
         for gain, name, start in screen(study, parent, shown, size):
             new = name not in taken
             if gain <= floor or (new and len(taken) >= most) or taken.get(name, 0) >= (1 if parent.names else STARTS):
                 continue
-            if frozenset((*parent.names, name)) in known and len(parent.names) > 1:
-                continue
             taken[name] = taken.get(name, 0) + 1
-            fit = _fitted(study, (*parent.names, name), np.concatenate([parent.parameters, start]), size)
-            if name not in found or fit.cost < found[name].cost:
-                found[name] = fit
-    return list(found.values())
+            starts.append(Start((*parent.names, name), np.concatenate([parent.parameters, start]), size))
+    return starts
 
 
-def _fitted(study: Study, names: tuple[str, ...], start: Array, size: float) -> Fit:
+def _starts(crew: Crew, parents: Sequence[Fit], known: frozenset[frozenset[str]]) -> list[Start]:
+    """Those of several parents; each set from the first parent that promises it only where they hold three or more."""
+    jobs = [(crew.study.slim(parent), crew.study.candidates, known) for parent in parents]
+    found: list[Start] = []
+    for starts in crew.map(_promising, jobs):
+        made = {frozenset(s.names) for s in found if len(s.names) > 2}
+        found += [s for s in starts if frozenset(s.names) not in made]
+    return found
+
+
+def _promising(study: Study, job: tuple[Fit, tuple[str, ...], frozenset[frozenset[str]]]) -> list[Start]:
+    parent, candidates, known = job
+    return promising(study, study.whole(parent), candidates, known=known)
+
+
+def fitted(crew: Crew, starts: Sequence[Start]) -> list[Fit]:
+    """A fit from every start, good enough to rank."""
+    return [crew.study.whole(fit) for fit in crew.map(_fitted, starts)]
+
+
+def _fitted(study: Study, start: Start) -> Fit:
     """A fit whose first steps see a scatter of this size: a wide one would swallow the effect before it is found."""
-    if size == SIZES[0]:
-        start = study.fit_from(names, start, study.weights.with_size(size), 6, ROUGH, refit_size=False).parameters
-    return study.fit_from(names, start, steps=12, tolerance=ROUGH)
+    at = start.parameters
+    if start.size == SIZES[0]:
+        at = study.fit_from(start.names, at, study.weights.with_size(start.size), 6, ROUGH, refit_size=False).parameters
+    return study.slim(study.fit_from(start.names, at, steps=12, tolerance=ROUGH))
+
+
+def _best_of(fits: Sequence[Fit]) -> dict[frozenset[str], Fit]:
+    """The best fit of every set."""
+    best: dict[frozenset[str], Fit] = {}
+    for fit in fits:
+        names = frozenset(fit.names)
+        if names not in best or fit.cost < best[names].cost:
+            best[names] = fit
+    return best
 
 
 def settled(study: Study, fit: Fit) -> Fit:

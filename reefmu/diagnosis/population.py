@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from .fit import Fit
 from .study import Study
+from .weighting import INDIVIDUAL, SIZES
 
 Array = NDArray[np.float64]
 
@@ -32,3 +33,11 @@ def over_population(study: Study, fit: Fit) -> float:
     """Rms, N.m, of what is left beside a fit, less what single drives of the population and the noise leave."""
     rest = float(np.mean((study.torque - fit.prediction.torque) ** 2) - np.mean(study.block_variance))
     return float(np.sqrt(max(rest - float(np.mean(study.individuals**2)), 0.0)))
+
+
+def as_individual(study: Study, fit: Fit) -> Fit:
+    """The fit as one of a drive that scatters at least as little as single drives do."""
+    rest = study.torque - fit.prediction.torque
+    sizes = [study.weights.with_size(size) for size in SIZES if size >= INDIVIDUAL]
+    likeliest = min(sizes, key=lambda w: float((w.white(rest) ** 2).sum()) + w.log_determinant)
+    return study.fit_from(fit.names, fit.parameters, likeliest, refit_size=False)

@@ -16,6 +16,9 @@ from .study import Study, make_weights
 
 Array = NDArray[np.float64]
 
+Held = tuple[Fit, Fit] | None
+"""Fits of the base and of the names without the runs held out."""
+
 UNCONFIRMED = 1.2
 """What is left of runs that were not fitted, over that before, rms, from which they speak against the names."""
 SHOWN = 0.3
@@ -33,39 +36,51 @@ def held_out(study: Study) -> NDArray[np.bool_]:
     return np.arange(len(runs)) >= len(runs) * 2 // HELD_SHARE
 
 
-def gap_of(study: Study, base: Fit, chosen: Fit) -> Gap:
-    """Root mean squares over all samples, N.m."""
+def gap_of(study: Study, base: Fit, chosen: Fit, held: Held) -> Gap:
+    """Root mean squares over all samples, N.m; held: `held_fits` of both."""
     samples = np.repeat(held_out(study), study.blocks.count.astype(int))
     slope = chosen.prediction.slope
     noise = float(np.sqrt(np.average(study.noise.variance(slope), weights=study.blocks.count)))
-    before = residual(study, base)
-    own = own_scatter_taken_out(study, chosen)
+    before = after = residual(study, base)
+    held_before = held_after = _rms(before[samples])
+    if held is not None:
+        after = residual(study, chosen)
+        held_before, held_after = (_rms(residual(study, found)[samples]) for found in held)
+    own = own_scatter(study, chosen)
+    return Gap(_rms(before), _rms(after), noise, held_before, held_after,
+               after_own_scatter=None if own is None else _rms(after - own))
+
+
+def held_fits(study: Study, base: Fit, chosen: Fit) -> Held:
+    """Both fitted without the blocks held out; None where nothing is named."""
     if not chosen.names:
-        held = _rms(before[samples])
-        return Gap(_rms(before), _rms(before), noise, held, held, after_own_scatter=own)
-    held_before, held_after = (_rms(residual(study, refitted(study, found))[samples]) for found in (base, chosen))
-    return Gap(_rms(before), _rms(residual(study, chosen)), noise, held_before, held_after, after_own_scatter=own)
+        return None
+    variance = np.where(held_out(study), 1e12 * study.variance, study.variance)
+    twist = variance if study.scatter is None else study.scatter.twist
+    weights = make_weights(variance, study.scatter, twist)
+    first, second = (fit(study.predictor(f.names), study.torque, weights.with_size(f.weighting.size), f.box,
+                         f.parameters, refit_size=False) for f in (base, chosen))
+    return first, second
 
 
-def spoken_against(study: Study, base: Fit, chosen: Fit) -> bool:
+def spoken_against(study: Study, base: Fit, chosen: Fit, held: Held) -> bool:
     """Whether runs that were not fitted speak against the names: the others show them well, and there they do harm."""
-    if not chosen.names:
+    if held is None:
         return False
-    rests = [(study.torque - refitted(study, f).prediction.torque) ** 2 for f in (base, chosen)]
-    held = held_out(study)
-    before, after = (float(np.mean(rest[held])) for rest in rests)
-    without, with_names = (float(np.sum((rest / study.variance)[~held])) for rest in rests)
+    rests = [(study.torque - f.prediction.torque) ** 2 for f in held]
+    out = held_out(study)
+    before, after = (float(np.mean(rest[out])) for rest in rests)
+    without, with_names = (float(np.sum((rest / study.variance)[~out])) for rest in rests)
     shown = without - with_names > SHOWN * (base.chi_square - chosen.chi_square)
     return shown and after > UNCONFIRMED**2 * before
 
 
-def own_scatter_taken_out(study: Study, found: Fit) -> float | None:
-    """Rms, N.m, of a fit's residual less the likeliest scatter of this one drive; None where nothing scatters."""
+def own_scatter(study: Study, found: Fit) -> Array | None:
+    """The likeliest scatter (n,), N.m, of this one drive at all samples; None where nothing scatters."""
     if study.scatter is None or not len(found.weighting.strength):
         return None
     rest = study.torque - found.prediction.torque
-    own = np.repeat(scattered(study, found, rest), study.blocks.count.astype(int))
-    return _rms(residual(study, found) - own)
+    return np.repeat(scattered(study, found, rest), study.blocks.count.astype(int))
 
 
 def residual(study: Study, found: Fit) -> Array:
@@ -75,11 +90,3 @@ def residual(study: Study, found: Fit) -> Array:
 
 def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
-
-
-def refitted(study: Study, found: Fit) -> Fit:
-    """The same set fitted without the blocks held out."""
-    variance = np.where(held_out(study), 1e12 * study.variance, study.variance)
-    twist = variance if study.scatter is None else study.scatter.twist
-    weights = make_weights(variance, study.scatter, twist).with_size(found.weighting.size)
-    return fit(study.predictor(found.names), study.torque, weights, found.box, found.parameters, refit_size=False)

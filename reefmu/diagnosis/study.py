@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from .noise import Noise
 from .predict import Predictor
 from .scatter import Scatter
 from .trace import Blocks, Trace, blocks_of
-from .weighting import Weighting, weighting
+from .weighting import Weighting, bare, is_bare, weighting
 
 Array = NDArray[np.float64]
 
@@ -90,6 +90,16 @@ class Study:
         """Fit a set from one start; refit_size: let the size of the scatter follow."""
         return fit(self.predictor(names), self.torque, self.weights if weights is None else weights, self.box(names),
                    start, steps, tolerance, refit_size)
+
+    def slim(self, found: Fit) -> Fit:
+        """A fit to send to another process, without the weights that a study there has as well."""
+        own = found.weighting.mean is self.weights.mean and found.weighting.individual is self.weights.individual
+        return replace(found, weighting=bare(found.weighting.size)) if own else found
+
+    def whole(self, found: Fit) -> Fit:
+        """A fit that was sent by another process."""
+        return replace(found, weighting=self.weights.with_size(found.weighting.size)) if is_bare(found.weighting) \
+            else found
 
     def expected(self, found: Fit) -> float:
         """The cost that noise and scatter alone would leave, in the mean."""

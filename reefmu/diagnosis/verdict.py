@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .accept import Justified, Thresholds, choose, left
+from .accept import LIKE_SCATTER, Justified, Thresholds, choose, left
 from .anonymous import Rival
 from .contest import SMALL_SCATTER, as_mean, contest
+from .dispersion import dispersion
 from .fit import Fit
 from .identify import Search, degenerate, n_parameters
 from .population import over_population
@@ -29,14 +30,16 @@ LIMITS = (("structural_compliance", "creep"), ("coulomb_friction", "stribeck_fri
 """Effects with a further length or time beside the one that they end in."""
 NOISE_UNCERTAINTY, NOISE_DEVIATIONS = 0.4, 3.0
 """Share of the noise's variance by which its estimate may be off at least, and in standard deviations."""
+MOST_HIDDEN = 3
+"""Sets that the scatter may hide, the best of them, that are reported."""
 REMAINDER_SHARE = 0.08
 """Share of the gain that the remaining excess must reach to count as a remainder."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """verdict; chosen: the set named, or the base fit; alternatives: other sets; remainder: N.m rms;
-    rival: an anonymous part of it, None if there is none to be seen."""
+    """verdict; chosen: the set named, or the base fit; alternatives: other sets, or those which the scatter may hide
+    where the verdict is none or named; remainder: N.m rms; rival: an anonymous part of it, None if there is none to be seen."""
 
     verdict: str
     chosen: Fit
@@ -50,14 +53,21 @@ class Finding:
 def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]] = ()) -> Finding:
     """The verdict on a search."""
     best, examined = choose(study, found, thresholds)
+    fit = as_mean(study, found.base if best is None else best.fit)
+    if best is None and fit is not found.base:
+        # A mean drive after all: then no name can be put down to scatter.
+        study.mean, found = True, Search(fit, found.best)
+        best, examined = choose(study, found, thresholds)
+        fit = fit if best is None else best.fit
     base = found.base
-    fit = as_mean(study, base if best is None else best.fit)
     if fit.weighting.size <= SMALL_SCATTER:
         outcome = contest(study, found, fit)
         kept, rival = outcome.kept, outcome.rival
         if outcome.tolerated:
             shares = {} if best is None else {n: best.shares.get(n, 0.0) for n in kept.names}
-            return Finding("named" if kept.names else "none", kept, shares, (), remainder(study, kept), tuple(examined))
+            hidden = _hidden(study, kept, found, thresholds)
+            verdict = "named" if kept.names else "none"
+            return Finding(verdict, kept, shares, hidden, remainder(study, kept), tuple(examined))
         if rival is not None:
             # Beside names that stand, or alone: what is left has a place but no name.
             gain = base.cost - kept.cost
@@ -72,7 +82,8 @@ def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[
         if not something and base.weighting.size >= SIZES[-1]:
             # Scatter could explain it, but not that of these tolerances.
             something, rest = True, over_population(study, base)
-        return Finding("unknown" if something else "none", base, {}, (), rest, tuple(examined))
+        hidden = () if something else _hidden(study, base, found, thresholds)
+        return Finding("unknown" if something else "none", base, {}, hidden, rest, tuple(examined))
     gain = base.cost - best.fit.cost
     rest = remainder(study, best.fit)
     least = _visible(study, best.fit)
@@ -80,6 +91,8 @@ def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[
         left(study, best.fit) > REMAINDER_SHARE * gain or rest > 2 * least)
     alternatives = _alternatives(study, best.fit, found, thresholds, twins)
     verdict = "ambiguous" if alternatives else "partly" if more else "named"
+    if verdict == "named":
+        alternatives = _hidden(study, best.fit, found, thresholds)
     return Finding(verdict, best.fit, dict(best.shares), alternatives, rest, tuple(examined))
 
 
@@ -145,3 +158,16 @@ def _alternatives(study: Study, chosen: Fit, found: Search, thresholds: Threshol
         if worse < allowance and not degenerate(study, f) and not _limiting(f, chosen, twins):
             alike.append(tuple(sorted(f.names)))
     return tuple(alike[:5])
+
+
+def _hidden(study: Study, chosen: Fit, found: Search, thresholds: Thresholds) -> tuple[tuple[str, ...], ...]:
+    """Sets of one effect more that gain more than noise gives, but no more than this drive's own tolerances may."""
+    if study.mean:
+        return ()
+    louder, sets = dispersion(study, chosen), []
+    for fit in sorted(found.best.get(len(chosen.names) + 1, []), key=lambda f: f.cost):
+        more = set(fit.names) - set(chosen.names)
+        if len(more) == 1 and chosen.cost - fit.cost > louder * thresholds.noise[name := more.pop()] \
+                and name in LIKE_SCATTER and not degenerate(study, fit):
+            sets.append(tuple(sorted(fit.names)))
+    return tuple(sets[:MOST_HIDDEN])

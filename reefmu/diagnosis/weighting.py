@@ -109,6 +109,17 @@ class Weighting:
         return self.with_size(SIZES[int(np.argmin(costs))])
 
 
+def bare(size: float) -> Weighting:
+    """A size alone, of no samples."""
+    none = weighting(np.zeros(0), np.zeros((0, 0)))
+    return none.with_size(size)
+
+
+def is_bare(weights: Weighting) -> bool:
+    """Whether weights are a size alone."""
+    return len(weights.scale) == 0
+
+
 def weighting(variance: Array, scatter: Array, rough: Array | None = None, size: float = 1.0) -> Weighting:
     """From variances (n,) of the samples' noise, (N.m)^2, columns of the scatter (m, n), N.m, or (0, n), and the
     variance (n,) by which an individual is rough beyond them.

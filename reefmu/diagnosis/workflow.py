@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,8 @@ from ..tables import cached_lookup
 from .accept import Thresholds, calibrate
 from .audit import Audit, audit
 from .base import Base, curve_base, drawing_base, power_base, ratio_without_drawing
-from .identify import Search, base_fit, search
+from .crew import crew_of
+from .identify import Search, base_fit, search, traces_of
 from .individuals import individuals_along
 from .intervals import named_effect
 from .isolate import Isolability, isolability, splitting, wanted
@@ -26,12 +28,11 @@ from .locate import locate
 from .noise import Noise, estimate_noise
 from .play import as_play
 from .remainder import scattered
-from .report_gap import gap_of, spoken_against
+from .report_gap import gap_of, held_fits, spoken_against
 from .responses import element_responses
 from .result import Diagnosis, Gap, Place
 from .ripple import is_mean
 from .scatter import Scatter, turning
-from .scores import directions
 from .study import Study, block_variances, candidates_of, make_weights, search_blocks
 from .trace import Trace, trace_of
 from .verdict import Finding, decide, unconfirmed
@@ -63,7 +64,8 @@ def base_for(drive: Drive | None, curve: str | os.PathLike[str] | None, trace: T
 
 
 def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike[str] | None = None,
-            progress: Progress | None = None, base_of: Callable[[Trace], Base] | None = None) -> Examined | Diagnosis:
+            progress: Progress | None = None, base_of: Callable[[Trace], Base] | None = None,
+            executor: Executor | None = None) -> Examined | Diagnosis:
     """Diagnose one record; a `Diagnosis` alone where the record allows nothing."""
     started = time.perf_counter()
     say = progress or (lambda what, share: None)
@@ -81,17 +83,20 @@ def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike
         return insufficient(look, [drowned], time.perf_counter() - started)
     first = base_fit(study)
     say("isolability", 0.1)
-    traces = {name: directions(study, name, first) for name in study.candidates}
-    isolated = isolability(study, first, traces)
-    study.candidates = tuple(n for n in study.candidates if n not in isolated.invisible)
-    say("thresholds", 0.2)
-    thresholds = calibrate(study, first, fresh, traces)
-    found = search(study, first, traces, MOST_EFFECTS, lambda what, share: say(what, 0.3 + 0.6 * share))
+    with crew_of(study, executor) as crew:
+        traces = traces_of(crew, first)
+        isolated = isolability(study, first, traces)
+        study.candidates = tuple(n for n in study.candidates if n not in isolated.invisible)
+        say("thresholds", 0.2)
+        thresholds = calibrate(study, first, fresh, traces)
+        found = search(crew, first, traces, MOST_EFFECTS, lambda what, share: say(what, 0.3 + 0.6 * share))
     finding = decide(study, found, thresholds, isolated.twins)
     say("result", 0.95)
-    if spoken_against(study, found.base, finding.chosen):
-        finding = unconfirmed(study, found.base, finding)
-    diagnosis = _diagnosis(record, study, found, finding, isolated, look, time.perf_counter() - started)
+    held = held_fits(study, found.base, finding.chosen)
+    if spoken_against(study, found.base, finding.chosen, held):
+        finding, held = unconfirmed(study, found.base, finding), None
+    gap = gap_of(study, found.base, finding.chosen, held)
+    diagnosis = _diagnosis(study, found, finding, isolated, look, gap, time.perf_counter() - started)
     return Examined(record, study, found, thresholds, finding, isolated, diagnosis)
 
 
@@ -140,13 +145,12 @@ def insufficient(look: Audit, problems: list[str] | tuple[str, ...], seconds: fl
                      seconds=seconds)
 
 
-def _diagnosis(record: Record, study: Study, found: Search, finding: Finding, isolated: Isolability, look: Audit,
+def _diagnosis(study: Study, found: Search, finding: Finding, isolated: Isolability, look: Audit, gap: Gap,
                seconds: float) -> Diagnosis:
     chosen, base = finding.chosen, found.base
     before = study.torque - base.prediction.torque
     noise_only = float(np.sqrt(np.mean(study.block_variance)))
     systematic = max(float(np.mean(before**2)) - noise_only**2, 0.0)
-    gap = gap_of(study, found.base, chosen)
     effects = tuple(as_play(named_effect(study, chosen, name, base), study.base) for name in chosen.names)
     rest = study.torque - chosen.prediction.torque
     rest = rest - scattered(study, chosen, rest)
