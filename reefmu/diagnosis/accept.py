@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from .contest import SMALL_SCATTER, STATIC
 from .dispersion import dispersion
 from .fit import Fit
+from .held_out import shrinks
 from .identify import Search, degenerate, part_of, without
 from .kernels import kernel
 from .population import as_individual, over_scatter
@@ -57,6 +58,8 @@ LIKE_SCATTER = SHOWN_BY_A_CURVE | {"missing_ball", "kinematic_error"}
 """Effects that do what deviations of the parts do: curves, and ripple over a turn."""
 OVER_SCATTER = 2.5
 """Least size of an effect on an individual, in standard deviations of the population along its trace."""
+IDLE = 0.9
+"""Share of the gap of runs that were not fitted that a name which does what parts do may leave."""
 NO_CHANCE = 150.0
 """Gain of a set on the mean drive over a smaller one on an individual that no individual reaches."""
 INDIVIDUAL_GAIN = 42.0
@@ -208,12 +211,27 @@ def choose(study: Study, found: Search, thresholds: Thresholds) -> tuple[Justifi
     for size in sorted((k for k in found.best if k), reverse=True):
         for fit in _likeliest(study, found.best[size], thresholds):
             verdict = justify(study, fit, found.base, thresholds, known)
+            if verdict.holds and (idle := _idle(study, fit, found.base, known)):
+                verdict = replace(verdict, holds=False, reasons=idle)
             if verdict.holds and not _worth_its_size(study, fit, found):
                 verdict = replace(verdict, holds=False, reasons={fit.names[-1]: "a smaller set does as well"})
             examined.append(verdict)
             if verdict.holds:
                 return verdict, examined
     return None, examined
+
+
+def _idle(study: Study, fit: Fit, base: Fit, known: Mapping[frozenset[str], Fit]) -> dict[str, str]:
+    """Names on an individual that do what deviations of the parts do, but not where they were not fitted."""
+    if fit.weighting.size < INDIVIDUAL:
+        return {}
+    reasons: dict[str, str] = {}
+    for name in LIKE_SCATTER & set(fit.names):
+        others = tuple(n for n in fit.names if n != name)
+        smaller = _smaller(study, fit, name, others, known) if others else base
+        if (share := shrinks(study, smaller, fit)) > IDLE:
+            reasons[name] = f"leaves {100 * share:.0f} % of the gap in runs that were not fitted"
+    return reasons
 
 
 def _worth_its_size(study: Study, fit: Fit, found: Search) -> bool:

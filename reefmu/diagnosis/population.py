@@ -11,6 +11,9 @@ from .weighting import INDIVIDUAL, SIZES
 
 Array = NDArray[np.float64]
 
+WIDER = 1.1
+"""Margin on the range that some dozens of individuals span."""
+
 
 def over_scatter(study: Study, fit: Fit, change: Array) -> float:
     """An effect's change (n,), N.m, over the standard deviation of what individuals show in its direction.
@@ -29,10 +32,18 @@ def over_scatter(study: Study, fit: Fit, change: Array) -> float:
     return size / max(deviation, 1e-300)
 
 
-def over_population(study: Study, fit: Fit) -> float:
-    """Rms, N.m, of what is left beside a fit, less what single drives of the population and the noise leave."""
+def unlike_population(study: Study, fit: Fit) -> float:
+    """Rms, N.m, of what is left beside a fit, free of the noise, where no single drive of the population leaves that
+    much or that little; 0 where one does."""
     rest = float(np.mean((study.torque - fit.prediction.torque) ** 2) - np.mean(study.block_variance))
-    return float(np.sqrt(max(rest - float(np.mean(study.individuals**2)), 0.0)))
+    rest = float(np.sqrt(max(rest, 0.0)))
+    if not len(study.individuals):
+        return 0.0
+    zero = fit.prediction.sensitivities[:, 0]
+    zero = zero / max(float(np.linalg.norm(zero)), 1e-300)
+    single = study.individuals - np.outer(study.individuals @ zero, zero)
+    each = np.sqrt(np.mean(single**2, axis=1))
+    return 0.0 if each.min() / WIDER <= rest <= each.max() * WIDER else rest
 
 
 def as_individual(study: Study, fit: Fit) -> Fit:

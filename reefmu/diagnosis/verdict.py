@@ -14,7 +14,7 @@ from .contest import SMALL_SCATTER, as_mean, contest
 from .dispersion import dispersion
 from .fit import Fit
 from .identify import Search, degenerate, n_parameters
-from .population import over_population
+from .population import unlike_population
 from .remainder import comes_again, remainder
 from .study import Study
 from .weighting import SIZES
@@ -39,7 +39,8 @@ REMAINDER_SHARE = 0.08
 @dataclass(frozen=True)
 class Finding:
     """verdict; chosen: the set named, or the base fit; alternatives: other sets, or those which the scatter may hide
-    where the verdict is none or named; remainder: N.m rms; rival: an anonymous part of it, None if there is none to be seen."""
+    where the verdict is none or named; remainder: N.m rms; rival: an anonymous part of it, None if there is none to be
+    seen."""
 
     verdict: str
     chosen: Fit
@@ -79,9 +80,8 @@ def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[
     if best is None:
         rest = remainder(study, base)
         something = left(study, base) > 0 and rest > _visible(study, base) and _repeats(study, base)
-        if not something and base.weighting.size >= SIZES[-1]:
-            # Scatter could explain it, but not that of these tolerances.
-            something, rest = True, over_population(study, base)
+        if not something and (foreign := _foreign(study, base)) > 0:
+            something, rest = True, foreign
         hidden = () if something else _hidden(study, base, found, thresholds)
         return Finding("unknown" if something else "none", base, {}, hidden, rest, tuple(examined))
     gain = base.cost - best.fit.cost
@@ -89,6 +89,8 @@ def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[
     least = _visible(study, best.fit)
     more = left(study, best.fit) > 0 and rest > least and _repeats(study, best.fit) and (
         left(study, best.fit) > REMAINDER_SHARE * gain or rest > 2 * least)
+    if not more and (foreign := _foreign(study, best.fit)) > 0:
+        more, rest = True, foreign
     alternatives = _alternatives(study, best.fit, found, thresholds, twins)
     verdict = "ambiguous" if alternatives else "partly" if more else "named"
     if verdict == "named":
@@ -100,6 +102,11 @@ def unconfirmed(study: Study, base: Fit, finding: Finding) -> Finding:
     """A finding whose names make runs worse that were not fitted: something is missing, but not this."""
     rest = remainder(study, base)
     return replace(finding, verdict="unknown", chosen=base, shares={}, alternatives=(), remainder=rest)
+
+
+def _foreign(study: Study, fit: Fit) -> float:
+    """Rms, N.m, of what is left where a scatter could explain it, but not that of these tolerances; else 0."""
+    return unlike_population(study, fit) if fit.weighting.size >= SIZES[-1] else 0.0
 
 
 def _limiting(other: Fit, chosen: Fit, twins: Sequence[tuple[str, str]]) -> bool:

@@ -19,6 +19,7 @@ from .accept import Thresholds, calibrate
 from .audit import Audit, audit
 from .base import Base, curve_base, drawing_base, power_base, ratio_without_drawing
 from .crew import crew_of
+from .held_out import held_fits, spoken_against
 from .identify import Search, base_fit, search, traces_of
 from .individuals import individuals_along
 from .intervals import named_effect
@@ -28,7 +29,7 @@ from .locate import locate
 from .noise import Noise, estimate_noise
 from .play import as_play
 from .remainder import scattered
-from .report_gap import gap_of, held_fits, spoken_against
+from .report_gap import gap_of
 from .responses import element_responses
 from .result import Diagnosis, Gap, Place
 from .ripple import is_mean
@@ -92,9 +93,9 @@ def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike
         found = search(crew, first, traces, MOST_EFFECTS, lambda what, share: say(what, 0.3 + 0.6 * share))
     finding = decide(study, found, thresholds, isolated.twins)
     say("result", 0.95)
-    held = held_fits(study, found.base, finding.chosen)
-    if spoken_against(study, found.base, finding.chosen, held):
-        finding, held = unconfirmed(study, found.base, finding), None
+    held = held_fits(study, (found.base, finding.chosen)) if finding.chosen.names else []
+    if held and spoken_against(study, found.base, finding.chosen, held):
+        finding, held = unconfirmed(study, found.base, finding), []
     gap = gap_of(study, found.base, finding.chosen, held)
     diagnosis = _diagnosis(study, found, finding, isolated, look, gap, time.perf_counter() - started)
     return Examined(record, study, found, thresholds, finding, isolated, diagnosis)

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.anonymous import rivals
 from reefmu.diagnosis.base import drawing_base
+from reefmu.diagnosis.held_out import held_fits, held_out, spoken_against
 from reefmu.diagnosis.identify import base_fit
 from reefmu.diagnosis.individuals import individuals_along
 from reefmu.diagnosis.intervals import deviations
-from reefmu.diagnosis.report_gap import held_fits, held_out, spoken_against
 from reefmu.diagnosis.ripple import is_mean, ripple
 from reefmu.diagnosis.study import Study
 from reefmu.diagnosis.trace import trace_of
@@ -89,11 +89,11 @@ def test_names_that_do_harm_in_unfitted_runs_are_withdrawn(monkeypatch: pytest.M
     record = rig.measured({"hysteresis": {"torque": 4.0}}, seed=15)
     study = study_of(record)
     base, names = base_fit(study), study.fit_from(("hysteresis",), np.array([0.0, 4.0, 1e-4]))
-    assert not spoken_against(study, base, names, held_fits(study, base, names))
+    assert not spoken_against(study, base, names, held_fits(study, (base, names)))
     # In the runs that are held out the torque goes the other way.
     change = names.prediction.torque - base.prediction.torque
     study.__dict__["torque"] = study.torque - 2 * change * held_out(study)
-    assert spoken_against(study, base, names, held_fits(study, base, names))
+    assert spoken_against(study, base, names, held_fits(study, (base, names)))
     monkeypatch.setattr("reefmu.diagnosis.workflow.spoken_against", lambda *args: bool(args[2].names))
     found = diagnose_record(record, drive=rig.drive())
     assert (found.verdict, found.effects) == ("unknown", ())
