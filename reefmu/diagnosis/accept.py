@@ -62,6 +62,8 @@ IDLE = 0.9
 """Share of the gap of runs that were not fitted that a name which does what parts do may leave."""
 NO_CHANCE = 150.0
 """Gain of a set on the mean drive over a smaller one on an individual that no individual reaches."""
+TOO_WIDE = 2.0
+"""Size of the scatter that these tolerances hardly make."""
 INDIVIDUAL_GAIN = 42.0
 """Gain below which nothing is named on an individual: scatter is not as normal as noise."""
 
@@ -190,7 +192,8 @@ def _may_scatter(study: Study, fit: Fit, base: Fit, smaller: Fit, name: str, lou
     """Whether this drive may be an individual: it scatters, or the record cannot tell and an individual, or several
     names for what it does by itself, would do hardly worse. smaller: the fit without the name."""
     if fit.weighting.size >= INDIVIDUAL:
-        return name in LIKE_SCATTER or (smaller.cost - fit.cost) / louder < 4 * NO_CHANCE
+        wide = smaller.weighting.size >= TOO_WIDE > fit.weighting.size
+        return (name in LIKE_SCATTER and not wide) or (smaller.cost - fit.cost) / louder < 4 * NO_CHANCE
     if study.mean or name not in SHOWN_BY_A_CURVE or (len(fit.names) == 1 and base.weighting.size < INDIVIDUAL):
         return False
     # What scatters less than any single drive does is none.
