@@ -56,8 +56,10 @@ class Gap:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The verdict on one record. where: of the gap before; remainder: of what is left, N.m rms, and its place;
-    not_candidates: effects that this record cannot show, with the reason; notes: what else a reader should know.
+    """The verdict on one record. alternatives: other sets that explain it as well, where the verdict is ambiguous; else
+    sets that the drive's own tolerances may hide. where: of the gap before; remainder: of what is left, N.m rms, and
+    its place; not_candidates: effects that this record cannot show, with the reason; notes: what else a reader should
+    know.
     """
 
     verdict: str

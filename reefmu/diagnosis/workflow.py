@@ -157,7 +157,11 @@ def _diagnosis(study: Study, found: Search, finding: Finding, isolated: Isolabil
     rest = rest - scattered(study, chosen, rest)
     places = locate(study, rest, finding.remainder**2) if finding.remainder > 0 else ()
     sets = [list(chosen.names), *finding.alternatives]
-    nexts = splitting(sets) if len(sets) > 1 else []
+    nexts = splitting(sets) if finding.verdict == "ambiguous" else []
+    if finding.alternatives and finding.verdict != "ambiguous":
+        hidden = dict.fromkeys(n for names in finding.alternatives for n in names if n not in chosen.names)
+        nexts.append(f"{' or '.join(hidden)}, or this drive's own tolerances: the same test on a second drive of the "
+                     "drawing (an effect of the kind comes again, tolerances do not)")
     if finding.rival is not None:
         rms = float(np.sqrt(np.mean(finding.rival.part**2)))
         places = (Place(finding.rival.family.place, f"as a smooth function, {rms:.3g} N.m rms",
@@ -193,7 +197,7 @@ def sentence(finding: Finding, gap: Gap, study: Study) -> str:
     place = "" if finding.rival is None else f"; it goes with {finding.rival.family.place}"
     match finding.verdict:
         case "named":
-            return f"What is missing is {names}: {shrink}."
+            return f"What is missing is {names}: {shrink}{_may_hide(finding)}."
         case "partly":
             return (f"What is missing is {names}: {shrink}; a remainder of {finding.remainder:.3g} N.m "
                     f"({100 * finding.remainder / full:.2g} % of full torque) that no known effect explains "
@@ -207,7 +211,13 @@ def sentence(finding: Finding, gap: Gap, study: Study) -> str:
                     f"and no known effect explains it{place}.")
         case _:
             pass
-    return "Nothing is missing: noise and tolerance scatter explain the record."
+    return f"Nothing is missing: noise and tolerance scatter explain the record{_may_hide(finding)}."
+
+
+def _may_hide(finding: Finding) -> str:
+    """What could be there as well, if this drive scatters less than drives of the drawing may."""
+    more = [" and ".join(sorted(set(names) - set(finding.chosen.names))) for names in finding.alternatives]
+    return f"; its tolerances may hide {' or '.join(more)}" if more else ""
 
 
 __all__ = ["Examined", "Noise", "examine"]

@@ -1,0 +1,39 @@
+"""Fits shared among processes give the same diagnosis as fits made here."""
+
+from __future__ import annotations
+
+import pickle
+from concurrent.futures import ProcessPoolExecutor
+
+from reefmu.diagnosis import diagnose_record
+from reefmu.diagnosis.base import drawing_base
+from reefmu.diagnosis.identify import base_fit
+from reefmu.diagnosis.trace import trace_of
+from reefmu.diagnosis.workflow import prepare
+from reefmu.tables import cached_lookup
+from tests import diagnosis_rig as rig
+
+
+def test_processes_change_nothing() -> None:
+    record = rig.measured({"coulomb_friction": {"torque": 5.0}, "backlash": {"clearance": 4e-6}}, full=False)
+    here = diagnose_record(record, drive=rig.drive()).to_dict()
+    with ProcessPoolExecutor(2) as pool:
+        shared = diagnose_record(record, drive=rig.drive(), executor=pool).to_dict()
+    assert here.pop("seconds") > 0 < shared.pop("seconds")
+    assert here["effects"]
+    assert shared == here
+
+
+def test_a_fit_that_was_sent_is_whole_again() -> None:
+    """Small on its way where the study's own weights were used; with its weights where others were."""
+    record = rig.measured({}, full=False)
+    base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
+    study = prepare(record, trace_of(record, rig.drive().ratio), base)[0]
+    fit = base_fit(study)
+    sent = pickle.dumps(study.slim(fit))
+    assert len(sent) < len(pickle.dumps(fit)) / 3
+    back = study.whole(pickle.loads(sent))
+    assert back.weighting.mean is study.weights.mean
+    assert back.weighting.size == fit.weighting.size
+    other = study.fit_from((), fit.parameters, study.weights.of_the_mean())
+    assert study.whole(study.slim(other)) is other
