@@ -40,7 +40,7 @@ REMAINDER_SHARE = 0.08
 class Finding:
     """verdict; chosen: the set named, or the base fit; alternatives: other sets, or those which the scatter may hide
     where the verdict is none or named; remainder: N.m rms; rival: an anonymous part of it, None if there is none to be
-    seen."""
+    seen; curve: N.m rms, by which the drive's own curve is off within the tolerances."""
 
     verdict: str
     chosen: Fit
@@ -49,6 +49,7 @@ class Finding:
     remainder: float
     examined: tuple[Justified, ...]
     rival: Rival | None = None
+    curve: float = 0.0
 
 
 def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]] = ()) -> Finding:
@@ -68,7 +69,8 @@ def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[
             shares = {} if best is None else {n: best.shares.get(n, 0.0) for n in kept.names}
             hidden = _hidden(study, kept, found, thresholds)
             verdict = "named" if kept.names else "none"
-            return Finding(verdict, kept, shares, hidden, remainder(study, kept), tuple(examined))
+            curve = 0.0 if rival is None else float(np.sqrt(np.mean(rival.part**2)))
+            return Finding(verdict, kept, shares, hidden, remainder(study, kept), tuple(examined), curve=curve)
         if rival is not None:
             # Beside names that stand, or alone: what is left has a place but no name.
             gain = base.cost - kept.cost

@@ -170,6 +170,8 @@ def _diagnosis(study: Study, found: Search, finding: Finding, isolated: Isolabil
         nexts.append(f"the remainder lies in {places[0].coordinate} ({places[0].region}): "
                      "repeat the record there, finer")
     invisible = {**study.left_out, **isolated.invisible}
+    if finding.curve:
+        nexts.append("tolerances or a law that bends otherwise: the same test on a second drive of the drawing")
     if finding.verdict == "none":
         nexts += [f"to see {name}: {wanted(name)}" for name in list(invisible)[:4]]
     own = set(chosen.names)
@@ -215,9 +217,10 @@ def sentence(finding: Finding, gap: Gap, study: Study) -> str:
 
 
 def _may_hide(finding: Finding) -> str:
-    """What could be there as well, if this drive scatters less than drives of the drawing may."""
+    """What is put down to tolerances, and what could be there as well if this drive scatters less than it may."""
     more = [" and ".join(sorted(set(names) - set(finding.chosen.names))) for names in finding.alternatives]
-    return f"; its tolerances may hide {' or '.join(more)}" if more else ""
+    off = f"; the curve is off by {finding.curve:.3g} N.m, as drives of the drawing may be" if finding.curve else ""
+    return off + (f"; its tolerances may hide {' or '.join(more)}" if more else "")
 
 
 __all__ = ["Examined", "Noise", "examine"]

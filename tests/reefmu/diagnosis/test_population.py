@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -72,3 +73,13 @@ def test_what_tolerances_may_hide_is_told() -> None:
     assert ("backlash",) in found.alternatives
     assert "tolerances may hide backlash" in found.sentence
     assert any("backlash" in line and "second drive" in line for line in found.next_experiment)
+
+
+def test_a_curve_that_is_off_within_the_tolerances_is_told() -> None:
+    record = rig.measured({}, noise=0.3, seed=3)
+    torque = record.output_torque
+    bent = replace(record, output_torque=torque * (1 + 0.02 * np.abs(torque) / np.abs(torque).max()))
+    found = diagnose_record(bent, drive=rig.drive())
+    assert found.verdict == "none"
+    off = float(re.findall(r"the curve is off by ([\d.]+) N\.m", found.sentence)[0])
+    assert off == pytest.approx(np.sqrt(np.mean((bent.output_torque - torque) ** 2)), rel=0.2)
