@@ -19,10 +19,13 @@ if TYPE_CHECKING:
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 MOST_DRIVES = 10_000_000
+BLAS_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status; `argv` without the program's name, default sys.argv."""
+    for name in BLAS_THREADS:  # read when NumPy loads; processes share the cores, and threads would be in their way
+        os.environ.setdefault(name, "1")
     try:
         args = build_parser().parse_args(argv)
         status = args.run(args)
