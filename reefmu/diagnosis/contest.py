@@ -40,8 +40,9 @@ STATIC = frozenset({"modulus_error", "structural_compliance", "backlash", "prelo
 """Effects that only change the curve."""
 SMALL_SCATTER = 0.15
 """Size of the scatter below which a drive counts as the mean drive."""
-TOLERATED = 1.5
-"""Standard deviations of the population within which a curve is no gap."""
+MEAN, SINGLE = (1.5, 0.1), (3.0, 1.0)
+"""Standard deviations of the population, and even over odd part (mean squares), within which a curve is no gap: of the
+mean drive, and of an individual at one angle of the crank."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,9 @@ def _curved(study: Study, base: Fit, kept: Fit, rival: Rival, gain: float, rest:
     others, curve = _joint(study, _without(study, base, kept), [rival.family])
     alone = others.cost - curve.gain
     alike = alone < kept.cost - rival.gain + CURVED
-    if (not kept.names or (alike and rest > BEND * gain)) and _tolerated(study, others, curve):
+    if not kept.names and _tolerated(study, others, curve, *(MEAN if _turns(study) else SINGLE)):
+        return Contest(others, curve, True)
+    if alike and rest > BEND * gain and _tolerated(study, others, curve):
         return Contest(others, curve, True)
     # Two names for one bend, and the bend itself explains it better than both.
     if len(kept.names) - len(others.names) > 1 and alone < kept.cost:
@@ -151,8 +154,14 @@ def _sets(study: Study, found: Search, best: Fit) -> list[Fit]:
     return list({frozenset(f.names): f for f in reversed(sets)}.values())
 
 
-def _tolerated(study: Study, fit: Fit, rival: Rival) -> bool:
-    """Whether a curve over the torque is one that drives of the population have: as large, and odd."""
+def _turns(study: Study) -> bool:
+    """Whether other elements come to carry; where the crank stands, an individual's curve is smooth too."""
+    drive = study.base.drive
+    return drive is None or float(np.ptp(study.trace.crank)) > 2 * np.pi / drive.elements
+
+
+def _tolerated(study: Study, fit: Fit, rival: Rival, most: float = MEAN[0], even_share: float = MEAN[1]) -> bool:
+    """Whether a curve over the torque is one that drives of the population have: as large, and as odd."""
     torque, part = study.torque, rival.part
     order = np.argsort(torque)
     other = np.interp(-torque, torque[order], part[order])
@@ -160,4 +169,4 @@ def _tolerated(study: Study, fit: Fit, rival: Rival) -> bool:
     even, odd = (part + other)[inside] / 2, (part - other)[inside] / 2
     if not len(study.individuals) or not inside.any():
         return False
-    return float(np.mean(even**2)) < 0.1 * float(np.mean(odd**2)) and over_scatter(study, fit, part) < TOLERATED
+    return float(np.mean(even**2)) < even_share * float(np.mean(odd**2)) and over_scatter(study, fit, part) < most

@@ -11,6 +11,8 @@ from .weighting import INDIVIDUAL, SIZES
 
 Array = NDArray[np.float64]
 
+FARTHEST = 3.0
+"""Standard deviations from the mean drive to which single drives reach."""
 WIDER = 1.1
 """Margin on the range that some dozens of individuals span."""
 
@@ -43,7 +45,8 @@ def unlike_population(study: Study, fit: Fit) -> float:
     zero = zero / max(float(np.linalg.norm(zero)), 1e-300)
     single = study.individuals - np.outer(study.individuals @ zero, zero)
     each = np.sqrt(np.mean(single**2, axis=1))
-    return 0.0 if each.min() / WIDER <= rest <= each.max() * WIDER else rest
+    most = max(float(each.max()), FARTHEST * float(np.sqrt(np.mean(each**2))))
+    return 0.0 if each.min() / WIDER <= rest <= most * WIDER else rest
 
 
 def as_individual(study: Study, fit: Fit) -> Fit:

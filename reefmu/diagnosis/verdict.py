@@ -56,7 +56,7 @@ def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[
     """The verdict on a search."""
     best, examined = choose(study, found, thresholds)
     fit = as_mean(study, found.base if best is None else best.fit)
-    if best is None and fit is not found.base:
+    if best is None and fit is not found.base and not contest(study, found, fit).tolerated:
         # A mean drive after all: then no name can be put down to scatter.
         study.mean, found = True, Search(fit, found.best)
         best, examined = choose(study, found, thresholds)
