@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import os
 import tomllib
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +17,7 @@ from reefmu.tables import cached_lookup
 from stiffness_model.errors import InputError, expect
 from stiffness_model.units import ARCMIN
 
-from . import study
+from . import study, workers
 
 
 def run(args: argparse.Namespace) -> int:
@@ -39,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
         with study.all_cores("solving the lookup (once: it is kept)") as executor:
             cached_lookup(drive, executor=executor)
     found: dict[str, Diagnosis] = {}
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
+    with workers.pool() as pool:
         for path, record in records.items():
             out = folder if single else folder / _stem(path)
             with Progress(f"diagnosing {path.name}", 100) as progress:

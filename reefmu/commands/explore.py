@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import multiprocessing
-import multiprocessing.connection
-import os
-import signal
 import sys
-import threading
 from collections.abc import Generator
-from concurrent.futures import BrokenExecutor, CancelledError, Executor, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, CancelledError, Executor
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +27,7 @@ from stiffness_model.explore.study import load_study
 from stiffness_model.files import staged_folder
 
 from . import study as tables
+from . import workers
 
 ROWS = 12
 """Members of the front in the printed table; the file has them all."""
@@ -79,7 +75,7 @@ def _make(folder: Path) -> None:
 def _executor(args: argparse.Namespace) -> Generator[Executor]:
     """Processes of this machine, or the workers of a dask scheduler."""
     if args.scheduler is None:
-        pool = ProcessPoolExecutor(args.workers or os.cpu_count(), initializer=_quiet_worker)
+        pool = workers.pool(args.workers)
         try:
             yield pool
         finally:
@@ -111,19 +107,6 @@ def _executor(args: argparse.Namespace) -> Generator[Executor]:
 
 class _WorkersLostError(Exception):
     """A chunk took one worker of a cluster after the other with it."""
-
-
-def _quiet_worker() -> None:
-    """A worker leaves Ctrl-C to its parent, and goes when the parent is gone, even if that was killed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_follow, args=(parent.sentinel,), daemon=True).start()
-
-
-def _follow(sentinel: Any) -> None:
-    multiprocessing.connection.wait([sentinel])
-    os._exit(1)
 
 
 def _write(results: Results, folder: Path) -> list[str]:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import os
 import sys
 import warnings
 from collections.abc import Generator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +18,8 @@ from stiffness_model.drive import Drive
 from stiffness_model.errors import expect
 from stiffness_model.population import Population, simulate
 from stiffness_model.units import format_quantity
+
+from . import workers
 
 TWISTS = 61
 """Twists from zero to the drawing's max_twist."""
@@ -62,7 +63,7 @@ def run_population(drive: Drive, args: argparse.Namespace) -> Population:
 @contextlib.contextmanager
 def all_cores(what: str) -> Generator[Executor]:
     """An executor over all cores that shows its progress. No process starts before there is work."""
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
+    with workers.pool() as pool:
         yield CountingExecutor(what, pool)
 
 

@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
+import numpy as np
+
 from .study import Study
 
 Job = TypeVar("Job")
@@ -18,6 +20,12 @@ Result = TypeVar("Result")
 
 _held: dict[str, Study] = {}
 """The study that this process last worked on, by the file it came in."""
+
+
+def trials() -> np.errstate:
+    """For everything that fits: a trial whose creep runs away overflows; its cost is then no number, and the fit
+    refuses the step."""
+    return np.errstate(over="ignore", invalid="ignore")
 
 
 @dataclass(frozen=True)
@@ -53,4 +61,5 @@ def _work(function: Callable[[Study, Job], Result], file: str, job: Job) -> Resu
     if file not in _held:
         _held.clear()
         _held[file] = pickle.loads(Path(file).read_bytes())
-    return function(_held[file], job)
+    with trials():
+        return function(_held[file], job)

@@ -7,13 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 
-import numpy as np
-
 from stiffness_model import load_drive
 from stiffness_model.drive import Drive
 from stiffness_model.errors import expect
 
 from ..record import Record, read_record, with_output_locked
+from .crew import trials
 from .exponent import held_power_base
 from .result import Diagnosis
 from .workflow import Examined, examine
@@ -34,7 +33,7 @@ def diagnose_record(paths: PathLike | Record | Sequence[PathLike], drive: PathLi
     with a drawing, model.toml; nothing is written without it. columns: column map for foreign files. progress:
     called with (what is done, share done). exponent: of the power law, held; free if None. output_locked: of a record
     of a twist alone: the crank turned, not the output (see `reefmu.record.with_output_locked`). executor: of processes
-    that share the fits; the result is the same without.
+    on this machine that share the fits; the result is the same without.
 
     Raises `InputError` for files that cannot be read or written, for both a drive and a curve, and for an exponent
     beside either.
@@ -50,8 +49,7 @@ def diagnose_record(paths: PathLike | Record | Sequence[PathLike], drive: PathLi
     if output_locked:
         record = with_output_locked(record, 1.0 if drawn is None else drawn.ratio)
     base_of = None if exponent is None else held_power_base(exponent)
-    # A trial whose creep runs away overflows; its cost is then no number, and the fit refuses the step.
-    with np.errstate(over="ignore", invalid="ignore"):
+    with trials():
         found = examine(record, drawn, curve, progress, base_of, executor)
     if out is not None:
         from .write import write_results

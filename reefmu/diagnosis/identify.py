@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,11 +74,11 @@ def search(crew: Crew, base: Fit, traces: Traces, most: int = 3, progress: Calla
     study = crew.study
     best: dict[int, list[Fit]] = {0: [base]}
     for size in range(1, most + 1):
-        if progress:
-            progress(f"sets of {size}", (size - 1) / most)
+        done = partial(_tell, progress, size, most)
+        done(0.0)
         parents = best[size - 1][:BEAM if size < 3 else BEAM // 2]
         starts = promising(study, base, study.candidates, traces) if size == 1 else _starts(crew, parents, frozenset())
-        ranked = sorted(_best_of(fitted(crew, starts)).values(), key=lambda f: f.cost)
+        ranked = sorted(_best_of(fitted(crew, starts, done)).values(), key=lambda f: f.cost)
         if not ranked:
             break
         best[size] = [settled(study, fit) for fit in ranked[:SETTLED]] + ranked[SETTLED:]
@@ -170,9 +171,19 @@ def _promising(study: Study, job: tuple[Fit, tuple[str, ...], frozenset[frozense
     return promising(study, study.whole(parent), candidates, known=known)
 
 
-def fitted(crew: Crew, starts: Sequence[Start]) -> list[Fit]:
-    """A fit from every start, good enough to rank."""
-    return [crew.study.whole(fit) for fit in crew.map(_fitted, starts)]
+def fitted(crew: Crew, starts: Sequence[Start], done: Callable[[float], None] | None = None) -> list[Fit]:
+    """A fit from every start, good enough to rank; done: called with the share done."""
+    fits: list[Fit] = []
+    for fit in crew.map(_fitted, starts):
+        fits.append(crew.study.whole(fit))
+        if done:
+            done(len(fits) / len(starts))
+    return fits
+
+
+def _tell(progress: Callable[[str, float], None] | None, size: int, most: int, share: float) -> None:
+    if progress:
+        progress(f"sets of {size}", (size - 1 + share) / most)
 
 
 def _fitted(study: Study, start: Start) -> Fit:
