@@ -65,12 +65,8 @@ def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[
     if fit.weighting.size <= SMALL_SCATTER:
         outcome = contest(study, found, fit)
         kept, rival = outcome.kept, outcome.rival
-        if outcome.tolerated:
-            shares = {} if best is None else {n: best.shares.get(n, 0.0) for n in kept.names}
-            hidden = _hidden(study, kept, found, thresholds)
-            verdict = "named" if kept.names else "none"
-            curve = 0.0 if rival is None else float(np.sqrt(np.mean(rival.part**2)))
-            return Finding(verdict, kept, shares, hidden, remainder(study, kept), tuple(examined), curve=curve)
+        if rival is not None and outcome.tolerated:
+            return _within_tolerances(study, found, thresholds, kept, rival, best, examined)
         if rival is not None:
             # Beside names that stand, or alone: what is left has a place but no name.
             gain = base.cost - kept.cost
@@ -98,6 +94,18 @@ def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[
     if verdict == "named":
         alternatives = _hidden(study, best.fit, found, thresholds)
     return Finding(verdict, best.fit, dict(best.shares), alternatives, rest, tuple(examined))
+
+
+def _within_tolerances(study: Study, found: Search, thresholds: Thresholds, kept: Fit, rival: Rival,
+                       best: Justified | None, examined: Sequence[Justified]) -> Finding:
+    """The drive's own curve is off, as those of single drives are: alone that is nothing, beside names it is said to be
+    left, for it may as well be an effect without a name."""
+    curve = float(np.sqrt(np.mean(rival.part**2)))
+    shares = {} if best is None else {n: best.shares.get(n, 0.0) for n in kept.names}
+    if kept.names and curve > _visible(study, kept):
+        return Finding("partly", kept, shares, (), max(curve, remainder(study, kept)), tuple(examined), rival, curve)
+    verdict, hidden = "named" if kept.names else "none", _hidden(study, kept, found, thresholds)
+    return Finding(verdict, kept, shares, hidden, remainder(study, kept), tuple(examined), curve=curve)
 
 
 def unconfirmed(study: Study, base: Fit, finding: Finding) -> Finding:

@@ -194,7 +194,8 @@ def _diagnosis(study: Study, found: Search, finding: Finding, isolated: Isolabil
 def sentence(finding: Finding, gap: Gap, study: Study) -> str:
     """The verdict in one sentence."""
     names = " and ".join(kernel(n).effect.title.lower() + f" ({n})" for n in finding.chosen.names)
-    shrink = f"the gap shrinks from {gap.before:.3g} to {gap.after:.3g} N.m at a noise of {gap.noise:.3g} N.m"
+    verb = "shrinks" if gap.after < gap.before else "goes"
+    shrink = f"the gap {verb} from {gap.before:.3g} to {gap.after:.3g} N.m at a noise of {gap.noise:.3g} N.m"
     full = study.base.full_torque
     place = "" if finding.rival is None else f"; it goes with {finding.rival.family.place}"
     match finding.verdict:
@@ -203,7 +204,7 @@ def sentence(finding: Finding, gap: Gap, study: Study) -> str:
         case "partly":
             return (f"What is missing is {names}: {shrink}; a remainder of {finding.remainder:.3g} N.m "
                     f"({100 * finding.remainder / full:.2g} % of full torque) that no known effect explains "
-                    f"is left{place}.")
+                    f"is left{place}{_may_hide(finding)}.")
         case "ambiguous":
             others = "; or ".join(" and ".join(a) for a in finding.alternatives)
             return f"This record cannot tell: {names} fits ({shrink}), and so does {others}."

@@ -28,6 +28,8 @@ DOZEN = (
     Case(13, "single", (("torque_sensor_drift", 10.0),), sensors=_CALM),
     Case(14, "base", sensors=_CALM, base=(0.5, -0.3)),
     Case(15, "poor", (("structural_compliance", 5.0),), sensors=_SLOW, protocol="one_sign"),
+    # A spring that hardens bends the curve as tolerances may; beside a name it is said to be left.
+    Case(16, "outside_and", (("hardening", 9.0), ("hysteresis", 8.0)), drawing=2, sensors=_CALM),
     # One loop of an individual under a noise so slow that its size is hardly known.
     case(18, seed=121),
     # An individual whose play is larger in the runs that are fitted than in those held out; and a play so small that
