@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .contest import SMALL_SCATTER, STATIC
+from .contest import SMALL_SCATTER, STATIC, turns
 from .dispersion import dispersion
 from .fit import Fit
 from .held_out import shrinks
@@ -196,9 +196,9 @@ def _may_scatter(study: Study, fit: Fit, base: Fit, smaller: Fit, name: str, lou
         return (name in LIKE_SCATTER and not wide) or (smaller.cost - fit.cost) / louder < 4 * NO_CHANCE
     if study.mean or name not in SHOWN_BY_A_CURVE or (len(fit.names) == 1 and base.weighting.size < INDIVIDUAL):
         return False
-    # What scatters less than any single drive does is none.
+    # What scatters less than any single drive does is none; at one angle of the crank a single drive is smooth too.
     single = smaller if smaller.weighting.size >= INDIVIDUAL else as_individual(study, smaller)
-    return (single.cost - fit.cost) / louder < NO_CHANCE
+    return not turns(study) or (single.cost - fit.cost) / louder < NO_CHANCE
 
 
 def material(study: Study, change: Array) -> float:

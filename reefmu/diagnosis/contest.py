@@ -125,7 +125,7 @@ def _curved(study: Study, base: Fit, kept: Fit, rival: Rival, gain: float, rest:
     others, curve = _joint(study, _without(study, base, kept), [rival.family])
     alone = others.cost - curve.gain
     alike = alone < kept.cost - rival.gain + CURVED
-    if not kept.names and _tolerated(study, others, curve, *(MEAN if _turns(study) else SINGLE)):
+    if not kept.names and _tolerated(study, others, curve, *(MEAN if turns(study) else SINGLE)):
         return Contest(others, curve, True)
     if alike and rest > BEND * gain and _tolerated(study, others, curve):
         return Contest(others, curve, True)
@@ -154,7 +154,7 @@ def _sets(study: Study, found: Search, best: Fit) -> list[Fit]:
     return list({frozenset(f.names): f for f in reversed(sets)}.values())
 
 
-def _turns(study: Study) -> bool:
+def turns(study: Study) -> bool:
     """Whether other elements come to carry; where the crank stands, an individual's curve is smooth too."""
     drive = study.base.drive
     return drive is None or float(np.ptp(study.trace.crank)) > 2 * np.pi / drive.elements
