@@ -40,7 +40,7 @@ MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0)
 DURATION = 0.5  # s
 SMALL = 1e-8  # rad
 LOAD, SWING = 100.0, 150.0  # N.m
-STEPS = (3e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3)  # s
+STEPS = (1e-5, 3e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3)  # s
 FAR = 1e4
 """An amplitude this much greater than the first is the end of a run."""
 MOTION = ("crank.phi", "crank.w", "output.phi", "output.w")
