@@ -10,6 +10,7 @@ import matplotlib
 import pytest
 
 import stiffness_model as sm
+from reefmu.cli import BLAS_THREADS
 from reefmu.model import DriveModel, build_model
 from stiffness_model.lookup import Lookup, build_lookup
 
@@ -18,7 +19,7 @@ matplotlib.use("Agg")
 
 def pytest_configure() -> None:
     """The workers are the parallelism: each gets one thread for its linear algebra."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    for name in BLAS_THREADS:
         os.environ.setdefault(name, "1")
 
 

@@ -143,10 +143,10 @@ def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Ma
     """Leave out each effect in turn, refit, and see whether it is missed."""
     rest, size, louder = left(study, fit), fit.weighting.size, dispersion(study, fit)
     form = FORM_ERROR if rest else FORM_ERROR_ALL
-    shares, reasons = {}, {}
+    shares, reasons, left_out = {}, {}, {}
     for name in fit.names:
         others = tuple(n for n in fit.names if n != name)
-        smaller = _smaller(study, fit, name, others, known) if others else base
+        smaller = left_out[name] = _smaller(study, fit, name, others, known) if others else base
         gain = smaller.cost - fit.cost
         kin = [other for other in others if any({name, other} <= family for family in FAMILIES)]
         shares[name] = gain / (gain + rest) if gain > 0 else 0.0
@@ -163,6 +163,8 @@ def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Ma
         elif _may_scatter(study, fit, base, smaller, name, louder) \
                 and (over := over_scatter(study, fit, change)) < OVER_SCATTER:
             reasons[name] = f"is {over:.1f} times what single drives of the population make of the kind by themselves"
+    if not reasons and size >= INDIVIDUAL:
+        reasons = _idle(study, fit, {name: left_out[name] for name in fit.names if name in LIKE_SCATTER})
     gain = base.cost - fit.cost
     whole = gain / (gain + rest) if gain > 0 else 0.0
     return Justified(fit, not reasons and whole >= FIRST_SHARE and _closer(study, fit, base), shares, reasons)
@@ -196,9 +198,11 @@ def _may_scatter(study: Study, fit: Fit, base: Fit, smaller: Fit, name: str, lou
         return (name in LIKE_SCATTER and not wide) or (smaller.cost - fit.cost) / louder < 4 * NO_CHANCE
     if study.mean or name not in SHOWN_BY_A_CURVE or (len(fit.names) == 1 and base.weighting.size < INDIVIDUAL):
         return False
-    # What scatters less than any single drive does is none; at one angle of the crank a single drive is smooth too.
+    if not turns(study):
+        return True  # at one angle of the crank a single drive is as smooth as the mean one
+    # What scatters less than any single drive does is none.
     single = smaller if smaller.weighting.size >= INDIVIDUAL else as_individual(study, smaller)
-    return not turns(study) or (single.cost - fit.cost) / louder < NO_CHANCE
+    return (single.cost - fit.cost) / louder < NO_CHANCE
 
 
 def material(study: Study, change: Array) -> float:
@@ -214,8 +218,6 @@ def choose(study: Study, found: Search, thresholds: Thresholds) -> tuple[Justifi
     for size in sorted((k for k in found.best if k), reverse=True):
         for fit in _likeliest(study, found.best[size], thresholds):
             verdict = justify(study, fit, found.base, thresholds, known)
-            if verdict.holds and (idle := _idle(study, fit, found.base, known)):
-                verdict = replace(verdict, holds=False, reasons=idle)
             if verdict.holds and not _worth_its_size(study, fit, found):
                 verdict = replace(verdict, holds=False, reasons={fit.names[-1]: "a smaller set does as well"})
             examined.append(verdict)
@@ -224,17 +226,11 @@ def choose(study: Study, found: Search, thresholds: Thresholds) -> tuple[Justifi
     return None, examined
 
 
-def _idle(study: Study, fit: Fit, base: Fit, known: Mapping[frozenset[str], Fit]) -> dict[str, str]:
-    """Names on an individual that do what deviations of the parts do, but not where they were not fitted."""
-    if fit.weighting.size < INDIVIDUAL:
-        return {}
-    reasons: dict[str, str] = {}
-    for name in LIKE_SCATTER & set(fit.names):
-        others = tuple(n for n in fit.names if n != name)
-        smaller = _smaller(study, fit, name, others, known) if others else base
-        if (share := shrinks(study, smaller, fit)) > IDLE:
-            reasons[name] = f"leaves {100 * share:.0f} % of the gap in runs that were not fitted"
-    return reasons
+def _idle(study: Study, fit: Fit, left_out: Mapping[str, Fit]) -> dict[str, str]:
+    """Names that do what parts do, but not in runs that were not fitted; left_out: the fits without each name."""
+    shares = {name: shrinks(study, smaller, fit) for name, smaller in left_out.items()}
+    return {name: f"leaves {100 * share:.0f} % of the gap in runs that were not fitted"
+            for name, share in shares.items() if share > IDLE}
 
 
 def _worth_its_size(study: Study, fit: Fit, found: Search) -> bool:

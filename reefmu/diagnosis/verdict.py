@@ -111,7 +111,7 @@ def _within_tolerances(study: Study, found: Search, thresholds: Thresholds, kept
 def unconfirmed(study: Study, base: Fit, finding: Finding) -> Finding:
     """A finding whose names make runs worse that were not fitted: something is missing, but not this."""
     rest = remainder(study, base)
-    return replace(finding, verdict="unknown", chosen=base, shares={}, alternatives=(), remainder=rest)
+    return replace(finding, verdict="unknown", chosen=base, shares={}, alternatives=(), remainder=rest, curve=0.0)
 
 
 def _foreign(study: Study, fit: Fit) -> float:

@@ -26,6 +26,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[2]), str(Path(__file__).res
 
 import baselines  # noqa: E402
 
+from reefmu.cli import BLAS_THREADS  # noqa: E402
 from stiffness_model import DoesNotFitWarning  # noqa: E402
 from tests.blind.cases import WEIGHTS, case  # noqa: E402
 from tests.blind.records import Case, make  # noqa: E402
@@ -77,7 +78,7 @@ def examine(what: Case, engines: tuple[str, ...]) -> dict[str, Outcome]:
 def run(cases: list[Case], engines: tuple[str, ...], workers: int) -> dict[str, list[Outcome]]:
     """Outcomes of every engine over the cases; prints one line a case as they come."""
     # One thread a process, set before the children import NumPy: the pool is the parallelism.
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    for name in BLAS_THREADS:
         os.environ.setdefault(name, "1")
     rows: dict[str, list[Outcome]] = {name: [] for name in engines}
     with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:

@@ -12,12 +12,15 @@ from tests.blind.records import Case
 from tests.blind.sensors import Sensors
 
 _CALM, _SLOW = Sensors(0.002, 0.5), Sensors(0.003, 0.9)
-# All but two on one drawing, whose tables are then made once.
+# Most on one drawing, the others on two more: their tables are made once each.
 DOZEN = (
     Case(0, "none", sensors=_SLOW),
     Case(1, "scatter", sensors=_CALM, individual=True),
     Case(2, "single", (("preload", 8.0),), sensors=_CALM),
+    Case(3, "single", (("hysteresis", 5.0),), sensors=_SLOW),
     Case(4, "single", (("kinematic_error", 5.0),), sensors=_CALM),
+    Case(5, "single", (("coulomb_friction", 5.0),), sensors=_SLOW),
+    Case(6, "single", (("thermal_clearance", 5.0),), sensors=_CALM),
     Case(7, "single", (("creep", 5.0),), sensors=_CALM),
     Case(8, "outside", (("wobble", 8.0),), sensors=_CALM),
     Case(9, "pair", (("damping", 5.0), ("torque_sensor_drift", 5.0)), sensors=_CALM),

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pickle
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
+from typing import Any
 
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.base import drawing_base
@@ -14,13 +15,24 @@ from reefmu.tables import cached_lookup
 from tests import diagnosis_rig as rig
 
 
+class Counting(ProcessPoolExecutor):
+    """Counts the work that it is given."""
+
+    given = 0
+
+    def submit(self, *args: Any, **kwargs: Any) -> Future[Any]:
+        self.given += 1
+        return super().submit(*args, **kwargs)
+
+
 def test_processes_change_nothing() -> None:
     record = rig.measured({"coulomb_friction": {"torque": 5.0}, "backlash": {"clearance": 4e-6}}, full=False)
     here = diagnose_record(record, drive=rig.drive()).to_dict()
-    with ProcessPoolExecutor(2) as pool:
+    with Counting(2) as pool:
         shared = diagnose_record(record, drive=rig.drive(), executor=pool).to_dict()
     assert here.pop("seconds") > 0 < shared.pop("seconds")
     assert here["effects"]
+    assert pool.given > 20
     assert shared == here
 
 
