@@ -196,10 +196,13 @@ def _may_scatter(study: Study, fit: Fit, base: Fit, smaller: Fit, name: str, lou
     if fit.weighting.size >= INDIVIDUAL:
         wide = smaller.weighting.size >= TOO_WIDE > fit.weighting.size
         return (name in LIKE_SCATTER and not wide) or (smaller.cost - fit.cost) / louder < 4 * NO_CHANCE
-    if study.mean or name not in SHOWN_BY_A_CURVE or (len(fit.names) == 1 and base.weighting.size < INDIVIDUAL):
+    # At one angle of the crank a single drive is as smooth as the mean one, and a lost ball bends its curve.
+    standing = not turns(study)
+    alike = LIKE_SCATTER if standing else SHOWN_BY_A_CURVE
+    if study.mean or name not in alike or (len(fit.names) == 1 and base.weighting.size < INDIVIDUAL):
         return False
-    if not turns(study):
-        return True  # at one angle of the crank a single drive is as smooth as the mean one
+    if standing:
+        return True
     # What scatters less than any single drive does is none.
     single = smaller if smaller.weighting.size >= INDIVIDUAL else as_individual(study, smaller)
     return (single.cost - fit.cost) / louder < NO_CHANCE
