@@ -12,17 +12,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .contest import SMALL_SCATTER, STATIC, turns
+from .contest import FORM_ERROR
 from .dispersion import dispersion
 from .fit import Fit
 from .held_out import shrinks
 from .identify import Search, degenerate, part_of, without
-from .kernels import kernel
-from .population import as_individual, over_scatter
+from .population import over_scatter
 from .remainder import comes_again
-from .scores import Direction, gains, projector
+from .single_drive import LIKE_SCATTER, may_scatter, of_these_tolerances
 from .study import Study
-from .weighting import INDIVIDUAL
+from .thresholds import NOISE_GAIN, Thresholds
+from .weighting import INDIVIDUAL, SMALL_SCATTER
 
 Array = NDArray[np.float64]
 
@@ -30,8 +30,6 @@ FIRST_SHARE, FURTHER_SHARE = 0.5, 0.35
 """Share of the excess left without it that an effect must remove: a set's as a whole, and each effect's."""
 MATERIAL_FIRST, MATERIAL = 0.0006, 0.002
 """Change of some run, rms, that is worth a name, as a share of full torque: alone, and beside other effects."""
-NOISE_GAIN, NOISE_GAIN_PER_PARAMETER = 16.0, 4.0
-"""Gain that noise alone does not reach."""
 FAMILIES = (
     frozenset({"hysteresis", "load_dependent_hysteresis", "coulomb_friction", "stribeck_friction", "damping",
                "viscous_friction"}),
@@ -40,74 +38,18 @@ FAMILIES = (
     frozenset({"torque_sensor_offset", "torque_sensor_drift"}),
 )
 """Effects that a real effect of another form than ours would borrow from."""
-FORM_ERROR, FORM_ERROR_ALL = 0.01, 0.004
-"""Share of the gain of its kin that a further effect of a family must reach: where something is left even so, and
-where it explains all that was left."""
+FORM_ERROR_ALL = 0.004
+"""Share of the gain of its kin that a further effect of a family must reach where it explains all that was left."""
 GENERAL = frozenset({"stribeck_friction"})
 """Effects of which another is the limit, at the same number of sizes; they must be better by `BETTER`."""
 BETTER = 8.0
 """Gain that a further parameter which may run to a limit must bring."""
-MARGIN, KINEMATIC_MARGIN = 1.5, 5.0
-"""On the greatest gain among the simulated individuals, which are not many; a kinematic error is by its nature what
-the lobes of an individual make."""
-SHOWN_BY_A_CURVE = STATIC | {"torque_sensor_offset"}
-"""Effects that a curve over the twist shows, the sensor's among them."""
 FARTHER = 1.4
 """Gap of the model alone, over that before, beyond which scatter does what the names should."""
-LIKE_SCATTER = SHOWN_BY_A_CURVE | {"missing_ball", "kinematic_error"}
-"""Effects that do what deviations of the parts do: curves, and ripple over a turn."""
 OVER_SCATTER = 2.5
 """Least size of an effect on an individual, in standard deviations of the population along its trace."""
 IDLE = 0.9
 """Share of the gap of runs that were not fitted that a name which does what parts do may leave."""
-NO_CHANCE = 150.0
-"""Gain of a set on the mean drive over a smaller one on an individual that no individual reaches."""
-TOO_WIDE = 2.0
-"""Size of the scatter that these tolerances hardly make."""
-INDIVIDUAL_GAIN = 42.0
-"""Gain below which nothing is named on an individual: scatter is not as normal as noise."""
-
-
-@dataclass(frozen=True)
-class Thresholds:
-    """Gains that null drives reach: by noise alone and as individuals of the population, by candidate."""
-
-    noise: Mapping[str, float]
-    individuals: Mapping[str, float]
-
-    def total(self, fit: Fit) -> float:
-        """What all effects of a fit would gain together on a null drive."""
-        return sum(self.of(name, fit.weighting.size) for name in fit.names)
-
-    def of(self, name: str, size: float) -> float:
-        """The threshold of a candidate where the scatter left has this size."""
-        share = float(np.clip((size - SMALL_SCATTER) / 0.35, 0.0, 1.0))
-        return self.noise[name] + share * max(self.individuals[name] - self.noise[name], 0.0)
-
-
-def calibrate(study: Study, base: Fit, fresh: Array, traces: Mapping[str, Sequence[Direction]], seed: int = 0
-              ) -> Thresholds:
-    """Thresholds from individuals `fresh` (m, n), N.m, that no component was made of, with this record's noise;
-    traces: variants of every candidate."""
-    noise = {name: NOISE_GAIN + NOISE_GAIN_PER_PARAMETER * len(kernel(name).effect.parameters)
-             for name in study.candidates}
-    if not len(fresh):
-        return Thresholds(noise, noise)
-    weights = study.weights.with_size(1.0)
-    rng = np.random.default_rng(np.random.SeedSequence([seed, len(fresh)]))
-    basis = projector(weights, base.prediction.sensitivities)
-    nulls = fresh.T + np.sqrt(study.block_variance)[:, None] * rng.standard_normal((len(study.torque), len(fresh)))
-    residuals = weights.white(nulls)
-    residuals = residuals - basis @ (basis.T @ residuals)
-    study.null_excess = 1.3 * max(0.0, float((residuals**2).sum(axis=0).max() - study.alone(weights)))
-    individuals = {}
-    for name in study.candidates:
-        greatest = 0.0
-        for direction in traces[name]:
-            greatest = max(greatest, float(gains(direction, weights, basis, residuals)[0].max()))
-        margin = KINEMATIC_MARGIN if name == "kinematic_error" else MARGIN
-        individuals[name] = max(noise[name], INDIVIDUAL_GAIN, margin * greatest)
-    return Thresholds(noise, individuals)
 
 
 @dataclass(frozen=True)
@@ -147,7 +89,7 @@ def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Ma
     for name in fit.names:
         others = tuple(n for n in fit.names if n != name)
         smaller = left_out[name] = _smaller(study, fit, name, others, known) if others else base
-        gain = smaller.cost - fit.cost
+        gain = of_these_tolerances(study, smaller, fit).cost - fit.cost
         kin = [other for other in others if any({name, other} <= family for family in FAMILIES)]
         shares[name] = gain / (gain + rest) if gain > 0 else 0.0
         change = without(study, fit, name) - fit.prediction.torque
@@ -160,12 +102,12 @@ def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Ma
             reasons[name] = f"removes {100 * shares[name]:.0f} % of what is left without it"
         elif material(study, change) < (MATERIAL if others else MATERIAL_FIRST) * study.base.full_torque:
             reasons[name] = "changes no run visibly"
-        elif _may_scatter(study, fit, base, smaller, name, louder) \
+        elif may_scatter(study, fit, base, smaller, name, louder, thresholds) \
                 and (over := over_scatter(study, fit, change)) < OVER_SCATTER:
             reasons[name] = f"is {over:.1f} times what single drives of the population make of the kind by themselves"
     if not reasons and size >= INDIVIDUAL:
         reasons = _idle(study, fit, {name: left_out[name] for name in fit.names if name in LIKE_SCATTER})
-    gain = base.cost - fit.cost
+    gain = of_these_tolerances(study, base, fit).cost - fit.cost
     whole = gain / (gain + rest) if gain > 0 else 0.0
     return Justified(fit, not reasons and whole >= FIRST_SHARE and _closer(study, fit, base), shares, reasons)
 
@@ -188,24 +130,6 @@ def _smaller(study: Study, fit: Fit, name: str, others: tuple[str, ...], known: 
     if (found := known.get(frozenset(others))) is not None:
         fits.append(found)
     return min(fits, key=lambda f: f.cost)
-
-
-def _may_scatter(study: Study, fit: Fit, base: Fit, smaller: Fit, name: str, louder: float) -> bool:
-    """Whether this drive may be an individual: it scatters, or the record cannot tell and an individual, or several
-    names for what it does by itself, would do hardly worse. smaller: the fit without the name."""
-    if fit.weighting.size >= INDIVIDUAL:
-        wide = smaller.weighting.size >= TOO_WIDE > fit.weighting.size
-        return (name in LIKE_SCATTER and not wide) or (smaller.cost - fit.cost) / louder < 4 * NO_CHANCE
-    # At one angle of the crank a single drive is as smooth as the mean one, and a lost ball bends its curve.
-    standing = not turns(study)
-    alike = LIKE_SCATTER if standing else SHOWN_BY_A_CURVE
-    if study.mean or name not in alike or (len(fit.names) == 1 and base.weighting.size < INDIVIDUAL):
-        return False
-    if standing:
-        return True
-    # What scatters less than any single drive does is none.
-    single = smaller if smaller.weighting.size >= INDIVIDUAL else as_individual(study, smaller)
-    return (single.cost - fit.cost) / louder < NO_CHANCE
 
 
 def material(study: Study, change: Array) -> float:

@@ -18,7 +18,7 @@ from .fit import Fit
 from .identify import Search, degenerate, part_of
 from .population import over_scatter
 from .study import Study
-from .weighting import SIZES
+from .weighting import SIZES, SMALL_SCATTER
 
 Array = NDArray[np.float64]
 
@@ -31,6 +31,9 @@ FORM = 0.0015
 friction with a spread of slip lengths."""
 REPLACED, REPLACED_SHARE = 20.0, 0.1
 """A name must be worth more than this beside a rival, and this share of what the rival gains beside the best set."""
+FORM_ERROR = 0.01
+"""Share of the names' gain by which their form may be wrong: what is left beside them must reach it for a rival to
+replace them, or for a further name of the family to stand."""
 BEND, CURVED = 0.003, 100.0
 """Share of the gain that a bend takes beside names of the curve to be no error of their form; and how much worse the
 curve alone may be."""
@@ -38,11 +41,8 @@ FEW = 3
 """Sets of every size that are held up again."""
 STATIC = frozenset({"modulus_error", "structural_compliance", "backlash", "preload"})
 """Effects that only change the curve."""
-SMALL_SCATTER = 0.15
-"""Size of the scatter below which a drive counts as the mean drive."""
-MEAN, SINGLE = (1.5, 0.1), (3.0, 1.0)
-"""Standard deviations of the population, and even over odd part (mean squares), within which a curve is no gap: of the
-mean drive, and of an individual at one angle of the crank."""
+TOLERATED, EVEN_SHARE = 1.5, 0.1
+"""Standard deviations of the population, and even over odd part (mean squares), within which a curve is no gap."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,11 @@ class Contest:
 
 
 def as_mean(study: Study, fit: Fit) -> Fit:
-    """The fit as one of the mean drive, where that and a curve beside it are likelier than scatter; else as it is."""
-    if fit.weighting.size <= SMALL_SCATTER:
+    """The fit as one of the mean drive, where that and a curve beside it are likelier than scatter; else as it is.
+
+    Where the crank stands a smooth curve says nothing: an individual's is smooth too.
+    """
+    if fit.weighting.size <= SMALL_SCATTER or stands(study):
         return fit
     smooth = study.fit_from(fit.names, fit.parameters, study.weights.of_the_mean())
     curve = rivals(study, smooth, [Family(CURVE, curve_over_torque)])
@@ -87,6 +90,9 @@ def contest(study: Study, found: Search, best: Fit) -> Contest:
     kept, rival = min(alike, key=lambda item: (len(item[0].names), item[0].names != best.names,
                                                item[0].cost - item[1].gain))
     if rival.family.place != CURVE:
+        # A rival that holds a name as a special case is always as good: what is left must be more than a remainder.
+        if rest < FORM_ERROR * gain:
+            kept, rival = next(pair for pair in joint if pair[0].names == best.names)
         return Contest(kept, rival)
     return _curved(study, base, kept, rival, gain, rest)
 
@@ -125,7 +131,7 @@ def _curved(study: Study, base: Fit, kept: Fit, rival: Rival, gain: float, rest:
     others, curve = _joint(study, _without(study, base, kept), [rival.family])
     alone = others.cost - curve.gain
     alike = alone < kept.cost - rival.gain + CURVED
-    if not kept.names and _tolerated(study, others, curve, *(MEAN if turns(study) else SINGLE)):
+    if not kept.names and _tolerated(study, others, curve):
         return Contest(others, curve, True)
     if alike and rest > BEND * gain and _tolerated(study, others, curve):
         return Contest(others, curve, True)
@@ -154,13 +160,12 @@ def _sets(study: Study, found: Search, best: Fit) -> list[Fit]:
     return list({frozenset(f.names): f for f in reversed(sets)}.values())
 
 
-def turns(study: Study) -> bool:
-    """Whether other elements come to carry; where the crank stands, an individual's curve is smooth too."""
-    drive = study.base.drive
-    return drive is None or float(np.ptp(study.trace.crank)) > 2 * np.pi / drive.elements
+def stands(study: Study) -> bool:
+    """Whether an individual of the population is as smooth as the mean drive, for the crank stands."""
+    return study.scatter is not None and study.scatter.stands
 
 
-def _tolerated(study: Study, fit: Fit, rival: Rival, most: float = MEAN[0], even_share: float = MEAN[1]) -> bool:
+def _tolerated(study: Study, fit: Fit, rival: Rival) -> bool:
     """Whether a curve over the torque is one that drives of the population have: as large, and as odd."""
     torque, part = study.torque, rival.part
     order = np.argsort(torque)
@@ -169,4 +174,4 @@ def _tolerated(study: Study, fit: Fit, rival: Rival, most: float = MEAN[0], even
     even, odd = (part + other)[inside] / 2, (part - other)[inside] / 2
     if not len(study.individuals) or not inside.any():
         return False
-    return float(np.mean(even**2)) < even_share * float(np.mean(odd**2)) and over_scatter(study, fit, part) < most
+    return float(np.mean(even**2)) < EVEN_SHARE * float(np.mean(odd**2)) and over_scatter(study, fit, part) < TOLERATED

@@ -112,12 +112,18 @@ class Scatter:
         edges = [*self._edges(ends["mean"], self.turning.waves), *self._row_edges(ends["linear"])]
         columns = np.concatenate([*self._own(answers), *self._lobes(answers), *edges])
         columns = columns[np.abs(columns).max(axis=1) > 0]
-        rough = REST**2 * (columns**2).sum(axis=0)
+        # What is left at one angle of the crank is as smooth as the columns, and they span it.
+        rough = (0.0 if self.stands else REST**2) * (columns**2).sum(axis=0)
         rough[fast] += (at_once / self.turning.count)[fast]
         moving = self.turning.span > STANDING * 2 * np.pi / drive.elements
         power = (ends["mean"]**2 + ends["linear"]**2).sum(axis=0)
         rough[moving] += (PASSING * power / self.turning.count)[moving]
         return columns, rough
+
+    @property
+    def stands(self) -> bool:
+        """Whether the same elements carry all along: then an individual's curve is as smooth as the mean drive's."""
+        return float(np.ptp(self.turning.turned)) <= 2 * np.pi / self.drive.elements
 
     def _answers(self, twist: Array, clearance: Array) -> tuple[dict[str, Array], dict[str, Array]]:
         """Answers at the places of the elements, (n, elements) each, and at both ends of the profile, (2, n)."""

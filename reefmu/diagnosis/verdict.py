@@ -8,16 +8,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .accept import LIKE_SCATTER, Justified, Thresholds, choose, left
+from .accept import Justified, choose, left
 from .anonymous import Rival
-from .contest import SMALL_SCATTER, as_mean, contest
+from .contest import as_mean, contest
 from .dispersion import dispersion
 from .fit import Fit
 from .identify import Search, degenerate, n_parameters
 from .population import unlike_population
 from .remainder import comes_again, remainder
+from .single_drive import LIKE_SCATTER, TOO_WIDE
 from .study import Study
-from .weighting import SIZES
+from .thresholds import Thresholds
+from .weighting import INDIVIDUAL, SIZES, SMALL_SCATTER
 
 Array = NDArray[np.float64]
 
@@ -39,8 +41,8 @@ REMAINDER_SHARE = 0.08
 @dataclass(frozen=True)
 class Finding:
     """verdict; chosen: the set named, or the base fit; alternatives: other sets, or those which the scatter may hide
-    where the verdict is none or named; remainder: N.m rms; rival: an anonymous part of it, None if there is none to be
-    seen; curve: N.m rms, by which the drive's own curve is off within the tolerances."""
+    where the verdict is none, named or unknown; remainder: N.m rms; rival: an anonymous part of it, None if there is
+    none to be seen; curve: N.m rms, by which the drive's own curve is off within the tolerances."""
 
     verdict: str
     chosen: Fit
@@ -78,9 +80,10 @@ def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[
     if best is None:
         rest = remainder(study, base)
         something = left(study, base) > 0 and rest > _visible(study, base) and _repeats(study, base)
+        # With a scatter that other tolerances could make, what helps may be there as well.
+        hidden = () if something else _hidden(study, base, found, thresholds)
         if not something and (foreign := _foreign(study, base)) > 0:
             something, rest = True, foreign
-        hidden = () if something else _hidden(study, base, found, thresholds)
         return Finding("unknown" if something else "none", base, {}, hidden, rest, tuple(examined))
     gain = base.cost - best.fit.cost
     rest = remainder(study, best.fit)
@@ -178,13 +181,16 @@ def _alternatives(study: Study, chosen: Fit, found: Search, thresholds: Threshol
 
 
 def _hidden(study: Study, chosen: Fit, found: Search, thresholds: Thresholds) -> tuple[tuple[str, ...], ...]:
-    """Sets of one effect more that gain more than noise gives, but no more than this drive's own tolerances may."""
+    """Sets of one effect more that gain more than noise gives, but no more than this drive's own tolerances may; or
+    that are as likely, on the mean drive as this single one, within the tolerances as one beyond them."""
     if study.mean:
         return ()
-    louder, sets = dispersion(study, chosen), []
+    louder, size, sets = dispersion(study, chosen), chosen.weighting.size, []
     for fit in sorted(found.best.get(len(chosen.names) + 1, []), key=lambda f: f.cost):
         more = set(fit.names) - set(chosen.names)
-        if len(more) == 1 and chosen.cost - fit.cost > louder * thresholds.noise[name := more.pop()] \
-                and name in LIKE_SCATTER and not degenerate(study, fit):
+        if len(more) != 1 or (name := more.pop()) not in LIKE_SCATTER or degenerate(study, fit):
+            continue
+        instead = (size >= INDIVIDUAL and fit.weighting.size <= SMALL_SCATTER) or size >= TOO_WIDE > fit.weighting.size
+        if chosen.cost - fit.cost > (0.0 if instead else louder * thresholds.noise[name]):
             sets.append(tuple(sorted(fit.names)))
     return tuple(sets[:MOST_HIDDEN])

@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 SIZES = (0.007, 0.02, 0.06, 0.12, 0.25, 0.5, 0.75, 1.0, 1.4, 2.0, 2.8)
 """Sizes of the scatter that are tried. Those of means of 250 and 2500 drives are among them; the
 least is what numbers leave."""
+SMALL_SCATTER = 0.15
+"""Size of the scatter below which a drive counts as the mean drive."""
 INDIVIDUAL = 0.25
 """Size from which a drive counts as an individual, rough beyond the columns."""
 LEAST_STRENGTH = 0.3

@@ -15,7 +15,6 @@ from stiffness_model.drive import Drive
 
 from ..record import Record
 from ..tables import cached_lookup
-from .accept import Thresholds, calibrate
 from .audit import Audit, audit
 from .base import Base, curve_base, drawing_base, power_base, ratio_without_drawing
 from .crew import crew_of
@@ -35,6 +34,7 @@ from .result import Diagnosis, Gap, Place
 from .ripple import is_mean
 from .scatter import Scatter, turning
 from .study import Study, block_variances, candidates_of, make_weights, search_blocks
+from .thresholds import Thresholds, calibrate
 from .trace import Trace, trace_of
 from .verdict import Finding, decide, unconfirmed
 
@@ -211,7 +211,7 @@ def sentence(finding: Finding, gap: Gap, study: Study) -> str:
         case "unknown":
             return (f"Something is missing that is not known here: a gap of {finding.remainder:.3g} N.m "
                     f"({100 * finding.remainder / full:.2g} % of full torque) is beyond noise and tolerance scatter, "
-                    f"and no known effect explains it{place}.")
+                    f"and no known effect explains it{place}{_may_hide(finding)}.")
         case _:
             pass
     return f"Nothing is missing: noise and tolerance scatter explain the record{_may_hide(finding)}."

@@ -15,6 +15,7 @@ from reefmu.diagnosis.base import drawing_base
 from reefmu.diagnosis.fit import Fit
 from reefmu.diagnosis.identify import base_fit
 from reefmu.diagnosis.population import as_individual, over_scatter, unlike_population
+from reefmu.diagnosis.result import Diagnosis
 from reefmu.diagnosis.study import Study
 from reefmu.diagnosis.trace import trace_of
 from reefmu.diagnosis.weighting import INDIVIDUAL
@@ -65,10 +66,44 @@ def test_as_an_individual_a_drive_scatters() -> None:
     assert single.cost > fit.cost
 
 
+def one_loop(number: int | None, **clearance: float) -> Diagnosis:
+    """Of one loop at one angle of the crank: the mean drive, or a single one, with a clearance, m."""
+    record = rig.measured({"backlash": clearance} if clearance else {}, noise=0.3, full=False, seed=3)
+    own = 0.0 if number is None else study().individuals[number]
+    return diagnose_record(replace(record, output_torque=record.output_torque + own), drive=rig.drive())
+
+
+@pytest.mark.parametrize("number", [3, 4, 10])
+def test_one_loop_of_a_single_drive_names_nothing(number: int) -> None:
+    """At one angle it is as smooth as the mean drive: that it does not ripple is no sign of the mean drive."""
+    assert one_loop(number).verdict == "none"
+
+
+@pytest.mark.parametrize("clearance", [2e-7, 4e-7, 1.6e-6])
+def test_one_loop_shows_play_that_no_single_drive_has(clearance: float) -> None:
+    """All there is follows the play: a single drive would have to differ by chance in this one direction."""
+    found = one_loop(None, clearance=clearance)
+    assert (found.verdict, [e.name for e in found.effects]) == ("named", ["backlash"])
+
+
+@pytest.mark.parametrize("number", [0, 7])
+def test_one_loop_of_a_single_drive_shows_play_beyond_its_tolerances(number: int) -> None:
+    """A scatter wider than the tolerances make could explain it, so it does not count."""
+    found = one_loop(number, clearance=2.4e-6)
+    assert (found.verdict, [e.name for e in found.effects]) == ("named", ["backlash"])
+    assert found.effects[0].parameters["clearance"].value == pytest.approx(2.4e-6, rel=0.15)
+
+
+def test_one_loop_at_the_edge_of_the_tolerances_is_said_to_be_open() -> None:
+    found = one_loop(0, clearance=1.6e-6)
+    assert found.verdict == "unknown"
+    assert found.alternatives == (("backlash",),)
+    assert "may hide backlash" in found.sentence
+
+
 def test_what_tolerances_may_hide_is_told() -> None:
-    """One loop of a drive with a little play: most single drives of the drawing differ by as much."""
-    found = diagnose_record(rig.measured({"backlash": {"clearance": 4e-7}}, noise=0.3, full=False, seed=3),
-                            drive=rig.drive())
+    """One loop of a single drive with a little play: most single drives of the drawing differ by as much."""
+    found = one_loop(3, clearance=8e-7)
     assert (found.verdict, found.effects) == ("none", ())
     assert ("backlash",) in found.alternatives
     assert "tolerances may hide backlash" in found.sentence

@@ -1,0 +1,67 @@
+"""Gains that null drives reach by chance: by the noise alone, and as individuals of the population."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .fit import Fit
+from .kernels import kernel
+from .scores import Direction, gains, projector
+from .study import Study
+from .weighting import SMALL_SCATTER
+
+Array = NDArray[np.float64]
+
+NOISE_GAIN, NOISE_GAIN_PER_PARAMETER = 16.0, 4.0
+"""Gain that noise alone does not reach."""
+MARGIN, KINEMATIC_MARGIN = 1.5, 5.0
+"""On the greatest gain among the simulated individuals, which are not many; a kinematic error is by its nature what
+the lobes of an individual make."""
+INDIVIDUAL_GAIN = 42.0
+"""Gain below which nothing is named on an individual: scatter is not as normal as noise."""
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Gains that null drives reach: by noise alone and as individuals of the population, by candidate."""
+
+    noise: Mapping[str, float]
+    individuals: Mapping[str, float]
+
+    def total(self, fit: Fit) -> float:
+        """What all effects of a fit would gain together on a null drive."""
+        return sum(self.of(name, fit.weighting.size) for name in fit.names)
+
+    def of(self, name: str, size: float) -> float:
+        """The threshold of a candidate where the scatter left has this size."""
+        share = float(np.clip((size - SMALL_SCATTER) / 0.35, 0.0, 1.0))
+        return self.noise[name] + share * max(self.individuals[name] - self.noise[name], 0.0)
+
+
+def calibrate(study: Study, base: Fit, fresh: Array, traces: Mapping[str, Sequence[Direction]], seed: int = 0
+              ) -> Thresholds:
+    """Thresholds from individuals `fresh` (m, n), N.m, that no component was made of, with this record's noise;
+    traces: variants of every candidate."""
+    noise = {name: NOISE_GAIN + NOISE_GAIN_PER_PARAMETER * len(kernel(name).effect.parameters)
+             for name in study.candidates}
+    if not len(fresh):
+        return Thresholds(noise, noise)
+    weights = study.weights.with_size(1.0)
+    rng = np.random.default_rng(np.random.SeedSequence([seed, len(fresh)]))
+    basis = projector(weights, base.prediction.sensitivities)
+    nulls = fresh.T + np.sqrt(study.block_variance)[:, None] * rng.standard_normal((len(study.torque), len(fresh)))
+    residuals = weights.white(nulls)
+    residuals = residuals - basis @ (basis.T @ residuals)
+    study.null_excess = 1.3 * max(0.0, float((residuals**2).sum(axis=0).max() - study.alone(weights)))
+    individuals = {}
+    for name in study.candidates:
+        greatest = 0.0
+        for direction in traces[name]:
+            greatest = max(greatest, float(gains(direction, weights, basis, residuals)[0].max()))
+        margin = KINEMATIC_MARGIN if name == "kinematic_error" else MARGIN
+        individuals[name] = max(noise[name], INDIVIDUAL_GAIN, margin * greatest)
+    return Thresholds(noise, individuals)
