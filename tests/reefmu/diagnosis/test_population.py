@@ -16,7 +16,9 @@ from reefmu.diagnosis.fit import Fit
 from reefmu.diagnosis.identify import base_fit
 from reefmu.diagnosis.population import as_individual, over_scatter, unlike_population
 from reefmu.diagnosis.result import Diagnosis
+from reefmu.diagnosis.single_drive import may_scatter
 from reefmu.diagnosis.study import Study
+from reefmu.diagnosis.thresholds import Thresholds
 from reefmu.diagnosis.trace import trace_of
 from reefmu.diagnosis.weighting import INDIVIDUAL
 from reefmu.diagnosis.workflow import prepare
@@ -118,3 +120,13 @@ def test_a_curve_that_is_off_within_the_tolerances_is_told() -> None:
     assert found.verdict == "none"
     off = float(re.findall(r"the curve is off by ([\d.]+) N\.m", found.sentence)[0])
     assert off == pytest.approx(np.sqrt(np.mean((bent.output_torque - torque) ** 2)), rel=0.2)
+
+
+def test_a_name_that_brings_a_scatter_back_within_the_tolerances_is_none_of_it() -> None:
+    """A kinematic error does what lobes do; but not if single drives would have to scatter twice as much for it."""
+    base = base_fit(study())
+    named = replace(as_individual(study(), base), names=("kinematic_error",))
+    named = replace(named, weighting=named.weighting.with_size(0.75))
+    for size, may in ((1.0, True), (2.8, False)):
+        without = replace(named, names=(), cost=named.cost + 2000, weighting=named.weighting.with_size(size))
+        assert may_scatter(study(), named, base, without, "kinematic_error", 1.0, Thresholds({}, {})) is may
