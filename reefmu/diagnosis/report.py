@@ -50,7 +50,8 @@ def report_html(found: Examined | Diagnosis) -> str:
         parts += _pictures(found)
     parts += [_effect(effect) for effect in d.effects]
     if d.alternatives:
-        title = "What else it could be" if d.verdict == "ambiguous" else "What this drive's tolerances may hide"
+        titles = {"ambiguous": "What else it could be", "unknown": "What it could be, beside this drive's tolerances"}
+        title = titles.get(d.verdict, "What this drive's tolerances may hide")
         parts += _list(title, [_names(a) for a in d.alternatives])
     parts += _list("What to measure next", d.next_experiment)
     parts += _details(d)

@@ -209,9 +209,11 @@ def sentence(finding: Finding, gap: Gap, study: Study) -> str:
             others = "; or ".join(" and ".join(a) for a in finding.alternatives)
             return f"This record cannot tell: {names} fits ({shrink}), and so does {others}."
         case "unknown":
+            names = " or ".join(_beside(finding))
+            together = f" alone; {names} and this drive's own tolerances together may" if names else ""
             return (f"Something is missing that is not known here: a gap of {finding.remainder:.3g} N.m "
                     f"({100 * finding.remainder / full:.2g} % of full torque) is beyond noise and tolerance scatter, "
-                    f"and no known effect explains it{place}{_may_hide(finding)}.")
+                    f"and no known effect explains it{together or place}.")
         case _:
             pass
     return f"Nothing is missing: noise and tolerance scatter explain the record{_may_hide(finding)}."
@@ -219,9 +221,14 @@ def sentence(finding: Finding, gap: Gap, study: Study) -> str:
 
 def _may_hide(finding: Finding) -> str:
     """What is put down to tolerances, and what could be there as well if this drive scatters less than it may."""
-    more = [" and ".join(sorted(set(names) - set(finding.chosen.names))) for names in finding.alternatives]
+    more = _beside(finding)
     off = f"; the curve is off by {finding.curve:.3g} N.m, as drives of the drawing may be" if finding.curve else ""
     return off + (f"; its tolerances may hide {' or '.join(more)}" if more else "")
+
+
+def _beside(finding: Finding) -> list[str]:
+    """What the alternatives have beside the names that are chosen."""
+    return [" and ".join(sorted(set(names) - set(finding.chosen.names))) for names in finding.alternatives]
 
 
 __all__ = ["Examined", "Noise", "examine"]

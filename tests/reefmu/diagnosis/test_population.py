@@ -100,7 +100,7 @@ def test_one_loop_at_the_edge_of_the_tolerances_is_said_to_be_open() -> None:
     found = one_loop(0, clearance=1.6e-6)
     assert found.verdict == "unknown"
     assert found.alternatives == (("backlash",),)
-    assert "may hide backlash" in found.sentence
+    assert "backlash and this drive's own tolerances together may" in found.sentence
 
 
 def test_what_tolerances_may_hide_is_told() -> None:
