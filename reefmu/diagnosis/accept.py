@@ -102,7 +102,7 @@ def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Ma
             reasons[name] = f"removes {100 * shares[name]:.0f} % of what is left without it"
         elif material(study, change) < (MATERIAL if others else MATERIAL_FIRST) * study.base.full_torque:
             reasons[name] = "changes no run visibly"
-        elif may_scatter(study, fit, base, smaller, name, louder, thresholds) \
+        elif may_scatter(study, fit, base, smaller, name, louder) \
                 and (over := over_scatter(study, fit, change)) < OVER_SCATTER:
             reasons[name] = f"is {over:.1f} times what single drives of the population make of the kind by themselves"
     if not reasons and size >= INDIVIDUAL:

@@ -17,6 +17,7 @@ from .dispersion import dispersion
 from .fit import Fit
 from .identify import Search, degenerate, part_of
 from .population import over_scatter
+from .scores import projector
 from .study import Study
 from .weighting import SIZES, SMALL_SCATTER
 
@@ -41,8 +42,9 @@ FEW = 3
 """Sets of every size that are held up again."""
 STATIC = frozenset({"modulus_error", "structural_compliance", "backlash", "preload"})
 """Effects that only change the curve."""
-TOLERATED, EVEN_SHARE = 1.5, 0.1
-"""Standard deviations of the population, and even over odd part (mean squares), within which a curve is no gap."""
+TOLERATED, EVEN_SHARE = 1.8, 0.1
+"""Standard deviations of the population, and even over odd part (mean squares) where it is no noise, within which a
+curve is no gap: a scale at the edge of its tolerance and a bend make up to 1.6."""
 
 
 @dataclass(frozen=True)
@@ -171,7 +173,12 @@ def _tolerated(study: Study, fit: Fit, rival: Rival) -> bool:
     order = np.argsort(torque)
     other = np.interp(-torque, torque[order], part[order])
     inside = (-torque > torque.min()) & (-torque < torque.max())
-    even, odd = (part + other)[inside] / 2, (part - other)[inside] / 2
     if not len(study.individuals) or not inside.any():
         return False
-    return float(np.mean(even**2)) < EVEN_SHARE * float(np.mean(odd**2)) and over_scatter(study, fit, part) < TOLERATED
+    even = np.where(inside, (part + other) / 2, 0.0)
+    share = float(np.mean(even[inside] ** 2)) / max(float(np.mean((part - even)[inside] ** 2)), 1e-300)
+    seen = fit.weighting.white(even)
+    basis = projector(fit.weighting, fit.prediction.sensitivities)
+    seen = seen - basis @ (basis.T @ seen)
+    noise = share < EVEN_SHARE or float((seen**2).sum()) < SIGNIFICANT
+    return noise and over_scatter(study, fit, part) < TOLERATED

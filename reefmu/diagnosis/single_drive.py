@@ -5,9 +5,9 @@ from __future__ import annotations
 from .contest import FORM_ERROR, STATIC, stands
 from .fit import Fit
 from .identify import part_of
+from .kernels import kernel
 from .population import as_individual
 from .study import Study
-from .thresholds import Thresholds
 from .weighting import INDIVIDUAL, SIZES
 
 SHOWN_BY_A_CURVE = STATIC | {"torque_sensor_offset"}
@@ -16,8 +16,12 @@ LIKE_SCATTER = SHOWN_BY_A_CURVE | {"missing_ball", "kinematic_error"}
 """Effects that do what deviations of the parts do: curves, and ripple over a turn."""
 NO_CHANCE = 150.0
 """Gain of a set on the mean drive over a smaller one on an individual that no individual reaches."""
+COINCIDENCE, COINCIDENCE_PER_PARAMETER = 16.0, 8.0
+"""Gain of a name over a single drive at one angle of the crank that chance does not give: a single drive is the less
+likely the more sizes of its curve must vanish, but every parameter takes one of them away."""
 TOO_WIDE = 2.0
 """Size of the scatter that these tolerances hardly make."""
+WIDEST = max(size for size in SIZES if size < TOO_WIDE)
 
 
 def of_these_tolerances(study: Study, smaller: Fit, fit: Fit) -> Fit:
@@ -25,19 +29,17 @@ def of_these_tolerances(study: Study, smaller: Fit, fit: Fit) -> Fit:
     make explains all there is."""
     if smaller.weighting.size < TOO_WIDE or fit.weighting.size >= TOO_WIDE:
         return smaller
-    widest = smaller.weighting.with_size(max(size for size in SIZES if size < TOO_WIDE))
-    return study.fit_from(smaller.names, smaller.parameters, widest, refit_size=False)
+    return study.fit_from(smaller.names, smaller.parameters, smaller.weighting.with_size(WIDEST), refit_size=False)
 
 
-def may_scatter(study: Study, fit: Fit, base: Fit, smaller: Fit, name: str, louder: float,
-                 thresholds: Thresholds) -> bool:
+def may_scatter(study: Study, fit: Fit, base: Fit, smaller: Fit, name: str, louder: float) -> bool:
     """Whether this drive may be an individual: it scatters, or the record cannot tell and an individual, or several
     names for what it does by itself, would do hardly worse. smaller: the fit without the name."""
     if fit.weighting.size >= INDIVIDUAL:
         wide = smaller.weighting.size >= TOO_WIDE > fit.weighting.size
         return (name in LIKE_SCATTER and not wide) or (smaller.cost - fit.cost) / louder < 4 * NO_CHANCE
     if stands(study):
-        return name in LIKE_SCATTER and _by_chance(study, fit, base, louder, thresholds)
+        return name in LIKE_SCATTER and _by_chance(study, fit, base, smaller, name, louder)
     if study.mean or name not in SHOWN_BY_A_CURVE or (len(fit.names) == 1 and base.weighting.size < INDIVIDUAL):
         return False
     # What scatters less than any single drive does is none.
@@ -45,10 +47,14 @@ def may_scatter(study: Study, fit: Fit, base: Fit, smaller: Fit, name: str, loud
     return (single.cost - fit.cost) / louder < NO_CHANCE
 
 
-def _by_chance(study: Study, fit: Fit, base: Fit, louder: float, thresholds: Thresholds) -> bool:
-    """Whether the names that do what parts do are, all together, hardly likelier than a single drive, whose curve at
-    one angle of the crank has but a few sizes, or than another form of the effects beside them."""
-    others = frozenset(fit.names) - LIKE_SCATTER
+def _by_chance(study: Study, fit: Fit, base: Fit, smaller: Fit, name: str, louder: float) -> bool:
+    """Whether names that do what parts do are hardly likelier than a single drive, whose curve at one angle of the
+    crank has but a few sizes, or than another form of the effects beside them: each of them, and all together."""
+    alike = LIKE_SCATTER & set(fit.names)
+    others = frozenset(fit.names) - alike
     plain = study.fit_from(*part_of(study, fit, others)) if others else base
-    noise = louder * sum(thresholds.noise[name] for name in fit.names if name in LIKE_SCATTER)
-    return plain.cost - fit.cost < max(noise, FORM_ERROR * (base.cost - plain.cost))
+    for without, names in ((smaller, {name}), (plain, alike)):
+        least = sum(COINCIDENCE + COINCIDENCE_PER_PARAMETER * len(kernel(n).effect.parameters) for n in names)
+        if without.weighting.size >= INDIVIDUAL and without.cost - fit.cost < louder * least:
+            return True
+    return plain.cost - fit.cost < FORM_ERROR * (base.cost - plain.cost)

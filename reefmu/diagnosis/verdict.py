@@ -182,7 +182,7 @@ def _alternatives(study: Study, chosen: Fit, found: Search, thresholds: Threshol
 
 def _hidden(study: Study, chosen: Fit, found: Search, thresholds: Thresholds) -> tuple[tuple[str, ...], ...]:
     """Sets of one effect more that gain more than noise gives, but no more than this drive's own tolerances may; or
-    that are as likely, on the mean drive as this single one, within the tolerances as one beyond them."""
+    that are as likely with less scatter, where it is wider than the tolerances make, or with none."""
     if study.mean:
         return ()
     louder, size, sets = dispersion(study, chosen), chosen.weighting.size, []
@@ -190,7 +190,8 @@ def _hidden(study: Study, chosen: Fit, found: Search, thresholds: Thresholds) ->
         more = set(fit.names) - set(chosen.names)
         if len(more) != 1 or (name := more.pop()) not in LIKE_SCATTER or degenerate(study, fit):
             continue
-        instead = (size >= INDIVIDUAL and fit.weighting.size <= SMALL_SCATTER) or size >= TOO_WIDE > fit.weighting.size
+        less = fit.weighting.size
+        instead = (size >= INDIVIDUAL and less <= SMALL_SCATTER) or (size >= TOO_WIDE and less < size)
         if chosen.cost - fit.cost > (0.0 if instead else louder * thresholds.noise[name]):
             sets.append(tuple(sorted(fit.names)))
     return tuple(sets[:MOST_HIDDEN])

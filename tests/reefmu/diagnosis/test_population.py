@@ -18,7 +18,6 @@ from reefmu.diagnosis.population import as_individual, over_scatter, unlike_popu
 from reefmu.diagnosis.result import Diagnosis
 from reefmu.diagnosis.single_drive import may_scatter
 from reefmu.diagnosis.study import Study
-from reefmu.diagnosis.thresholds import Thresholds
 from reefmu.diagnosis.trace import trace_of
 from reefmu.diagnosis.weighting import INDIVIDUAL
 from reefmu.diagnosis.workflow import prepare
@@ -129,4 +128,4 @@ def test_a_name_that_brings_a_scatter_back_within_the_tolerances_is_none_of_it()
     named = replace(named, weighting=named.weighting.with_size(0.75))
     for size, may in ((1.0, True), (2.8, False)):
         without = replace(named, names=(), cost=named.cost + 2000, weighting=named.weighting.with_size(size))
-        assert may_scatter(study(), named, base, without, "kinematic_error", 1.0, Thresholds({}, {})) is may
+        assert may_scatter(study(), named, base, without, "kinematic_error", 1.0) is may
