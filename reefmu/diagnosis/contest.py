@@ -115,7 +115,7 @@ def _base_law(study: Study, base: Fit, best: Fit) -> Contest | None:
 def _joint(study: Study, fit: Fit, known: list[Family]) -> tuple[Fit, Rival]:
     """A set with the rival that helps it most. With one beside it, the drive may be surer the mean one than without."""
     pairs = [(fit, rivals(study, fit, known)[0])]
-    if SIZES[0] < fit.weighting.size <= SMALL_SCATTER:
+    if fit.weighting.size > SIZES[0]:
         sure = study.fit_from(fit.names, fit.parameters, study.weights.of_the_mean(), refit_size=False)
         pairs.append((sure, rivals(study, sure, known)[0]))
     return min(pairs, key=lambda pair: pair[0].cost - pair[1].gain)
