@@ -180,5 +180,5 @@ def _tolerated(study: Study, fit: Fit, rival: Rival) -> bool:
     seen = fit.weighting.white(even)
     basis = projector(fit.weighting, fit.prediction.sensitivities)
     seen = seen - basis @ (basis.T @ seen)
-    noise = share < EVEN_SHARE or float((seen**2).sum()) < SIGNIFICANT
-    return noise and over_scatter(study, fit, part) < TOLERATED
+    odd = share < EVEN_SHARE or float((seen**2).sum()) < SIGNIFICANT
+    return odd and over_scatter(study, fit, part) < TOLERATED
