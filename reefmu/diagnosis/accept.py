@@ -40,6 +40,9 @@ FAMILIES = (
 """Effects that a real effect of another form than ours would borrow from."""
 FORM_ERROR_ALL = 0.004
 """Share of the gain of its kin that a further effect of a family must reach where it explains all that was left."""
+SEVERAL_TIMES = frozenset({"creep"})
+"""Effects that materials have with several times and the model with one: what the fastest of them do looks like a
+spring, and explains all that was left."""
 GENERAL = frozenset({"stribeck_friction"})
 """Effects of which another is the limit, at the same number of sizes; they must be better by `BETTER`."""
 BETTER = 8.0
@@ -84,13 +87,13 @@ def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Ma
             ) -> Justified:
     """Leave out each effect in turn, refit, and see whether it is missed."""
     rest, size, louder = left(study, fit), fit.weighting.size, dispersion(study, fit)
-    form = FORM_ERROR if rest else FORM_ERROR_ALL
     shares, reasons, left_out = {}, {}, {}
     for name in fit.names:
         others = tuple(n for n in fit.names if n != name)
         smaller = left_out[name] = _smaller(study, fit, name, others, known) if others else base
         gain = of_these_tolerances(study, smaller, fit).cost - fit.cost
         kin = [other for other in others if any({name, other} <= family for family in FAMILIES)]
+        form = FORM_ERROR if rest or SEVERAL_TIMES & set(kin) else FORM_ERROR_ALL
         shares[name] = gain / (gain + rest) if gain > 0 else 0.0
         change = without(study, fit, name) - fit.prediction.torque
         least = thresholds.of(name, size) * louder
