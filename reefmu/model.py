@@ -23,7 +23,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.drawing_file import drive_from_dict
+from stiffness_model.drawing_file import AnyDrive, as_drive, drive_from_dict
 from stiffness_model.drive import Drive
 from stiffness_model.errors import InputError, expect_number, unknown_name
 from stiffness_model.lookup import N_DRIVES, Lookup
@@ -178,10 +178,10 @@ class DriveModel:
         return replace(self, parameters=changed)
 
 
-def build_model(drive: Drive, effects: Mapping[str, Mapping[str, float]] | None = None, *, lookup: Lookup | None = None,
-                n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None,
-                individual: int | None = None) -> DriveModel:
-    """The model of a drawing with some effects inside.
+def build_model(drive: AnyDrive, effects: Mapping[str, Mapping[str, float]] | None = None, *,
+                lookup: Lookup | None = None, n_drives: int = N_DRIVES, seed: int = 0,
+                executor: Executor | None = None, individual: int | None = None) -> DriveModel:
+    """The model of a drawing with some effects inside; drive: itself, a preset's name or a drawing's path.
 
     effects: parameter values by effect and parameter name; an empty mapping for an effect that starts neutral.
     lookup: ready tables; else they come from the cache or are built. individual: the seed of one drive of the
@@ -189,6 +189,7 @@ def build_model(drive: Drive, effects: Mapping[str, Mapping[str, float]] | None 
 
     Raises `UnknownNameError` or `InputError` for effects and values that do not exist or are out of bounds.
     """
+    drive = as_drive(drive)
     chosen = dict(effects or {})
     ordered = _in_order(chosen)
     table = lookup if lookup is not None else cached_lookup(drive, n_drives, seed, executor)

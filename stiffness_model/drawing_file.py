@@ -12,14 +12,14 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from .beyond import options
-from .drive import PARTS, Drive
+from .drive import COUNTS, HOLES, PARTS, Drive, diameters
 from .errors import DoesNotFitWarning, InputError, UnknownNameError, expect, expect_number, refuse_unknown, unknown_name
 from .files import whole_file
-from .materials import MATERIALS, Material, find_material
-from .tolerances import Tolerance, read_offset, read_window, window_text
+from .fits import field_text, read_field, tolerance_of
+from .materials import MATERIALS, Material, find_material, labelled
+from .tolerances import Tolerance, free_offset
 from .units import format_quantity, parse_quantity
 
-_COUNTS = ("elements", "eccentrics", "lobes")
 _SECTIONS: dict[str, tuple[str, ...]] = {
     "geometry": ("element", "element_radius", "element_length", "elements", "eccentrics", "crank_radius",
                  "eccentricity", "transmission_ratio", "lobes"),
@@ -36,8 +36,13 @@ FIELDS = (*_HEAD, *(name for names in _SECTIONS.values() for name in names), *_O
 _LENGTHS = ("element_radius", "element_length", "crank_radius", "eccentricity")
 _DEFAULTS: dict[str, Any] = {
     "description": "", "element": "ball", "element_length": 0.0, "eccentrics": 1,
-    **{f"{part}_offset": 0.0 for part in PARTS}, "crank_deviation": "element",
+    # None: what the field states; else 0, and for the cage the clearance of `free_offset`.
+    **dict.fromkeys(f"{part}_offset" for part in PARTS), "crank_deviation": "element",
 }
+
+
+AnyDrive = Drive | str | os.PathLike[str]
+"""What the public functions take for a drive: the drive itself, a preset's name, or a drawing's path (`as_drive`)."""
 
 
 def presets() -> list[str]:
@@ -50,7 +55,7 @@ def presets() -> list[str]:
     return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
 
 
-def load_drive(source: str | FilePath, **fields: Any) -> Drive:
+def load_drive(source: str | os.PathLike[str], **fields: Any) -> Drive:
     """A drive from a preset's name or a TOML file's path; keywords override the drawing's fields.
 
     Keywords take what TOML takes ("41 mm", "IT5", "3 sigma") and, for quantities, SI numbers (0.041).
@@ -72,7 +77,22 @@ def load_drive(source: str | FilePath, **fields: Any) -> Drive:
     return drive
 
 
-def read_table(source: str | FilePath) -> tuple[dict[str, Any], str]:
+def as_drive(drive: AnyDrive) -> Drive:
+    """The drive itself, or that of a preset's name or a drawing's path: what every function takes for a drive.
+
+    Raises `InputError` for anything else.
+
+    >>> as_drive("drive_1") == load_drive("drive_1") == as_drive(load_drive("drive_1"))
+    True
+    """
+    if isinstance(drive, Drive):
+        return drive
+    if not isinstance(drive, (str, os.PathLike)):
+        raise InputError(f"drive: expected a Drive, a preset's name or a drawing's path, got {drive!r}")
+    return load_drive(drive)
+
+
+def read_table(source: str | os.PathLike[str]) -> tuple[dict[str, Any], str]:
     """The tables of a drawing as TOML gives them, for `drive_from_dict`, and what to call it in an error.
 
     Raises `InputError` where there is no such preset or file, or no TOML in it.
@@ -84,7 +104,7 @@ def read_table(source: str | FilePath) -> tuple[dict[str, Any], str]:
         raise InputError(f"{where}: expected a TOML drawing, got a syntax error: {error}") from None
 
 
-def _read(source: str | FilePath) -> tuple[str, str]:
+def _read(source: str | os.PathLike[str]) -> tuple[str, str]:
     if isinstance(source, str) and source in presets():
         return (importlib.resources.files("stiffness_model") / "presets" / f"{source}.toml").read_text("utf-8"), source
     path = FilePath(source)
@@ -113,7 +133,7 @@ def drive_from_dict(table: Mapping[str, Any], where: str = "drawing", **fields: 
     expect(not missing, f"the field {missing[0]!r}" if missing else "", "none", where)
     flat = {**_DEFAULTS, **flat}
     values: dict[str, Any] = {name: flat[name] for name in
-                              (*_HEAD, *_COUNTS, "element", "crank_deviation", "transmission_ratio")}
+                              (*_HEAD, *COUNTS, "element", "crank_deviation", "transmission_ratio")}
     for name in _HEAD:
         expect(isinstance(values[name], str), "a text", values[name], f"{where}: {name}")
     for name in _LENGTHS:
@@ -124,9 +144,11 @@ def drive_from_dict(table: Mapping[str, Any], where: str = "drawing", **fields: 
                            for part in PARTS}
     for name in ("crank_radius", "element_radius"):
         expect_number(values[name], "a positive length", f"{where}: {name}", low=0)
-    sizes = {"element": 2 * values["element_radius"], "crank": 2 * values["crank_radius"],
-             "cage": 2 * values["element_radius"], "gear": 2 * (values["crank_radius"] + values["element_radius"])}
-    values["tolerances"] = {part: _tolerance(flat, part, sizes[part], fields, where) for part in PARTS}
+    sizes = diameters(values["element_radius"], values["crank_radius"])
+    tolerances: dict[str, Tolerance] = {}
+    for part in PARTS:
+        tolerances[part] = _tolerance(flat, part, sizes[part], fields, where, tolerances.get("element"))
+    values["tolerances"] = tolerances
     switched = {name: _with_unit(flat[name], name, name in fields, where) if name in options.QUANTITIES
                 else flat[name] for name in _OPTION_NAMES if name in flat}
     return Drive(**values, beyond=options.read_options(switched, where), where=where)
@@ -165,12 +187,15 @@ def _with_unit(value: Any, name: str, from_code: bool, where: str) -> Any:
     return value
 
 
-def _tolerance(flat: Mapping[str, Any], part: str, size: float, fields: Mapping[str, Any], where: str) -> Tolerance:
+def _tolerance(flat: Mapping[str, Any], part: str, size: float, fields: Mapping[str, Any], where: str,
+               element: Tolerance | None) -> Tolerance:
     text, mean = (_with_unit(flat[name], name, name in fields, where) for name in
                   (f"{part}_tolerance", f"{part}_offset"))
-    window = read_window(text, size, f"{where}: {part}_tolerance")
-    offset = read_offset(mean, Tolerance(window).sigma, f"{where}: {part}_offset")
-    return Tolerance(window, offset, text if isinstance(text, str) else "")
+    field = read_field(text, size, part in HOLES, f"{where}: {part}_tolerance")
+    if f"{part}_tolerance" in fields and f"{part}_offset" not in fields and field.offset is not None:
+        mean = None  # A fit that overrides the drawing's field overrides its offset too.
+    default = free_offset(field.window, element) if part == "cage" and element is not None else 0.0
+    return tolerance_of(field, mean, text, f"{where}: {part}", default)
 
 
 def _own_materials(tables: Any, where: str) -> dict[str, Material]:
@@ -179,14 +204,14 @@ def _own_materials(tables: Any, where: str) -> dict[str, Material]:
     for name, table in tables.items():
         at = f"{where} [material.{name}]"
         expect(isinstance(table, Mapping), "a table", table, at)
-        refuse_unknown("field", table, ("youngs_modulus", "poisson_ratio", "density"), at)
+        refuse_unknown("field", table, ("name", "youngs_modulus", "poisson_ratio", "density"), at)
         for key in ("youngs_modulus", "poisson_ratio"):
             expect(key in table, f"the field {key!r}", "none", at)
         modulus, density = (
             parse_quantity(_with_unit(table.get(key, "7800 kg/m3"), key, False, at), quantity, f"{at}: {key}")
             for key, quantity in (("youngs_modulus", "pressure"), ("density", "density")))
         try:
-            own[name] = Material(name, modulus, table["poisson_ratio"], density)
+            own[name] = Material(table.get("name", name), modulus, table["poisson_ratio"], density)
         except InputError as error:
             raise InputError(f"{where}: {error}") from None
     return own
@@ -203,15 +228,22 @@ def _material(value: Any, own: dict[str, Material], where: str) -> Material:
 def drive_to_dict(drive: Drive) -> dict[str, Any]:
     """The drawing as nested tables, such that `drive_from_dict` gives it back."""
     values: dict[str, Any] = {"name": drive.name, "description": drive.description}
-    own = sorted({m for m in drive.materials.values() if MATERIALS.get(m.name) != m}, key=lambda m: m.name)
+    labels = labelled(drive.materials[part] for part in PARTS)
+    own = {label: m for m, label in labels.items() if MATERIALS.get(label) != m}
     if own:
         values["material"] = {
-            m.name: {"youngs_modulus": format_quantity(m.youngs_modulus, "pressure"),
-                     "poisson_ratio": m.poisson_ratio, "density": format_quantity(m.density, "density")}
-            for m in own
+            label: {**({} if m.name == label else {"name": m.name}),
+                    "youngs_modulus": format_quantity(m.youngs_modulus, "pressure"),
+                    "poisson_ratio": m.poisson_ratio, "density": format_quantity(m.density, "density")}
+            for label, m in sorted(own.items())
         }
+    written = {**_tolerance_texts(drive),
+               **{f"{part}_material": labels[drive.materials[part]] for part in PARTS},
+               **{name: format_quantity(getattr(drive, name), "length") for name in _LENGTHS},
+               "max_twist": format_quantity(drive.max_twist, "angle"),
+               **{name: getattr(drive, name) for name in (*COUNTS, "element", "transmission_ratio", "crank_deviation")}}
     for section, names in _SECTIONS.items():
-        values[section] = {name: _text(drive, name) for name in names}
+        values[section] = {name: written[name] for name in names if name in written}
     # Only what is switched on: a plain drawing stays as it was.
     for section in _OPTIONS:
         switched = options.write_options(drive.beyond, section)
@@ -220,18 +252,14 @@ def drive_to_dict(drive: Drive) -> dict[str, Any]:
     return values
 
 
-def _text(drive: Drive, name: str) -> Any:
-    part, _, kind = name.partition("_")
-    if kind == "material":
-        return drive.materials[part].name
-    if kind == "tolerance":
-        return window_text(drive.tolerances[part])
-    if kind == "offset":
-        return format_quantity(drive.tolerances[part].offset, "length")
-    value = getattr(drive, name)
-    if name in _LENGTHS:
-        return format_quantity(value, "length")
-    return format_quantity(value, "angle") if name == "max_twist" else value
+def _tolerance_texts(drive: Drive) -> dict[str, str]:
+    """The fields of the tolerances; no offset where a fit or limits state it."""
+    texts: dict[str, str] = {}
+    for part, tolerance in drive.tolerances.items():
+        texts[f"{part}_tolerance"], states_offset = field_text(tolerance, drive.size(part), part in HOLES)
+        if not states_offset:
+            texts[f"{part}_offset"] = format_quantity(tolerance.offset, "length")
+    return texts
 
 
 def save_drive(drive: Drive, path: str | os.PathLike[str]) -> None:

@@ -4,16 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from .beyond.options import Beyond
-from .errors import expect, expect_number
+from .buildable import check_flank, check_mesh, check_radii
+from .errors import expect, expect_number, expect_whole
 from .geometry import Path, most_that_fit, usable_limit
+from .hertz import LINE_EXPONENT, POINT_EXPONENT
 from .materials import Material
 from .tolerances import Tolerance
 from .units import format_quantity
 
 PARTS = ("element", "crank", "cage", "gear")
-_COUNTS = ("elements", "eccentrics", "lobes")
+HOLES = ("cage", "gear")
+"""Parts whose toleranced diameter is an inner one."""
+COUNTS = ("elements", "eccentrics", "lobes")
+
+
+def diameters(element_radius: float, crank_radius: float) -> dict[str, float]:
+    """Nominal diameter, m, that the tolerance of each part is for; the gear's is the pitch circle of the elements.
+
+    >>> diameters(7e-3, 41e-3)["gear"]
+    0.096
+    """
+    return {"element": 2 * element_radius, "crank": 2 * crank_radius, "cage": 2 * element_radius,
+            "gear": 2 * (crank_radius + element_radius)}
 
 
 @dataclass(frozen=True)
@@ -49,18 +64,22 @@ class Drive:
 
     def __post_init__(self) -> None:
         at = f"{self.where or self.name}: "
+        for name in ("name", "description"):
+            expect(isinstance(getattr(self, name), str), "a text", getattr(self, name), at + name)
         for name in ("element_radius", "crank_radius", "eccentricity", "max_twist"):
-            expect_number(getattr(self, name), "a positive number", at + name, low=0)
-        for name in _COUNTS:
-            value = getattr(self, name)
-            whole = isinstance(value, int) and not isinstance(value, bool)
-            expect(whole and value >= 1, "a whole number of at least 1", value, at + name)
+            object.__setattr__(self, name, expect_number(getattr(self, name), "a positive number", at + name, low=0))
+        for name in COUNTS:
+            # As a plain int, whatever counted: NumPy's go neither into TOML nor into C.
+            object.__setattr__(self, name, expect_whole(getattr(self, name), "a whole number of at least 1", at + name))
         expect(self.element in ("ball", "roller"), "'ball' or 'roller'", self.element, at + "element")
-        if self.element == "roller":
-            expect_number(self.element_length, "the roller's length, positive", at + "element_length", low=0)
+        length = "the roller's length, positive" if self.element == "roller" else "a length that is not negative"
+        object.__setattr__(self, "element_length", expect_number(
+            self.element_length, length, at + "element_length", low=0 if self.element == "roller" else -1e-300))
         expect(self.crank_deviation in ("element", "eccentric"), "'element' or 'eccentric'", self.crank_deviation,
                at + "crank_deviation")
-        expect_number(self.transmission_ratio, "the ratio's magnitude, above 1", at + "transmission_ratio", low=1)
+        ratio = expect_number(self.transmission_ratio, "the ratio's magnitude, above 1", at + "transmission_ratio",
+                              low=1)
+        object.__setattr__(self, "transmission_ratio", int(ratio) if ratio == int(ratio) else ratio)
         expect(self.lobes in (self.transmission_ratio - 1, self.transmission_ratio + 1),
                f"transmission_ratio - 1 = {self.transmission_ratio - 1:g} lobes (turning together) or "
                f"transmission_ratio + 1 = {self.transmission_ratio + 1:g} (reversing)", self.lobes, at + "lobes")
@@ -78,6 +97,17 @@ class Drive:
             expect(part in self.materials, f"a material for {', '.join(PARTS)}", list(self.materials), at + "materials")
             expect(part in self.tolerances, f"a tolerance for {', '.join(PARTS)}", list(self.tolerances),
                    at + "tolerances")
+        self._check_assembled(at)
+
+    def _check_assembled(self, at: str) -> None:
+        """The bounds of `buildable`: what no part shows by itself."""
+        radii = {part: self.crank_radius if part == "crank" else self.element_radius for part in PARTS}
+        check_radii(radii, self.tolerances, at)
+        check_flank(self.path, self.usable_limit, self.element_radius, at)
+        exponent = POINT_EXPONENT if self.element == "ball" else LINE_EXPONENT
+        own = self.materials["element"].compliance
+        give = {part: (own + self.materials[part].compliance) ** (1 / exponent) for part in ("gear", "crank")}
+        check_mesh(self.path, self.element_radius, self.tolerances, give, at)
 
     @property
     def orientation(self) -> int:
@@ -94,10 +124,14 @@ class Drive:
         """The nominal path of the elements' centres."""
         return Path(self.crank_radius + self.element_radius, self.eccentricity, self.lobes)
 
-    @property
+    @cached_property
     def usable_limit(self) -> float:
         """|beta| beyond which the profile cuts itself, rad; elements there carry nothing."""
         return usable_limit(self.path, self.element_radius)
+
+    def size(self, part: str) -> float:
+        """Nominal diameter of a part, m, as `diameters` has it."""
+        return diameters(self.element_radius, self.crank_radius)[part]
 
     @property
     def elements_per_row(self) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import numbers
 from collections.abc import Iterable
 
 
@@ -62,6 +63,17 @@ def expect_number(value: object, expected: str, where: str, *, low: float = -mat
     >>> expect_number(3, "a positive number", "lobes", low=0)
     3.0
     """
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    is_number = isinstance(value, numbers.Real) and not isinstance(value, bool)
     expect(is_number and math.isfinite(value) and low < value < high, expected, value, where)  # type: ignore[operator,arg-type]
     return float(value)  # type: ignore[arg-type]
+
+
+def expect_whole(value: object, expected: str, where: str, *, low: int = 1) -> int:
+    """An int not below `low`, from any integer (NumPy's too, but no truth value), or `InputError`.
+
+    >>> expect_whole(30, "a whole number of at least 1", "lobes")
+    30
+    """
+    whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
+    expect(whole and int(value) >= low, expected, value, where)  # type: ignore[call-overload]
+    return int(value)  # type: ignore[call-overload]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from .contacts import build_contacts, usable
 from .curve import BAND
-from .drawing_file import drive_to_dict
+from .drawing_file import AnyDrive, as_drive, drive_to_dict
 from .drive import Drive
 from .equilibrium import solve
 from .errors import expect
@@ -40,7 +40,7 @@ N_SPREAD_DRIVES = 256
 """Evenly spread drives behind it where their elements feel each other."""
 
 
-def build_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> Lookup:
+def build_lookup(drive: AnyDrive, n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> Lookup:
     """Solve the drawing over twist x clearance and lay splines through the mean, and the band of `n_drives` drives.
 
     Twist reaches to twice the drawing's max_twist, clearance to half of what max_twist closes. The grids follow
@@ -48,6 +48,7 @@ def build_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executor
     torque misses `ERROR_BOUND` they are refined. Raises `InputError` for a drawing with inertia switched on: its
     forces follow the crank's speed, which the tables do not know.
     """
+    drive = as_drive(drive)
     expect(not drive.beyond.moves, "inertia 'off': tables over twist and clearance do not know the crank's speed",
            drive.beyond.inertia, drive.name)
     per_twist = drive.eccentricity * abs(drive.ratio)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-from .errors import expect_number, unknown_name
+from .errors import expect, expect_number, unknown_name
 
 
 @dataclass(frozen=True)
@@ -21,9 +23,12 @@ class Material:
 
     def __post_init__(self) -> None:
         where = f"material {self.name!r}"
-        expect_number(self.youngs_modulus, "a positive Young's modulus in Pa", where, low=0)
-        expect_number(self.poisson_ratio, "a Poisson's ratio between -1 and 0.5", where, low=-1, high=0.5)
-        expect_number(self.density, "a positive density in kg/m3", where, low=0)
+        expect(isinstance(self.name, str), "a text for the material's name", self.name, "material")
+        for field, expected, low, high in (("youngs_modulus", "a positive Young's modulus in Pa", 0, math.inf),
+                                           ("poisson_ratio", "a Poisson's ratio between -1 and 0.5", -1, 0.5),
+                                           ("density", "a positive density in kg/m3", 0, math.inf)):
+            number = expect_number(getattr(self, field), expected, where, low=low, high=high)
+            object.__setattr__(self, field, number)
 
     @property
     def compliance(self) -> float:
@@ -49,3 +54,20 @@ def find_material(name: str, own: dict[str, Material], where: str = "") -> Mater
     if name not in known:
         raise unknown_name("material", name, known, where)
     return known[name]
+
+
+def labelled(materials: Iterable[Material]) -> dict[Material, str]:
+    """What a drawing calls each material: its name, and a label of its own where two of them share one.
+
+    >>> list(labelled([Material("100Cr6", 104e9, 0.3, 7800.0), STEEL_100CR6]).values())
+    ['100Cr6', '100Cr6 2']
+    """
+    labels: dict[Material, str] = {}
+    # Those that come with the package first: a drawing has no table for them that could tell another label.
+    for material in sorted(dict.fromkeys(materials), key=lambda m: MATERIALS.get(m.name) != m):
+        label, number = material.name, 1
+        while label in labels.values():
+            number += 1
+            label = f"{material.name} {number}"
+        labels[material] = label
+    return labels

@@ -15,6 +15,7 @@ from scipy.interpolate import PchipInterpolator
 from . import sampling
 from .contacts import build_contacts, usable
 from .curve import BAND, TwistTorqueCurve
+from .drawing_file import AnyDrive, as_drive
 from .drive import Drive
 from .equilibrium import Equilibrium, Status, solve
 from .errors import expect, expect_number
@@ -34,7 +35,8 @@ class Population:
     1 for small twists. contact_force: (n_drives, n_twist, 4) N, the greatest at gear, crank, cage t+ and
     cage t-. load_share: (n_drives, n_twist), greatest torque of one element over the drive's torque; not
     representative at low torque, NaN at none. status_counts: elements times twists by `Status` name. capped:
-    elements whose cage bore is closer than Hertz's theory reaches (`hertz.CONFORMITY_LIMIT`).
+    elements whose cage bore is closer than Hertz's theory reaches (`hertz.CONFORMITY_LIMIT`). tight: elements that are
+    larger than their bores, which both walls press; of n_drives times the drive's elements.
     """
 
     drive: Drive
@@ -46,6 +48,7 @@ class Population:
     load_share: Array
     status_counts: Mapping[str, int]
     capped: int
+    tight: int
 
     @property
     def n_drives(self) -> int:
@@ -81,19 +84,21 @@ class Population:
         )
 
 
-def simulate(drive: Drive, twist: ArrayLike, n_drives: int = 1000, seed: int = 0, *, gear_shift: float = 0.0,
+def simulate(drive: AnyDrive, twist: ArrayLike, n_drives: int = 1000, seed: int = 0, *, gear_shift: float = 0.0,
              executor: Executor | None = None) -> Population:
     """Torque and forces of `n_drives` virtual drives with cage and gear fixed and the crank twisted.
 
-    twist: 1-D, rad at the output. gear_shift: m, added to the gear's clearance in all drives (positive: play).
-    executor: any concurrent.futures executor to share the blocks of drives among; the numbers do not depend on
-    it. Raises `InputError` for a twist that is not finite and one-dimensional, or for less than one drive.
+    drive: itself, a preset's name or a drawing's path. twist: 1-D, rad at the output. gear_shift: m, added to the
+    gear's clearance in all drives (positive: play). executor: any concurrent.futures executor to share the blocks of
+    drives among; the numbers do not depend on it. Raises `InputError` for a twist that is not finite and
+    one-dimensional, or for less than one drive.
 
     >>> from stiffness_model import load_drive
     >>> population = simulate(load_drive("drive_1"), [0.0, 0.002], n_drives=50)
     >>> population.torque.shape, population.contact_force.shape
     ((50, 2), (50, 2, 4))
     """
+    drive = as_drive(drive)
     angles = _finite_twists(twist)
     whole = isinstance(n_drives, (int, np.integer)) and not isinstance(n_drives, bool)
     expect(whole and n_drives >= 1, "at least one drive", n_drives, "n_drives")
@@ -110,7 +115,7 @@ def simulate(drive: Drive, twist: ArrayLike, n_drives: int = 1000, seed: int = 0
         contact_force=np.concatenate([part.force for part in parts]),
         load_share=np.concatenate([part.share for part in parts]),
         status_counts={s.name.lower(): int(counts[s]) for s in Status},
-        capped=sum(part.capped for part in parts),
+        capped=sum(part.capped for part in parts), tight=sum(part.tight for part in parts),
     )
 
 
@@ -123,6 +128,7 @@ class _Part(NamedTuple):
     share: Array
     counts: NDArray[np.int64]
     capped: int
+    tight: int
 
 
 def _finite_twists(twist: ArrayLike) -> Array:
@@ -155,7 +161,8 @@ def _simulate_block(drive: Drive, twist: Array, seed: int, gear_shift: float, ta
         counts += np.bincount(result.status.ravel(), minlength=len(Status))
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(torque != 0, best / np.abs(torque), np.nan)
-    return _Part(torque, crank_torque, force, share, counts, int(contacts.capped.sum()))
+    tight = int((deviations.cage < deviations.element).sum())
+    return _Part(torque, crank_torque, force, share, counts, int(contacts.capped.sum()), tight)
 
 
 def _torques(result: Equilibrium, starts: NDArray[np.intp]) -> tuple[Array, Array, Array]:

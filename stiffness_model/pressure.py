@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import hertz, sampling
 from .beyond.laws import bore
 from .contacts import PARTNERS, Contacts, build_contacts, compliances, curvature_sums, usable
+from .drawing_file import AnyDrive, as_drive
 from .drive import Drive
 from .equilibrium import solve
 from .errors import expect
@@ -32,7 +33,7 @@ class Pressures:
     minor: Array
 
 
-def contact_pressures(drive: Drive, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> Pressures:
+def contact_pressures(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> Pressures:
     """Greatest pressures at twists (n_twist,), rad at the output, of the first `n_drives` virtual drives.
 
     Raises `InputError` as `simulate` does.
@@ -42,6 +43,7 @@ def contact_pressures(drive: Drive, twist: ArrayLike, n_drives: int = 100, seed:
     >>> " ".join(f"{1e-9 * x:.1f} GPa" for x in p.pressure.mean(axis=0)[0])
     '4.0 GPa 4.3 GPa 0.5 GPa'
     """
+    drive = as_drive(drive)
     angles = np.atleast_1d(np.asarray(twist, float))
     expect(angles.ndim == 1 and bool(np.isfinite(angles).all()), "finite twists in one dimension", twist, "twist")
     expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")

@@ -7,7 +7,9 @@ in any unit, are read with a units library (`reefmu.record`).
 from __future__ import annotations
 
 import math
+import numbers
 import re
+from typing import Any
 
 from .errors import InputError, expect, unknown_name
 
@@ -29,6 +31,9 @@ UNITS: dict[str, dict[str, float]] = {
     "speed": {"rad/s": 1.0, "rpm": math.pi / 30, "1/min": math.pi / 30},
     "force": {"N": 1.0, "kN": 1e3},
 }
+_SI = {"length": "m", "pressure": "Pa", "angle": "rad", "density": "kg/m3", "torque": "N.m",
+       "torsional stiffness": "N.m/rad", "stiffness": "N/m", "speed": "rad/s", "force": "N"}
+"""The unit of each quantity whose factor is 1."""
 _PREFERRED = {"length": ("mm", "um"), "pressure": ("GPa",), "angle": ("arcmin",), "density": ("kg/m3",),
               "torque": ("N.m",), "torsional stiffness": ("kN.m/rad",), "stiffness": ("N/um",), "speed": ("rpm",),
               "force": ("N",)}
@@ -38,7 +43,8 @@ _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S*)\
 def parse_quantity(value: object, quantity: str, where: str) -> float:
     """The SI value of a text such as "41 mm"; a bare number from Python code is taken as SI.
 
-    Raises `InputError` for text without a number or without a unit, and for an unknown unit.
+    A quantity of a units library that has `to(unit).magnitude`, as pint's, is converted. Raises `InputError` for text
+    without a number or without a unit, for an unknown unit, and for a quantity of another kind.
 
     >>> parse_quantity("41 mm", "length", "crank_radius")
     0.041
@@ -47,10 +53,12 @@ def parse_quantity(value: object, quantity: str, where: str) -> float:
     ...
     stiffness_model.errors.InputError: crank_radius: expected a length with its unit, such as '1 mm', got '41'
     """
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
+    if isinstance(value, numbers.Real) and not isinstance(value, bool):
         return float(value)
     example = f"such as '1 {_PREFERRED[quantity][0]}'"
     kind = f"{'an' if quantity[0] in 'aeiou' else 'a'} {quantity} with its unit, {example}"
+    if hasattr(value, "to"):
+        return _converted(value, _SI[quantity], kind, where)
     if not isinstance(value, str):
         raise InputError(f"{where}: expected {kind}, got {value!r}")
     match = _QUANTITY.fullmatch(value)
@@ -60,6 +68,15 @@ def parse_quantity(value: object, quantity: str, where: str) -> float:
     if unit not in UNITS[quantity]:
         raise unknown_name(f"unit of {quantity}", unit, UNITS[quantity], where)
     return float(number) * UNITS[quantity][unit]
+
+
+def _converted(value: Any, unit: str, kind: str, where: str) -> float:
+    """The magnitude in the SI unit, by the quantity's own conversion."""
+    try:
+        # Units libraries write products and powers as Python does.
+        return float(value.to(unit.replace(".", "*").replace("m3", "m**3")).magnitude)
+    except (TypeError, ValueError, AttributeError):
+        raise InputError(f"{where}: expected {kind}, got {value!r}") from None
 
 
 def format_quantity(value: float, quantity: str) -> str:
@@ -77,5 +94,6 @@ def format_quantity(value: float, quantity: str) -> str:
         if float(text) * UNITS[quantity][unit] == value:
             break
     else:
-        text = repr(number)
+        # No decimal number of the preferred unit falls on this very value; in SI every value has one.
+        text, unit = repr(float(value)), _SI[quantity]
     return f"{text} {unit}"

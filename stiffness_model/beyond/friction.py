@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..drawing_file import AnyDrive, as_drive
 from ..drive import Drive
 from ..errors import expect
 from .blocks import Solved, solved_blocks, sum_over
@@ -72,7 +73,7 @@ def _driven(useful: Array, loss: Array) -> Array:
         return np.where(useful > loss, 1 - loss / useful, 0.0)
 
 
-def friction_losses(drive: Drive, twist: ArrayLike, n_drives: int = 32, seed: int = 0,
+def friction_losses(drive: AnyDrive, twist: ArrayLike, n_drives: int = 32, seed: int = 0,
                     coefficient: float | None = None) -> Losses:
     """Losses at twists (n_twist,), rad at the output, with the drawing's coefficient of friction or another.
 
@@ -85,6 +86,7 @@ def friction_losses(drive: Drive, twist: ArrayLike, n_drives: int = 32, seed: in
     >>> bool(0.7 < losses.efficiency[:, 1].mean() < 0.95)
     True
     """
+    drive = as_drive(drive)
     mu = drive.beyond.friction_coefficient if coefficient is None else coefficient
     expect(0 < mu < 1, "a coefficient of friction above 0 and below 1, such as friction_coefficient = 0.05", mu,
            drive.name)

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..drive import Drive
+from ..drawing_file import AnyDrive, as_drive
 from ..errors import expect
 from .blocks import solved_blocks, sum_over
 
@@ -52,7 +52,7 @@ class BearingLife:
     valid: NDArray[np.bool_]
 
 
-def bearing_forces(drive: Drive, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> tuple[Array, Array]:
+def bearing_forces(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> tuple[Array, Array]:
     """Force on every crank bearing, (n_drives, eccentrics, n_twist) N, and the drives' torques (n_drives, n_twist).
 
     >>> from stiffness_model import load_drive
@@ -61,6 +61,7 @@ def bearing_forces(drive: Drive, twist: ArrayLike, n_drives: int = 100, seed: in
     >>> f"{force.mean() / 1e3:.1f} kN at {torque.mean():.0f} N.m"
     '5.2 kN at 282 N.m'
     """
+    drive = as_drive(drive)
     forces, torques = [], []
     for block in solved_blocks(drive, twist, n_drives, seed):
         c, result = block.contacts, block.result
@@ -74,7 +75,7 @@ def bearing_forces(drive: Drive, twist: ArrayLike, n_drives: int = 100, seed: in
     return np.concatenate(forces), np.concatenate(torques)
 
 
-def bearing_life(drive: Drive, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> BearingLife:
+def bearing_life(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> BearingLife:
     """Basic rating life of the crank's bearings at twists (n_twist,), rad at the output.
 
     Raises `InputError` where the drawing states no `bearing_capacity`.
@@ -85,6 +86,7 @@ def bearing_life(drive: Drive, twist: ArrayLike, n_drives: int = 100, seed: int 
     >>> f"{life.load[0] / 1e3:.1f} kN, {life.revolutions[0] / 1e6:.0f} million revolutions"
     '5.3 kN, 438 million revolutions'
     """
+    drive = as_drive(drive)
     capacity, kind = drive.beyond.bearing_capacity, drive.beyond.bearing_type
     expect(capacity > 0, "the crank bearings' dynamic load rating, such as bearing_capacity = '40 kN'", "none",
            drive.name)

@@ -56,11 +56,10 @@ class Beyond:
         for name in STIFFNESSES:
             value = getattr(self, name)
             if value != math.inf:
-                expect_number(value, f"a positive stiffness or {RIGID!r}", name, low=0)
+                _keep(self, name, f"a positive stiffness or {RIGID!r}", 0.0)
         for name in ("crank_speed", "bearing_capacity", *PRESSURE_LIMITS):
-            expect_number(getattr(self, name), "a number that is not negative", name, low=-1e-300)
-        expect_number(self.friction_coefficient, "a coefficient of friction from 0 to below 1", "friction_coefficient",
-                      low=-1e-300, high=1)
+            _keep(self, name, "a number that is not negative", -1e-300)
+        _keep(self, "friction_coefficient", "a coefficient of friction from 0 to below 1", -1e-300, 1.0)
         for name, known in WORDS.items():
             value = getattr(self, name)
             if value not in known:
@@ -81,6 +80,11 @@ class Beyond:
     def couples(self) -> bool:
         """Whether elements of a drive feel each other: then only whole drives have an equilibrium."""
         return math.isfinite(self.bearing_stiffness) or math.isfinite(self.housing_stiffness)
+
+
+def _keep(options: Beyond, name: str, expected: str, low: float, high: float = math.inf) -> None:
+    """The field as a plain float, whatever kind of number came; raises `InputError` out of its bounds."""
+    object.__setattr__(options, name, expect_number(getattr(options, name), expected, name, low=low, high=high))
 
 
 STIFFNESSES = ("bearing_stiffness", "cage_wall_stiffness", "ring_stiffness", "housing_stiffness")
@@ -109,10 +113,11 @@ def read_options(values: Mapping[str, Any], where: str) -> Beyond:
     """
     read: dict[str, Any] = {}
     for name, value in values.items():
-        if name in QUANTITIES and not (value == RIGID and name in STIFFNESSES):
+        rigid = isinstance(value, str) and value == RIGID
+        if name in QUANTITIES and not (rigid and name in STIFFNESSES):
             read[name] = parse_quantity(value, QUANTITIES[name], f"{where}: {name}")
         else:
-            read[name] = math.inf if value == RIGID else value
+            read[name] = math.inf if rigid else value
     for name, known in WORDS.items():
         expect(isinstance(read.get(name, ""), str), " or ".join(repr(word) for word in known), read.get(name),
                f"{where}: {name}")

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..contacts import PARTNERS
+from ..drawing_file import AnyDrive, as_drive
 from ..drive import Drive
 from ..materials import STEEL_100CR6
 from ..pressure import contact_pressures
@@ -105,7 +106,7 @@ def pressure_limits(drive: Drive) -> Array:
     return np.array(limits)
 
 
-def check_strength(drive: Drive, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> Strength:
+def check_strength(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> Strength:
     """Pressures of the first `n_drives` virtual drives at twists (n_twist,), rad, against their limits.
 
     Raises `InputError` as `contact_pressures` does.
@@ -115,5 +116,6 @@ def check_strength(drive: Drive, twist: ArrayLike, n_drives: int = 100, seed: in
     >>> strength.least().round(2), strength.governing()
     (array([1.35, 0.97]), ['crank', 'crank'])
     """
+    drive = as_drive(drive)
     found = contact_pressures(drive, twist, n_drives, seed)
     return Strength(found.twist, found.pressure, pressure_limits(drive), LOAD_POWER[drive.element])

@@ -25,8 +25,7 @@ def cost_class(drive: Drive) -> float:
     >>> [round(cost_class(load_drive(name)), 2) for name in ("drive_1", "drive_2", "drive_3")]
     [15.0, 9.0, 1.0]
     """
-    sizes = {"gear": 2 * (drive.crank_radius + drive.element_radius), "cage": 2 * drive.element_radius}
-    return sum(max(0.0, COARSEST - grade(drive.tolerances[part].window, sizes[part])) for part in _MADE)
+    return sum(max(0.0, COARSEST - grade(drive.tolerances[part].window, drive.size(part))) for part in _MADE)
 
 
 def grade(window: float, size: float) -> float:

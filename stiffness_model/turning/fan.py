@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..drawing_file import AnyDrive, as_drive
 from ..drive import Drive
 from ..errors import expect
 from ..lookup import mean_torque
@@ -38,7 +39,7 @@ class Fan:
     high: Array
 
 
-def fan(drive: Drive, seeds: Sequence[int]) -> Fan:
+def fan(drive: AnyDrive, seeds: Sequence[int]) -> Fan:
     """The individuals of some seeds, up to the mean torque at nine tenths of the drawing's max_twist.
 
     >>> from stiffness_model import ARCMIN, load_drive
@@ -46,6 +47,7 @@ def fan(drive: Drive, seeds: Sequence[int]) -> Fan:
     >>> found.middle.shape, bool(abs(found.middle).max() < 0.3 * ARCMIN)
     ((3, 81), True)
     """
+    drive = as_drive(drive)
     expect(len(seeds) > 0, "at least one seed", list(seeds), "seeds")
     twist = np.linspace(-1.4, 1.4, TWISTS) * drive.max_twist
     mean = mean_torque(drive, twist)

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..drawing_file import AnyDrive, as_drive
 from ..drive import PARTS, Drive
 from ..element_table import EDGE
 from ..errors import expect, expect_number
@@ -66,7 +67,7 @@ class Individual:
                self.drive.elements_per_row, f"{self.drive.name}: elements")
 
 
-def draw_individual(drive: Drive, seed: int) -> Individual:
+def draw_individual(drive: AnyDrive, seed: int) -> Individual:
     """The drive that `seed` stands for, by the drawing's tolerances; the same seed gives the same drive.
 
     >>> from stiffness_model import load_drive
@@ -74,6 +75,7 @@ def draw_individual(drive: Drive, seed: int) -> Individual:
     >>> one.element.shape, one.lobe.shape
     ((87,), (3, 30))
     """
+    drive = as_drive(drive)
     check_seed(seed)
     expect(drive.beyond.plain, "a drawing of the plain contact model (an individual's parts are solved one by one)",
            "switches beyond it", drive.name)
@@ -86,8 +88,9 @@ def draw_individual(drive: Drive, seed: int) -> Individual:
     return _of_deviates(drive, start, normal, int(seed))
 
 
-def mean_individual(drive: Drive, start: float = 0.0) -> Individual:
+def mean_individual(drive: AnyDrive, start: float = 0.0) -> Individual:
     """A drive whose every part sits in the middle of its tolerance: no deviations but the drawing's mean offsets."""
+    drive = as_drive(drive)
     n = np.zeros(drive.elements)
     return _of_deviates(drive, start, {"element": n, "crank": n, "cage": n,
                                        "gear": np.zeros((drive.eccentrics, drive.lobes))}, None)

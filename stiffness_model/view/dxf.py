@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drive import Drive
+from ..drive import HOLES, Drive
 from ..errors import InputError
 from ..files import whole_file
-from ..tolerances import window_text
+from ..fits import field_text
 from ..units import MICROMETRE
 from .layout import Layout, place, towards
 from .outline import CHORD_ERROR, Outline, equidistant, gear_offset, gear_outline, rotated
@@ -65,10 +65,11 @@ def write_dxf(drive: Drive, path: str | os.PathLike[str], chord_error: float = C
 
 def notes(drive: Drive, profile: Outline, layout: Layout) -> list[str]:
     """What a workshop must know beside the lines, a line each."""
+    field, _ = field_text(drive.tolerances["gear"], drive.size("gear"), "gear" in HOLES)
     lines = [
         f"{drive.name}: {drive.lobes} lobes, ratio {drive.ratio:+g}, all sizes in mm",
         f"profile {1e3 * gear_offset(drive):.6g} outside the path of the centres, middle of the field "
-        f"{window_text(drive.tolerances['gear'])}; chord error below {profile.error / MICROMETRE:.3g} um",
+        f"{field}; chord error below {profile.error / MICROMETRE:.3g} um",
         f"pitch radius {1e3 * drive.path.centre_distance:.6g}, eccentricity {1e3 * drive.eccentricity:.6g}, "
         f"{drive.element} diameter {2e3 * drive.element_radius:.6g}",
     ]

@@ -183,3 +183,18 @@ def test_a_file_that_is_no_text(tmp_path):
     file.write_bytes(b"\x89PNG\r\n\xff\xfe\xd0")
     with pytest.raises(sm.InputError, match=r"picture\.toml: expected a readable TOML drawing"):
         sm.load_drive(file)
+
+
+@pytest.mark.parametrize("changes", [{}, {"element_offset": "4 um", "element_tolerance": "20 um"}])
+def test_a_first_drawing_has_bores_that_let_its_elements_run(changes):
+    """Without a cage_offset the clearance is three sigma of its own: half of the elements were squeezed at 0."""
+    table = sm.drive_to_dict(sm.load_drive("drive_1", **changes))
+    del table["tolerances"]["cage_offset"]
+    drive = sm.drive_from_dict(table)
+    clearance, sigma = (drive.tolerances["cage"].offset - drive.tolerances["element"].offset,
+                        math.hypot(drive.tolerances["cage"].sigma, drive.tolerances["element"].sigma))
+    assert clearance == pytest.approx(3 * sigma, rel=1e-12)
+    population = sm.simulate(drive, [0.0], 200)
+    # 0.135 % of 17 400 elements are 23.5 with a standard deviation of 4.8.
+    assert population.tight < 23.5 + 4 * 4.8
+    assert sm.simulate(sm.load_drive("drive_1", cage_offset=0.0), [0.0], 200).tight == pytest.approx(8700, abs=300)
