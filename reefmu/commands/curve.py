@@ -8,6 +8,7 @@ from stiffness_model import plots
 from stiffness_model.curve import LOST_MOTION_SHARE, PLAY_SHARE, TwistTorqueCurve
 from stiffness_model.files import staged_folder
 from stiffness_model.population import Population
+from stiffness_model.tolerances import free_offset
 from stiffness_model.units import ARCMIN
 
 from . import individual, loads, study
@@ -73,6 +74,16 @@ def _motion(curve: TwistTorqueCurve) -> str:
     ])
 
 
+def _remedy(population: Population) -> str:
+    """What to draw where the clearance is less than three sigma; a tenth of a bore's sigma does not matter."""
+    drive = population.drive
+    offset = free_offset(drive.tolerances["cage"].window, drive.tolerances["element"])
+    if drive.tolerances["cage"].offset > offset - 0.1 * drive.tolerances["cage"].sigma:
+        return ""
+    return (f";\n    bores with a mean radius {1e6 * offset:.3g} um above nominal (cage_offset, or a fit) clear all "
+            "but 0.13 %")
+
+
 def _elements(population: Population) -> str:
     """What became of the elements, in plain words."""
     counts = population.status_counts
@@ -85,9 +96,9 @@ def _elements(population: Population) -> str:
         f"  {100 * counts['play'] / whole:5.1f} %  have play",
         f"  {100 * counts['excluded'] / whole:5.1f} %  stand where the profile is cut away and carry nothing",
     ]
-    if counts["iterated"]:
-        whose = "of a ball larger than its bore " if population.drive.beyond.plain else ""
-        lines.append(f"  {counts['iterated']} cases {whose}were solved by iteration")
+    if population.tight:
+        lines.append(f"  {population.tight} elements ({100 * population.tight / elements:.2g} %) are larger than their "
+                     f"bores and press both walls{_remedy(population)}")
     if counts["not_converged"]:
         lines.append(f"  {counts['not_converged']} cases found no equilibrium and count as no force")
     if population.capped:
