@@ -41,14 +41,14 @@ field, got 7 mm -8 mm +-1.25 um
 
 
 def check_flank(path: Path, limit: float, element_radius: float, where: str) -> None:
-    """Raise `InputError` where a lobe's part that exists, up to |beta| = `limit` rad, is shorter than a contact."""
+    """Raise `InputError` where a lobe as far as it exists, |beta| up to `limit` rad, is shorter than half a contact."""
     length = 2 * limit / path.lobes * (path.centre_distance + element_radius)
-    least = 2 * MOST_CONTACT * element_radius
+    least = MOST_CONTACT * element_radius
     if length < least:
-        raise InputError(f"{where}lobes: expected lobes that are at least {_length(least)} long, the widest contact of "
-                         f"such an element, got {path.lobes} lobes of {_length(length)}, for their profile cuts itself "
-                         f"{math.degrees(limit):.1f} deg of 180 from a lobe's middle; take fewer lobes, smaller "
-                         "elements or a smaller eccentricity")
+        raise InputError(f"{where}lobes: expected lobes that are at least {_length(least)} long, half the widest "
+                         f"contact of such an element, got {path.lobes} lobes of {_length(length)}, for their profile "
+                         f"cuts itself {math.degrees(limit):.1f} deg of 180 from a lobe's middle; take fewer lobes, "
+                         "smaller elements or a smaller eccentricity")
 
 
 def check_mesh(path: Path, element_radius: float, tolerances: Mapping[str, Tolerance], give: Mapping[str, float],

@@ -49,7 +49,7 @@ def presets() -> list[str]:
     """Names of the drawings that come with the package.
 
     >>> presets()
-    ['drive_1', 'drive_2', 'drive_3']
+    ['drive_1', 'drive_2', 'drive_3', 'workshop']
     """
     folder = importlib.resources.files("stiffness_model") / "presets"
     return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
@@ -60,7 +60,7 @@ def load_drive(source: str | os.PathLike[str], **fields: Any) -> Drive:
 
     Keywords take what TOML takes ("41 mm", "IT5", "3 sigma") and, for quantities, SI numbers (0.041).
     Raises `InputError` with the file, the field, what was expected and what came; warns (`DoesNotFitWarning`)
-    if the elements overlap.
+    if bores overlap, with seats, chord, wall and what fits (`seats`).
 
     >>> load_drive("drive_1", lobes=28).ratio
     29
@@ -69,11 +69,8 @@ def load_drive(source: str | os.PathLike[str], **fields: Any) -> Drive:
     """
     table, where = read_table(source)
     drive = drive_from_dict(table, where, **fields)
-    most = drive.most_per_row
-    if drive.elements_per_row > most:
-        size = format_quantity(2 * drive.element_radius, "length")
-        warnings.warn(f"{where}: {drive.elements_per_row} elements of {size} do not fit on one eccentric; at most "
-                      f"{most} do", DoesNotFitWarning, stacklevel=2)
+    if not drive.seats.fits:
+        warnings.warn(f"{where}: {drive.seats.told()}", DoesNotFitWarning, stacklevel=2)
     return drive
 
 

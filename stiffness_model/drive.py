@@ -9,9 +9,10 @@ from functools import cached_property
 from .beyond.options import Beyond
 from .buildable import check_flank, check_mesh, check_radii
 from .errors import expect, expect_number, expect_whole
-from .geometry import Path, most_that_fit, usable_limit
+from .geometry import Path, usable_limit
 from .hertz import LINE_EXPONENT, POINT_EXPONENT
 from .materials import Material
+from .seats import Seats
 from .tolerances import Tolerance
 from .units import format_quantity
 
@@ -139,6 +140,7 @@ class Drive:
         return self.elements // self.eccentrics
 
     @property
-    def most_per_row(self) -> int:
-        """The most elements that fit side by side on one eccentric."""
-        return most_that_fit(self.path.centre_distance, self.element_radius)
+    def seats(self) -> Seats:
+        """Where the elements of one eccentric stand, and the wall between their bores."""
+        return Seats(round(self.transmission_ratio), self.elements_per_row, self.path.centre_distance,
+                     self.element_radius + self.tolerances["cage"].offset)

@@ -17,7 +17,7 @@ class UnknownNameError(InputError):
 
 
 class DoesNotFitWarning(UserWarning):
-    """The drawing can be computed but not built: its rolling elements overlap."""
+    """The drawing can be computed but not built: the bores of its elements overlap."""
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str], where: str = "") -> UnknownNameError:

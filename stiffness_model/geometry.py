@@ -157,9 +157,10 @@ def wrap(angle: ArrayLike) -> Array:
 def most_that_fit(centre_distance: float, element_radius: float) -> int:
     """The most elements of `element_radius` m that fit side by side on a circle of `centre_distance` m.
 
-    Neighbours' chord 2 R sin(pi/n) must reach 2 r.
+    Neighbours' chord 2 R sin(pi/n) must reach 2 r; a single one always fits.
 
     >>> most_that_fit(48e-3, 7e-3)
     21
     """
-    return math.floor(math.pi / math.asin(element_radius / centre_distance) + 1e-12)
+    share = element_radius / centre_distance
+    return 1 if share >= 1 else math.floor(math.pi / math.asin(share) + 1e-12)

@@ -48,7 +48,7 @@ def gear_profile(drive: Drive, ax: Axes | None = None, lobes: int = 2) -> Axes:
     ax.margins(x=0.02)
     return legend_above(ax, f"{drive.lobes} lobes; the profile exists up to {np.degrees(limit):.1f} deg of 180 "
                             f"from a lobe's middle;\n{drive.elements_per_row} elements of {2e3 * q:g} mm on "
-                            f"one eccentric, at most {drive.most_per_row} fit")
+                            f"one eccentric, at most {drive.seats.most()} fit")
 
 
 def _upright(points: Array, turn: float) -> Array:

@@ -15,7 +15,7 @@ from stiffness_model.files import staged_folder
 from stiffness_model.units import ARCMIN, MICROMETRE
 from stiffness_model.view.animation import write_turn
 from stiffness_model.view.dxf import write_dxf
-from stiffness_model.view.layout import bar, turns_to_repeat
+from stiffness_model.view.layout import turns_to_repeat
 from stiffness_model.view.loads import Loads, individual, solve_loads
 from stiffness_model.view.section import picture_drawing, picture_forces
 
@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _sizes(drive: Drive) -> str:
-    width = bar(drive)
+    width = drive.seats.wall
     cage = f"cage bars of {1e3 * width:.3g} mm" if width > 0 else f"bores overlap by {-1e3 * width:.3g} mm"
     return (f"{drive.name}: {drive.lobes} lobes, ratio {drive.ratio:+g}, {drive.elements_per_row} elements on each of "
             f"{drive.eccentrics} eccentrics; {cage}; profile up to {np.degrees(drive.usable_limit):.1f} deg of 180")

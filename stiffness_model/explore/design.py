@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 from ..drawing_file import drive_from_dict
 from ..drive import Drive
 from ..errors import InputError
+from ..geometry import most_that_fit
 from .parameters import COUNTS, FILL, Value
 
 BESIDE, SEATS = "beside", "seats"
@@ -20,8 +20,8 @@ PACKING = (BESIDE, SEATS)
 class Packing:
     """When the elements of a row fit.
 
-    rule: "beside": spread evenly, side by side (`Drive.most_per_row`); "seats": on the seats that the gear allows,
-    |i| to a turn, and where elements are thicker than seats are apart, on every k-th; "": they may overlap.
+    rule: "beside": spread evenly, side by side (`most_that_fit`); "seats": on the seats that the gear allows, |i| to a
+    turn, and where elements are thicker than seats are apart, on every k-th (`seats.Seats`); "": they may overlap.
     web: least wall of the cage between two elements, m.
     """
 
@@ -31,21 +31,14 @@ class Packing:
     def most_per_row(self, drive: Drive) -> int:
         """The most elements that a row of the drive takes, at least 1 and no more than |i|.
 
-        The seats: with the crank at any angle, an element at the angle t of the cage stands on the path if
-        i t = 0 (mod 2 pi), so seats are 2 pi/|i| apart. (The model spreads a row's elements evenly, eq. 20.)
-
         >>> from stiffness_model import load_drive
         >>> [Packing(rule).most_per_row(load_drive("drive_1")) for rule in PACKING]
         [21, 14]
         """
-        seats = int(drive.transmission_ratio)
-        thickness = (drive.element_radius + self.web / 2) / drive.path.centre_distance
-        if thickness >= 1:
-            return 1
-        if self.rule != SEATS:
-            return max(1, min(seats, math.floor(math.pi / math.asin(thickness) + 1e-12)))
-        apart = math.ceil(math.asin(thickness) / (math.pi / seats) - 1e-12)
-        return max(1, seats // max(1, apart))
+        if self.rule == SEATS:
+            return drive.seats.most(self.web)
+        return max(1, min(drive.seats.seats, most_that_fit(drive.path.centre_distance,
+                                                           drive.element_radius + self.web / 2)))
 
     def fits(self, drive: Drive) -> bool:
         """Whether the rows take their elements; always so without a rule."""

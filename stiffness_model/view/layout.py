@@ -94,24 +94,13 @@ def turns_to_repeat(drive: Drive) -> int:
     return places // count if places % count == 0 else places
 
 
-def bar(drive: Drive) -> float:
-    """Width, m, of the cage between two neighbouring bores on the circle of the centres; negative where they overlap.
-
-    `Drive.most_per_row` counts elements that stand freely on the circle; here they stand on the ratio's places.
-    """
-    taken = occupied(drive)
-    nearest = int(np.diff(np.append(taken, taken[0] + _places(drive))).min())
-    bore = drive.element_radius + drive.tolerances["cage"].offset
-    return 2 * (drive.path.centre_distance * math.sin(min(math.pi * nearest / _places(drive), math.pi / 2)) - bore)
-
-
 def towards(angle: Array) -> Array:
     """Unit vectors (..., 2) at polar angles (...), rad."""
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def _places(drive: Drive) -> int:
-    return round(drive.transmission_ratio)
+    return drive.seats.seats
 
 
 def _order(drive: Drive) -> NDArray[np.int64]:

@@ -12,7 +12,7 @@ from ..drive import Drive
 from ..style import BLUE, FAINT, GREEN, INK, METAL, RED, caption
 from ..style import CONTACTS as CONTACT_LINES
 from ..units import ARCMIN
-from .layout import bar, towards
+from .layout import towards
 from .loads import Loads
 from .shapes import Shapes, cage_room, shapes
 
@@ -161,7 +161,7 @@ def picture_drawing(drive: Drive, loads: Loads) -> Figure:
     left.text(0, -0.1 * radius, "\n".join(lines), ha="center", va="top", color=INK, fontsize="small", linespacing=1.5)
     _enlarge(right, drive, row, loads)
     caption(left, f"{drive.name}: eccentric 1, to scale")
-    wall = 1e3 * bar(drive)
+    wall = 1e3 * drive.seats.wall
     caption(right, f"cage bars of {wall:.3g} mm between the bores" if wall > 0
             else f"the elements overlap: neighbouring bores cut each other by {-wall:.3g} mm")
     return figure

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import stiffness_model as sm
 from stiffness_model import sampling
 from stiffness_model.errors import InputError
-from stiffness_model.view.layout import Layout, bar, place, turns_to_repeat
+from stiffness_model.view.layout import Layout, place, turns_to_repeat
 from stiffness_model.view.outline import gear_outline, rotated
 from tests.stiffness_model.view.polygons import distances
 
@@ -103,8 +103,8 @@ def test_one_profile_serves_all_rows_where_lobes_and_eccentrics_share_no_factor(
 def test_bars_between_bores(roomy: sm.Drive, drive: sm.Drive) -> None:
     centre, ball = 48e-3, 4e-3
     expected = 2 * centre * math.sin(math.pi / 29) - 2 * ball - 2 * roomy.tolerances["cage"].offset
-    assert bar(roomy) == pytest.approx(expected)
-    assert bar(drive) < 0
+    assert roomy.seats.wall == pytest.approx(expected)
+    assert drive.seats.wall < 0
 
 
 def test_more_elements_than_places_are_refused() -> None:

@@ -1,0 +1,74 @@
+"""The seats of a row of elements: where they can stand, how far apart, and the cage's wall that this leaves.
+
+With cage and gear fixed, an element at the angle t of the cage lies on the path at every crank angle only if i t is a
+multiple of 2 pi. So a row has |i| seats, 2 pi/|i| apart, and elements thicker than that stand on every second one or on
+fewer. (The torque is computed with a row's elements spread evenly, eq. 20 of the paper.)
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Seats:
+    """One row (eccentric) of a drive.
+
+    seats: |i|; elements: on this row; centre_distance: radius of the circle of their centres, m; bore_radius: mean, m.
+    """
+
+    seats: int
+    elements: int
+    centre_distance: float
+    bore_radius: float
+
+    @property
+    def apart(self) -> int:
+        """Seats from one element to its nearest neighbour; 0 where there are more elements than seats."""
+        return self.seats // self.elements
+
+    @property
+    def chord(self) -> float:
+        """Distance of the nearest two elements' centres, m; infinite for a single element."""
+        return self._chord(self.apart) if self.elements > 1 else math.inf
+
+    @property
+    def wall(self) -> float:
+        """Width of the cage between the nearest two bores, on the circle of the centres, m; negative: they overlap."""
+        return self.chord - 2 * self.bore_radius
+
+    @property
+    def fits(self) -> bool:
+        """Whether there is a wall between all bores."""
+        return self.wall > 0
+
+    def most(self, wall: float = 0.0) -> int:
+        """The most elements that the row takes with at least `wall`, m, between their bores; at least 1.
+
+        >>> Seats(29, 29, 48e-3, 7e-3).most()
+        14
+        """
+        wanted = 2 * self.bore_radius + wall
+        for apart in range(1, self.seats // 2 + 1):
+            if self._chord(apart) >= wanted * (1 - 1e-12):
+                return self.seats // apart
+        return 1
+
+    def told(self) -> str:
+        """What does not fit and what would, in one line.
+
+        >>> Seats(29, 15, 48e-3, 7e-3).told()
+        '15 elements do not fit on the 29 seats of an eccentric: 10.38 mm apart they leave -3.62 mm of wall between \
+bores of 14.00 mm; 14 elements fit, with a wall of 6.64 mm, or 15 with bores below 10.38 mm on this circle'
+        """
+        best = Seats(self.seats, self.most(), self.centre_distance, self.bore_radius)
+        width = f", with a wall of {1e3 * best.wall:.2f} mm" if best.elements > 1 else ""
+        chord, wall, bore = (f"{1e3 * size:.2f} mm" for size in (self.chord, self.wall, 2 * self.bore_radius))
+        smaller = f", or {self.elements} with bores below {chord} on this circle" if self.apart else ""
+        fit = "element fits" if best.elements == 1 else "elements fit"
+        return (f"{self.elements} elements do not fit on the {self.seats} seats of an eccentric: {chord} apart they leave "
+                f"{wall} of wall between bores of {bore}; {best.elements} {fit}{width}{smaller}")
+
+    def _chord(self, apart: int) -> float:
+        return 2 * self.centre_distance * math.sin(min(math.pi * apart / self.seats, math.pi / 2))

@@ -1,0 +1,87 @@
+"""Seats of a row: what stands on them does not collide, at any angle of the crank; and a preset that can be built."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import stiffness_model as sm
+from stiffness_model.seats import Seats
+from stiffness_model.tolerances import iso_492_normal
+from stiffness_model.view.layout import place
+from stiffness_model.view.shapes import cage_room
+
+ISO_3290_DIAMETERS_MM = (5, 5.5, 6, 6.5, 7, 7.5, 8, 8.5, 9, 9.5, 10, 11, 12, 13, 14, 15, 16)
+"""Preferred nominal ball diameters of ISO 3290-1 in this range."""
+
+
+@given(st.integers(5, 40), st.integers(1, 40), st.floats(1e-3, 20e-3))
+def test_chord_and_wall_are_those_of_the_nearest_bores(ratio, count, radius):
+    seats = Seats(ratio, count, 48e-3, radius)
+    if count > ratio:
+        assert not seats.fits
+        return
+    taken = 2 * math.pi / ratio * (np.arange(count) * ratio // count)
+    place_of = 48e-3 * np.stack([np.cos(taken), np.sin(taken)], -1)
+    between = np.hypot(*(place_of[:, None] - place_of[None]).T) + np.diag(np.full(count, np.inf))
+    assert seats.chord == pytest.approx(between.min(), rel=1e-9)
+    assert seats.fits == (between.min() > 2 * radius)
+
+
+@given(st.integers(5, 40), st.floats(1e-3, 20e-3), st.floats(0, 3e-3))
+def test_the_most_elements_fit_and_one_more_does_not(ratio, radius, wall):
+    most = Seats(ratio, 1, 48e-3, radius).most(wall)
+    assert Seats(ratio, most, 48e-3, radius).wall >= wall - 1e-9
+    for more in range(most + 1, ratio + 2):
+        assert Seats(ratio, more, 48e-3, radius).wall < wall
+
+
+@pytest.mark.parametrize(("per_row", "fits"), [(14, True), (15, False), (21, False), (29, False)])
+def test_balls_of_14_mm_stand_on_every_second_seat(per_row, fits):
+    """With 15 to 21 a row there was no warning, though the bores of neighbouring seats overlap."""
+    drive = sm.load_drive("drive_1", elements=3 * per_row)
+    assert drive.seats.fits == fits
+    centre = place(drive, 0.3).centre[0]
+    nearest = min(np.linalg.norm(a - b) for k, a in enumerate(centre) for b in centre[:k])
+    # The eccentric moves the centres in and out by 0.7 mm of 48; bores stay where they are.
+    assert nearest == pytest.approx(drive.seats.chord, rel=0.02)
+
+
+def test_the_workshop_s_drive_can_be_built():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        drive = sm.load_drive("workshop")
+    rim = cage_room(drive)[0]
+    at_rim = 2 * (rim * math.sin(math.pi / drive.seats.seats) - drive.seats.bore_radius)
+    assert drive.seats.apart == 1
+    assert drive.seats.wall > at_rim > 1.5e-3
+    # The whole profile exists, the lobes' crests are blunter than a millimetre, one profile serves all rows.
+    assert drive.usable_limit == math.pi
+    crest = 1 / drive.path.curvature(math.pi)
+    assert crest + drive.element_radius < -0.25e-3
+    assert np.abs(place(drive).gear).max() < 1e-12
+    # Bought as drawn.
+    assert 2e3 * drive.element_radius in ISO_3290_DIAMETERS_MM
+    ring = drive.tolerances["crank"]
+    assert ring.window == pytest.approx(iso_492_normal(2 * drive.crank_radius))
+    assert ring.offset == pytest.approx(-ring.window / 4)
+    assert {material.name for material in drive.materials.values()} == {"100Cr6"}
+    population = sm.simulate(drive, np.linspace(0, drive.max_twist, 17), 64)
+    curve = population.curve()
+    assert population.tight < 0.005 * 64 * drive.elements
+    assert curve.lost_motion() < 1.5 * sm.ARCMIN
+    assert 100 < curve.full_torque < 200
+    pressure = sm.contact_pressures(drive, [drive.max_twist], 32).pressure.mean(axis=0)
+    assert pressure.max() < 4.3e9
+
+
+@pytest.mark.parametrize("name", ["drive_1", "drive_2", "drive_3"])
+def test_the_paper_s_drives_say_that_they_cannot_be_built(name):
+    with pytest.warns(sm.DoesNotFitWarning):
+        drive = sm.load_drive(name)
+    assert "cannot be built" in drive.description
