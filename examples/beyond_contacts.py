@@ -138,8 +138,8 @@ def loads(folder: Path) -> None:
         draw(safety, torque, strength.least(), line, label)
         draw(efficiency, torque, 100 * losses.of_means()[0], line, label)
         draw(life, torque, bearing.hours, line, label)
-        print(f"{label}: static safety 1 at {strength.permissible(torque):.0f} N.m ({strength.governing()[-1]} "
-              f"governs); at {torque[-1]:.0f} N.m efficiency {100 * losses.of_means()[0][-1]:.1f} %, bearings "
+        print(f"{label}: static safety {strength.permissible(torque)} ({strength.governing()[-1]} governs); "
+              f"at {torque[-1]:.0f} N.m efficiency {100 * losses.of_means()[0][-1]:.1f} %, bearings "
               f"{bearing.hours[-1]:.0f} h; no-load torque at the crank {1e3 * losses.loss[:, 0].mean():.0f} mN.m")
     safety.axhline(1, color=style.FAINT, linewidth=0.8)
     for ax, text in ((safety, "pressure limit / greatest pressure"), (efficiency, "efficiency, friction 0.05 [%]"),

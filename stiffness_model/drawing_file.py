@@ -33,6 +33,7 @@ _HEAD = ("name", "description")
 _OPTION_NAMES = tuple(name for names in _OPTIONS.values() for name in names)
 FIELDS = (*_HEAD, *(name for names in _SECTIONS.values() for name in names), *_OPTION_NAMES)
 """Every field of a drawing: TOML key, keyword of `load_drive` and name for `--set`."""
+_ALLOWABLE = ("allowable_pressure", "allowable_line_pressure")
 _LENGTHS = ("element_radius", "element_length", "crank_radius", "eccentricity")
 _DEFAULTS: dict[str, Any] = {
     "description": "", "element": "ball", "element_length": 0.0, "eccentrics": 1,
@@ -171,7 +172,7 @@ _EXAMPLES = {
     "twist": ("an angle", "'8 arcmin'"), "tolerance": ("a window", "'13 um'"), "offset": ("an offset", "'5 um'"),
     "modulus": ("a pressure", "'208 GPa'"), "density": ("a density", "'7810 kg/m3'"),
     "stiffness": ("a stiffness", "'250 N/um'"), "speed": ("a speed", "'3000 rpm'"),
-    "limit": ("a pressure", "'4.2 GPa'"),
+    "limit": ("a pressure", "'4.2 GPa'"), "pressure": ("a pressure", "'90 MPa'"),
     "capacity": ("a load", "'30 kN'"),
 }
 
@@ -201,14 +202,18 @@ def _own_materials(tables: Any, where: str) -> dict[str, Material]:
     for name, table in tables.items():
         at = f"{where} [material.{name}]"
         expect(isinstance(table, Mapping), "a table", table, at)
-        refuse_unknown("field", table, ("name", "youngs_modulus", "poisson_ratio", "density"), at)
+        refuse_unknown("field", table, ("name", "youngs_modulus", "poisson_ratio", "density", *_ALLOWABLE,
+                                        "allowable_source"), at)
         for key in ("youngs_modulus", "poisson_ratio"):
             expect(key in table, f"the field {key!r}", "none", at)
         modulus, density = (
             parse_quantity(_with_unit(table.get(key, "7800 kg/m3"), key, False, at), quantity, f"{at}: {key}")
             for key, quantity in (("youngs_modulus", "pressure"), ("density", "density")))
         try:
-            own[name] = Material(table.get("name", name), modulus, table["poisson_ratio"], density)
+            allowable = {key: parse_quantity(_with_unit(table[key], key, False, at), "pressure", f"{at}: {key}")
+                         for key in _ALLOWABLE if key in table}
+            own[name] = Material(table.get("name", name), modulus, table["poisson_ratio"], density, **allowable,
+                                 allowable_source=table.get("allowable_source", ""))
         except InputError as error:
             raise InputError(f"{where}: {error}") from None
     return own
@@ -231,7 +236,10 @@ def drive_to_dict(drive: Drive) -> dict[str, Any]:
         values["material"] = {
             label: {**({} if m.name == label else {"name": m.name}),
                     "youngs_modulus": format_quantity(m.youngs_modulus, "pressure"),
-                    "poisson_ratio": m.poisson_ratio, "density": format_quantity(m.density, "density")}
+                    "poisson_ratio": m.poisson_ratio, "density": format_quantity(m.density, "density"),
+                    **{key: format_quantity(value, "pressure") for key in _ALLOWABLE
+                       if (value := getattr(m, key)) is not None},
+                    **({"allowable_source": m.allowable_source} if m.allowable_source else {})}
             for label, m in sorted(own.items())
         }
     written = {**_tolerance_texts(drive),

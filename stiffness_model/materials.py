@@ -13,13 +13,19 @@ from .errors import expect, expect_number, unknown_name
 class Material:
     """A linear elastic, isotropic material.
 
-    youngs_modulus in Pa (positive), poisson_ratio in (-1, 0.5), density in kg/m3 (positive).
+    youngs_modulus in Pa (positive), poisson_ratio in (-1, 0.5), density in kg/m3 (positive). allowable_pressure:
+    greatest contact pressure, Pa, that it bears standing still, None where none is known;
+    allowable_line_pressure: the same in line contacts (rollers) where it differs; allowable_source: the standard or
+    data sheet that says so, needed with either.
     """
 
     name: str
     youngs_modulus: float
     poisson_ratio: float
     density: float
+    allowable_pressure: float | None = None
+    allowable_line_pressure: float | None = None
+    allowable_source: str = ""
 
     def __post_init__(self) -> None:
         where = f"material {self.name!r}"
@@ -29,6 +35,13 @@ class Material:
                                            ("density", "a positive density in kg/m3", 0, math.inf)):
             number = expect_number(getattr(self, field), expected, where, low=low, high=high)
             object.__setattr__(self, field, number)
+        stated = [f for f in ("allowable_pressure", "allowable_line_pressure") if getattr(self, f) is not None]
+        for field in stated:
+            number = expect_number(getattr(self, field), "a positive allowable pressure in Pa", where, low=0)
+            object.__setattr__(self, field, number)
+        sourced = isinstance(self.allowable_source, str) and (bool(self.allowable_source.strip()) or not stated)
+        expect(sourced, "allowable_source, a text that says where the allowable pressure is from",
+               self.allowable_source, where)
 
     @property
     def compliance(self) -> float:
@@ -39,11 +52,22 @@ class Material:
         """
         return (1 - self.poisson_ratio**2) / self.youngs_modulus
 
+    def allowable(self, element: str) -> float | None:
+        """Allowable pressure, Pa, against an element, "ball" or "roller"; None where none is known.
 
-STEEL_100CR6 = Material("100Cr6", 208e9, 0.30, 7810.0)
+        >>> STEEL_100CR6.allowable("roller"), PLA.allowable("ball")
+        (4000000000.0, None)
+        """
+        line = self.allowable_line_pressure if element == "roller" else None
+        return self.allowable_pressure if line is None else line
+
+
+STEEL_100CR6 = Material("100Cr6", 208e9, 0.30, 7810.0, allowable_pressure=4200e6, allowable_line_pressure=4000e6,
+                        allowable_source="ISO 76:2006, static load ratings: 4200 MPa for balls, 4000 MPa for rollers")
 """Hardened bearing steel: E and nu as in section IV of the paper (Schaeffler Technical Pocket Guide)."""
 PLA = Material("PLA", 3e9, 0.33, 1240.0)
-"""3D printed polylactide: E and nu as in section IV of the paper."""
+"""3D printed polylactide: E and nu as in section IV of the paper. No allowable pressure: no standard rates its
+contacts, and what it bears depends on the print, the temperature and the time under load."""
 
 MATERIALS = {m.name: m for m in (STEEL_100CR6, PLA)}
 

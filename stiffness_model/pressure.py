@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,8 +12,10 @@ from .beyond.laws import bore
 from .contacts import PARTNERS, Contacts, build_contacts, compliances, curvature_sums, usable
 from .drawing_file import AnyDrive, as_drive
 from .drive import Drive
+from .element_state import Equilibrium
 from .equilibrium import solve
 from .errors import expect
+from .sampling import Deviations
 
 Array = NDArray[np.float64]
 
@@ -36,7 +38,8 @@ class Pressures:
 def contact_pressures(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> Pressures:
     """Greatest pressures at twists (n_twist,), rad at the output, of the first `n_drives` virtual drives.
 
-    Raises `InputError` as `simulate` does.
+    Every drive stands still at its own random angle, as in `simulate`. The greatest over a turn, which ratings
+    need, is higher: `turn_pressure.turn_pressures`. Raises `InputError` as `simulate` does.
 
     >>> from stiffness_model import load_drive
     >>> p = contact_pressures(load_drive("drive_1"), [load_drive("drive_1").max_twist], n_drives=20)
@@ -44,36 +47,55 @@ def contact_pressures(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, se
     '4.0 GPa 4.3 GPa 0.5 GPa'
     """
     drive = as_drive(drive)
-    angles = np.atleast_1d(np.asarray(twist, float))
-    expect(angles.ndim == 1 and bool(np.isfinite(angles).all()), "finite twists in one dimension", twist, "twist")
-    expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")
-    parts = [part for block, count in sampling.blocks(n_drives) for part in _block(drive, angles, block, count, seed)]
-    pressure, major, minor = (np.stack([part[k] for part in parts]) for k in range(3))
+    angles = checked(twist, n_drives)
+    parts = [_block(drive, angles, block, count, seed) for block, count in sampling.blocks(n_drives)]
+    pressure, major, minor = np.concatenate(parts, axis=1)
     return Pressures(angles, pressure, major, minor)
 
 
-def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int) -> list[Array]:
-    """Pressure and semi-axes, (3, n_twist, 3) of every drive of a block."""
+def checked(twist: ArrayLike, n_drives: int) -> Array:
+    """The twists as an array, or `InputError`."""
+    angles = np.atleast_1d(np.asarray(twist, float))
+    expect(angles.ndim == 1 and bool(np.isfinite(angles).all()), "finite twists in one dimension", twist, "twist")
+    expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")
+    return angles
+
+
+def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int) -> Array:
+    """Pressure and semi-axes, (3, n_drives, n_twist, 3), of a block."""
     deviations = sampling.draw(drive, block, n_drives, seed)
     keep = usable(drive, deviations.beta)
     contacts = build_contacts(drive, deviations)[keep.ravel()]
-    curved = {part: values[keep.ravel()] for part, values in curvature_sums(drive, deviations).items()}
-    own, compliance = 1 / deviations.element[keep], compliances(drive)
-    result = solve(contacts, twist * drive.ratio)
-    forces = {"gear": result.gear, "crank": result.crank, "cage": np.maximum(result.cage_plus, result.cage_minus)}
-    found = np.zeros((3, n_drives, len(twist), len(PARTNERS)))
-    member = np.repeat(np.arange(n_drives), keep.sum(axis=1))
+    some = Deviations(*(getattr(deviations, f.name)[keep] for f in fields(Deviations)))
+    return greatest(drive, contacts, some, solve(contacts, twist * drive.ratio), np.nonzero(keep)[0], n_drives)
+
+
+def greatest(drive: Drive, contacts: Contacts, deviations: Deviations, result: Equilibrium,
+             owner: NDArray[np.intp], n_drives: int) -> Array:
+    """Pressure and semi-axes, (3, n_drives, n_twist, 3), of the contact with the greatest pressure of every drive.
+
+    deviations: of the same n elements, (n,); owner: (n,) the drive of each, in rising order. A drive without
+    elements has zeros.
+    """
+    found = np.zeros((3, n_drives, len(result.gear), len(PARTNERS)))
     for k, part in enumerate(PARTNERS):
-        if part == "cage" and drive.beyond.cage_contact == "lamina":
-            ellipse = _arc(contacts, forces[part])
-        else:
-            ellipse = _ellipse(drive, forces[part], compliance[part], curved[part], own)
-        for j in np.unique(member):
-            of_drive = np.flatnonzero(member == j)
-            worst = of_drive[ellipse[2][:, of_drive].argmax(axis=1)]
-            for row, values in enumerate((ellipse[2], ellipse[0], ellipse[1])):
-                found[row, j, :, k] = values[np.arange(len(twist)), worst]
-    return [found[:, j] for j in range(n_drives)]
+        major, minor, pressure = element_pressures(drive, contacts, deviations, result, part)
+        for j in np.unique(owner):
+            of_drive = slice(*np.searchsorted(owner, (j, j + 1)))
+            worst = pressure[:, of_drive].argmax(axis=1)[:, None]
+            for row, values in zip(found, (pressure, major, minor), strict=True):
+                row[j, :, k] = np.take_along_axis(values[:, of_drive], worst, axis=1)[:, 0]
+    return found
+
+
+def element_pressures(drive: Drive, contacts: Contacts, deviations: Deviations, result: Equilibrium, part: str
+                      ) -> tuple[Array, Array, Array]:
+    """Semi-axes, m, and pressure, Pa, (n_twist, n), where every element touches `part` of `PARTNERS`."""
+    forces = {"gear": result.gear, "crank": result.crank, "cage": np.maximum(result.cage_plus, result.cage_minus)}
+    if part == "cage" and drive.beyond.cage_contact == "lamina":
+        return _arc(contacts, forces[part])
+    return _ellipse(drive, forces[part], compliances(drive)[part], curvature_sums(drive, deviations)[part],
+                    1 / deviations.element)
 
 
 def _arc(contacts: Contacts, force: Array) -> tuple[Array, Array, Array]:
@@ -91,3 +113,25 @@ def _ellipse(drive: Drive, force: Array, compliance: float, curved: Array, own: 
         return hertz.point_contact_ellipse(force, compliance, curved, own)
     half_width, pressure = hertz.line_contact_pressure(force, compliance, curved, drive.element_length)
     return np.full_like(force, drive.element_length / 2), half_width, pressure
+
+
+def wall_forces(contacts: Contacts, net: Array) -> tuple[Array, Array]:
+    """Forces, N, (n,), of the loaded and of the other cage wall, from the net force between element and cage.
+
+    For a ball that is larger than its bore by 2 a, both walls press: K ((a + x)^p - (a - x)^p) = net, with x the
+    shift from the middle, until the other wall lifts at x = a.
+    """
+    loaded, other = np.abs(net), np.zeros_like(net)
+    tight = contacts.cage_gap < 0
+    if tight.any():
+        p = contacts.exponent
+        squeeze = contacts.stiffness_cage[tight] * (-contacts.cage_gap[tight]) ** p
+        wanted = loaded[tight] / squeeze
+        x = np.minimum(wanted / 2**p, 1.0)
+        for _ in range(6):
+            value = (1 + x) ** p - (1 - x) ** p - wanted
+            x = np.clip(x - value / (p * ((1 + x) ** (p - 1) + (1 - x) ** (p - 1))), 0.0, 1.0)
+        lifted = wanted >= 2**p
+        loaded[tight] = np.where(lifted, loaded[tight], squeeze * (1 + x) ** p)
+        other[tight] = np.where(lifted, 0.0, squeeze * (1 - x) ** p)
+    return loaded, other

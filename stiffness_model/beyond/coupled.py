@@ -67,9 +67,23 @@ class CoupledEquilibrium(Equilibrium):
         """
         return np.stack(Motion.of(self.contacts, self.twist).shift(self.seat, self.centres))
 
+    def of(self, contacts: Contacts, part: slice) -> Centres:
+        """Where the eccentrics and drives of other contacts with the same numbers are at some of the twists."""
+        mine, theirs = Frame(self.contacts), Frame(contacts)
+        known = np.isin(theirs.numbers, mine.numbers)
+        at = np.searchsorted(mine.numbers, theirs.numbers[known])
+        held = theirs.rest(len(self.twist[part]))
+        held.shift[:, :, known] = self.centres.shift[:, part][:, :, at]
+        held.twist[:] = self.centres.twist[part][:, np.searchsorted(mine.drives, theirs.drives)]
+        return held
 
-def solve_beyond(contacts: Contacts, twist: Array, extra_force: ArrayLike | None = None) -> CoupledEquilibrium:
-    """Equilibrium of n elements, whole drives, at m crank twists (rad); see `equilibrium.solve`."""
+
+def solve_beyond(contacts: Contacts, twist: Array, extra_force: ArrayLike | None = None,
+                 held: Centres | None = None) -> CoupledEquilibrium:
+    """Equilibrium of n elements, whole drives, at m crank twists (rad); see `equilibrium.solve`.
+
+    held: where the bodies are, for contacts that nothing couples.
+    """
     given, order = contacts, np.argsort(contacts.eccentric, kind="stable")
     contacts = contacts[order]
     load = contacts.load.T.copy()
@@ -90,7 +104,8 @@ def solve_beyond(contacts: Contacts, twist: Array, extra_force: ArrayLike | None
         part = slice(first, first + rows)
         here = twist[part]
         # The last twist's centres are a good start where twists come in their order.
-        found = _solve_rows(contacts, frame, here, load, centres.repeated(_growth(twist, first, here)))
+        start = centres.repeated(_growth(twist, first, here)) if held is None else held.of_rows(part)
+        found = _solve_rows(contacts, frame, here, load, start)
         centres = found.centres.last()
         for name, found_here in found.values.items():
             np.take(found_here, back, axis=1, out=values[name][part], mode="clip")

@@ -52,7 +52,11 @@ class Centres:
 
     def last(self) -> Centres:
         """The last twist's."""
-        return Centres(self.shift[:, -1:], self.twist[-1:])
+        return self.of_rows(slice(-1, None))
+
+    def of_rows(self, part: slice) -> Centres:
+        """Some twists'."""
+        return Centres(self.shift[:, part], self.twist[part])
 
     def repeated(self, growth: Array) -> Centres:
         """One twist's, times m factors."""
@@ -120,9 +124,9 @@ class Frame:
         options = contacts.beyond
         self.bearing, self.housing = options.bearing_stiffness, options.housing_stiffness
         self.couples = options.couples
-        numbers, self.group = np.unique(contacts.eccentric, return_inverse=True)
-        drives, self.drive_of_group = np.unique(numbers // contacts.eccentrics, return_inverse=True)
-        self.n_groups, self.n_drives = len(numbers), len(drives)
+        self.numbers, self.group = np.unique(contacts.eccentric, return_inverse=True)
+        self.drives, self.drive_of_group = np.unique(self.numbers // contacts.eccentrics, return_inverse=True)
+        self.n_groups, self.n_drives = len(self.numbers), len(self.drives)
         self._first = np.flatnonzero(np.diff(self.drive_of_group, prepend=-1))
         # Crank twist lost in the housing: i T/k_h.
         self._per_torque = self.housing / contacts.ratio

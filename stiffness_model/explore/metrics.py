@@ -45,7 +45,7 @@ _ALL = (
     Metric("no_load_force", "greatest no-load force", "force", "N"),
     Metric("no_load_sum", "sum of no-load forces", "force", "N"),
     Metric("greatest_force", "greatest force", "force", "N"),
-    Metric("pressure", "greatest pressure", "pressure", "GPa"),
+    Metric("pressure", "greatest pressure over a turn", "pressure", "GPa"),
     Metric("load_share", "load share", "", "%"),
     Metric("scatter", "scatter of the torque", "", "%"),
     Metric("squeezed", "balls larger than their bore", "", "%"),
@@ -63,7 +63,8 @@ stiffness: slope of the mean curve at the torque; twist: of the mean curve at th
 lost_motion: of the mean curve, for the torque (`curve.TwistTorqueCurve`); no_load_force: greatest force of a
 contact at zero twist, mean; no_load_sum: sum of all contacts' forces at zero twist, mean: Coulomb friction is in
 proportion to it; greatest_force: greatest force of a contact at the torque, mean; pressure: greatest Hertzian
-pressure at gear and crank at the torque, mean; load_share: greatest share of one element in the torque, mean;
+pressure at gear and crank over a turn at the torque, 90th percentile of the drives (a limit is for the most loaded
+contact); load_share: greatest share of one element in the torque, mean;
 scatter: (P90 - P10)/mean of the drives' torques at the twist of the torque; squeezed: share of the loaded part's
 elements that are larger than their bore; cost_class: see `cost.cost_class`; undercut: share of the profile that
 is cut away; pressure_angle: greatest between the gear's normal and the radius, where the profile exists;

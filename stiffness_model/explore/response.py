@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import hertz
-from ..contacts import Contacts, build_contacts, compliances, curvature_sums
-from ..curve import TwistTorqueCurve
+from ..contacts import build_contacts
+from ..curve import BAND, TwistTorqueCurve
 from ..drive import Drive
 from ..equilibrium import closed_form
+from ..pressure import wall_forces
 from ..sampling import Deviations
+from ..turn_pressure import turn_pressures
 from .sweep import Elements, Row, at, draw_elements, sweep
 
 Array = NDArray[np.float64]
@@ -38,8 +39,8 @@ class Response:
     sample's offset (band, stiffness, forces and shares of the curve are NaN: see
     `population.Population.curve`); force: (2, n_drives), N, greatest of any contact at no twist
     and at the torque; force_sum: (n_drives,), N, of all contacts at no twist; share: (n_drives,), greatest load
-    share at the torque; pressure: Pa, greatest at gear and crank at the torque, mean of drives; squeezed: share of
-    the usable elements that are larger than their bore.
+    share at the torque; pressure: Pa, greatest at gear and crank over a turn at the twist of the torque, 90th
+    percentile of drives; squeezed: share of the usable elements that are larger than their bore.
     """
 
     torque: Array
@@ -67,7 +68,7 @@ def respond(drive: Drive, limit: float, torque: float, n_drives: int, n_twist: i
         carried = np.concatenate([row.per_drive(np.add, row.result.output_torque) for row in rows])
         mean = _mean(carried)
         if mean[-1] >= torque:
-            return _response(drive, elements, twist, rows, carried, mean, torque)
+            return _response(drive, elements, twist, rows, carried, mean, torque, seed)
         end *= _FURTHER
     return None
 
@@ -110,7 +111,7 @@ def _mean(carried: Array) -> Array:
 
 
 def _response(drive: Drive, elements: Elements, twist: Array, rows: list[Row], carried: Array, mean: Array,
-              torque: float) -> Response:
+              torque: float, seed: int) -> Response:
     # No metric looks at the band, forces and shares of the curve: percentiles at every twist cost a tenth of all.
     unknown = np.full((len(twist), 4), np.nan)
     curve = TwistTorqueCurve(twist, mean, torque_p10=unknown[:, 0], torque_p90=unknown[:, 0], stiffness=unknown[:, 0],
@@ -118,15 +119,16 @@ def _response(drive: Drive, elements: Elements, twist: Array, rows: list[Row], c
     # At the torque: between the values at the twists around it.
     k = int(np.clip(np.searchsorted(mean, torque), 1, len(twist) - 1))
     part = (torque - mean[k - 1]) / (mean[k] - mean[k - 1])
-    idle, (before, after) = _Loads(drive, elements, *at(rows, 0)), (_Loads(drive, elements, *at(rows, j)) for j in
-                                                                   (k - 1, k))
+    idle, (before, after) = _Loads(*at(rows, 0)), (_Loads(*at(rows, j)) for j in (k - 1, k))
 
     def between(a: Array, b: Array) -> Array:
         return a + part * (b - a)
 
+    few = min(elements.n_drives, PRESSURE_DRIVES)
+    turning = turn_pressures(drive, between(twist[k - 1:k], twist[k:k + 1]), few, seed, cage=False)
     return Response(carried, curve, np.stack([idle.greatest, between(before.greatest, after.greatest)]), idle.total,
                     between(before.best, after.best) / torque_of(between(carried[k - 1], carried[k])),
-                    float(between(before.pressure(), after.pressure()).mean()),
+                    float(np.percentile(turning.pressure[:, 0, :2].max(axis=1), BAND[1])),
                     float((elements.contacts.cage_gap < 0).mean()))
 
 
@@ -139,52 +141,10 @@ class _Loads:
     """Forces at one twist: greatest: of any contact, N, total: of all contacts, N, best: greatest torque of one
     element, N.m; all (n_drives,)."""
 
-    def __init__(self, drive: Drive, elements: Elements, row: Row, k: int) -> None:
+    def __init__(self, row: Row, k: int) -> None:
         result = row.result
-        loaded, other = _walls(row.contacts, result.cage_plus[k] - result.cage_minus[k])
-        self._drive, self._elements, self._row = drive, elements, row
-        self._forces = {"gear": result.gear[k], "crank": result.crank[k]}
+        loaded, other = wall_forces(row.contacts, result.cage_plus[k] - result.cage_minus[k])
         greatest = np.maximum(np.maximum(result.gear[k], result.crank[k]), loaded)
         self.greatest = row.per_drive(np.maximum, greatest[None])[0]
         self.total = row.per_drive(np.add, (result.gear[k] + result.crank[k] + loaded + other)[None])[0]
         self.best = row.per_drive(np.maximum, result.output_torque[k][None])[0]
-
-    def pressure(self) -> Array:
-        """Greatest at gear and crank, Pa, of the first drives."""
-        drive, row = self._drive, self._row
-        drives = int(np.searchsorted(row.drives, PRESSURE_DRIVES))
-        end = int(row.starts[drives]) if drives < len(row.starts) else len(row.index)
-        some = row.index[:end]
-        first = Deviations(**{f.name: getattr(self._elements.deviations, f.name)[:, some] for f in fields(Deviations)})
-        compliance, curved, own = compliances(drive), curvature_sums(drive, first), 1 / first.element.ravel()
-        greatest = np.zeros(end)
-        for contact, values in self._forces.items():
-            if drive.element == "ball":
-                found = hertz.point_contact_ellipse(values[:end], compliance[contact], curved[contact], own)[2]
-            else:
-                found = hertz.line_contact_pressure(values[:end], compliance[contact], curved[contact],
-                                                    drive.element_length)[1]
-            greatest = np.maximum(greatest, found)
-        return np.maximum.reduceat(greatest, row.starts[:drives])
-
-
-def _walls(contacts: Contacts, net: Array) -> tuple[Array, Array]:
-    """Forces, N, (n,), of the loaded and of the other cage wall, from the net force between element and cage.
-
-    For a ball that is larger than its bore by 2 a, both walls press: K ((a + x)^p - (a - x)^p) = net, with x the
-    shift from the middle, until the other wall lifts at x = a.
-    """
-    loaded, other = np.abs(net), np.zeros_like(net)
-    tight = contacts.cage_gap < 0
-    if tight.any():
-        p = contacts.exponent
-        squeeze = contacts.stiffness_cage[tight] * (-contacts.cage_gap[tight]) ** p
-        wanted = loaded[tight] / squeeze
-        x = np.minimum(wanted / 2**p, 1.0)
-        for _ in range(6):
-            value = (1 + x) ** p - (1 - x) ** p - wanted
-            x = np.clip(x - value / (p * ((1 + x) ** (p - 1) + (1 - x) ** (p - 1))), 0.0, 1.0)
-        lifted = wanted >= 2**p
-        loaded[tight] = np.where(lifted, loaded[tight], squeeze * (1 + x) ** p)
-        other[tight] = np.where(lifted, 0.0, squeeze * (1 - x) ** p)
-    return loaded, other

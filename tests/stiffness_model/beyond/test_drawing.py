@@ -35,6 +35,25 @@ def test_round_trip(tmp_path) -> None:
         assert words in text
 
 
+def test_an_allowable_pressure_and_its_source_round_trip(tmp_path) -> None:
+    drawing = (Path(lookup.__file__).parent / "presets" / "drive_3.toml").read_text("utf-8")
+    mine = drawing.replace('gear_material = "PLA"', 'gear_material = "PA12"')
+    table = '[material.PA12]\nyoungs_modulus = "1.7 GPa"\npoisson_ratio = 0.4\n'
+    (tmp_path / "mine.toml").write_text(
+        mine + table + 'allowable_pressure = "80 MPa"\nallowable_source = "1.6 x yield, data sheet"\n', "utf-8")
+    drive = sm.load_drive(tmp_path / "mine.toml")
+    assert drive.materials["gear"].allowable("ball") == 80e6
+    sm.save_drive(drive, tmp_path / "again.toml")
+    assert sm.load_drive(tmp_path / "again.toml") == drive
+    for more, words in (('allowable_pressure = "80 MPa"', "allowable_source, a text that says where"),
+                        ('allowable_pressure = 80', "a pressure with its unit, such as '90 MPa'"),
+                        ('allowable_presure = "80 MPa"', "did you mean 'allowable_pressure'")):
+        (tmp_path / "mine.toml").write_text(mine + table + more, "utf-8")
+        with pytest.raises(sm.InputError) as error:
+            sm.load_drive(tmp_path / "mine.toml")
+        assert words in str(error.value)
+
+
 def test_a_plain_drawing_stays_as_it_was() -> None:
     table = sm.drive_to_dict(sm.load_drive("drive_1"))
     assert set(table) == {"name", "description", "geometry", "materials", "tolerances", "operation"}
