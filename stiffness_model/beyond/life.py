@@ -2,10 +2,16 @@
 
     L10 = (C/P)^p  million revolutions,  p = 3 (ball bearings), 10/3 (roller bearings)
 
-P: the mean of order p of the forces on the eccentrics over the crank's turn, which the virtual drives, standing at
-random angles, sample (ISO 281, varying load). All the bearings together live (sum L^-e)^(-1/e) with Weibull's
-e = 10/9 and 9/8 (ISO 281; Lundberg & Palmgren 1947). Revolutions: of the crank; the ring turns much less. ISO 281
-holds up to P = C/2, for rings held in stiff seats: here the outer ring is the crank's surface, bent by the balls on
+These are revolutions of the rings against each other. The inner ring is the eccentric and turns with the crank, once in
+its turn; the outer ring carries the elements and turns by W in it, W signed (`friction.least_sliding`: where the elements
+slide least; -0.09 for the presets, whose rings turn back, +0.07 with 28 lobes). So a turn of the crank is
+
+    |1 - W|  revolutions of the bearing,
+
+1.09 for the presets and 0.93 with 28 lobes, and lives in turns of the crank are L10/|1 - W|. P: the mean of order p of
+the forces on the eccentrics over these revolutions (ISO 281, varying load and speed), which the virtual drives, standing
+at random angles, sample. All the bearings together live (sum L^-e)^(-1/e) with Weibull's e = 10/9 and 9/8 (ISO 281;
+Lundberg & Palmgren 1947). ISO 281 holds up to P = C/2, for rings held in stiff seats: here the outer ring is the crank's surface, bent by the balls on
 it, and lives shorter than this says.
 
 No standard gives a life to the elements' own contacts, and none is computed. Lundberg's and Palmgren's capacity of a
@@ -24,7 +30,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..drawing_file import AnyDrive, as_drive
 from ..errors import expect
-from .blocks import solved_blocks, sum_over
+from .blocks import Solved, solved_blocks, sum_over
+from .friction import least_sliding
 
 Array = NDArray[np.float64]
 
@@ -38,14 +45,15 @@ MOST_LOAD = 0.5
 class BearingLife:
     """Life of the crank's bearings at each twist; all arrays (n_twist,).
 
-    torque: mean, N.m; load: equivalent P of one bearing, N; revolutions: L10 of one bearing, of the crank; together:
-    L10 of all of them; hours: the same at the drawing's crank speed, NaN without one; valid: where P is at most C/2.
-    Infinite without load.
+    torque: mean, N.m; load: equivalent P of one bearing, N; relative_turns: revolutions of its rings against each other
+    in a turn of the crank, mean; revolutions: L10 of one bearing, in turns of the crank; together: that of all of them;
+    hours: the same at the drawing's crank speed, NaN without one; valid: where P is at most C/2. Infinite without load.
     """
 
     twist: Array
     torque: Array
     load: Array
+    relative_turns: Array
     revolutions: Array
     together: Array
     hours: Array
@@ -62,17 +70,34 @@ def bearing_forces(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed:
     '5.2 kN at 282 N.m'
     """
     drive = as_drive(drive)
-    forces, torques = [], []
-    for block in solved_blocks(drive, twist, n_drives, seed):
-        c, result = block.contacts, block.result
-        u_r, u_t = block.crank_normal()
-        cos, sin = np.cos(c.beta), np.sin(c.beta)
-        count = block.n_drives * drive.eccentrics
-        along = sum_over(result.crank * (u_r * cos + u_t * sin), block.eccentric, count)
-        across = sum_over(result.crank * (u_t * cos - u_r * sin), block.eccentric, count)
-        forces.append(np.hypot(along, across).T.reshape(block.n_drives, drive.eccentrics, -1))
-        torques.append(sum_over(result.output_torque, block.owner, block.n_drives).T)
-    return np.concatenate(forces), np.concatenate(torques)
+    blocks = [(_force(drive, block), _torque(block)) for block in solved_blocks(drive, twist, n_drives, seed)]
+    force, torque = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
+    return force, torque
+
+
+def _force(drive: Drive, block: Solved) -> Array:
+    c, crank = block.contacts, block.result.crank
+    u_r, u_t = block.crank_normal()
+    cos, sin = np.cos(c.beta), np.sin(c.beta)
+    along = _per_bearing(drive, block, crank * (u_r * cos + u_t * sin))
+    return np.hypot(along, _per_bearing(drive, block, crank * (u_t * cos - u_r * sin)))
+
+
+def _torque(block: Solved) -> Array:
+    return sum_over(block.result.output_torque, block.owner, block.n_drives).T
+
+
+def _relative_turns(drive: Drive, block: Solved) -> Array:
+    """|1 - W| of every bearing, (n_drives, eccentrics, n_twist); 1 where no element stands on the eccentric."""
+    elements = _per_bearing(drive, block, np.ones_like(block.result.crank))
+    ring = _per_bearing(drive, block, least_sliding(drive, block)[1]) / np.maximum(elements, 1)
+    return np.abs(1 - ring)
+
+
+def _per_bearing(drive: Drive, block: Solved, values: Array) -> Array:
+    """Sums of values (n_twist, n) over each bearing's elements, (n_drives, eccentrics, n_twist)."""
+    count = block.n_drives * drive.eccentrics
+    return sum_over(values, block.eccentric, count).T.reshape(block.n_drives, drive.eccentrics, -1)
 
 
 def bearing_life(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> BearingLife:
@@ -84,19 +109,22 @@ def bearing_life(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed: i
     >>> drive = load_drive("drive_1", bearing_capacity="40 kN", crank_speed="1500 rpm")
     >>> life = bearing_life(drive, [drive.max_twist], n_drives=20)
     >>> f"{life.load[0] / 1e3:.1f} kN, {life.revolutions[0] / 1e6:.0f} million revolutions"
-    '5.3 kN, 438 million revolutions'
+    '5.3 kN, 401 million revolutions'
     """
     drive = as_drive(drive)
     capacity, kind = drive.beyond.bearing_capacity, drive.beyond.bearing_type
     expect(capacity > 0, "the crank bearings' dynamic load rating, such as bearing_capacity = '40 kN'", "none",
            drive.name)
-    force, torque = bearing_forces(drive, twist, n_drives, seed)
+    blocks = [(_force(drive, block), _relative_turns(drive, block), _torque(block))
+              for block in solved_blocks(drive, twist, n_drives, seed)]
+    force, turns, torque = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
     p, e = EXPONENT[kind], WEIBULL[kind]
-    load = (force**p).mean(axis=(0, 1)) ** (1 / p)
+    relative = turns.mean(axis=(0, 1))
+    load = ((force**p * turns).mean(axis=(0, 1)) / relative) ** (1 / p)
     with np.errstate(divide="ignore"):
-        revolutions = 1e6 * (capacity / load) ** p
+        revolutions = 1e6 * (capacity / load) ** p / relative
     together = revolutions * drive.eccentrics ** (-1 / e)
     speed = drive.beyond.crank_speed
     hours = together * 2 * math.pi / speed / 3600 if speed > 0 else np.full_like(together, np.nan)
-    return BearingLife(np.atleast_1d(np.asarray(twist, float)), torque.mean(axis=0), load, revolutions, together, hours,
-                       load <= MOST_LOAD * capacity)
+    return BearingLife(np.atleast_1d(np.asarray(twist, float)), torque.mean(axis=0), load, relative, revolutions, together,
+                       hours, load <= MOST_LOAD * capacity)

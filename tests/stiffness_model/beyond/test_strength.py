@@ -7,9 +7,11 @@ import math
 
 import numpy as np
 import pytest
+from scipy import optimize
 
 import stiffness_model as sm
 from stiffness_model import ARCMIN
+from stiffness_model.beyond.blocks import solved_blocks
 from stiffness_model.beyond.life import bearing_forces, bearing_life
 from stiffness_model.beyond.strength import check_strength, pressure_limits
 from stiffness_model.turn_pressure import turn_pressures
@@ -137,7 +139,6 @@ def test_bearing_forces_are_the_reaction_to_the_crank_s_torque() -> None:
     ratio = force[..., -1].mean() / across[:, -1].mean()
     assert 1.05 < ratio < 1.4
     soft = sm.load_drive("drive_1", bearing_stiffness="250 N/um")
-    from stiffness_model.beyond.blocks import solved_blocks
     block = next(solved_blocks(soft, TWIST[[4]], 1, 0))
     shift = np.hypot(*block.result.centre_shift[:, 0])  # type: ignore[attr-defined]
     by_shift = [2.5e8 * shift[block.eccentric == k].mean() for k in range(3)]
@@ -148,11 +149,11 @@ def test_life_of_iso_281() -> None:
     ball, roller = (sm.load_drive("drive_1", bearing_capacity="40 kN", bearing_type=kind, crank_speed="1500 rpm")
                     for kind in ("ball", "roller"))
     life = bearing_life(ball, TWIST[1:], 24)
-    assert life.revolutions == pytest.approx(1e6 * (40e3 / life.load) ** 3)
+    assert life.revolutions * life.relative_turns == pytest.approx(1e6 * (40e3 / life.load) ** 3)
     assert life.hours == pytest.approx(life.together / (1500 * 60))
     assert life.together == pytest.approx(life.revolutions * 3 ** -0.9)
-    assert bearing_life(roller, TWIST[1:], 24).revolutions == pytest.approx(
-        1e6 * (40e3 / bearing_life(roller, TWIST[1:], 24).load) ** (10 / 3))
+    rolling = bearing_life(roller, TWIST[1:], 24)
+    assert rolling.revolutions * rolling.relative_turns == pytest.approx(1e6 * (40e3 / rolling.load) ** (10 / 3))
     # The mean of order 3 is above the plain mean, and half the load lives eight times as long.
     force = bearing_forces(ball, TWIST[1:], 24)[0]
     assert (life.load > force.mean(axis=(0, 1))).all()
@@ -161,3 +162,62 @@ def test_life_of_iso_281() -> None:
     assert not bearing_life(sm.load_drive("drive_1", bearing_capacity="8 kN"), TWIST[[4]], 4).valid.any()
     with pytest.raises(sm.InputError, match="dynamic load rating"):
         bearing_life(sm.load_drive("drive_1"), TWIST, 4)
+
+
+@pytest.mark.parametrize(("lobes", "relative"), [(30, 1.0915), (28, 0.9256)])
+def test_a_life_counts_the_turns_of_the_rings_against_each_other(lobes: int, relative: float) -> None:
+    """How far the outer ring turns, by kinematics in the fixed frame: places after a small turn of the crank, less those
+    before, give the velocities; the least power that sliding loses, by a linear programme, gives the turns."""
+    exact = {f"{part}_{kind}": "0 um" for part in ("element", "crank", "cage", "gear") for kind in
+             ("tolerance", "offset")}
+    drive = sm.load_drive("drive_1", lobes=lobes, bearing_capacity="40 kN", crank_speed="1500 rpm", **exact)
+    twist, h = 0.3 * drive.max_twist, 1e-5
+    block = next(solved_blocks(drive, [twist], 1, 0))
+    c, force = block.contacts, block.result
+    normal = c.normal_r + 1j * c.normal_t
+    r, cage = c.element_radius, 1 / drive.ratio
+
+    def places(crank: float) -> tuple[np.ndarray, np.ndarray]:
+        """Elements and eccentrics as complex numbers, each seen by an element whose bore stands at angle 0."""
+        bore = crank * cage
+        return (drive.path.radius(c.beta + crank - bore) * np.exp(1j * bore),
+                drive.eccentricity * np.exp(1j * (c.beta + crank + twist * drive.ratio)))
+
+    (after, centre_after), (before, centre_before) = places(h), places(-h)
+    element, centre = (after - before) / (2 * h), (centre_after - centre_before) / (2 * h)
+    here, pin = places(0.0)
+    to_element = (here - pin) / np.abs(here - pin)
+
+    def along(velocity: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        return (velocity * direction.conjugate()).real
+
+    # Velocity of the element's surface less that of its partner: still, + by the element's turn w, + by the ring's W.
+    slips = [(along(element, 1j * normal), r, 0 * r, force.gear),
+             (along(element - centre, 1j * to_element), -r, -(np.abs(here - pin) - r), force.crank),
+             *((element.real + side * cage * r, -side * r, 0 * r, wall)
+               for side, wall in ((1, force.cage_plus), (-1, force.cage_minus)))]
+    turns = []
+    for row in range(3):
+        some = np.flatnonzero(block.eccentric == row)
+        n = len(some)
+        # Unknowns: the elements' turns, the ring's, and the magnitude of every sliding.
+        cost, upper, bound = np.zeros(n + 1 + 4 * n), [], []
+        for k, (still, by_element, by_ring, pressed) in enumerate(slips):
+            cost[n + 1 + k * n:n + 1 + (k + 1) * n] = pressed[0, some]
+            for sign in (1, -1):
+                part = np.zeros((n, len(cost)))
+                part[np.arange(n), np.arange(n)] = sign * by_element[some]
+                part[:, n] = sign * by_ring[some]
+                part[np.arange(n), n + 1 + k * n + np.arange(n)] = -1
+                upper.append(part)
+                bound.append(-sign * still[some])
+        found = optimize.linprog(cost, np.vstack(upper), np.concatenate(bound), bounds=(None, None), method="highs")
+        assert found.success
+        turns.append(1 - found.x[n])  # the inner ring turns with the crank
+    life = bearing_life(drive, [twist], 1)
+    assert life.relative_turns[0] == pytest.approx(np.mean(turns), abs=2e-3)
+    assert life.relative_turns[0] == pytest.approx(relative, abs=5e-3)
+    # In turns of the crank, and in hours, the life is shorter by it than in ISO 281's revolutions.
+    of_rings = 1e6 * (40e3 / life.load[0]) ** 3
+    assert life.revolutions[0] == pytest.approx(of_rings / life.relative_turns[0])
+    assert life.hours[0] == pytest.approx(of_rings * 3**-0.9 / life.relative_turns[0] / (1500 * 60))
