@@ -103,8 +103,8 @@ class Loads:
             return []
         last = int(self.population.twist.argmax())
         text = (f"crank bearings at {self.life.torque[last]:.0f} N.m: P = {self.life.load[last] / 1e3:.2f} kN, L10 of "
-                f"all {self.life.together[last] / 1e6:.3g} million turns of the crank, {self.life.relative_turns[last]:.3f} "
-                "revolutions of a bearing each")
+                f"all {self.life.together[last] / 1e6:.3g} million turns of the crank, "
+                f"{self.life.relative_turns[last]:.3f} revolutions of a bearing each")
         hours = self.life.hours[last]
         text += f", {hours:.3g} h" if np.isfinite(hours) else ""
         return [text + ("" if self.life.valid[last] else "; beyond C/2, where ISO 281 does not hold"),

@@ -2,17 +2,17 @@
 
     L10 = (C/P)^p  million revolutions,  p = 3 (ball bearings), 10/3 (roller bearings)
 
-These are revolutions of the rings against each other. The inner ring is the eccentric and turns with the crank, once in
-its turn; the outer ring carries the elements and turns by W in it, W signed (`friction.least_sliding`: where the elements
-slide least; -0.09 for the presets, whose rings turn back, +0.07 with 28 lobes). So a turn of the crank is
+These are revolutions of the rings against each other. The inner ring is the eccentric and turns with the crank, once
+in its turn; the outer ring carries the elements and turns by W in it, W signed (`friction.least_sliding`: where the
+elements slide least; -0.09 for the presets, whose rings turn back, +0.07 with 28 lobes). So a turn of the crank is
 
     |1 - W|  revolutions of the bearing,
 
 1.09 for the presets and 0.93 with 28 lobes, and lives in turns of the crank are L10/|1 - W|. P: the mean of order p of
-the forces on the eccentrics over these revolutions (ISO 281, varying load and speed), which the virtual drives, standing
-at random angles, sample. All the bearings together live (sum L^-e)^(-1/e) with Weibull's e = 10/9 and 9/8 (ISO 281;
-Lundberg & Palmgren 1947). ISO 281 holds up to P = C/2, for rings held in stiff seats: here the outer ring is the crank's surface, bent by the balls on
-it, and lives shorter than this says.
+the forces on the eccentrics over these revolutions (ISO 281, varying load and speed), which the virtual drives,
+standing at random angles, sample. All the bearings together live (sum L^-e)^(-1/e) with Weibull's e = 10/9 and 9/8
+(ISO 281; Lundberg & Palmgren 1947). ISO 281 holds up to P = C/2, for rings held in stiff seats: here the outer ring is
+the crank's surface, bent by the balls on it, and lives shorter than this says.
 
 No standard gives a life to the elements' own contacts, and none is computed. Lundberg's and Palmgren's capacity of a
 contact (ISO 281, ISO/TS 16281) is fitted to bearing raceways: circular, conforming, ground, in pure rolling, with
@@ -126,5 +126,6 @@ def bearing_life(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed: i
     together = revolutions * drive.eccentrics ** (-1 / e)
     speed = drive.beyond.crank_speed
     hours = together * 2 * math.pi / speed / 3600 if speed > 0 else np.full_like(together, np.nan)
-    return BearingLife(np.atleast_1d(np.asarray(twist, float)), torque.mean(axis=0), load, relative, revolutions, together,
-                       hours, load <= MOST_LOAD * capacity)
+    angles = np.atleast_1d(np.asarray(twist, float))
+    return BearingLife(angles, torque.mean(axis=0), load, relative, revolutions, together, hours,
+                       load <= MOST_LOAD * capacity)

@@ -166,8 +166,8 @@ def test_life_of_iso_281() -> None:
 
 @pytest.mark.parametrize(("lobes", "relative"), [(30, 1.0915), (28, 0.9256)])
 def test_a_life_counts_the_turns_of_the_rings_against_each_other(lobes: int, relative: float) -> None:
-    """How far the outer ring turns, by kinematics in the fixed frame: places after a small turn of the crank, less those
-    before, give the velocities; the least power that sliding loses, by a linear programme, gives the turns."""
+    """How far the outer ring turns, by kinematics in the fixed frame: places after a small turn of the crank, less
+    those before, give the velocities; the least power that sliding loses, by a linear programme, gives the turns."""
     exact = {f"{part}_{kind}": "0 um" for part in ("element", "crank", "cage", "gear") for kind in
              ("tolerance", "offset")}
     drive = sm.load_drive("drive_1", lobes=lobes, bearing_capacity="40 kN", crank_speed="1500 rpm", **exact)
