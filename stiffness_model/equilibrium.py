@@ -19,6 +19,7 @@ the paper's model is solved in `beyond.coupled`.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +28,7 @@ from .beyond.coupled import solve_beyond
 from .contacts import Contacts
 from .element_state import NAMES, Equilibrium, Status, root
 from .errors import expect
+from .newton import BLOCK as NEWTON_BLOCK
 from .newton import iterate
 
 Array = NDArray[np.float64]
@@ -36,6 +38,8 @@ MOST_PASSES = 12
 BLOCK = 16384
 """Elements times twists worked on at once: few enough that the arrays stay in the processor's cache, enough that
 the calls do not count. From 8000 to 60 000 the time changes by a tenth."""
+AT_ONCE = 2**19
+"""Elements times twists whose equilibrium is held at once, at 65 bytes each."""
 TOLERANCE = 1e-11
 """Greatest turn of the crank's normal, rad, that one more pass would bring: of that order are the errors of
 the forces, as shares of the crank's."""
@@ -59,6 +63,17 @@ def solve(contacts: Contacts, crank_twist: ArrayLike, extra_force: ArrayLike | N
     if special.any():
         _iterated(contacts, twist, np.flatnonzero(special), extra_force, result)
     return result
+
+
+def solve_parts(contacts: Contacts, crank_twist: Array) -> Iterator[tuple[slice, Equilibrium]]:
+    """`solve` for those who reduce the result at once: some of the twists (m,) and their equilibrium, in turn.
+
+    Whatever the number of twists, no more than `AT_ONCE` elements times twists are held.
+    """
+    rows = max(1, AT_ONCE // max(1, len(contacts)))
+    for first in range(0, len(crank_twist), rows):
+        part = slice(first, min(first + rows, len(crank_twist)))
+        yield part, solve(contacts, crank_twist[part])
 
 
 def closed_form(contacts: Contacts, crank_twist: Array) -> Equilibrium:
@@ -186,12 +201,22 @@ def _iterated(contacts: Contacts, twist: Array, index: NDArray[np.intp], extra_f
         expect(force.shape in ((2,), (2, len(contacts))) and bool(np.isfinite(force).all()),
                f"finite forces of shape (2,) or (2, {len(contacts)})", force.shape, "extra_force")
         load[:] = force[:, None] if force.ndim == 1 else force[:, index]
-    # Every pair of element and twist is one problem of its own; all are iterated together.
-    pairs = (len(twist), len(some))
-    phi = np.repeat(twist, len(some))
-    every = some[np.tile(np.arange(len(some)), len(twist))]
+    # Every pair of element and twist is one problem of its own.
+    rows = min(len(twist), max(1, NEWTON_BLOCK // len(some)))
+    every = some[np.tile(np.arange(len(some)), rows)]
+    for first in range(0, len(twist), rows):
+        part = slice(first, min(first + rows, len(twist)))
+        here = Equilibrium(*(getattr(result, name)[part] for name in NAMES))
+        count = len(here.gear)
+        _iterated_block(every[slice(0, count * len(some))], twist[part], np.tile(load, count), index, here)
+
+
+def _iterated_block(every: Contacts, twist: Array, load: Array, index: NDArray[np.intp], result: Equilibrium) -> None:
+    """The same for all pairs of a few twists with the elements: `every` holds those of each twist in turn."""
+    pairs = (len(twist), len(index))
+    phi = np.repeat(twist, len(index))
     start = np.stack([result.radial[:, index].ravel(), result.tangential[:, index].ravel()])
-    x, forces, normal_2, converged = iterate(every, phi, np.tile(load, len(twist)), start)
+    x, forces, normal_2, converged = iterate(every, phi, load, start)
     forces[:, ~converged] = 0.0
     of_contacts = (result.gear, result.crank, result.cage_plus, result.cage_minus)
     for values, force in zip(of_contacts, forces, strict=True):

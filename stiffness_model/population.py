@@ -17,7 +17,7 @@ from .contacts import build_contacts, usable
 from .curve import BAND, TwistTorqueCurve
 from .drawing_file import AnyDrive, as_drive
 from .drive import Drive
-from .equilibrium import Equilibrium, Status, solve
+from .equilibrium import Equilibrium, Status, solve_parts
 from .errors import expect, expect_number
 
 Array = NDArray[np.float64]
@@ -153,11 +153,10 @@ def _simulate_block(drive: Drive, twist: Array, seed: int, gear_shift: float, ta
     counts[Status.EXCLUDED] = (keep.size - keep.sum()) * len(twist)
     filled = np.flatnonzero(in_drive)
     starts = np.concatenate([[0], np.cumsum(in_drive[filled])[:-1]]).astype(np.intp)
-    if filled.size:
-        result = solve(contacts, twist * drive.ratio)
-        torque[filled], crank_torque[filled], best[filled] = _torques(result, starts)
+    for part, result in solve_parts(contacts, twist * drive.ratio) if filled.size else ():
+        torque[filled, part], crank_torque[filled, part], best[filled, part] = _torques(result, starts)
         for k, values in enumerate((result.gear, result.crank, result.cage_plus, result.cage_minus)):
-            force[filled, :, k] = np.maximum.reduceat(values, starts, axis=1).T
+            force[filled, part, k] = np.maximum.reduceat(values, starts, axis=1).T
         counts += np.bincount(result.status.ravel(), minlength=len(Status))
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(torque != 0, best / np.abs(torque), np.nan)

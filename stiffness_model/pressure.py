@@ -13,7 +13,7 @@ from .contacts import PARTNERS, Contacts, build_contacts, compliances, curvature
 from .drawing_file import AnyDrive, as_drive
 from .drive import Drive
 from .element_state import Equilibrium
-from .equilibrium import solve
+from .equilibrium import solve_parts
 from .errors import expect
 from .sampling import Deviations
 
@@ -67,7 +67,9 @@ def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int) -> 
     keep = usable(drive, deviations.beta)
     contacts = build_contacts(drive, deviations)[keep.ravel()]
     some = Deviations(*(getattr(deviations, f.name)[keep] for f in fields(Deviations)))
-    return greatest(drive, contacts, some, solve(contacts, twist * drive.ratio), np.nonzero(keep)[0], n_drives)
+    owner = np.nonzero(keep)[0]
+    return np.concatenate([greatest(drive, contacts, some, result, owner, n_drives)
+                           for _, result in solve_parts(contacts, twist * drive.ratio)], axis=2)
 
 
 def greatest(drive: Drive, contacts: Contacts, deviations: Deviations, result: Equilibrium,

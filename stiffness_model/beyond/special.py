@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..contacts import Contacts
 from ..element_state import Status
-from ..newton import crank_tangent, iterate
+from ..newton import BLOCK, crank_tangent, iterate
 from .elements import Motion
 from .frame import Centres, Seat, Sums
 
@@ -51,11 +51,10 @@ class Special:
         m, n = self._shape = motion.centre_r.shape
         self._every = contacts[np.tile(np.arange(n), m)]
         self._twist, self._load = np.repeat(motion.twist, n), np.tile(load, m)
-        self._x = start.reshape(2, -1)
-        self._foot = self._every.beta
+        self._x = start.reshape(2, -1).copy()
+        self._foot, self._gear = self._every.beta.copy(), self._every.stiffness_gear.copy()
         self._forces, self._normal = np.zeros((4, m * n)), np.zeros((2, m * n))
         self._converged = np.zeros(m * n, bool)
-        self._met = self._every
 
     def solve(self, centres: Centres, drive_of_group: NDArray[np.intp]) -> Pull:
         """Equilibrium of each with the centres held, and how it follows them."""
@@ -64,30 +63,36 @@ class Special:
     def settle(self, centres: Centres) -> Array:
         """Equilibrium of each with the centres held; returns the centres' displacement as they see it, (2, m n) m."""
         shift = np.stack(self._motion.shift(self._seat, centres)).reshape(2, -1)
-        profile = self._c.profile
+        profile, todo = self._c.profile, np.arange(len(self._every))
         if profile is None:
-            self._iterate(shift)
-        else:
-            for _ in range(MOST_FEET):
-                # The iteration follows the profile by itself; only the contact's stiffness is held meanwhile.
-                foot = profile.nearest(self._every.beta, self._x, self._foot, steps=3)
-                moved = float(np.abs(foot.beta - self._foot).max(initial=0.0))
-                self._foot = foot.beta
-                stiffness = profile.stiffness(foot, self._every.element_radius, self._every.gear_gap)
-                self._met = replace(self._every, stiffness_gear=stiffness)
-                self._iterate(shift)
-                if moved <= FOOT_SETTLED:
-                    break
+            self._iterate(todo, self._every, shift)
+            return shift
+        for _ in range(MOST_FEET):
+            # The iteration follows the profile by itself; only the contact's stiffness is held meanwhile.
+            some = self._every[todo]
+            foot = profile.nearest(some.beta, self._x[:, todo], self._foot[todo], steps=3)
+            moved = np.abs(foot.beta - self._foot[todo])
+            self._foot[todo] = foot.beta
+            self._gear[todo] = profile.stiffness(foot, some.element_radius, some.gear_gap)
+            self._iterate(todo, replace(some, stiffness_gear=self._gear[todo]), shift)
+            todo = todo[moved > FOOT_SETTLED]
+            if not len(todo):
+                break
         return shift
 
-    def _iterate(self, shift: Array) -> None:
-        found = iterate(self._met, self._twist, self._load, self._x, shift)
-        self._x, self._forces, self._normal, self._converged = found
+    def _iterate(self, todo: NDArray[np.intp], some: Contacts, shift: Array) -> None:
+        """Solve the contacts `some` of the elements `todo`, a block at a time."""
+        for first in range(0, len(todo), BLOCK):
+            part = slice(first, first + BLOCK)
+            index = todo[part]
+            found = iterate(some[part], self._twist[index], self._load[:, index], self._x[:, index], shift[:, index])
+            self._x[:, index], self._forces[:, index], self._normal[:, index], self._converged[index] = found
         self._forces[:, ~self._converged] = 0.0
 
     def _sums(self, shift: Array) -> Sums:
         seat, shape = self._seat, self._shape
-        rate, torque_rate = crank_tangent(self._met, self._twist, self._x, shift)
+        met = replace(self._every, stiffness_gear=self._gear)
+        rate, torque_rate = crank_tangent(met, self._twist, self._x, shift)
         rr, rt, tt = (row.reshape(shape) for row in rate)
         f_r, f_t = (self._forces[1] * u for u in self._normal)
 

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 AT_ONCE = 6000
 """Contacts placed and solved at once: their arrays fit a core's cache."""
+TWISTS_AT_ONCE = 128
+"""Twists of a map for which their equilibrium is held at once, 50 MB."""
 
 
 @dataclass(frozen=True)
@@ -61,10 +63,12 @@ def turning_map(individual: Individual, twist: ArrayLike, output_angle: ArrayLik
     twists, angle = finite(twist, "twist"), finite(output_angle, "output angle")
     torque, crank_torque, force = (np.empty((len(angle), len(twists))) for _ in range(3))
     for part, stand in stands(individual, angle, gear_shift):
-        numbers = _carried(stand.contacts, twists * individual.drive.ratio, _torques_and_force)
-        numbers = numbers.reshape(3, len(twists), *stand.places.beta.shape)
-        torque[part], crank_torque[part] = np.einsum("qtaw,aw->qat", numbers[:2], stand.places.weight)
-        force[part] = (numbers[2] * (stand.places.weight > 0)).max(axis=2).T
+        for first in range(0, len(twists), TWISTS_AT_ONCE):
+            some = slice(first, first + TWISTS_AT_ONCE)
+            numbers = _carried(stand.contacts, twists[some] * individual.drive.ratio, _torques_and_force)
+            numbers = numbers.reshape(3, -1, *stand.places.beta.shape)
+            torque[part, some], crank_torque[part, some] = np.einsum("qtaw,aw->qat", numbers[:2], stand.places.weight)
+            force[part, some] = (numbers[2] * (stand.places.weight > 0)).max(axis=2).T
     return TurningMap(individual, angle, twists, torque, crank_torque, force)
 
 

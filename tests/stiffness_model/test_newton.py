@@ -1,0 +1,107 @@
+"""The iteration's effort and memory: only what still moves is worked on, and never more than a block at once."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import stiffness_model as sm
+from stiffness_model import newton, sampling
+from stiffness_model.contacts import Contacts, build_contacts, usable
+from stiffness_model.equilibrium import AT_ONCE, Status, solve, solve_parts
+from tests.benchmarks import bench_newton
+
+
+@pytest.fixture
+def tight() -> Contacts:
+    """Balls that are all larger than their bores."""
+    drive = sm.load_drive("drive_1", cage_offset="-20 um")
+    deviations = sampling.draw(drive, 0, sampling.BLOCK, 0)
+    return build_contacts(drive, deviations)[usable(drive, deviations.beta).ravel()]
+
+
+@pytest.fixture
+def steps(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, float]]:
+    """Elements and greatest damping of every Newton step."""
+    taken: list[tuple[int, float]] = []
+
+    def counted(step: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
+        def wrapped(force: np.ndarray, hessian: np.ndarray, damping: np.ndarray, unit: np.ndarray) -> np.ndarray:
+            taken.append((force.shape[1], float(damping.max())))
+            return step(force, hessian, damping, unit)
+        return wrapped
+
+    monkeypatch.setattr(newton, "_newton_step", counted(newton._newton_step))  # pyright: ignore[reportPrivateUsage]
+    return taken
+
+
+def test_one_without_an_equilibrium_costs_the_others_nothing(tight: Contacts, steps: list[tuple[int, float]]) -> None:
+    crank = np.linspace(0.0, 0.06, 5)
+    solve(tight, crank)
+    usual = sum(n for n, _ in steps)
+    steps.clear()
+    bad = dataclasses.replace(tight, stiffness_gear=np.where(np.arange(len(tight)) == 4, np.nan, tight.stiffness_gear))
+    result = solve(bad, crank)
+    assert (result.status[:, 4] == Status.NOT_CONVERGED).all()
+    assert (np.delete(result.status, 4, axis=1) != Status.NOT_CONVERGED).all()
+    assert sum(n for n, _ in steps) <= usual + 5 * newton.MOST_STEPS
+    # 1e-6 times 8 for every step: 200 of them would overflow in the determinant.
+    assert max(damping for _, damping in steps) < 1e25
+
+
+def test_damping_ends_where_steps_are_below_the_rounding_of_the_place(
+        tight: Contacts, monkeypatch: pytest.MonkeyPatch, steps: list[tuple[int, float]]) -> None:
+    """An energy that never falls: every step is refused."""
+    at = newton._ForceField.at  # pyright: ignore[reportPrivateUsage]
+    calls = iter(range(10**6))
+
+    def rising(field: object, x: np.ndarray, foot: np.ndarray) -> object:
+        place = at(field, x, foot)  # type: ignore[arg-type]
+        return dataclasses.replace(place, energy=np.full_like(place.energy, float(next(calls))))
+
+    monkeypatch.setattr(newton._ForceField, "at", rising)  # pyright: ignore[reportPrivateUsage]
+    n = len(tight)
+    with np.errstate(over="raise"):
+        _, _, _, converged = newton.iterate(tight, np.full(n, 0.05), np.zeros((2, n)), np.full((2, n), 1e-4))
+    assert not converged.any()
+    assert len(steps) < 40
+    assert max(damping for _, damping in steps) < 1e25
+
+
+def test_blocks_stay_small_and_change_nothing(tight: Contacts, steps: list[tuple[int, float]]) -> None:
+    crank = np.linspace(-0.05, 0.06, 90)
+    assert len(crank) * len(tight) > 3 * newton.BLOCK
+    result = solve(tight, crank)
+    assert max(n for n, _ in steps) <= newton.BLOCK
+    size = max(float(result.cage_plus.max()), float(result.cage_minus.max()))
+    for part in (slice(0, 1), slice(40, 47), slice(89, 90)):
+        alone = solve(tight, crank[part])
+        for name in ("gear", "crank", "cage_plus", "cage_minus"):
+            np.testing.assert_allclose(getattr(alone, name), getattr(result, name)[part], atol=1e-12 * size)
+
+
+def test_parts_cover_the_twists_in_order(tight: Contacts, monkeypatch: pytest.MonkeyPatch) -> None:
+    from stiffness_model import equilibrium
+
+    monkeypatch.setattr(equilibrium, "AT_ONCE", 4 * len(tight))
+    crank = np.linspace(0.0, 0.06, 10)
+    parts = list(solve_parts(tight, crank))
+    assert [len(result.gear) for _, result in parts] == [4, 4, 2]
+    np.testing.assert_array_equal(np.concatenate([crank[part] for part, _ in parts]), crank)
+    assert AT_ONCE * 65 < 50e6
+
+
+def test_memory_beside_the_results_does_not_grow_with_the_twists() -> None:
+    """By `tracemalloc`, with blocks made small so that few twists fill many of them."""
+    drive = sm.load_drive("drive_1", cage_offset="-20 um")
+    with pytest.MonkeyPatch.context() as patch:
+        from stiffness_model import equilibrium
+
+        patch.setattr(equilibrium, "AT_ONCE", 2**14)
+        patch.setattr(equilibrium, "NEWTON_BLOCK", 2**11)
+        few, many = (bench_newton.peak(drive, 4, n) for n in (100, 800))
+    assert many < 1.3 * few + 1e6
+    assert many < 40e6
