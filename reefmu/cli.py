@@ -151,7 +151,8 @@ def _add_draw(commands: Commands) -> None:
     parser.add_argument("--angle", metavar="DEG", type=float, default=0.0,
                         help="angle of the first eccentric (default 0)")
     parser.add_argument("--individual", metavar="SEED", type=_whole(0),
-                        help="forces of one virtual drive, the first of this seed (default: one without deviations)")
+                        help="forces of one drive of the drawing, that of `curve --individual SEED` (default: one "
+                             "without deviations)")
     parser.add_argument("--exaggerate", metavar="N", type=float, default=1.0,
                         help="in forces.png, draw deviations and displacements N times as large (default 1: to scale)")
     parser.add_argument("--animate", action="store_true", help="write turn.gif: one period of the motion")
@@ -178,7 +179,9 @@ def _command(commands: Commands, name: str, summary: str, writes: str) -> argpar
     def run(args: argparse.Namespace) -> int:
         from importlib import import_module
 
-        return import_module(f"reefmu.commands.{name}").run(args)
+        module = import_module(f"reefmu.commands.{name}")
+        with import_module("reefmu.commands.notes").shown():
+            return module.run(args)
 
     parser.set_defaults(run=run)
     return parser

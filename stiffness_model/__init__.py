@@ -14,7 +14,7 @@ True
 from .curve import TwistTorqueCurve
 from .drawing_file import drive_from_dict, drive_to_dict, load_drive, presets, save_drive
 from .drive import Drive
-from .errors import DoesNotFitWarning, InputError, UnknownNameError
+from .errors import DoesNotFitWarning, InputError, NotConvergedWarning, UnknownNameError
 from .materials import MATERIALS, Material
 from .population import Population, simulate
 from .pressure import Pressures, contact_pressures
@@ -28,6 +28,7 @@ __all__ = [
     "InputError",
     "MATERIALS",
     "Material",
+    "NotConvergedWarning",
     "Population",
     "Pressures",
     "Tolerance",

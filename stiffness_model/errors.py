@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 import numbers
+import warnings
 from collections.abc import Iterable
 
 
@@ -18,6 +19,27 @@ class UnknownNameError(InputError):
 
 class DoesNotFitWarning(UserWarning):
     """The drawing can be computed but not built: the bores of its elements overlap."""
+
+
+class NotConvergedWarning(UserWarning):
+    """Some elements found no equilibrium; they count as no force. Results have their number."""
+
+
+def warn_not_converged(count: int, whole: int, where: str, stacklevel: int = 3) -> None:
+    """One `NotConvergedWarning` if `count` of `whole` elements, each at its twists, found no equilibrium.
+
+    >>> import warnings
+    >>> with warnings.catch_warnings(record=True) as caught:
+    ...     warnings.simplefilter("always")
+    ...     warn_not_converged(3, 200, "drive_1")
+    >>> print(caught[0].message)
+    drive_1: 3 of 200 cases (an element at a twist) found no equilibrium and count as no force: the torque is too low; \
+smaller twists, interferences or yieldings than these bring them back
+    """
+    if count:
+        warnings.warn(f"{where}: {count} of {whole} cases (an element at a twist) found no equilibrium and count as no "
+                      "force: the torque is too low; smaller twists, interferences or yieldings than these bring them "
+                      "back", NotConvergedWarning, stacklevel=stacklevel)
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str], where: str = "") -> UnknownNameError:

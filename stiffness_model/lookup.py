@@ -21,6 +21,7 @@ from .drawing_file import AnyDrive, as_drive, drive_to_dict
 from .drive import Drive
 from .equilibrium import solve
 from .errors import expect
+from .limits import expect_twists
 from .lookup_table import QUANTITIES, Lookup, describe
 from .population import Population, simulate
 from .sampling import spread, spread_drives
@@ -113,6 +114,7 @@ def mean_torque(drive: Drive, twist: Array, clearance: float = 0.0) -> Array:
 
     Where a bearing or the housing couples the elements, by whole drives (`sampling.spread_drives`).
     """
+    twist = expect_twists(drive, twist)
     if drive.beyond.couples:
         drives = spread_drives(drive, N_SPREAD_DRIVES)
         contacts = build_contacts(drive, drives, clearance)[usable(drive, drives.beta).ravel()]

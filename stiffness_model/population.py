@@ -18,7 +18,8 @@ from .curve import BAND, TwistTorqueCurve
 from .drawing_file import AnyDrive, as_drive
 from .drive import Drive
 from .equilibrium import Equilibrium, Status, solve_parts
-from .errors import expect, expect_number
+from .errors import expect, expect_number, warn_not_converged
+from .limits import expect_twists
 
 Array = NDArray[np.float64]
 
@@ -90,8 +91,9 @@ def simulate(drive: AnyDrive, twist: ArrayLike, n_drives: int = 1000, seed: int 
 
     drive: itself, a preset's name or a drawing's path. twist: 1-D, rad at the output. gear_shift: m, added to the
     gear's clearance in all drives (positive: play). executor: any concurrent.futures executor to share the blocks of
-    drives among; the numbers do not depend on it. Raises `InputError` for a twist that is not finite and
-    one-dimensional, or for less than one drive.
+    drives among; the numbers do not depend on it. Raises `InputError` for twists that are not finite or far beyond the
+    drawing's max_twist (`limits`), and for less than one drive. Warns with `NotConvergedWarning` of elements without an
+    equilibrium (`status_counts`).
 
     >>> from stiffness_model import load_drive
     >>> population = simulate(load_drive("drive_1"), [0.0, 0.002], n_drives=50)
@@ -99,7 +101,7 @@ def simulate(drive: AnyDrive, twist: ArrayLike, n_drives: int = 1000, seed: int 
     ((50, 2), (50, 2, 4))
     """
     drive = as_drive(drive)
-    angles = _finite_twists(twist)
+    angles = expect_twists(drive, twist)
     whole = isinstance(n_drives, (int, np.integer)) and not isinstance(n_drives, bool)
     expect(whole and n_drives >= 1, "at least one drive", n_drives, "n_drives")
     expect_number(gear_shift, "a finite clearance in m", "gear_shift")
@@ -108,6 +110,7 @@ def simulate(drive: AnyDrive, twist: ArrayLike, n_drives: int = 1000, seed: int 
     tasks = list(sampling.blocks(int(n_drives)))
     parts = list((map if executor is None else executor.map)(work, tasks))
     counts = np.sum([part.counts for part in parts], axis=0)
+    warn_not_converged(int(counts[Status.NOT_CONVERGED]), int(counts.sum()), drive.name)
     return Population(
         drive=drive, twist=angles, seed=int(seed),
         torque=np.concatenate([part.torque for part in parts]),
@@ -129,16 +132,6 @@ class _Part(NamedTuple):
     counts: NDArray[np.int64]
     capped: int
     tight: int
-
-
-def _finite_twists(twist: ArrayLike) -> Array:
-    try:
-        angles = np.asarray(twist, float)
-    except (TypeError, ValueError):
-        angles = np.array(np.nan)
-    expect(angles.ndim == 1 and angles.size > 0 and bool(np.isfinite(angles).all()),
-           "a one-dimensional array of finite twists in rad", twist, "twist")
-    return angles
 
 
 def _simulate_block(drive: Drive, twist: Array, seed: int, gear_shift: float, task: tuple[int, int]) -> _Part:

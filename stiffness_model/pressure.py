@@ -12,9 +12,10 @@ from .beyond.laws import bore
 from .contacts import PARTNERS, Contacts, build_contacts, compliances, curvature_sums, usable
 from .drawing_file import AnyDrive, as_drive
 from .drive import Drive
-from .element_state import Equilibrium
+from .element_state import Equilibrium, Status
 from .equilibrium import solve_parts
-from .errors import expect
+from .errors import expect, warn_not_converged
+from .limits import expect_twists
 from .sampling import Deviations
 
 Array = NDArray[np.float64]
@@ -47,29 +48,26 @@ def contact_pressures(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, se
     '4.0 GPa 4.3 GPa 0.5 GPa'
     """
     drive = as_drive(drive)
-    angles = checked(twist, n_drives)
-    parts = [_block(drive, angles, block, count, seed) for block, count in sampling.blocks(n_drives)]
-    pressure, major, minor = np.concatenate(parts, axis=1)
+    angles = expect_twists(drive, twist)
+    expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")
+    blocks = [_block(drive, angles, block, count, seed) for block, count in sampling.blocks(n_drives)]
+    warn_not_converged(sum(lost for _, lost in blocks), n_drives * drive.elements * len(angles), drive.name)
+    pressure, major, minor = np.concatenate([found for found, _ in blocks], axis=1)
     return Pressures(angles, pressure, major, minor)
 
 
-def checked(twist: ArrayLike, n_drives: int) -> Array:
-    """The twists as an array, or `InputError`."""
-    angles = np.atleast_1d(np.asarray(twist, float))
-    expect(angles.ndim == 1 and bool(np.isfinite(angles).all()), "finite twists in one dimension", twist, "twist")
-    expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")
-    return angles
-
-
-def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int) -> Array:
-    """Pressure and semi-axes, (3, n_drives, n_twist, 3), of a block."""
+def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int) -> tuple[Array, int]:
+    """Pressure and semi-axes, (3, n_drives, n_twist, 3), of a block, and elements without an equilibrium."""
     deviations = sampling.draw(drive, block, n_drives, seed)
     keep = usable(drive, deviations.beta)
     contacts = build_contacts(drive, deviations)[keep.ravel()]
     some = Deviations(*(getattr(deviations, f.name)[keep] for f in fields(Deviations)))
     owner = np.nonzero(keep)[0]
-    return np.concatenate([greatest(drive, contacts, some, result, owner, n_drives)
-                           for _, result in solve_parts(contacts, twist * drive.ratio)], axis=2)
+    lost, found = 0, []
+    for _, result in solve_parts(contacts, twist * drive.ratio):
+        lost += int((result.status == Status.NOT_CONVERGED).sum())
+        found.append(greatest(drive, contacts, some, result, owner, n_drives))
+    return np.concatenate(found, axis=2), lost
 
 
 def greatest(drive: Drive, contacts: Contacts, deviations: Deviations, result: Equilibrium,

@@ -32,7 +32,9 @@ from .contacts import PARTNERS, build_contacts, usable
 from .drive import Drive
 from .element_state import Equilibrium
 from .equilibrium import closed_form, solve
-from .pressure import Pressures, checked, element_pressures, greatest, wall_forces
+from .errors import expect
+from .limits import expect_twists
+from .pressure import Pressures, element_pressures, greatest, wall_forces
 from .sampling import Deviations
 
 Array = NDArray[np.float64]
@@ -59,7 +61,8 @@ def turn_pressures(drive: Drive, twist: ArrayLike, n_drives: int = 100, seed: in
     >>> " ".join(f"{1e-9 * x:.1f} GPa" for x in p.pressure.mean(axis=0)[0])
     '4.3 GPa 4.5 GPa 0.5 GPa'
     """
-    angles = checked(twist, n_drives)
+    angles = expect_twists(drive, twist)
+    expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")
     parts = [_block(drive, angles, block, count, seed, cage) for block, count in sampling.blocks(n_drives)]
     pressure, major, minor = np.concatenate(parts, axis=1)
     return Pressures(angles, pressure, major, minor)

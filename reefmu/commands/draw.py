@@ -7,17 +7,19 @@ import math
 
 import numpy as np
 
-from stiffness_model import sampling
+from stiffness_model import sampling, turning
 from stiffness_model.contacts import CONTACTS
 from stiffness_model.drive import Drive
-from stiffness_model.errors import expect_number
+from stiffness_model.errors import expect, expect_number
 from stiffness_model.files import staged_folder
+from stiffness_model.limits import expect_turned, expect_twists
 from stiffness_model.units import ARCMIN, MICROMETRE
 from stiffness_model.view.animation import write_turn
 from stiffness_model.view.dxf import write_dxf
 from stiffness_model.view.layout import turns_to_repeat
-from stiffness_model.view.loads import Loads, individual, solve_loads
+from stiffness_model.view.loads import Loads, solve_loads
 from stiffness_model.view.section import picture_drawing, picture_forces
+from stiffness_model.view.shapes import most_exaggeration
 
 from . import study
 
@@ -25,15 +27,25 @@ from . import study
 def run(args: argparse.Namespace) -> int:
     """Draw, print the sizes and the forces, and write the files that were asked for."""
     drive, notes = study.load(args)
-    twist = drive.max_twist if args.twist is None else expect_number(args.twist, "a finite twist", "--twist") * ARCMIN
+    twist = drive.max_twist
+    if args.twist is not None:
+        twist = float(expect_twists(drive, args.twist * ARCMIN, "--twist", in_rad=False)[0])
     angle = math.radians(expect_number(args.angle, "a finite angle", "--angle"))
+    expect_turned(drive, angle, "--angle")
     larger = expect_number(args.exaggerate, "a factor of at least 1", "--exaggerate", low=1 - 1e-12)
     chord = expect_number(args.chord, "a positive chord error", "--chord", low=0) * MICROMETRE
     folder = study.out_folder(args, "draw")
-    deviations = sampling.nominal(drive) if args.individual is None else individual(drive, args.individual)
+    deviations, start, weight = sampling.nominal(drive), 0.0, None
+    if args.individual is not None:
+        one = turning.draw_individual(drive, args.individual)
+        # The crank stands at ratio times the output angle.
+        start, (deviations, weight) = one.start, turning.standing(one, angle / drive.ratio)
     said = []
     with staged_folder(folder) as stage:
-        loads = solve_loads(drive, deviations, twist, angle)
+        loads = solve_loads(drive, deviations, twist, angle, start, weight)
+        most = most_exaggeration(drive, loads)
+        expect(larger <= max(most, 1.0), f"a factor of at most {most:.3g}, where deviations and displacements are "
+               "drawn as large as an element", larger, "--exaggerate")
         at_rest = solve_loads(drive, sampling.nominal(drive), 0.0, angle)
         picture_drawing(drive, at_rest).savefig(stage / "drive.png")
         picture_forces(drive, loads, larger).savefig(stage / "forces.png")
@@ -71,7 +83,8 @@ def _uneven(drive: Drive) -> list[str]:
 
 
 def _forces(loads: Loads) -> str:
-    size = loads.carried
+    size, lost = loads.carried, loads.not_converged
     greatest = ", ".join(f"{name} {size[..., k].max():.4g}" for k, name in enumerate(CONTACTS))
     return (f"at {loads.twist / ARCMIN:g} arcmin {loads.torque.sum():.4g} N.m; greatest forces {greatest} N; "
-            f"{int(size.any(axis=-1).sum())} of {size[..., 0].size} elements carry")
+            f"{int(size.any(axis=-1).sum())} of {size[..., 0].size} elements carry"
+            + (f"; {lost} found no equilibrium and count as no force" if lost else ""))

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from .. import sampling
 from ..contacts import Contacts, build_contacts, usable
 from ..drive import Drive
-from ..element_state import Equilibrium
+from ..element_state import Equilibrium, Status
 from ..equilibrium import solve
-from ..errors import expect
+from ..errors import expect, warn_not_converged
+from ..limits import expect_twists
 from .coupled import CoupledEquilibrium
 
 Array = NDArray[np.float64]
@@ -56,18 +57,21 @@ class Solved:
 def solved_blocks(drive: Drive, twist: ArrayLike, n_drives: int, seed: int) -> Iterator[Solved]:
     """The first `n_drives` virtual drives at twists (m,), rad at the output, a block at a time.
 
-    Raises `InputError` for a twist that is not finite and one-dimensional, or for less than one drive.
+    Raises `InputError` for twists that are not finite or far beyond max_twist (`limits`), or for less than one drive.
     """
-    angles = np.atleast_1d(np.asarray(twist, float))
-    expect(angles.ndim == 1 and bool(np.isfinite(angles).all()), "finite twists in one dimension", twist, "twist")
+    angles = expect_twists(drive, twist)
     expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")
     sampling.check_seed(seed)
+    lost = 0
     for block, count in sampling.blocks(n_drives):
         deviations = sampling.draw(drive, block, count, seed)
         keep = usable(drive, deviations.beta)
         contacts = build_contacts(drive, deviations)[keep.ravel()]
         crank = angles * drive.ratio
-        yield Solved(contacts, crank, solve(contacts, crank), np.nonzero(keep)[0], count)
+        result = solve(contacts, crank)
+        lost += int((result.status == Status.NOT_CONVERGED).sum())
+        yield Solved(contacts, crank, result, np.nonzero(keep)[0], count)
+    warn_not_converged(lost, n_drives * drive.elements * len(angles), drive.name)
 
 
 def sum_over(values: Array, owner: NDArray[np.intp], count: int) -> Array:

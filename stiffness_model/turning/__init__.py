@@ -9,7 +9,7 @@
 [1.0, 1.03, 90.0]
 """
 
-from .individual import Individual, draw_individual, mean_individual, turn
+from .individual import Individual, draw_individual, mean_individual, standing, turn
 from .loaded import LoadedTurn, NoLoad, loaded_turn, no_load
 from .maps import TurningMap, turning_map
 from .orders import Spectrum, spectrum
@@ -25,6 +25,7 @@ __all__ = [
     "mean_individual",
     "no_load",
     "spectrum",
+    "standing",
     "turn",
     "turning_map",
 ]

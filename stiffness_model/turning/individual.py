@@ -26,7 +26,8 @@ from ..drawing_file import AnyDrive, as_drive
 from ..drive import PARTS, Drive
 from ..element_table import EDGE
 from ..errors import expect, expect_number
-from ..sampling import check_seed
+from ..geometry import wrap
+from ..sampling import Deviations, check_seed
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -190,3 +191,23 @@ def places(individual: Individual, window: Window, output_angle: Array) -> Place
     count = place.astype(np.intp)
     meeting = count % len(row)
     return Places(count % drive.elements, row[meeting], lobe[meeting], beta, window.weight(beta))
+
+
+def standing(individual: Individual, output_angle: float) -> tuple[Deviations, Array]:
+    """All elements of an individual at an output angle, rad, with the lobes they face, and `Places.weight` of each.
+
+    Arrays (1, n), element after element.
+
+    >>> from stiffness_model import load_drive
+    >>> one = draw_individual(load_drive("drive_1"), 7)
+    >>> at, weight = standing(one, 0.0)
+    >>> bool(at.beta[0, 0] == one.start), bool((at.element[0] == one.element).all())
+    (True, True)
+    """
+    n = individual.drive.elements
+    at = places(individual, Window(math.pi, math.pi, n), np.array([float(output_angle)]))
+    order = np.argsort(at.element[0])
+    q = individual.lobe[at.row[0], at.lobe[0]][order]
+    beta = wrap(at.beta[0, order])
+    parts = (values[None] for values in (beta, individual.element, individual.crank, individual.cage, q))
+    return Deviations(*parts), Window.of(individual.drive).weight(beta)[None]

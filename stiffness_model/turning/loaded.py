@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..curve import PLAY_SHARE
 from ..errors import InputError, expect, expect_number
+from ..limits import most_twist
 from .individual import Individual, scattered
 from .maps import Stand, finite, stands, turning_map
 
@@ -21,8 +22,6 @@ Array = NDArray[np.float64]
 
 TOLERANCE = 1e-8
 """Greatest remaining difference to the wanted torque, as a share of the torque at the drawing's max_twist."""
-_REACH = 4.0
-"""Twists are sought within this many times the drawing's max_twist."""
 _TRIAL = 41
 _ANGLES = 48
 _MOST_STEPS = 100
@@ -72,7 +71,7 @@ class NoLoad:
 def loaded_turn(individual: Individual, torque: float, output_angle: ArrayLike) -> LoadedTurn:
     """The twist that carries `torque`, N.m, at every output angle, (n,) rad, and the stiffness there.
 
-    Raises `InputError` for a torque that no twist within four times the drawing's max_twist carries.
+    Raises `InputError` for a torque that no twist within `limits.most_twist` carries.
 
     >>> from stiffness_model import ARCMIN, load_drive
     >>> from stiffness_model.turning import draw_individual
@@ -117,7 +116,7 @@ class _Guess:
     @staticmethod
     def of(individual: Individual, torque: float) -> _Guess:
         """Raises `InputError` for a torque out of reach."""
-        reach = _REACH * individual.drive.max_twist
+        reach = most_twist(individual.drive)
         trial = np.linspace(-reach, reach, _TRIAL)
         mean = turning_map(individual, trial, scattered(_ANGLES)).torque.mean(axis=0)
         if not mean[0] < torque < mean[-1]:

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..contacts import Contacts
-from ..equilibrium import Equilibrium, solve
-from ..errors import expect, expect_number
+from ..equilibrium import Equilibrium, Status, solve
+from ..errors import expect, expect_number, warn_not_converged
+from ..limits import FARTHEST, expect_twists
 from .individual import Individual, Places, places
 from .placed import Parts
 
@@ -52,7 +53,8 @@ def turning_map(individual: Individual, twist: ArrayLike, output_angle: ArrayLik
     """Solve an individual at every pair of output angle, (n_angle,) rad, and twist, (n_twist,) rad at the output.
 
     gear_shift: m, added to the gear's clearance (positive: play). Raises `InputError` for angles that are not
-    finite and one-dimensional.
+    finite and one-dimensional, and for twists far beyond the drawing's max_twist (`limits`); warns with
+    `NotConvergedWarning` of elements without an equilibrium.
 
     >>> from stiffness_model import ARCMIN, load_drive
     >>> from stiffness_model.turning import draw_individual
@@ -60,15 +62,19 @@ def turning_map(individual: Individual, twist: ArrayLike, output_angle: ArrayLik
     >>> turning_map(one, np.array([3.0, 6.0, 8.0]) * ARCMIN, [0.0, 0.1]).torque.shape
     (2, 3)
     """
-    twists, angle = finite(twist, "twist"), finite(output_angle, "output angle")
+    twists, angle = expect_twists(individual.drive, twist), finite(output_angle, "output angle")
     torque, crank_torque, force = (np.empty((len(angle), len(twists))) for _ in range(3))
+    lost, whole = 0, 0
     for part, stand in stands(individual, angle, gear_shift):
         for first in range(0, len(twists), TWISTS_AT_ONCE):
             some = slice(first, first + TWISTS_AT_ONCE)
             numbers = _carried(stand.contacts, twists[some] * individual.drive.ratio, _torques_and_force)
-            numbers = numbers.reshape(3, -1, *stand.places.beta.shape)
+            numbers = numbers.reshape(4, -1, *stand.places.beta.shape)
             torque[part, some], crank_torque[part, some] = np.einsum("qtaw,aw->qat", numbers[:2], stand.places.weight)
-            force[part, some] = (numbers[2] * (stand.places.weight > 0)).max(axis=2).T
+            carries = stand.places.weight > 0
+            force[part, some] = (numbers[2] * carries).max(axis=2).T
+            lost, whole = lost + int((numbers[3] * carries).sum()), whole + numbers.shape[1] * int(carries.sum())
+    warn_not_converged(lost, whole, individual.drive.name)
     return TurningMap(individual, angle, twists, torque, crank_torque, force)
 
 
@@ -89,13 +95,14 @@ class Stand:
 
 
 def finite(values: ArrayLike, name: str) -> Array:
-    """One-dimensional finite floats, or `InputError`."""
+    """One-dimensional finite floats within what can be told apart (`limits.FARTHEST`), or `InputError`."""
     try:
         array = np.asarray(values, float)
     except (TypeError, ValueError):
         array = np.array(np.nan)
     expect(array.ndim == 1 and array.size > 0 and bool(np.isfinite(array).all()),
            "a one-dimensional array of finite angles in rad", values, name)
+    expect(float(np.abs(array).max()) <= FARTHEST, f"angles within +-{FARTHEST:g} rad", values, name)
     return array
 
 
@@ -129,4 +136,4 @@ def _torque(result: Equilibrium) -> Array:
 
 def _torques_and_force(result: Equilibrium) -> Array:
     force = np.maximum(np.maximum(result.gear, result.crank), np.maximum(result.cage_plus, result.cage_minus))
-    return np.stack([result.output_torque, result.crank_torque, force])
+    return np.stack([result.output_torque, result.crank_torque, force, result.status == Status.NOT_CONVERGED])

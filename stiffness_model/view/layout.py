@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from ..drive import Drive
 from ..errors import expect, expect_number
 from ..geometry import wrap
+from ..limits import expect_turned
 
 Array = NDArray[np.float64]
 
@@ -43,10 +44,11 @@ class Layout:
     centre: Array
 
 
-def place(drive: Drive, angle: float = 0.0) -> Layout:
+def place(drive: Drive, angle: float = 0.0, start: float = 0.0) -> Layout:
     """Where the parts stand with the first eccentric at `angle`, rad.
 
-    Raises `InputError` if a row has more elements than the ratio has places.
+    start: position beta, rad, of the first element with the eccentric at 0: how the drive was put together, cage to
+    crank, with the gear turned to suit. Raises `InputError` if a row has more elements than the ratio has places.
 
     >>> from stiffness_model import load_drive
     >>> drive = load_drive("drive_1")
@@ -56,16 +58,16 @@ def place(drive: Drive, angle: float = 0.0) -> Layout:
     >>> [np.degrees(place(load_drive("drive_1", lobes=z)).gear).round(9).tolist() for z in (30, 28)]
     [[0.0, -4.0, 4.0], [0.0, 0.0, 0.0]]
     """
-    expect_number(angle, "a finite crank angle in rad", "angle")
+    expect_turned(drive, expect_number(angle, "a finite crank angle in rad", "angle"))
     rows, lobes, ratio = drive.eccentrics, drive.lobes, _places(drive)
     row = np.arange(rows)
-    start = 2 * np.pi / ratio * ((row * _step(drive) / rows)[:, None] + occupied(drive))
+    first = 2 * np.pi / ratio * ((row * _step(drive) / rows)[:, None] + occupied(drive)) + start
     at_rest = 2 * np.pi * _order(drive) / rows
-    turn = at_rest - start[:, 0] * (1 + drive.orientation / lobes)
+    turn = at_rest - first[:, 0] * (1 + drive.orientation / lobes)
     pitch = 2 * np.pi / lobes
     gear = turn - pitch * np.round(turn / pitch)
-    beta, crank = start + angle * lobes / ratio, at_rest + angle
-    bore = at_rest[:, None] - start + angle * drive.orientation / ratio
+    beta, crank = first + angle * lobes / ratio, at_rest + angle
+    bore = at_rest[:, None] - first + angle * drive.orientation / ratio
     return Layout(crank, bore, wrap(beta), np.where(np.abs(gear) < 1e-12, 0.0, gear),
                   drive.eccentricity * towards(crank), drive.path.radius(beta)[..., None] * towards(bore))
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import sampling
 from ..contacts import build_contacts, usable
 from ..drive import Drive
-from ..equilibrium import solve
-from ..errors import expect_number
+from ..equilibrium import Status, solve
+from ..errors import warn_not_converged
+from ..limits import expect_twists
 from ..sampling import Deviations
 from .layout import Layout, place, towards
 
@@ -28,7 +28,8 @@ class Loads:
     twist: rad at the output. layout: before the twist. deviations: (1, m n), as `sampling` orders them. usable: (m, n),
     whether an element's position is on the part of the profile that exists. force: (m, n, 4, 2), N, on the element by
     gear, crank, cage t+ and t-. point: (m, n, 4, 2), m, where it touches them. shift: (m, n, 2), m, radial and
-    tangential displacement of the centres. torque: (m, n), N.m on the output, by the elements.
+    tangential displacement of the centres. torque: (m, n), N.m on the output, by the elements. not_converged:
+    elements without an equilibrium, which count as no force.
     """
 
     twist: float
@@ -39,6 +40,7 @@ class Loads:
     point: Array
     shift: Array
     torque: Array
+    not_converged: int = 0
 
     @property
     def size(self) -> Array:
@@ -52,35 +54,38 @@ class Loads:
         return np.where(size > max(CARRIES * size.max(initial=0.0), LEAST_FORCE), size, 0.0)
 
 
-def individual(drive: Drive, seed: int) -> Deviations:
-    """The deviations of the first virtual drive of `simulate(drive, twist, seed=seed)`."""
-    return sampling.draw(drive, 0, 1, seed)
-
-
-def solve_loads(drive: Drive, deviations: Deviations, twist: float, angle: float = 0.0) -> Loads:
+def solve_loads(drive: Drive, deviations: Deviations, twist: float, angle: float = 0.0, start: float = 0.0,
+                weight: Array | None = None) -> Loads:
     """Forces at `twist`, rad at the output, with the crank turned there from `angle`, rad; cage and gear fixed.
 
-    deviations: of one drive (`individual`, `sampling.nominal`); its positions are replaced by those of the layout.
-    Raises `InputError` for a twist or an angle that is not finite.
+    deviations: of one drive (`turning.standing`, `sampling.nominal`); its positions are replaced by those of the
+    layout with its first element at `start`, rad, of the profile (`layout.place`). weight: (1, n) share of every
+    element in the torque, as `turning.standing` gives it; an element with none carries nothing. Without it, all on the
+    part of the profile that exists count whole. Raises `InputError` for a twist or
+    an angle that is not finite or far from what a drive can be (`limits`); warns with `NotConvergedWarning`.
 
-    >>> from stiffness_model import load_drive
+    >>> from stiffness_model import load_drive, sampling
     >>> drive = load_drive("drive_1")
     >>> loads = solve_loads(drive, sampling.nominal(drive), drive.max_twist)
     >>> bool(loads.torque.sum() > 0), bool((np.abs(loads.force.sum(axis=2)) < 1e-6 * loads.size.max()).all())
     (True, True)
     """
-    expect_number(twist, "a finite twist in rad", "twist")
-    layout = place(drive, angle)
+    expect_twists(drive, twist)
+    layout = place(drive, angle, start)
     rows, count = layout.beta.shape
     here = Deviations(_flat(layout.beta), deviations.element, deviations.crank, deviations.cage, deviations.gear)
-    keep = usable(drive, here.beta).ravel()
+    share = usable(drive, here.beta).astype(float).ravel() if weight is None else weight.ravel()
+    keep = share > 0
     contacts = build_contacts(drive, here)[keep]
     crank_twist = twist * drive.ratio
     result = solve(contacts, [crank_twist])
+    lost = int((result.status == Status.NOT_CONVERGED).sum())
+    warn_not_converged(lost, rows * count, drive.name)
     columns = np.zeros((7, rows * count))
     for k, values in enumerate((result.gear, result.crank, result.cage_plus, result.cage_minus, result.output_torque,
                                 result.radial, result.tangential)):
         columns[k, keep] = values[0]
+    columns[4] *= share
     # Element k = r + n_ecc j is the j-th of eccentric r.
     gear, crank, plus, minus, torque, radial, tangential = columns.reshape(7, count, rows).transpose(0, 2, 1)
 
@@ -98,7 +103,7 @@ def solve_loads(drive: Drive, deviations: Deviations, twist: float, angle: float
     middle = np.stack([c + radial, tangential], -1)[:, :, None]
     axes = np.stack([towards(layout.bore), towards(layout.bore + np.pi / 2)], axis=-2)[:, :, None]
     return Loads(float(twist), layout, here, keep.reshape(count, rows).T, _in_plane(-size * normal, axes),
-                 _in_plane(middle + ball * normal, axes), np.stack([radial, tangential], -1), torque)
+                 _in_plane(middle + ball * normal, axes), np.stack([radial, tangential], -1), torque, lost)
 
 
 def _flat(by_row: Array) -> Array:

@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 
 CAGE_CLEARANCE = 0.1
 """Of the room between crank and gear, left free by the cage on either side. A drawing says nothing of its rings."""
+LEAST_SMALL = 1e-9
+"""m: less is no dimension of a part, for its surface is rougher."""
 POINTS = 97
 """On the half of a lobe in a picture: chords within 1 um of drive_1's profile."""
 
@@ -73,6 +75,16 @@ def shapes(drive: Drive, loads: Loads, row: int, exaggeration: float = 1.0) -> S
              + (sides * half[:, None])[..., None, None] * along[:, None, None])
     return Shapes(_gear(drive.path, drive, layout.gear[row], bore, grown["gear"]), crank, eccentric, centre,
                   drive.element_radius + grown["element"], _bars(bore, half, inner, outer), walls)
+
+
+def most_exaggeration(drive: Drive, loads: Loads) -> float:
+    """The greatest `exaggeration` that leaves a picture: drawn so, what is small is as large as an element's radius."""
+    deviations = loads.deviations
+    way = drive.eccentricity * abs(loads.twist * drive.ratio)
+    small = [way, *(float(np.abs(values).max()) for values in (
+        deviations.element - drive.element_radius, deviations.cage - drive.element_radius,
+        deviations.gear - drive.element_radius, deviations.crank - drive.crank_radius, loads.shift))]
+    return drive.element_radius / max(*small, LEAST_SMALL)
 
 
 def cage_room(drive: Drive) -> tuple[float, float]:

@@ -12,7 +12,7 @@ import stiffness_model as sm
 from stiffness_model import sampling
 from stiffness_model.contacts import CONTACTS
 from stiffness_model.errors import InputError
-from stiffness_model.view.loads import Loads, individual, solve_loads
+from stiffness_model.view.loads import Loads, solve_loads
 from stiffness_model.view.section import picture_drawing, picture_forces
 from stiffness_model.view.shapes import shapes
 from tests.stiffness_model.view.polygons import crossings, distances
@@ -31,7 +31,7 @@ def moment(point: np.ndarray, force: np.ndarray) -> float:
 
 
 def loaded(drive: sm.Drive, share: float = 0.8) -> Loads:
-    return solve_loads(drive, individual(drive, 3), share * drive.max_twist, 0.4)
+    return solve_loads(drive, sampling.draw(drive, 0, 1, 3), share * drive.max_twist, 0.4)
 
 
 @pytest.mark.parametrize("lobes", [28, 30])
@@ -40,7 +40,7 @@ def loaded(drive: sm.Drive, share: float = 0.8) -> Loads:
 def test_drawn_arrows_turn_the_drive_with_its_torque(lobes: int, seed: int, share: float) -> None:
     """The cage's arrows, turned round, have the population's torque as their moment; gear and crank hold them."""
     drive = sm.load_drive("drive_1", lobes=lobes)
-    deviations = individual(drive, seed)
+    deviations = sampling.draw(drive, 0, 1, seed)
     twist = share * drive.max_twist
     angle = float(deviations.beta[0, 0]) * drive.transmission_ratio / lobes
     figure = picture_forces(drive, solve_loads(drive, deviations, twist, angle))

@@ -1,0 +1,126 @@
+"""Twists and angles far from what a drive can be are refused where they come in, and what found no rest is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stiffness_model as sm
+from reefmu.cli import main
+from stiffness_model import newton, sampling
+from stiffness_model.beyond.friction import friction_losses
+from stiffness_model.beyond.life import bearing_life
+from stiffness_model.beyond.strength import check_strength
+from stiffness_model.equilibrium import Status
+from stiffness_model.errors import InputError, NotConvergedWarning
+from stiffness_model.limits import FAR, FARTHEST, QUARTER_TURN, most_twist
+from stiffness_model.lookup import mean_torque
+from stiffness_model.turning import draw_individual, turning_map
+from stiffness_model.units import ARCMIN
+from stiffness_model.view.layout import place
+from stiffness_model.view.loads import solve_loads
+
+Ask = Callable[[sm.Drive, np.ndarray], object]
+
+ASKED: dict[str, Ask] = {
+    "simulate": lambda drive, twist: sm.simulate(drive, twist, 2),
+    "pressure": lambda drive, twist: sm.contact_pressures(drive, twist, 2),
+    "strength": lambda drive, twist: check_strength(drive, twist, 2),
+    "life": lambda drive, twist: bearing_life(drive, twist, 2),
+    "friction": lambda drive, twist: friction_losses(drive, twist, 2, coefficient=0.05),
+    "lookup": mean_torque,
+    "turning": lambda drive, twist: turning_map(draw_individual(drive, 0), twist, [0.1]),
+    "view": lambda drive, twist: solve_loads(drive, sampling.nominal(drive), float(twist[-1])),
+}
+
+
+@pytest.fixture
+def able() -> sm.Drive:
+    return sm.load_drive("drive_1", bearing_capacity="40 kN")
+
+
+@pytest.mark.parametrize("who", ASKED)
+def test_arcmin_forgotten_is_named_and_the_limit_itself_is_computed(who: str, able: sm.Drive) -> None:
+    with pytest.raises(InputError, match=r"within \+-32 arcmin.*did you mean 8 \* ARCMIN") as caught:
+        ASKED[who](able, np.linspace(0, 8, 5))
+    assert "\n" not in str(caught.value)
+    ASKED[who](able, np.array([most_twist(able)]))
+    with pytest.raises(InputError, match="a drive for greater twists says so by max_twist"):
+        ASKED[who](able, np.array([-60 * ARCMIN]))
+
+
+def test_far_is_eight_loads_and_twice_the_pressure() -> None:
+    """Hertz without play or scatter in between: load as the twist to 3/2, pressure to 1/2."""
+    drive = sm.load_drive("drive_1", **{f"{part}_tolerance": "0 um" for part in ("gear", "crank", "element")})
+    twist = np.array([1.0, FAR]) * drive.max_twist
+    found = sm.contact_pressures(drive, twist, 8).pressure[..., :2].mean(axis=(0, 2))
+    force = sm.simulate(drive, twist, 8).contact_force[..., 1].mean(axis=0)
+    assert found[1] / found[0] == pytest.approx(2.0, rel=0.05)
+    assert force[1] / force[0] == pytest.approx(8.0, rel=0.12)
+
+
+def test_a_quarter_turn_of_the_crank_is_the_end_whatever_the_drawing_says() -> None:
+    wide = replace(sm.load_drive("drive_1"), max_twist=2 * QUARTER_TURN / 29)
+    assert most_twist(wide) == pytest.approx(QUARTER_TURN / 29)
+    with pytest.raises(InputError, match="a quarter turn of the crank"):
+        sm.simulate(wide, [wide.max_twist], 1)
+
+
+@pytest.mark.parametrize("value", [2 * FARTHEST * 29, 1e300])
+def test_an_angle_at_which_places_are_lost_is_refused(value: float) -> None:
+    drive = sm.load_drive("drive_1")
+    with pytest.raises(InputError, match="angle: expected a crank angle within"):
+        place(drive, value)
+    with pytest.raises(InputError, match="output angle: expected angles within"):
+        turning_map(draw_individual(drive, 0), [0.0], [value])
+
+
+@pytest.mark.parametrize(("call", "words"), [
+    (["--twist", "1e308"], "--twist: expected twists within +-32 arcmin"),
+    (["--twist", "-3600"], "--twist: expected twists within +-32 arcmin"),
+    (["--angle", "1e308"], "--angle: expected a crank angle within"),
+    (["--exaggerate", "1e308"], "--exaggerate: expected a factor of at most 1"),
+    (["--exaggerate", "1e308", "--twist", "0"], "--exaggerate: expected a factor of at most"),
+])
+def test_draw_refuses_what_no_drive_can_be(call: list[str], words: str, tmp_path: Path,
+                                           capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["draw", "drive_1", *call, "--out", str(tmp_path / "new")]) == 2
+    err = capsys.readouterr().err
+    assert words in err
+    assert len(err.splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture
+def stopped(monkeypatch: pytest.MonkeyPatch) -> sm.Drive:
+    """Balls larger than their bores, whose iteration is stopped before its first step."""
+    monkeypatch.setattr(newton, "MOST_STEPS", 0)
+    return sm.load_drive("drive_1", cage_offset="0 um", bearing_capacity="40 kN")
+
+
+@pytest.mark.parametrize("who", [who for who in ASKED if who not in ("lookup", "view")])
+def test_elements_without_an_equilibrium_are_told_once(who: str, stopped: sm.Drive) -> None:
+    with pytest.warns(NotConvergedWarning, match=r"drive_1: \d+ of \d+ cases .* count as no force") as caught:
+        ASKED[who](stopped, np.array([0.5, 1.0]) * stopped.max_twist)
+    assert len(caught) == 1
+
+
+def test_the_count_is_the_populations_and_a_command_says_it(stopped: sm.Drive, tmp_path: Path,
+                                                            capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.warns(NotConvergedWarning) as caught:
+        population = sm.simulate(stopped, [stopped.max_twist], 8)
+    lost = population.status_counts[Status.NOT_CONVERGED.name.lower()]
+    assert lost > 0
+    assert f"{lost} of {8 * stopped.elements} cases" in str(caught[0].message)
+    assert main(["curve", "drive_1", "--set", "cage_offset=0 um", "--drives", "4", "--out", str(tmp_path / "c")]) == 0
+    said = capsys.readouterr()
+    assert sum("no equilibrium" in line for line in said.err.splitlines()) == 1
+    assert "cases found no equilibrium and count as no force" in said.out
+
+
+def test_nobody_is_warned_where_all_rest(able: sm.Drive) -> None:
+    assert sm.simulate(able, [able.max_twist], 16).status_counts["not_converged"] == 0
