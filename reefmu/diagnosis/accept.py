@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..effects import EFFECTS, find_effect
 from .contest import FORM_ERROR
 from .dispersion import dispersion
 from .fit import Fit
@@ -30,21 +31,14 @@ FIRST_SHARE, FURTHER_SHARE = 0.5, 0.35
 """Share of the excess left without it that an effect must remove: a set's as a whole, and each effect's."""
 MATERIAL_FIRST, MATERIAL = 0.0006, 0.002
 """Change of some run, rms, that is worth a name, as a share of full torque: alone, and beside other effects."""
-FAMILIES = (
-    frozenset({"hysteresis", "load_dependent_hysteresis", "coulomb_friction", "stribeck_friction", "damping",
-               "viscous_friction"}),
-    frozenset({"structural_compliance", "modulus_error", "creep"}),
-    frozenset({"backlash", "preload", "thermal_clearance", "wear"}),
-    frozenset({"torque_sensor_offset", "torque_sensor_drift"}),
-)
-"""Effects that a real effect of another form than ours would borrow from."""
 FORM_ERROR_ALL = 0.004
 """Share of the gain of its kin that a further effect of a family must reach where it explains all that was left."""
-SEVERAL_TIMES = frozenset({"creep"})
-"""Effects that materials have with several times and the model with one: what the fastest of them do looks like a
-spring, and explains all that was left."""
-GENERAL = frozenset({"stribeck_friction"})
-"""Effects of which another is the limit, at the same number of sizes; they must be better by `BETTER`."""
+SEVERAL_TIMES = frozenset(e.name for e in EFFECTS.values() if e.identification.spectrum)
+"""Effects that materials have with several times and the model with one: the fastest of them look like a spring, which
+then explains all that was left."""
+GENERAL = frozenset(e.name for e in EFFECTS.values() if e.identification.general)
+"""Effects with a parameter that may run to the limit where another effect takes over; they must be better by
+`BETTER`."""
 BETTER = 8.0
 """Gain that a further parameter which may run to a limit must bring."""
 FARTHER = 1.4
@@ -92,7 +86,8 @@ def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Ma
         others = tuple(n for n in fit.names if n != name)
         smaller = left_out[name] = _smaller(study, fit, name, others, known) if others else base
         gain = of_these_tolerances(study, smaller, fit).cost - fit.cost
-        kin = [other for other in others if any({name, other} <= family for family in FAMILIES)]
+        family = find_effect(name).identification.family
+        kin = [other for other in others if family and find_effect(other).identification.family is family]
         form = FORM_ERROR if rest or SEVERAL_TIMES & set(kin) else FORM_ERROR_ALL
         shares[name] = gain / (gain + rest) if gain > 0 else 0.0
         change = without(study, fit, name) - fit.prediction.torque

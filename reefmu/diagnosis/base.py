@@ -25,7 +25,7 @@ from stiffness_model.modulus import ModulusShares
 
 from ..contact import completed
 from ..curve_table import table_of_curve
-from ..effects import find_effect
+from ..effects import EFFECTS
 from ..record import Record, convert_units
 from .elastic import Elastic, LookupElastic, PowerElastic
 from .trace import Trace
@@ -85,7 +85,7 @@ class ScaledElastic:
 def drawing_base(drive: Drive, lookup: Lookup) -> Base:
     """The mean torque of a drawing's lookup. What individuals differ is the scatter's business, not a scale's."""
     none = np.zeros(0)
-    whole = completed(lookup, drive, (find_effect("modulus_error"), find_effect("missing_ball")))
+    whole = completed(lookup, drive, tuple(EFFECTS.values()))
     return Base("drawing", LookupElastic.of(lookup), drive.ratio, drive.eccentricity * abs(drive.ratio),
                 lookup.full_torque, drive.max_twist, (), none, none, none, none, drive, whole, whole.element,
                 whole.modulus, drive.name)

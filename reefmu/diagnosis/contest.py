@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..effects import EFFECTS, Likeness, Place
 from .anonymous import CURVE, Family, Rival, curve_over_torque, rivals
 from .dispersion import dispersion
 from .fit import Fit
@@ -40,8 +41,9 @@ BEND, CURVED = 0.003, 100.0
 curve alone may be."""
 FEW = 3
 """Sets of every size that are held up again."""
-STATIC = frozenset({"modulus_error", "structural_compliance", "backlash", "preload"})
-"""Effects that only change the curve."""
+STATIC = frozenset(e.name for e in EFFECTS.values()
+                   if e.identification.likeness is Likeness.CURVE and e.place is not Place.SENSOR)
+"""Effects that only change the drive's curve of torque over twist."""
 TOLERATED, EVEN_SHARE = 1.8, 0.1
 """Standard deviations of the population, and even over odd part (mean squares) where it is no noise, within which a
 curve is no gap: a scale at the edge of its tolerance and a bend make up to 1.6."""

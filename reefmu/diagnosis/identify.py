@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from ..effects import find_effect
 from .crew import Crew
 from .fit import Fit, is_logarithmic, never
 from .kernels import kernel
@@ -30,8 +31,6 @@ MOST_SWAPS = 3
 """Rounds of swapping."""
 WORTH = 6.0
 """Gain by score below which a further effect is not fitted."""
-EXCLUDING = (frozenset({"backlash", "preload"}),)
-"""Effects that are one quantity with two signs."""
 ROUGH = 0.1
 """Change of the cost at which a fit ends that only ranks sets."""
 
@@ -138,7 +137,7 @@ def promising(study: Study, parent: Fit, candidates: Sequence[str], traces: Trac
     """Starts of all sets worth a fit that have one effect more; traces: of the candidates about the parent, if there
     are any; known: sets that need none."""
     names = [n for n in candidates if n not in parent.names and frozenset((*parent.names, n)) not in known
-             and not any(n in pair and pair & set(parent.names) for pair in EXCLUDING)]
+             and find_effect(n).identification.sign_pair not in parent.names]
     # `screen` is in the order of the scores; nearly all of what a further effect gains shows there.
     most = len(names) if not parent.names else FURTHER if len(parent.names) == 1 else FURTHER // 2
     floor = WORTH if parent.names else 1.0

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..effects import separating_test
 from .fit import Fit
 from .kernels import kernel
 from .scores import Direction, projector
@@ -19,31 +20,6 @@ NO_TRACE = 0.03
 """Share of a candidate's trace that the base parameters must leave, or it is called invisible."""
 TWIN_ANGLE = 0.995
 """Cosine of the angle between two traces above which they are twins."""
-
-SPLITS: dict[frozenset[str], str] = {
-    frozenset({"backlash", "preload"}): "load the drive in both directions through zero torque",
-    frozenset({"coulomb_friction", "viscous_friction"}): "rotate at three speeds, a decade apart, both ways",
-    frozenset({"coulomb_friction", "stribeck_friction"}): "rotate from creeping to several times the turn-over speed",
-    frozenset({"coulomb_friction", "hysteresis"}): "rotate the output both ways under load; with the "
-                                                  "crank locked the two are one",
-    frozenset({"stribeck_friction", "hysteresis"}): "rotate the output both ways at several speeds under load",
-    frozenset({"structural_compliance", "modulus_error"}): "loops to several torque levels up to full torque; on a "
-                                                           "plastic drive measure the housing's give separately",
-    frozenset({"creep", "structural_compliance"}): "hold the torque for five time constants, and rest as long after it",
-    frozenset({"creep", "damping"}): "hold the torque for five time constants, and loop at three rates a decade apart",
-    frozenset({"hysteresis", "load_dependent_hysteresis"}): "loops of several amplitudes, through zero torque",
-    frozenset({"damping", "hysteresis"}): "the same loops at three rates, a decade apart",
-    frozenset({"damping", "viscous_friction"}): "rotate at constant twist, and loop with the crank locked",
-    frozenset({"torque_sensor_offset", "torque_sensor_drift"}): "an unloaded reading at the beginning and the end",
-    frozenset({"thermal_clearance", "wear"}): "the same loops cold, warm and cold again",
-    frozenset({"missing_ball", "kinematic_error"}): "turn the crank slowly at two constant twists",
-}
-_ALONE = {
-    "kinematic_error": "loops at four or more crank angles over a turn",
-    "missing_ball": "slow turns of the crank at constant twist",
-    "torque_sensor_offset": "a reading of the unloaded drive, turned round as well",
-    "torque_sensor_drift": "unloaded readings at the beginning and the end of a long record",
-}
 
 
 @dataclass(frozen=True)
@@ -72,12 +48,12 @@ def isolability(study: Study, base: Fit, traces: dict[str, list[Direction]]) -> 
         if kept:
             visible[name] = kept
         else:
-            invisible[name] = "leaves no trace in this record; it would take: " + wanted(name)
+            invisible[name] = "leaves no trace in this record; it would take: " + kernel(name).effect.experiment
     names = list(visible)
     twins = []
     for i, first in enumerate(names):
         for second in names[i + 1:]:
-            if {first, second} == {"backlash", "preload"}:
+            if kernel(first).effect.identification.sign_pair == second:
                 continue  # one quantity; the sign that fits is the name
             like = max(_alike(a, b) for a in visible[first] for b in visible[second])
             if like > TWIN_ANGLE:
@@ -98,11 +74,6 @@ def _alike(a: Array, b: Array) -> float:
     return float(np.linalg.svd(a.T @ b, compute_uv=False)[:small].min(initial=1.0))
 
 
-def wanted(name: str) -> str:
-    """What a test must do to show an effect."""
-    return kernel(name).effect.excitation.rstrip(".").lower() if name not in _ALONE else _ALONE[name]
-
-
 def splitting(sets: Sequence[Sequence[str]]) -> list[str]:
     """Experiments that tell the sets apart, one for each pair of effects in which they differ."""
     found: list[str] = []
@@ -111,8 +82,7 @@ def splitting(sets: Sequence[Sequence[str]]) -> list[str]:
         mine, theirs = best - set(other), set(other) - best
         for a in sorted(mine) or sorted(best):
             for b in sorted(theirs):
-                text = SPLITS.get(frozenset({a, b}), f"{wanted(a)}; and {wanted(b)}")
-                line = f"{a} or {b}: {text}"
+                line = f"{a} or {b}: {separating_test(a, b)}"
                 if line not in found:
                     found.append(line)
     return found[:6]

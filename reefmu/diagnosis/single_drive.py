@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from .contest import FORM_ERROR, STATIC, stands
+from ..effects import EFFECTS, Likeness
+from .contest import FORM_ERROR, stands
 from .fit import Fit
 from .identify import part_of
 from .kernels import kernel
@@ -10,9 +11,9 @@ from .population import as_individual
 from .study import Study
 from .weighting import INDIVIDUAL, SIZES
 
-SHOWN_BY_A_CURVE = STATIC | {"torque_sensor_offset"}
+SHOWN_BY_A_CURVE = frozenset(e.name for e in EFFECTS.values() if e.identification.likeness is Likeness.CURVE)
 """Effects that a curve over the twist shows, the sensor's among them."""
-LIKE_SCATTER = SHOWN_BY_A_CURVE | {"missing_ball", "kinematic_error"}
+LIKE_SCATTER = frozenset(e.name for e in EFFECTS.values() if e.identification.likeness)
 """Effects that do what deviations of the parts do: curves, and ripple over a turn."""
 NO_CHANCE = 150.0
 """Gain of a set on the mean drive over a smaller one on an individual that no individual reaches."""

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..effects import EFFECTS, Effect
+from ..effects import EFFECTS, Effect, Need
 from .base import Base
 from .fit import Box, Fit, box_of, fit, is_logarithmic, never
 from .noise import Noise
@@ -170,15 +170,10 @@ def shape_starts(effect: Effect, trace: Trace, reach: float) -> list[Array]:
 
 def candidates_of(missing: Sequence[str], base: Base) -> tuple[tuple[str, ...], dict[str, str]]:
     """Effects that a record with these columns missing can show, and why the others are left out."""
-    left_out = {}
-    if "temperature" in missing:
-        left_out["thermal_clearance"] = "the record has no temperature"
-    if "crank_angle" in missing:
-        for name in ("kinematic_error", "wear", "missing_ball"):
-            left_out[name] = "the record has no crank angle"
-    if base.kind != "drawing":
-        for name in ("modulus_error", "missing_ball"):
-            left_out[name] = "there is no drawing"
+    lacks = {Need.TEMPERATURE: "temperature" in missing, Need.CRANK_ANGLE: "crank_angle" in missing,
+             Need.DRAWING: base.kind != "drawing"}
+    left_out = {name: need.value for need in Need if lacks[need]
+                for name, effect in EFFECTS.items() if need in effect.identification.needs}
     return tuple(name for name in EFFECTS if name not in left_out), left_out
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..effects import Place
 from .fit import Fit
 from .kernels import kernel
 from .scores import Direction, gains, projector
@@ -62,6 +63,6 @@ def calibrate(study: Study, base: Fit, fresh: Array, traces: Mapping[str, Sequen
         greatest = 0.0
         for direction in traces[name]:
             greatest = max(greatest, float(gains(direction, weights, basis, residuals)[0].max()))
-        margin = KINEMATIC_MARGIN if name == "kinematic_error" else MARGIN
+        margin = KINEMATIC_MARGIN if kernel(name).effect.place is Place.KINEMATIC else MARGIN
         individuals[name] = max(noise[name], INDIVIDUAL_GAIN, margin * greatest)
     return Thresholds(noise, individuals)

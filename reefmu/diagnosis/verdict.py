@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..effects import find_effect
 from .accept import Justified, choose, left
 from .anonymous import Rival
 from .contest import as_mean, contest
@@ -28,8 +29,6 @@ ALIKE_SHARE, ALIKE_COST = 0.004, 9.0
 REMAINDER, REMAINDER_INDIVIDUAL = 0.0025, 0.0045
 """Systematic remainder, rms over full torque, that is said to be there: on the mean drive, and beside scatter,
 which is not all in the components."""
-LIMITS = (("structural_compliance", "creep"), ("coulomb_friction", "stribeck_friction"))
-"""Effects with a further length or time beside the one that they end in."""
 NOISE_UNCERTAINTY, NOISE_DEVIATIONS = 0.4, 3.0
 """Share of the noise's variance by which its estimate may be off at least, and in standard deviations."""
 MOST_HIDDEN = 3
@@ -125,9 +124,10 @@ def _foreign(study: Study, fit: Fit) -> float:
 def _limiting(other: Fit, chosen: Fit, twins: Sequence[tuple[str, str]]) -> bool:
     """Whether a set only differs by an effect of which the chosen one is the limit, and which this record shows."""
     mine, theirs = set(chosen.names) - set(other.names), set(other.names) - set(chosen.names)
-    return len(mine) == len(theirs) == 1 and any(
-        mine == {limit} and theirs == {general} and not any({limit, general} == set(t) for t in twins)
-        for limit, general in LIMITS)
+    if len(mine) != 1 or len(theirs) != 1:
+        return False
+    (limit,), (general,) = mine, theirs
+    return find_effect(limit).identification.limit_of == general and {limit, general} not in map(set, twins)
 
 
 def _visible(study: Study, fit: Fit) -> float:

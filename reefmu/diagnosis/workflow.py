@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from stiffness_model.drive import Drive
 
+from ..effects import find_effect, separating_test
 from ..record import Record
 from ..tables import cached_lookup
 from .audit import Audit, audit
@@ -22,7 +23,7 @@ from .held_out import held_fits, spoken_against
 from .identify import Search, base_fit, search, traces_of
 from .individuals import individuals_along
 from .intervals import named_effect
-from .isolate import Isolability, isolability, splitting, wanted
+from .isolate import Isolability, isolability, splitting
 from .kernels import kernel
 from .locate import locate
 from .noise import Noise, estimate_noise
@@ -173,9 +174,9 @@ def _diagnosis(study: Study, found: Search, finding: Finding, isolated: Isolabil
     if finding.curve:
         nexts.append("tolerances or a law that bends otherwise: the same test on a second drive of the drawing")
     if finding.verdict == "none":
-        nexts += [f"to see {name}: {wanted(name)}" for name in list(invisible)[:4]]
+        nexts += [f"to see {name}: {find_effect(name).experiment}" for name in list(invisible)[:4]]
     own = set(chosen.names)
-    nexts += [f"{a} or {b}: " + splitting([[a], [b]])[0].split(": ", 1)[1]
+    nexts += [f"{a} or {b}: {separating_test(a, b)}"
               for a, b in isolated.twins if own & {a, b}][:3]
     notes = list(look.notes)
     if not study.noise.repeated:
@@ -185,7 +186,7 @@ def _diagnosis(study: Study, found: Search, finding: Finding, isolated: Isolabil
     return Diagnosis(
         finding.verdict, sentence(finding, gap, study), effects, finding.alternatives,
         locate(study, before, systematic), gap, tuple(dict.fromkeys(nexts)), finding.remainder, places, invisible,
-        tuple((a, b, splitting([[a], [b]])[0].split(": ", 1)[1]) for a, b in isolated.twins), tuple(notes),
+        tuple((a, b, separating_test(a, b)) for a, b in isolated.twins), tuple(notes),
         {"kind": study.base.kind, "source": study.base.source, "zero [rad]": float(chosen.parameters[0]), **shape,
          "scatter_size": chosen.weighting.size if len(chosen.weighting.strength) else 0.0,
          "full_torque [N.m]": study.base.full_torque}, seconds)

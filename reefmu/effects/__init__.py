@@ -3,7 +3,7 @@
 from stiffness_model.errors import unknown_name
 
 from .backlash import BACKLASH
-from .base import Along, Effect, Parameter, Place, Signals, State
+from .base import Along, Effect, Family, Identification, Likeness, Need, Parameter, Place, Signals, State
 from .coulomb_friction import COULOMB_FRICTION
 from .creep import CREEP
 from .damping import DAMPING
@@ -51,4 +51,22 @@ def find_effect(name: str, where: str = "") -> Effect:
     return EFFECTS[name]
 
 
-__all__ = ["EFFECTS", "Along", "Effect", "Parameter", "Place", "Signals", "State", "find_effect"]
+def separating_test(first: str, second: str) -> str:
+    """The test that tells two effects apart, as part of a sentence.
+
+    Declared with one of the two; where neither does, the tests that show each of them.
+
+    >>> separating_test("wear", "thermal_clearance")
+    'the same loops cold, warm and cold again'
+    """
+    for one, other in ((first, second), (second, first)):
+        for name, test in find_effect(one).identification.separated_from:
+            if name == other:
+                return test
+    return f"{find_effect(first).experiment}; and {find_effect(second).experiment}"
+
+
+__all__ = [
+    "EFFECTS", "Along", "Effect", "Family", "Identification", "Likeness", "Need", "Parameter", "Place", "Signals",
+    "State", "find_effect", "separating_test",
+]

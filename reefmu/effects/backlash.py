@@ -1,6 +1,6 @@
 """Backlash: the gear's clearance is larger than drawn, the same everywhere."""
 
-from .base import Effect, Parameter, Place
+from .base import Effect, Family, Identification, Likeness, Parameter, Place
 
 BACKLASH = Effect(
     name="backlash",
@@ -13,4 +13,10 @@ BACKLASH = Effect(
     equation="clearance = drawn + backlash.clearance",
     excitation="Load in both directions through zero torque.",
     source="Equidistant q of the gear profile (paper, section III): a real clearance, solved for by the contacts.",
+    identification=Identification(
+        family=Family.CLEARANCE, likeness=Likeness.CURVE, sign_pair="preload",
+        separated_from=(
+            ("preload", "load the drive in both directions through zero torque"),
+        ),
+    ),
 )

@@ -93,13 +93,61 @@ class State:
     resets: bool = True
 
 
+class Need(Enum):
+    """What a diagnosis must have to consider an effect; the value says what is missing where it has not."""
+
+    TEMPERATURE = "the record has no temperature"
+    CRANK_ANGLE = "the record has no crank angle"
+    DRAWING = "there is no drawing"
+
+
+class Family(Enum):
+    """Groups whose members absorb each other's misfit when the true law differs from the model's."""
+
+    FRICTION = "friction"
+    COMPLIANCE = "compliance"
+    CLEARANCE = "clearance"
+    SENSOR = "sensor"
+
+
+class Likeness(Enum):
+    """What the deviations of a drive's own parts do in the same way as an effect."""
+
+    CURVE = "a change of the curve of torque over twist"
+    RIPPLE = "a ripple over the angle of the crank"
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What a fit to a measured record must know of an effect beside its equations.
+
+    needs: columns or a drawing, without which the effect is no candidate. family: of effects that absorb each other's
+    misfit. likeness: what a drive's own tolerances do like this effect. sign_pair: the effect that is the same
+    quantity with the other sign. limit_of: the more general effect of which this one is a limit. general: whether a
+    parameter may run to that limit, so that the effect fits at least as well as its limit does. spectrum: whether
+    materials have several of the times of which the model has one. separated_from: names of other effects,
+    each with the test that tells the two apart. shown_by: the test that shows the effect alone, where it differs from
+    its excitation.
+    """
+
+    needs: tuple[Need, ...] = ()
+    family: Family | None = None
+    likeness: Likeness | None = None
+    sign_pair: str = ""
+    limit_of: str = ""
+    general: bool = False
+    spectrum: bool = False
+    separated_from: tuple[tuple[str, str], ...] = ()
+    shown_by: str = ""
+
+
 @dataclass(frozen=True)
 class Effect:
     """One effect that the contact model leaves out.
 
     contribution: (signals, parameters, states) -> expression in the unit of its `Place`; a series effect
     returns the pair (compliance, offset), a missing element the pair (share, position). equation: the same in
-    words, for reports. excitation: what a test must do to show it.
+    words, for reports. excitation: what a test must do to show it. identification: what the diagnosis knows of it.
     """
 
     name: str
@@ -111,3 +159,9 @@ class Effect:
     excitation: str
     source: str
     states: tuple[State, ...] = ()
+    identification: Identification = Identification()
+
+    @property
+    def experiment(self) -> str:
+        """The test that shows the effect, as part of a sentence."""
+        return self.identification.shown_by or self.excitation.rstrip(".").lower()

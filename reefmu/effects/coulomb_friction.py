@@ -1,6 +1,6 @@
 """Coulomb friction at the output shaft: constant, against the output's motion."""
 
-from .base import Along, Effect, Parameter, Place
+from .base import Along, Effect, Family, Identification, Parameter, Place
 from .presliding import OUTPUT_PRESLIDING, built_up_share
 
 COULOMB_FRICTION = Effect(
@@ -16,4 +16,12 @@ COULOMB_FRICTION = Effect(
     equation="output torque -= coulomb_friction.torque * z,  dz/d|output| = (direction - z)/presliding",
     excitation="Rotation both ways under load of either sign; with a locked crank it looks like hysteresis.",
     source="Dahl, A Solid Friction Model (1968), exponent 1.",
+    identification=Identification(
+        family=Family.FRICTION, limit_of="stribeck_friction",
+        separated_from=(
+            ("viscous_friction", "rotate at three speeds, a decade apart, both ways"),
+            ("stribeck_friction", "rotate from creeping to several times the turn-over speed"),
+            ("hysteresis", "rotate the output both ways under load; with the crank locked the two are one"),
+        ),
+    ),
 )

@@ -1,6 +1,6 @@
 """Creep: a Kelvin-Voigt element in series; twist that follows the elastic torque with a delay."""
 
-from .base import Along, Effect, Parameter, Place, State
+from .base import Along, Effect, Family, Identification, Parameter, Place, State
 
 CREEP = Effect(
     name="creep",
@@ -19,4 +19,11 @@ CREEP = Effect(
     excitation="A dwell of five time constants under torque, and one after unloading.",
     source="Kelvin-Voigt element: Findley, Lai and Onaran, Creep and Relaxation of Nonlinear Viscoelastic "
            "Materials (1976).",
+    identification=Identification(
+        family=Family.COMPLIANCE, spectrum=True,
+        separated_from=(
+            ("structural_compliance", "hold the torque for five time constants, and rest as long after it"),
+            ("damping", "hold the torque for five time constants, and loop at three rates a decade apart"),
+        ),
+    ),
 )

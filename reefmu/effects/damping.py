@@ -1,6 +1,6 @@
 """Damping: a torque in proportion to the twist's rate."""
 
-from .base import Effect, Parameter, Place
+from .base import Effect, Family, Identification, Parameter, Place
 
 DAMPING = Effect(
     name="damping",
@@ -13,4 +13,11 @@ DAMPING = Effect(
     equation="torque += damping.coefficient * d twist/dt",
     excitation="The same loops at three rates, a decade apart.",
     source="Dashpot parallel to the contacts (Kelvin-Voigt).",
+    identification=Identification(
+        family=Family.FRICTION,
+        separated_from=(
+            ("hysteresis", "the same loops at three rates, a decade apart"),
+            ("viscous_friction", "rotate at constant twist, and loop with the crank locked"),
+        ),
+    ),
 )

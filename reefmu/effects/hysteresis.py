@@ -1,6 +1,6 @@
 """Hysteresis: a rate-independent torque of constant width that follows the twist's direction."""
 
-from .base import Along, Effect, Parameter, Place
+from .base import Along, Effect, Family, Identification, Parameter, Place
 from .presliding import TWIST_PRESLIDING, built_up_share
 
 HYSTERESIS = Effect(
@@ -16,4 +16,10 @@ HYSTERESIS = Effect(
     equation="torque += hysteresis.torque * z,  dz/d|twist| = (direction - z)/presliding",
     excitation="Loops with reversals larger than the presliding twist.",
     source="Dahl, A Solid Friction Model (1968), exponent 1.",
+    identification=Identification(
+        family=Family.FRICTION,
+        separated_from=(
+            ("load_dependent_hysteresis", "loops of several amplitudes, through zero torque"),
+        ),
+    ),
 )

@@ -4,7 +4,7 @@ from typing import Any
 
 import casadi as ca
 
-from .base import Effect, Parameter, Place, Signals, Values
+from .base import Effect, Identification, Likeness, Need, Parameter, Place, Signals, Values
 
 ORDERS = (1, 2, 3, 4)
 """Orders k of the crank angle."""
@@ -28,4 +28,7 @@ KINEMATIC_ERROR = Effect(
     equation="contact twist = twist - sum_k amplitude_k sin(k crank angle + phase_k)",
     excitation="At least four crank angles over a turn, or rotation.",
     source="Fourier series of the transmission error over the crank's turn.",
+    identification=Identification(
+        needs=(Need.CRANK_ANGLE,), likeness=Likeness.RIPPLE, shown_by="loops at four or more crank angles over a turn",
+    ),
 )

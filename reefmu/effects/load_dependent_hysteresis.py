@@ -2,7 +2,7 @@
 
 import casadi as ca
 
-from .base import Along, Effect, Parameter, Place
+from .base import Along, Effect, Family, Identification, Parameter, Place
 from .presliding import TWIST_PRESLIDING, built_up_share
 
 LOAD_DEPENDENT_HYSTERESIS = Effect(
@@ -19,4 +19,5 @@ LOAD_DEPENDENT_HYSTERESIS = Effect(
     excitation="Loops to several torques: the loop closes at zero torque and opens with the load.",
     source="Coulomb friction between bodies pressed together by the load; turn-over by Dahl, A Solid Friction "
            "Model (1968), exponent 1.",
+    identification=Identification(family=Family.FRICTION),
 )

@@ -1,6 +1,6 @@
 """Missing ball: one element carries nothing; the dip in the torque turns with the cage past the crank."""
 
-from .base import Effect, Parameter, Place
+from .base import Effect, Identification, Likeness, Need, Parameter, Place
 
 MISSING_BALL = Effect(
     name="missing_ball",
@@ -19,4 +19,11 @@ MISSING_BALL = Effect(
     excitation="Slow turns of the crank at constant twist; a locked crank at four or more angles.",
     source="Elements between rigid gear and cage do not feel each other (paper, section III): the solver's torque "
            "of one element over twist, clearance and position.",
+    identification=Identification(
+        needs=(Need.CRANK_ANGLE, Need.DRAWING), likeness=Likeness.RIPPLE,
+        shown_by="slow turns of the crank at constant twist",
+        separated_from=(
+            ("kinematic_error", "turn the crank slowly at two constant twists"),
+        ),
+    ),
 )

@@ -2,7 +2,7 @@
 
 from stiffness_model.modulus import BOUNDS
 
-from .base import Effect, Parameter, Place
+from .base import Effect, Family, Identification, Likeness, Need, Parameter, Place
 
 MODULUS_ERROR = Effect(
     name="modulus_error",
@@ -15,4 +15,5 @@ MODULUS_ERROR = Effect(
     equation="torque = contact torque of gear and cage with (1 + modulus_error.error) times the drawn modulus",
     excitation="Several torque levels: against structural_compliance, which softens high torques most.",
     source="Contacts in series, each give with compliance^(1/p) (Hertz; paper, eq. 23): stiffness_model.modulus.",
+    identification=Identification(needs=(Need.DRAWING,), family=Family.COMPLIANCE, likeness=Likeness.CURVE),
 )

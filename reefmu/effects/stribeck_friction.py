@@ -2,7 +2,7 @@
 
 import casadi as ca
 
-from .base import Along, Effect, Parameter, Place
+from .base import Along, Effect, Family, Identification, Parameter, Place
 from .presliding import OUTPUT_PRESLIDING, built_up_share
 
 STRIBECK_FRICTION = Effect(
@@ -21,4 +21,10 @@ STRIBECK_FRICTION = Effect(
     excitation="Rotation both ways at speeds from creeping to several times the parameter `speed`.",
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, A Survey of Models ... for the Control of Machines "
            "with Friction (1994), Gaussian form; the constant part is coulomb_friction.",
+    identification=Identification(
+        family=Family.FRICTION, general=True,
+        separated_from=(
+            ("hysteresis", "rotate the output both ways at several speeds under load"),
+        ),
+    ),
 )

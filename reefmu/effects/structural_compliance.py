@@ -1,6 +1,6 @@
 """Structural compliance: a linear spring in series with the contacts (shafts, bearings, housing)."""
 
-from .base import Effect, Parameter, Place
+from .base import Effect, Family, Identification, Likeness, Parameter, Place
 
 STRUCTURAL_COMPLIANCE = Effect(
     name="structural_compliance",
@@ -13,4 +13,12 @@ STRUCTURAL_COMPLIANCE = Effect(
     equation="twist = contact twist + compliance * elastic torque",
     excitation="Several torque levels up to full torque.",
     source="Linear spring. The crank bearing alone adds some 3 arcmin at 300 N.m to the contacts' 8.",
+    identification=Identification(
+        family=Family.COMPLIANCE, likeness=Likeness.CURVE, limit_of="creep",
+        separated_from=(
+            ("modulus_error",
+             "loops to several torque levels up to full torque; on a plastic drive measure the "
+             "housing's give separately"),
+        ),
+    ),
 )

@@ -1,8 +1,9 @@
 """Thermal clearance: the gear clearance changes in proportion to the temperature above 20 degC."""
 
+
 from stiffness_model.units import REFERENCE_TEMPERATURE
 
-from .base import Effect, Parameter, Place
+from .base import Effect, Family, Identification, Need, Parameter, Place
 
 THERMAL_CLEARANCE = Effect(
     name="thermal_clearance",
@@ -16,4 +17,10 @@ THERMAL_CLEARANCE = Effect(
     excitation="The same loops through zero torque, cold and warm, with the temperature in the record.",
     source="Linear expansion: a steel radius of 48 mm grows by 0.55 um/K, a PLA gear around steel parts by some "
            "3 um/K more than they do. Negative where the inner parts warm up first.",
+    identification=Identification(
+        needs=(Need.TEMPERATURE,), family=Family.CLEARANCE,
+        separated_from=(
+            ("wear", "the same loops cold, warm and cold again"),
+        ),
+    ),
 )

@@ -1,6 +1,6 @@
 """Torque sensor drift: the sensor's zero moves with time over the whole record."""
 
-from .base import Along, Effect, Parameter, Place, State
+from .base import Along, Effect, Family, Identification, Parameter, Place, State
 
 TORQUE_SENSOR_DRIFT = Effect(
     name="torque_sensor_drift",
@@ -19,4 +19,7 @@ TORQUE_SENSOR_DRIFT = Effect(
              "dg/dt = 1 - g / torque_sensor_drift.settling, from the record's begin",
     excitation="Unloaded readings, or the same loop, at the beginning and the end of a long record.",
     source="What the rig does, not the drive: linear in time, or settling as a case that warms up; whatever the load.",
+    identification=Identification(
+        family=Family.SENSOR, shown_by="unloaded readings at the beginning and the end of a long record",
+    ),
 )

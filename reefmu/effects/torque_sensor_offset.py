@@ -1,6 +1,6 @@
 """Torque sensor offset: what the sensor reads without torque."""
 
-from .base import Effect, Parameter, Place
+from .base import Effect, Family, Identification, Likeness, Parameter, Place
 
 TORQUE_SENSOR_OFFSET = Effect(
     name="torque_sensor_offset",
@@ -13,4 +13,10 @@ TORQUE_SENSOR_OFFSET = Effect(
     equation="measured torque = output torque + torque_sensor_offset.torque",
     excitation="A reading of the unloaded drive; turned round, an offset keeps its sign.",
     source="What the rig does, not the drive: the zero signal of a torque transducer.",
+    identification=Identification(
+        family=Family.SENSOR, likeness=Likeness.CURVE, shown_by="a reading of the unloaded drive, turned round as well",
+        separated_from=(
+            ("torque_sensor_drift", "an unloaded reading at the beginning and the end"),
+        ),
+    ),
 )

@@ -1,6 +1,6 @@
 """Wear: the gear clearance grows in proportion to the way that the crank has turned."""
 
-from .base import Along, Effect, Parameter, Place, State
+from .base import Along, Effect, Family, Identification, Need, Parameter, Place, State
 
 WEAR = Effect(
     name="wear",
@@ -17,4 +17,5 @@ WEAR = Effect(
     equation="clearance = drawn + wear.rate * travel,  d travel = |d crank angle|",
     excitation="The same loops through zero torque before and after many turns, in one record.",
     source="Archard, Contact and Rubbing of Flat Surfaces (1953): depth in proportion to the way at equal load.",
+    identification=Identification(needs=(Need.CRANK_ANGLE,), family=Family.CLEARANCE),
 )
