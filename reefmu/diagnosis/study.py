@@ -28,14 +28,16 @@ SEARCH_SAMPLES = 2400
 """Blocks on which sets of effects are searched."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Study:
-    """trace: all samples; blocks: over which residuals are averaged, n of them; variance: (n,) that weighs each,
-    with the noise's correlation in it; block_variance: (n,) what the noise alone leaves in each; candidates: names;
-    left_out: others, with the reason; scatter: of the population, None without a drawing;
-    null_excess: what single drives of the population leave beyond the components, as a cost; shifted: weights
-    by the twist and the clearance that the contacts feel; mean: whether this is the mean drive, so that the scatter
-    keeps small; individuals: (m, n) N.m, single drives of the population less their mean, none without a drawing.
+    """One record and what is known of it before any effect is named; a value that no stage changes.
+
+    trace: all samples; blocks: over which residuals are averaged, n of them; variance: (n,) that weighs each, with the
+    noise's correlation in it; block_variance: (n,) what the noise alone leaves in each; candidates: names; left_out:
+    others, with the reason; scatter: of the population, None without a drawing; null_excess: what single drives of the
+    population leave beyond the components, as a cost; shifted: a memo of `weights_at`, the weights by the twist and the
+    clearance that the contacts feel; mean: whether this is the mean drive, so that the scatter keeps small;
+    individuals: (m, n) N.m, single drives of the population less their mean, none without a drawing.
     """
 
     base: Base

@@ -28,10 +28,14 @@ INDIVIDUAL_GAIN = 42.0
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Gains that null drives reach: by noise alone and as individuals of the population, by candidate."""
+    """Gains that null drives reach: by noise alone and as individuals of the population, by candidate.
+
+    null_excess: cost that single drives of the population leave beyond the components of the scatter.
+    """
 
     noise: Mapping[str, float]
     individuals: Mapping[str, float]
+    null_excess: float = 0.0
 
     def total(self, fit: Fit) -> float:
         """What all effects of a fit would gain together on a null drive."""
@@ -57,7 +61,7 @@ def calibrate(study: Study, base: Fit, fresh: Array, traces: Mapping[str, Sequen
     nulls = fresh.T + np.sqrt(study.block_variance)[:, None] * rng.standard_normal((len(study.torque), len(fresh)))
     residuals = weights.white(nulls)
     residuals = residuals - basis @ (basis.T @ residuals)
-    study.null_excess = 1.3 * max(0.0, float((residuals**2).sum(axis=0).max() - study.alone(weights)))
+    null_excess = 1.3 * max(0.0, float((residuals**2).sum(axis=0).max() - study.alone(weights)))
     individuals = {}
     for name in study.candidates:
         greatest = 0.0
@@ -65,4 +69,4 @@ def calibrate(study: Study, base: Fit, fresh: Array, traces: Mapping[str, Sequen
             greatest = max(greatest, float(gains(direction, weights, basis, residuals)[0].max()))
         margin = KINEMATIC_MARGIN if kernel(name).effect.place is Place.KINEMATIC else MARGIN
         individuals[name] = max(noise[name], INDIVIDUAL_GAIN, margin * greatest)
-    return Thresholds(noise, individuals)
+    return Thresholds(noise, individuals, null_excess)

@@ -53,15 +53,22 @@ class Finding:
     curve: float = 0.0
 
 
-def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]] = ()) -> Finding:
-    """The verdict on a search."""
+def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]] = ()
+           ) -> tuple[Study, Finding]:
+    """The verdict on a search, and the study that it stands on: of the mean drive where the record shows it to be."""
     best, examined = choose(study, found, thresholds)
     fit = as_mean(study, found.base if best is None else best.fit)
     if best is None and fit is not found.base and not contest(study, found, fit).tolerated:
         # A mean drive after all: then no name can be put down to scatter.
-        study.mean, found = True, Search(fit, found.best)
+        study, found = replace(study, mean=True), Search(fit, found.best)
         best, examined = choose(study, found, thresholds)
         fit = fit if best is None else best.fit
+    return study, _finding(study, found, thresholds, twins, fit, best, examined)
+
+
+def _finding(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]], fit: Fit,
+             best: Justified | None, examined: Sequence[Justified]) -> Finding:
+    """What is said of the set that is justified, `best` with its fit, or of the base alone."""
     base = found.base
     if fit.weighting.size <= SMALL_SCATTER:
         outcome = contest(study, found, fit)

@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,11 +88,13 @@ def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike
     with crew_of(study, executor) as crew:
         traces = traces_of(crew, first)
         isolated = isolability(study, first, traces)
-        study.candidates = tuple(n for n in study.candidates if n not in isolated.invisible)
+        study = replace(study, candidates=tuple(n for n in study.candidates if n not in isolated.invisible))
         say("thresholds", 0.2)
         thresholds = calibrate(study, first, fresh, traces)
-        found = search(crew, first, traces, MOST_EFFECTS, lambda what, share: say(what, 0.3 + 0.6 * share))
-    finding = decide(study, found, thresholds, isolated.twins)
+        study = replace(study, null_excess=thresholds.null_excess)
+        found = search(replace(crew, study=study), first, traces, MOST_EFFECTS,
+                       lambda what, share: say(what, 0.3 + 0.6 * share))
+    study, finding = decide(study, found, thresholds, isolated.twins)
     say("result", 0.95)
     held = held_fits(study, (found.base, finding.chosen)) if finding.chosen.names else []
     if held and spoken_against(study, found.base, finding.chosen, held):
@@ -120,8 +122,7 @@ def prepare(record: Record, trace: Trace, base: Base) -> tuple[Study, Array]:
                   individuals=fresh)
     if is_mean(study, fresh):
         # Nothing may then be put down to scatter, and no individual need calibrate thresholds.
-        study.mean, study.weights = True, weights.of_the_mean()
-        fresh = fresh[:0]
+        return replace(study, mean=True, weights=weights.of_the_mean()), fresh[:0]
     return study, fresh
 
 
