@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +12,6 @@ from ..record import Record, make_record
 from ..simulate import simulate_record
 from .base import lookup_of
 from .fit import Fit
-from .kernels import kernel
 from .study import Study
 from .trace import Trace
 
@@ -22,22 +20,12 @@ Array = NDArray[np.float64]
 
 def corrected_model(study: Study, chosen: Fit) -> DriveModel:
     """The drive model with the effects found inside, as model.toml holds it."""
-    base, effects = study.base, effect_values(study, chosen)
-    table = lookup_of(base, chosen.parameters[1:1 + base.n_shape])
+    base, layout = study.base, study.layout(chosen.names)
+    effects = layout.by_effect(chosen.parameters)
+    table = lookup_of(base, chosen.parameters[layout.shape])
     if base.drive is None:
         return build_curve_model(table, effects)
     return build_model(base.drive, effects, lookup=table)
-
-
-def effect_values(study: Study, chosen: Fit) -> Mapping[str, Mapping[str, float]]:
-    """Fitted parameter values by effect and parameter name."""
-    effects: dict[str, dict[str, float]] = {}
-    at = 1 + study.base.n_shape
-    for name in chosen.names:
-        parameters = kernel(name).effect.parameters
-        effects[name] = {p.name: float(chosen.parameters[at + k]) for k, p in enumerate(parameters)}
-        at += len(parameters)
-    return effects
 
 
 def conditioned(trace: Trace, zero: float) -> tuple[Record, Array]:

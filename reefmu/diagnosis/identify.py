@@ -114,13 +114,8 @@ def swapped(crew: Crew, fits: list[Fit], smaller: list[Fit], extended_already: l
 
 def part_of(study: Study, fit: Fit, names: frozenset[str]) -> tuple[tuple[str, ...], Array]:
     """Some names of a fit, and its parameters without the others'."""
-    keep, at = [fit.parameters[:1 + study.base.n_shape]], 1 + study.base.n_shape
-    for name in fit.names:
-        n = len(kernel(name).effect.parameters)
-        if name in names:
-            keep.append(fit.parameters[at:at + n])
-        at += n
-    return tuple(n for n in fit.names if n in names), np.concatenate(keep)
+    layout, parameters = study.layout(fit.names).part(names, fit.parameters)
+    return layout.names, parameters
 
 
 @dataclass(frozen=True)
@@ -219,14 +214,11 @@ def degenerate(study: Study, fit: Fit) -> bool:
         "s": (2 * float(np.median(step)) if step.size else 0.0, 10 * float(t.time[-1] - t.time[0])),
         "rad/s": (0.0, 5 * float(np.abs(t.output_speed).max())), "rad": (0.0, 2 * study.base.reach),
     }
-    at = 1 + study.base.n_shape
-    for name in fit.names:
-        for k, p in enumerate(kernel(name).effect.parameters):
-            low, high = limits.get(p.unit, (0.0, np.inf))
-            high = np.inf if never(p) else high
-            if is_logarithmic(p) and not low <= fit.parameters[at + k] <= high:
-                return True
-        at += len(kernel(name).effect.parameters)
+    for at, p in study.layout(fit.names).effect_parameters():
+        low, high = limits.get(p.unit, (0.0, np.inf))
+        high = np.inf if never(p) else high
+        if is_logarithmic(p) and not low <= fit.parameters[at] <= high:
+            return True
     return False
 
 
@@ -238,11 +230,7 @@ def n_parameters(fit: Fit) -> int:
 def without(study: Study, fit: Fit, name: str) -> Array:
     """The fit's torque with one effect switched off and all else as it is, (n,) N.m."""
     p = fit.parameters.copy()
-    at = 1 + study.base.n_shape
-    for other in fit.names:
-        effect = kernel(other).effect
-        if other == name:
-            for k in amplitudes(effect):
-                p[at + k] = effect.parameters[k].neutral
-        at += len(effect.parameters)
+    first, effect = study.layout(fit.names).effects[name].start, kernel(name).effect
+    for k in amplitudes(effect):
+        p[first + k] = effect.parameters[k].neutral
     return study.predictor(fit.names)(p).torque

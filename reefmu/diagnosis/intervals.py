@@ -26,11 +26,7 @@ FORM = 0.005
 
 def named_effect(study: Study, fit: Fit, name: str, base: Fit) -> NamedEffect:
     """One effect with its parameters and their 95 % intervals."""
-    at = 1 + study.base.n_shape
-    for other in fit.names:
-        if other == name:
-            break
-        at += len(kernel(other).effect.parameters)
+    at = study.layout(fit.names).effects[name].start
     deviation = deviations(study, fit)
     values = {}
     for k, p in enumerate(kernel(name).effect.parameters):

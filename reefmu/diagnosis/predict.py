@@ -17,6 +17,7 @@ from ..effects import Along, Effect, Place, State
 from .base import Base
 from .element import element_torque
 from .kernels import Tangent, Values, accumulate, is_zero, kernel, scaled
+from .layout import ParameterLayout
 from .trace import Blocks, Trace
 from .trajectory import exponentials, propagated, recurrence, steps
 from .vectorised import Number
@@ -62,13 +63,9 @@ class Predictor:
         self.trace, self.base, self.blocks = trace, base, blocks
         self.names = tuple(names)
         self.kernels = [kernel(name) for name in self.names]
-        self.n_base = 1 + base.n_shape
-        self.slices: list[slice] = []
-        at = self.n_base
-        for k in self.kernels:
-            self.slices.append(slice(at, at + len(k.effect.parameters)))
-            at += len(k.effect.parameters)
-        self.size = at
+        self.layout = ParameterLayout(base.n_shape, self.names)
+        self.slices = [self.layout.effects[name] for name in self.names]
+        self.size = self.layout.size
 
     def __call__(self, parameters: Array) -> Prediction:
         """Torque and sensitivities for a parameter vector (size,): zero, base shape, effects' parameters."""
@@ -289,7 +286,7 @@ class _Run:
         """Torque and stiffness at a twist of the contacts themselves; no tangents if twist_tangent is None."""
         base = self.of.base
         self.contact, self.clearance = at, clearance.value
-        shape = np.array(self.p[1:self.of.n_base])
+        shape = np.array(self.p[self.of.layout.shape])
         torque, stiffness, by_clearance, by_shape = base.elastic.evaluate(at, clearance.value, shape)
         parts = []
         for share, position in lost:

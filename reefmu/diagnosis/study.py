@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..effects import EFFECTS, Effect, Need
 from .base import Base
 from .fit import Box, Fit, box_of, fit, is_logarithmic, never
+from .layout import ParameterLayout
 from .noise import Noise
 from .predict import Predictor
 from .scatter import Scatter
@@ -59,6 +60,10 @@ class Study:
     def torque(self) -> Array:
         """Measured torque, N.m, of the blocks."""
         return self.blocks.mean(self.trace.torque)
+
+    def layout(self, names: Sequence[str]) -> ParameterLayout:
+        """Where the parameters of a set of effects stand in the vector of a fit."""
+        return ParameterLayout(self.base.n_shape, tuple(names))
 
     def predictor(self, names: Sequence[str]) -> Predictor:
         """Of a set of effects, on the blocks."""

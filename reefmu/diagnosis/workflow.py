@@ -182,7 +182,7 @@ def _diagnosis(study: Study, found: Search, finding: Finding, isolated: Isolabil
     notes = list(look.notes)
     if not study.noise.repeated:
         notes.append("no cycles repeat: the noise is taken from smoothness alone and may be too small or too large")
-    fitted = chosen.parameters[1:1 + study.base.n_shape].tolist()
+    fitted = chosen.parameters[study.layout(chosen.names).shape].tolist()
     shape = dict(zip(study.base.shape_names, fitted, strict=True))
     return Diagnosis(
         finding.verdict, sentence(finding, gap, study), effects, finding.alternatives,

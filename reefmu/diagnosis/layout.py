@@ -1,0 +1,66 @@
+"""Where every fitted parameter stands in one vector: names to slices, and a vector to values by name."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..effects import Parameter, find_effect
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ParameterLayout:
+    """The vector of a fit: the twist's zero, the shape of the base curve, then every effect's parameters.
+
+    n_shape: parameters of the base curve's shape; names: effects, in the order of the vector.
+
+    >>> layout = ParameterLayout(2, ("backlash", "creep"))
+    >>> layout.shape, layout.effects["creep"], layout.size
+    (slice(1, 3, None), slice(4, 6, None), 6)
+    >>> layout.by_effect(np.arange(6.0))["creep"]
+    {'compliance': 4.0, 'time': 5.0}
+    """
+
+    n_shape: int
+    names: tuple[str, ...]
+
+    @property
+    def shape(self) -> slice:
+        """Where the base curve's shape stands; before it is the zero, rad."""
+        return slice(1, 1 + self.n_shape)
+
+    @cached_property
+    def effects(self) -> dict[str, slice]:
+        """Where the parameters of every effect stand."""
+        found, at = {}, 1 + self.n_shape
+        for name in self.names:
+            found[name] = slice(at, at + len(find_effect(name).parameters))
+            at = found[name].stop
+        return found
+
+    @property
+    def size(self) -> int:
+        """Length of the vector."""
+        return 1 + self.n_shape + sum(len(find_effect(name).parameters) for name in self.names)
+
+    def effect_parameters(self) -> list[tuple[int, Parameter]]:
+        """Position and declaration of every effect's parameters, in the order of the vector."""
+        return [(self.effects[name].start + k, p) for name in self.names
+                for k, p in enumerate(find_effect(name).parameters)]
+
+    def by_effect(self, vector: Array) -> dict[str, dict[str, float]]:
+        """The values of the effects' parameters in a vector (size,), by effect and parameter name."""
+        return {name: {p.name: float(v) for p, v in zip(find_effect(name).parameters, vector[where], strict=True)}
+                for name, where in self.effects.items()}
+
+    def part(self, names: Collection[str], vector: Array) -> tuple[ParameterLayout, Array]:
+        """The layout of some of the effects alone, in the same order, and what a vector (size,) holds of it."""
+        kept = tuple(name for name in self.names if name in names)
+        pieces = [vector[:1 + self.n_shape], *(vector[self.effects[name]] for name in kept)]
+        return ParameterLayout(self.n_shape, kept), np.concatenate(pieces)
