@@ -1,7 +1,8 @@
 """The drive in a robot joint: motor and load inertia, a controller, python-control systems, co-simulation.
 
 * `equations.py` writes the joint once, in CasADi, over a `DriveModel`; `simulate.py` runs it under a controller.
-* `systems.py` makes python-control systems of drive and joint, with exact linearisation.
+* `systems.py` makes python-control systems of drive and joint, with exact linearisation; `parameters.py` keeps their
+  parameters apart in an interconnection.
 * `cosimulation.py` is the loop around an FMU, `block.py` the FMU as a discrete block of python-control.
 * `step.py` derives which communication step such a loop allows.
 * `controller.py` designs an LQR, `plots.py` draws what the drive's real curve does to it.

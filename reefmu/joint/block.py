@@ -29,6 +29,7 @@ from reefmu.masses import STATES, Masses
 from stiffness_model.errors import InputError, expect_number, unknown_name
 
 from .cosimulation import ANSWERS, extrapolate
+from .parameters import NamedSystem
 from .systems import python_name, python_names
 
 Array = NDArray[np.float64]
@@ -42,7 +43,7 @@ class _Snapshot:
     """Numbers of the snapshots that follow, by input."""
 
 
-class FmuBlock(ct.NonlinearIOSystem):
+class FmuBlock(NamedSystem):
     """A discrete-time system whose update steps an FMU; made by `fmu_block`.
 
     `close`, or leaving a `with` block, frees the FMU.
@@ -129,5 +130,5 @@ def masses_block(masses: Masses, step: float, ratio: float, *, name: str = "mass
         return extrapolate(masses, ratio, step, x, u[:2], answer)
 
     inputs = python_names(("motor.tau", "load.tau", *ANSWERS))
-    return ct.NonlinearIOSystem(update, lambda t, x, u, params: x[:4], inputs=inputs, outputs=python_names(STATES),
-                                states=python_names(STATES), dt=step, name=name)
+    return NamedSystem(update, lambda t, x, u, params: x[:4], inputs=inputs, outputs=python_names(STATES),
+                       states=python_names(STATES), dt=step, name=name)

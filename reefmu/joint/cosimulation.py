@@ -35,7 +35,7 @@ from .simulate import Controller, Motion, commanded, samples
 
 Array = NDArray[np.float64]
 ANSWERS = ("crank.tau", "output.tau", "twist", "stiffness")
-"""Outputs of the FMU that the loop uses."""
+"""Outputs of the FMU that the loop uses; they lead its answers."""
 
 
 def cosimulate(path: str | os.PathLike[str], masses: Masses, controller: Controller, *, step: float, duration: float,
@@ -53,14 +53,15 @@ def cosimulate(path: str | os.PathLike[str], masses: Masses, controller: Control
     motion = np.zeros(4) if start is None else np.asarray(start, float)
     expect(motion.shape == (4,) and bool(np.isfinite(motion).all()),
            "four finite numbers, crank.phi crank.w output.phi output.w", start, "start")
-    motions, answers, torques = np.empty((n + 1, 4)), np.empty((n + 1, 4)), np.empty((n, 2))
     with FmuDrive(path, parameters=parameters) as fmu:
         ratio = drive_ratio(fmu, path)
+        said = (*ANSWERS, *(name for name in fmu.outputs if name not in ANSWERS))
+        motions, answers, torques = np.empty((n + 1, 4)), np.empty((n + 1, len(said))), np.empty((n, 2))
 
         def ask(k: int, angles: Array) -> Array:
             inputs = {**dict(zip(STATES, angles.tolist(), strict=True)), "temperature": temperature}
             outputs = fmu.initialize(inputs) if k == 0 else fmu.step(step, inputs)
-            return np.array([outputs[name] for name in ANSWERS])
+            return np.array([outputs[name] for name in said])
 
         advance = _ADVANCES[scheme](masses, ratio, step)
         motions[0], answers[0] = motion, ask(0, motion)
@@ -72,7 +73,7 @@ def cosimulate(path: str | os.PathLike[str], masses: Masses, controller: Control
                 raise InputError(f"cosimulate at {(k + 1) * step:g} s: expected a bounded motion, got one without "
                                  f"bounds; a step of {step:g} s is too long for the scheme {scheme!r}, or the loop is "
                                  "unstable")
-    return Motion(step * np.arange(n + 1.0), np.hstack([motions, answers[:, 1:]]), torques)
+    return Motion(step * np.arange(n + 1.0), np.hstack([motions, answers]), torques, (*STATES, *said))
 
 
 def drive_ratio(fmu: FmuDrive, path: str | os.PathLike[str]) -> float:
@@ -111,7 +112,7 @@ def extrapolate(masses: Masses, ratio: float, step: float, motion: Array, comman
     answer: in the order of `ANSWERS`, at whatever twist it holds. The crank's torque is continued with the lever
     1/ratio; a kinematic error changes that by its own slope only.
     """
-    twist, stiffness = answer[2], answer[3]
+    twist, stiffness = answer[2:4]
     phi, gamma = masses.step_matrices(step, ratio, stiffness)
     return phi @ motion + gamma @ (commands + answer[:2] + stiffness * twist * np.array([1 / ratio, -1.0]))
 

@@ -24,9 +24,9 @@ from stiffness_model.errors import InputError, expect_number
 Array = NDArray[np.float64]
 
 JOINT_INPUTS = ("motor.tau", "load.tau")
-JOINT_OUTPUTS = (*STATES, "output.tau", "twist", "stiffness")
 DRIVE_INPUTS = tuple(signal.name for signal in INPUTS)
 DRIVE_OUTPUTS = tuple(signal.name for signal in OUTPUTS)
+JOINT_OUTPUTS = (*STATES, *DRIVE_OUTPUTS)
 _AT_REST = 1e-9
 """rad/s: a speed whose sign is known and which changes nothing else."""
 
@@ -122,16 +122,17 @@ class JointModel:
         motor_inertia, load_inertia, motor_damping, load_damping, temperature = (p[k] for k in range(len(own)))
         rest = p[len(own):]
         drive_inputs = ca.vertcat(x[:4], temperature)
-        drive = dict(zip(DRIVE_OUTPUTS, ca.vertsplit(inner.output(x[4:], drive_inputs, rest)), strict=True))
+        outputs = inner.output(x[4:], drive_inputs, rest)
+        drive = dict(zip(DRIVE_OUTPUTS, ca.vertsplit(outputs), strict=True))
         rate = ca.vertcat(
             x[1], (u[0] - motor_damping * x[1] + drive["crank.tau"]) / motor_inertia,
             x[3], (u[1] - load_damping * x[3] + drive["output.tau"]) / load_inertia,
             inner.rate(x[4:], drive_inputs, rest))
-        output = ca.vertcat(x[:4], drive["output.tau"], drive["twist"], drive["stiffness"])
         sides = np.zeros(x.numel() + u.numel())
         sides[1], sides[3] = 2 * self.ratio * _AT_REST, _AT_REST
         return Equations((*STATES, *inner.states), JOINT_INPUTS, JOINT_OUTPUTS, own | inner.parameters,
-                         ca.Function("rate", [x, u, p], [rate]), ca.Function("output", [x, u, p], [output]), sides)
+                         ca.Function("rate", [x, u, p], [rate]),
+                         ca.Function("output", [x, u, p], [ca.vertcat(x[:4], outputs)]), sides)
 
     def state(self, motion: Array | None = None) -> Array:
         """A full state from crank.phi, crank.w, output.phi, output.w (default 0); the drive's states at their

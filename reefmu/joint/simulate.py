@@ -24,17 +24,19 @@ The second torque is what the surroundings do to the load."""
 class Motion:
     """A joint's motion over n + 1 samples.
 
-    time: (n + 1,) s. values: (n + 1, 7) in the order of `JOINT_OUTPUTS`; in a co-simulation the last three are
-    what the FMU said at that time. torques: (n, 2) motor.tau and load.tau, N.m, held from each sample on.
+    time: (n + 1,) s. values: (n + 1, n_outputs) in the order of `names`, the masses' motion first; in a co-simulation
+    the others are what the FMU said at that time. torques: (n, 2) motor.tau and load.tau, N.m, held from each sample
+    on.
     """
 
     time: Array
     values: Array
     torques: Array
+    names: tuple[str, ...] = JOINT_OUTPUTS
 
     def __getitem__(self, name: str) -> Array:
         """One output over time, (n + 1,), by its name ("output.phi")."""
-        return self.values[:, JOINT_OUTPUTS.index(name)]
+        return self.values[:, self.names.index(name)]
 
 
 def samples(duration: float, step: float) -> int:

@@ -1,7 +1,9 @@
 """python-control systems of the drive and the joint, with exact linearisation.
 
 python-control allows no dot in a signal's name: `crank.phi` is called `crank_phi` there, and so on.
-Parameters keep the model's dotted names: `ct.linearize(system, x, u, params={"band": 1.0})`.
+Parameters keep the model's dotted names behind that of the system, which keeps them apart in an interconnection:
+`ct.input_output_response(loop, t, u, params={"left.band": 1.0, "right.load.inertia": 3.0})`. A system alone also
+takes them without: `ct.linearize(system, x, u, params={"band": 1.0})`. See `reefmu.joint.parameters`.
 
 `ct.input_output_response` may step over a short input unless a greatest step is set (python-control issue 1152):
 pass solve_ivp_kwargs={"max_step": ...}.
@@ -17,9 +19,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reefmu.model import DriveModel
-from stiffness_model.errors import InputError, expect, refuse_unknown
+from stiffness_model.errors import InputError, expect
 
 from .equations import Equations, JointModel, drive_equations
+from .parameters import NamedSystem
 
 Array = NDArray[np.float64]
 
@@ -27,8 +30,8 @@ Array = NDArray[np.float64]
 def drive_system(model: DriveModel, *, name: str | None = None) -> ct.NonlinearIOSystem:
     """The drive alone, continuous in time.
 
-    Inputs crank_phi, crank_w, output_phi, output_w, temperature; outputs output_tau, crank_tau, twist, stiffness,
-    max_contact_force, load_share, in_range; states those of the effects. Units and signs as in `reefmu.model`.
+    Inputs and outputs as in `reefmu.model`'s `INPUTS` and `OUTPUTS`, with their units and signs; states those of the
+    effects.
     """
     return _CasadiSystem(drive_equations(model), name or python_name(model.name))
 
@@ -36,8 +39,9 @@ def drive_system(model: DriveModel, *, name: str | None = None) -> ct.NonlinearI
 def joint_system(joint: JointModel, *, name: str | None = None) -> ct.NonlinearIOSystem:
     """Motor, drive and load, continuous in time.
 
-    Inputs motor_tau, load_tau, N.m; outputs crank_phi, crank_w, output_phi, output_w, output_tau, twist, stiffness;
-    states the first four of these, then the effects'. `JointModel.equilibrium` gives points to start from.
+    Inputs motor_tau, load_tau, N.m; outputs as the joint's FMU, crank_phi, crank_w, output_phi, output_w, rad and
+    rad/s, and those of the drive; states the first four of these, then the effects'. `JointModel.equilibrium` gives
+    points to start from.
     """
     return _CasadiSystem(joint.equations, name or f"{python_name(joint.drive.name)}_joint")
 
@@ -63,23 +67,22 @@ def python_names(names: Sequence[str]) -> list[str]:
     return [python_name(name) for name in names]
 
 
-class _CasadiSystem(ct.NonlinearIOSystem):
+class _CasadiSystem(NamedSystem):
     """A python-control system on `Equations`: `linearize` is exact, not a difference."""
 
     def __init__(self, equations: Equations, name: str) -> None:
         self.equations = equations
         super().__init__(self._rate, self._output, inputs=python_names(equations.inputs),
                          outputs=python_names(equations.outputs), states=python_names(equations.states),
-                         params=dict(equations.parameters), name=name)
+                         params=equations.parameters, name=name)
 
-    def _vector(self, params: Mapping[str, float]) -> Array:
-        # Within an interconnection the parameters of its other systems come along: they are passed over.
-        return np.array([params[name] for name in self.equations.parameters])
+    def _vector(self, params: Mapping[str, Any]) -> Array:
+        return np.array(list(self.params.with_given(params).values()))
 
-    def _rate(self, _t: float, x: Array, u: Array, params: Mapping[str, float]) -> Array:
+    def _rate(self, _t: float, x: Array, u: Array, params: Mapping[str, Any]) -> Array:
         return np.asarray(self.equations.rate(x, u, self._vector(params))).ravel()
 
-    def _output(self, _t: float, x: Array, u: Array, params: Mapping[str, float]) -> Array:
+    def _output(self, _t: float, x: Array, u: Array, params: Mapping[str, Any]) -> Array:
         return np.asarray(self.equations.output(x, u, self._vector(params))).ravel()
 
     def linearize(self, x0: Any, u0: Any = None, t: float = 0.0, params: Mapping[str, float] | None = None,
@@ -89,10 +92,9 @@ class _CasadiSystem(ct.NonlinearIOSystem):
             x0, u0 = x0.states, x0.inputs if u0 is None else u0
         if eps is not None:
             raise InputError(f"{self.name}: expected no eps, for the linearisation is exact, got {eps!r}")
-        refuse_unknown("parameter", params or {}, self.equations.parameters, self.name)
         x = self._point(x0, len(self.equations.states), "states")
         u = self._point(0.0 if u0 is None else u0, len(self.equations.inputs), "inputs")
-        a, b, c, d = self.equations.linear(x, u, self._vector({**self.params, **(params or {})}))
+        a, b, c, d = self.equations.linear(x, u, self._vector(params or {}))
         names: dict[str, Any] = {"inputs": self.input_labels, "outputs": self.output_labels,
                                  "states": self.state_labels}
         if copy_names:
