@@ -21,6 +21,7 @@ from stiffness_model.errors import InputError, expect, unknown_name
 
 from .archive import SCRIPT_NAME, FmuFile, read_archive
 from .calls import Block, Loaded, callbacks, pythonfmu_location
+from .saved_values import with_values
 
 _PYTHONFMU_LAST_WORDS = "Fatal py exception"
 _LOADING = threading.Lock()
@@ -216,6 +217,13 @@ class FmuDrive:
         (self.time,) = struct.unpack_from("<d", saved)
         block = self._input_block  # inputs not named in the next step keep their value of the saved moment
         self._call("fmi2GetReal", block.references, len(block.names), block.values)
+
+    def put(self, values: Mapping[str, float]) -> None:
+        """Put variables of any kind, states too, to these values; outputs follow with the next step."""
+        names = sorted(self._references.keys() - {"time"}, key=lambda name: self._references[name])
+        present = list(self.read(names).values())
+        saved = self.save()
+        self.restore(saved[:8] + with_values(saved[8:], present, {names.index(n): v for n, v in values.items()}))
 
     def _block(self, names: tuple[str, ...]) -> Block:
         """Made once for each choice of names: a master asks for the same ones every step."""

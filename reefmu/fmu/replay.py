@@ -15,28 +15,50 @@ from reefmu.simulate import record_inputs
 from .host import FmuDrive
 
 _INPUTS = ("crank.phi", "crank.w", "output.phi", "output.w", "temperature")
+INSTANT = 1e-12
+"""s: the step where a clock stands still or starts anew. FMI 2.0.4, section 4.2.2, has none of no length, and nothing
+in a drive changes in so short a one."""
 
 
 def replay_record(path: str | os.PathLike[str], record: Record, outputs: Sequence[str] = ("measured.tau", "stiffness")
                   ) -> dict[str, NDArray[np.float64]]:
-    """Outputs (n,) of an FMU of kind `drive` over a record, sample by sample, each run from a fresh start.
+    """Outputs (n,) of an FMU of kind `drive` over a record, sample by sample, as `reefmu.simulate.simulate_record`.
 
-    Where an effect inside never starts anew (wear, a sensor's drift), the runs follow each other without a reset,
-    with the pause between two runs as one step.
+    Each run is a fresh start with a clock of its own. States that never start anew (a wear's, a sensor's drift's) go
+    on over the pause between two runs, which is no time where the clock starts anew.
     Errors: `InputError` for a file that is no such FMU or cannot run here.
     """
     inputs: list[dict[str, float]] = [dict(zip(_INPUTS, row, strict=True)) for row in record_inputs(record).tolist()]
+    steps = np.maximum(np.diff(record.time, prepend=record.time[0]), INSTANT).tolist()
     found = np.empty((len(record), len(outputs)))
+    starts = set(record.starts.tolist())
     with FmuDrive(path) as drive:
-        inside = {name.split(".")[0] for name in drive.parameters}
-        lasting = any(not state.resets for name in inside & set(EFFECTS) for state in EFFECTS[name].states)
-        starts = set(record.starts.tolist()) if not lasting else {0}
+        lasting = _lasting(drive)
         for k in range(len(record)):
-            if k in starts:
-                if k:
-                    drive.reset()
+            if k == 0:
                 values = drive.initialize(inputs[k])
+            elif k in starts:
+                values = _start_anew(drive, lasting, steps[k], inputs[k])
             else:
-                values = drive.step(max(float(record.time[k] - record.time[k - 1]), 0.0), inputs[k])
+                values = drive.step(steps[k], inputs[k])
             found[k] = [values[name] for name in outputs]
     return dict(zip(outputs, found.T, strict=True))
+
+
+def _lasting(drive: FmuDrive) -> list[str]:
+    """Names of the states inside that no run starts anew."""
+    inside = {name.split(".")[0] for name in drive.parameters} & set(EFFECTS)
+    return [f"{name}.{state.name}" for name in sorted(inside) for state in EFFECTS[name].states if not state.resets]
+
+
+def _start_anew(drive: FmuDrive, lasting: list[str], pause: float, inputs: dict[str, float]) -> dict[str, float]:
+    """Outputs at the start of a further run; lasting states have gone on over the pause, s."""
+    if lasting:
+        drive.step(pause, inputs)
+    gone_on = drive.read(lasting)
+    drive.reset()
+    values = drive.initialize(inputs)
+    if not lasting:
+        return values
+    drive.put(gone_on)
+    return drive.step(INSTANT, inputs)

@@ -1,0 +1,40 @@
+"""Other values in the saved state of an FMU of ours: what FMI has no call for between two runs of one test.
+
+FMI 2.0 sets a state only while an FMU initialises, and then from its inputs. Both back ends save all their values in
+one block, by value reference (`reefmu.fmu.slave`, `native/saved.c`), which is found here by its content.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Mapping, Sequence
+
+from stiffness_model.errors import InputError
+
+
+def with_values(saved: bytes, values: Sequence[float], changes: Mapping[int, float]) -> bytes:
+    """The saved state `saved`, of an FMU that now has these values, with some of them changed, by their position.
+
+    Raises `InputError` for a state in which the values do not stand in one block.
+
+    >>> with_values(b"head" + struct.pack("<2d", 1.0, 2.0), [1.0, 2.0], {1: 3.0}) == b"head" + struct.pack("<2d", 1, 3)
+    True
+    """
+    new = [changes.get(k, value) for k, value in enumerate(values)]
+    try:
+        content = json.loads(saved)
+        block: list[float] = content["values"]
+    except (ValueError, TypeError, KeyError):
+        old = struct.pack(f"<{len(values)}d", *values)
+        _expect_once(saved.count(old))
+        return saved.replace(old, struct.pack(f"<{len(new)}d", *new))
+    places = [k for k in range(len(block) - len(new) + 1) if block[k:k + len(new)] == list(values)]
+    _expect_once(len(places))
+    block[places[0]:places[0] + len(new)] = new
+    return json.dumps(content).encode()
+
+
+def _expect_once(times: int) -> None:
+    if times != 1:
+        raise InputError(f"saved state of an FMU: expected its values in one block, found them {times} times")
