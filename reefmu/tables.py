@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 import stiffness_model
 from stiffness_model.drawing_file import drive_to_dict
@@ -21,7 +22,7 @@ from stiffness_model.drive import Drive
 from stiffness_model.element_table import ElementTable, build_element_table
 from stiffness_model.errors import InputError
 from stiffness_model.lookup import N_DRIVES, QUANTITIES, Lookup, build_lookup
-from stiffness_model.spline import Axis, slope_weights, weights
+from stiffness_model.spline import Axis
 
 Table = TypeVar("Table", Lookup, ElementTable)
 
@@ -29,46 +30,58 @@ Table = TypeVar("Table", Lookup, ElementTable)
 def lookup_function(lookup: Lookup) -> ca.Function:
     """(twist rad, clearance m, band) -> (torque, stiffness, max contact force, load share, in range).
 
-    The same splines as `Lookup`, with its weights; the tables stand once in generated code, derivatives are
-    taken of the weights.
+    The same splines as `Lookup`, to rounding. In twist they go on in a straight line, in clearance they are held.
     """
+    assert QUANTITIES[3:] == ("max_contact_force", "load_share")
     twist, clearance, band = ca.MX.sym("twist"), ca.MX.sym("clearance"), ca.MX.sym("band")
-    n_q, _, n_c = lookup.coefficients.shape
-    i, f = locate(lookup.twist, twist)
-    j, g = locate(lookup.clearance, clearance)
-    inside, held = clip(f), clip(g)
-    # Quantities lie innermost, so that one gather fetches the 4 x 4 cell of all of them.
-    table = ca.MX(ca.DM(lookup.coefficients.transpose(1, 2, 0).ravel()))
-    offsets = [(a * n_c + b) * n_q + q for a in range(4) for b in range(4) for q in range(n_q)]
-    cell = table[(i * n_c + j) * n_q + ca.DM(offsets)]
-    in_range = ca.logic_and(ca.logic_and(f >= 0, f <= 1), ca.logic_and(g >= 0, g <= 1))
+    axes = (lookup.twist, lookup.clearance)
+    at = in_scalars("held", [twist, clearance], [ca.vertcat(within(axes[0], twist), within(axes[1], clearance))])(
+        twist, clearance)
+    values = spline_function("values", axes, lookup.coefficients)(at)
+    slopes = spline_function("slopes", axes, lookup.coefficients, slope=True)(at)
     return ca.Function(
-        "lookup", [twist, clearance, band],
-        [*_cell_function(n_q, lookup.twist.step)(cell, f, inside, held, band), in_range],
+        "lookup", [twist, clearance, band], _continued(len(lookup.coefficients))(values, slopes, at, twist, clearance,
+                                                                                 band),
         ["twist", "clearance", "band"], ["torque", "stiffness", "max_contact_force", "load_share", "in_range"],
     )
 
 
-def _cell_function(n_q: int, step: float) -> ca.Function:
-    """(coefficients of a cell, its coordinates, band) -> (torque, stiffness, max contact force, load share).
+def _continued(n: int) -> ca.Function:
+    """(values (n,), slopes (n,) at the point (2,), that point, twist, clearance, band) -> what the lookup gives."""
+    values, slopes, at = ca.MX.sym("values", n), ca.MX.sym("slopes", n), ca.MX.sym("at", 2)
+    twist, clearance, band = ca.MX.sym("twist"), ca.MX.sym("clearance"), ca.MX.sym("band")
+    along = values + (twist - at[0]) * slopes
+    in_range = ca.logic_and(twist == at[0], clearance == at[1])
+    return in_scalars("continued", [values, slopes, at, twist, clearance, band], [
+        _blend(ca.vertsplit(along)[:3], band), _blend(ca.vertsplit(slopes)[:3], band), along[3], along[4], in_range])
 
-    In scalars: straight-line code, several times faster than matrices where the function is interpreted and
-    where it is compiled.
+
+def in_scalars(name: str, arguments: list[ca.MX], results: list[ca.MX]) -> ca.Function:
+    """A function as straight-line code in scalars: several times faster than matrices where it is interpreted and
+    where it is compiled."""
+    return ca.Function(name, arguments, results).expand()
+
+
+def spline_function(name: str, axes: Sequence[Axis], coefficients: NDArray[np.float64], *, slope: bool = False
+                    ) -> ca.Function:
+    """(point (n_axes,)) -> values (m,) of splines on these axes, or their slopes along the first one.
+
+    coefficients: (m, *sizes of the axes) as in `stiffness_model.spline`. For points on the axes alone: what stands
+    beyond is for the caller to say. CasADi keeps the table inside of its own splines; where an expression picks
+    from a constant, the whole table is copied at every call.
     """
-    assert QUANTITIES[3:] == ("max_contact_force", "load_share")
-    cell, f, inside, held, band = (ca.SX.sym(name, n) for name, n in
-                                   (("cell", 16 * n_q), ("f", 1), ("inside", 1), ("held", 1), ("band", 1)))
-    along_clearance = weights(held, held)
-    rows = [[sum(along_clearance[b] * cell[(4 * a + b) * n_q + q] for b in range(4)) for a in range(4)]
-            for q in range(n_q)]
-    torques = [_blend([row[a] for row in rows[:3]], band) for a in range(4)]
-    along_twist, slopes = weights(f, inside), slope_weights(inside)
-    force, share = (sum(w * c for w, c in zip(along_twist, row, strict=True)) for row in rows[3:5])
-    return ca.Function("cell", [cell, f, inside, held, band], [
-        sum(w * c for w, c in zip(along_twist, torques, strict=True)),
-        sum(w * c for w, c in zip(slopes, torques, strict=True)) / step, force, share],
-        # Coefficients are constants: without their derivatives the Jacobian's code is a fraction of the size.
-        {"is_diff_in": [False, True, True, True, True]})
+    degrees = [3] * len(axes)
+    knots = [axis.start + axis.step * np.arange(-3, axis.cells + 4) for axis in axes]
+    if slope:
+        # The derivative of a uniform B-spline is that of one degree less, through the differences of neighbours.
+        coefficients, degrees[0], knots[0] = np.diff(coefficients, axis=1) / axes[0].step, 2, knots[0][1:-1]
+    return ca.Function.bspline(name, [k.tolist() for k in knots], coefficients.ravel(order="F").tolist(), degrees,
+                               len(coefficients))
+
+
+def within(axis: Axis, x: ca.MX) -> ca.MX:
+    """x held within the axis, with slope 1 at both ends, for a point on the edge is one of the axis."""
+    return ca.if_else(x < axis.start, axis.start, ca.if_else(x > axis.stop, axis.stop, x))
 
 
 def locate(axis: Axis, x: ca.MX) -> tuple[ca.MX, ca.MX]:
@@ -87,7 +100,7 @@ def clip(f: ca.MX) -> ca.MX:
     return ca.if_else(f < 0, 0, ca.if_else(f > 1, 1, f))
 
 
-def _blend(values: Sequence[Any], band: ca.SX) -> ca.SX:
+def _blend(values: Sequence[ca.MX], band: ca.MX) -> ca.MX:
     mean, p10, p90 = values
     return mean + ca.fmax(band, 0) * (p90 - mean) + ca.fmax(-band, 0) * (p10 - mean)
 

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from reefmu.buffered import bind
 
 from .interface import Interface
 
 if TYPE_CHECKING:
-    import casadi
-
     from .component import Component
 
 
@@ -32,10 +31,11 @@ class Kernel:
         self._new_x = array("d", bytes(8 * len(x)))
         self._new_y = array("d", bytes(8 * len(y)))
         self._x, self._y = x, y
-        self._initial = _bind(component.initial, [u, p], self._new_x)
-        self._advance = _bind(component.advance, [x, u, memoryview(self._dt), p], self._new_x)
+        new_x, new_y = memoryview(self._new_x), memoryview(self._new_y)
+        self._initial = bind(component.initial, [u, p], new_x)
+        self._advance = bind(component.advance, [x, u, memoryview(self._dt), p], new_x)
         self._component, self._p = component, p
-        self._output = _bind(component.output, [memoryview(self._new_x), u, p], self._new_y)
+        self._output = bind(component.output, [new_x, u, p], new_y)
 
     def initialise(self) -> bool:
         """States consistent with the inputs, and the outputs that go with them."""
@@ -66,23 +66,3 @@ class Kernel:
             self._x[:] = memoryview(self._new_x)
         self._y[:] = memoryview(self._new_y)
         return True
-
-
-def _bind(function: casadi.Function, arguments: Sequence[memoryview],
-          result: array[float]) -> Callable[[], Any]:
-    """`function` reading `arguments` and writing `result` in place, called without arguments.
-
-    The buffer knows addresses only, so the returned call also keeps the arrays alive.
-    """
-    buffer: Any
-    buffer, evaluate = function.buffer()
-    for position, argument in enumerate(arguments):
-        if len(argument):  # a model without states has an empty vector, which needs no memory
-            buffer.set_arg(position, argument)
-    if len(result):
-        buffer.set_res(0, memoryview(result))
-
-    def call(_alive: object = (buffer, tuple(arguments), result)) -> Any:
-        return evaluate()
-
-    return call

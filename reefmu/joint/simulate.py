@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from reefmu.buffered import Buffered
 from stiffness_model.errors import InputError, expect, expect_number
 
 from .equations import JOINT_OUTPUTS, JointModel
@@ -77,13 +78,13 @@ def simulate_joint(joint: JointModel, controller: Controller, *, step: float, du
     x = joint.state() if start is None else np.asarray(start, float)
     size = len(joint.equations.states)
     expect(x.shape == (size,) and bool(np.isfinite(x).all()), f"a state of {size} finite numbers", start, "start")
-    advance = runge_kutta(joint, substeps)
+    advance = Buffered(runge_kutta(joint, substeps))
     p = np.array(list(joint.equations.parameters.values()))
     states, torques = np.empty((n + 1, len(x))), np.empty((n, 2))
     states[0] = x
     for k in range(n):
         torques[k] = commanded(controller, k * step, states[k, :4])
-        states[k + 1] = np.asarray(advance(states[k], torques[k], step, p)).ravel()
+        states[k + 1] = advance(states[k], torques[k], step, p)
         if not np.isfinite(states[k + 1]).all():
             raise InputError(f"joint at {(k + 1) * step:g} s: expected a bounded motion, got one without bounds; "
                              "the loop is unstable or needs more substeps")
@@ -103,7 +104,8 @@ def runge_kutta(joint: JointModel, substeps: int) -> ca.Function:
     k3 = rate(x + h / 2 * k2, u, p)
     k4 = rate(x + h * k3, u, p)
     one = ca.Function("one", [x, u, dt, p], [x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)])
-    return one if substeps == 1 else one.fold(substeps)
+    held = (ca.repmat(value, 1, substeps) for value in (u, dt, p))
+    return one if substeps == 1 else ca.Function("steps", [x, u, dt, p], [one.fold(substeps)(x, *held)])
 
 
 def _stiffest(joint: JointModel) -> float:

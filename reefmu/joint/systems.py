@@ -18,6 +18,7 @@ import control as ct
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from reefmu.buffered import Buffered
 from reefmu.model import DriveModel
 from stiffness_model.errors import InputError, expect
 
@@ -72,18 +73,25 @@ class _CasadiSystem(NamedSystem):
 
     def __init__(self, equations: Equations, name: str) -> None:
         self.equations = equations
+        self._fast_rate, self._fast_output = Buffered(equations.rate), Buffered(equations.output)
         super().__init__(self._rate, self._output, inputs=python_names(equations.inputs),
                          outputs=python_names(equations.outputs), states=python_names(equations.states),
                          params=equations.parameters, name=name)
+        self._update_params(None)
+
+    def _update_params(self, params: Mapping[str, Any] | None) -> None:
+        super()._update_params(params)
+        self._p = np.array(list(self._current_params.values()))
 
     def _vector(self, params: Mapping[str, Any]) -> Array:
-        return np.array(list(self.params.with_given(params).values()))
+        # During a simulation they are those that were set at its start.
+        return self._p if params is self._current_params else np.array(list(self.params.with_given(params).values()))
 
     def _rate(self, _t: float, x: Array, u: Array, params: Mapping[str, Any]) -> Array:
-        return np.asarray(self.equations.rate(x, u, self._vector(params))).ravel()
+        return self._fast_rate(x, u, self._vector(params))
 
     def _output(self, _t: float, x: Array, u: Array, params: Mapping[str, Any]) -> Array:
-        return np.asarray(self.equations.output(x, u, self._vector(params))).ravel()
+        return self._fast_output(x, u, self._vector(params))
 
     def linearize(self, x0: Any, u0: Any = None, t: float = 0.0, params: Mapping[str, float] | None = None,
                   eps: float | None = None, copy_names: bool = False, **kwargs: Any) -> ct.StateSpace:
