@@ -62,4 +62,4 @@ class Buffered:
         dense = ca.Function("dense", symbols, [ca.densify(self.function.call(symbols)[0])])
         arguments = [np.zeros(dense.numel_in(k)) for k in range(dense.n_in())]
         result = np.zeros(dense.numel_out(0))
-        return arguments, result, bind(dense, [memoryview(a) for a in arguments], memoryview(result))
+        return arguments, result, bind(dense, [a.data for a in arguments], result.data)

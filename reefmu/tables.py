@@ -39,9 +39,9 @@ def lookup_function(lookup: Lookup) -> ca.Function:
         twist, clearance)
     values = spline_function("values", axes, lookup.coefficients)(at)
     slopes = spline_function("slopes", axes, lookup.coefficients, slope=True)(at)
+    gives = _continued(len(lookup.coefficients)).call([values, slopes, at, twist, clearance, band])
     return ca.Function(
-        "lookup", [twist, clearance, band], _continued(len(lookup.coefficients))(values, slopes, at, twist, clearance,
-                                                                                 band),
+        "lookup", [twist, clearance, band], gives,
         ["twist", "clearance", "band"], ["torque", "stiffness", "max_contact_force", "load_share", "in_range"],
     )
 
