@@ -27,6 +27,23 @@ COLUMNS: dict[str, str] = {
     "temperature": "degC",
 }
 """Canonical columns and the unit that each is converted to."""
+ANGLE_LIMIT = 1e-6 / float(np.finfo(float).eps)
+"""rad, 4.5e9: beyond it double precision no longer resolves 1 urad, of which the twist of a gear needs hundreds. A
+crank at 3000 rpm takes 166 days to get there."""
+RANGES: dict[str, tuple[float, float]] = {
+    # Stamps count from the year 1 at the earliest: 6.4e10 s.
+    "time": (-1e11, 1e11),
+    # Whole numbers that double precision holds.
+    "run": (-2.0**53, 2.0**53),
+    "crank_angle": (-ANGLE_LIMIT, ANGLE_LIMIT), "output_angle": (-ANGLE_LIMIT, ANGLE_LIMIT),
+    "twist": (-ANGLE_LIMIT, ANGLE_LIMIT),
+    # A hundred times the main gears of the largest wind turbines, which carry some 1e7 N.m.
+    "output_torque": (-1e9, 1e9),
+    # From absolute zero to where iron melts.
+    "temperature": (-273.15, 1538.0),
+}
+"""What a column can hold, in its canonical unit. Far inside of what floating point can square and sum, so that no
+later step need look for overflow."""
 
 
 @dataclass(frozen=True)
@@ -115,6 +132,7 @@ def make_record(data: Mapping[str, Any], where: str = "record") -> Record:
         if bad.size:
             raise InputError(f"{where}: expected finite numbers in column {name!r}, got {value[bad[0]]} "
                              f"in data row {bad[0] + 1}")
+        check_range(name, value, where)
     run = values.get("run", np.zeros(n))
     expect(bool((run == np.round(run)).all()), "whole numbers in column 'run'", run[run != np.round(run)][:1], where)
     back = np.flatnonzero((np.diff(values["time"]) < 0) & (np.diff(run) == 0))
@@ -133,13 +151,29 @@ def make_record(data: Mapping[str, Any], where: str = "record") -> Record:
                   values.get("temperature", np.full(n, REFERENCE_TEMPERATURE)), missing, where)
 
 
+def check_range(name: str, values: Array, where: str) -> None:
+    """Raise `InputError` for the first of the values (n,) of a canonical column that is outside its range.
+
+    >>> check_range("output_torque", np.array([0.0, 1e200]), "record.csv")
+    Traceback (most recent call last):
+    ...
+    stiffness_model.errors.InputError: record.csv: expected column 'output_torque' within -1e+09 ... 1e+09 N.m, got \
+1e+200 in data row 2; check its unit
+    """
+    low, high = RANGES[name]
+    outside = np.flatnonzero((values < low) | (values > high))
+    if outside.size:
+        raise InputError(f"{where}: expected column {name!r} within {low:.4g} ... {high:.4g} {COLUMNS[name]}".rstrip()
+                         + f", got {values[outside[0]]:.4g} in data row {outside[0] + 1}; check its unit")
+
+
 def _read_table(path: Path, where: str) -> tuple[list[str], list[list[str]]]:
     try:
         raw = path.read_bytes()
         text = (gzip.decompress(raw) if raw[:2] == b"\x1f\x8b" else raw).decode("utf-8-sig")
-    except (OSError, EOFError, UnicodeDecodeError, zlib.error) as error:
+        rows = [row for row in csv.reader(io.StringIO(text)) if row]
+    except (OSError, EOFError, UnicodeDecodeError, zlib.error, csv.Error) as error:
         raise InputError(f"{where}: expected a readable CSV file, got {error}") from None
-    rows = [row for row in csv.reader(io.StringIO(text)) if row]
     expect(len(rows) >= 3, "a header and at least two rows of numbers", f"{len(rows)} rows", where)
     header = [title.strip() for title in rows[0]]
     for line, row in enumerate(rows, start=1):
@@ -164,6 +198,10 @@ def _split_title(title: str, where: str) -> tuple[str, str]:
     return name, unit
 
 
+_POWER = r"(?<=[^\W\d_])\s*(?:\*\*|\^)\s*-?\d(?![\w.]|\s*(?:\*\*|\^))"
+"""A power of a unit, m**2. Others are never read: 9**9**9**9 would keep the machine busy for ever."""
+
+
 @functools.cache
 def _registry() -> Any:
     import pint
@@ -176,14 +214,15 @@ def _registry() -> Any:
 def convert_units(values: Array, unit: str, name: str, where: str) -> Array:
     if name == "run" or unit == COLUMNS[name]:
         return values  # nothing to convert, and the registry takes a second to read
-    import pint
-
     # "N.m" is a product; pint reads the point as the start of a number.
     text = re.sub(r"(?<=[A-Za-z])\.(?=[A-Za-z])", "*", unit)
     target = COLUMNS[name].replace(".", "*")
+    powers, registry = re.sub(_POWER, "", text), _registry()
     try:
-        return np.asarray(_registry().Quantity(values, text).to(target).magnitude, float)
-    except (pint.PintError, AttributeError, ValueError, TypeError):
+        expect("**" not in powers and "^" not in powers, "powers of a digit", unit, where)
+        with np.errstate(over="ignore"):  # what overflows is infinite, and refused as such
+            return np.asarray(registry.Quantity(values, text).to(target).magnitude, float)
+    except Exception:  # the registry parses texts as expressions, and meets with every error that Python has
         raise InputError(f"{where}: expected a unit of {name} such as [{COLUMNS[name]}], got [{unit}]") from None
 
 

@@ -5,12 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..record import Record
 
 LEAST_SAMPLES = 100
 SATURATED = 0.03
 """Share of samples at the very extreme of the torque that counts as a limit reached."""
+CLOCK = 1e-9
+"""s: the least step between samples that counts as one; converters of angle and torque take longer."""
+ENCODER = 2 * np.pi / 2**32
+"""rad: the least change that counts as one; the finest encoders divide a turn into 2^32."""
+SENSOR = 1e-9
+"""N.m: the same of the torque; the finest sensors on shafts resolve some 1e-6."""
+DIGITS = 16 * float(np.finfo(float).eps)
+"""The same of any number, as a share of its size: what rounding makes is no change."""
+WIDEST = 1.0
+"""rad: no gear twists as far."""
 
 
 @dataclass(frozen=True)
@@ -35,30 +46,46 @@ def audit(record: Record, ratio: float) -> Audit:
     notes, problems = [], []
     if n < LEAST_SAMPLES:
         problems.append(f"only {n} samples; expected at least {LEAST_SAMPLES}")
-    moving = step[step > 0]
+    moving = step[step > CLOCK]
     rate = 1 / float(np.median(moving)) if moving.size else 0.0
     if moving.size:
         gaps = int((moving > 20 * np.median(moving)).sum())
         if gaps > len(record.starts):
             notes.append(f"{gaps} gaps in time within runs")
     else:
-        problems.append("time does not move within the runs")
+        problems.append(f"time does not move within the runs by steps above {CLOCK:g} s")
     torque, twist = record.output_torque, record.twist(ratio)
     levels = np.unique(torque)
     smallest = float(np.diff(levels).min()) if levels.size > 1 else 0.0
     quantised = levels.size < 0.2 * n and levels.size > 1
-    if levels.size < 2:
-        problems.append("the torque never changes")
+    loaded = changes(torque, SENSOR, float(np.abs(torque).max()))
+    if not loaded:
+        problems.append(f"the torque never changes by more than {SENSOR:g} N.m or its own rounding")
     top = max(float(np.mean(torque >= levels[-1] - 1e-12)), float(np.mean(torque <= levels[0] + 1e-12)))
     if levels.size > 20 and top > SATURATED:
         notes.append(f"{100 * top:.0f} % of the samples stand at the torque's extreme: a saturated sensor or a "
                      "limited load")
-    if np.ptp(twist) <= 0:
-        problems.append("the twist never changes")
-    elif levels.size > 1 and np.corrcoef(twist, torque)[0, 1] < -0.5:
+    angles = float(np.abs(record.crank_angle / ratio).max() + np.abs(record.output_angle).max())
+    if not changes(twist, ENCODER, angles):
+        problems.append(f"the twist never changes by more than {ENCODER:.2g} rad or its own rounding")
+    elif np.ptp(twist) > WIDEST:
+        problems.append(f"the twist spans {np.ptp(twist):.3g} rad, and no gear's spans more than {WIDEST:g}: a unit "
+                        f"or the ratio, {ratio:g}, is wrong (twist = crank angle/ratio - output angle)")
+    elif loaded and np.corrcoef(twist, torque)[0, 1] < -0.5:
         problems.append("the torque falls as the twist grows: the twist, or the torque, has the wrong sign "
                         "(twist = crank angle/ratio - output angle)")
     for name in record.missing:
         notes.append({"crank_angle": "no crank angle: the crank counts as locked", "run": "no run column: one run",
                       "temperature": "no temperature: 20 degC throughout"}.get(name, f"no column {name}"))
     return Audit(n, len(record.starts), rate, smallest if quantised else 0.0, tuple(notes), tuple(problems))
+
+
+def changes(values: NDArray[np.float64], finest: float, size: float) -> bool:
+    """Whether values (n,) change by more than the finest instrument sees, and more than their rounding.
+
+    finest: in their unit; size: the greatest of the numbers that they were made from.
+
+    >>> changes(np.array([0.3, 0.3 + 1e-16]), 0.0, 0.3), changes(np.array([0.3, 0.4]), ENCODER, 0.3)
+    (False, True)
+    """
+    return float(np.ptp(values)) > max(finest, DIGITS * size)

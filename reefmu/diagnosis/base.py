@@ -26,7 +26,8 @@ from stiffness_model.modulus import ModulusShares
 from ..contact import completed
 from ..curve_table import table_of_curve
 from ..effects import EFFECTS
-from ..record import Record, convert_units
+from ..record import Record, check_range, convert_units
+from .audit import ENCODER, changes
 from .elastic import Elastic, LookupElastic, PowerElastic
 from .trace import Trace
 from .vectorised import Number
@@ -100,10 +101,15 @@ def ratio_without_drawing(record: Record) -> float:
     crank, output = record.crank_angle, record.output_angle
     if np.ptp(crank) == 0 or "crank_angle" in record.missing:
         return 1.0
-    slope, start = np.polyfit(output, crank, 1)
-    left = float(np.std(crank - slope * output - start) / np.std(crank))
-    if not np.isfinite(slope) or abs(slope) < 1.5 or left > 0.05:
-        raise InputError(f"{record.source or 'record'}: expected a crank that turns with the output, or stands still, "
+    where = record.source or "record"
+    if not changes(output, ENCODER, float(np.abs(output).max())):
+        raise InputError(f"{where}: expected an output that turns, or a twist [rad] in place of the angles, for a gear "
+                         "without a drawing, got a turning crank at an output that stands still: no ratio can be known")
+    across, along = output - output.mean(), crank - crank.mean()
+    slope = float(across @ along) / float(across @ across)
+    left = float(np.std(along - slope * across) / np.std(crank))
+    if abs(slope) < 1.5 or left > 0.05:
+        raise InputError(f"{where}: expected a crank that turns with the output, or stands still, "
                          "for a gear without a drawing, got angles that show no transmission ratio")
     whole = round(slope)
     return float(whole if abs(slope - whole) < 0.02 * abs(slope) else slope)
@@ -148,7 +154,7 @@ def _read_curve(path: Path) -> tuple[Array, Array, float]:
     where = str(path)
     try:
         rows = [row for row in csv.reader(path.read_text("utf-8-sig").splitlines()) if row]
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{where}: expected a readable CSV file, got {error}") from None
     expect(len(rows) >= 4, "a header and at least three rows of numbers", f"{len(rows)} rows", where)
     titles = {}
@@ -167,8 +173,11 @@ def _read_curve(path: Path) -> tuple[Array, Array, float]:
             values = np.array([row[index] for row in rows[1:]], float)
         except (ValueError, IndexError) as error:
             raise InputError(f"{where}: expected numbers in column {name!r}, got {error}") from None
+        quantity = "twist" if name == "twist" else "output_torque"
+        values = convert_units(values, unit, quantity, where)
         expect(bool(np.isfinite(values).all()), f"finite numbers in column {name!r}", "nan or inf", where)
-        return convert_units(values, unit, "twist" if name == "twist" else "output_torque", where)
+        check_range(quantity, values, where)
+        return values
 
     twist, torque = column("twist"), column(torque_name)
     expect(bool((np.diff(twist) > 0).all()), "twists that rise", "twists that do not", where)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from stiffness_model.errors import expect
 
 from ..record import Record
+from .audit import audit
 from .base import Base, power_base, ratio_without_drawing
 from .elastic import Elastic
 from .fit import Fit
@@ -26,6 +27,7 @@ Array = NDArray[np.float64]
 
 LEAST, MOST = 1.0, 2.0
 """Bounds of a shared exponent: a spring 1, a line contact 10/9, a ball 3/2; no contact softens under load."""
+BALL = 1.5
 GRID = (1.0, 1.1, 1.25, 1.5, 1.75, 2.0)
 LOW, HIGH = 0.3, 6.0
 """Bounds of an exponent that is held."""
@@ -97,17 +99,21 @@ def shared_exponent(records: Sequence[Record], progress: Callable[[str, float], 
     """The exponent that fits all records best, each with its own scale, play and friction.
 
     Every record counts the same: by the logarithm of what its best fit leaves. Between the grid's values the sum is
-    taken as a parabola.
+    taken as a parabola. Records that allow no diagnosis do not count; without another the exponent is that of a ball.
     """
-    costs = np.empty((len(records), len(GRID)))
-    for i, record in enumerate(records):
-        trace = trace_of(record, ratio_without_drawing(record))
+    sound = [(record, ratio) for record in records
+             if not audit(record, ratio := ratio_without_drawing(record)).problems]
+    if not sound:
+        return SharedExponent(BALL, BALL, BALL)
+    costs = np.empty((len(sound), len(GRID)))
+    for i, (record, ratio) in enumerate(sound):
+        trace = trace_of(record, ratio)
         for k, exponent in enumerate(GRID):
             if progress:
                 progress("one exponent for all records", (i * len(GRID) + k) / costs.size)
             costs[i, k] = np.log(best_cost(record, trace, exponent))
     value = _least(costs.sum(axis=0))
-    others = [_least(np.delete(costs, i, axis=0).sum(axis=0)) for i in range(len(records))] if len(records) > 1 else []
+    others = [_least(np.delete(costs, i, axis=0).sum(axis=0)) for i in range(len(sound))] if len(sound) > 1 else []
     return SharedExponent(value, min([value, *others]), max([value, *others]))
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.model import DriveModel
-from reefmu.record import make_record, read_record
+from reefmu.record import ANGLE_LIMIT, RANGES, make_record, read_record
 from reefmu.simulate import record_inputs, simulate_record
 
 GOOD = """time [ms],run,crank_angle [deg],output_angle [mrad],output_torque [kN.m],temperature [degF]
@@ -77,6 +77,44 @@ def test_bad_records_are_refused_in_one_line(tmp_path: Path, text: str, message:
     assert message in str(error.value)
     assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
+
+
+ROWS = [(0.01 * k, 3.0 * np.sin(0.1 * k), 40.0 * np.sin(0.1 * k)) for k in range(200)]
+
+
+@pytest.mark.parametrize(("column", "unit", "value"), [
+    (0, "s", 1e100), (1, "arcmin", 1e200), (1, "rad", -1e15), (2, "N.m", 1e200), (2, "N.m", -1e154), (2, "kN.m", 1e7),
+])
+def test_what_no_gear_and_no_rig_has_is_refused_when_it_is_read(tmp_path: Path, column: int, unit: str, value: float
+                                                                ) -> None:
+    """Squares of such numbers are infinite, and linear algebra stops at them."""
+    names, units = ["time", "twist", "output_torque"], ["s", "arcmin", "N.m"]
+    units[column] = unit
+    rows = [list(row) for row in ROWS]
+    rows[-1][column] = value
+    text = ",".join(f"{n} [{u}]" for n, u in zip(names, units, strict=True)) + "\n"
+    path = write(tmp_path, text + "\n".join(",".join(f"{x:.17g}" for x in row) for row in rows))
+    with pytest.raises(sm.InputError) as error:
+        read_record(path)
+    said = str(error.value)
+    assert said.startswith(f"{path}: expected column '{names[column]}' within ")
+    assert said.endswith("in data row 200; check its unit")
+
+
+def test_a_micro_radian_is_resolved_at_the_greatest_angle() -> None:
+    """Beyond it a twist in double precision comes in steps that a diagnosis would see."""
+    assert np.spacing(ANGLE_LIMIT) <= 1e-6 < np.spacing(4 * ANGLE_LIMIT)
+    for low, high in RANGES.values():
+        assert np.isfinite(1e9 * max(low**2, high**2)**2)
+
+
+@pytest.mark.parametrize("unit", ["9**9**9**9", "s**9**9", "N.m**1e9", "\\", "1/0", "((((", "s^99"])
+def test_a_unit_that_is_none_is_refused_at_once(tmp_path: Path, unit: str) -> None:
+    path = write(tmp_path, f"time [{unit}],twist [rad],output_torque [N.m]\n0,0,0\n1,1,1\n")
+    with pytest.raises(sm.InputError, match="expected a unit of time such as"):
+        read_record(path)
+    good = write(tmp_path, "time [s],twist [rad],output_torque [kg*m**2/s^2]\n0,0,0\n1,1,1\n")
+    assert read_record(good).output_torque == pytest.approx([0, 1])
 
 
 def test_not_a_text_file(tmp_path: Path) -> None:

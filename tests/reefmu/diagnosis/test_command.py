@@ -13,9 +13,11 @@ import pytest
 
 from reefmu.cli import main
 from reefmu.diagnosis import diagnose_record
+from reefmu.diagnosis.audit import audit
 from reefmu.diagnosis.exponent import PLAY
 from reefmu.progress import Progress
 from reefmu.record import Record, make_record
+from stiffness_model.errors import InputError
 from tests import diagnosis_rig as rig
 
 
@@ -146,6 +148,48 @@ def test_a_twist_in_the_wrong_sign_is_said(tmp_path: Path, capsys: pytest.Captur
     assert "wrong sign" in found["sentence"]
     assert "insufficient" in capsys.readouterr().out
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["diagnosis.json", "report.html"]
+
+
+@pytest.mark.parametrize(("factors", "words"), [
+    ((1e-300, 1, 1), "time does not move within the runs by steps above 1e-09 s"),
+    ((1, 1e-300, 1), "the twist never changes by more than 1.5e-09 rad"),
+    ((1, 1e-12, 1), "the twist never changes by more than 1.5e-09 rad"),
+    ((1, 1e6, 1), "no gear's spans more than 1"),
+    ((1, 1, 1e-300), "the torque never changes by more than 1e-09 N.m"),
+    ((1, 1, 0), "the torque never changes by more than 1e-09 N.m"),
+    ((1, 0, 0), "the twist never changes"),
+])
+@pytest.mark.parametrize("options", [["--power-law"], ["--power-law", "--exponent", "shared"], ["--curve", "curve.csv"]])
+def test_a_record_without_information_is_insufficient(tmp_path: Path, capsys: pytest.CaptureFixture[str],
+                                                      factors: tuple[float, float, float], words: str,
+                                                      options: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    rows = [[float(x) for x in row.split(",")] for row in lines()]
+    Path("record.csv").write_text("\n".join(
+        [HEAD, *(f"{t * factors[0]},0,{w * factors[1]},{y * factors[2]}" for t, _, w, y in rows)]))
+    Path("curve.csv").write_text("twist [arcmin],torque [N.m]\n0,0\n1,20\n3,90\n6,200\n")
+    assert main(["diagnose", "record.csv", *options, "--out", "out"]) == 0
+    found = json.loads(Path("out/diagnosis.json").read_text())
+    assert found["verdict"] == "insufficient"
+    assert words in found["sentence"]
+    assert capsys.readouterr().err == ""
+
+
+def test_rounding_on_a_large_number_is_no_torque() -> None:
+    torque = 1e8 + 1e-8 * (np.arange(400) % 5)
+    record = make_record({"time": 0.01 * np.arange(400), "twist": 1e-3 * np.sin(0.1 * np.arange(400)),
+                          "output_torque": torque})
+    assert np.ptp(torque) > 0
+    assert any("the torque never changes" in problem for problem in audit(record, 1.0).problems)
+
+
+@pytest.mark.parametrize("output", [np.zeros(400), np.full(400, 0.3)])
+def test_a_measured_crank_at_a_locked_output_shows_no_ratio(output: np.ndarray) -> None:
+    wave = np.sin(0.1 * np.arange(400))
+    record = make_record({"time": 0.01 * np.arange(400), "crank_angle": 0.03 * wave, "output_angle": output,
+                          "output_torque": 100 * wave})
+    with pytest.raises(InputError, match="at an output that stands still: no ratio can be known"):
+        diagnose_record(record)
 
 
 @pytest.mark.parametrize(("arguments", "message"), [
