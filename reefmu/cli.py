@@ -2,7 +2,8 @@
 
 Every command is a parser here and a function `run(args) -> int` in a module of `reefmu.commands`, imported
 when it is called: `reefmu --help` loads nothing heavier than argparse. Exit status 0 done, 1 a check failed,
-2 the input or the call was wrong: then one line on stderr, no traceback, no half-written file.
+2 the input or the call was wrong: then one line on stderr, no traceback, no half-written file. A signal ends a command
+with one line too and status 128 + its number, and nothing is left behind.
 """
 
 from __future__ import annotations
@@ -10,20 +11,33 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NoReturn
+
+from .interrupt import exit_status, signals_raised
 
 if TYPE_CHECKING:
     # In the type checker only: at run time the class is private to argparse.
     Commands = argparse._SubParsersAction["_OneLineParser"]  # pyright: ignore[reportPrivateUsage]
 
-DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+DONE, FAILED, WRONG_INPUT = 0, 1, 2
+GROUP_PAUSE = 0.2
+"""Seconds between the first and the last process of a group that gets a signal, at most."""
 MOST_DRIVES = 10_000_000
 BLAS_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status; `argv` without the program's name, default sys.argv."""
+    with signals_raised(last=argv is None):
+        try:
+            return _run(argv)
+        except KeyboardInterrupt as stop:
+            return _complain("; ".join(["interrupted", *getattr(stop, "__notes__", ())]), exit_status(stop))
+
+
+def _run(argv: Sequence[str] | None) -> int:
     for name in BLAS_THREADS:  # read when NumPy loads; processes share the cores, and threads would be in their way
         os.environ.setdefault(name, "1")
     try:
@@ -36,10 +50,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         # What is still in the buffer would raise once more at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
-    except KeyboardInterrupt:
-        return _complain("interrupted", INTERRUPTED)
     except OSError as error:
         return _complain(str(error), WRONG_INPUT)
+    except MemoryError as error:
+        return _complain(f"not enough memory for this ({error})", WRONG_INPUT)
+    except RuntimeError as error:
+        from concurrent.futures import BrokenExecutor
+
+        if not isinstance(error, BrokenExecutor):
+            raise
+        # A signal to all processes of a group may reach the workers first: then this one is interrupted here.
+        time.sleep(GROUP_PAUSE)
+        notes = getattr(error, "__notes__", ())
+        return _complain("; ".join([f"the workers were lost ({error})", *notes]), FAILED)
     except ValueError as error:
         from stiffness_model.errors import InputError
 
@@ -63,7 +86,7 @@ def build_parser() -> argparse.ArgumentParser:
 def _add_demo(commands: Commands) -> None:
     parser = _command(commands, "demo", "the whole line for drive_1, from drawing to a joint under control",
                       "Writes pictures, curve.csv and an FMU.")
-    parser.add_argument("--out", metavar="DIR", help="folder for the files (default reefmu-demo)")
+    parser.add_argument("--out", metavar="DIR", type=_name, help="folder for the files (default reefmu-demo)")
 
 
 def _add_curve(commands: Commands) -> None:
@@ -86,7 +109,7 @@ def _add_export(commands: Commands) -> None:
     parser = _command(commands, "export", "a drawing or a model as an FMU",
                       "Solves the lookup (some seconds, then cached) and writes an FMU.")
     parser.add_argument("source", metavar="DRIVE|MODEL.toml", help="a preset, a TOML drawing or a TOML model")
-    parser.add_argument("-o", "--output", metavar="FILE.fmu", required=True, help="the FMU to write")
+    parser.add_argument("-o", "--output", metavar="FILE.fmu", type=_name, required=True, help="the FMU to write")
     parser.add_argument("--kind", choices=("drive", "joint"), default="drive",
                         help="drive: angles in, torques out (default); joint: with motor and load inertia inside, "
                              "torques in, angles out")
@@ -136,7 +159,7 @@ def _add_diagnose(commands: Commands) -> None:
                         "number, or one within 1 ... 2 that all records share (default: free)")
     parser.add_argument("--locked", choices=("crank", "output"), default="crank",
                         help="what the rig locks, for records of a twist alone (default crank)")
-    parser.add_argument("--out", metavar="DIR", required=True, help="folder for the results")
+    parser.add_argument("--out", metavar="DIR", type=_name, required=True, help="folder for the results")
     parser.add_argument("--columns", metavar="FILE", help='TOML column map for foreign files: TIME = "time [s]"')
     parser.add_argument("--column", metavar="FOREIGN=NAME", type=_field, action="append", default=[],
                         help="one column of the map: --column 'TIME=time [s]'")
@@ -168,7 +191,8 @@ def _add_explore(commands: Commands) -> None:
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--workers", metavar="N", type=_whole(1, 4096), help="processes (default: all cores)")
     where.add_argument("--scheduler", metavar="ADDRESS", help="of a running dask scheduler, tcp://host:8786")
-    parser.add_argument("--out", metavar="DIR", required=True, help="folder for the results and for what is half done")
+    parser.add_argument("--out", metavar="DIR", type=_name, required=True,
+                        help="folder for the results and for what is half done")
 
 
 def _command(commands: Commands, name: str, summary: str, writes: str) -> argparse.ArgumentParser:
@@ -203,7 +227,7 @@ def _add_drawing_options(parser: argparse.ArgumentParser, name: str) -> None:
     parser.add_argument("--set", metavar="FIELD=VALUE", dest="fields", type=_field, action="append",
                         default=[], help="override a field of the drawing: --set lobes=28 "
                                          "--set crank_radius='41 mm'")
-    parser.add_argument("--out", metavar="DIR", help=f"folder for the files (default DRIVE-{name})")
+    parser.add_argument("--out", metavar="DIR", type=_name, help=f"folder for the files (default DRIVE-{name})")
 
 
 def _whole(low: int, high: int | None = None) -> Callable[[str], int]:
@@ -219,6 +243,13 @@ def _whole(low: int, high: int | None = None) -> Callable[[str], int]:
         return value
 
     return parse
+
+
+def _name(text: str) -> str:
+    """A name of a file or folder to write. An empty one, of a shell's unset variable, would be the folder we are in."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError(f"expected a name, got {text!r}")
+    return text
 
 
 def _field(text: str) -> tuple[str, str]:

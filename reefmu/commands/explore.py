@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import asyncio
 import contextlib
-import sys
 from collections.abc import Generator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor
 from pathlib import Path
@@ -43,13 +43,10 @@ def run(args: argparse.Namespace) -> int:
     try:
         with _executor(args) as executor, Progress(f"evaluating {study.name}", chunk_count(study)) as progress:
             found, generation = run_study(study, folder, executor, progress.step)
-    except (BrokenExecutor, CancelledError, _WorkersLostError) as error:
-        print(f"reefmu: the workers were lost ({error or type(error).__name__}); what is done is kept, and the same "
-              "command goes on from there", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print(f"\nwhat is done is kept in {folder}; the same command goes on from there", file=sys.stderr)
-        raise
+    except CancelledError as error:
+        raise _kept(BrokenExecutor(str(error) or "its work was cancelled"), folder) from None
+    except (BrokenExecutor, KeyboardInterrupt) as error:
+        raise _kept(error, folder) from None
     results = judge(study, found, generation)
     files = _write(results, folder)
     print(_summary(results))
@@ -64,6 +61,12 @@ def run(args: argparse.Namespace) -> int:
     return 0 if results.chosen is not None else 1
 
 
+def _kept(error: BaseException, folder: Path) -> BaseException:
+    """What stops the study, with a note that it can go on."""
+    error.add_note(f"what is done is kept in {folder}, and the same command goes on from there")
+    return error
+
+
 def _make(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -75,21 +78,20 @@ def _make(folder: Path) -> None:
 def _executor(args: argparse.Namespace) -> Generator[Executor]:
     """Processes of this machine, or the workers of a dask scheduler."""
     if args.scheduler is None:
-        pool = workers.pool(args.workers)
-        try:
+        with workers.pool(args.workers) as pool:
             yield pool
-        finally:
-            pool.shutdown(cancel_futures=True)
         return
     try:
         from distributed import Client
     except ImportError:
         raise InputError("--scheduler: expected dask.distributed, got none: pip install 'reefmu[cluster]'") from None
     try:
+        asyncio.run(_reach(args.scheduler))
         client: Any = Client(args.scheduler, timeout=CONNECT, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:
+    except Exception as error:  # of whichever transport the address names
+        said = next(iter(str(error).splitlines()), type(error).__name__)
         raise InputError(f"--scheduler: expected the address of a running dask scheduler, such as "
-                         f"tcp://host:8786, got {args.scheduler!r} ({str(error).splitlines()[0]})") from None
+                         f"tcp://host:8786, got {args.scheduler!r} ({said})") from None
     with client:
         try:
             # A chunk whose worker died is done again elsewhere; it gives the same numbers.
@@ -102,11 +104,17 @@ def _executor(args: argparse.Namespace) -> Generator[Executor]:
         except Exception as error:
             if type(error).__module__.split(".")[0] != "distributed":
                 raise
-            raise _WorkersLostError(str(error).splitlines()[0]) from None
+            raise BrokenExecutor(str(error).splitlines()[0]) from None
 
 
-class _WorkersLostError(Exception):
-    """A chunk took one worker of a cluster after the other with it."""
+async def _reach(address: str) -> None:
+    """Connect once, and leave: a `Client` that cannot be made keeps a thread, which complains when the program ends."""
+    from distributed.comm.core import connect
+    from distributed.security import Security
+
+    security: Any = Security()
+    comm: Any = await connect(address, timeout=CONNECT, **security.get_connection_args("client"))
+    await comm.close()
 
 
 def _write(results: Results, folder: Path) -> list[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import tempfile
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -12,6 +11,8 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+
+from stiffness_model.files import scratch_folder
 
 from .study import Study
 
@@ -51,8 +52,8 @@ def crew_of(study: Study, executor: Executor | None) -> Generator[Crew]:
     if executor is None:
         yield Crew(study)
         return
-    with tempfile.TemporaryDirectory(prefix="reefmu-") as folder:
-        file = Path(folder) / "study"
+    with scratch_folder() as folder:
+        file = folder / "study"
         file.write_bytes(pickle.dumps(replace(study, scatter=None, shifted=[], individuals=study.individuals[:0])))
         yield Crew(study, executor, str(file))
 

@@ -73,7 +73,7 @@ def _place(name: str, groups: NDArray[np.intp], residual: Array, noise: Array, s
     # What the noise alone puts into the means does not count.
     energy = np.maximum(count * mean**2 - np.bincount(groups, noise) / np.maximum(count, 1), 0.0)
     share = float(min(1.0, energy.sum() / (systematic * len(residual))))
-    strongest = int(energy.argmax())
+    strongest = int(np.where(count > 0, energy, -1.0).argmax())
     inside = groups == strongest
     low, high = float(x[inside].min()), float(x[inside].max())
     region = f"{low:.3g} to {high:.3g} {unit}"

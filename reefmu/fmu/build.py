@@ -13,7 +13,6 @@ import hashlib
 import importlib.metadata
 import os
 import re
-import tempfile
 import uuid
 from datetime import UTC, datetime
 from html import escape
@@ -21,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffness_model.errors import InputError, expect, unknown_name
+from stiffness_model.files import scratch_folder
 
 from .archive import DESCRIPTION, SCRIPT_NAME, write_archive
 from .component import HEAD_FILE, LOOKUP_FILE, Component, drive_component, save_component
@@ -180,9 +180,9 @@ def _export(component: Component, interface: Interface, resources: dict[str, byt
 
 def _resources(model: DriveModel, masses: Masses | None) -> dict[str, bytes]:
     """The component as the package itself saves and loads it."""
-    with tempfile.TemporaryDirectory(prefix="reefmu-export-") as folder:
-        save_component(model, masses, Path(folder))
-        return {file.name: file.read_bytes() for file in sorted(Path(folder).iterdir())}
+    with scratch_folder() as folder:
+        save_component(model, masses, folder)
+        return {file.name: file.read_bytes() for file in sorted(folder.iterdir())}
 
 
 def _binaries(identifier: str) -> dict[str, bytes]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import ctypes
-import shutil
 from collections.abc import Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
 from stiffness_model.errors import expect, unknown_name
+from stiffness_model.files import scratch_folder
 
 _LOG_LENGTH = 20
 
@@ -33,8 +33,9 @@ class Block:
 class Loaded:
     """A folder with an unpacked FMU, and the instance that runs from it, once there is one."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self) -> None:
+        self._work = ExitStack()
+        self.folder = self._work.enter_context(scratch_folder())
         self.fmu: Any = None
         self.dead = False
         """After fmi2Fatal, or without an instance: FMI allows no call any more."""
@@ -52,7 +53,7 @@ class Loaded:
             if let_go is not None:
                 let_go()
             fmu.freeLibrary()
-        shutil.rmtree(self.folder, ignore_errors=True)
+        self._work.close()
 
 
 def callbacks(complaints: list[str]) -> Any:

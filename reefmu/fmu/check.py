@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import math
 import os
-import tempfile
 import zipfile
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
@@ -17,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffness_model.errors import InputError, expect
+from stiffness_model.files import scratch_folder
 
 from .archive import FmuFile, read_archive
 from .component import KINDS, component_in, files_in
@@ -95,15 +95,15 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
 
 def embedded_component(file: FmuFile) -> Component:
     """What the resources of an FMU of this package hold. Errors: `InputError` if they are missing or damaged."""
-    with tempfile.TemporaryDirectory(prefix="reefmu-check-") as folder, zipfile.ZipFile(file.path) as archive:
+    with scratch_folder() as folder, zipfile.ZipFile(file.path) as archive:
         for name, member in files_in(file.kind, file.members).items():
             expect(member in file.members, f"{member} in the FMU", "none", str(file.path))
-            Path(folder, name).write_bytes(archive.read(member))
+            (folder / name).write_bytes(archive.read(member))
         try:
-            return component_in(Path(folder))
+            return component_in(folder)
         except InputError as error:
             # The folder is gone by the time the message is read; the member's name is what helps.
-            raise InputError(f"{file.path}: {str(error).replace(folder, 'resources')}") from None
+            raise InputError(f"{file.path}: {str(error).replace(str(folder), 'resources')}") from None
 
 
 def _standard(file: FmuFile) -> Finding:

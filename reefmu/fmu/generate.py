@@ -11,10 +11,10 @@ import json
 import math
 import re
 import sys
-import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from stiffness_model.files import scratch_folder
 from stiffness_model.lookup import QUANTITIES
 
 from .component import Component
@@ -58,8 +58,8 @@ def _equations(pieces: Pieces) -> tuple[str, dict[str, int]]:
     for name, function in pieces.functions.items():
         assert function.name() == name
         generator.add(function)
-    with tempfile.TemporaryDirectory(prefix="reefmu-generate-") as folder:
-        text = Path(generator.generate(folder + "/")).read_text("utf-8")
+    with scratch_folder() as folder:
+        text = Path(generator.generate(f"{folder}/")).read_text("utf-8")
     call = list(pieces.functions.values())
     sizes = {"INTEGERS": 1 + max(f.sz_iw() for f in call), "WORK": 1 + max(f.sz_w() for f in call),
              "ARGUMENTS": max(f.sz_arg() for f in call), "RESULTS": max(f.sz_res() for f in call)}

@@ -9,7 +9,6 @@ import ctypes
 import math
 import os
 import struct
-import tempfile
 import threading
 import weakref
 from collections.abc import Iterable, Mapping
@@ -59,7 +58,7 @@ class FmuDrive:
                "an FMU for co-simulation with FMI 2.0 or 3.0",
                f"one for FMI {archive.fmi_version} by {archive.generation_tool or 'an unnamed tool'}",
                str(self._path))
-        self._loaded = Loaded(Path(tempfile.mkdtemp(prefix="reefmu-")))
+        self._loaded = Loaded()
         self._release = weakref.finalize(self, self._loaded.release)
         try:
             folder = fmpy.extract(str(self._path), self._loaded.folder)

@@ -14,14 +14,12 @@ import shutil
 import struct
 import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from reefmu.progress import Progress
 from stiffness_model.errors import InputError, unknown_name
-from stiffness_model.files import whole_file
+from stiffness_model.files import scratch_folder, whole_file
 
 from .generate import UNIT
 
@@ -100,20 +98,20 @@ def _compiled(sources: Mapping[str, bytes], identifier: str, p: Platform, target
     kept = cache_folder() / f"native-{digest.hexdigest()[:24]}{p.suffix}"
     if kept.is_file():
         return kept.read_bytes()
-    with tempfile.TemporaryDirectory(prefix="reefmu-compile-") as folder:
+    with scratch_folder() as folder:
         for name, content in sources.items():
-            Path(folder, name).write_bytes(content)
+            (folder / name).write_bytes(content)
         output = f"{identifier}{p.suffix}"
         link = _LINKER_FLAGS.get(sys.platform, ()) if "zig" not in version else (
             ("-Wl,-install_name,@rpath/" + output,) if "macos" in target else ("-lm",))
         # The folder's name must not get into the binary: names are relative to it.
         done = subprocess.run([*command, UNIT, "-o", output, *link], cwd=folder, capture_output=True, text=True,
-                              errors="replace", check=False)
+                              errors="replace", check=False, env={**os.environ, "TMPDIR": str(folder)})
         if done.returncode != 0:
             said = " ".join((done.stderr or done.stdout).split())[-400:]
             raise InputError(f"{p.name}: expected {command[0]} to compile the model, got status {done.returncode}: "
                              f"{said}")
-        content = Path(folder, output).read_bytes()
+        content = (folder / output).read_bytes()
     try:
         kept.parent.mkdir(parents=True, exist_ok=True)
         with whole_file(kept) as temporary:

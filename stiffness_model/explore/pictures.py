@@ -36,9 +36,8 @@ def pareto_front(results: Results, ax: Axes | None = None) -> Axes:
     others = np.setdiff1d(np.flatnonzero(results.feasible), members)
     ax.scatter(x[others], y[others], s=6, color="#cfcfcf", linewidth=0, label="feasible designs")
     if len(members):
-        colour: Any = BLUE if len(names) < 3 else results.shown(names[2])[members]
-        dots = ax.scatter(x[members], y[members], s=26, c=colour, cmap=COLOURS, edgecolor="white", linewidth=0.4,
-                          zorder=3, label="Pareto front")
+        dots = ax.scatter(x[members], y[members], s=26, edgecolor="white", linewidth=0.4, zorder=3,
+                          label="Pareto front", **_colours(results))
         if len(names) >= 3:
             figure = ax.get_figure(root=True)
             assert figure is not None
@@ -52,6 +51,12 @@ def pareto_front(results: Results, ax: Axes | None = None) -> Axes:
                             f"{len(members)} on the front")
 
 
+def _colours(results: Results) -> dict[str, Any]:
+    """How members of the front are coloured: by the third objective, if there is one."""
+    names = list(results.study.objectives)
+    return {"color": BLUE} if len(names) < 3 else {"c": results.shown(names[2])[results.front], "cmap": COLOURS}
+
+
 def trade_off(results: Results) -> list[Axes]:
     """What one gives for what: the other objectives and all parameters along the front, over the first objective."""
     from matplotlib.figure import Figure
@@ -63,11 +68,10 @@ def trade_off(results: Results) -> list[Axes]:
     figure = Figure(figsize=(4.6 * columns + 0.8, 2.0 * height + 0.6), dpi=150, layout="constrained")
     axes: list[Axes] = list(figure.subplots(height, columns, squeeze=False, sharex=True).ravel())
     x = results.shown(names[0])
-    colour: Any = BLUE if len(names) < 3 else results.shown(names[2])[members]
     dots = None
     for k, (ax, row) in enumerate(zip(axes, rows, strict=False)):
         y = results.shown(row) if isinstance(row, str) else _shown_numbers(results, row)
-        dots = ax.scatter(x[members], y[members], s=14, c=colour, cmap=COLOURS, linewidth=0)
+        dots = ax.scatter(x[members], y[members], s=14, linewidth=0, **_colours(results))
         _star(ax, x, y, results)
         last = k + columns >= len(rows)
         dress(ax, METRICS[names[0]].label if last else "", METRICS[row].label if isinstance(row, str) else

@@ -163,6 +163,12 @@ FAULTY_CALLS = [
     (["curve", "nothing.toml"], "nothing.toml: expected a TOML drawing, got no such file"),
     (["curve", "drive_1", "--out", "taken"], "taken: expected a folder that can be written"),
     (["compare", "drive_1", "--out", "taken/below"], "taken/below: expected a folder that can be written"),
+    (["curve", "drive_1", "--out", ""], "curve: argument --out: expected a name, got ''"),
+    (["compare", "drive_1", "--out", " "], "compare: argument --out: expected a name, got ' '"),
+    (["draw", "drive_1", "--out", ""], "draw: argument --out: expected a name, got ''"),
+    (["demo", "--out", ""], "demo: argument --out: expected a name, got ''"),
+    (["export", "drive_1", "-o", ""], "export: argument -o/--output: expected a name, got ''"),
+    (["diagnose", "taken", "--power-law", "--out", ""], "diagnose: argument --out: expected a name, got ''"),
     (["compare", "drive_1", "--catalog", "nothing.toml"], "nothing.toml: expected a readable TOML catalogue"),
     (["compare", "drive_1", "--catalog", "taken"], "taken: expected a TOML catalogue, got a syntax error"),
 ]

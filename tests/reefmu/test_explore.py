@@ -192,16 +192,17 @@ def _children(pid: int) -> list[int] | None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="foreign host: signals of POSIX")
-def test_ctrl_c_is_status_130_and_two_plain_lines(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_is_status_128_and_its_number_and_one_line(tmp_path: Path, number: signal.Signals) -> None:
     path, out = write_study(tmp_path, **LONGER), tmp_path / "out"
     running = start(str(path), "--workers", "2", "--out", str(out))
     wait_for(lambda: len(chunks(out)) >= 1, "the first chunk")
     # As a terminal does: to every process of the group.
-    os.killpg(running.pid, signal.SIGINT)
+    os.killpg(running.pid, number)
     _, said = running.communicate(timeout=PATIENCE)
-    assert running.returncode == 130
+    assert running.returncode == 128 + number
     assert [line for line in said.splitlines() if line and "%" not in line] == [
-        f"what is done is kept in {out}; the same command goes on from there", "reefmu: interrupted"]
+        f"reefmu: interrupted; what is done is kept in {out}, and the same command goes on from there"]
 
 
 @pytest.mark.parametrize(("args", "said"), [
@@ -209,6 +210,7 @@ def test_ctrl_c_is_status_130_and_two_plain_lines(tmp_path: Path) -> None:
     (["STUDY", "--workers", "0"], "explore: argument --workers: expected a whole number from 1 to 4096, got '0'"),
     (["STUDY", "--workers", "1", "--scheduler", "tcp://h:1"], "not allowed with argument"),
     (["STUDY", "--scheduler", "nonsense://x"], "--scheduler: expected the address of a running dask scheduler"),
+    (["STUDY", "--out", ""], "explore: argument --out: expected a name, got ''"),
     (["STUDY", "--out", "FILE"], "FILE: expected a folder that can be written"),
 ])
 def test_a_wrong_call_is_one_line_and_status_2(args: list[str], said: str, tmp_path: Path,
@@ -230,6 +232,17 @@ def test_a_wrong_call_is_one_line_and_status_2(args: list[str], said: str, tmp_p
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1
     assert said in lines[0]
+
+
+@pytest.mark.parametrize("address", ["processes", "tcp://", " "])
+def test_a_scheduler_that_is_none_leaves_nothing_to_complain_at_exit(address: str, tmp_path: Path) -> None:
+    if importlib.util.find_spec("distributed") is None:
+        pytest.skip("dask.distributed is not installed")
+    running = start(str(write_study(tmp_path)), "--scheduler", address, "--out", str(tmp_path / "out"))
+    _, said = running.communicate(timeout=PATIENCE)
+    assert running.returncode == 2
+    assert len(said.splitlines()) == 1
+    assert said.startswith("reefmu: --scheduler: expected the address of a running dask scheduler")
 
 
 def test_a_folder_of_another_study_is_refused(done: tuple[Path, str], tmp_path: Path,

@@ -159,7 +159,8 @@ def test_a_twist_in_the_wrong_sign_is_said(tmp_path: Path, capsys: pytest.Captur
     ((1, 1, 0), "the torque never changes by more than 1e-09 N.m"),
     ((1, 0, 0), "the twist never changes"),
 ])
-@pytest.mark.parametrize("options", [["--power-law"], ["--power-law", "--exponent", "shared"], ["--curve", "curve.csv"]])
+@pytest.mark.parametrize("options", [["--power-law"], ["--power-law", "--exponent", "shared"],
+                                     ["--curve", "curve.csv"]])
 def test_a_record_without_information_is_insufficient(tmp_path: Path, capsys: pytest.CaptureFixture[str],
                                                       factors: tuple[float, float, float], words: str,
                                                       options: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
