@@ -25,9 +25,9 @@ from stiffness_model.files import scratch_folder
 from .archive import DESCRIPTION, SCRIPT_NAME, write_archive
 from .component import HEAD_FILE, LOOKUP_FILE, Component, drive_component, save_component
 from .description import Export, model_description
-from .fmi3 import VERSIONS, members3, sources3
+from .fmi3 import members3, sources3
 from .generate import UNIT, sources, with_guid
-from .interface import Interface, declare, declare_exchange
+from .interface import STANDARDS, Interface, declare, declare_exchange
 from .packed import carried_lookup, lookup_head
 from .platforms import chosen_platforms, compile_binaries
 
@@ -93,8 +93,8 @@ def export_fmu(model: DriveModel, path: str | os.PathLike[str], *, backend: str 
     """
     if backend not in BACKENDS:
         raise unknown_name("back end", backend, BACKENDS)
-    if fmi not in VERSIONS:
-        raise unknown_name("version of FMI", fmi, VERSIONS)
+    if fmi not in STANDARDS:
+        raise unknown_name("version of FMI", fmi, STANDARDS)
     expect(backend == "native" or fmi == "2.0", "FMI 3.0 with the native back end only", backend, "back end")
     make = _python_members if backend == "python" else functools.partial(_native_members, fmi=fmi)
     when = _date()
@@ -114,11 +114,13 @@ def _python_members(component: Component, resources: dict[str, bytes], when: dat
     """The archive of an FMU that runs in the installed package."""
     interface = declare(component)
     export = _export(component, interface, resources, when, "python", _SCRIPT)
-    script = _SCRIPT.format(identifier=export.model_identifier, guid=export.guid, layout=interface.digest)
+    # Two scripts of one name cannot both be loaded into a process: this one has the content's hash in its name.
+    module = f"{export.model_identifier}_{export.guid.strip('{}').replace('-', '')[:12]}"
+    script = _SCRIPT.format(identifier=module, guid=export.guid, layout=interface.digest)
     return {
         DESCRIPTION: model_description(interface, export),
-        f"resources/{export.model_identifier}.py": script.encode(),
-        SCRIPT_NAME: export.model_identifier.encode(),
+        f"resources/{module}.py": script.encode(),
+        SCRIPT_NAME: module.encode(),
         **{f"resources/{name}": data for name, data in resources.items()},
         **_binaries(export.model_identifier),
         **_documentation(interface, export),
@@ -133,7 +135,8 @@ def _native_members(component: Component, resources: dict[str, bytes], when: dat
     # The tables, where there are any, stand among the sources.
     resources = {name: data for name, data in resources.items() if name != LOOKUP_FILE}
     resources[HEAD_FILE] = lookup_head(carried_lookup(component.model)).encode()
-    nameless = sources(component, interface, "")
+    identifier = _identifier(component)
+    nameless = sources(component, interface, "", identifier, STANDARDS[fmi])
     if fmi != "2.0":
         nameless = sources3(nameless)
     without_guid = hashlib.sha256()
@@ -164,7 +167,7 @@ def _export(component: Component, interface: Interface, resources: dict[str, byt
     tool = f"CasADi {_version('casadi')}" if native else f"pythonfmu {_version('pythonfmu')}"
     return Export(
         guid=f"{{{guid}}}",
-        model_identifier=f"{_c_name(component.name)}_{guid.hex[:12]}",
+        model_identifier=_identifier(component),
         description=_describe(interface, version, backend),
         generation_tool=f"reefmu {version} with {tool}",
         generated=when.strftime("%Y-%m-%dT%H:%M:%SZ"),
@@ -228,6 +231,11 @@ def _documentation(interface: Interface, export: Export) -> dict[str, bytes]:
             if file.name.upper().startswith("LICENSE") and ".dist-info" in str(file):
                 members[f"documentation/licenses/{package}.txt"] = Path(str(file.locate())).read_bytes()
     return members
+
+
+def _identifier(component: Component) -> str:
+    """modelIdentifier: the same however often the model is exported. A joint is told from the drive inside."""
+    return _c_name(component.name) + ("_joint" if component.kind == "joint" else "")
 
 
 def _c_name(name: str) -> str:

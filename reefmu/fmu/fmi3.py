@@ -11,7 +11,6 @@ from .description3 import build_description, model_description3, terminals
 from .generate import UNIT
 from .interface import Interface
 
-VERSIONS = ("2.0", "3.0")
 CORE = "core.c"
 """Name of the unit for FMI 2.0 inside that for FMI 3.0."""
 _WRAPPER = ("fmi3_absent.c", "fmi3_api.h", "fmi3_life.c", "fmi3_simulation.c", "fmi3_values.c")

@@ -13,12 +13,13 @@ import re
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 from stiffness_model.files import scratch_folder
 from stiffness_model.lookup import QUANTITIES
 
 from .component import Component
-from .interface import Interface, Variable
+from .interface import FMI2, Interface, Standard, Variable
 from .packed import TABLES, carried_lookup, tables_header
 from .pieces import Pieces, make_pieces
 
@@ -30,14 +31,22 @@ _WRAPPER = ("all.c", "calls.c", "contact.c", "contact_change.c", "cosimulation.c
             "fmi2_api.h", "instance.h", "life.c", "log.c", "model.c", "saved.c", "tables.c", "values.c", "variable.h")
 
 
-def sources(component: Component, interface: Interface, guid: str) -> dict[str, bytes]:
-    """Every file of `sources` by name. interface: with the derivatives (`declare_exchange`)."""
+class _Names(NamedTuple):
+    guid: str
+    identifier: str
+    standard: Standard
+
+
+def sources(component: Component, interface: Interface, guid: str, identifier: str,
+            standard: Standard = FMI2) -> dict[str, bytes]:
+    """Every file of `sources` by name. interface: with the derivatives (`declare_exchange`). identifier: the model's,
+    which all names begin with that are seen from outside."""
     wrapper = importlib.resources.files("reefmu.fmu") / "native"
     files = {name: (wrapper / name).read_bytes() for name in _WRAPPER}
     pieces = make_pieces(component)
     equations, sizes = _equations(pieces)
     files["equations.c"] = equations.encode()
-    files["model.h"] = _header(component, pieces, interface, guid, sizes).encode()
+    files["model.h"] = _header(component, pieces, interface, _Names(guid, identifier, standard), sizes).encode()
     files[TABLES] = tables_header(carried_lookup(component.model)).encode()
     return files
 
@@ -63,7 +72,13 @@ def _equations(pieces: Pieces) -> tuple[str, dict[str, int]]:
     call = list(pieces.functions.values())
     sizes = {"INTEGERS": 1 + max(f.sz_iw() for f in call), "WORK": 1 + max(f.sz_w() for f in call),
              "ARGUMENTS": max(f.sz_arg() for f in call), "RESULTS": max(f.sz_res() for f in call)}
-    return _without_queries(text, pieces.functions), sizes
+    return _kept_inside(_without_queries(text, pieces.functions)), sizes
+
+
+def _kept_inside(text: str) -> str:
+    """With CasADi's helpers for this file alone: beside another FMU's they would be there twice."""
+    return re.sub(r"^(?!static\b|CASADI_SYMBOL_EXPORT\b)(?=[A-Za-z][\w* ]*\bcasadi_\w+\()", "static ", text,
+                  flags=re.MULTILINE)
 
 
 def _without_queries(text: str, functions: Iterable[str]) -> str:
@@ -73,7 +88,17 @@ def _without_queries(text: str, functions: Iterable[str]) -> str:
     return re.sub(one, "", text, flags=re.MULTILINE | re.DOTALL)
 
 
-def _header(component: Component, pieces: Pieces, interface: Interface, guid: str, sizes: dict[str, int]) -> str:
+def _prefix(names: _Names) -> str:
+    """The names' beginning, as the standard wants it of sources (FMI 2.0.4, section 2.1.1; FMI 3.0.2, section 2.2.1).
+
+    Without it where a host says so, or CMake, by a macro of its own, that it makes a shared library.
+    """
+    macro = f"FMI{names.standard.version[0]}"
+    return (f"#if !defined({macro}_FUNCTION_PREFIX) && !defined({names.identifier}_EXPORTS)\n"
+            f"#define {macro}_FUNCTION_PREFIX {names.identifier}_\n#endif\n")
+
+
+def _header(component: Component, pieces: Pieces, interface: Interface, names: _Names, sizes: dict[str, int]) -> str:
     from reefmu.assembly import NEWTON_STEPS, SETTLED
     from reefmu.stages import CONTACT, TUNED
 
@@ -98,7 +123,7 @@ def _header(component: Component, pieces: Pieces, interface: Interface, guid: st
     defines = "".join(f"#define {name} {value}\n" for name, value in numbers.items())
     return (f"/* {interface.kind} {json.dumps(_plain(interface.name))}: sizes and variables. Generated. */\n\n"
             "#ifndef MODEL_H\n#define MODEL_H\n\n#include \"variable.h\"\n\n"
-            f"#define MODEL_GUID \"{guid}\"\n{defines}\n{enums}\n"
+            f"{_prefix(names)}#define MODEL_GUID \"{names.guid}\"\n{defines}\n{enums}\n"
             f"static const Variable VARIABLES[N_VALUES] = {{\n{rows}}};\n\n#endif\n")
 
 

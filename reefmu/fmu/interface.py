@@ -33,6 +33,19 @@ BLOCKS: tuple[Causality, ...] = ("input", "output", "parameter", "local")
 
 
 @dataclass(frozen=True)
+class Standard:
+    """A version of FMI. first_reference: the value reference of the first variable that is declared."""
+
+    version: str
+    first_reference: int
+
+
+FMI2, FMI3 = Standard("2.0", 0), Standard("3.0", 1)
+"""From 1 in FMI 3.0, because OMSimulator takes the references there for places in the list, counted from one."""
+STANDARDS = {standard.version: standard for standard in (FMI2, FMI3)}
+
+
+@dataclass(frozen=True)
 class Variable:
     """One Real variable (FMI 2.0.4, section 2.2.7). None: the attribute is left out.
 

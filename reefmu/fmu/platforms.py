@@ -42,8 +42,13 @@ PLATFORMS = {p.name: p for p in (
 )}
 """darwin64 is one library for x86-64 and arm64."""
 _FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off",
-          "-fvisibility=hidden")
+          "-fvisibility=hidden", "-DFMI2_OVERRIDE_FUNCTION_PREFIX", "-DFMI3_OVERRIDE_FUNCTION_PREFIX")
 """-ffp-contract=off: the same roundings on every platform."""
+_OLD_NAMES = "old_names.h"
+_OLD = "#include <features.h>\n#ifdef __GLIBC__\n" + "".join(
+    f'__asm__(".symver {name},{name}@GLIBC_2.2.5");\n' for name in ("exp", "log", "pow", "exp2", "log2")) + "#endif\n"
+"""For a library compiled here for Linux: newer glibc versions give these a new symbol; the first one serves as well
+and is found everywhere. zig is told a version instead."""
 _ZIG_FLAGS = ("-s", "-fno-sanitize=all", "-fno-stack-protector", "-g0")
 _LINKER_FLAGS = {"linux": ("-s", "-Wl,--build-id=none", "-lm"), "darwin": ("-Wl,-x", "-lm"), "win32": ("-s", "-lm")}
 
@@ -99,7 +104,7 @@ def _compiled(sources: Mapping[str, bytes], identifier: str, p: Platform, target
     if kept.is_file():
         return kept.read_bytes()
     with scratch_folder() as folder:
-        for name, content in sources.items():
+        for name, content in {**sources, _OLD_NAMES: _OLD.encode()}.items():
             (folder / name).write_bytes(content)
         output = f"{identifier}{p.suffix}"
         link = _LINKER_FLAGS.get(sys.platform, ()) if "zig" not in version else (
@@ -125,7 +130,8 @@ def _compiler(p: Platform, target: str) -> tuple[tuple[str, ...], str]:
     """Command and version for a target: the compiler on the PATH for this machine, else zig."""
     own = os.environ.get("CC") or next((name for name in ("cc", "gcc", "clang") if shutil.which(name)), "")
     if p.name == host_platform() and len(p.targets) == 1 and own and shutil.which(own.split()[0]):
-        return (*own.split(), *_FLAGS), _first_line([*own.split(), "--version"])
+        old = ("-include", _OLD_NAMES) if p.name == "linux64" else ()
+        return (*own.split(), *_FLAGS, *old), _first_line([*own.split(), "--version"])
     if importlib.util.find_spec("ziglang") is None:
         came = "neither a C compiler on the PATH nor ziglang" if p.name == host_platform() else "none"
         raise InputError(f"{p.name}: expected a compiler for it (pip install 'reefmu[native]' brings ziglang), "

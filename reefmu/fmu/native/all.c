@@ -1,14 +1,5 @@
 /* The FMU in one translation unit: compile this file alone. No function but those of FMI leaves it. */
 
-#if defined(__linux__) && defined(__GNUC__) && defined(__x86_64__)
-/* Newer glibc versions give these a new symbol; the first one serves as well and is found everywhere. */
-__asm__(".symver exp,exp@GLIBC_2.2.5");
-__asm__(".symver log,log@GLIBC_2.2.5");
-__asm__(".symver pow,pow@GLIBC_2.2.5");
-__asm__(".symver exp2,exp2@GLIBC_2.2.5");
-__asm__(".symver log2,log2@GLIBC_2.2.5");
-#endif
-
 #include "instance.h"
 
 #if defined(__GNUC__)

@@ -7,30 +7,32 @@ enum {
 
 typedef struct { const char *name; int phases; } Call;
 
-#define CALL(name, phases) static const Call CALL_##name = {"fmi2" #name, phases}
-CALL(SetupExperiment, INSTANTIATED);
+#define CALL(name, phases) RENAMED(name, #name, phases)
+#define RENAMED(name, three, phases) static const Call CALL_##name = {IN_FMI(#name, three), phases}
+RENAMED(SetupExperiment, "EnterInitializationMode", INSTANTIATED);
 CALL(EnterInitializationMode, INSTANTIATED);
 CALL(ExitInitializationMode, INITIALISING);
 CALL(Terminate, RUNNING);
 CALL(Reset, ANYTIME);
-CALL(GetReal, INITIALISING | RUNNING | TERMINATED);
-CALL(SetReal, INSTANTIATED | INITIALISING | RUNNING);
-CALL(FMUstate, ANYTIME);
+RENAMED(GetReal, "GetFloat64", INITIALISING | RUNNING | TERMINATED);
+RENAMED(SetReal, "SetFloat64", INSTANTIATED | INITIALISING | RUNNING);
+RENAMED(FMUstate, "FMUState", ANYTIME);
 CALL(GetDirectionalDerivative, INITIALISING | RUNNING | TERMINATED);
 CALL(DoStep, STEPPING);
 CALL(CancelStep, 0); /* no step is ever pending */
 CALL(GetStatus, STEPPING | TERMINATED);
 CALL(EnterEventMode, CONTINUOUS_MODE);
-CALL(NewDiscreteStates, EVENT_MODE);
+RENAMED(NewDiscreteStates, "UpdateDiscreteStates", EVENT_MODE);
 CALL(EnterContinuousTimeMode, EVENT_MODE);
 CALL(CompletedIntegratorStep, CONTINUOUS_MODE);
 CALL(SetTime, EVENT_MODE | CONTINUOUS_MODE);
 CALL(SetContinuousStates, CONTINUOUS_MODE);
-CALL(GetDerivatives, EVENT_MODE | CONTINUOUS_MODE | TERMINATED);
+RENAMED(GetDerivatives, "GetContinuousStateDerivatives", EVENT_MODE | CONTINUOUS_MODE | TERMINATED);
 CALL(GetEventIndicators, INITIALISING | EVENT_MODE | CONTINUOUS_MODE | TERMINATED);
 CALL(GetContinuousStates, INITIALISING | EVENT_MODE | CONTINUOUS_MODE | TERMINATED);
 CALL(GetNominalsOfContinuousStates, ANYTIME);
 #undef CALL
+#undef RENAMED
 
 static const char *phase_name(int phase) {
     switch (phase) {

@@ -28,7 +28,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetRealInputDerivatives)(fmi2Component comp
                                                               const fmi2ValueReference references[], size_t count,
                                                               const fmi2Integer orders[], const fmi2Real values[]) {
     (void)references, (void)count, (void)orders, (void)values;
-    if (component) send(component, fmi2Error, "fmi2SetRealInputDerivatives: inputs are held over a step");
+    if (component) send(component, fmi2Error, IN_FMI("SetRealInputDerivatives", "SetRealInputDerivatives") ": inputs are held over a step");
     return fmi2Error;
 }
 
@@ -36,7 +36,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetRealOutputDerivatives)(fmi2Component com
                                                                const fmi2ValueReference references[], size_t count,
                                                                const fmi2Integer orders[], fmi2Real values[]) {
     (void)references, (void)count, (void)orders, (void)values;
-    if (component) send(component, fmi2Error, "fmi2GetRealOutputDerivatives: there are none");
+    if (component) send(component, fmi2Error, IN_FMI("GetRealOutputDerivatives", "GetRealOutputDerivatives") ": there are none");
     return fmi2Error;
 }
 
@@ -45,7 +45,7 @@ static int status_call(const Instance *instance, const void *value) {
 }
 
 static fmi2Status no_status(const Instance *instance) {
-    send(instance, fmi2Discard, "fmi2GetStatus: the slave has no status of this kind");
+    send(instance, fmi2Discard, IN_FMI("GetStatus", "GetStatus") ": the slave has no status of this kind");
     return fmi2Discard;
 }
 

@@ -16,7 +16,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDirectionalDerivative)(
         int is_known = k >= n_unknowns;
         fmi2ValueReference reference = is_known ? knowns[k - n_unknowns] : unknowns[k];
         if (reference >= N_VALUES || (is_known ? VARIABLES[reference].known : VARIABLES[reference].unknown) < 0) {
-            send(instance, fmi2Error, "fmi2GetDirectionalDerivative: value reference %u is no %s", reference,
+            send(instance, fmi2Error, IN_FMI("GetDirectionalDerivative", "GetDirectionalDerivative") ": value reference %u is no %s", reference,
                  is_known ? "input or state" : "output or derivative");
             return fmi2Error;
         }
@@ -24,7 +24,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDirectionalDerivative)(
     memset(instance->direction, 0, sizeof instance->direction);
     for (size_t k = 0; k < n_knowns; k++) instance->direction[VARIABLES[knowns[k]].known] += directions[k];
     if (!refresh(instance, 0) || !tangent(instance)) {
-        send(instance, fmi2Discard, "fmi2GetDirectionalDerivative: no finite result with these inputs and parameters");
+        send(instance, fmi2Discard, IN_FMI("GetDirectionalDerivative", "GetDirectionalDerivative") ": no finite result with these inputs and parameters");
         return fmi2Discard;
     }
     for (size_t k = 0; k < n_unknowns; k++) results[k] = instance->tangent[VARIABLES[unknowns[k]].unknown];

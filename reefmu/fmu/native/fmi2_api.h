@@ -15,11 +15,14 @@
 #define FMI2_EXPORT
 #endif
 
-/* A host that links sources gives every FMU a prefix of its own (section 2.1.1). */
-#ifdef FMI2_FUNCTION_PREFIX
+/* Sources that are linked with others have a prefix of their own (section 2.1.1): model.h gives it. */
+#if defined(FMI2_FUNCTION_PREFIX) && !defined(FMI2_OVERRIDE_FUNCTION_PREFIX)
+#define FMI2_ACTUAL_FUNCTION_PREFIX FMI2_FUNCTION_PREFIX
+#endif
+#ifdef FMI2_ACTUAL_FUNCTION_PREFIX
 #define FMI2_JOIN(a, b) a##b
 #define FMI2_JOINED(a, b) FMI2_JOIN(a, b)
-#define FMI2_NAME(name) FMI2_JOINED(FMI2_FUNCTION_PREFIX, name)
+#define FMI2_NAME(name) FMI2_JOINED(FMI2_ACTUAL_FUNCTION_PREFIX, name)
 #else
 #define FMI2_NAME(name) name
 #endif

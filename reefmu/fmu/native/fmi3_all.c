@@ -2,6 +2,7 @@
    this file, and every call of 3.0 is one of 2.0 or is refused. */
 
 #define FMI2_EXPORT static
+#define IS_FMI3
 #include "core.c"
 
 #include "fmi3_api.h"

@@ -15,11 +15,14 @@
 #define FMI3_EXPORT
 #endif
 
-/* A host that links sources gives every FMU a prefix of its own. */
-#ifdef FMI3_FUNCTION_PREFIX
+/* Sources that are linked with others have a prefix of their own (section 2.2.1): model.h gives it. */
+#if defined(FMI3_FUNCTION_PREFIX) && !defined(FMI3_OVERRIDE_FUNCTION_PREFIX)
+#define FMI3_ACTUAL_FUNCTION_PREFIX FMI3_FUNCTION_PREFIX
+#endif
+#ifdef FMI3_ACTUAL_FUNCTION_PREFIX
 #define FMI3_JOIN(a, b) a##b
 #define FMI3_JOINED(a, b) FMI3_JOIN(a, b)
-#define FMI3_NAME(name) FMI3_JOINED(FMI3_FUNCTION_PREFIX, name)
+#define FMI3_NAME(name) FMI3_JOINED(FMI3_ACTUAL_FUNCTION_PREFIX, name)
 #else
 #define FMI3_NAME(name) name
 #endif

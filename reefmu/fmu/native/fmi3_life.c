@@ -8,36 +8,16 @@ typedef struct {
 
 #define CORE(instance) ((instance) ? ((Instance3 *)(instance))->core : NULL)
 
-/* A message of the core, with the name that the call has in 3.0. */
+/* A message of the core, which is finished and no format here. */
 static void pass_on(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
                     fmi2String message, ...) {
-    static const struct { const char *old, *new; } names[] = {
-        {"fmi2SetReal", "fmi3SetFloat64"},
-        {"fmi2GetReal", "fmi3GetFloat64"},
-        {"fmi2SetupExperiment", "fmi3EnterInitializationMode"},
-        {"fmi2NewDiscreteStates", "fmi3UpdateDiscreteStates"},
-        {"fmi2GetDerivatives", "fmi3GetContinuousStateDerivatives"},
-        {"fmi2DeSerializeFMUstate", "fmi3DeserializeFMUState"},
-        {"fmi2", "fmi3"},
-    };
     const Instance3 *instance = environment;
-    char text[600];
     (void)name;
-    if (!instance->log) return;
-    snprintf(text, sizeof text, "%s", message);
-    for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
-        size_t length = strlen(names[k].old);
-        if (strncmp(message, names[k].old, length) == 0) {
-            snprintf(text, sizeof text, "%s%s", names[k].new, message + length);
-            break;
-        }
-    }
-    instance->log(instance->environment, (fmi3Status)status, category, text);
+    if (instance->log) instance->log(instance->environment, (fmi3Status)status, category, message);
 }
 
 static void complain(fmi3Instance instance, const char *message) {
-    const Instance3 *made = instance;
-    if (made && made->log) made->log(made->environment, fmi3Error, "logStatusError", message);
+    if (instance) send(CORE(instance), fmi2Error, "%s", message);
 }
 
 static fmi3Instance instantiate(fmi3String name, fmi3String token, fmi2Type kind, fmi3Boolean log,
@@ -69,7 +49,7 @@ FMI3_EXPORT fmi3Instance FMI3_NAME(fmi3InstantiateCoSimulation)(
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback message, fmi3IntermediateUpdateCallback update) {
     (void)resources, (void)visible, (void)early, (void)required, (void)update;
     if (events || count) {
-        if (message)
+        if (log && message)
             message(environment, fmi3Error, "logStatusError", events ?
                     "fmi3InstantiateCoSimulation: expected eventModeUsed = false: the FMU has no event mode" :
                     "fmi3InstantiateCoSimulation: expected no required intermediate variables: there are none");
@@ -82,8 +62,8 @@ FMI3_EXPORT fmi3Instance FMI3_NAME(fmi3InstantiateScheduledExecution)(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean log,
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback message, fmi3ClockUpdateCallback update,
     fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock) {
-    (void)name, (void)token, (void)resources, (void)visible, (void)log, (void)update, (void)lock, (void)unlock;
-    if (message)
+    (void)name, (void)token, (void)resources, (void)visible, (void)update, (void)lock, (void)unlock;
+    if (log && message)
         message(environment, fmi3Error, "logStatusError",
                 "fmi3InstantiateScheduledExecution: the FMU is for co-simulation and model exchange");
     return NULL;

@@ -10,8 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fmi2_api.h"
 #include "model.h"
+
+#include "fmi2_api.h"
 #include "tables.h"
 
 /* The states of an instance (FMI 2.0.4, sections 3.2.3 and 4.2.4), as bits so that a set of them is a number. */

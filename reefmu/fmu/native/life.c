@@ -27,19 +27,19 @@ FMI2_EXPORT fmi2Component FMI2_NAME(fmi2Instantiate)(fmi2String name, fmi2Type k
     if (!callbacks) return NULL;
     voice.callbacks = *callbacks;
     voice.name = text_or_none(name);
-    voice.log = log ? LOG_ALL : LOG_ALL & ~LOG_WARNING;
+    voice.log = log ? LOG_ALL : LOG_OFF;
     if (!name || !*name) problem = "expected a name of the instance, got none";
     else if (kind != fmi2CoSimulation && kind != fmi2ModelExchange) problem = "unknown type of FMU";
     if (problem || !guid || strcmp(guid, MODEL_GUID) != 0) {
-        if (problem) speak(&voice, fmi2Error, "fmi2Instantiate: %s", problem);
-        else speak(&voice, fmi2Error, "fmi2Instantiate: expected GUID %s, got %.60s", MODEL_GUID, text_or_none(guid));
+        if (problem) speak(&voice, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": %s", problem);
+        else speak(&voice, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": expected GUID %s, got %.60s", MODEL_GUID, text_or_none(guid));
         return NULL;
     }
     length = strlen(name) + 1;
     instance = callbacks->allocateMemory ? callbacks->allocateMemory(1, sizeof *instance + length)
                                          : calloc(1, sizeof *instance + length);
     if (!instance) {
-        speak(&voice, fmi2Error, "fmi2Instantiate: out of memory");
+        speak(&voice, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": out of memory");
         return NULL;
     }
     voice.name = memcpy((char *)(instance + 1), name, length);
@@ -63,7 +63,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetupExperiment)(fmi2Component component, f
     (void)tolerance;
     if (!allowed(instance, &CALL_SetupExperiment)) return fmi2Error;
     if (!all_finite(&start, 1) || (has_stop && !(stop >= start))) {
-        send(instance, fmi2Error, "fmi2SetupExperiment: expected start and stop in order, got %g s and %g s", start, stop);
+        send(instance, fmi2Error, IN_FMI("SetupExperiment", "EnterInitializationMode") ": expected start and stop in order, got %g s and %g s", start, stop);
         return fmi2Error;
     }
     instance->now.time = start;
@@ -81,7 +81,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2ExitInitializationMode)(fmi2Component compo
     Instance *instance = component;
     if (!allowed(instance, &CALL_ExitInitializationMode)) return fmi2Error;
     if (!refresh(instance, STALE_OUTPUTS)) {
-        send(instance, fmi2Error, "fmi2ExitInitializationMode: no finite result with these inputs and parameters");
+        send(instance, fmi2Error, IN_FMI("ExitInitializationMode", "ExitInitializationMode") ": no finite result with these inputs and parameters");
         return fmi2Error;
     }
     instance->now.phase = instance->now.kind == fmi2CoSimulation ? STEPPING : EVENT_MODE;

@@ -1,5 +1,12 @@
 /* Messages to the host, by category. */
 
+/* A call's name, or a status's, as it is in the version of FMI that this is compiled for. */
+#ifdef IS_FMI3
+#define IN_FMI(two, three) "fmi3" three
+#else
+#define IN_FMI(two, three) "fmi2" two
+#endif
+
 static void speak(const Voice *voice, fmi2Status status, const char *format, ...) {
     static const struct { fmi2Status status; int bit; const char *name; } categories[] = {
         {fmi2Warning, LOG_WARNING, "logStatusWarning"},
@@ -7,12 +14,22 @@ static void speak(const Voice *voice, fmi2Status status, const char *format, ...
         {fmi2Error, LOG_ERROR, "logStatusError"},
         {fmi2Fatal, LOG_FATAL, "logStatusFatal"},
     };
-    char text[512];
+    char said[512], text[2 * sizeof said], *end = text;
     va_list values;
     if (!voice->callbacks.logger) return;
     va_start(values, format);
-    vsnprintf(text, sizeof text, format, values);
+    vsnprintf(said, sizeof said, format, values);
     va_end(values);
+    for (const char *from = said; *from; from++) {
+#ifndef IS_FMI3
+        /* The host takes the message for a format of printf, with #variables# in it (section 2.1.5); what came from
+           outside must be neither. "%s" and the message behind it would do for the one, but hosts that do not look
+           further, such as FMPy, show "%s". */
+        if (*from == '%' || *from == '#') *end++ = *from;
+#endif
+        *end++ = *from;
+    }
+    *end = 0;
     for (size_t k = 0; k < sizeof categories / sizeof *categories; k++)
         if (categories[k].status == status && (voice->log & categories[k].bit))
             voice->callbacks.logger(voice->callbacks.componentEnvironment, voice->name, status, categories[k].name,
@@ -21,7 +38,14 @@ static void speak(const Voice *voice, fmi2Status status, const char *format, ...
 
 #define send(instance, ...) speak(&((const Instance *)(instance))->voice, __VA_ARGS__)
 
-/* Off, the log still says why a call was refused: that is no debugging, and there is no other way to learn it. */
+/* What is sent with logging off: in FMI 2.0, where that means logging for debugging, why a call was refused; in FMI 3.0
+   nothing (section 2.3.1). */
+#ifdef IS_FMI3
+enum { LOG_OFF = 0 };
+#else
+enum { LOG_OFF = LOG_ALL & ~LOG_WARNING };
+#endif
+
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetDebugLogging)(fmi2Component component, fmi2Boolean on, size_t count,
                                                       const fmi2String chosen[]) {
     static const char *names[] = {"logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal", "logAll"};
@@ -34,13 +58,13 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetDebugLogging)(fmi2Component component, f
         for (size_t k = 0; k < sizeof bits / sizeof *bits; k++)
             if (chosen[i] && strcmp(chosen[i], names[k]) == 0) bit = bits[k];
         if (!bit) {
-            send(instance, fmi2Error, "fmi2SetDebugLogging: unknown category '%.80s'", chosen[i] ? chosen[i] : "");
+            send(instance, fmi2Error, IN_FMI("SetDebugLogging", "SetDebugLogging") ": unknown category '%.80s'", chosen[i] ? chosen[i] : "");
             return fmi2Error;
         }
         wanted |= bit;
     }
     if (!count) wanted = LOG_ALL;
     if (on) instance->voice.log = count ? wanted : LOG_ALL;
-    else instance->voice.log = count ? instance->voice.log & ~wanted : LOG_ALL & ~LOG_WARNING;
+    else instance->voice.log = count ? instance->voice.log & ~wanted : LOG_OFF;
     return fmi2OK;
 }

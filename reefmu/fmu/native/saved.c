@@ -15,7 +15,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetFMUstate)(fmi2Component component, fmi2F
     if (!allowed(instance, &CALL_FMUstate) || !given(instance, &CALL_FMUstate, state, 1)) return fmi2Error;
     if (!*state) *state = new_saved(instance);
     if (!*state) {
-        send(instance, fmi2Error, "fmi2GetFMUstate: out of memory");
+        send(instance, fmi2Error, IN_FMI("GetFMUstate", "GetFMUState") ": out of memory");
         return fmi2Error;
     }
     memcpy(((Saved *)*state)->guid, MODEL_GUID, sizeof MODEL_GUID);
@@ -28,7 +28,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetFMUstate)(fmi2Component component, fmi2F
     const Saved *saved = state;
     if (!allowed(instance, &CALL_FMUstate) || !given(instance, &CALL_FMUstate, state, 1)) return fmi2Error;
     if (saved->content.kind != instance->now.kind) {
-        send(instance, fmi2Error, "fmi2SetFMUstate: expected a state of the same type of FMU");
+        send(instance, fmi2Error, IN_FMI("SetFMUstate", "SetFMUState") ": expected a state of the same type of FMU");
         return fmi2Error;
     }
     instance->now = saved->content;
@@ -61,7 +61,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SerializeFMUstate)(fmi2Component component,
         !given(instance, &CALL_FMUstate, bytes, 1))
         return fmi2Error;
     if (size < sizeof(Saved)) {
-        send(instance, fmi2Error, "fmi2SerializeFMUstate: expected room for %lu bytes, got %lu",
+        send(instance, fmi2Error, IN_FMI("SerializeFMUstate", "SerializeFMUState") ": expected room for %lu bytes, got %lu",
              (unsigned long)sizeof(Saved), (unsigned long)size);
         return fmi2Error;
     }
@@ -99,13 +99,13 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2DeSerializeFMUstate)(fmi2Component componen
         return fmi2Error;
     if (size == sizeof came) memcpy(&came, bytes, sizeof came);
     if (size != sizeof came || !usable(&came)) {
-        send(instance, fmi2Error, "fmi2DeSerializeFMUstate: expected a state of this FMU, got %lu bytes that are none",
+        send(instance, fmi2Error, IN_FMI("DeSerializeFMUstate", "DeserializeFMUState") ": expected a state of this FMU, got %lu bytes that are none",
              (unsigned long)size);
         return fmi2Error;
     }
     if (!*state) *state = new_saved(instance);
     if (!*state) {
-        send(instance, fmi2Error, "fmi2DeSerializeFMUstate: out of memory");
+        send(instance, fmi2Error, IN_FMI("DeSerializeFMUstate", "DeserializeFMUState") ": out of memory");
         return fmi2Error;
     }
     memcpy(*state, &came, sizeof came);

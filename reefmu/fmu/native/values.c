@@ -9,7 +9,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetReal)(fmi2Component component, const fmi
         return fmi2Error;
     for (size_t k = 0; k < count; k++) {
         if (references[k] >= N_VALUES) {
-            send(instance, fmi2Error, "fmi2GetReal: expected a value reference below %d, got %u", (int)N_VALUES,
+            send(instance, fmi2Error, IN_FMI("GetReal", "GetFloat64") ": expected a value reference below %d, got %u", (int)N_VALUES,
                  references[k]);
             return fmi2Error;
         }
@@ -18,7 +18,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetReal)(fmi2Component component, const fmi
     if (instance->now.stale & wanted && !refresh(instance, wanted)) {
         for (size_t k = 0; k < count; k++)
             values[k] = VARIABLES[references[k]].stale ? NAN : instance->now.values[references[k]];
-        send(instance, fmi2Discard, "fmi2GetReal: no finite result with these inputs and parameters");
+        send(instance, fmi2Discard, IN_FMI("GetReal", "GetFloat64") ": no finite result with these inputs and parameters");
         return fmi2Discard;
     }
     for (size_t k = 0; k < count; k++) values[k] = instance->now.values[references[k]];
@@ -43,12 +43,12 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetReal)(fmi2Component component, const fmi
     for (size_t k = 0; k < count; k++) {
         const Variable *variable = references[k] < N_VALUES ? &VARIABLES[references[k]] : NULL;
         if (!variable) {
-            send(instance, fmi2Error, "fmi2SetReal: expected a value reference below %d, got %u", (int)N_VALUES,
+            send(instance, fmi2Error, IN_FMI("SetReal", "SetFloat64") ": expected a value reference below %d, got %u", (int)N_VALUES,
                  references[k]);
             return fmi2Error;
         }
         if (!(SETTABLE[variable->access] & instance->now.phase)) {
-            send(instance, fmi2Error, "fmi2SetReal: %s cannot be set in this state (%s)", variable->name,
+            send(instance, fmi2Error, IN_FMI("SetReal", "SetFloat64") ": %s cannot be set in this state (%s)", variable->name,
                  phase_name(instance->now.phase));
             return fmi2Error;
         }

@@ -27,7 +27,8 @@ def test_another_model_gives_other_names(model, fmu, tmp_path):
     files = [read_archive(fmu), *(read_archive(export_fmu(m, tmp_path / "other.fmu"))
                                   for m in (hysteresis, renamed))]
     assert len({file.guid for file in files}) == 3
-    assert len({file.model_identifier for file in files}) == 3
+    assert [file.model_identifier for file in files] == ["drive_1", "drive_1", "gear_box"]
+    assert len({name for file in files for name in file.members if name.endswith(".py")}) == 3  # the modules' names
     assert all(file.model_identifier.isidentifier() for file in files)
 
 

@@ -150,9 +150,11 @@ def test_refusals_speak_of_calls_of_fmi_3(three: Path) -> None:
             reference.fmi3GetInt32(slave.component, number, 1, value, 1)
         with pytest.raises(Exception, match="fmi3EnterStepMode"):
             reference.fmi3EnterStepMode(slave.component)
-        assert not reference.fmi3InstantiateCoSimulation(
-            b"x", drive.guid.encode(), b"", False, False, True, False, None, 0, None, slave._log, slave._update)
-        assert drive._complaints[-1].startswith("fmi3InstantiateCoSimulation: expected eventModeUsed = false")
+        for log, said in ((True, "fmi3InstantiateCoSimulation: expected eventModeUsed = false"), (False, "nothing")):
+            drive._complaints[:] = ["nothing"]
+            assert not reference.fmi3InstantiateCoSimulation(
+                b"x", drive.guid.encode(), b"", False, log, True, False, None, 0, None, slave._log, slave._update)
+            assert drive._complaints[-1].startswith(said)
         assert not slave.instantiate("x", "{wrong}", "")
         assert drive._complaints[-1].startswith("fmi3Instantiate: expected GUID")
         assert np.isfinite(drive.step(1e-3)["output.tau"])

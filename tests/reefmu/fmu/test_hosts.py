@@ -54,7 +54,8 @@ def sanitized(unpacked: tuple[Path, Path, str], tmp_path_factory: pytest.TempPat
 def instrumented(flags: tuple[str, ...], fmu: Path, folder: Path, host: str = "host.c") -> tuple[Path, Path]:
     """Host and the library of an unpacked FMU, both compiled with these checks."""
     try:
-        library = build(folder / "fmu.so", *flags, "-fPIC", "-shared", str(fmu / "sources" / "all.c"), "-lm")
+        library = build(folder / "fmu.so", *flags, "-fPIC", "-shared", "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
+                        "-DFMI3_OVERRIDE_FUNCTION_PREFIX", str(fmu / "sources" / "all.c"), "-lm")
         return build(folder / "host", *flags, "-I", str(WRAPPER), str(Path(__file__).parent / "host" / host), "-ldl",
                      "-lm", "-lpthread"), library
     except subprocess.CalledProcessError:
