@@ -23,7 +23,8 @@ from .component import KINDS, component_in, files_in
 from .derivatives import TOLERANCE as DERIVATIVE_TOLERANCE
 from .derivatives import derivative_error
 from .host import FmuDrive
-from .interface import Variable, declare, declare_exchange
+from .interface import STANDARDS, Variable, declare, declare_exchange
+from .rules import broken_rules
 from .trial import QUARTERS, Trial, continue_fmu, make_trial, run_fmu, run_model
 
 if TYPE_CHECKING:
@@ -72,13 +73,13 @@ class CheckReport:
 def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
     """Validate an FMU of this package and run it against the model in its resources.
 
-    Findings: `standard` (problems fmpy's validation names), `declaration` (variables that differ from those
-    of the model inside), `agreement` (a run with reversals at several amplitudes, a turning crank and uneven
-    steps, against the Python model), `parameters` (the same with every tunable parameter moved), `reset` and
-    `restore` (a rerun after fmi2Reset, and from a state that was saved in mid-run, serialised and read back,
-    here and in a second instance; no difference allowed), `independence` (two instances in turn against each
-    alone), `refusal` (an input that is not a number gives fmi2Discard and leaves no trace); with the native back end
-    `derivatives` (directional derivatives of outputs and rates against differences of the model).
+    Findings: `standard` (problems fmpy's validation names), in FMI 3.0 `references` and `unknowns` (see `rules`),
+    `declaration` (variables that differ from those of the model inside), `agreement` (a run with reversals at several
+    amplitudes, a turning crank and uneven steps, against the Python model), `parameters` (the same with every tunable
+    parameter moved), `reset` and `restore` (a rerun after fmi2Reset, and from a state that was saved in mid-run,
+    serialised and read back, here and in a second instance; no difference allowed), `independence` (two instances in
+    turn against each alone), `refusal` (an input that is not a number gives fmi2Discard and leaves no trace); with the
+    native back end `derivatives` (directional derivatives of outputs and rates against differences of the model).
 
     Errors: `InputError` for what is no FMU of this package, is damaged, or cannot run on this machine.
     """
@@ -86,7 +87,7 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
     origin = f"kind {file.kind}" if file.kind else f"one by {file.generation_tool or 'an unnamed tool'}"
     expect(file.kind in KINDS, f"an FMU of kind {' or '.join(KINDS)} that reefmu exported", origin, str(path))
     component = embedded_component(file)
-    findings = [_standard(file), _declaration(file, declared_variables(file, component)),
+    findings = [_standard(file), *_rules(file), _declaration(file, declared_variables(file, component)),
                 *_behaviour(file.path, component)]
     if file.backend == "native":
         findings.append(_derivatives(file.path, component))
@@ -113,6 +114,11 @@ def _standard(file: FmuFile) -> Finding:
     return Finding("standard", not problems, len(problems), 0, " ".join(" ".join(problems[:3]).split()))
 
 
+def _rules(file: FmuFile) -> list[Finding]:
+    return [Finding(name, not problems, len(problems), 0, "; ".join(problems[:3]))
+            for name, problems in broken_rules(file).items()]
+
+
 def declared_variables(file: FmuFile, component: Component) -> tuple[Variable, ...]:
     """The variables that the back end of the file has for this component."""
     return (declare_exchange(component) if file.backend == "native" else declare(component)).variables
@@ -122,9 +128,12 @@ def _declaration(file: FmuFile, variables: tuple[Variable, ...]) -> Finding:
     """A model exchanged by hand, or another version's, would no longer be what the description says."""
     from fmpy import read_model_description
 
+    first = STANDARDS[file.fmi_version].first_reference
+    description = read_model_description(str(file.path), validate=False)
+    beside = {unknown.variable.name for unknown in description.eventIndicators or ()}
     declared = {
-        v.name: (v.valueReference, v.causality, v.variability, v.unit, float(v.start or "nan"))
-        for v in read_model_description(str(file.path), validate=False).modelVariables if v.causality != "independent"}
+        v.name: (v.valueReference - first, v.causality, v.variability, v.unit, float(v.start or "nan"))
+        for v in description.modelVariables if v.causality != "independent" and v.name not in beside}
     expected = {
         v.name: (v.reference, v.causality, v.variability, v.unit, math.nan if v.start is None else v.start)
         for v in variables}

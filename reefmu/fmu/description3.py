@@ -1,16 +1,18 @@
 """The XML of an FMU for FMI 3.0: modelDescription, terminals and build description (FMI 3.0.2, section 2.4 and 2.5).
 
-From the same declared interface as that for FMI 2.0; value references are the same, `time` has the one behind them.
+From the same declared interface as that for FMI 2.0. Value references count from one in the order of declaration: the
+interface's variables, then the event indicators, which are variables of their own, then `time`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from .description import LOG_CATEGORIES, TOOL, TYPES, Export, plain_text, type_names, unit_definitions
-from .interface import Interface, Variable
+from .interface import FMI3, Interface, Variable
 
 EXCHANGE = {"needsExecutionTool": False, "canBeInstantiatedOnlyOncePerProcess": False, "canGetAndSetFMUState": True,
             "canSerializeFMUState": True, "providesDirectionalDerivatives": True,
@@ -72,10 +74,12 @@ def model_description3(interface: Interface, export: Export) -> bytes:
     SubElement(root, "DefaultExperiment", {
         "startTime": "0.0", "stopTime": repr(export.stop_time), "stepSize": repr(export.step_size)})
     variables = SubElement(root, "ModelVariables")
-    for variable in interface.variables:
+    switches = indicators(interface, export.indicators)
+    for variable in (*interface.variables, *switches):
         _variable(variables, variable, interface)
     SubElement(variables, "Float64", {
-        "name": "time", "valueReference": str(len(interface.variables)), "description": "Simulation time",
+        "name": "time", "valueReference": str(len(interface.variables) + len(switches) + FMI3.first_reference),
+        "description": "Simulation time",
         "causality": "independent", "variability": "continuous", **_unit("s", interface)})
     _structure(root, interface, export)
     annotation = SubElement(SubElement(root, "Annotations"), "Annotation", {"type": TOOL})
@@ -108,7 +112,7 @@ def build_description(export: Export) -> bytes:
 
 
 def _variable(parent: Element, variable: Variable, interface: Interface) -> None:
-    attributes = {"name": variable.name, "valueReference": str(variable.reference),
+    attributes = {"name": variable.name, "valueReference": _reference(variable),
                   "description": plain_text(variable.description), "causality": variable.causality,
                   "variability": variable.variability}
     if variable.initial is not None:
@@ -119,7 +123,7 @@ def _variable(parent: Element, variable: Variable, interface: Interface) -> None
         if value is not None:
             attributes[key] = repr(value)
     if variable.derivative_of:
-        attributes["derivative"] = str(interface[variable.derivative_of].reference)
+        attributes["derivative"] = _reference(interface[variable.derivative_of])
     SubElement(parent, "Float64", attributes)
 
 
@@ -144,15 +148,23 @@ def _structure(root: Element, interface: Interface, export: Export) -> None:
 
 
 def indicators(interface: Interface, count: int) -> tuple[Variable, ...]:
-    """The derivatives that are event indicators: those of the states that remember a path, `count` of them."""
+    """The event indicators: the derivatives of the states that remember a path, `count` of them, under names and
+    references of their own. The derivatives themselves are initial unknowns, which an event indicator is not
+    (section 2.4.8)."""
     first = [v for v in interface.derivatives if v.derivative_of.startswith("last.")]
     assert len(first) == count
-    return tuple(first)
+    return tuple(replace(v, reference=len(interface.variables) + k, name=v.derivative_of.replace("last.", "indicator."),
+                         description=f"Event indicator: where it passes 0, what follows {v.derivative_of} turns round",
+                         derivative_of="") for k, v in enumerate(first))
+
+
+def _reference(variable: Variable) -> str:
+    return str(FMI3.first_reference + variable.reference)
 
 
 def _unknown(parent: Element, tag: str, variable: Variable, depends_on: tuple[str, ...], interface: Interface) -> None:
-    references = " ".join(str(interface[name].reference) for name in depends_on)
-    SubElement(parent, tag, {"valueReference": str(variable.reference), "dependencies": references})
+    references = " ".join(_reference(interface[name]) for name in depends_on)
+    SubElement(parent, tag, {"valueReference": _reference(variable), "dependencies": references})
 
 
 def _written(root: Element) -> bytes:

@@ -120,6 +120,7 @@ def _header(component: Component, pieces: Pieces, interface: Interface, names: _
     enums = "".join(f"enum {{ {', '.join(name.upper() for name in names)}, N_{title} }};\n"
                     for title, names in orders.items())
     rows = "".join(_row(v, component, interface) for v in interface.variables)
+    numbers["FIRST_REFERENCE"] = names.standard.first_reference
     defines = "".join(f"#define {name} {value}\n" for name, value in numbers.items())
     return (f"/* {interface.kind} {json.dumps(_plain(interface.name))}: sizes and variables. Generated. */\n\n"
             "#ifndef MODEL_H\n#define MODEL_H\n\n#include \"variable.h\"\n\n"

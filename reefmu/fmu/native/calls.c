@@ -68,3 +68,13 @@ static int given(const Instance *instance, const Call *call, const void *array, 
     send(instance, fmi2Error, "%s: expected an array of %lu, got none", call->name, (unsigned long)count);
     return 0;
 }
+
+/* The place among the values that a value reference names, N_VALUES for none. In FMI 3.0 the event indicators have
+   references of their own behind all others; their values are derivatives. */
+static size_t place_of(fmi2ValueReference reference) {
+    size_t place = (size_t)reference - FIRST_REFERENCE;
+#ifdef IS_FMI3
+    if (place >= N_VALUES && place < N_VALUES + N_INDICATORS) place += AT_RATES + FIRST_INDICATOR - N_VALUES;
+#endif
+    return place < N_VALUES ? place : N_VALUES;
+}

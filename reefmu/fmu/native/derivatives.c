@@ -15,18 +15,19 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDirectionalDerivative)(
     for (size_t k = 0; k < n_unknowns + n_knowns; k++) {
         int is_known = k >= n_unknowns;
         fmi2ValueReference reference = is_known ? knowns[k - n_unknowns] : unknowns[k];
-        if (reference >= N_VALUES || (is_known ? VARIABLES[reference].known : VARIABLES[reference].unknown) < 0) {
+        size_t place = place_of(reference);
+        if (place == N_VALUES || (is_known ? VARIABLES[place].known : VARIABLES[place].unknown) < 0) {
             send(instance, fmi2Error, IN_FMI("GetDirectionalDerivative", "GetDirectionalDerivative") ": value reference %u is no %s", reference,
                  is_known ? "input or state" : "output or derivative");
             return fmi2Error;
         }
     }
     memset(instance->direction, 0, sizeof instance->direction);
-    for (size_t k = 0; k < n_knowns; k++) instance->direction[VARIABLES[knowns[k]].known] += directions[k];
+    for (size_t k = 0; k < n_knowns; k++) instance->direction[VARIABLES[place_of(knowns[k])].known] += directions[k];
     if (!refresh(instance, 0) || !tangent(instance)) {
         send(instance, fmi2Discard, IN_FMI("GetDirectionalDerivative", "GetDirectionalDerivative") ": no finite result with these inputs and parameters");
         return fmi2Discard;
     }
-    for (size_t k = 0; k < n_unknowns; k++) results[k] = instance->tangent[VARIABLES[unknowns[k]].unknown];
+    for (size_t k = 0; k < n_unknowns; k++) results[k] = instance->tangent[VARIABLES[place_of(unknowns[k])].unknown];
     return fmi2OK;
 }

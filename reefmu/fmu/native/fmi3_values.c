@@ -1,7 +1,7 @@
 /* Variables, saved states and derivatives (FMI 3.0.2, sections 2.2.6, 2.2.9, 2.2.11). All variables are scalar Float64;
-   time, the independent one, has the reference behind them. */
+   time, the independent one, has the reference behind them and the event indicators. */
 
-enum { TIME = N_VALUES };
+enum { TIME = FIRST_REFERENCE + N_VALUES + N_INDICATORS };
 
 static int as_many(fmi3Instance instance, size_t references, size_t values) {
     if (references == values) return 1;

@@ -1,5 +1,11 @@
 /* Reading and writing variables (FMI 2.0.4, section 2.1.7). All variables are Real. */
 
+static fmi2Status no_variable(const Instance *instance, const Call *call, fmi2ValueReference reference) {
+    send(instance, fmi2Error, "%s: expected the value reference of a variable, %d to %d, got %u", call->name,
+         (int)FIRST_REFERENCE, (int)(FIRST_REFERENCE + N_VALUES - 1), reference);
+    return fmi2Error;
+}
+
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetReal)(fmi2Component component, const fmi2ValueReference references[],
                                               size_t count, fmi2Real values[]) {
     Instance *instance = component;
@@ -8,20 +14,19 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetReal)(fmi2Component component, const fmi
         !given(instance, &CALL_GetReal, values, count))
         return fmi2Error;
     for (size_t k = 0; k < count; k++) {
-        if (references[k] >= N_VALUES) {
-            send(instance, fmi2Error, IN_FMI("GetReal", "GetFloat64") ": expected a value reference below %d, got %u", (int)N_VALUES,
-                 references[k]);
-            return fmi2Error;
-        }
-        wanted |= VARIABLES[references[k]].stale;
+        size_t place = place_of(references[k]);
+        if (place == N_VALUES) return no_variable(instance, &CALL_GetReal, references[k]);
+        wanted |= VARIABLES[place].stale;
     }
     if (instance->now.stale & wanted && !refresh(instance, wanted)) {
-        for (size_t k = 0; k < count; k++)
-            values[k] = VARIABLES[references[k]].stale ? NAN : instance->now.values[references[k]];
+        for (size_t k = 0; k < count; k++) {
+            size_t place = place_of(references[k]);
+            values[k] = VARIABLES[place].stale ? NAN : instance->now.values[place];
+        }
         send(instance, fmi2Discard, IN_FMI("GetReal", "GetFloat64") ": no finite result with these inputs and parameters");
         return fmi2Discard;
     }
-    for (size_t k = 0; k < count; k++) values[k] = instance->now.values[references[k]];
+    for (size_t k = 0; k < count; k++) values[k] = instance->now.values[place_of(references[k])];
     return fmi2OK;
 }
 
@@ -41,12 +46,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetReal)(fmi2Component component, const fmi
         !given(instance, &CALL_SetReal, values, count))
         return fmi2Error;
     for (size_t k = 0; k < count; k++) {
-        const Variable *variable = references[k] < N_VALUES ? &VARIABLES[references[k]] : NULL;
-        if (!variable) {
-            send(instance, fmi2Error, IN_FMI("SetReal", "SetFloat64") ": expected a value reference below %d, got %u", (int)N_VALUES,
-                 references[k]);
-            return fmi2Error;
-        }
+        const Variable *variable = &VARIABLES[place_of(references[k]) % N_VALUES];
+        if (place_of(references[k]) == N_VALUES) return no_variable(instance, &CALL_SetReal, references[k]);
         if (!(SETTABLE[variable->access] & instance->now.phase)) {
             send(instance, fmi2Error, IN_FMI("SetReal", "SetFloat64") ": %s cannot be set in this state (%s)", variable->name,
                  phase_name(instance->now.phase));
@@ -58,7 +59,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetReal)(fmi2Component component, const fmi
             return fmi2Discard;
         }
     }
-    for (size_t k = 0; k < count; k++) instance->now.values[references[k]] = values[k];
+    for (size_t k = 0; k < count; k++) instance->now.values[place_of(references[k])] = values[k];
     if (!count) return fmi2OK;
     /* Between two steps the outputs stay those of the last step (section 4.2.4). */
     if (instance->now.phase & (INSTANTIATED | INITIALISING)) instance->now.stale = STALE_ALL;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import re
 import shutil
 import subprocess
 import sys
@@ -17,10 +18,12 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 from reefmu.cli import main
+from reefmu.fmu import check
 from reefmu.fmu.archive import read_archive
 from reefmu.fmu.build import export_fmu
 from reefmu.fmu.check import check_fmu
 from reefmu.fmu.host import FmuDrive
+from reefmu.fmu.rules import broken_rules
 from reefmu.masses import Masses
 from reefmu.model import DriveModel
 from stiffness_model.errors import InputError, UnknownNameError
@@ -102,8 +105,53 @@ def test_units_states_and_indicators_stand_in_the_description(three: Path, full_
     states = [by_reference[variables[name].get("derivative")] for name in rates]
     assert states == [s.name for s in full_model.states]
     indicators = [by_reference[e.get("valueReference")] for e in root.findall("ModelStructure/EventIndicator")]
-    assert indicators == ["der(last.twist)", "der(last.crank)", "der(last.output)"]
+    assert indicators == ["indicator.twist", "indicator.crank", "indicator.output"]
     assert time.get("name") == "time"
+    # OMSimulator takes references for places in the list, counted from one.
+    assert [v.get("valueReference") for v in variables.values()] == [str(k + 1) for k in range(len(variables))]
+
+
+def test_an_indicator_has_the_value_of_the_rate_it_watches(three: Path) -> None:
+    names = [f"{kind}.{path}{end}" for kind, end in (("indicator", ""), ("der(last", ")"))
+             for path in ("twist", "crank", "output")]
+    with FmuDrive(three) as drive:
+        drive.initialize()
+        drive.step(1e-3, {"crank.w": 3.0, "output.w": -0.2})
+        values = list(drive.read(names).values())
+        assert values[:3] == values[3:]
+        assert values[1:3] == [3.0, -0.2]
+        slopes = drive.derivative(names, {"output.w": 1.0})
+        assert [slopes[name] for name in names] == [-1.0, 0.0, 1.0] * 2
+
+
+def doctored(path: Path, target: Path, pattern: str, by: str) -> Path:
+    """The FMU with one change of its description."""
+    with zipfile.ZipFile(path) as source, zipfile.ZipFile(target, "w") as copy:
+        for name in source.namelist():
+            content = source.read(name)
+            if name == "modelDescription.xml":
+                text, changes = re.subn(pattern, by, content.decode())
+                assert changes >= 1
+                content = text.encode()
+            copy.writestr(name, content)
+    return target
+
+
+@pytest.mark.parametrize(("rule", "pattern", "by", "said"), [
+    # The last derivative is an event indicator in place of a variable of its own.
+    ("unknowns", r'(<EventIndicator valueReference=)"\d+"(.*)(?=\s*</ModelStructure>)', r'\1"68"\2',
+     "der(torque_sensor_drift.grown) is an event indicator too"),
+    ("unknowns", r'<InitialUnknown valueReference="6" .*/>', "", "output.tau is missing"),
+    ("unknowns", r"</ModelStructure>", '<InitialUnknown valueReference="1" dependencies=""/></ModelStructure>',
+     "crank.phi is no initial unknown"),
+    ("references", r'valueReference="(\d+)"', lambda match: f'valueReference="{int(match[1]) - 1}"',
+     "crank.phi has 0, not 1")])
+def test_check_knows_the_rules_of_other_hosts(three: Path, tmp_path: Path, rule: str, pattern: str, by: str,
+                                              said: str) -> None:
+    assert set(broken_rules(read_archive(three))) == {"references", "unknowns"}
+    path = doctored(three, tmp_path / "doctored.fmu", pattern, by)
+    assert said in "; ".join(broken_rules(read_archive(path))[rule])
+    assert rule in [finding.name for finding in check._rules(read_archive(path)) if not finding.passed]
 
 
 def test_flanges_are_terminals(three: Path, joint: Path) -> None:

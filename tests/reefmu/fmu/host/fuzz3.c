@@ -51,7 +51,7 @@ static fmi3Instance make(int exchange, int events) {
 }
 
 static double after_reset(fmi3Instance c) {
-    static const fmi3ValueReference some[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+    static const fmi3ValueReference some[8] = {1, 2, 3, 4, 5, 6, 7, 8};
     double values[8], reached, sum = 0.0;
     bool flags[3];
     if (CALL("fmi3Reset", Plain, c) || CALL("fmi3EnterInitializationMode", Begin, c, false, 0.0, 0.0, false, 0.0) ||
@@ -100,7 +100,7 @@ int main(int count, char **words) {
         case 4: if (!below(20)) answer = CALL("fmi3Terminate", Plain, c[i]); break;
         case 5: if (!below(5)) answer = CALL("fmi3Reset", Plain, c[i]); break;
         case 6: case 7: answer = CALL("fmi3SetFloat64", Set, c[i], references, n, values, length); break;
-        case 8: for (unsigned j = 0; j < n; j++) references[j] = j;
+        case 8: for (unsigned j = 0; j < n; j++) references[j] = j + 1;
             answer = CALL("fmi3SetFloat64", Set, c[i], references, n, values, n); break;
         case 9: case 10: answer = CALL("fmi3GetFloat64", Get, c[i], references, n, more, length); break;
         case 11: answer = CALL("fmi3GetFloat64", Get, below(9) ? c[i] : NULL, NULL, n, more, n); break;
