@@ -37,7 +37,10 @@ from .tables import cached_lookup
 
 
 class Signal(NamedTuple):
-    """One input, output or state: unit, meaning, start value and bounds for a tool's dialogue."""
+    """One input, output or state: unit, meaning, start value, bounds for a tool's dialogue and typical size.
+
+    discrete: an output that jumps from one value to another.
+    """
 
     name: str
     unit: str
@@ -46,6 +49,7 @@ class Signal(NamedTuple):
     minimum: float | None = None
     maximum: float | None = None
     nominal: float | None = None
+    discrete: bool = False
 
 
 class ModelParameter(NamedTuple):
@@ -76,7 +80,8 @@ OUTPUTS = (
            "the elements held: without what friction adds while it turns over", minimum=0.0),
     Signal("max_contact_force", "N", "Greatest contact force on a rolling element, mean over drives", minimum=0.0),
     Signal("load_share", "1", "Greatest torque of one rolling element over the drive's", minimum=0.0),
-    Signal("in_range", "1", "1 inside the lookup's range, 0 where it is continued by its last slope", 1.0, 0.0, 1.0),
+    Signal("in_range", "1", "1 inside the lookup's range, 0 where it is continued by its last slope", 1.0, 0.0, 1.0,
+           discrete=True),
     Signal("measured.tau", "N.m", "output.tau as the rig's torque sensor reads it"),
 )
 assert tuple(s.name for s in INPUTS) == INPUT_NAMES

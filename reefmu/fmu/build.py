@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 RELEASED = datetime(2026, 1, 1, tzinfo=UTC)
 LICENCE = "BSD-3-Clause"
+AUTHOR, COPYRIGHT = "the reefmu authors", "Copyright (c) 2026, the reefmu authors"
+"""Of the code inside, as in the licence; the model is whose drawing it is."""
 BACKENDS = ("python", "native")
 CAPABILITIES = {
     "needsExecutionTool": False,
@@ -57,7 +59,7 @@ NATIVE_CAPABILITIES = {
 }
 EXCHANGE_CAPABILITIES = {
     "needsExecutionTool": False,
-    "completedIntegratorStepNotNeeded": True,
+    "completedIntegratorStepNotNeeded": False,
     "canBeInstantiatedOnlyOncePerProcess": False,
     "canNotUseMemoryManagementFunctions": False,
     "canGetAndSetFMUstate": True,
@@ -171,7 +173,9 @@ def _export(component: Component, interface: Interface, resources: dict[str, byt
         description=_describe(interface, version, backend),
         generation_tool=f"reefmu {version} with {tool}",
         generated=when.strftime("%Y-%m-%dT%H:%M:%SZ"),
+        author=AUTHOR,
         version=version,
+        copyright=COPYRIGHT,
         licence=LICENCE,
         backend=backend,
         capabilities=NATIVE_CAPABILITIES if native else CAPABILITIES,
@@ -207,7 +211,7 @@ def _describe(interface: Interface, version: str, backend: str) -> str:
                 "angles out. Inputs are held constant over a communication step, which may have any length: the "
                 f"joint takes as many steps of its own as it needs. Made by reefmu {version} ({LICENCE}); {needs}.")
     return (f"Rolling element eccentric drive {interface.name}: torque, stiffness and contact load over "
-            "twist. Inputs are held constant over a communication step: after fmi2DoStep the outputs are "
+            "twist. Inputs are held constant over a communication step: after it the outputs are "
             "those of the inputs set before it, with the states advanced exactly over the step, so a step "
             f"may have any length. Made by reefmu {version} ({LICENCE}); {needs}.")
 
@@ -222,14 +226,16 @@ def _documentation(interface: Interface, export: Export) -> dict[str, bytes]:
             f"<h1>{name}</h1>\n<p>{escape(export.description)}</p>\n<table>\n"
             f"<tr><th>name</th><th>causality</th><th>unit</th><th>meaning</th></tr>\n{rows}</table>\n</html>\n")
     members = {"documentation/index.html": page.encode()}
-    for package in ("reefmu", "pythonfmu") if export.backend == "python" else ("reefmu",):
+    # The standard's name for the licence of the whole (FMI 2.0.4, section 2.3; FMI 3.0.2, section 2.5.1).
+    names = {"reefmu": "license", "pythonfmu": "pythonfmu"}
+    for package in names if export.backend == "python" else ("reefmu",):
         try:
             files = importlib.metadata.files(package) or []
         except importlib.metadata.PackageNotFoundError:
             continue
         for file in files:
             if file.name.upper().startswith("LICENSE") and ".dist-info" in str(file):
-                members[f"documentation/licenses/{package}.txt"] = Path(str(file.locate())).read_bytes()
+                members[f"documentation/licenses/{names[package]}.txt"] = Path(str(file.locate())).read_bytes()
     return members
 
 

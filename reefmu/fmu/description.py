@@ -56,7 +56,9 @@ class Export:
     description: str
     generation_tool: str
     generated: str
+    author: str
     version: str
+    copyright: str
     licence: str
     backend: str
     capabilities: Mapping[str, bool]
@@ -74,7 +76,9 @@ def model_description(interface: Interface, export: Export) -> bytes:
         "modelName": plain_text(interface.name),
         "guid": export.guid,
         "description": plain_text(export.description),
+        "author": export.author,
         "version": export.version,
+        "copyright": export.copyright,
         "license": export.licence,
         "generationTool": export.generation_tool,
         "generationDateAndTime": export.generated,

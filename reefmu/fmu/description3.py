@@ -16,7 +16,7 @@ from .interface import FMI3, Interface, Variable
 
 EXCHANGE = {"needsExecutionTool": False, "canBeInstantiatedOnlyOncePerProcess": False, "canGetAndSetFMUState": True,
             "canSerializeFMUState": True, "providesDirectionalDerivatives": True,
-            "needsCompletedIntegratorStep": False}
+            "needsCompletedIntegratorStep": True}
 SIMULATION = {"needsExecutionTool": False, "canBeInstantiatedOnlyOncePerProcess": False, "canGetAndSetFMUState": True,
               "canSerializeFMUState": True, "providesDirectionalDerivatives": True,
               "canHandleVariableCommunicationStepSize": True, "hasEventMode": False}
@@ -55,7 +55,9 @@ def model_description3(interface: Interface, export: Export) -> bytes:
         "modelName": plain_text(interface.name),
         "instantiationToken": export.guid,
         "description": plain_text(export.description),
+        "author": export.author,
         "version": export.version,
+        "copyright": export.copyright,
         "license": export.licence,
         "generationTool": export.generation_tool,
         "generationDateAndTime": export.generated,

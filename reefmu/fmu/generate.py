@@ -111,6 +111,7 @@ def _header(component: Component, pieces: Pieces, interface: Interface, names: _
         "IS_JOINT": int(component.kind == "joint"), "IS_INDIVIDUAL": int(stages.contact is not None),
         "HAS_PATHS": int(stages.paths), "HAS_AGES": int(stages.ages), "AGED_BY_TORQUE": int(stages.aged_by_torque),
         "HAS_SERIES": int(stages.series), "N_MOTION": pieces.motion,
+        "DISCRETE_OUTPUT": [s.discrete for s in component.outputs].index(True),
         "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"),
         "MOST_PARTS": MOST_PARTS, "NEWTON_STEPS": NEWTON_STEPS, "SETTLED": SETTLED,
         **{f"N_{name}": size for name, size in sizes.items()},
@@ -143,7 +144,7 @@ def _row(v: Variable, component: Component, interface: Interface) -> str:
     elif v.derivative_of:
         stale, unknown = "STALE_RATES", n_y + v.reference - first_state - n_x
     else:
-        stale, known = "STALE_STATES", n_u + v.reference - first_state
+        access, stale, known = "STATE", "STALE_STATES", n_u + v.reference - first_state
     low, high = v.limits if access != "RESULT" else (-sys.float_info.max, sys.float_info.max)
     numbers = ", ".join(repr(float(x)) for x in (v.start or 0.0, low, high, v.nominal or 1.0))
     assert all(math.isfinite(x) for x in (low, high))

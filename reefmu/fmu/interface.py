@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from .component import Component
 
 Causality = Literal["input", "output", "parameter", "local"]
-Variability = Literal["continuous", "tunable", "fixed"]
+Variability = Literal["continuous", "discrete", "tunable", "fixed"]
 BLOCKS: tuple[Causality, ...] = ("input", "output", "parameter", "local")
 """Order of the blocks; states are the `local` variables that are no derivatives."""
 
@@ -141,7 +141,8 @@ def declare(component: Component) -> Interface:
             float(signal.start), *_limits(signal.minimum, signal.maximum, signal.nominal)))
     for row, signal in enumerate(component.outputs):
         variables.append(Variable(
-            len(variables), signal.name, "output", "continuous", signal.unit, signal.description, None,
+            len(variables), signal.name, "output", "discrete" if signal.discrete else "continuous", signal.unit,
+            signal.description, None,
             *_limits(signal.minimum, signal.maximum, signal.nominal),
             _chosen(inputs, step[row]),
             _chosen(inputs, start_inputs[row]) + _chosen(parameters, start_parameters[row])))

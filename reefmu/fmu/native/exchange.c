@@ -4,6 +4,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2EnterEventMode)(fmi2Component component) {
     Instance *instance = component;
     if (!allowed_for(instance, &CALL_EnterEventMode, fmi2ModelExchange)) return fmi2Error;
     instance->now.phase = EVENT_MODE;
+    instance->now.stale |= STALE_OUTPUTS;
     return fmi2OK;
 }
 
@@ -20,6 +21,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2NewDiscreteStates)(fmi2Component component,
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2EnterContinuousTimeMode)(fmi2Component component) {
     Instance *instance = component;
     if (!allowed_for(instance, &CALL_EnterContinuousTimeMode, fmi2ModelExchange)) return fmi2Error;
+    refresh(instance, STALE_OUTPUTS); /* for the discrete output; where there is no result, the next call says so */
     instance->now.phase = CONTINUOUS_MODE;
     return fmi2OK;
 }
@@ -33,6 +35,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2CompletedIntegratorStep)(fmi2Component comp
         !given(instance, &CALL_CompletedIntegratorStep, terminate, 1))
         return fmi2Error;
     *event = *terminate = fmi2False;
+    if (refresh(instance, STALE_OUTPUTS))
+        *event = instance->now.next_discrete != instance->now.values[AT_OUTPUTS + DISCRETE_OUTPUT];
     return fmi2OK;
 }
 
@@ -43,6 +47,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetTime)(fmi2Component component, fmi2Real 
         send(instance, fmi2Discard, IN_FMI("SetTime", "SetTime") ": expected a finite time, got %g s", time);
         return fmi2Discard;
     }
+    if (!in_time(instance, &CALL_SetTime, time)) return fmi2Error;
     instance->now.time = time;
     return fmi2OK;
 }

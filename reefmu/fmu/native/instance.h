@@ -41,7 +41,10 @@ typedef struct {
     int phase;
     int stale;
     int status; /* of the last step */
-    double time;
+    double time, start; /* and where the experiment begins and, if `stops`, ends */
+    int stops;
+    double stop;
+    double next_discrete; /* of the discrete output, which changes at events only */
     double values[N_VALUES]; /* by value reference: inputs, outputs, parameters, states, derivatives */
     Contact contact; /* of the last step: where the next one starts to search */
 } Content;

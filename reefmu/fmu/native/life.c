@@ -62,11 +62,13 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetupExperiment)(fmi2Component component, f
     (void)has_tolerance;
     (void)tolerance;
     if (!allowed(instance, &CALL_SetupExperiment)) return fmi2Error;
-    if (!all_finite(&start, 1) || (has_stop && !(stop >= start))) {
+    if (!all_finite(&start, 1) || (has_stop && !(stop >= start && stop < HUGE_VAL))) {
         send(instance, fmi2Error, IN_FMI("SetupExperiment", "EnterInitializationMode") ": expected start and stop in order, got %g s and %g s", start, stop);
         return fmi2Error;
     }
-    instance->now.time = start;
+    instance->now.time = instance->now.start = start;
+    instance->now.stops = has_stop != 0;
+    instance->now.stop = has_stop ? stop : start;
     return fmi2OK;
 }
 

@@ -153,6 +153,14 @@ static int tangent(Instance *instance) {
     return all_finite(instance->tangent, N_UNKNOWNS);
 }
 
+/* The outputs; in continuous time the discrete one stays as it is until the next event. */
+static void take_outputs(Instance *instance, const double *outputs) {
+    double *held = instance->now.values + AT_OUTPUTS, before = held[DISCRETE_OUTPUT];
+    memcpy(held, outputs, N_OUTPUTS * sizeof(double));
+    instance->now.next_discrete = held[DISCRETE_OUTPUT];
+    if (instance->now.phase == CONTINUOUS_MODE) held[DISCRETE_OUTPUT] = before;
+}
+
 /* Brings up to date what is stale and among `wanted`. */
 static int refresh(Instance *instance, int wanted) {
     double *v = instance->now.values, *next = instance->next_states[0], *outputs = instance->next_outputs;
@@ -178,7 +186,7 @@ static int refresh(Instance *instance, int wanted) {
             if (!all_finite(next, N_STATES)) return 0;
             memcpy(v + AT_RATES, next, N_STATES * sizeof(double));
         }
-        if (stale & STALE_OUTPUTS) memcpy(v + AT_OUTPUTS, outputs, N_OUTPUTS * sizeof(double));
+        if (stale & STALE_OUTPUTS) take_outputs(instance, outputs);
     }
     instance->now.stale &= ~stale;
     return 1;
@@ -203,7 +211,7 @@ static int take_step(Instance *instance, double dt) {
 #endif
     RUN(output, outputs, place.x, place.u, place.k, place.p, contacts(instance, &place));
     if (!all_finite(place.x, N_STATES) || !all_finite(outputs, N_OUTPUTS)) return 0;
-    memcpy(v + AT_OUTPUTS, outputs, N_OUTPUTS * sizeof(double));
+    take_outputs(instance, outputs);
     if (N_STATES) memcpy(v + AT_STATES, place.x, N_STATES * sizeof(double));
 #if HAS_SERIES
     instance->now.contact = place.contact;

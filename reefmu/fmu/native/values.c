@@ -30,12 +30,15 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetReal)(fmi2Component component, const fmi
     return fmi2OK;
 }
 
-/* The phases in which a variable may be set: in all others the call is an error (sections 2.2.7, 3.2.3, 4.2.4). */
+/* The phases in which a variable may be set: in all others the call is an error (sections 2.2.7, 3.2.3, 4.2.4). States
+   may be set one by one in model exchange (section 3.1, table; FMI 3.0.2, section 3.2.1); before, they follow from what
+   the model starts with (`initial` is calculated). */
 static const int SETTABLE[] = {
     [RESULT] = 0,
     [INPUT] = INSTANTIATED | INITIALISING | RUNNING,
     [TUNABLE] = INSTANTIATED | INITIALISING | EVENT_MODE | STEPPING,
     [FIXED] = INSTANTIATED | INITIALISING,
+    [STATE] = EVENT_MODE | CONTINUOUS_MODE,
 };
 
 /* All values are taken, or none: fmi2Discard for a value that cannot be used, fmi2Error for a wrong call. */

@@ -3,7 +3,7 @@
 #ifndef VARIABLE_H
 #define VARIABLE_H
 
-typedef enum { RESULT, INPUT, TUNABLE, FIXED } Access;
+typedef enum { RESULT, INPUT, TUNABLE, FIXED, STATE } Access;
 
 /* What has to be computed anew before it is read. */
 enum { FRESH = 0, STALE_STATES = 1, STALE_OUTPUTS = 2, STALE_RATES = 4, STALE_ALL = 7 };

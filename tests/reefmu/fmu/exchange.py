@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 class Exchange:
     """In continuous-time mode from the start. names: of the variables, by value reference."""
 
-    def __init__(self, folder: Path, values: dict[str, float]) -> None:
+    def __init__(self, folder: Path, values: dict[str, float], stop: float | None = None) -> None:
         description = fmpy.read_model_description(str(folder), validate=False)
         self.references = {v.name: v.valueReference for v in description.modelVariables}
         self.names = tuple(v.name for v in description.modelVariables)
@@ -27,7 +27,7 @@ class Exchange:
         self.fmu = FMU2Model(guid=description.guid, unzipDirectory=str(folder), instanceName="exchange",
                              modelIdentifier=description.modelExchange.modelIdentifier)
         self.fmu.instantiate()
-        self.fmu.setupExperiment()
+        self.fmu.setupExperiment(stopTime=stop)
         self.set(values)
         self.fmu.enterInitializationMode()
         self.fmu.exitInitializationMode()
@@ -43,6 +43,11 @@ class Exchange:
     def set_states(self, states: NDArray[np.float64]) -> None:
         self.fmu.setContinuousStates(np.ascontiguousarray(states).ctypes.data_as(ctypes.POINTER(ctypes.c_double)),
                                      len(states))
+
+    def completed(self) -> tuple[bool, bool]:
+        """After a step: whether an event comes, and whether the end."""
+        event, terminate = self.fmu.completedIntegratorStep()
+        return bool(event), bool(terminate)
 
     def tangent(self, of: Sequence[str], along: Sequence[str], direction: Sequence[float]) -> NDArray[np.float64]:
         return np.array(self.fmu.getDirectionalDerivative([self.references[name] for name in of],
