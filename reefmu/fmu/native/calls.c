@@ -62,11 +62,13 @@ static int allowed_for(const Instance *instance, const Call *call, fmi2Type kind
     return 0;
 }
 
-/* A point in time that the host said it would not go beyond is an error (sections 2.1.6; FMI 3.0.2, 2.3.2). Hosts
-   add up steps: the rounding of FMPy's and fmusim's comparisons, 1e-9, is no time beyond. */
-static int in_time(const Instance *instance, const Call *call, double time) {
+/* A point in time that the host said it would not go beyond is an error (sections 2.1.6; FMI 3.0.2, 2.3.2).
+
+   ahead: how far an integrator may look beyond before it comes back. Hosts add up steps: the rounding that FMPy and
+   fmusim allow for, 1e-9, is no time beyond. */
+static int in_time(const Instance *instance, const Call *call, double time, double ahead) {
     const Content *now = &instance->now;
-    if (!now->stops || time <= now->stop + 1e-9 * fmax(fabs(now->start), fabs(now->stop))) return 1;
+    if (!now->stops || time <= now->stop + 1e-9 * fmax(fabs(now->start), fabs(now->stop)) + ahead) return 1;
     send(instance, fmi2Error, "%s: expected a time up to the stop time of %g s, got %.17g s", call->name, now->stop, time);
     return 0;
 }

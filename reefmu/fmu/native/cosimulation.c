@@ -5,7 +5,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2DoStep)(fmi2Component component, fmi2Real t
     Instance *instance = component;
     const char *problem = NULL;
     (void)no_return;
-    if (!allowed_for(instance, &CALL_DoStep, fmi2CoSimulation) || !in_time(instance, &CALL_DoStep, time + dt))
+    if (!allowed_for(instance, &CALL_DoStep, fmi2CoSimulation) || !in_time(instance, &CALL_DoStep, time + dt, 0.0))
         return fmi2Error;
     if (!(dt > 0.0 && dt < HUGE_VAL) || !all_finite(&time, 1)) problem = "expected a finite time and a step above 0 s";
     else if (!refresh(instance, 0) || !take_step(instance, dt))
