@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..drawing_file import AnyDrive, as_drive
+from ..drive import Drive
 from ..errors import expect
 from .blocks import Solved, solved_blocks, sum_over
 from .friction import least_sliding
