@@ -27,7 +27,7 @@ import stiffness_model as sm
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 start, cpu = time.perf_counter(), time.process_time()
 populations = []
-for name in sm.presets():
+for name in ("drive_1", "drive_2", "drive_3"):
     drive = sm.load_drive(name)
     populations.append(sm.simulate(drive, np.linspace(0, drive.max_twist, {TWISTS}), {DRIVES}))
     populations[-1].curve()
