@@ -18,6 +18,7 @@ import stiffness_model as sm
 from reefmu.cli import main
 from reefmu.commands.compare import torque_steps
 from reefmu.progress import CountingExecutor, Progress
+from stiffness_model.beyond.friction import friction_losses
 from stiffness_model.turn_pressure import turn_pressures
 
 CURVE_FILES = ["curve.csv", "curve.png", "forces.png", "load_share.png"]
@@ -83,11 +84,13 @@ def test_curve_tells_what_a_switch_changes_and_what_the_forces_mean(tmp_path: Pa
         np.percentile(turn_pressures(soft, [soft.max_twist], 16).pressure[..., 1], 90) / 1e6, rel=1e-3)
     assert float(rows[-1]["pressure_safety [1]"]) == pytest.approx(4200 / float(rows[-1]["pressure_crank [MPa]"]))
     assert 0.85 < float(rows[-1]["efficiency [1]"]) < 0.95
+    idle = friction_losses(soft, [0.0], 16, coefficient=0.05).loss.mean() * 1e3
     assert float(rows[-1]["bearing_load [N]"]) > 2000
     assert float(rows[-1]["bearing_life [Mrev]"]) > 100
     out = capsys.readouterr().out
     for words in ("beyond the plain model: bearing_stiffness = 250 N/um", "plain model 28", "static safety 1.0",
-                  "stays above 1 up to", "efficiency 91", "no-load torque at the crank", "P = 3.", "no rating life"):
+                  "stays above 1 up to", "efficiency 91",
+                  f"no-load torque at the crank {idle:.1f} mN.m", "P = 3.", "no rating life"):
         assert words in out
 
 

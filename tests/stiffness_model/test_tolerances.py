@@ -51,6 +51,19 @@ def test_iso_286(grade, size_mm, window):
     assert iso_286(grade, size_mm * 1e-3) == pytest.approx(window * UM, rel=1e-12)
 
 
+def test_iso_286_windows_are_multiples_of_the_tolerance_unit():
+    """ISO 286-1, annex: IT8 is 25 i and IT13 250 i, i = 0.45 D^(1/3) + 0.001 D in um, D the geometric mean of the
+    row's sizes in mm, rounded; and the printed row of IT8, as a rounded number may be off by one."""
+    ends = (1, 3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
+    printed = (14, 18, 22, 27, 33, 39, 46, 54, 63, 72, 81, 89, 97)
+    for (low, high), window in zip(itertools.pairwise(ends), printed, strict=True):
+        mean = (low * high) ** 0.5
+        unit = 0.45 * mean ** (1 / 3) + 0.001 * mean
+        assert iso_286(8, high * 1e-3) == pytest.approx(window * UM, rel=1e-12)
+        assert iso_286(8, high * 1e-3) == pytest.approx(25 * unit * UM, rel=0.035)
+        assert iso_286(13, high * 1e-3) == pytest.approx(250 * unit * UM, rel=0.035)
+
+
 def test_iso_286_grows_with_grade_and_size():
     sizes = [2e-3, 5e-3, 8e-3, 14e-3, 25e-3, 40e-3, 65e-3, 0.1, 0.15, 0.2, 0.28, 0.35, 0.45]
     rows = [[iso_286(grade, size) for size in sizes] for grade in range(1, 17)]
@@ -66,7 +79,8 @@ def test_iso_492(size_mm, window):
     assert iso_492_normal(size_mm * 1e-3) == pytest.approx(window * UM, rel=1e-12)
 
 
-@pytest.mark.parametrize(("grade", "window"), [(3, 0.13), (5, 0.25), (10, 0.5), (28, 1.4), (100, 5), (200, 10)])
+@pytest.mark.parametrize(("grade", "window"), [(3, 0.13), (5, 0.25), (10, 0.5), (16, 0.8), (20, 1.0), (24, 1.2),
+                                             (28, 1.4), (40, 2.0), (60, 3.0), (100, 5), (200, 10)])
 def test_iso_3290(grade, window):
     assert iso_3290(grade) == pytest.approx(window * UM, rel=1e-12)
 

@@ -63,6 +63,16 @@ def test_play_is_what_the_clearance_leaves(small: sm.Drive) -> None:
     assert np.ptp(drawn.position_error) > 0
 
 
+def test_without_load_the_output_drags_a_thousandth_of_full_torque(small: sm.Drive) -> None:
+    """What "no load" is: a drag against the output's way, so that the twist is the one that carries the drag."""
+    one, angle = draw_individual(small, 3), turn(small, per_pass=1)[:90]
+    free = no_load(one, angle)
+    full = turning_map(one, [small.max_twist], turn(small, per_pass=1)).torque.mean()
+    assert free.drag == pytest.approx(1e-3 * full, rel=0.02)
+    for error, torque in ((free.forward, free.drag), (free.backward, -free.drag)):
+        assert error == pytest.approx(loaded_turn(one, torque, angle).transmission_error, abs=1e-9)
+
+
 def test_a_torque_out_of_reach_is_refused(small: sm.Drive) -> None:
     with pytest.raises(InputError, match="torque: expected one within"):
         loaded_turn(draw_individual(small, 0), 1e6, [0.0])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model import hertz
+from stiffness_model import hertz, sampling
 from stiffness_model.beyond.conformal import Lamina
 
 RADIUS = 7e-3
@@ -113,6 +113,27 @@ def test_pressure_is_that_of_the_arc() -> None:
     assert plain.major[..., 2].mean() > RADIUS
     assert found.pressure[..., 2].mean() > 1.1 * plain.pressure[..., 2].mean()
     np.testing.assert_allclose(found.pressure[..., :2], plain.pressure[..., :2], rtol=0.03)
+
+
+def test_pressure_of_the_arc_is_a_line_contact_s_that_carries_the_force() -> None:
+    """Across the arc a ball on a straight wall: p0 = b/(2 C r) (Johnson, eqs 4.43 to 4.45); along it q falls as the
+    overlap does, and its part along the load, summed over the arc, is the force."""
+    drive = sm.load_drive("drive_1", cage_contact="lamina", elements=1, eccentrics=1)
+    twist = [drive.max_twist]
+    found = sm.contact_pressures(drive, twist, n_drives=30)
+    force = sm.simulate(drive, twist, 30).contact_force[:, 0, 2:].max(axis=1)
+    loaded = np.flatnonzero(force > 0)
+    assert len(loaded) > 3
+    for k in loaded:
+        radius = sampling.draw(drive, k // 16, k % 16 + 1, 0).element[-1, 0]
+        pressure, half_arc, width = (float(x[k, 0, 2]) for x in (found.pressure, found.major, found.minor))
+        assert pressure == pytest.approx(width / (2 * STEEL * radius), rel=1e-9)
+        a0 = half_arc / radius
+        a = np.linspace(-a0, a0, 4001)
+        # Overlap over that in the middle: d cos a - c (1 - cos a) with c/(c + d) = cos a0.
+        overlap = np.maximum((np.cos(a) - math.cos(a0)) / (1 - math.cos(a0)), 0.0)
+        middle = math.pi / 2 * pressure * width
+        assert np.trapezoid(middle * overlap ** (10 / 9) * np.cos(a), a) * radius == pytest.approx(force[k], rel=1e-4)
 
 
 def test_rollers_have_no_bores() -> None:

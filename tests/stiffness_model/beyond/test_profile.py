@@ -103,3 +103,13 @@ def test_inertia_goes_with_the_square_of_the_speed_and_needs_its_switch() -> Non
                   for v in (100.0, 300.0))
     np.testing.assert_allclose(fast, 9 * slow, rtol=1e-12)
     assert not np.any(inertia_force(sm.load_drive("drive_2", crank_speed=300.0), beta, radius))
+
+
+def test_a_roller_as_long_as_it_is_thick_weighs_three_halves_of_its_ball() -> None:
+    """Archimedes, On the Sphere and Cylinder; and a ball of 14 mm and 7810 kg/m3 weighs 11.2 g."""
+    radius = np.array([5e-3, 7e-3])
+    ball = element_mass(sm.load_drive("drive_1"), radius)
+    roller = [element_mass(sm.load_drive("drive_1", element="roller", element_length=2 * r), np.array(r))
+              for r in radius]
+    np.testing.assert_allclose(roller, 1.5 * ball, rtol=1e-12)
+    assert ball[1] == pytest.approx(11.22e-3, rel=1e-3)

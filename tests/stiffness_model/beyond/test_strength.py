@@ -10,7 +10,7 @@ import pytest
 from scipy import optimize
 
 import stiffness_model as sm
-from stiffness_model import ARCMIN
+from stiffness_model import ARCMIN, hertz
 from stiffness_model.beyond.blocks import solved_blocks
 from stiffness_model.beyond.life import bearing_forces, bearing_life
 from stiffness_model.beyond.strength import check_strength, pressure_limits
@@ -93,6 +93,22 @@ def test_load_safety_is_in_terms_of_the_load() -> None:
     assert np.ptp(expected) < 0.01 * expected.mean()  # the load of 4200 MPa, the same for all
 
 
+@pytest.mark.parametrize("element", ["ball", "roller"])
+def test_a_load_grown_by_its_safety_reaches_the_limit(element: str) -> None:
+    """s0 = C0/P0: the force times the load safety presses with ISO 76's limit, by Hertz (point and line contact)."""
+    drive = sm.load_drive("drive_1", element=element, element_length="12 mm")
+    strength = check_strength(drive, TWIST[[2, 4]], 4)
+    compliance, radius = 2 * 4.375e-12, 7e-3
+    for pressure, safety in zip(strength.pressure[:, :, 1].ravel(), strength.load_safety[:, :, 1].ravel(), strict=True):
+        if element == "ball":  # p0 goes with the cube root of the force
+            grown = hertz.point_contact_ellipse(500 * safety, compliance, 1 / radius + 1 / 41e-3, 1 / radius)[2]
+            now = hertz.point_contact_ellipse(500, compliance, 1 / radius + 1 / 41e-3, 1 / radius)[2]
+        else:
+            grown = hertz.line_contact_pressure(500 * safety, compliance, 1 / radius + 1 / 41e-3, 12e-3)[1]
+            now = hertz.line_contact_pressure(500, compliance, 1 / radius + 1 / 41e-3, 12e-3)[1]
+        assert pressure * grown / now == pytest.approx({"ball": 4200e6, "roller": 4000e6}[element], rel=1e-9)
+
+
 def test_without_a_limit_there_is_no_safety() -> None:
     strength = check_strength(sm.load_drive("drive_3"), [20 * ARCMIN], 8)
     assert np.isnan(strength.safety[..., [0, 2]]).all()
@@ -162,6 +178,22 @@ def test_life_of_iso_281() -> None:
     assert not bearing_life(sm.load_drive("drive_1", bearing_capacity="8 kN"), TWIST[[4]], 4).valid.any()
     with pytest.raises(sm.InputError, match="dynamic load rating"):
         bearing_life(sm.load_drive("drive_1"), TWIST, 4)
+
+
+@pytest.mark.parametrize(("kind", "order", "weibull"), [("ball", 3, 10 / 9), ("roller", 10 / 3, 9 / 8)])
+def test_damage_adds_up_and_bearings_survive_together(kind: str, order: float, weibull: float) -> None:
+    """Palmgren and Miner: a revolution takes (F/C)^p of a bearing's life, whichever force F it carries; and Weibull:
+    all survive with the product of their probabilities, 0.9 at the life of all, each by exp(ln 0.9 (t/L)^e)."""
+    drive = sm.load_drive("drive_2", bearing_capacity="40 kN", bearing_type=kind)
+    life, force = bearing_life(drive, TWIST[1:], 24), bearing_forces(drive, TWIST[1:], 24)[0]
+    spent = ((force / 40e3) ** order).mean(axis=(0, 1))
+    assert life.revolutions * life.relative_turns == pytest.approx(1e6 / spent, rel=1e-3)
+    # The orders about it would be far off: in drive 2 the forces scatter.
+    others = [(force**p).mean(axis=(0, 1)) ** (1 / p) for p in (1, 2, order + 1)]
+    assert (np.abs(np.array(others) / life.load - 1)[:, 0] > 1e-3).all()
+    assert life.load == pytest.approx((force**order).mean(axis=(0, 1)) ** (1 / order), rel=2e-4)
+    survival = np.exp(np.log(0.9) * (life.together / life.revolutions) ** weibull)
+    assert survival**drive.eccentrics == pytest.approx(0.9, rel=1e-12)
 
 
 @pytest.mark.parametrize(("lobes", "relative"), [(30, 1.0915), (28, 0.9256)])

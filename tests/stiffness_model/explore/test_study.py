@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
+from stiffness_model import geometry
 from stiffness_model.drawing_file import read_table
 from stiffness_model.explore.design import Packing, design_drive, refuse_more
 from stiffness_model.explore.evaluate import Outcome, drive_at, evaluate, values_at
@@ -83,6 +84,30 @@ def test_designs_that_cannot_be_are_told_apart_and_not_simulated() -> None:
     assert np.isfinite(found.metrics[0]).all()
     assert found.column("undercut")[1] > 0.5
     assert np.isnan(found.column("stiffness")[1:]).all()
+
+
+@pytest.mark.parametrize("lobes", [30, 36])
+def test_undercut_and_diameter_are_those_of_the_profile_s_points(lobes: int) -> None:
+    """The equidistant point by point: what lies nearer to the path than the element's radius was cut away by it, and
+    twice the farthest point from the axis is the diameter."""
+    table = tables()
+    table["parameters"] = {"eccentricity": {"from": "0.3 mm", "to": "0.8 mm"}}
+    table["fixed"] = {"lobes": lobes, "elements_per_row": "fill", "element_radius": "6 mm"}
+    read = study_from_dict(table)
+    found = evaluate(read, np.array([[0.2], [0.9]]))
+    for k, eccentricity in enumerate((0.4e-3, 0.75e-3)):
+        path = geometry.Path(47e-3, eccentricity, lobes)
+        beta = np.linspace(-np.pi, np.pi, 2001)
+        # One period of the profile, in the gear's frame, with a half on either side to be near to.
+        wide = np.linspace(-2 * np.pi, 2 * np.pi, 8001)
+        centres = path.radius(wide) * np.exp(1j * wide / lobes)
+        n_r, n_t = path.normal(beta)
+        points = (path.radius(beta) + 6e-3 * (n_r + 1j * n_t)) * np.exp(1j * beta / lobes)
+        nearest = np.abs(points[:, None] - centres).min(axis=1)
+        cut = nearest < 6e-3 - 1e-8
+        assert found.column("undercut")[k] == pytest.approx(cut.mean(), abs=2e-3)
+        assert cut.any() or k == 0
+        assert found.column("diameter")[k] == pytest.approx(2 * np.abs(points[~cut]).max(), rel=1e-6)
 
 
 def test_identity_is_that_of_the_numbers() -> None:
