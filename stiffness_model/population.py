@@ -13,18 +13,23 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
 from . import sampling
-from .contacts import build_contacts, usable
+from .contacts import CONTACTS, build_contacts, usable
 from .curve import BAND, TwistTorqueCurve
 from .drawing_file import AnyDrive, as_drive
 from .drive import Drive
-from .equilibrium import Equilibrium, Status, solve_parts
+from .equilibrium import AT_ONCE, Equilibrium, Status, solve_parts
 from .errors import expect, expect_number, warn_not_converged
 from .limits import expect_twists
+from .memory import expect_room
 
 Array = NDArray[np.float64]
 
 LOW_TORQUE = 0.08
 """Share of the greatest torque below which load shares are not representative."""
+
+_COPIES, _PER_PAIR = 1.14, 250.0
+"""What is copied of the results where they are read, as a share of them (the greatest array twice: 8 of 7 parts), and
+bytes for an element at a twist while it is solved (8 numbers and a status, as much again in scratch and sums)."""
 
 
 @dataclass(frozen=True)
@@ -106,20 +111,38 @@ def simulate(drive: AnyDrive, twist: ArrayLike, n_drives: int = 1000, seed: int 
     expect(whole and n_drives >= 1, "at least one drive", n_drives, "n_drives")
     expect_number(gear_shift, "a finite clearance in m", "gear_shift")
     sampling.check_seed(seed)
+    expect_room(memory_needed(drive, int(n_drives), len(angles)), f"{n_drives} virtual drives at {len(angles)} twists",
+                "take fewer drives or twists, or allow more memory")
     work = partial(_simulate_block, drive, angles, int(seed), float(gear_shift))
     tasks = list(sampling.blocks(int(n_drives)))
-    parts = list((map if executor is None else executor.map)(work, tasks))
-    counts = np.sum([part.counts for part in parts], axis=0)
+    shape = (int(n_drives), len(angles))
+    torque, crank_torque, share, force = np.empty(shape), np.empty(shape), np.empty(shape), np.empty((*shape, 4))
+    counts, capped, tight = np.zeros(len(Status), np.int64), 0, 0
+    # Blocks are put in their place as they come: beside the results stands no second copy of them.
+    for (block, count), part in zip(tasks, (map if executor is None else executor.map)(work, tasks), strict=True):
+        here = slice(block * sampling.BLOCK, block * sampling.BLOCK + count)
+        torque[here], crank_torque[here] = part.torque, part.crank_torque
+        share[here], force[here] = part.share, part.force
+        counts, capped, tight = counts + part.counts, capped + part.capped, tight + part.tight
     warn_not_converged(int(counts[Status.NOT_CONVERGED]), int(counts.sum()), drive.name)
     return Population(
         drive=drive, twist=angles, seed=int(seed),
-        torque=np.concatenate([part.torque for part in parts]),
-        crank_torque=np.concatenate([part.crank_torque for part in parts]),
-        contact_force=np.concatenate([part.force for part in parts]),
-        load_share=np.concatenate([part.share for part in parts]),
+        torque=torque, crank_torque=crank_torque, contact_force=force, load_share=share,
         status_counts={s.name.lower(): int(counts[s]) for s in Status},
-        capped=sum(part.capped for part in parts), tight=sum(part.tight for part in parts),
+        capped=capped, tight=tight,
     )
+
+
+def memory_needed(drive: Drive, n_drives: int, n_twist: int) -> float:
+    """About how many bytes `simulate` takes, and a curve and pictures of its results after it.
+
+    >>> from stiffness_model import load_drive
+    >>> f"{memory_needed(load_drive('drive_1'), 10_000_000, 61) / 1e9:.0f} GB"
+    '73 GB'
+    """
+    results = 8.0 * (3 + len(CONTACTS)) * n_drives * n_twist
+    pairs = min(sampling.BLOCK * drive.elements * n_twist, AT_ONCE)
+    return (1 + _COPIES) * results + _PER_PAIR * pairs
 
 
 class _Part(NamedTuple):

@@ -16,6 +16,7 @@ from .element_state import Equilibrium, Status
 from .equilibrium import solve_parts
 from .errors import expect, warn_not_converged
 from .limits import expect_twists
+from .memory import expect_room
 from .sampling import Deviations
 
 Array = NDArray[np.float64]
@@ -50,6 +51,9 @@ def contact_pressures(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, se
     drive = as_drive(drive)
     angles = expect_twists(drive, twist)
     expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")
+    # Once as blocks and once joined.
+    expect_room(2 * 9 * 8.0 * n_drives * len(angles), f"pressures of {n_drives} virtual drives at {len(angles)} twists",
+                "take fewer drives or twists")
     blocks = [_block(drive, angles, block, count, seed) for block, count in sampling.blocks(n_drives)]
     warn_not_converged(sum(lost for _, lost in blocks), n_drives * drive.elements * len(angles), drive.name)
     pressure, major, minor = np.concatenate([found for found, _ in blocks], axis=1)

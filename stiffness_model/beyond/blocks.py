@@ -15,9 +15,14 @@ from ..element_state import Equilibrium, Status
 from ..equilibrium import solve
 from ..errors import expect, warn_not_converged
 from ..limits import expect_twists
+from ..memory import expect_room
 from .coupled import CoupledEquilibrium
 
 Array = NDArray[np.float64]
+
+_PER_PAIR = 500.0
+"""Bytes for an element at a twist: its equilibrium, and the arrays of those who read it (`friction`: 4 contacts, 8
+arrays)."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,8 @@ def solved_blocks(drive: Drive, twist: ArrayLike, n_drives: int, seed: int) -> I
     angles = expect_twists(drive, twist)
     expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")
     sampling.check_seed(seed)
+    pairs = min(n_drives, sampling.BLOCK) * drive.elements * len(angles)
+    expect_room(_PER_PAIR * pairs, f"forces of every element at {len(angles)} twists", "take fewer twists at once")
     lost = 0
     for block, count in sampling.blocks(n_drives):
         deviations = sampling.draw(drive, block, count, seed)
