@@ -65,9 +65,9 @@ def test_nothing_is_drawn_before_the_refusal(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(memory, "available", lambda: 1e6)
     monkeypatch.setattr(sampling, "draw", lambda *_: pytest.fail("drawn"))
     for ask in (lambda: sm.simulate(drive, [0.001], 20_000), lambda: check_strength(drive, [0.001], 10_000)):
-        with pytest.raises(InputError, match=r"fits the 0\.001 GB of memory that are free.*take fewer drives") as caught:
+        with pytest.raises(InputError, match=r"fits the 0\.001 GB of memory that are free.*take fewer drives") as told:
             ask()
-        assert "\n" not in str(caught.value)
+        assert "\n" not in str(told.value)
 
 
 @pytest.mark.parametrize(("n_drives", "n_twist"), [(800, 31), (16, 400)])
