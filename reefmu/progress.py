@@ -10,6 +10,8 @@ from typing import Any, TextIO
 
 TERMINAL_PAUSE, PLAIN_PAUSE = 0.1, 5.0
 """Seconds between two lines. Short work stays silent in a log."""
+clock: Callable[[], float] = time.monotonic
+"""Seconds by which these pauses are counted."""
 
 
 class Progress:
@@ -19,7 +21,7 @@ class Progress:
         self._what, self._total, self._done = what, total, 0
         self._stream = sys.stderr if stream is None else stream
         self._terminal = self._stream.isatty()
-        self._shown = time.monotonic()
+        self._shown = clock()
         self._now = ""
 
     def reach(self, share: float, now: str = "") -> None:
@@ -33,7 +35,7 @@ class Progress:
         self._show()
 
     def _show(self) -> None:
-        now = time.monotonic()
+        now = clock()
         if now - self._shown < (TERMINAL_PAUSE if self._terminal else PLAIN_PAUSE):
             return
         self._shown = now

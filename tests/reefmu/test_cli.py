@@ -7,7 +7,6 @@ import os
 import re
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -15,45 +14,44 @@ import pytest
 
 import reefmu
 import stiffness_model as sm
+from reefmu import progress as progress_module
 from reefmu.cli import main
 from reefmu.commands.compare import torque_steps
 from reefmu.progress import CountingExecutor, Progress
 from stiffness_model.beyond.friction import friction_losses
 from stiffness_model.turn_pressure import turn_pressures
+from tests.patience import HANG, said
 
 CURVE_FILES = ["curve.csv", "curve.png", "forces.png", "load_share.png"]
 
 
 def call(*args: str, folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-m", "reefmu", *args], cwd=folder, capture_output=True, text=True,
-                          timeout=60, check=False)
+                          timeout=HANG, check=False)
 
 
 def preset_text() -> str:
     return (Path(sm.__file__).parent / "presets" / "drive_1.toml").read_text("utf-8")
 
 
-def test_help_is_quick_and_loads_nothing_heavy(tmp_path: Path) -> None:
-    heavy = "import sys; from reefmu.cli import build_parser; build_parser().format_help(); " \
-            "print(sorted({'numpy', 'scipy', 'matplotlib', 'casadi', 'stiffness_model'} & set(sys.modules)))"
-    loaded = subprocess.run([sys.executable, "-c", heavy], capture_output=True, text=True, check=True)
-    assert loaded.stdout.strip() == "[]"
-    times = []
-    for _ in range(3):
-        start = time.perf_counter()
-        done = call("--help", folder=tmp_path)
-        times.append(time.perf_counter() - start)
-        assert done.returncode == 0
-        assert "curve" in done.stdout
-        assert "compare" in done.stdout
-    assert min(times) < 0.2
+def test_help_loads_nothing_but_python_and_itself(tmp_path: Path) -> None:
+    """That is what makes it quick, on any machine."""
+    code = "import sys; before = set(sys.modules); from reefmu.cli import build_parser; " \
+           "build_parser().format_help(); new = set(sys.modules) - before; " \
+           "print(*{name.split('.')[0] for name in new} - sys.stdlib_module_names)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert loaded.stdout.split() == ["reefmu"]
+    done = call("--help", folder=tmp_path)
+    assert done.returncode == 0
+    assert "curve" in done.stdout
+    assert "compare" in done.stdout
 
 
 def test_curve_prints_a_table_and_writes_its_files(tmp_path: Path) -> None:
     done = call("curve", "drive_1", "--drives", "32", folder=tmp_path)
     assert done.returncode == 0
     # One plain note: the elements do not fit.
-    assert done.stderr.splitlines() == [
+    assert said(done.stderr) == [
         "note: drive_1: 29 elements of 14 mm do not fit on one eccentric; at most 21 do"]
     assert sorted(path.name for path in (tmp_path / "drive_1-curve").iterdir()) == CURVE_FILES
     with (tmp_path / "drive_1-curve" / "curve.csv").open(newline="") as file:
@@ -237,8 +235,8 @@ def test_no_traceback_from_the_real_program(args: list[str], tmp_path: Path) -> 
     (tmp_path / "taken").write_text("a file")
     done = call(*args, folder=tmp_path)
     assert done.returncode == 2
-    assert len(done.stderr.splitlines()) == 1
-    assert done.stderr.startswith("reefmu: ")
+    assert len(said(done.stderr)) == 1
+    assert said(done.stderr)[0].startswith("reefmu: ")
     assert [path.name for path in tmp_path.iterdir()] == ["taken"]
 
 
@@ -291,9 +289,8 @@ def test_a_reader_that_leaves_is_no_fault(tmp_path: Path) -> None:
         assert process.stderr is not None
         process.stdout.close()
         err = process.stderr.read()
-        assert process.wait(timeout=60) == 0
-    assert err.startswith("note: ")
-    assert len(err.splitlines()) == 1
+        assert process.wait(timeout=HANG) == 0
+    assert [line.split()[0] for line in said(err)] == ["note:"]
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
@@ -325,7 +322,7 @@ class Screen:
 @pytest.mark.parametrize("terminal", [True, False])
 def test_progress_rewrites_its_line_on_a_terminal_only(terminal: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter(range(0, 1000, 10))
-    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
+    monkeypatch.setattr(progress_module, "clock", lambda: float(next(clock)))
     screen = Screen(terminal)
     with Progress("counting", 4, screen) as progress:  # type: ignore[arg-type]
         for _ in range(4):
@@ -338,7 +335,9 @@ def test_progress_rewrites_its_line_on_a_terminal_only(terminal: bool, monkeypat
         assert screen.text.splitlines() == [f"counting: {percent} %" for percent in (25, 50, 75, 100)]
 
 
-def test_short_work_is_silent_in_a_log() -> None:
+def test_short_work_is_silent_in_a_log(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter(range(100))
+    monkeypatch.setattr(progress_module, "clock", lambda: float(next(clock)))
     screen = Screen(terminal=False)
     with Progress("counting", 2, screen) as progress:  # type: ignore[arg-type]
         progress.step()

@@ -24,12 +24,29 @@ import stiffness_model as sm
 from reefmu.cli import main
 from stiffness_model.explore.results import columns, judge
 from stiffness_model.explore.run import CHUNK_FOLDER, run_study
+from tests.patience import HANG, said
 from tests.small_study import study, tables
 
 LONGER: dict[str, Any] = {"designs": 256, "drives": 40, "generations": 1}
-"""Long enough to be disturbed: some seconds, 17 chunks."""
-PATIENCE = 120.0
-"""Seconds to wait for another process before a test fails."""
+"""Long enough to be disturbed: 17 chunks."""
+HELD = """
+import pathlib, sys, time
+from reefmu.cli import main
+from stiffness_model.explore import run
+
+kept, go, write = [], pathlib.Path(sys.argv[1]), run._write
+
+def held(file, part):
+    write(file, part)
+    kept.append(file)
+    while len(kept) == int(sys.argv[2]) and not go.exists():
+        time.sleep(0.01)
+
+run._write = held
+sys.exit(main(["explore", *sys.argv[3:]]))
+"""
+"""Runs a study, and waits after as many chunks as it is told until the file `go` is there: it is disturbed in its
+middle, however fast it and the test are."""
 
 
 def write_study(folder: Path, **numbers: Any) -> Path:
@@ -52,13 +69,14 @@ def same_designs(a: Path, b: Path) -> None:
         np.testing.assert_array_equal(values, second[name], err_msg=name)
 
 
-def start(*args: str) -> subprocess.Popen[str]:
-    return subprocess.Popen([sys.executable, "-m", "reefmu", "explore", *args], stdout=subprocess.PIPE,
-                            stderr=subprocess.PIPE, text=True, start_new_session=True)
+def start(*args: str, out: Path, chunks: int) -> subprocess.Popen[str]:
+    """The command, which waits after `chunks` of them for the file `go` beside its folder."""
+    return subprocess.Popen([sys.executable, "-c", HELD, str(out.parent / "go"), str(chunks), *args, "--out", str(out)],
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
 
 
 def wait_for(met: Any, what: str) -> None:
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + HANG
     while not met():
         assert time.monotonic() < end, what
         time.sleep(0.01)
@@ -73,9 +91,9 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """The small study, run whole by one worker, and what it printed."""
     folder = tmp_path_factory.mktemp("explore")
     made = subprocess.run([sys.executable, "-m", "reefmu", "explore", str(write_study(folder)), "--workers", "1",
-                           "--out", str(folder / "out")], capture_output=True, text=True, timeout=PATIENCE, check=False)
+                           "--out", str(folder / "out")], capture_output=True, text=True, timeout=HANG, check=False)
     assert made.returncode == 0, made.stderr
-    assert made.stderr == ""
+    assert said(made.stderr) == []
     return folder / "out", made.stdout
 
 
@@ -162,13 +180,13 @@ def test_no_feasible_design_is_status_1_and_its_designs_are_written(tmp_path: Pa
 def test_killed_in_the_middle_it_leaves_whole_chunks_and_no_workers_and_goes_on(tmp_path: Path,
                                                                                 longer: dict[str, Any]) -> None:
     path, out = write_study(tmp_path, **LONGER), tmp_path / "out"
-    running = start(str(path), "--workers", "2", "--out", str(out))
-    wait_for(lambda: len(chunks(out)) >= 3, "the first chunks")
+    running = start(str(path), "--workers", "2", out=out, chunks=3)
+    wait_for(lambda: len(chunks(out)) == 3, "the first chunks")
     children = _children(running.pid)
     running.kill()
     running.communicate()
     kept = chunks(out)
-    assert 3 <= len(kept) < 17
+    assert len(kept) == 3
     if children is not None:
         assert len(children) >= 2
         wait_for(lambda: not any(Path(f"/proc/{child}").exists() for child in children), "the workers to leave")
@@ -195,17 +213,17 @@ def _children(pid: int) -> list[int] | None:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_is_status_128_and_its_number_and_one_line(tmp_path: Path, number: signal.Signals) -> None:
     path, out = write_study(tmp_path, **LONGER), tmp_path / "out"
-    running = start(str(path), "--workers", "2", "--out", str(out))
-    wait_for(lambda: len(chunks(out)) >= 1, "the first chunk")
+    running = start(str(path), "--workers", "2", out=out, chunks=1)
+    wait_for(lambda: len(chunks(out)) == 1, "the first chunk")
     # As a terminal does: to every process of the group.
     os.killpg(running.pid, number)
-    _, said = running.communicate(timeout=PATIENCE)
+    _, told = running.communicate(timeout=HANG)
     assert running.returncode == 128 + number
-    assert [line for line in said.splitlines() if line and "%" not in line] == [
+    assert said(told) == [
         f"reefmu: interrupted; what is done is kept in {out}, and the same command goes on from there"]
 
 
-@pytest.mark.parametrize(("args", "said"), [
+@pytest.mark.parametrize(("args", "message"), [
     (["nothing"], "unknown study 'nothing'; expected one of geometry, tolerance_field"),
     (["STUDY", "--workers", "0"], "explore: argument --workers: expected a whole number from 1 to 4096, got '0'"),
     (["STUDY", "--workers", "1", "--scheduler", "tcp://h:1"], "not allowed with argument"),
@@ -213,7 +231,7 @@ def test_a_signal_is_status_128_and_its_number_and_one_line(tmp_path: Path, numb
     (["STUDY", "--out", ""], "explore: argument --out: expected a name, got ''"),
     (["STUDY", "--out", "FILE"], "FILE: expected a folder that can be written"),
 ])
-def test_a_wrong_call_is_one_line_and_status_2(args: list[str], said: str, tmp_path: Path,
+def test_a_wrong_call_is_one_line_and_status_2(args: list[str], message: str, tmp_path: Path,
                                                monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
                                                ) -> None:
     if "--scheduler" in args and importlib.util.find_spec("distributed") is None:
@@ -231,18 +249,19 @@ def test_a_wrong_call_is_one_line_and_status_2(args: list[str], said: str, tmp_p
     assert status == 2
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1
-    assert said in lines[0]
+    assert message in lines[0]
 
 
 @pytest.mark.parametrize("address", ["processes", "tcp://", " "])
 def test_a_scheduler_that_is_none_leaves_nothing_to_complain_at_exit(address: str, tmp_path: Path) -> None:
     if importlib.util.find_spec("distributed") is None:
         pytest.skip("dask.distributed is not installed")
-    running = start(str(write_study(tmp_path)), "--scheduler", address, "--out", str(tmp_path / "out"))
-    _, said = running.communicate(timeout=PATIENCE)
-    assert running.returncode == 2
-    assert len(said.splitlines()) == 1
-    assert said.startswith("reefmu: --scheduler: expected the address of a running dask scheduler")
+    made = subprocess.run([sys.executable, "-m", "reefmu", "explore", str(write_study(tmp_path)), "--scheduler",
+                           address, "--out", str(tmp_path / "out")], capture_output=True, text=True, timeout=HANG,
+                          check=False)
+    assert made.returncode == 2
+    assert len(made.stderr.splitlines()) == 1
+    assert made.stderr.startswith("reefmu: --scheduler: expected the address of a running dask scheduler")
 
 
 def test_a_folder_of_another_study_is_refused(done: tuple[Path, str], tmp_path: Path,
@@ -255,17 +274,18 @@ def test_a_folder_of_another_study_is_refused(done: tuple[Path, str], tmp_path: 
 
 def test_a_lost_worker_process_is_one_line_and_status_1(tmp_path: Path) -> None:
     path, out = write_study(tmp_path, **LONGER), tmp_path / "out"
-    running = start(str(path), "--workers", "2", "--out", str(out))
-    wait_for(lambda: len(chunks(out)) >= 2, "the first chunks")
+    running = start(str(path), "--workers", "2", out=out, chunks=2)
+    wait_for(lambda: len(chunks(out)) == 2, "the first chunks")
     children = _children(running.pid)
     if not children:
         running.kill()
         running.communicate()
         pytest.skip("foreign host: no /proc to find a worker in")
     os.kill(children[0], signal.SIGKILL)
-    _, said = running.communicate(timeout=PATIENCE)
+    (tmp_path / "go").touch()
+    _, told = running.communicate(timeout=HANG)
     assert running.returncode == 1
-    lines = [line for line in said.splitlines() if "%" not in line]
+    lines = said(told)
     assert len(lines) == 1
     assert "the workers were lost" in lines[0]
     assert "the same command goes on from there" in lines[0]
@@ -314,14 +334,13 @@ def test_a_dask_cluster_gives_the_same_though_a_worker_dies(cluster: tuple[str, 
                                                             tmp_path: Path, longer: dict[str, Any]) -> None:
     address, (_, first, second) = cluster
     path, out = write_study(tmp_path, **LONGER), tmp_path / "out"
-    running = start(str(path), "--scheduler", address, "--out", str(out))
-    wait_for(lambda: len(chunks(out)) >= 4 or running.poll() is not None, "the first chunks")
+    running = start(str(path), "--scheduler", address, out=out, chunks=4)
+    wait_for(lambda: len(chunks(out)) == 4 or running.poll() is not None, "the first chunks")
     first.kill()
     first.wait()
-    kept = len(chunks(out))
-    _, said = running.communicate(timeout=PATIENCE)
-    assert running.returncode == 0, said
+    (tmp_path / "go").touch()
+    _, told = running.communicate(timeout=HANG)
+    assert running.returncode == 0, told
     assert second.poll() is None
-    assert 4 <= kept < 17
     for name, values in longer.items():
         np.testing.assert_array_equal(designs(out)[name], values, err_msg=name)

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tests.patience import HANG
+
 CHROMIUM = next((path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))),
                 None)
 _MEASURE = """<script>
@@ -72,4 +74,4 @@ def _chromium(work: Path, *words: str) -> str:
     assert CHROMIUM is not None
     call = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--no-first-run",
             "--disable-background-networking", "--disable-component-update", f"--user-data-dir={work / 'profile'}"]
-    return subprocess.run([*call, *words], check=True, capture_output=True, text=True, timeout=120).stdout
+    return subprocess.run([*call, *words], check=True, capture_output=True, text=True, timeout=HANG).stdout

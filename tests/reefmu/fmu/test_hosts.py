@@ -25,6 +25,7 @@ from reefmu.fmu.trial import make_trial, run_model
 from reefmu.masses import Masses
 from reefmu.model import DriveModel, build_model
 from stiffness_model.lookup import Lookup
+from tests.patience import HANG
 from tests.reefmu.fmu.conftest import EFFECTS
 from tests.reefmu.fmu.replay import build_replay, replay
 
@@ -63,7 +64,7 @@ def instrumented(flags: tuple[str, ...], fmu: Path, folder: Path, host: str = "h
 
 
 def call(host: Path, library: Path, guid: str, *words: str) -> str:
-    done = subprocess.run([str(host), str(library), guid, *words], capture_output=True, text=True, timeout=120,
+    done = subprocess.run([str(host), str(library), guid, *words], capture_output=True, text=True, timeout=HANG,
                           check=False)
     assert done.returncode == 0, f"status {done.returncode}: {done.stderr[-1500:]}"
     return done.stdout

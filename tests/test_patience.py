@@ -1,0 +1,21 @@
+"""No test depends on how fast the machine is that runs it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__)
+FILES = [path for path in sorted(HERE.parent.rglob("*.py"))
+         if path != HERE and path.relative_to(HERE.parent).parts[0] != "benchmarks"]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(HERE.parent).as_posix())
+def test_no_limit_in_seconds(path: Path) -> None:
+    """A process is given `patience.HANG` and no less; what was measured is not asserted."""
+    text = path.read_text("utf-8")
+    assert re.findall(r"timeout=(?!HANG\b).*", text) == []
+    if path.name.startswith("test_"):
+        assert re.findall(r".*\b(?:perf_counter|process_time)\b.*", text) == []
