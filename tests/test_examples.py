@@ -12,8 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.patience import HANG
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 RECORDS = Path(__file__).resolve().parents[2] / "shared/data/cycloidal"
+"""Measured records of other makers, under a licence of their own."""
 
 
 @pytest.mark.parametrize("example", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
@@ -21,10 +24,10 @@ def test_example(example: Path, tmp_path: Path) -> None:
     if "Needs a C compiler" in example.read_text("utf-8") and not any(shutil.which(n) for n in ("cc", "gcc", "clang")):
         pytest.skip("no C compiler on the PATH")
     if example.stem == "cycloidal_records" and not RECORDS.is_dir():
-        pytest.skip(f"no records in {RECORDS}")
+        pytest.skip(f"measured records, which are not part of this repository: none in {RECORDS}")
     run = subprocess.run(
         [sys.executable, str(example), str(tmp_path / "out")], cwd=tmp_path, capture_output=True, text=True,
-        env={**os.environ, "MPLBACKEND": "Agg"}, timeout=300)
+        env={**os.environ, "MPLBACKEND": "Agg"}, timeout=HANG)
     assert run.returncode == 0, run.stderr
     assert run.stdout.strip(), "the example prints its figures"
     assert [path.name for path in tmp_path.iterdir()] == ["out"], "nothing is left outside the folder asked for"

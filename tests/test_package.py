@@ -1,0 +1,52 @@
+"""What is handed out: types that a type checker finds, and tests that do without what is not in the repository."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+from tests.patience import HANG
+
+ROOT = Path(__file__).parent.parent
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+
+
+def test_the_packages_are_typed_as_the_classifier_says() -> None:
+    """PEP 561: the marker lies in each package; the wheel takes packages whole."""
+    assert "Typing :: Typed" in PROJECT["project"]["classifiers"]
+    wheel = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
+    assert wheel.keys() == {"packages"}
+    for name in wheel["packages"]:
+        assert files(importlib.import_module(name)).joinpath("py.typed").is_file(), name
+
+
+@pytest.mark.skipif(shutil.which("git") is None or not (ROOT / ".git").exists(), reason="foreign host: no repository")
+def test_the_wheel_leaves_out_no_marker() -> None:
+    """Hatchling passes over what .gitignore names."""
+    markers = [f"{name}/py.typed" for name in PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]]
+    ignored = subprocess.run(["git", "check-ignore", *markers], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert ignored.stdout == ""
+
+
+def test_tests_of_records_outside_the_repository_skip_with_their_reason(tmp_path: Path) -> None:
+    """In a copy of the tree that has nothing beside it. In CI, where other skips are holes, this one is none."""
+    copy = tmp_path / "copy"
+    (copy / "tests").mkdir(parents=True)
+    for name in ("pyproject.toml", "tests/conftest.py", "tests/patience.py", "tests/test_examples.py"):
+        shutil.copy(ROOT / name, copy / name)
+    shutil.copytree(ROOT / "examples", copy / "examples")
+    paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
+    done = subprocess.run([sys.executable, "-m", "pytest", "-n", "0", "-rs", "-k", "cycloidal_records", "tests"],
+                          cwd=copy, capture_output=True, text=True, check=False, timeout=HANG,
+                          env={**os.environ, "CI": "true", "PYTHONPATH": paths})
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "1 skipped" in done.stdout
+    assert "not part of this repository" in done.stdout
