@@ -22,7 +22,7 @@ import tomli_w
 
 from stiffness_model.drawing_file import drive_from_dict
 from stiffness_model.errors import InputError, expect, expect_number, refuse_unknown, unknown_name
-from stiffness_model.files import whole_file
+from stiffness_model.files import parse_toml, whole_file
 from stiffness_model.lookup import N_DRIVES, Lookup
 from stiffness_model.sampling import check_seed
 from stiffness_model.units import parse_quantity
@@ -67,7 +67,7 @@ def load_model(path: str | os.PathLike[str], lookup: Lookup | str | os.PathLike[
     """
     where = str(path)
     try:
-        table = tomllib.loads(Path(path).read_text("utf-8"))
+        table = parse_toml(Path(path).read_text("utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"{where}: expected a model in TOML, got {error}") from None
     refuse_unknown("section", table, _SECTIONS, where)
@@ -97,7 +97,7 @@ def load_model(path: str | os.PathLike[str], lookup: Lookup | str | os.PathLike[
 def is_model_file(path: str | os.PathLike[str]) -> bool:
     """Whether a TOML file is a model (has a [drawing] or a [curve] inside) and not a drawing itself."""
     try:
-        return not {"drawing", "curve"}.isdisjoint(tomllib.loads(Path(path).read_text("utf-8")))
+        return not {"drawing", "curve"}.isdisjoint(parse_toml(Path(path).read_text("utf-8")))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
         return False
 

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import InputError, expect, expect_number, refuse_unknown
+from .files import parse_toml
 from .units import parse_quantity
 
 Array = NDArray[np.float64]
@@ -161,7 +162,7 @@ def read_rows(text: str, where: str) -> tuple[CatalogGear, ...]:
     68755
     """
     try:
-        table = tomllib.loads(text)
+        table = parse_toml(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{where}: expected a TOML catalogue, got a syntax error: {error}") from None
     refuse_unknown("table", table, ("gear",), where)

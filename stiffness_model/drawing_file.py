@@ -14,7 +14,7 @@ from typing import Any
 from .beyond import options
 from .drive import COUNTS, HOLES, PARTS, Drive, diameters
 from .errors import DoesNotFitWarning, InputError, UnknownNameError, expect, expect_number, refuse_unknown, unknown_name
-from .files import whole_file
+from .files import parse_toml, whole_file
 from .fits import field_text, read_field, tolerance_of
 from .materials import MATERIALS, Material, find_material, labelled
 from .tolerances import Tolerance, free_offset
@@ -97,7 +97,7 @@ def read_table(source: str | os.PathLike[str]) -> tuple[dict[str, Any], str]:
     """
     text, where = _read(source)
     try:
-        return tomllib.loads(text), where
+        return parse_toml(text), where
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{where}: expected a TOML drawing, got a syntax error: {error}") from None
 

@@ -1,4 +1,4 @@
-"""Files and folders that are written whole or not at all, and temporary folders that never stay.
+"""TOML that is read, files and folders that are written whole or not at all, and temporary folders that never stay.
 
 All temporary work is in folders of one kind (`_work_folder`). Their owner holds a lock on them (flock) that the system
 takes back when the owner dies, however it dies and whoever gets its number next. The first work of a process in a place
@@ -12,8 +12,10 @@ import errno
 import os
 import shutil
 import tempfile
+import tomllib
 from collections.abc import Generator, Iterator
 from pathlib import Path
+from typing import Any
 
 from .errors import InputError
 
@@ -29,6 +31,24 @@ SCRATCH = "stiffness-model-work-"
 
 _cleared: set[tuple[Path, int]] = set()
 """Places that were cleared, and the process that did it."""
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """`tomllib.loads` with one error for all that is no TOML: brackets nested too deeply and numbers too long as well.
+
+    >>> parse_toml("a = " + 2000 * "[")
+    Traceback (most recent call last):
+    ...
+    tomllib.TOMLDecodeError: nested too deeply
+    """
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise tomllib.TOMLDecodeError("nested too deeply") from None
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError as error:
+        raise tomllib.TOMLDecodeError(str(error)) from None
 
 
 @contextlib.contextmanager

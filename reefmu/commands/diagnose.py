@@ -15,6 +15,7 @@ from reefmu.progress import Progress
 from reefmu.record import Record, read_record, with_output_locked
 from reefmu.tables import cached_lookup
 from stiffness_model.errors import InputError, expect
+from stiffness_model.files import parse_toml
 from stiffness_model.units import ARCMIN
 
 from . import study, workers
@@ -59,7 +60,7 @@ def _columns(args: argparse.Namespace) -> dict[str, str] | None:
     columns: dict[str, str] = dict(args.column)
     if args.columns is not None:
         try:
-            table: dict[str, Any] = tomllib.loads(Path(args.columns).read_text("utf-8"))
+            table: dict[str, Any] = parse_toml(Path(args.columns).read_text("utf-8"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
             raise InputError(f"{args.columns}: expected a column map in TOML, got {error}") from None
         for foreign, name in table.items():

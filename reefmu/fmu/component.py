@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffness_model.errors import InputError, expect
+from stiffness_model.files import parse_toml
 
 from .packed import TABLES, read_tables
 
@@ -124,7 +125,7 @@ def component_in(folder: Path) -> Component:
     from .joint_component import joint_component
 
     try:
-        values = tomllib.loads(masses.read_text("utf-8"))
+        values = parse_toml(masses.read_text("utf-8"))
         return joint_component(model, Masses(**values))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, TypeError) as error:
         raise InputError(f"{masses}: expected the masses of a joint, got {error}") from None

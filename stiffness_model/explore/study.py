@@ -18,6 +18,7 @@ from typing import Any
 
 from ..drawing_file import drive_to_dict, read_table
 from ..errors import InputError, expect, refuse_unknown, unknown_name
+from ..files import parse_toml
 from ..units import UNITS, parse_quantity
 from . import parameters
 from .design import BESIDE, PACKING, Packing, base_drive, design_drive
@@ -135,7 +136,7 @@ def load_study(source: str | Path) -> Study:
         except (OSError, UnicodeDecodeError) as error:
             raise InputError(f"{path}: expected a readable TOML study, got {error}") from None
     try:
-        table = tomllib.loads(text)
+        table = parse_toml(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{where}: expected a TOML study, got a syntax error: {error}") from None
     return study_from_dict(table, where, folder)

@@ -2,3 +2,10 @@
 
 Each has `--seed` and `--count`; `test_fuzz.py` runs a few cases of each.
 """
+
+from __future__ import annotations
+
+
+def show(line: str) -> None:
+    """Print at once, for whoever stops the attack before its end."""
+    print(line, flush=True)

@@ -20,6 +20,7 @@ import numpy as np
 import tomli_w
 
 from stiffness_model.drawing_file import FIELDS
+from tests.fuzz import show
 from tests.fuzz.child import run
 from tests.small_study import tables
 
@@ -156,7 +157,7 @@ def run_case(call: list[str], files: dict[str, str], folder: Path) -> str:
     return "\n".join([*wrong, *said[-12:]]) if wrong else ""
 
 
-def attack(seed: int, count: int, say: Callable[[str], None] = print) -> int:
+def attack(seed: int, count: int, say: Callable[[str], None] = show) -> int:
     """Number of calls that do not end well; each is said."""
     bad = 0
     for what, call, files in cases(seed, count):

@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
+from tests.fuzz import show
 from tests.small_study import tables
 
 ROOT = Path(__file__).parents[2]
@@ -119,7 +120,7 @@ def run_again(folder: Path, name: str) -> str:
     return "\n".join([*wrong, *([f"never cleared away: {left(folder)}"] if left(folder) else [])])
 
 
-def attack(seed: int, count: int, names: tuple[str, ...] = tuple(COMMANDS), say: Callable[[str], None] = print) -> int:
+def attack(seed: int, count: int, names: tuple[str, ...] = tuple(COMMANDS), say: Callable[[str], None] = show) -> int:
     """Number of cases that do not end well; each is said. A command is killed `count` times, then run to its end."""
     bad = 0
     for name in names:
