@@ -84,7 +84,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _add_demo(commands: Commands) -> None:
-    parser = _command(commands, "demo", "the whole line for drive_1, from drawing to a joint under control",
+    parser = _command(commands, "demo", "the whole line for the drive workshop, from drawing to a joint under control",
                       "Writes pictures, curve.csv and an FMU.")
     parser.add_argument("--out", metavar="DIR", type=_name, help="folder for the files (default reefmu-demo)")
 
@@ -223,7 +223,7 @@ def _add_study_options(parser: argparse.ArgumentParser, name: str) -> None:
 def _add_drawing_options(parser: argparse.ArgumentParser, name: str) -> None:
     """Options of the commands that work on one drawing."""
     parser.add_argument("drive", metavar="DRIVE",
-                        help="a preset (drive_1, drive_2, drive_3) or a TOML drawing")
+                        help="a preset (drive_1, drive_2, drive_3, workshop) or a TOML drawing")
     parser.add_argument("--set", metavar="FIELD=VALUE", dest="fields", type=_field, action="append",
                         default=[], help="override a field of the drawing: --set lobes=28 "
                                          "--set crank_radius='41 mm'")

@@ -25,7 +25,7 @@ from stiffness_model.units import ARCMIN
 
 from . import study
 
-DRIVE = "drive_1"
+DRIVE = "workshop"
 DRIVES = 1000
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0, motor_damping=1e-3, load_damping=0.5)
 SAMPLE = 5e-4  # s, of the controller

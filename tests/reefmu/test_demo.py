@@ -7,13 +7,20 @@ from pathlib import Path
 
 import pytest
 
+import stiffness_model as sm
 from reefmu.cli import main
 from reefmu.commands import demo
 from reefmu.model import build_model
-from stiffness_model.lookup import Lookup
+from stiffness_model.lookup import Lookup, build_lookup
 
 FILES = {"1-gear.png", "2-compare.png", "2-curve.png", "2-forces.png", "5-design.png", "5-joint.png", "curve.csv",
-         "drive_1.fmu"}
+         "workshop.fmu"}
+
+
+@pytest.fixture(scope="module")
+def lookup() -> Lookup:
+    """Tables of the demo's drive, the band from few drives."""
+    return build_lookup(sm.load_drive(demo.DRIVE), n_drives=16)
 
 
 @pytest.fixture

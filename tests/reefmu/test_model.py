@@ -199,3 +199,9 @@ def test_functions_generate_c_code_without_casadi(loaded: DriveModel, tmp_path_f
     source = (folder / generator.generate(f"{folder}/").rsplit("/", 1)[-1]).read_text()
     assert "casadi.hpp" not in source
     assert "int output(" in source
+
+
+def test_a_name_stands_for_its_drawing(lookup: Lookup) -> None:
+    assert build_model("drive_1", lookup=lookup).drive == sm.load_drive("drive_1")
+    with pytest.raises(sm.UnknownNameError, match="did you mean 'drive_1'"):
+        build_model("drive1", lookup=lookup)

@@ -60,7 +60,7 @@ def test_the_workshop_s_drive_can_be_built():
     at_rim = 2 * (rim * math.sin(math.pi / drive.seats.seats) - drive.seats.bore_radius)
     assert drive.seats.apart == 1
     assert drive.seats.wall > at_rim > 1.5e-3
-    # The whole profile exists, the lobes' crests are blunter than a millimetre, one profile serves all rows.
+    # The whole profile exists, the lobes' crests are round, one profile serves all rows.
     assert drive.usable_limit == math.pi
     crest = 1 / drive.path.curvature(math.pi)
     assert crest + drive.element_radius < -0.25e-3
