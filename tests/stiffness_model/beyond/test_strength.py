@@ -221,7 +221,7 @@ def test_a_life_counts_the_turns_of_the_rings_against_each_other(lobes: int, rel
     to_element = (here - pin) / np.abs(here - pin)
 
     def along(velocity: np.ndarray, direction: np.ndarray) -> np.ndarray:
-        return (velocity * direction.conjugate()).real
+        return np.real(velocity * direction.conjugate())
 
     # Velocity of the element's surface less that of its partner: still, + by the element's turn w, + by the ring's W.
     slips = [(along(element, 1j * normal), r, 0 * r, force.gear),
