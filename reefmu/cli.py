@@ -142,7 +142,8 @@ def _add_check(commands: Commands) -> None:
     parser.add_argument("fmu", metavar="FILE.fmu", help="an FMU that `reefmu export` wrote")
     parser.add_argument("--inertia", metavar="J", type=float, help="of motor and load against each other, kg.m2 at the "
                         "output: is the communication step too coarse for the drive's spring between them?")
-    parser.add_argument("--step", metavar="S", type=float, help="that communication step, s (default 0.001)")
+    parser.add_argument("--step", metavar="S", type=float, help="that communication step, s (default: the one "
+                        "the FMU proposes)")
 
 
 def _add_diagnose(commands: Commands) -> None:

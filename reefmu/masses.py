@@ -76,6 +76,10 @@ class Masses:
         return whole[:4, :4], whole[:4, 4:]
 
 
+TYPICAL = Masses(1e-4, 1.0)
+"""Around a drive of a robot's joint, where nothing is said of them; a host sets others."""
+
+
 def _exponential(a: Array) -> Array:
     """Matrix exponential by scaling, Taylor series and squaring (Moler, Van Loan, 2003, method 3).
 

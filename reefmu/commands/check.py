@@ -9,9 +9,6 @@ from pathlib import Path
 from reefmu.fmu.check import check_fmu
 from stiffness_model.errors import expect
 
-STEP = 1e-3
-"""s: the communication step that is looked at unless told."""
-
 
 def run(args: argparse.Namespace) -> int:
     """Print the findings; 1 if one of them failed."""
@@ -21,7 +18,7 @@ def run(args: argparse.Namespace) -> int:
     if args.inertia is not None:
         from .coupling import coupling_finding
 
-        coupling = (coupling_finding(Path(args.fmu), STEP if args.step is None else args.step, args.inertia),)
+        coupling = (coupling_finding(Path(args.fmu), args.step, args.inertia),)
     report = check_fmu(args.fmu)
     report = replace(report, findings=(*report.findings, *coupling))
     print(report)

@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from reefmu.fmu.archive import read_archive
+from reefmu.fmu.archive import FmuFile, read_archive
 from reefmu.fmu.check import Finding, embedded_component
 from reefmu.fmu.component import Component
-from reefmu.fmu.trial import full_stiffness
+from reefmu.fmu.sizes import GROWTH, full_stiffness
 from reefmu.joint.step import growth_rate, largest_step, step_warning
 from reefmu.masses import Masses
 from stiffness_model.errors import expect, expect_number
-
-GROWTH = 1.0
-"""1/s: the growth of an undamped oscillation that a step may bring about."""
 
 
 def step_notes(component: Component, masses: Masses, step: float) -> list[str]:
@@ -24,15 +21,26 @@ def step_notes(component: Component, masses: Masses, step: float) -> list[str]:
     return [warning] if warning else []
 
 
-def coupling_finding(path: Path, step: float, inertia: float) -> Finding:
+def proposed_step(file: FmuFile) -> float:
+    """Step of the DefaultExperiment, s; NaN where there is none."""
+    from fmpy import read_model_description
+
+    experiment = read_model_description(str(file.path), validate=False).defaultExperiment
+    return float((experiment and experiment.stepSize) or math.nan)
+
+
+def coupling_finding(path: Path, step: float | None, inertia: float) -> Finding:
     """Whether a master that holds the drive's torque over a step, s, keeps the joint's oscillation from growing.
 
+    step: None for the one that the FMU proposes.
     inertia: kg.m2 at the output, of motor and load against each other (`Masses.reduced_inertia`). limit: the step
     that would do. Errors: `InputError` for kind `joint`, which holds its masses inside, and for values of no use.
     """
-    expect_number(step, "a positive communication step, s", "--step", low=0.0)
     expect_number(inertia, "a positive inertia, kg.m2 at the output", "--inertia", low=0.0)
     file = read_archive(path)
+    if step is None:
+        step = proposed_step(file)
+    expect_number(step, "a positive communication step, s", "--step", low=0.0)
     expect(file.kind == "drive", "--step and --inertia with an FMU of kind drive", f"kind {file.kind}", str(path))
     spring = full_stiffness(embedded_component(file))
     limit = largest_step(spring, inertia, growth=GROWTH)

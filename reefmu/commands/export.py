@@ -10,7 +10,7 @@ from reefmu.fmu.archive import read_archive
 from reefmu.fmu.build import export_fmu
 from reefmu.fmu.component import drive_component
 from reefmu.fmu.platforms import chosen_platforms
-from reefmu.masses import Masses
+from reefmu.masses import TYPICAL, Masses
 from reefmu.model import DriveModel, build_model
 from reefmu.model_file import is_model_file, load_model
 from stiffness_model.errors import expect
@@ -19,9 +19,6 @@ from stiffness_model.units import ARCMIN
 
 from . import study
 from .coupling import step_notes
-
-MOTOR_INERTIA, LOAD_INERTIA = 1e-4, 1.0
-"""kg.m2: what a joint's parameters start from unless told; the host may set others."""
 
 
 def run(args: argparse.Namespace) -> int:
@@ -63,7 +60,7 @@ def masses_of(args: argparse.Namespace) -> Masses | None:
              if getattr(args, name) is not None}
     if args.kind == "drive" and not given:
         return None
-    return Masses(**{"motor_inertia": MOTOR_INERTIA, "load_inertia": LOAD_INERTIA, **given})
+    return Masses(**{"motor_inertia": TYPICAL.motor_inertia, "load_inertia": TYPICAL.load_inertia, **given})
 
 
 def load(args: argparse.Namespace) -> tuple[DriveModel, list[str]]:

@@ -82,7 +82,8 @@ class Parameter:
 class State:
     """One state, zero at the start. equation: (signals, parameters) -> (a, b) of dx/ds = a x + b.
 
-    resets: whether every run of a record starts it anew; what grows over the whole record does not.
+    resets: whether every run of a record starts it anew; what grows over the whole record does not. nominal:
+    (parameters, full torque in N.m) -> a typical size, which integrators take for the measure of their error.
     """
 
     name: str
@@ -91,6 +92,7 @@ class State:
     along: Along
     equation: Callable[[Signals, Values], tuple[Expression, Expression]]
     resets: bool = True
+    nominal: Callable[[Mapping[str, float], float], float] = lambda parameters, full_torque: 1.0
 
 
 class Need(Enum):

@@ -12,7 +12,8 @@ CREEP = Effect(
     ),
     states=(
         State("twist", "rad", "Delayed twist", Along.TIME,
-              lambda signals, p: (-1 / p["time"], p["compliance"] * signals.elastic_torque / p["time"])),
+              lambda signals, p: (-1 / p["time"], p["compliance"] * signals.elastic_torque / p["time"]),
+              nominal=lambda p, full_torque: p["compliance"] * full_torque),
     ),
     contribution=lambda signals, p, x: (0.0, x["twist"]),
     equation="twist = contact twist + q,  creep.time * dq/dt = creep.compliance * elastic torque - q",

@@ -1,5 +1,7 @@
 """Wear: the gear clearance grows in proportion to the way that the crank has turned."""
 
+import math
+
 from .base import Along, Effect, Family, Identification, Need, Parameter, Place, State
 
 WEAR = Effect(
@@ -11,7 +13,7 @@ WEAR = Effect(
     ),
     states=(
         State("travel", "rad", "Way of the crank since the record began, both directions counted", Along.CRANK,
-              lambda signals, p: (0.0, 1.0), resets=False),
+              lambda signals, p: (0.0, 1.0), resets=False, nominal=lambda p, full_torque: math.tau),  # one turn
     ),
     contribution=lambda signals, p, x: p["rate"] * x["travel"],
     equation="clearance = drawn + wear.rate * travel,  d travel = |d crank angle|",

@@ -30,6 +30,7 @@ from .generate import UNIT, sources, with_guid
 from .interface import STANDARDS, Interface, declare, declare_exchange
 from .packed import carried_lookup, lookup_head
 from .platforms import chosen_platforms, compile_binaries
+from .sizes import experiment, sized
 
 if TYPE_CHECKING:
     from reefmu.masses import Masses
@@ -107,7 +108,7 @@ def export_fmu(model: DriveModel, path: str | os.PathLike[str], *, backend: str 
         from .joint_component import joint_component
 
         component = joint_component(model, masses)
-    members = make(component, resources, when, platform)
+    members = make(sized(component), resources, when, platform)
     return write_archive(path, members, when)
 
 
@@ -179,6 +180,7 @@ def _export(component: Component, interface: Interface, resources: dict[str, byt
         licence=LICENCE,
         backend=backend,
         capabilities=NATIVE_CAPABILITIES if native else CAPABILITIES,
+        experiment=experiment(component),
         exchange=EXCHANGE_CAPABILITIES if native else None,
         indicators=component.switches if native else 0,
         sources=(UNIT,) if native else (),

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .host import FmuDrive
-from .trial import Trial, full_twist
+from .sizes import full_twist
+from .trial import Trial
 
 if TYPE_CHECKING:
     from .component import Component

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from .interface import Interface, Variable
+from .sizes import Experiment
 from .units import base_unit
 
 TOOL = "reefmu"
@@ -62,8 +63,7 @@ class Export:
     licence: str
     backend: str
     capabilities: Mapping[str, bool]
-    stop_time: float = 1.0
-    step_size: float = 1e-3
+    experiment: Experiment
     exchange: Mapping[str, bool] | None = None
     indicators: int = 0
     sources: tuple[str, ...] = ()
@@ -93,8 +93,7 @@ def model_description(interface: Interface, export: Export) -> bytes:
     categories = SubElement(root, "LogCategories")
     for name, meaning in LOG_CATEGORIES.items():
         SubElement(categories, "Category", {"name": name, "description": meaning})
-    SubElement(root, "DefaultExperiment", {
-        "startTime": "0.0", "stopTime": repr(export.stop_time), "stepSize": repr(export.step_size)})
+    SubElement(root, "DefaultExperiment", default_experiment(export))
     tool = SubElement(SubElement(root, "VendorAnnotations"), "Tool", {"name": TOOL})
     SubElement(tool, "fmu", {
         "kind": interface.kind, "backend": export.backend, "interface": interface.digest})
@@ -104,6 +103,13 @@ def model_description(interface: Interface, export: Export) -> bytes:
     _structure(root, interface)
     indent(root)
     return tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
+
+
+def default_experiment(export: Export) -> dict[str, str]:
+    """Attributes of DefaultExperiment, the same in FMI 3.0."""
+    proposed = export.experiment
+    return {"startTime": "0.0", "stopTime": repr(proposed.stop_time), "tolerance": repr(proposed.tolerance),
+            "stepSize": repr(proposed.step_size)}
 
 
 def _kind(root: Element, tag: str, capabilities: Mapping[str, bool], export: Export) -> None:
@@ -169,6 +175,8 @@ def _variable(parent: Element, variable: Variable, interface: Interface) -> None
             real[key] = repr(value)
     if variable.derivative_of:
         real["derivative"] = _index(interface, variable.derivative_of)
+    if variable.reinit:
+        real["reinit"] = "true"
     SubElement(SubElement(parent, "ScalarVariable", attributes), "Real", real)
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from . import description
 from .description import LOG_CATEGORIES, TOOL, TYPES, Export, plain_text, type_names, unit_definitions
 from .interface import FMI3, Interface, Variable
 
@@ -73,8 +74,7 @@ def model_description3(interface: Interface, export: Export) -> bytes:
     categories = SubElement(root, "LogCategories")
     for name, meaning in LOG_CATEGORIES.items():
         SubElement(categories, "Category", {"name": name, "description": meaning.replace("fmi2", "fmi3")})
-    SubElement(root, "DefaultExperiment", {
-        "startTime": "0.0", "stopTime": repr(export.stop_time), "stepSize": repr(export.step_size)})
+    SubElement(root, "DefaultExperiment", description.default_experiment(export))
     variables = SubElement(root, "ModelVariables")
     switches = indicators(interface, export.indicators)
     for variable in (*interface.variables, *switches):
@@ -126,6 +126,8 @@ def _variable(parent: Element, variable: Variable, interface: Interface) -> None
             attributes[key] = repr(value)
     if variable.derivative_of:
         attributes["derivative"] = _reference(interface[variable.derivative_of])
+    if variable.reinit:
+        attributes["reinit"] = "true"
     SubElement(parent, "Float64", attributes)
 
 

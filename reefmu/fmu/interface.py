@@ -51,7 +51,7 @@ class Variable:
 
     dependencies: of an output, the inputs it depends on in a step (section 2.2.8);
     initial_dependencies: of an output, the inputs and parameters it depends on at initialisation;
-    derivative_of: of a derivative, its state.
+    derivative_of: of a derivative, its state; reinit: of a state, whether it may jump at an event.
     """
 
     reference: int
@@ -67,6 +67,7 @@ class Variable:
     dependencies: tuple[str, ...] = ()
     initial_dependencies: tuple[str, ...] = ()
     derivative_of: str = ""
+    reinit: bool = False
 
     @property
     def initial(self) -> str | None:
@@ -170,15 +171,28 @@ def declare_exchange(component: Component) -> Interface:
         if v.causality == "output" else v for v in interface.variables]
     of_x, of_u, of_p = (_pattern(component.rate, argument) for argument in range(3))
     initial_u, initial_p = (_pattern(component.initial, argument) for argument in range(2))
+    jumping = _jumping(component)
     for row, state in enumerate(interface.block("local")):
         variables[state.reference] = replace(
-            state, initial_dependencies=_chosen(inputs, initial_u[row]) + _chosen(parameters, initial_p[row]))
+            state, reinit=state.name in jumping,
+            initial_dependencies=_chosen(inputs, initial_u[row]) + _chosen(parameters, initial_p[row]))
         variables.append(Variable(
             len(variables), f"der({state.name})", "local", "continuous", _per_second(state.unit),
             f"Derivative of {state.name}", dependencies=_chosen(inputs, of_u[row]) + _chosen(states, of_x[row]),
             initial_dependencies=_chosen(inputs, (of_u | (of_x @ initial_u))[row])
             + _chosen(parameters, (of_p | (of_x @ initial_p))[row]), derivative_of=state.name))
     return replace(interface, variables=tuple(variables))
+
+
+def _jumping(component: Component) -> set[str]:
+    """States that catch up with an angle at an event where a host has connected the angle without its speed."""
+    from reefmu.effects import Along
+
+    if component.pace is not None:  # the speeds are its own
+        return set()
+    remembered = {s.name for s in component.states[component.first_switch:component.first_switch + component.switches]}
+    return remembered | {f"{effect.name}.{state.name}" for effect in component.model.effects for state in effect.states
+                         if state.along is not Along.TIME}
 
 
 def _per_second(unit: str) -> str:
@@ -204,11 +218,12 @@ def _chosen(names: Sequence[str], row: Iterable[bool]) -> tuple[str, ...]:
 def _dependencies(component: Component) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
     """Which outputs depend on which inputs in a step, and on which inputs and parameters at the start.
 
-    An output sees an input directly and through the states, which follow the input within the step. Shapes
+    An output sees an input directly and through the states that follow it in no time, as friction follows an angle.
+    What integrates itself has none of those: there is no loop from an angle to the torque that moves it. Shapes
     (n_outputs, n_inputs) twice, then (n_outputs, n_parameters).
     """
     of_x, of_u, of_p = (_pattern(component.output, argument) for argument in range(3))
-    step = of_u | (of_x @ _pattern(component.advance, 1))
+    step = of_u | (of_x @ _pattern(component.advance, 1)) if component.pace is None else of_u
     return step, of_u | (of_x @ _pattern(component.initial, 0)), of_p | (of_x @ _pattern(component.initial, 1))
 
 

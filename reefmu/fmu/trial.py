@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .host import FmuDrive
+from .sizes import full_twist
 
 if TYPE_CHECKING:
     from .component import Component
@@ -73,28 +74,6 @@ def make_trial(component: Component, scale: float = 1.0) -> Trial:
         }
     columns = [signals.get(signal.name, np.full(steps + 1, signal.start)) for signal in component.inputs]
     return Trial(tuple(signal.name for signal in component.inputs), dt, np.column_stack(columns))
-
-
-def full_twist(component: Component) -> float:
-    """Least twist (rad) at which the still drive gives its full torque; 0.01 rad if none below 1 rad does."""
-    names = [signal.name for signal in component.inputs]
-    torque = [signal.name for signal in component.outputs].index("output.tau")
-    parameters = component.parameter_vector()
-    for twist in np.geomspace(1e-5, 1.0, 200):
-        inputs = np.array([signal.start for signal in component.inputs], dtype=float)
-        inputs[names.index("output.phi")] = -twist
-        states = component.initial(inputs, parameters)
-        if float(np.asarray(component.output(states, inputs, parameters)).ravel()[torque]) >= component.full_torque:
-            return float(twist)
-    return 0.01
-
-
-def full_stiffness(component: Component) -> float:
-    """The `stiffness` output (N.m/rad) of the still drive at its full torque, where the contacts are stiffest."""
-    inputs, p = np.array([signal.start for signal in component.inputs], dtype=float), component.parameter_vector()
-    inputs[[signal.name for signal in component.inputs].index("output.phi")] = -full_twist(component)
-    outputs = np.asarray(component.output(component.initial(inputs, p), inputs, p)).ravel()
-    return float(outputs[[signal.name for signal in component.outputs].index("stiffness")])
 
 
 def run_model(component: Component, trial: Trial, parameters: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -86,6 +86,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2ExitInitializationMode)(fmi2Component compo
         send(instance, fmi2Error, IN_FMI("ExitInitializationMode", "ExitInitializationMode") ": no finite result with these inputs and parameters");
         return fmi2Error;
     }
+    count_way(instance);
+    memset(instance->now.told, 0, sizeof instance->now.told);
     instance->now.phase = instance->now.kind == fmi2CoSimulation ? STEPPING : EVENT_MODE;
     return fmi2OK;
 }

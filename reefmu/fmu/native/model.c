@@ -219,3 +219,12 @@ static int take_step(Instance *instance, double dt) {
     instance->now.stale = STALE_RATES;
     return 1;
 }
+
+/* At the end of a step: the way that the speeds told since the last catching up. */
+static void count_way(Instance *instance) {
+    for (int k = 0; k < N_INDICATORS; k++) {
+        double now = instance->now.values[AT_STATES + FIRST_INDICATOR + k];
+        instance->now.told[k] += fabs(now - instance->now.remembered[k]);
+        instance->now.remembered[k] = now;
+    }
+}

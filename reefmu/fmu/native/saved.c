@@ -80,7 +80,9 @@ static int usable(const Saved *saved) {
         return 0;
     if (content->stale & ~STALE_ALL || content->status < fmi2OK || content->status > fmi2Discard) return 0;
     if (content->stops & ~1 || !all_finite(&content->start, 1) || !all_finite(&content->stop, 1)) return 0;
-    if (!all_finite(&content->next_discrete, 1)) return 0;
+    if (!all_finite(&content->next_discrete, 1) || !all_finite(content->remembered, N_INDICATORS + 1) ||
+        !all_finite(content->told, N_INDICATORS + 1))
+        return 0;
     if (!all_finite(&content->time, 1) || !all_finite(content->values, N_VALUES)) return 0;
     if (content->contact.known & ~1 || !all_finite(content->contact.at, N_POINT) ||
         !all_finite(&content->contact.twist, 1) || !all_finite(content->contact.gives, N_CONTACT))

@@ -1,0 +1,147 @@
+"""Sizes of an FMU's variables, and the experiment it proposes, all from the drive wound up to its full torque."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reefmu.masses import TYPICAL, Masses
+
+if TYPE_CHECKING:
+    from reefmu.model import Signal
+
+    from .component import Component
+
+Array = NDArray[np.float64]
+TOLERANCE = 1e-6
+"""Relative, for who integrates: to this a joint's own steps keep its energy."""
+GROWTH = 1.0
+"""1/s: how fast an oscillation may grow that the proposed step brings about."""
+PERIODS = 10
+"""Of the joint's oscillation, in the proposed experiment."""
+
+
+class Experiment(NamedTuple):
+    """What DefaultExperiment says, s and 1."""
+
+    stop_time: float
+    step_size: float
+    tolerance: float
+
+
+def full_twist(component: Component) -> float:
+    """Least twist (rad) at which the still drive gives its full torque; 0.01 rad if none below 1 rad does."""
+    torque = [signal.name for signal in component.outputs].index("output.tau")
+    parameters = component.parameter_vector()
+    for twist in np.geomspace(1e-5, 1.0, 200):
+        inputs = _wound(component, float(twist))
+        states = component.initial(inputs, parameters)
+        if float(np.asarray(component.output(states, inputs, parameters)).ravel()[torque]) >= component.full_torque:
+            return float(twist)
+    return 0.01
+
+
+def full_stiffness(component: Component) -> float:
+    """The `stiffness` output (N.m/rad) of the still drive at its full torque, where the contacts are stiffest."""
+    return _full_outputs(component, full_twist(component))["stiffness"]
+
+
+def sized(component: Component) -> Component:
+    """The component with the nominal of every output and state: how large each is in the drive at full torque.
+
+    A state that follows an angle is measured by the twist, in the motor's angles times the ratio; speeds of a joint
+    are those at which its free oscillation passes zero.
+    """
+    from .component import drive_component
+
+    drive = component if component.kind == "drive" else drive_component(component.model)
+    twist = full_twist(drive)
+    ratio = abs(_value(component, "ratio"))
+    found = {name: abs(value) for name, value in _full_outputs(drive, twist).items()} | {"twist": twist}
+    angles = {"crank": ratio * twist, "output": twist}
+    swing = _frequency(component, _masses(component))
+    for side, own in (("crank", "motor"), ("output", "load")):
+        angle, speed = angles[side], angles[side] * swing
+        found |= {f"last.{side}": angle, f"{side}.phi": angle, f"{own}.phi": angle, f"{side}.w": speed,
+                  f"{own}.w": speed}
+    found["last.twist"] = twist
+    for effect in component.model.effects:
+        values = {q.name: _value(component, f"{effect.name}.{q.name}") or q.nominal for q in effect.parameters}
+        found |= {f"{effect.name}.{s.name}": s.nominal(values, component.full_torque) for s in effect.states}
+
+    def of(signals: tuple[Signal, ...]) -> tuple[Signal, ...]:
+        return tuple(s._replace(nominal=found.get(s.name) or s.nominal) for s in signals)
+
+    return replace(component, outputs=of(component.outputs), states=of(component.states))
+
+
+def experiment(component: Component) -> Experiment:
+    """An experiment in which explicit methods and masters that hold the torque over a step stay sane.
+
+    With the eigenfrequency omega of the drive between its masses, `TYPICAL` ones around a drive alone, a master that
+    holds the torque over a step h lets an oscillation grow with 3/4 omega^2 h (`reefmu.joint.step`), Euler's explicit
+    method with 1/2 omega^2 h: the step allows no more than `GROWTH`, and Euler on the fastest state as the motion
+    passes zero no overshoot. It lasts `PERIODS` of the oscillation. Both are of 1, 2 or 5 times a power of ten, so that
+    one is a multiple of the other.
+    """
+    swing = _frequency(component, _masses(component))
+    step = min(4 * GROWTH / (3 * swing**2), 1 / max(_fastest(component, swing), swing))
+    return Experiment(_rounded(PERIODS * math.tau / swing), _rounded(step), TOLERANCE)
+
+
+def _masses(component: Component) -> Masses:
+    if component.kind == "drive":
+        return TYPICAL
+    return Masses(_value(component, "motor.inertia"), _value(component, "load.inertia"))
+
+
+def _frequency(component: Component, masses: Masses) -> float:
+    """Eigenfrequency at the steepest torque, rad/s."""
+    from .joint_component import steepest
+
+    return math.sqrt(steepest(component.model) / masses.reduced_inertia(_value(component, "ratio")))
+
+
+def _fastest(component: Component, swing: float) -> float:
+    """How fast the quickest state settles, 1/s, as the oscillation passes zero with its greatest speed."""
+    from .component import drive_component
+
+    drive = component if component.kind == "drive" else drive_component(component.model)
+    names = [s.name for s in component.inputs] + [s.name for s in component.states]
+    at, p = np.zeros(len(names)), component.parameter_vector()
+    at[:len(component.inputs)] = [s.start for s in component.inputs]
+    at[names.index("output.w" if component.kind == "drive" else "load.w")] = -full_twist(drive) * swing
+    n = len(component.inputs)
+
+    def rates(z: Array) -> Array:
+        return np.asarray(component.rate(z[n:], z[:n], p)).ravel()
+
+    steps = 1e-6 * np.eye(len(names))[n:]
+    return max((abs(float((rates(at + h) - rates(at))[k])) / 1e-6 for k, h in enumerate(steps)), default=0.0)
+
+
+def _rounded(value: float) -> float:
+    """The next of 1, 2 or 5 times a power of ten at or below."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return float(f"{max(m for m in (1, 2, 5) if m * power <= value * (1 + 1e-12)) * power:.0e}")
+
+
+def _value(component: Component, name: str) -> float:
+    return next(q.value for q in component.parameters if q.name == name)
+
+
+def _wound(component: Component, twist: float) -> Array:
+    inputs = np.array([signal.start for signal in component.inputs], dtype=float)
+    inputs[[signal.name for signal in component.inputs].index("output.phi")] = -twist
+    return inputs
+
+
+def _full_outputs(component: Component, twist: float) -> dict[str, float]:
+    """Outputs of a drive, still, at a twist."""
+    inputs, p = _wound(component, twist), component.parameter_vector()
+    outputs = np.asarray(component.output(component.initial(inputs, p), inputs, p)).ravel()
+    return dict(zip((signal.name for signal in component.outputs), outputs.tolist(), strict=True))
