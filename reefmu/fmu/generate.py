@@ -106,7 +106,8 @@ def _header(component: Component, pieces: Pieces, interface: Interface, names: _
     stages = pieces.stages
     numbers = {
         "N_INPUTS": n_u, "N_OUTPUTS": n_y, "N_PARAMETERS": len(component.parameters), "N_STATES": n_x,
-        "N_VALUES": len(interface.variables), "N_KNOWNS": n_u + n_x, "N_UNKNOWNS": n_y + n_x,
+        "N_VALUES": len(interface.variables), "N_UNKNOWNS": n_y + n_x,
+        "N_KNOWNS": n_u + n_x + len(component.parameters),
         "N_INDICATORS": component.switches, "FIRST_INDICATOR": component.first_switch,
         "IS_JOINT": int(component.kind == "joint"), "IS_INDIVIDUAL": int(stages.contact is not None),
         "HAS_PATHS": int(stages.paths), "HAS_AGES": int(stages.ages), "AGED_BY_TORQUE": int(stages.aged_by_torque),
@@ -138,13 +139,14 @@ def _row(v: Variable, component: Component, interface: Interface) -> str:
     if v.causality == "input":
         access, known = "INPUT", v.reference
     elif v.causality == "parameter":
-        access = v.variability.upper()
+        access, known = v.variability.upper(), n_x + v.reference - n_y  # behind inputs and states
     elif v.causality == "output":
         stale, unknown = "STALE_OUTPUTS", v.reference - n_u
     elif v.derivative_of:
         stale, unknown = "STALE_RATES", n_y + v.reference - first_state - n_x
     else:
         access, stale, known = "STATE", "STALE_STATES", n_u + v.reference - first_state
+        unknown = n_y + n_x + v.reference - first_state
     low, high = v.limits if access != "RESULT" else (-sys.float_info.max, sys.float_info.max)
     numbers = ", ".join(repr(float(x)) for x in (v.start or 0.0, low, high, v.nominal or 1.0))
     assert all(math.isfinite(x) for x in (low, high))

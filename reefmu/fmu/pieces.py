@@ -3,7 +3,9 @@
 Those of `reefmu.stages`, on the component's own vectors x, u and p, and with them
 
     initial(u, p) -> x
-    point_change(x, u, p, d) -> dq           change of the point for a change d of (u, x)
+    initial_change(u, p, d) -> dx            change of the first states for a change d of (u, x, p), x left out
+    tuned_change(p, d) -> dr
+    point_change(x, u, p, d) -> dq           change of the point
     change(x, u, p, d, c, dc) -> (dy, ddx)   change of outputs and rates with that of what the contacts give
 
 and for a joint, which integrates itself,
@@ -64,17 +66,21 @@ def make_pieces(component: Component) -> Pieces:
         joint = JointStages(component.model, stages, x, u, p, dt, k, c)
         drive, motion = joint.of_drive(), 4
         functions |= joint.of_motion()
-    arguments = {"geometry": [x, u, p], "tuned": [p], "point": [x, u, k, p], "moved": [x, u, k, p],
-                 "aged": [x, u, k, dt, p, c], "rate": [x, u, k, p, c], "output": [x, u, k, p, c]}
-    functions |= {name: scalar_function(name, arguments[name], drive[name]) for name in drive}
+    inside = {"geometry": [x, u, p], "tuned": [p], "point": [x, u, k, p], "moved": [x, u, k, p],
+              "aged": [x, u, k, dt, p, c], "rate": [x, u, k, p, c], "output": [x, u, k, p, c]}
+    functions |= {name: scalar_function(name, inside[name], drive[name]) for name in drive}
 
-    d, dc = ca.MX.sym("d", u.numel() + x.numel()), ca.MX.sym("dc", len(CONTACT))
-    du, dx, still = d[:u.numel()], d[u.numel():], ca.MX(*p.size())
+    d, dc = ca.MX.sym("d", u.numel() + x.numel() + p.numel()), ca.MX.sym("dc", len(CONTACT))
+    du, dx, dp = ca.vertsplit(d, [0, u.numel(), u.numel() + x.numel(), d.numel()])
     at = ca.Function("at", [x, u, p], [functions["point"](x, u, functions["geometry"](x, u, p), p)])
     gives = ca.Function("gives", [x, u, p, c], [ca.vertcat(
         *(functions[name](x, u, functions["geometry"](x, u, p), p, c) for name in ("output", "rate")))])
-    of_point = at.forward(1)(x, u, p, ca.MX(len(stages.points), 1), dx, du, still)
-    of_result = gives.forward(1)(x, u, p, c, ca.MX(*gives.size_out(0)), dx, du, still, dc)
+    of_point = at.forward(1)(x, u, p, ca.MX(len(stages.points), 1), dx, du, dp)
+    of_result = gives.forward(1)(x, u, p, c, ca.MX(*gives.size_out(0)), dx, du, dp, dc)
+    for name, function, arguments, changes in (("initial", functions["initial"], [u, p], [du, dp]),
+                                               ("tuned", functions["tuned"], [p], [dp])):
+        moved = function.forward(1)(*arguments, ca.MX(*function.size_out(0)), *changes)
+        functions[f"{name}_change"] = scalar_function(f"{name}_change", [*arguments, d], moved)
     functions["point_change"] = scalar_function("point_change", [x, u, p, d], of_point)
     functions["change"] = scalar_function("change", [x, u, p, d, c, dc], of_result)
     if stages.contact is not None:

@@ -1,8 +1,9 @@
 /* How what the contacts give changes with the point: the derivatives of contact.c, by the implicit function
    theorem where a compliance stands in series. */
 
-/* Derivatives at a twist of the contacts: by twist (T, and of the stiffness), clearance (C) and position (P). */
-typedef struct { double by_t, by_c, by_p, by_tt, by_tc, by_tp; } Slopes;
+/* A quantity at a twist of the contacts and its derivatives: by twist (T, and of the stiffness), clearance (C) and
+   position (P). */
+typedef struct { double value, by_t, by_c, by_p, by_tt, by_tc, by_tp; } Slopes;
 
 /* Sum over a 4 x 4 cell. */
 static double over_cell(const double *from, int stride, const double *rows, const double *columns) {
@@ -31,6 +32,7 @@ static Slopes lookup_slopes(const Slice *slice, const Weights *w, int quantity) 
     const double *from =
         slice->tables->lookup + (quantity * LOOKUP_ROWS + slice->cell) * LOOKUP_COLUMNS + slice->column;
     Slopes slopes = {0};
+    slopes.value = over_cell(from, LOOKUP_COLUMNS, w->twist[0], w->shift[0]);
     slopes.by_t = over_cell(from, LOOKUP_COLUMNS, w->twist[1], w->shift[0]);
     slopes.by_c = over_cell(from, LOOKUP_COLUMNS, w->twist[0], w->shift[1]);
     slopes.by_tt = over_cell(from, LOOKUP_COLUMNS, w->twist[2], w->shift[0]);
@@ -40,6 +42,7 @@ static Slopes lookup_slopes(const Slice *slice, const Weights *w, int quantity) 
 #endif
 
 static void add(Slopes *to, Slopes slopes, double factor) {
+    to->value += factor * slopes.value;
     to->by_t += factor * slopes.by_t, to->by_c += factor * slopes.by_c, to->by_p += factor * slopes.by_p;
     to->by_tt += factor * slopes.by_tt, to->by_tc += factor * slopes.by_tc, to->by_tp += factor * slopes.by_tp;
 }
@@ -64,6 +67,7 @@ static Slopes element_slopes(const Slice *slice, const double *q, double twist) 
                                                               ELEMENT_LAYERS, w.shift[c], place[p]);
     fades = left > 0.0 && left < 1.0 ? -1.0 / (2.0 * ELEMENT_EDGE) : 0.0;
     value = sum[0][0][0], by_t = sum[1][0][0];
+    slopes.value = side * left * value;
     slopes.by_t = left * by_t;
     slopes.by_c = side * left * sum[0][1][0];
     slopes.by_p = left * sum[0][0][1] / ELEMENT_POSITION_STEP + fades * value;
@@ -74,13 +78,14 @@ static Slopes element_slopes(const Slice *slice, const double *q, double twist) 
 }
 #endif
 
-/* Change of contact->gives for a change of the point. */
-static void touch_change(const Slice *at, const Contact *contact, const double *dq, double *change) {
+/* Change of contact->gives for a change of the point and of what is tuned. */
+static void touch_change(const Slice *at, const Contact *contact, const double *dq, const double *dr, double *change) {
     Slice slice = *at;
     Turned at_twist;
     const double *tuned = at->tuned;
-    Slopes torque = {0};
-    double value, softer, moved, scale = tuned[SCALE], compliance = tuned[COMPLIANCE];
+    Slopes torque = {0}, retuned = {0}; /* the latter: by what is tuned, at this twist */
+    double value, slope, softer, moved, scale = tuned[SCALE], compliance = tuned[COMPLIANCE];
+    double rescaled = dr[SCALE] / scale;
 #if IS_INDIVIDUAL
     /* What the parts give changes by clearance and angle, and by a radian of twist. */
     double still[N_CONTACT], turned[N_CONTACT], there[3] = {0.0, dq[CLEARANCE], dq[ANGLE]}, once[3] = {1.0, 0.0, 0.0};
@@ -97,24 +102,37 @@ static void touch_change(const Slice *at, const Contact *contact, const double *
     weigh(&w, at_twist.f, slice.shift, LOOKUP_TWIST_STEP, LOOKUP_CLEARANCE_STEP);
     add(&blend, lookup_slopes(&slice, &w, TABLE_TORQUE_MEAN), 1.0 - fabs(band));
     if (band != 0.0) add(&blend, lookup_slopes(&slice, &w, band > 0.0 ? TABLE_TORQUE_P90 : TABLE_TORQUE_P10), fabs(band));
+    if (dr[BAND] != 0.0) { /* on the mean itself between its two slopes, as in the model */
+        double up = band > 0.0 ? 1.0 : band < 0.0 ? 0.0 : 0.5;
+        Slopes mean = lookup_slopes(&slice, &w, TABLE_TORQUE_MEAN);
+        add(&retuned, lookup_slopes(&slice, &w, TABLE_TORQUE_P90), up * dr[BAND]);
+        add(&retuned, mean, (1.0 - 2.0 * up) * dr[BAND]);
+        add(&retuned, lookup_slopes(&slice, &w, TABLE_TORQUE_P10), (up - 1.0) * dr[BAND]);
+        retuned.by_t *= side; /* the torque is odd in the twist, and the place in the population with it */
+    }
     /* The torque is odd in the twist. */
     torque.by_t = blend.by_t, torque.by_c = side * blend.by_c, torque.by_tt = side * blend.by_tt;
     torque.by_tc = blend.by_tc;
 #endif
 #if HAS_ELEMENT
     if (tuned[MISSING] != 0.0) add(&torque, element_slopes(&slice, contact->at, contact->twist), -tuned[MISSING]);
+    if (dr[MISSING] != 0.0) add(&retuned, element_slopes(&slice, contact->at, contact->twist), -dr[MISSING]);
 #endif
     softer = 1.0 / (1.0 + compliance * at_twist.stiffness);
-    value = scale * (torque.by_c * dq[CLEARANCE] + torque.by_p * dq[POSITION]);
+    /* Of torque and stiffness with the twist of the contacts held. */
+    value = scale * (torque.by_c * dq[CLEARANCE] + torque.by_p * dq[POSITION] + retuned.value) +
+            rescaled * at_twist.torque;
+    slope = scale * (torque.by_tc * dq[CLEARANCE] + torque.by_tp * dq[POSITION] + retuned.by_t) +
+            rescaled * at_twist.stiffness;
 #if IS_INDIVIDUAL
     value += scale * still[TORQUE];
+    slope += scale * still[STIFFNESS];
 #endif
-    moved = (dq[TARGET] - compliance * value) * softer;
+    moved = (dq[TARGET] - compliance * value - dr[COMPLIANCE] * at_twist.torque) * softer;
     change[TORQUE] = scale * torque.by_t * moved + value;
-    change[STIFFNESS] = scale * softer * softer *
-                        (torque.by_tt * moved + torque.by_tc * dq[CLEARANCE] + torque.by_tp * dq[POSITION]);
+    change[STIFFNESS] = softer * softer * (scale * torque.by_tt * moved + slope -
+                                           at_twist.stiffness * at_twist.stiffness * dr[COMPLIANCE]);
 #if IS_INDIVIDUAL
-    change[STIFFNESS] += scale * softer * softer * still[STIFFNESS];
     change[MAX_CONTACT_FORCE] = scale * (turned[MAX_CONTACT_FORCE] * moved + still[MAX_CONTACT_FORCE]);
     change[LOAD_SHARE] = turned[LOAD_SHARE] * moved + still[LOAD_SHARE];
 #else
@@ -122,5 +140,6 @@ static void touch_change(const Slice *at, const Contact *contact, const double *
     change[MAX_CONTACT_FORCE] = scale * (side * force.by_t * moved + force.by_c * dq[CLEARANCE]);
     change[LOAD_SHARE] = side * share.by_t * moved + share.by_c * dq[CLEARANCE];
 #endif
+    change[MAX_CONTACT_FORCE] += rescaled * contact->gives[MAX_CONTACT_FORCE];
     change[IN_RANGE] = 0.0;
 }

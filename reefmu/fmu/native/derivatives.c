@@ -1,7 +1,18 @@
-/* Directional derivatives (FMI 2.0.4, section 2.1.9), states held.
+/* Directional derivatives (FMI 2.0.4, section 2.1.9; FMI 3.0.2, section 2.2.11).
 
-   Knowns: inputs and states. Unknowns: outputs and derivatives. At initialisation the states follow the inputs;
-   their part is left out there, as in `stiffness`. */
+   In a run the states are held: knowns are inputs and states, unknowns outputs and derivatives. At initialisation the
+   states follow: knowns are inputs and parameters, unknowns outputs, derivatives and states. */
+
+static int is_known(const Instance *instance, size_t place) {
+    int starts = instance->now.phase == INITIALISING;
+    Access access = place < N_VALUES ? VARIABLES[place].access : RESULT;
+    return access == INPUT || (starts ? access == TUNABLE || access == FIXED : access == STATE);
+}
+
+static int is_unknown(const Instance *instance, size_t place) {
+    int starts = instance->now.phase == INITIALISING;
+    return place < N_VALUES && VARIABLES[place].unknown >= 0 && (starts || VARIABLES[place].access != STATE);
+}
 
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDirectionalDerivative)(
     fmi2Component component, const fmi2ValueReference unknowns[], size_t n_unknowns, const fmi2ValueReference knowns[],
@@ -13,21 +24,23 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDirectionalDerivative)(
         !given(instance, call, results, n_unknowns))
         return fmi2Error;
     for (size_t k = 0; k < n_unknowns + n_knowns; k++) {
-        int is_known = k >= n_unknowns;
-        fmi2ValueReference reference = is_known ? knowns[k - n_unknowns] : unknowns[k];
-        size_t place = place_of(reference);
-        if (place == N_VALUES || (is_known ? VARIABLES[place].known : VARIABLES[place].unknown) < 0) {
-            send(instance, fmi2Error, IN_FMI("GetDirectionalDerivative", "GetDirectionalDerivative") ": value reference %u is no %s", reference,
-                 is_known ? "input or state" : "output or derivative");
+        int known = k >= n_unknowns;
+        fmi2ValueReference reference = known ? knowns[k - n_unknowns] : unknowns[k];
+        if (!(known ? is_known(instance, place_of(reference)) : is_unknown(instance, place_of(reference)))) {
+            send(instance, fmi2Error, "%s: value reference %u is no %s in this state (%s)", call->name, reference,
+                 known ? "known" : "unknown", phase_name(instance->now.phase));
             return fmi2Error;
         }
     }
     memset(instance->direction, 0, sizeof instance->direction);
     for (size_t k = 0; k < n_knowns; k++) instance->direction[VARIABLES[place_of(knowns[k])].known] += directions[k];
-    if (!refresh(instance, 0) || !tangent(instance)) {
-        send(instance, fmi2Discard, IN_FMI("GetDirectionalDerivative", "GetDirectionalDerivative") ": no finite result with these inputs and parameters");
+    if (!refresh(instance, 0) || !tangent(instance, instance->now.phase == INITIALISING)) {
+        send(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", call->name);
         return fmi2Discard;
     }
-    for (size_t k = 0; k < n_unknowns; k++) results[k] = instance->tangent[VARIABLES[place_of(unknowns[k])].unknown];
+    for (size_t k = 0; k < n_unknowns; k++) {
+        int place = VARIABLES[place_of(unknowns[k])].unknown;
+        results[k] = place < N_UNKNOWNS ? instance->tangent[place] : instance->direction[N_INPUTS + place - N_UNKNOWNS];
+    }
     return fmi2OK;
 }

@@ -101,12 +101,13 @@ static void part_of_step(Instance *instance, Place *place, double h) {
 }
 #endif
 
-/* Change of outputs and rates for a change of inputs and states, at a place. */
+/* Change of outputs and rates for a change of inputs, states and parameters, at a place. */
 static void directional(Instance *instance, Place *place, const double *direction, double *result) {
-    double dq[N_POINT], dc[N_CONTACT];
+    double dq[N_POINT], dr[N_TUNED], dc[N_CONTACT];
     const double *gives = contacts(instance, place);
     RUN(point_change, dq, place->x, place->u, place->p, direction);
-    touch_change(&place->slice, &place->contact, dq, dc);
+    RUN(tuned_change, dr, place->p, direction);
+    touch_change(&place->slice, &place->contact, dq, dr, dc);
     RUN(change, result, place->x, place->u, place->p, direction, gives, dc);
 }
 
@@ -144,13 +145,19 @@ static void tune(Instance *instance) {
 #endif
 }
 
-/* instance->tangent: change of outputs and rates for the change instance->direction of inputs and states. */
-static int tangent(Instance *instance) {
+/* instance->tangent: change of outputs and rates for the change instance->direction of inputs, states and parameters;
+   starts: the states' change follows from the others'. */
+static int tangent(Instance *instance, int starts) {
     Place place;
     tune(instance);
     place_at(instance, &place, instance->now.values + AT_STATES);
+    if (starts && N_STATES) {
+        double *change = instance->next_states[0];
+        RUN(initial_change, change, place.u, place.p, instance->direction);
+        memcpy(instance->direction + N_INPUTS, change, N_STATES * sizeof(double));
+    }
     directional(instance, &place, instance->direction, instance->tangent);
-    return all_finite(instance->tangent, N_UNKNOWNS);
+    return all_finite(instance->tangent, N_UNKNOWNS) && all_finite(instance->direction, N_KNOWNS);
 }
 
 /* The outputs; in continuous time the discrete one stays as it is until the next event. */

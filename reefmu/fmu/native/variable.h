@@ -13,8 +13,8 @@ typedef struct {
     Access access;
     double start, low, high, nominal;
     int stale;      /* what must be fresh to read it */
-    int known;   /* place among the inputs and states that a direction may have, or -1 */
-    int unknown; /* place among the outputs and derivatives that follow it, or -1 */
+    int known;   /* place among inputs, states and parameters, which a direction may have, or -1 */
+    int unknown; /* place among outputs, derivatives and states, which may follow it, or -1 */
 } Variable;
 
 #endif

@@ -10,12 +10,16 @@ import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
 from numpy.typing import NDArray
 
 from reefmu.fmu import check
 from reefmu.fmu.archive import read_archive
+from reefmu.fmu.build import export_fmu
 from reefmu.fmu.component import Component, drive_component
 from reefmu.fmu.derivatives import differences
 from reefmu.fmu.host import FmuDrive
@@ -150,6 +154,61 @@ def test_stiffness_is_the_slope_along_the_contacts_twist(full_model: DriveModel,
             assert slopes[0] == pytest.approx(stiffness * lever(model, u), rel=TOLERANCE)
         if missing == 0 or windup == 1:
             assert -slopes[2] == pytest.approx(stiffness, rel=TOLERANCE)
+
+
+@has_compiler
+@pytest.mark.parametrize("kind", ["drive", "joint", "individual"])
+def test_at_initialisation_by_inputs_and_parameters(full_model: DriveModel, full_individual: DriveModel, kind: str,
+                                                    tmp_path: Path) -> None:
+    """Of outputs, states and rates, against differences of the FMU itself; states are no knowns there."""
+    inside = {"missing_ball.size": 0.4, "kinematic_error.phase_1": 0.3, "band": 0.0 if kind == "individual" else 0.3,
+              "missing_ball.windup": 0.5, "load_dependent_hysteresis.fraction": 0.1, "backlash.clearance": 2e-6}
+    model = (full_individual if kind == "individual" else full_model).with_parameters(inside)
+    masses = Masses(2e-4, 0.7, 1e-3, 0.2) if kind == "joint" else None
+    path = export_fmu(model, tmp_path / "d.fmu", backend="native", masses=masses)
+    before, outside = ("start.", {"motor.tau": 0.3, "load.tau": -5.0}) if masses else ("", {"temperature": 41.0})
+    start = {f"{before}crank.phi": 0.3, f"{before}crank.w": 2.0, f"{before}output.phi": 0.3 / -29 - 1.5e-3,
+             f"{before}output.w": 0.1, **outside}
+    description = fmpy.read_model_description(str(path))
+    variables = {v.name: v for v in description.modelVariables}
+    fmu = FMU2Slave(guid=description.guid, unzipDirectory=fmpy.extract(str(path), str(tmp_path / "out")),
+                    instanceName="x", modelIdentifier=description.coSimulation.modelIdentifier)
+    fmu.instantiate()
+    fmu.setupExperiment()
+    fmu.enterInitializationMode()
+    fmu.setReal([variables[name].valueReference for name in start], list(start.values()))
+    unknowns = [u.variable for u in description.initialUnknowns]
+    assert {"creep.twist", "der(last.twist)" if kind != "joint" else "der(motor.w)"} <= {v.name for v in unknowns}
+    references = [v.valueReference for v in unknowns]
+    names = [v.name for v in variables.values() if v.causality in ("input", "parameter")
+             and (v.name != "band" or kind != "individual")]
+    for name in names:
+        reference, value = variables[name].valueReference, fmu.getReal([variables[name].valueReference])[0]
+        size = abs(value) or 1.0
+        if name in ("crank.phi", "start.crank.phi"):
+            size = 1e-2
+
+        def values(at: Array, reference: int = reference) -> Array:
+            fmu.setReal([reference], [float(at[0])])
+            return np.array(fmu.getReal(references))
+
+        at, errors = np.array([value]), []
+        here = values(at)
+        came = np.array(fmu.getDirectionalDerivative(references, [reference], [size]))
+        for step in (1e-3, 1e-4, 1e-5):
+            expected = differences(values, at, np.array([step * size]))[:, 0] * size
+            errors.append(np.abs(came - expected) / np.maximum(np.abs(expected), 1e-4 * np.abs(here) + 1e-9))
+        values(at)
+        error = np.min(errors, axis=0)
+        assert error.max() < 1e-5, (name, unknowns[int(error.argmax())].name, error.max())
+    depend = {u.variable.name: {v.name for v in u.dependencies} for u in description.initialUnknowns}
+    assert {"missing_ball.size", "ratio"} <= depend["output.tau"]
+    if description.derivatives:
+        with pytest.raises(FMICallException):
+            fmu.getDirectionalDerivative(references, [variables["creep.twist"].valueReference], [1.0])
+    fmu.exitInitializationMode()
+    with pytest.raises(FMICallException):
+        fmu.getDirectionalDerivative(references[:1], [variables["missing_ball.size"].valueReference], [1.0])
 
 
 @has_compiler
