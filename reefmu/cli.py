@@ -119,13 +119,13 @@ def _add_export(commands: Commands) -> None:
                             "drive: warns of a communication step too long for the spring")
     parser.add_argument("--step", metavar="S", type=float, default=1e-3,
                         help="communication step, s, to warn of (default 0.001)")
-    parser.add_argument("--backend", choices=("python", "native"), default="python",
-                        help="python: runs in the host's Python with reefmu installed (default); native: compiled, "
-                             "needs nothing, co-simulation and model exchange")
+    parser.add_argument("--backend", choices=("python", "native"),
+                        help="native: compiled, needs nothing, co-simulation and model exchange (default where a "
+                             "compiler is there); python: runs in the host's Python with reefmu installed")
     parser.add_argument("--platform", metavar="NAME", help="of a native FMU: linux64, linux-arm64, win64, darwin64, "
                         "all, or none for sources alone (default: this machine's)")
     parser.add_argument("--fmi", choices=("2", "3"), default="2",
-                        help="version of the standard: 2.0 (default) or, with --backend native, 3.0")
+                        help="version of the standard: 2.0 (default) or, not with --backend python, 3.0")
     parser.add_argument("--effect", metavar="NAME", action="append", default=[],
                         help="put an effect inside, neutral until its parameters are set; repeatable")
     parser.add_argument("--individual", metavar="SEED", type=_whole(0),

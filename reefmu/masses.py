@@ -15,6 +15,13 @@ Array = NDArray[np.float64]
 Scheme = Literal["parallel", "sequential", "extrapolated"]
 """How a master couples the masses with a drive that it can only step; see `cosimulate`."""
 
+INERTIAS = (1e-12, 1e9)
+"""kg.m2: from a speck of 1 mg at 1 mm to 10 000 t at 10 m. Outside, rounding rather than mechanics decides."""
+DAMPINGS = (0.0, 1e12)
+"""N.m.s/rad: under the upper one a torque of 1 MN.m takes 73 days for a turn."""
+STEPS = (1e-9, 86400.0)
+"""s: communication steps, from far below the time that sound takes through an element (some us) to a day."""
+
 STATES = ("crank.phi", "crank.w", "output.phi", "output.w")
 """Order of a joint's mechanical states: rad, rad/s."""
 
@@ -36,9 +43,9 @@ class Masses:
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name.endswith("inertia"):
-                expect_number(value, "a positive inertia, kg.m2", field.name, low=0.0)
+                expect_inertia(value, field.name)
             else:
-                expect_number(value, "a damping of at least 0 N.m.s/rad", field.name, low=np.nextafter(0.0, -1.0))
+                _expect_within(value, DAMPINGS, "a damping", "N.m.s/rad", field.name)
 
     def reduced_inertia(self, ratio: float) -> float:
         """Inertia, kg.m2 at the output, of the two masses swinging against each other.
@@ -74,6 +81,22 @@ class Masses:
         block[:4, :4], block[:4, 4:] = a * step, b * step
         whole = _exponential(block / size[:, None] * size) * size[:, None] / size
         return whole[:4, :4], whole[:4, 4:]
+
+
+def expect_inertia(value: object, where: str) -> float:
+    """An inertia, kg.m2, that a drive can have, or `InputError`; the same bounds wherever one is given."""
+    return _expect_within(value, INERTIAS, "a positive inertia", "kg.m2", where)
+
+
+def expect_step(value: object, where: str) -> float:
+    """A communication step, s, that makes sense, or `InputError`."""
+    return _expect_within(value, STEPS, "a positive communication step", "s", where)
+
+
+def _expect_within(value: object, bounds: tuple[float, float], what: str, unit: str, where: str) -> float:
+    low, high = bounds
+    return expect_number(value, f"{what} within {low:g} ... {high:g} {unit}", where, low=np.nextafter(low, -np.inf),
+                         high=np.nextafter(high, np.inf))
 
 
 TYPICAL = Masses(1e-4, 1.0)

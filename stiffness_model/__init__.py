@@ -4,22 +4,31 @@ From a drawing to twist-over-torque, stiffness, backlash, contact forces and loa
 After Fritsch et al., "Static Modeling of the Stiffness and Contact Forces of Rolling Element Eccentric Drives
 for Use in Robotic Drive Systems" (the paper; equation numbers are its).
 
+Names are imported when they are first used: what needs no solver (a drawing, an FMU that runs) loads no SciPy.
+
 >>> import numpy as np
+>>> from stiffness_model import ARCMIN, load_drive, simulate
 >>> drive = load_drive("drive_1")
 >>> curve = simulate(drive, np.linspace(0, 8, 17) * ARCMIN, n_drives=100).curve()
 >>> bool(170 < curve.torque_at(6 * ARCMIN) < 195)
 True
 """
 
-from .curve import TwistTorqueCurve
-from .drawing_file import drive_from_dict, drive_to_dict, load_drive, presets, save_drive
-from .drive import Drive
-from .errors import DoesNotFitWarning, InputError, NotConvergedWarning, UnknownNameError
-from .materials import MATERIALS, Material
-from .population import Population, simulate
-from .pressure import Pressures, contact_pressures
-from .tolerances import Tolerance
-from .units import ARCMIN
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .curve import TwistTorqueCurve
+    from .drawing_file import drive_from_dict, drive_to_dict, load_drive, presets, save_drive
+    from .drive import Drive
+    from .errors import DoesNotFitWarning, InputError, NotConvergedWarning, UnknownNameError
+    from .materials import MATERIALS, Material
+    from .population import Population, simulate
+    from .pressure import Pressures, contact_pressures
+    from .tolerances import Tolerance
+    from .units import ARCMIN
 
 __all__ = [
     "ARCMIN",
@@ -42,3 +51,25 @@ __all__ = [
     "save_drive",
     "simulate",
 ]
+
+_HOMES = {
+    "curve": ("TwistTorqueCurve",),
+    "drawing_file": ("drive_from_dict", "drive_to_dict", "load_drive", "presets", "save_drive"),
+    "drive": ("Drive",),
+    "errors": ("DoesNotFitWarning", "InputError", "NotConvergedWarning", "UnknownNameError"),
+    "materials": ("MATERIALS", "Material"),
+    "population": ("Population", "simulate"),
+    "pressure": ("Pressures", "contact_pressures"),
+    "tolerances": ("Tolerance",),
+    "units": ("ARCMIN",),
+}
+"""Module -> the names that it gives to the package."""
+
+
+def __getattr__(name: str) -> Any:
+    home = next((module for module, names in _HOMES.items() if name in names), None)
+    if home is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f".{home}", __name__), name)
+    globals()[name] = value
+    return value

@@ -10,8 +10,8 @@ from reefmu.fmu.check import Finding, embedded_component
 from reefmu.fmu.component import Component
 from reefmu.fmu.sizes import GROWTH, full_stiffness
 from reefmu.joint.step import growth_rate, largest_step, step_warning
-from reefmu.masses import Masses
-from stiffness_model.errors import expect, expect_number
+from reefmu.masses import Masses, expect_inertia, expect_step
+from stiffness_model.errors import expect
 
 
 def step_notes(component: Component, masses: Masses, step: float) -> list[str]:
@@ -36,11 +36,11 @@ def coupling_finding(path: Path, step: float | None, inertia: float) -> Finding:
     inertia: kg.m2 at the output, of motor and load against each other (`Masses.reduced_inertia`). limit: the step
     that would do. Errors: `InputError` for kind `joint`, which holds its masses inside, and for values of no use.
     """
-    expect_number(inertia, "a positive inertia, kg.m2 at the output", "--inertia", low=0.0)
+    expect_inertia(inertia, "--inertia")
     file = read_archive(path)
     if step is None:
         step = proposed_step(file)
-    expect_number(step, "a positive communication step, s", "--step", low=0.0)
+    expect_step(step, "--step")
     expect(file.kind == "drive", "--step and --inertia with an FMU of kind drive", f"kind {file.kind}", str(path))
     spring = full_stiffness(embedded_component(file))
     limit = largest_step(spring, inertia, growth=GROWTH)

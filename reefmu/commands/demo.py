@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reefmu.fmu.build import export_fmu
+from reefmu.fmu.build import NO_COMPILER, default_backend, export_fmu
 from reefmu.fmu.check import check_fmu
 from reefmu.joint import JointModel, Masses, cosimulate, largest_step, simulate_joint
 from reefmu.joint.controller import Design, design_lqr, feedback
@@ -93,10 +93,12 @@ def _model(drive: Drive, curve: TwistTorqueCurve) -> DriveModel:
 
 def _fmu(model: DriveModel, stage: Path) -> bool:
     _say("4  The FMU")
-    path = export_fmu(model, stage / f"{model.name}.fmu")
+    backend = default_backend()
+    path = export_fmu(model, stage / f"{model.name}.fmu", backend=backend)
+    study.show_notes([NO_COMPILER] if backend == "python" else [])
     report = check_fmu(path)
-    print(f"{path.name}: {path.stat().st_size / 1024:.0f} kB, FMI 2.0 co-simulation, "
-          "effect inside: hysteresis (neutral)")
+    way = "co-simulation and model exchange, compiled" if backend == "native" else "co-simulation, run by Python"
+    print(f"{path.name}: {path.stat().st_size / 1024:.0f} kB, FMI 2.0 {way}, effect inside: hysteresis (neutral)")
     for finding in report.findings:
         print(f"  {finding}")
     return report.passed

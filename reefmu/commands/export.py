@@ -7,10 +7,12 @@ from pathlib import Path
 
 from reefmu.curve_table import curve_of
 from reefmu.fmu.archive import read_archive
-from reefmu.fmu.build import export_fmu
+from reefmu.fmu.build import NO_COMPILER, default_backend, export_fmu
 from reefmu.fmu.component import drive_component
+from reefmu.fmu.cost import real_time_note
+from reefmu.fmu.joint_component import joint_component
 from reefmu.fmu.platforms import chosen_platforms
-from reefmu.masses import TYPICAL, Masses
+from reefmu.masses import TYPICAL, Masses, expect_step
 from reefmu.model import DriveModel, build_model
 from reefmu.model_file import is_model_file, load_model
 from stiffness_model.errors import expect
@@ -26,18 +28,23 @@ def run(args: argparse.Namespace) -> int:
     target = Path(args.output)
     expect(target.suffix == ".fmu", "a file name that ends in .fmu", str(target), "--output")
     expect(target.parent.is_dir(), "an existing folder for the FMU", str(target.parent), "--output")
-    native = args.backend == "native"
-    expect(native or args.platform is None, "--platform with --backend native only", args.platform, "--platform")
-    expect(native or args.fmi == "2", "--fmi 3 with --backend native only", f"--backend {args.backend}", "--fmi")
+    expect_step(args.step, "--step")
+    platform, fmi = args.platform or "host", f"{args.fmi}.0"
+    backend = args.backend or default_backend(platform, fmi)
+    native = backend == "native"
+    expect(native or args.platform is None, "--platform without --backend python", args.platform, "--platform")
+    expect(native or args.fmi == "2", "--fmi 3 without --backend python", f"--backend {backend}", "--fmi")
     if args.platform not in (None, "none"):
         chosen_platforms(args.platform)  # an unknown name is refused before the lookup is solved
     masses = masses_of(args)
     model, notes = load(args)
     joint = args.kind == "joint"
-    export_fmu(model, target, backend=args.backend, platform=args.platform or "host", masses=masses if joint else None,
-               fmi=f"{args.fmi}.0")
+    export_fmu(model, target, backend=backend, platform=platform, masses=masses if joint else None, fmi=fmi)
     if masses is not None and not joint:
         notes += step_notes(drive_component(model), masses, args.step)
+    if not native:
+        component = joint_component(model, masses) if joint and masses is not None else drive_component(model)
+        notes += ([] if args.backend else [NO_COMPILER]) + real_time_note(component, args.step)
     study.show_notes(notes)
     print(f"{model.name}: " + (f"lookup over {describe(model.lookup)}" if curve_of(model.lookup) is None else
                                f"curve over twist +-{model.lookup.twist.stop / ARCMIN:.3g} arcmin, no drawing"))
@@ -48,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     way = "co-simulation and model exchange" if native else "co-simulation"
     binaries = [name.split("/")[1] for name in read_archive(target).members if name.startswith("binaries/")]
     needs = f"for {', '.join(sorted(binaries)) or 'no platform, sources alone'}" if native else \
-        "its host needs Python with reefmu"
+        "its host needs Python with reefmu, and one in C libpython"
     print(f"written to {target}: FMI {args.fmi}.0 {way}, kind {args.kind}, "
           f"{target.stat().st_size / 1024:.0f} kB; {needs}")
     return 0

@@ -1,6 +1,6 @@
 """Export: a drive model becomes an FMU, with either of two back ends.
 
-python: the installed package runs it through pythonfmu. native: binaries from generated C, which need nothing.
+native: binaries from generated C, which need nothing. python: the installed package runs it through pythonfmu.
 The same model exported twice with the same version (and compiler) gives the same bytes. So nothing in
 the file comes from the clock: the GUID is a hash of the content, and the date is SOURCE_DATE_EPOCH where that is set
 (reproducible-builds.org), else `RELEASED`, a date that stands for this version of the export.
@@ -14,6 +14,7 @@ import importlib.metadata
 import os
 import re
 import uuid
+import warnings
 from datetime import UTC, datetime
 from html import escape
 from pathlib import Path
@@ -23,13 +24,15 @@ from stiffness_model.errors import InputError, expect, unknown_name
 from stiffness_model.files import scratch_folder
 
 from .archive import DESCRIPTION, SCRIPT_NAME, write_archive
+from .carried import EQUATIONS_FILE, write_equations
 from .component import HEAD_FILE, LOOKUP_FILE, Component, drive_component, save_component
+from .dependencies import dependencies
 from .description import Export, model_description
 from .fmi3 import members3, sources3
 from .generate import UNIT, sources, with_guid
 from .interface import STANDARDS, Interface, declare, declare_exchange
 from .packed import carried_lookup, lookup_head
-from .platforms import chosen_platforms, compile_binaries
+from .platforms import chosen_platforms, compile_binaries, has_compiler
 from .sizes import experiment, sized
 
 if TYPE_CHECKING:
@@ -41,8 +44,10 @@ LICENCE = "BSD-3-Clause"
 AUTHOR, COPYRIGHT = "the reefmu authors", "Copyright (c) 2026, the reefmu authors"
 """Of the code inside, as in the licence; the model is whose drawing it is."""
 BACKENDS = ("python", "native")
+NO_COMPILER = ("no C compiler here: the FMU runs in Python, and its host needs a Python with this package; "
+               "pip install 'reefmu[native]' brings a compiler, and with it FMUs that need nothing")
 CAPABILITIES = {
-    "needsExecutionTool": False,
+    "needsExecutionTool": True,
     "canHandleVariableCommunicationStepSize": True,
     "canInterpolateInputs": False,
     "canRunAsynchronuously": False,  # so spelt in the schema
@@ -55,6 +60,7 @@ CAPABILITIES = {
 """What pythonfmu's binary with `slave.DriveSlave` behind it can do (FMI 2.0.4, section 4.3.1)."""
 NATIVE_CAPABILITIES = {
     **CAPABILITIES,
+    "needsExecutionTool": False,
     "canNotUseMemoryManagementFunctions": False,
     "providesDirectionalDerivative": True,
 }
@@ -77,23 +83,34 @@ hold(globals())
 
 class {identifier}(DriveSlave):
     fmu_guid = "{guid}"
-    layout = "{layout}"
 '''
 
 
-def export_fmu(model: DriveModel, path: str | os.PathLike[str], *, backend: str = "python",
+def default_backend(platform: str = "host", fmi: str = "2.0") -> str:
+    """The back end where none is named: "native", which needs nothing, but where no compiler is there.
+
+    What only the native back end can serve (another platform, sources alone, FMI 3.0) is asked of it in any case.
+    """
+    return "native" if platform != "host" or fmi != "2.0" or has_compiler() else "python"
+
+
+def export_fmu(model: DriveModel, path: str | os.PathLike[str], *, backend: str | None = None,
                platform: str = "host", masses: Masses | None = None, fmi: str = "2.0") -> Path:
     """Write `model` as an FMU to `path`, and return the path.
 
     masses: what turns on both sides makes it kind `joint`, torques in and angles out; without, kind `drive`.
-    backend: "python" for co-simulation in a host that has a Python with this package (the binaries of pythonfmu
-    for 64-bit Linux and Windows are inside); "native" for co-simulation and model exchange without anything
-    else, for `platform`: a name of `platforms.PLATFORMS`, "host", "all", or "none" for sources alone. fmi: version
-    of the standard, "2.0" or, with the native back end, "3.0". An existing file is replaced; a failure leaves it
-    as it was.
+    backend: "native" for co-simulation and model exchange without anything else, for `platform`: a name of
+    `platforms.PLATFORMS`, "host", "all", or "none" for sources alone; "python" for co-simulation in a host that has a
+    Python with this package (the binaries of pythonfmu for 64-bit Linux and Windows are inside). None: native where a
+    compiler is there, else python, with a warning. fmi: version of the standard, "2.0" or, with the native back end,
+    "3.0". An existing file is replaced; a failure leaves it as it was.
     Errors: `InputError` for a path that cannot be written, a unit FMI cannot express, an unknown back end or
     platform, or no compiler for the platform.
     """
+    if backend is None:
+        backend = default_backend(platform, fmi)
+        if backend == "python":
+            warnings.warn(NO_COMPILER, stacklevel=2)
     if backend not in BACKENDS:
         raise unknown_name("back end", backend, BACKENDS)
     if fmi not in STANDARDS:
@@ -116,10 +133,11 @@ def _python_members(component: Component, resources: dict[str, bytes], when: dat
                     _platform: str) -> dict[str, bytes]:
     """The archive of an FMU that runs in the installed package."""
     interface = declare(component)
+    resources = {**resources, EQUATIONS_FILE: write_equations(component, interface)}
     export = _export(component, interface, resources, when, "python", _SCRIPT)
     # Two scripts of one name cannot both be loaded into a process: this one has the content's hash in its name.
     module = f"{export.model_identifier}_{export.guid.strip('{}').replace('-', '')[:12]}"
-    script = _SCRIPT.format(identifier=module, guid=export.guid, layout=interface.digest)
+    script = _SCRIPT.format(identifier=module, guid=export.guid)
     return {
         DESCRIPTION: model_description(interface, export),
         f"resources/{module}.py": script.encode(),
@@ -206,7 +224,8 @@ def _binaries(identifier: str) -> dict[str, bytes]:
 
 
 def _describe(interface: Interface, version: str, backend: str) -> str:
-    needs = (f"the host needs Python with reefmu {version} installed" if backend == "python" else
+    needs = (f"the host needs Python with reefmu {version} installed, and one in C libpython loaded: "
+             "documentation/externalDependencies.txt" if backend == "python" else
              "directional derivatives and `stiffness` are those with the states held")
     if interface.kind == "joint":
         return (f"Rolling element eccentric drive {interface.name} between the inertias of motor and load: torques in, "
@@ -228,6 +247,8 @@ def _documentation(interface: Interface, export: Export) -> dict[str, bytes]:
             f"<h1>{name}</h1>\n<p>{escape(export.description)}</p>\n<table>\n"
             f"<tr><th>name</th><th>causality</th><th>unit</th><th>meaning</th></tr>\n{rows}</table>\n</html>\n")
     members = {"documentation/index.html": page.encode()}
+    if export.capabilities["needsExecutionTool"]:
+        members |= dependencies(export.version, _version("casadi"), _version("pythonfmu"))
     # The standard's name for the licence of the whole (FMI 2.0.4, section 2.3; FMI 3.0.2, section 2.5.1).
     names = {"reefmu": "license", "pythonfmu": "pythonfmu"}
     for package in names if export.backend == "python" else ("reefmu",):

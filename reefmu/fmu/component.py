@@ -13,7 +13,6 @@ Both back ends run these functions, so both give the same numbers:
 from __future__ import annotations
 
 import dataclasses
-import math
 import tomllib
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -27,6 +26,7 @@ from numpy.typing import NDArray
 from stiffness_model.errors import InputError, expect
 from stiffness_model.files import parse_toml
 
+from .kernel import equal_parts
 from .packed import TABLES, read_tables
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class Component:
 
     def parts(self, dt: float, p: Any) -> int:
         """Number of equal parts of a step of dt seconds."""
-        return 1 if self.pace is None else max(1, math.ceil(dt / float(np.asarray(self.pace(p)).item())))
+        return equal_parts(self.pace, dt, p)
 
 
 def files_in(kind: str, members: Collection[str]) -> dict[str, str]:

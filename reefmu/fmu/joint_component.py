@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 PHASE = 0.1
 """rad of the joint's fastest oscillation in one part of a step: energy then holds to 1e-6."""
-_LEAST = 1e-12
-"""kg.m2: the least inertia that is taken."""
 
 
 def joint_component(model: DriveModel, masses: Masses) -> Component:
@@ -60,7 +58,7 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
 
 
 def _mass_parameters(masses: Masses) -> tuple[Any, ...]:
-    from reefmu.masses import Masses
+    from reefmu.masses import DAMPINGS, INERTIAS, Masses
     from reefmu.model import ModelParameter
 
     texts = {"motor_inertia": "Inertia that turns with the crank", "load_inertia": "Inertia that turns with the output",
@@ -69,7 +67,7 @@ def _mass_parameters(masses: Masses) -> tuple[Any, ...]:
     for field in fields(Masses):
         inertia = field.name.endswith("inertia")
         made.append(ModelParameter(
-            field.name.replace("_", "."), float(getattr(masses, field.name)), _LEAST if inertia else 0.0, None,
+            field.name.replace("_", "."), float(getattr(masses, field.name)), *(INERTIAS if inertia else DAMPINGS),
             "kg.m2" if inertia else "N.m.s/rad", texts[field.name], True, 1.0))
     return (*made, ModelParameter("temperature", 20.0, -273.15, 1000.0, "degC", "Temperature of the drive", True, 20.0))
 

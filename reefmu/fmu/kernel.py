@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from array import array
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -13,7 +14,24 @@ from reefmu.buffered import bind
 from .interface import Interface
 
 if TYPE_CHECKING:
-    from .component import Component
+    import casadi
+
+
+class Steps(Protocol):
+    """What a kernel calls: a `Component`, or the `carried.Equations` of one."""
+
+    @property
+    def initial(self) -> casadi.Function: ...
+    @property
+    def advance(self) -> casadi.Function: ...
+    @property
+    def output(self) -> casadi.Function: ...
+    def parts(self, dt: float, p: Any) -> int: ...
+
+
+def equal_parts(pace: casadi.Function | None, dt: float, p: Any) -> int:
+    """Number of equal parts of a step of dt seconds, each no longer than `pace` (p) allows; None: one."""
+    return 1 if pace is None else max(1, math.ceil(dt / float(np.asarray(pace(p)).item())))
 
 
 class Kernel:
@@ -23,7 +41,7 @@ class Kernel:
     An operation whose result is not finite returns False and leaves `values` as they were.
     """
 
-    def __init__(self, component: Component, interface: Interface) -> None:
+    def __init__(self, component: Steps, interface: Interface) -> None:
         self.values = array("d", (math.nan if v.start is None else v.start for v in interface.variables))
         view = memoryview(self.values)
         u, y, p, x = (view[interface.span(block)] for block in ("input", "output", "parameter", "local"))

@@ -49,6 +49,7 @@ _OLD = "#include <features.h>\n#ifdef __GLIBC__\n" + "".join(
     f'__asm__(".symver {name},{name}@GLIBC_2.2.5");\n' for name in ("exp", "log", "pow", "exp2", "log2")) + "#endif\n"
 """For a library compiled here for Linux: newer glibc versions give these a new symbol; the first one serves as well
 and is found everywhere. zig is told a version instead."""
+_ZIG = (sys.executable, "-m", "ziglang")
 _ZIG_FLAGS = ("-s", "-fno-sanitize=all", "-fno-stack-protector", "-g0")
 _LINKER_FLAGS = {"linux": ("-s", "-Wl,--build-id=none", "-lm"), "darwin": ("-Wl,-x", "-lm"), "win32": ("-s", "-lm")}
 
@@ -116,7 +117,11 @@ def _compiled(sources: Mapping[str, bytes], identifier: str, p: Platform, target
             said = " ".join((done.stderr or done.stdout).split())[-400:]
             raise InputError(f"{p.name}: expected {command[0]} to compile the model, got status {done.returncode}: "
                              f"{said}")
-        content = (folder / output).read_bytes()
+        made = folder / output
+        if not made.is_file():
+            raise InputError(f"{p.name}: expected {command[0]} to compile the model, got status 0 and no library: it "
+                             "wrote nothing")
+        content = made.read_bytes()
     try:
         kept.parent.mkdir(parents=True, exist_ok=True)
         with whole_file(kept) as temporary:
@@ -126,18 +131,51 @@ def _compiled(sources: Mapping[str, bytes], identifier: str, p: Platform, target
     return content
 
 
+def has_compiler(platform: str = "host") -> bool:
+    """Whether a compiler is there for `platform` (as `chosen_platforms` reads it); False for an unknown machine."""
+    if platform == "host" and not host_platform():
+        return False
+    return all(_program(p) for p in chosen_platforms(platform))
+
+
+def _program(p: Platform) -> tuple[str, ...]:
+    """The compiler on the PATH (or $CC) for this machine, else zig; () for neither."""
+    own = os.environ.get("CC", "").split() or [name for name in ("cc", "gcc", "clang") if shutil.which(name)][:1]
+    if p.name == host_platform() and len(p.targets) == 1 and own and shutil.which(own[0]):
+        return tuple(own)
+    return () if importlib.util.find_spec("ziglang") is None else _ZIG
+
+
 def _compiler(p: Platform, target: str) -> tuple[tuple[str, ...], str]:
-    """Command and version for a target: the compiler on the PATH for this machine, else zig."""
-    own = os.environ.get("CC") or next((name for name in ("cc", "gcc", "clang") if shutil.which(name)), "")
-    if p.name == host_platform() and len(p.targets) == 1 and own and shutil.which(own.split()[0]):
-        old = ("-include", _OLD_NAMES) if p.name == "linux64" else ()
-        return (*own.split(), *_FLAGS, *old), _first_line([*own.split(), "--version"])
-    if importlib.util.find_spec("ziglang") is None:
-        came = "neither a C compiler on the PATH nor ziglang" if p.name == host_platform() else "none"
+    """Command and version for a target."""
+    program = _program(p)
+    if not program:
+        own = os.environ.get("CC", "").split()
+        came = "none" if p.name != host_platform() else "neither ziglang nor " + (
+            f"the program that CC names ({own[0]})" if own else "a C compiler on the PATH")
         raise InputError(f"{p.name}: expected a compiler for it (pip install 'reefmu[native]' brings ziglang), "
                          f"got {came}")
-    zig = (sys.executable, "-m", "ziglang")
-    return (*zig, "cc", "-target", target, *_FLAGS, *_ZIG_FLAGS), f"zig {_first_line([*zig, 'version'])}"
+    if program == _ZIG:
+        return (*_ZIG, "cc", "-target", target, *_FLAGS, *_ZIG_FLAGS), f"zig {_first_line([*_ZIG, 'version'])}"
+    old = ("-include", _OLD_NAMES) if p.name == "linux64" else ()
+    return (*program, *_FLAGS, *old), _first_line([*program, "--version"])
+    if importlib.util.find_spec("ziglang") is None:
+        return ()
+    return (sys.executable, "-m", "ziglang", "cc", "-target", target, *_FLAGS, *_ZIG_FLAGS)
+
+
+def _compiler(p: Platform, target: str) -> tuple[tuple[str, ...], str]:
+    """Command and version for a target."""
+    command = _command(p, target)
+    if not command:
+        own = os.environ.get("CC", "").split()
+        came = "none" if p.name != host_platform() else "neither ziglang nor " + (
+            f"the program that CC names ({own[0]})" if own else "a C compiler on the PATH")
+        raise InputError(f"{p.name}: expected a compiler for it (pip install 'reefmu[native]' brings ziglang), "
+                         f"got {came}")
+    if command[1:3] == ("-m", "ziglang"):
+        return command, f"zig {_first_line([*command[:3], 'version'])}"
+    return command, _first_line([*command[:len(command) - len(_FLAGS)], "--version"])
 
 
 def _first_line(command: Sequence[str]) -> str:

@@ -1,8 +1,8 @@
 """What runs inside an FMU of the Python back end: the drive model behind pythonfmu's slave interface.
 
-Every export holds a script of its own with one empty subclass of `DriveSlave`; the work is done here, in the
-installed package. All variables live in one array of doubles, indexed by value reference, which is also the
-whole state to save and restore.
+Every export holds a script of its own with one empty subclass of `DriveSlave`, and its equations (`carried`); the work
+is done here, in the installed package. No SciPy is loaded: its `_uarray` crashes where a host in C ends Python. All
+variables live in one array of doubles, indexed by value reference, which is also the whole state to save and restore.
 
 pythonfmu can answer a call with OK or, after an exception, with fmi2Fatal; only doStep can also say
 fmi2Discard. So a value that cannot be used is logged, kept out and remembered, and doStep discards until a
@@ -13,15 +13,12 @@ fatal.
 from __future__ import annotations
 
 import functools
-import hashlib
 import json
 import logging
 import math
 import sys
 from array import array
 from contextlib import suppress
-from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 
 from pythonfmu import Fmi2Slave
@@ -29,35 +26,31 @@ from pythonfmu.enums import Fmi2Status
 
 from stiffness_model.errors import InputError
 
-from .component import JOINT_FILE, LOOKUP_FILE, MODEL_FILE, Component, component_in
-from .interface import Interface, declare
+from .carried import EQUATIONS_FILE, Equations, read_equations
+from .interface import Interface
 from .kernel import Kernel
-from .workarounds import guarded, resource_folder
+from .workarounds import guarded, hold, resource_folder
 
 _SETUP, _INITIALISED, _TERMINATED = "setup", "initialised", "terminated"
 _logger = logging.getLogger("reefmu.fmu")
 
 
-@dataclass(frozen=True)
-class _Resources:
-    """An FMU's resources, equal if their content is, wherever they were unpacked."""
-
-    digest: str
-    folder: Path = field(compare=False)
-
-
 @functools.lru_cache(maxsize=32)
-def _load(resources: _Resources) -> tuple[Component, Interface]:
-    """The component and its interface: shared by the instances of one FMU and kept over a reset."""
-    component = component_in(resources.folder)
-    return component, declare(component)
+def _load(content: bytes) -> tuple[Equations, Interface]:
+    """The equations and their interface: shared by the instances of one FMU and kept over a reset.
+
+    And for ever: a host in C ends Python when the process ends, after CasADi's own library has cleared its tables, and
+    a function that is freed then takes the process down ("pure virtual method called").
+    """
+    equations, interface = read_equations(content, EQUATIONS_FILE)
+    hold(equations)
+    return equations, interface
 
 
 class DriveSlave(Fmi2Slave):
-    """FMI 2.0 co-simulation slave of one drive model; `fmu_guid` and `layout` come from the script."""
+    """FMI 2.0 co-simulation slave of one drive model; `fmu_guid` comes from the script."""
 
     fmu_guid: ClassVar[str] = ""
-    layout: ClassVar[str] = ""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -65,15 +58,12 @@ class DriveSlave(Fmi2Slave):
         with suppress(ValueError):
             sys.path.remove(location)  # pythonfmu put it there to find the script; nothing else may be found
         folder = resource_folder(location)
-        content = hashlib.sha256()
-        for name in (MODEL_FILE, LOOKUP_FILE, JOINT_FILE):
-            file = folder / name
-            content.update(name.encode() + (file.read_bytes() if file.exists() else b""))
-        component, self.interface = _load(_Resources(content.hexdigest(), folder))
-        if self.interface.digest != self.layout:
-            raise InputError(f"{self.instance_name}: expected an FMU with the variables of the installed "
-                             "reefmu, got one from another version; export it again")
-        self.kernel = Kernel(component, self.interface)
+        try:
+            content = (folder / EQUATIONS_FILE).read_bytes()
+        except OSError as error:
+            raise InputError(f"{folder}: expected {EQUATIONS_FILE}, got {error.strerror or error}") from None
+        equations, self.interface = _load(content)
+        self.kernel = Kernel(equations, self.interface)
         self._values = self.kernel.values
         self._enter(_SETUP)
         self._stale = True  # results wait to be computed from the start values

@@ -66,7 +66,7 @@ def main() -> None:
         in_fmpy: dict[str, Round] = {}
         for title, model in models.items():
             paths = {"native": exported(model, folder / f"{title}.fmu", "native", None),
-                     "Python": export_fmu(model, folder / f"python {title}.fmu")}
+                     "Python": export_fmu(model, folder / f"python {title}.fmu", backend="python")}
             exported(model, folder / f"joint {title}.fmu", "native", MASSES)
             for back_end, path in paths.items():
                 in_c[f"{title}, {back_end}"] = stack.enter_context(opened(loop, path, 2000 if back_end == "native"

@@ -34,9 +34,9 @@ def lossy(drive: sm.Drive, lookup: Lookup) -> JointModel:
 
 @pytest.fixture(scope="session")
 def plain_fmu(joint: JointModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return export_fmu(joint.drive, tmp_path_factory.mktemp("joint") / "plain.fmu")
+    return export_fmu(joint.drive, tmp_path_factory.mktemp("joint") / "plain.fmu", backend="python")
 
 
 @pytest.fixture(scope="session")
 def lossy_fmu(lossy: JointModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return export_fmu(lossy.drive, tmp_path_factory.mktemp("joint") / "lossy.fmu")
+    return export_fmu(lossy.drive, tmp_path_factory.mktemp("joint") / "lossy.fmu", backend="python")

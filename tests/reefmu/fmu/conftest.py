@@ -82,12 +82,12 @@ def unpacked(full_model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -
 
 @pytest.fixture(scope="session")
 def fmu(model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return export_fmu(model, tmp_path_factory.mktemp("fmu") / "drive_1.fmu")
+    return export_fmu(model, tmp_path_factory.mktemp("fmu") / "drive_1.fmu", backend="python")
 
 
 @pytest.fixture(scope="session")
 def soft_fmu(soft_model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return export_fmu(soft_model, tmp_path_factory.mktemp("fmu") / "drive_3.fmu")
+    return export_fmu(soft_model, tmp_path_factory.mktemp("fmu") / "drive_3.fmu", backend="python")
 
 
 @pytest.fixture(scope="session")

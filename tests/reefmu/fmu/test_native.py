@@ -49,7 +49,7 @@ def test_native_python_and_model_agree_with_all_effects(full_model: DriveModel, 
     trial = make_trial(component)
     half = len(trial.dt) // 2
     expected = run_model(component, trial, full_model.parameter_vector())
-    python = export_fmu(full_model, tmp_path / "python.fmu")
+    python = export_fmu(full_model, tmp_path / "python.fmu", backend="python")
     for path in (full_native, python):
         with FmuDrive(path) as drive:
             run_fmu(drive, trial.part(0, 7), NAMES)
@@ -202,7 +202,7 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert main(["export", "drive_1", "-o", str(target), "--drives", "8", "--backend", "native"]) == 0
     assert "co-simulation and model exchange" in capsys.readouterr().out
     assert main(["check", str(target)]) == 0
-    assert main(["export", "drive_1", "-o", str(target), "--platform", "linux64"]) == 2
+    assert main(["export", "drive_1", "-o", str(target), "--backend", "python", "--platform", "linux64"]) == 2
     assert main(["export", "drive_1", "-o", str(target), "--backend", "native", "--platform", "amiga"]) == 2
     assert "unknown platform 'amiga'" in capsys.readouterr().err
 

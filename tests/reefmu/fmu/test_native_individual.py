@@ -44,7 +44,7 @@ def test_native_python_and_model_agree(full_individual: DriveModel, full_model: 
     component = drive_component(full_individual)
     trial = make_trial(component)
     expected = run_model(component, trial, full_individual.parameter_vector())
-    for path in (full_native_individual, export_fmu(full_individual, tmp_path / "python.fmu")):
+    for path in (full_native_individual, export_fmu(full_individual, tmp_path / "python.fmu", backend="python")):
         with FmuDrive(path) as drive:
             deviation = np.abs(run_fmu(drive, trial, NAMES) - expected)
         assert deviation[:, NAMES.index("output.tau")].max() < 1e-12 * full_individual.full_torque

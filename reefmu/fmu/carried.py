@@ -1,0 +1,154 @@
+"""Equations as a file: what an FMU of the Python back end carries and runs.
+
+`equations.json` holds the component's functions as CasADi writes them down, the interface, and a digest of the code
+that they came from. So an instance builds nothing: it reads the functions within some hundredths of a second, and it
+needs neither the lookup nor the solver behind it, which is to say no SciPy.
+
+The digest is over the source of every module that the model's own imports reach. A package with other code is refused:
+an FMU that went on with its own equations would no longer be the model that the same package simulates, checks and
+diagnoses beside it.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import hashlib
+import importlib.metadata
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import reefmu
+import stiffness_model
+from stiffness_model.errors import InputError, expect
+
+from .interface import Interface, Variable
+from .kernel import equal_parts
+
+if TYPE_CHECKING:
+    import casadi
+
+    from .component import Component
+
+EQUATIONS_FILE = "equations.json"
+"""The name among the resources."""
+_PACKAGES = {package.__name__: Path(str(package.__file__)).parent for package in (reefmu, stiffness_model)}
+_ROOTS = ("reefmu.model", "reefmu.fmu.joint_component", "reefmu.fmu.kernel")
+"""Where the equations of either kind, and of a step, are put together."""
+
+
+@dataclass(frozen=True)
+class Equations:
+    """The functions of a `Component` that a step needs."""
+
+    initial: casadi.Function
+    advance: casadi.Function
+    output: casadi.Function
+    pace: casadi.Function | None = None
+
+    def parts(self, dt: float, p: Any) -> int:
+        """Number of equal parts of a step of dt seconds."""
+        return equal_parts(self.pace, dt, p)
+
+
+def write_equations(component: Component, interface: Interface) -> bytes:
+    """The content of `EQUATIONS_FILE`; the same model and code give the same bytes."""
+    import casadi as ca
+
+    serializer = ca.StringSerializer()
+    serializer.pack([component.initial, component.advance, component.output,
+                     *([] if component.pace is None else [component.pace])])
+    modules = model_modules()
+    return json.dumps({
+        "casadi": importlib.metadata.version("casadi"), "modules": modules, "code": code_digest(tuple(modules)),
+        "interface": asdict(interface), "functions": serializer.encode()}).encode()
+
+
+def read_equations(content: bytes, where: str) -> tuple[Equations, Interface]:
+    """What `write_equations` wrote. Errors: `InputError` for other content, another CasADi that cannot read the
+    functions, and an installed package whose equations are not those of the file."""
+    try:
+        table = json.loads(content)
+        modules, code, interface = tuple(map(str, table["modules"])), table["code"], table["interface"]
+        expect(code_digest(modules) == code, "a package with the equations that the FMU was exported with",
+               "one with other code; export the FMU again, or install the package it came from", where)
+        functions = _functions(table["functions"], table["casadi"], where)
+        variables = tuple(Variable(**_fields(row)) for row in interface["variables"])
+        return Equations(*functions), Interface(interface["kind"], interface["name"], variables)
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{where}: expected the equations of an FMU, got {type(error).__name__}: {error}") from None
+
+
+def _fields(row: dict[str, Any]) -> dict[str, Any]:
+    """A variable's fields from JSON, which has no tuples."""
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in row.items()}
+
+
+def _functions(text: str, version: str, where: str) -> list[casadi.Function]:
+    import casadi as ca
+
+    try:
+        return list(ca.StringDeserializer(text).unpack())
+    except RuntimeError as error:  # CasADi has no other
+        installed = importlib.metadata.version("casadi")
+        came = f"{installed}: {' '.join(str(error).split())[-200:]}"
+        raise InputError(f"{where}: expected a CasADi that reads functions of {version}, got {came}") from None
+
+
+@functools.lru_cache(maxsize=8)
+def code_digest(modules: tuple[str, ...]) -> str:
+    """Hash over the source of modules ("reefmu.model"); one that does not exist counts as empty."""
+    digest = hashlib.sha256()
+    for name in modules:
+        file = _source(name)
+        digest.update(name.encode() + hashlib.sha256(b"" if file is None else file.read_bytes()).digest())
+    return digest.hexdigest()
+
+
+def model_modules() -> list[str]:
+    """The modules of this project, sorted, that the imports of `_ROOTS` reach, at whatever place they stand.
+
+    >>> {"reefmu.assembly", "reefmu.effects.backlash", "stiffness_model.spline"} <= set(model_modules())
+    True
+    >>> any(name.startswith("reefmu.diagnosis") for name in model_modules())
+    False
+    """
+    found: set[str] = set()
+    waiting = list(_ROOTS)
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += [other for other in _imported(name) if _source(other) is not None]
+    return sorted(found)
+
+
+def _imported(name: str) -> Iterator[str]:
+    """Whatever the source of a module may mean by its imports: modules, and names in them."""
+    file = _source(name)
+    assert file is not None
+    package = name if file.name == "__init__.py" else name.rpartition(".")[0]
+    for node in ast.walk(ast.parse(file.read_bytes())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                parents = package.split(".")
+                base = ".".join([*parents[:len(parents) + 1 - node.level], *([base] if base else [])])
+            yield from (base, *(f"{base}.{alias.name}" for alias in node.names))
+
+
+def _source(name: str) -> Path | None:
+    """The file of a module of this project, or None."""
+    top, *rest = name.split(".")
+    if top not in _PACKAGES:
+        return None
+    place = _PACKAGES[top].joinpath(*rest)
+    file = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
+    return file if file.is_file() else None

@@ -1,0 +1,246 @@
+"""The Python back end: what it carries, what it needs and says, and when it is chosen."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import reefmu
+import stiffness_model
+from reefmu.cli import main
+from reefmu.fmu import carried, cost, platforms
+from reefmu.fmu.archive import read_archive
+from reefmu.fmu.build import export_fmu
+from reefmu.fmu.carried import EQUATIONS_FILE, read_equations, write_equations
+from reefmu.fmu.component import Component, drive_component
+from reefmu.fmu.interface import declare
+from reefmu.fmu.joint_component import joint_component
+from reefmu.fmu.kernel import Kernel
+from reefmu.masses import Masses
+from reefmu.model import DriveModel
+from stiffness_model.errors import InputError
+
+Rewrite = Callable[[Callable[[str, bytes], bytes | None]], Path]
+COMPILER = pytest.mark.skipif(not platforms.has_compiler(), reason="no C compiler")
+RUN = """
+import sys
+from fmpy import extract, read_model_description
+from fmpy.fmi2 import FMU2Slave
+folder = extract(sys.argv[1], sys.argv[2])
+told = read_model_description(folder, validate=False)
+fmu = FMU2Slave(guid=told.guid, unzipDirectory=folder, modelIdentifier=told.coSimulation.modelIdentifier,
+                instanceName="x")
+fmu.instantiate()
+fmu.setupExperiment(startTime=0.0)
+fmu.enterInitializationMode()
+fmu.exitInitializationMode()
+fmu.doStep(0.0, 1e-4)
+print(*sorted({name.split(".")[0] for name in sys.modules}))
+fmu.terminate()
+fmu.freeInstance()
+"""
+
+
+def run(fmu: Path, folder: Path, code: str = RUN, **environment: str) -> subprocess.CompletedProcess[str]:
+    """An FMU in a plain host of its own process, which then tells the packages that were loaded."""
+    return subprocess.run([sys.executable, "-c", code, str(fmu), str(folder)], capture_output=True, text=True,
+                          timeout=120, env=os.environ | environment, cwd=folder.parent, check=False)
+
+
+def joint_of(model: DriveModel) -> Component:
+    return joint_component(model, Masses(1e-4, 2.0))
+
+
+def test_a_running_fmu_loads_no_scipy(fmu: Path, tmp_path: Path) -> None:
+    """SciPy takes a second to load, and its `_uarray` takes hosts in C down at their end."""
+    loaded = run(fmu, tmp_path).stdout.split()
+    assert "casadi" in loaded
+    assert not {"scipy", "matplotlib", "control", "pint"} & set(loaded)
+
+
+@pytest.mark.parametrize("make", [drive_component, joint_of])
+def test_the_carried_equations_are_those_of_the_model(make: Callable[[DriveModel], Component], full_model: DriveModel
+                                                      ) -> None:
+    """To the last bit, over steps of one part and of several."""
+    component = make(full_model)
+    content = write_equations(component, declare(component))
+    equations, interface = read_equations(content, "here")
+    assert interface == declare(component)
+    assert content == write_equations(component, declare(component))
+    one, other = Kernel(component, interface), Kernel(equations, interface)
+    for kernel in (one, other):
+        kernel.initialise()
+        for dt in (1e-5, 1e-4):
+            assert kernel.step(dt)
+    assert one.values == other.values
+    assert np.isfinite(one.values).all()
+
+
+def test_a_package_with_another_equation_is_refused(fmu: Path, tmp_path: Path) -> None:
+    """One sign in a copy of the package: the names are the same, the numbers would not be."""
+    for package in (reefmu, stiffness_model):
+        source = Path(str(package.__file__)).parent
+        shutil.copytree(source, tmp_path / source.name, ignore=shutil.ignore_patterns("__pycache__"))
+    same = run(fmu, tmp_path / "same", PYTHONPATH=str(tmp_path))
+    assert same.returncode == 0, same.stderr
+    changed = tmp_path / "reefmu" / "assembly.py"
+    text = changed.read_text("utf-8")
+    changed.write_text(text.replace("vertcat(total - friction,", "vertcat(total + friction,"), "utf-8")
+    assert changed.read_text("utf-8") != text
+    assert run(fmu, tmp_path / "bare", PYTHONPATH=str(tmp_path)).returncode != 0
+    other = run(fmu, tmp_path / "other", "import sys\nfrom reefmu.fmu.host import FmuDrive\nFmuDrive(sys.argv[1])",
+                PYTHONPATH=str(tmp_path))
+    assert "expected a package with the equations that the FMU was exported with" in other.stderr
+    assert "export the FMU again" in other.stderr
+
+
+def test_the_digest_is_over_all_that_an_export_loads_of_the_model() -> None:
+    """What the imports reach on paper holds what building and stepping a joint loads in fact."""
+    code = ("import sys, warnings\nwarnings.simplefilter('ignore')\nimport reefmu.fmu.joint_component\n"
+            "import reefmu.model, reefmu.fmu.kernel\n"
+            "print(*(n for n in sys.modules if n.split('.')[0] in ('reefmu', 'stiffness_model')))")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
+    modules = set(carried.model_modules())
+    packages = {name for name in done.stdout.split() if (carried._source(name) or Path()).name == "__init__.py"}
+    assert set(done.stdout.split()) - packages <= modules
+    assert modules >= {"reefmu.assembly", "reefmu.effects.creep", "stiffness_model.turning.placed"}
+
+
+@pytest.mark.parametrize("spoil", [
+    lambda table: [], lambda table: table | {"functions": "nonsense"}, lambda table: table | {"functions": 7},
+    lambda table: table | {"interface": {"kind": "drive"}}, lambda table: table | {"modules": 3},
+    lambda table: {k: v for k, v in table.items() if k != "code"},
+])
+def test_other_equations_are_one_line(spoil: Callable[[dict[str, object]], object], model: DriveModel) -> None:
+    component = drive_component(model)
+    table = json.loads(write_equations(component, declare(component)))
+    for content in (json.dumps(spoil(table)).encode(), b"[" * 100000, b"\xff"):
+        with pytest.raises(InputError) as refused:
+            read_equations(content, "equations.json")
+        assert "\n" not in str(refused.value)
+
+
+def test_it_says_what_it_needs(fmu: Path, tmp_path: Path) -> None:
+    with zipfile.ZipFile(fmu) as archive:
+        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+        text = archive.read("documentation/externalDependencies.txt").decode()
+        page = archive.read("documentation/externalDependencies.html").decode()
+        assert f"resources/{EQUATIONS_FILE}" in archive.namelist()
+    simulation = root.find("CoSimulation")
+    assert simulation is not None
+    assert simulation.get("needsExecutionTool") == "true"
+    assert "libpython" in root.get("description", "")
+    for words in ("libpython", f"reefmu {reefmu.__version__}", "CasADi", "--backend native"):
+        assert words in text
+        assert words in page
+
+
+@COMPILER
+def test_a_native_fmu_needs_no_tool(native: Path) -> None:
+    with zipfile.ZipFile(native) as archive:
+        assert b'needsExecutionTool="true"' not in archive.read("modelDescription.xml")
+        assert not [name for name in archive.namelist() if "externalDependencies" in name]
+
+
+@COMPILER
+def test_the_default_is_native_where_a_compiler_is(model: DriveModel, tmp_path: Path,
+                                                   capsys: pytest.CaptureFixture[str]) -> None:
+    assert read_archive(export_fmu(model, tmp_path / "d.fmu")).backend == "native"
+    assert main(["export", "drive_1", "-o", str(tmp_path / "e.fmu"), "--drives", "8"]) == 0
+    assert read_archive(tmp_path / "e.fmu").backend == "native"
+    assert "needs Python" not in "".join(capsys.readouterr())
+
+
+def test_without_a_compiler_python_is_told(model: DriveModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                           capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(platforms, "_command", lambda p, target: ())
+    with pytest.warns(UserWarning, match="no C compiler here: the FMU runs in Python"):
+        assert read_archive(export_fmu(model, tmp_path / "d.fmu")).backend == "python"
+    words = ["export", "drive_1", "-o", str(tmp_path / "e.fmu"), "--drives", "8", "--step", "1"]
+    assert main(words) == 0
+    told = [line for line in capsys.readouterr().err.splitlines() if "compiler" in line]
+    assert len(told) == 1
+    assert told[0].startswith("note: no C compiler here")
+    assert main([*words, "--backend", "python"]) == 0  # asked for by name: nothing to tell
+    assert "compiler" not in capsys.readouterr().err
+    for only_native in (["--backend", "native"], ["--platform", "linux64"], ["--fmi", "3"]):
+        assert main([*words, *only_native]) == 2
+        assert "pip install 'reefmu[native]'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("compiler", "words"), [
+    ("true", "expected true to compile the model, got status 0 and no library: it wrote nothing"),
+    ("no-such-compiler", r"neither ziglang nor the program that CC names \(no-such-compiler\)"),
+])
+def test_a_compiler_of_no_use(compiler: str, words: str, model: DriveModel, tmp_path: Path,
+                              monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("REEFMU_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("CC", compiler)
+    monkeypatch.setattr(platforms.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match=words):
+        export_fmu(model, tmp_path / "x.fmu", backend="native")
+    assert not (tmp_path / "x.fmu").exists()
+
+
+@COMPILER
+def test_a_blank_cc_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CC", "  ")
+    assert platforms.has_compiler()
+
+
+def test_an_unknown_machine_has_no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(platforms, "host_platform", lambda: "")
+    assert not platforms.has_compiler()
+
+
+def test_a_step_slower_than_real_time_is_told(full_model: DriveModel, model: DriveModel,
+                                              monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a clock of the test's own, on which every step takes 1 ms; a joint's parts are counted."""
+    clock = itertools.count(0.0, 1e-3)
+    monkeypatch.setattr(cost.time, "perf_counter", lambda: next(clock))
+    drive, joint = drive_component(model), joint_of(full_model)
+    assert cost.step_cost(drive, 1e-3) == pytest.approx(1e-3)
+    parts = joint.parts(1e-2, joint.parameter_vector())
+    assert parts > 100
+    assert cost.step_cost(joint, 1e-2) == pytest.approx(parts * 1e-3)
+    assert cost.real_time_note(drive, 0.01) == []
+    (line,) = cost.real_time_note(joint, 1e-2)
+    assert "slower than real time" in line
+    assert "--backend native" in line
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None or not sys.platform.startswith("linux"), reason="needs gcc on Linux")
+def test_a_host_in_c_with_libpython_ends_well(fmu: Path, tmp_path: Path) -> None:
+    """It ends Python when CasADi's library has already gone; nothing of ours may be freed then."""
+    folder, name = sysconfig.get_config_var("LIBDIR"), sysconfig.get_config_var("LDLIBRARY")
+    library = Path(str(folder), str(name))
+    if library.suffix != ".so" or not library.exists():
+        pytest.skip("this Python has no libpython to load")
+    here, wrapper = Path(__file__).parent / "host" / "once.c", Path(str(reefmu.__file__)).parent / "fmu" / "native"
+    host = tmp_path / "once"
+    subprocess.run(["gcc", "-w", "-I", str(wrapper), "-o", str(host), str(here), "-ldl"], check=True)
+    with zipfile.ZipFile(fmu) as archive:
+        archive.extractall(tmp_path / "out")
+    binary = next((tmp_path / "out").rglob("binaries/linux64/*.so"))
+    words = [str(host), str(binary), read_archive(fmu).guid, (tmp_path / "out" / "resources").as_uri()]
+    path = os.pathsep.join(place for place in sys.path if place)
+    alone = subprocess.run(words, capture_output=True, text=True, timeout=60, check=False)
+    assert alone.returncode == 3  # what documentation/externalDependencies.txt says
+    assert "Py_" in alone.stderr
+    for _ in range(4):
+        for more in ([], ["free"]):
+            done = subprocess.run([*words, *more], capture_output=True, text=True, timeout=60, check=False,
+                                  env=os.environ | {"LD_PRELOAD": str(library), "PYTHONPATH": path})
+            assert done.returncode == 0, done.stderr
