@@ -41,6 +41,12 @@ def _run(argv: Sequence[str] | None) -> int:
     for name in BLAS_THREADS:  # read when NumPy loads; processes share the cores, and threads would be in their way
         os.environ.setdefault(name, "1")
     try:
+        if os.environ.get("SOURCE_DATE_EPOCH"):
+            from datetime import UTC, datetime
+
+            from .source_date import source_date
+
+            source_date(datetime.now(UTC))
         args = build_parser().parse_args(argv)
         status = args.run(args)
         sys.stdout.flush()

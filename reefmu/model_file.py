@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import os
 import re
-import tomllib
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from pathlib import Path
@@ -67,9 +66,10 @@ def load_model(path: str | os.PathLike[str], lookup: Lookup | str | os.PathLike[
     """
     where = str(path)
     try:
-        table = parse_toml(Path(path).read_text("utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        text = Path(path).read_text("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{where}: expected a model in TOML, got {error}") from None
+    table = parse_toml(text, where, "a model in TOML")
     refuse_unknown("section", table, _SECTIONS, where)
     expect(table.get("schema") == SCHEMA, f"schema = {SCHEMA}", table.get("schema"), where)
     ready = lookup if lookup is None or isinstance(lookup, Lookup) else Lookup.load(lookup)
@@ -91,14 +91,14 @@ def load_model(path: str | os.PathLike[str], lookup: Lookup | str | os.PathLike[
         refuse_unknown("field", settings, ("drives", "seed"), f"{where} [lookup]")
         built = build_model(drive, effects, lookup=ready, n_drives=settings.get("drives", N_DRIVES),
                             seed=settings.get("seed", 0), executor=executor, individual=model.get("individual"))
-    return built.with_parameters(band=float(model.get("band", 0.0)))
+    return built.with_parameters(band=model.get("band", 0.0))
 
 
 def is_model_file(path: str | os.PathLike[str]) -> bool:
     """Whether a TOML file is a model (has a [drawing] or a [curve] inside) and not a drawing itself."""
     try:
-        return not {"drawing", "curve"}.isdisjoint(parse_toml(Path(path).read_text("utf-8")))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return not {"drawing", "curve"}.isdisjoint(parse_toml(Path(path).read_text("utf-8"), str(path)))
+    except (OSError, UnicodeDecodeError, InputError):
         return False
 
 

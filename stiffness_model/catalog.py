@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import importlib.resources
 import os
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -161,10 +160,7 @@ def read_rows(text: str, where: str) -> tuple[CatalogGear, ...]:
     >>> round(read_rows(text, "own.toml")[0].stiffness)
     68755
     """
-    try:
-        table = parse_toml(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{where}: expected a TOML catalogue, got a syntax error: {error}") from None
+    table = parse_toml(text, where, "a TOML catalogue")
     refuse_unknown("table", table, ("gear",), where)
     rows = table.get("gear", [])
     expect(isinstance(rows, list) and len(rows) > 0 and all(isinstance(row, Mapping) for row in rows),

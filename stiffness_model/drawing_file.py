@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.resources
 import math
 import os
-import tomllib
 import warnings
 from collections.abc import Mapping
 from pathlib import Path as FilePath
@@ -96,10 +95,7 @@ def read_table(source: str | os.PathLike[str]) -> tuple[dict[str, Any], str]:
     Raises `InputError` where there is no such preset or file, or no TOML in it.
     """
     text, where = _read(source)
-    try:
-        return parse_toml(text), where
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{where}: expected a TOML drawing, got a syntax error: {error}") from None
+    return parse_toml(text, where, "a TOML drawing"), where
 
 
 def _read(source: str | os.PathLike[str]) -> tuple[str, str]:

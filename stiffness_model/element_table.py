@@ -13,9 +13,6 @@ from __future__ import annotations
 
 import json
 import os
-import zipfile
-import zlib
-from collections.abc import Mapping
 from dataclasses import astuple, dataclass, replace
 from typing import Any
 
@@ -27,11 +24,12 @@ from scipy.stats import qmc
 from .contacts import build_contacts, usable
 from .drive import Drive
 from .equilibrium import solve
-from .errors import InputError, expect
+from .errors import expect, expect_number
 from .files import whole_file
 from .geometry import wrap
 from .sampling import Deviations, spread_drives
 from .spline import Axis, fit, locate, slope_weights, weights
+from .stored import axis_from, expect_table, load_tables, take
 
 Array = NDArray[np.float64]
 
@@ -63,13 +61,15 @@ class ElementTable:
     error: float
 
     @staticmethod
-    def of(head: Mapping[str, Any], coefficients: Array, where: str) -> ElementTable:
+    def of(head: Any, coefficients: Array, where: str) -> ElementTable:
         """The table that `head` and `coefficients` describe, or `InputError`."""
-        twist, clearance, position = (Axis(start, step, int(cells)) for start, step, cells in head["axes"])
-        size = (twist.size, clearance.size, position.size)
-        expect(coefficients.shape == size and bool(np.isfinite(coefficients).all()),
-               "a finite element table of the size the head states", coefficients.shape, where)
-        return ElementTable(twist, clearance, position, head["limit"], coefficients, head["error"])
+        axes = take(head, ("axes", "limit", "error"), where)["axes"]
+        expect(isinstance(axes, (list, tuple)) and len(axes) == 3, "three axes", axes, where)
+        twist, clearance, position = (axis_from(axis, where) for axis in axes)
+        return ElementTable(
+            twist, clearance, position, expect_number(head["limit"], "a limit of 0 ... pi", where, low=0.0, high=4.0),
+            expect_table(coefficients, (twist.size, clearance.size, position.size), where),
+            expect_number(head["error"], "a finite error", where))
 
     def head(self) -> dict[str, Any]:
         """All but the coefficients, for a file; `of` reads it."""
@@ -84,11 +84,8 @@ class ElementTable:
     @staticmethod
     def load(path: str | os.PathLike[str]) -> ElementTable:
         """Read what `save` wrote. Raises `InputError` for anything else."""
-        try:
-            with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
-                return ElementTable.of(json.loads(str(data["head"])), data["coefficients"], str(path))
-        except (OSError, ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
-            raise InputError(f"{path}: expected a saved element table (.npz), got {error}") from None
+        head, tables = load_tables(path, "a saved element table")
+        return ElementTable.of(head, take(tables, ("coefficients",), str(path))["coefficients"], str(path))
 
     def torque(self, twist: ArrayLike, clearance: ArrayLike, position: ArrayLike) -> Array:
         """The element's torque, N.m; arguments broadcast.

@@ -33,22 +33,20 @@ _cleared: set[tuple[Path, int]] = set()
 """Places that were cleared, and the process that did it."""
 
 
-def parse_toml(text: str) -> dict[str, Any]:
-    """`tomllib.loads` with one error for all that is no TOML: brackets nested too deeply and numbers too long as well.
+def parse_toml(text: str, where: str, what: str = "TOML") -> dict[str, Any]:
+    """The table of a text, or `InputError`: for a syntax error as for brackets nested too deep and numbers too long.
 
-    >>> parse_toml("a = " + 2000 * "[")
+    >>> parse_toml("a = " + "[" * 10**5, "deep.toml")
     Traceback (most recent call last):
     ...
-    tomllib.TOMLDecodeError: nested too deeply
+    stiffness_model.errors.InputError: deep.toml: expected TOML, got one nested too deep
     """
     try:
         return tomllib.loads(text)
-    except RecursionError:
-        raise tomllib.TOMLDecodeError("nested too deeply") from None
-    except tomllib.TOMLDecodeError:
-        raise
     except ValueError as error:
-        raise tomllib.TOMLDecodeError(str(error)) from None
+        raise InputError(f"{where}: expected {what}, got a syntax error: {error}") from None
+    except RecursionError:
+        raise InputError(f"{where}: expected {what}, got one nested too deep") from None
 
 
 @contextlib.contextmanager

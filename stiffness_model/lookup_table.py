@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import json
 import os
-import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import asdict, astuple, dataclass
 from typing import Any
@@ -18,10 +16,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .element_table import ElementTable
-from .errors import InputError, expect
+from .errors import expect, expect_number
 from .files import whole_file
 from .modulus import ModulusShares
 from .spline import Axis, evaluate
+from .stored import MOST, axis_from, expect_table, load_tables, take
 from .units import ARCMIN, MICROMETRE
 
 Array = NDArray[np.float64]
@@ -131,21 +130,39 @@ class Lookup:
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Lookup:
         """Read what `save` wrote. Raises `InputError` for anything else."""
-        try:
-            with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
-                head, coefficients = json.loads(str(data["head"])), data["coefficients"]
-                element = data["element"] if head.get("element") else None
-        except (OSError, ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
-            raise InputError(f"{path}: expected a saved lookup (.npz), got {error}") from None
-        expect(head.get("format") == _FORMAT, f"a lookup of format {_FORMAT}", head.get("format"), str(path))
-        twist, clearance = (Axis(start, step, int(cells)) for start, step, cells in (head["twist"], head["clearance"]))
-        expect(coefficients.shape == (len(QUANTITIES), twist.size, clearance.size)
-               and bool(np.isfinite(coefficients).all()), "finite tables of the size the head states",
-               coefficients.shape, str(path))
-        return Lookup(twist, clearance, coefficients, head["full_torque"], head["error"], head["drawing"],
-                      head["n_drives"], head["seed"], head["version"],
-                      ModulusShares(**head["modulus"]) if head.get("modulus") else None,
-                      None if element is None else ElementTable.of(head["element"], element, str(path)))
+        head, tables = load_tables(path, "a saved lookup")
+        where = str(path)
+        expect(head.get("format") == _FORMAT, f"a lookup of format {_FORMAT}", head.get("format"), where)
+        take(tables, ("coefficients", *(("element",) if head.get("element") else ())), where)
+        return Lookup.of(head, tables["coefficients"], tables.get("element"), where)
+
+    @staticmethod
+    def of(head: Mapping[str, Any], coefficients: Array, element: Array | None, where: str) -> Lookup:
+        """The lookup that a head describes, with the tables beside it, or `InputError`.
+
+        Tables of size zero are those of an individual, which carries none (`reefmu.fmu.packed`).
+        """
+        take(head, ("twist", "clearance", "full_torque", "error", "drawing", "n_drives", "seed", "version", "modulus"),
+             where)
+        twist, clearance = (axis_from(head[name], f"{where}: {name}") for name in ("twist", "clearance"))
+        if coefficients.size:
+            expect_table(coefficients, (len(QUANTITIES), twist.size, clearance.size), where)
+        error = take(head["error"], QUANTITIES, f"{where}: error")
+        expect(isinstance(head["version"], str), "a text as version", head["version"], where)
+        return Lookup(
+            twist, clearance, coefficients,
+            expect_number(head["full_torque"], "a full torque above zero, N.m", where, low=1e-12, high=MOST),
+            {name: expect_number(error[name], "a finite error", f"{where}: {name}") for name in QUANTITIES},
+            take(head["drawing"], (), f"{where}: drawing"), _whole(head["n_drives"], 1, f"{where}: n_drives"),
+            _whole(head["seed"], 0, f"{where}: seed"), head["version"],
+            None if head["modulus"] is None else ModulusShares.of(head["modulus"], f"{where}: modulus"),
+            None if element is None else ElementTable.of(head.get("element"), element, f"{where}: element"))
+
+
+def _whole(value: Any, low: int, where: str) -> int:
+    expect(isinstance(value, int) and not isinstance(value, bool) and value >= low, f"a whole number of at least {low}",
+           value, where)
+    return value
 
 
 def describe(lookup: Lookup) -> str:

@@ -14,7 +14,7 @@ element. Taking them from the whole drive at max_twist costs 6e-5 of the full to
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,9 @@ from numpy.typing import NDArray
 
 from . import hertz
 from .drive import Drive
+from .errors import expect, expect_number, refuse_unknown
 from .population import simulate
+from .stored import take
 
 Array = NDArray[np.float64]
 
@@ -48,6 +50,16 @@ class ModulusShares:
     cage_material: float
     exponent: float
     error: float = 0.0
+
+    @staticmethod
+    def of(table: Any, where: str) -> ModulusShares:
+        """The shares of a table that `asdict` made, or `InputError`."""
+        names = [field.name for field in fields(ModulusShares)]
+        refuse_unknown("share", take(table, names, where), names, where)
+        values = {name: expect_number(table[name], "a number within -1e3 ... 1e3", where, low=-1e3, high=1e3)
+                  for name in names}
+        expect(0.5 < values["exponent"] < 5, "an exponent of 1 ... 2", values["exponent"], where)
+        return ModulusShares(**values)
 
     def scale(self, error: Any) -> Any:
         """Factor of torque, stiffness and forces; error: relative, of the modulus. Exactly 1 at 0.

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.diagnosis.exponent import PLAY, shared_exponent
@@ -60,9 +58,10 @@ def _columns(args: argparse.Namespace) -> dict[str, str] | None:
     columns: dict[str, str] = dict(args.column)
     if args.columns is not None:
         try:
-            table: dict[str, Any] = parse_toml(Path(args.columns).read_text("utf-8"))
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+            text = Path(args.columns).read_text("utf-8")
+        except (OSError, UnicodeDecodeError) as error:
             raise InputError(f"{args.columns}: expected a column map in TOML, got {error}") from None
+        table = parse_toml(text, args.columns, "a column map in TOML")
         for foreign, name in table.items():
             expect(isinstance(name, str), 'a text such as TIME = "time [s]"', name, f"{args.columns}: {foreign}")
         columns = {**table, **columns}

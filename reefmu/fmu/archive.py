@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -17,6 +17,10 @@ from stiffness_model.files import whole_file
 from .description import TOOL
 
 DESCRIPTION = "modelDescription.xml"
+MOST_MEMBERS, MOST_BYTES, MOST_TEXT = 1000, 1 << 28, 1 << 24
+"""Of an FMU: members, bytes unpacked (256 MiB; ours have at most 4), and of one member that is read as a whole."""
+_DEEPEST = 100
+"""Elements within each other; a description has 5, and other readers of XML give up at 256."""
 SCRIPT_NAME = "resources/slavemodule.txt"
 """Where pythonfmu's binary reads which script to load."""
 
@@ -71,17 +75,16 @@ def read_archive(path: str | os.PathLike[str]) -> FmuFile:
     expect(source.is_file(), "an FMU file", "a folder", where)
     try:
         with zipfile.ZipFile(source) as archive:
+            _expect_bounded(archive, where)
             damaged = archive.testzip()
             expect(damaged is None, "a whole zip archive", f"damaged content in {damaged}", where)
             members = tuple(archive.namelist())
             expect(DESCRIPTION in members, f"an FMU with {DESCRIPTION}", "a zip archive without it", where)
-            root = ElementTree.fromstring(archive.read(DESCRIPTION))
+            root = parse_xml(_read(archive, DESCRIPTION, where), DESCRIPTION, where)
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
         size = source.stat().st_size
         raise InputError(f"{where}: expected an FMU (a whole zip archive), got {size} bytes that are none: "
                          f"{error}") from None
-    except ElementTree.ParseError as error:
-        raise InputError(f"{where}: expected XML in {DESCRIPTION}, got {error}") from None
     except OSError as error:
         raise InputError(f"{where}: expected a readable file, got {error.strerror or error}") from None
     expect(root.tag == "fmiModelDescription", f"fmiModelDescription in {DESCRIPTION}", root.tag, where)
@@ -99,3 +102,57 @@ def read_archive(path: str | os.PathLike[str]) -> FmuFile:
         backend="" if marks is None else marks.get("backend", ""),
         members=members,
     )
+
+
+def read_members(file: FmuFile, names: Iterable[str]) -> dict[str, bytes]:
+    """The content of some members, each within `MOST_TEXT`. Errors: `InputError` for one that is missing or larger."""
+    where = str(file.path)
+    with zipfile.ZipFile(file.path) as archive:
+        content: dict[str, bytes] = {}
+        for name in names:
+            expect(name in file.members, f"{name} in the FMU", "none", where)
+            content[name] = _read(archive, name, where)
+    return content
+
+
+def _expect_bounded(archive: zipfile.ZipFile, where: str) -> None:
+    """Nothing is unpacked beyond the size that the archive's directory states, so that is what counts."""
+    infos = archive.infolist()
+    expect(len(infos) <= MOST_MEMBERS, f"an FMU of at most {MOST_MEMBERS} members", len(infos), where)
+    whole = sum(info.file_size for info in infos)
+    expect(whole <= MOST_BYTES, f"an FMU of at most {MOST_BYTES} bytes unpacked", whole, where)
+
+
+def _read(archive: zipfile.ZipFile, name: str, where: str) -> bytes:
+    size = archive.getinfo(name).file_size
+    expect(size <= MOST_TEXT, f"{name} of at most {MOST_TEXT} bytes", size, where)
+    return archive.read(name)
+
+
+def parse_xml(content: bytes, name: str, where: str) -> ElementTree.Element:
+    """The root of a document, or `InputError` for whatever is none: broken, too deep, in an unknown encoding.
+
+    >>> parse_xml(b"<a><b/></a>", "a.xml", "here").tag
+    'a'
+    >>> parse_xml(b"<?xml version='1.0' encoding='klingon'?><a/>", "a.xml", "here")
+    Traceback (most recent call last):
+    ...
+    stiffness_model.errors.InputError: here: expected XML in a.xml, got unknown encoding: klingon
+    """
+    parser = ElementTree.XMLPullParser(("start", "end"))
+    depth, root = 0, ElementTree.Element("")
+    try:
+        for start in range(0, len(content), 1 << 12):
+            parser.feed(content[start:start + (1 << 12)])
+            for event, element in parser.read_events():
+                assert isinstance(element, ElementTree.Element)
+                depth += 1 if event == "start" else -1
+                expect(depth <= _DEEPEST, f"XML in {name} of at most {_DEEPEST} elements within each other", "more",
+                       where)
+                root = element
+        parser.close()
+        return root
+    except InputError:
+        raise
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
+        raise InputError(f"{where}: expected XML in {name}, got {' '.join(str(error).split())}") from None

@@ -2,8 +2,8 @@
 
 native: binaries from generated C, which need nothing. python: the installed package runs it through pythonfmu.
 The same model exported twice with the same version (and compiler) gives the same bytes. So nothing in
-the file comes from the clock: the GUID is a hash of the content, and the date is SOURCE_DATE_EPOCH where that is set
-(reproducible-builds.org), else `RELEASED`, a date that stands for this version of the export.
+the file comes from the clock: the GUID is a hash of the content, and the date is SOURCE_DATE_EPOCH where that is set,
+else `RELEASED`, a date that stands for this version of the export.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from reefmu.source_date import source_date
 from stiffness_model.errors import InputError, expect, unknown_name
 from stiffness_model.files import scratch_folder
 
@@ -117,7 +118,7 @@ def export_fmu(model: DriveModel, path: str | os.PathLike[str], *, backend: str 
         raise unknown_name("version of FMI", fmi, STANDARDS)
     expect(backend == "native" or fmi == "2.0", "FMI 3.0 with the native back end only", backend, "back end")
     make = _python_members if backend == "python" else functools.partial(_native_members, fmi=fmi)
-    when = _date()
+    when = source_date(RELEASED)
     resources = _resources(model, masses)
     if masses is None:
         component = drive_component(model)
@@ -278,13 +279,3 @@ def _version(package: str) -> str:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:  # run from the source tree
         return "0+unknown"
-
-
-def _date() -> datetime:
-    epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
-    if not epoch:
-        return RELEASED
-    try:
-        return datetime.fromtimestamp(int(epoch), UTC)
-    except (ValueError, OverflowError, OSError):
-        raise InputError(f"SOURCE_DATE_EPOCH: expected seconds since 1970, got {epoch!r}") from None

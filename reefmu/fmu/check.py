@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import os
-import zipfile
+import re
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from stiffness_model.errors import InputError, expect
 from stiffness_model.files import scratch_folder
 
-from .archive import FmuFile, read_archive
+from .archive import FmuFile, read_archive, read_members
 from .component import KINDS, component_in, files_in
 from .derivatives import TOLERANCE as DERIVATIVE_TOLERANCE
 from .derivatives import derivative_error
@@ -74,7 +74,7 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
     """Validate an FMU of this package and run it against the model in its resources.
 
     Findings: `standard` (problems fmpy's validation names), in FMI 3.0 `references` and `unknowns` (see `rules`),
-    `declaration` (variables that differ from those of the model inside), `agreement` (a run with reversals at several
+    `declaration` (variables and a GUID that differ from those of the model inside), `agreement` (a run with reversals at several
     amplitudes, a turning crank and uneven steps, against the Python model), `parameters` (the same with every tunable
     parameter moved), `reset` and `restore` (a rerun after fmi2Reset, and from a state that was saved in mid-run,
     serialised and read back, here and in a second instance; no difference allowed), `independence` (two instances in
@@ -96,10 +96,11 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
 
 def embedded_component(file: FmuFile) -> Component:
     """What the resources of an FMU of this package hold. Errors: `InputError` if they are missing or damaged."""
-    with scratch_folder() as folder, zipfile.ZipFile(file.path) as archive:
-        for name, member in files_in(file.kind, file.members).items():
-            expect(member in file.members, f"{member} in the FMU", "none", str(file.path))
-            (folder / name).write_bytes(archive.read(member))
+    names = files_in(file.kind, file.members)
+    content = read_members(file, names.values())
+    with scratch_folder() as folder:
+        for name, member in names.items():
+            (folder / name).write_bytes(content[member])
         try:
             return component_in(folder)
         except InputError as error:
@@ -110,7 +111,10 @@ def embedded_component(file: FmuFile) -> Component:
 def _standard(file: FmuFile) -> Finding:
     from fmpy.validation import validate_fmu
 
-    problems = validate_fmu(str(file.path))
+    try:
+        problems = validate_fmu(str(file.path))
+    except Exception as error:  # fmpy and the parser behind it raise many kinds for what they refuse
+        problems = [str(error)]
     return Finding("standard", not problems, len(problems), 0, " ".join(" ".join(problems[:3]).split()))
 
 
@@ -129,17 +133,40 @@ def _declaration(file: FmuFile, variables: tuple[Variable, ...]) -> Finding:
     from fmpy import read_model_description
 
     first = STANDARDS[file.fmi_version].first_reference
-    description = read_model_description(str(file.path), validate=False)
+    try:
+        description = read_model_description(str(file.path), validate=False)
+    except Exception as error:  # as above
+        raise InputError(f"{file.path}: expected a description that fmpy reads, got {' '.join(str(error).split())}"
+                         ) from None
     beside = {unknown.variable.name for unknown in description.eventIndicators or ()}
     declared = {
-        v.name: (v.valueReference - first, v.causality, v.variability, v.unit, float(v.start or "nan"))
+        v.name: (v.valueReference - first, v.causality, v.variability, v.unit, _number(v.start))
         for v in description.modelVariables if v.causality != "independent" and v.name not in beside}
     expected = {
         v.name: (v.reference, v.causality, v.variability, v.unit, math.nan if v.start is None else v.start)
         for v in variables}
     differing = sorted(name for name in declared.keys() | expected.keys()
                        if repr(declared.get(name)) != repr(expected.get(name)))  # NaN equals NaN here
+    if _script_guid(file) != file.guid:
+        differing.insert(0, "guid")
     return Finding("declaration", not differing, len(differing), 0, ", ".join(differing[:5]))
+
+
+def _number(text: str | None) -> float | str:
+    """A start value; a text that is no number stands for itself and differs from every number."""
+    try:
+        return float(text or "nan")
+    except ValueError:
+        return f"{text!r}"
+
+
+def _script_guid(file: FmuFile) -> str:
+    """The GUID that the script of a Python FMU carries; of others that of the file, for C compares them itself."""
+    script = f"resources/{file.model_identifier}.py"
+    if script not in file.members:
+        return file.guid
+    found = re.search(rb'^ *fmu_guid = "(.*)"$', read_members(file, [script])[script], re.MULTILINE)
+    return "" if found is None else found[1].decode("utf-8", "replace")
 
 
 def _behaviour(path: Path, component: Component) -> Iterator[Finding]:

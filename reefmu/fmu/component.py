@@ -13,7 +13,6 @@ Both back ends run these functions, so both give the same numbers:
 from __future__ import annotations
 
 import dataclasses
-import tomllib
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
@@ -125,9 +124,8 @@ def component_in(folder: Path) -> Component:
     from .joint_component import joint_component
 
     try:
-        values = parse_toml(masses.read_text("utf-8"))
-        return joint_component(model, Masses(**values))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, TypeError) as error:
+        return joint_component(model, Masses(**parse_toml(masses.read_text("utf-8"), str(masses))))
+    except (OSError, UnicodeDecodeError, TypeError) as error:
         raise InputError(f"{masses}: expected the masses of a joint, got {error}") from None
 
 
@@ -136,7 +134,7 @@ def _packed_lookup(folder: Path) -> Lookup:
         header, head = ((folder / name).read_text("utf-8") for name in (TABLES, HEAD_FILE))
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{folder}: expected a lookup in {TABLES} and {HEAD_FILE}, got {error}") from None
-    return read_tables(header, head, str(folder / TABLES))
+    return read_tables(header, head, f"{folder / HEAD_FILE} with {TABLES}")
 
 
 def save_component(model: DriveModel, masses: Masses | None, folder: Path) -> None:

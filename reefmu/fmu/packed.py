@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.element_table import EDGE, ElementTable
+from stiffness_model.element_table import EDGE
 from stiffness_model.errors import InputError, expect
 from stiffness_model.lookup import QUANTITIES, Lookup
-from stiffness_model.modulus import ModulusShares
 from stiffness_model.spline import Axis
+from stiffness_model.stored import axis_from, parse_json, take
 
 if TYPE_CHECKING:
     from reefmu.model import DriveModel
@@ -96,30 +96,27 @@ def lookup_head(lookup: Lookup) -> str:
 
 def read_tables(header: str, head: str, where: str) -> Lookup:
     """The lookup behind `tables_header` and `lookup_head`, right to a quantum. Errors: `InputError`."""
+    values = parse_json(head, where)
+    take(values, ("twist", "clearance", "element"), where)
+    twist, clearance = (axis_from(values[name], f"{where}: {name}") for name in ("twist", "clearance"))
+    coefficients, element = np.zeros((len(QUANTITIES), 0, 0)), None
     try:
-        values = json.loads(head)
-        twist, clearance = (Axis(start, step, int(cells)) for start, step, cells in
-                            (values["twist"], values["clearance"]))
-        coefficients = np.zeros((len(QUANTITIES), 0, 0))
         if values.get("tables", True):
-            shape = tuple(int(_define(header, f"LOOKUP_{name}")) for name in ("QUANTITIES", "ROWS", "COLUMNS"))
-            half = _unpacked(header, "LOOKUP", (*shape, 1),
-                             [float(x) for x in _define(header, "LOOKUP_QUANTA").strip("{}").split(",")])[..., 0]
-            expect(2 * half.shape[1] - 3 == twist.size and half.shape[2] == clearance.size,
-                   "tables of the size the head states", half.shape, where)
-            coefficients = _whole(half)
-        element = None
+            # Twists from 0 up: half of the axis, and the row before that the first cell needs.
+            shape = (len(QUANTITIES), (twist.size + 3) // 2, clearance.size)
+            _expect_size(header, "LOOKUP", ("QUANTITIES", "ROWS", "COLUMNS"), shape)
+            quanta = [float(x) for x in _define(header, "LOOKUP_QUANTA").strip("{}").split(",")]
+            coefficients = _whole(_unpacked(header, "LOOKUP", (*shape, 1), quanta)[..., 0])
         if values["element"] is not None:
-            shape = tuple(int(_define(header, f"ELEMENT_{name}")) for name in ("ROWS", "COLUMNS", "LAYERS"))
-            table = _unpacked(header, "ELEMENT", (1, *shape), [float(_define(header, "ELEMENT_QUANTUM"))])[0]
-            element = ElementTable.of(values["element"], table, where)
-        return Lookup(twist, clearance, coefficients, values["full_torque"], values["error"], values["drawing"],
-                      values["n_drives"], values["seed"], values["version"],
-                      None if values["modulus"] is None else ModulusShares(**values["modulus"]), element)
-    except (ValueError, KeyError, TypeError, IndexError) as error:
+            axes = take(values["element"], ("axes",), where)["axes"]
+            shape = tuple(axis_from(axis, where).size for axis in axes)
+            _expect_size(header, "ELEMENT", ("ROWS", "COLUMNS", "LAYERS"), shape)
+            element = _unpacked(header, "ELEMENT", (1, *shape), [float(_define(header, "ELEMENT_QUANTUM"))])[0]
+    except (ValueError, TypeError, OverflowError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{where}: expected packed tables, got {type(error).__name__}: {error}") from None
+        raise InputError(f"{where}: expected packed tables, got {error}") from None
+    return Lookup.of(values, coefficients, element, where)
 
 
 def _half(lookup: Lookup) -> Array:
@@ -154,13 +151,25 @@ def _packed(tables: Array, quanta: list[float]) -> tuple[int, NDArray[np.uint32]
     return planes, np.frombuffer(content + bytes(-len(content) % 4), "<u4")
 
 
+def _expect_size(header: str, name: str, sides: tuple[str, ...], shape: tuple[int, ...]) -> None:
+    """The header must state the size that the head does."""
+    stated = tuple(int(_define(header, f"{name}_{side}")) for side in sides)
+    if stated != shape:
+        raise ValueError(f"{name} {stated} where the head states {shape}")
+
+
 def _unpacked(header: str, name: str, shape: tuple[int, ...], quanta: list[float]) -> Array:
     planes = int(_define(header, f"{name}_PLANES"))
+    if not 1 <= planes <= 8 or len(quanta) != shape[0] or not all(0 < q < 1 for q in quanta):
+        raise ValueError(f"{planes} planes and {len(quanta)} quanta of {name}")
     found = re.search(rf"{name}_WORDS\[\d+\] = \{{([\d,\s]*)\}}", header)
     if found is None:
         raise ValueError(f"no {name}_WORDS")
-    content = np.array(found[1].replace("\n", "").rstrip(",").split(","), dtype=np.int64).astype("<u4").tobytes()
+    words = np.array(found[1].replace("\n", "").rstrip(",").split(","), dtype=np.int64)
+    content = words.astype("<u4").tobytes()
     count = math.prod(shape)
+    if not 0 <= len(content) - planes * count < 4:
+        raise ValueError(f"{len(content)} bytes of {name} for {planes} planes of {count} numbers")
     codes = np.zeros((count, 8), dtype=np.uint8)
     codes[:, :planes] = np.frombuffer(content, np.uint8)[:planes * count].reshape(planes, count).T
     code = codes.view("<u8").ravel().astype(np.int64)

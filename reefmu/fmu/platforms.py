@@ -159,23 +159,6 @@ def _compiler(p: Platform, target: str) -> tuple[tuple[str, ...], str]:
         return (*_ZIG, "cc", "-target", target, *_FLAGS, *_ZIG_FLAGS), f"zig {_first_line([*_ZIG, 'version'])}"
     old = ("-include", _OLD_NAMES) if p.name == "linux64" else ()
     return (*program, *_FLAGS, *old), _first_line([*program, "--version"])
-    if importlib.util.find_spec("ziglang") is None:
-        return ()
-    return (sys.executable, "-m", "ziglang", "cc", "-target", target, *_FLAGS, *_ZIG_FLAGS)
-
-
-def _compiler(p: Platform, target: str) -> tuple[tuple[str, ...], str]:
-    """Command and version for a target."""
-    command = _command(p, target)
-    if not command:
-        own = os.environ.get("CC", "").split()
-        came = "none" if p.name != host_platform() else "neither ziglang nor " + (
-            f"the program that CC names ({own[0]})" if own else "a C compiler on the PATH")
-        raise InputError(f"{p.name}: expected a compiler for it (pip install 'reefmu[native]' brings ziglang), "
-                         f"got {came}")
-    if command[1:3] == ("-m", "ziglang"):
-        return command, f"zig {_first_line([*command[:3], 'version'])}"
-    return command, _first_line([*command[:len(command) - len(_FLAGS)], "--version"])
 
 
 def _first_line(command: Sequence[str]) -> str:

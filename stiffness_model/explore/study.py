@@ -10,7 +10,6 @@ import importlib.metadata
 import importlib.resources
 import json
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -135,11 +134,7 @@ def load_study(source: str | Path) -> Study:
             text, where, folder = path.read_text("utf-8"), str(path), path.parent
         except (OSError, UnicodeDecodeError) as error:
             raise InputError(f"{path}: expected a readable TOML study, got {error}") from None
-    try:
-        table = parse_toml(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{where}: expected a TOML study, got a syntax error: {error}") from None
-    return study_from_dict(table, where, folder)
+    return study_from_dict(parse_toml(text, where, "a TOML study"), where, folder)
 
 
 def study_from_dict(table: Mapping[str, Any], where: str = "study", folder: Path = Path()) -> Study:
