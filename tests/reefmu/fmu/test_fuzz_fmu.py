@@ -58,7 +58,8 @@ def test_eighty_damaged_fmus(bases: dict[str, dict[str, bytes]], tmp_path: Path)
 
 @pytest.mark.parametrize("content", [
     b"<a>" * 20000, b"<a>" * 20000 + b"</a>" * 20000, b"<?xml version='1.0' encoding='klingon'?><a/>",
-    b"<?xml version='1.0' encoding='rot13'?><a/>", b"<?xml version='1.0' encoding='utf-7'?><a/>", b"", b"<a>", b"\xff\xfe",
+    b"<?xml version='1.0' encoding='rot13'?><a/>", b"<?xml version='1.0' encoding='utf-7'?><a/>", b"", b"<a>",
+    b"\xff\xfe",
 ])
 def test_whatever_is_no_xml_is_one_line(content: bytes, bases: dict[str, dict[str, bytes]], tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"^here: expected XML in a\.xml"):
@@ -70,8 +71,8 @@ def test_whatever_is_no_xml_is_one_line(content: bytes, bases: dict[str, dict[st
 def test_xml_that_is_deep_below_a_good_root(bases: dict[str, dict[str, bytes]], tmp_path: Path) -> None:
     """The reader of the standard library takes it, the one behind fmpy does not: 256 elements are its limit."""
     content = bases["native"]["modelDescription.xml"]
-    deep = content.replace(b"<VendorAnnotations>", b"<VendorAnnotations><Tool name='x'>" + b"<a>" * 20000 + b"</a>" * 20000
-                           + b"</Tool>")
+    nested = b"<Tool name='x'>" + b"<a>" * 20000 + b"</a>" * 20000 + b"</Tool>"
+    deep = content.replace(b"<VendorAnnotations>", b"<VendorAnnotations>" + nested)
     assert "elements within each other" in refused(written(bases["native"], tmp_path, modelDescription_xml=deep))
 
 
@@ -178,7 +179,8 @@ def test_another_guid_in_the_description_of_a_python_fmu_is_found(fmu: Path, tmp
     ["--step", "0"], ["--step", "1e-300"], ["--step", "nan"], ["--step", "1e300"], ["--motor-inertia", "1e-300"],
     ["--load-inertia", "1e308"], ["--motor-inertia", "1e-300", "--kind", "joint"], ["--load-damping", "1e300"],
 ])
-def test_export_refuses_what_no_drive_can_be(words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_export_refuses_what_no_drive_can_be(words: list[str], tmp_path: Path,
+                                             capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["export", "drive_1", "-o", str(tmp_path / "d.fmu"), "--drives", "8", *words]) == 2
     assert "within" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
