@@ -36,7 +36,8 @@ class FmuDrive:
             outputs = drive.initialize({"crank.phi": 0.0})
             outputs = drive.step(1e-3, {"crank.phi": 0.1})
 
-    inputs, outputs, parameters: names, in the order of the FMU; time: s, at the end of the last step.
+    inputs, outputs, parameters: names, in the order of the FMU; time: s, at the end of the last step. set_values:
+    parameter values by name, as declared or as set here: known before `initialize`, when an FMU may not be read yet.
     Every failure is an `InputError` that carries what the FMU logged.
     """
 
@@ -44,6 +45,7 @@ class FmuDrive:
     outputs: tuple[str, ...]
     parameters: tuple[str, ...]
     time: float
+    set_values: dict[str, float]
 
     def __init__(self, path: str | os.PathLike[str], *, parameters: Mapping[str, float] | None = None,
                  name: str = "drive") -> None:
@@ -116,6 +118,7 @@ class FmuDrive:
 
     def _prepare(self, parameters: Mapping[str, float]) -> None:
         self.time = math.nan
+        self.set_values = {name: self._starts[name] for name in self.parameters if name in self._starts}
         for input_name in self.inputs:
             self._input_block.write(input_name, self._starts.get(input_name, 0.0))
         self.set_parameters(parameters)
@@ -194,6 +197,7 @@ class FmuDrive:
         self._call("fmi2SetReal", block.references, len(block.names), block.values)
         if self._complaints:  # pythonfmu has no status for a value out of range, only the log
             raise InputError(f"{self._path}: {self._complaints[-1]}")
+        self.set_values.update(parameters)
 
     def save(self) -> bytes:
         """The time and the FMU's whole state (FMI 2.0.4, section 2.1.8)."""

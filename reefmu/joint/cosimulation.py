@@ -82,7 +82,7 @@ def drive_ratio(fmu: FmuDrive, path: str | os.PathLike[str]) -> float:
                                  (("ratio",), "parameter", fmu.parameters)):
         for name in names:
             expect(name in present, f"an FMU of kind drive with the {kind} {name!r}", ", ".join(present), str(path))
-    return fmu.read(["ratio"])["ratio"]
+    return fmu.set_values["ratio"]
 
 
 Ask = Callable[[Array], Array]

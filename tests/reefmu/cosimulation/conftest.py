@@ -8,6 +8,7 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.fmu.build import export_fmu
+from reefmu.fmu.platforms import has_compiler
 from reefmu.joint import JointModel
 from reefmu.model import build_model
 from stiffness_model.lookup import Lookup
@@ -35,6 +36,13 @@ def lossy(drive: sm.Drive, lookup: Lookup) -> JointModel:
 @pytest.fixture(scope="session")
 def plain_fmu(joint: JointModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return export_fmu(joint.drive, tmp_path_factory.mktemp("joint") / "plain.fmu", backend="python")
+
+
+@pytest.fixture(scope="session")
+def native_fmu(joint: JointModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    if not has_compiler():
+        pytest.skip("no C compiler")
+    return export_fmu(joint.drive, tmp_path_factory.mktemp("joint") / "native.fmu", backend="native")
 
 
 @pytest.fixture(scope="session")
