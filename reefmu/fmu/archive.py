@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import cast
 from xml.etree import ElementTree
 
 from stiffness_model.errors import InputError, expect
@@ -144,8 +145,8 @@ def parse_xml(content: bytes, name: str, where: str) -> ElementTree.Element:
     try:
         for start in range(0, len(content), 1 << 12):
             parser.feed(content[start:start + (1 << 12)])
-            for event, element in parser.read_events():
-                assert isinstance(element, ElementTree.Element)
+            for read in parser.read_events():
+                event, element = cast("tuple[str, ElementTree.Element]", read)
                 depth += 1 if event == "start" else -1
                 expect(depth <= _DEEPEST, f"XML in {name} of at most {_DEEPEST} elements within each other", "more",
                        where)

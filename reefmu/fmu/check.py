@@ -74,12 +74,12 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
     """Validate an FMU of this package and run it against the model in its resources.
 
     Findings: `standard` (problems fmpy's validation names), in FMI 3.0 `references` and `unknowns` (see `rules`),
-    `declaration` (variables and a GUID that differ from those of the model inside), `agreement` (a run with reversals at several
-    amplitudes, a turning crank and uneven steps, against the Python model), `parameters` (the same with every tunable
-    parameter moved), `reset` and `restore` (a rerun after fmi2Reset, and from a state that was saved in mid-run,
-    serialised and read back, here and in a second instance; no difference allowed), `independence` (two instances in
-    turn against each alone), `refusal` (an input that is not a number gives fmi2Discard and leaves no trace); with the
-    native back end `derivatives` (directional derivatives of outputs and rates against differences of the model).
+    `declaration` (variables and a GUID that differ from those of the model inside), `agreement` (a run with reversals
+    at several amplitudes, a turning crank and uneven steps, against the Python model), `parameters` (the same with
+    every tunable parameter moved), `reset` and `restore` (a rerun after fmi2Reset, and from a state that was saved in
+    mid-run, serialised and read back, here and in a second instance; no difference allowed), `independence` (two
+    instances in turn against each alone), `refusal` (an input that is not a number gives fmi2Discard and leaves no
+    trace); with the native back end `derivatives` (directional derivatives of outputs and rates against differences of the model).
 
     Errors: `InputError` for what is no FMU of this package, is damaged, or cannot run on this machine.
     """
@@ -138,7 +138,7 @@ def _declaration(file: FmuFile, variables: tuple[Variable, ...]) -> Finding:
     except Exception as error:  # as above
         raise InputError(f"{file.path}: expected a description that fmpy reads, got {' '.join(str(error).split())}"
                          ) from None
-    beside = {unknown.variable.name for unknown in description.eventIndicators or ()}
+    beside = {unknown.variable.name for unknown in description.eventIndicators or () if unknown.variable}
     declared = {
         v.name: (v.valueReference - first, v.causality, v.variability, v.unit, _number(v.start))
         for v in description.modelVariables if v.causality != "independent" and v.name not in beside}
