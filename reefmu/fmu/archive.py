@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import zipfile
 import zlib
@@ -9,7 +10,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import cast
 from xml.etree import ElementTree
 
 from stiffness_model.errors import InputError, expect
@@ -140,18 +140,12 @@ def parse_xml(content: bytes, name: str, where: str) -> ElementTree.Element:
     ...
     stiffness_model.errors.InputError: here: expected XML in a.xml, got unknown encoding: klingon
     """
-    parser = ElementTree.XMLPullParser(("start", "end"))
     depth, root = 0, ElementTree.Element("")
     try:
-        for start in range(0, len(content), 1 << 12):
-            parser.feed(content[start:start + (1 << 12)])
-            for read in parser.read_events():
-                event, element = cast("tuple[str, ElementTree.Element]", read)
-                depth += 1 if event == "start" else -1
-                expect(depth <= _DEEPEST, f"XML in {name} of at most {_DEEPEST} elements within each other", "more",
-                       where)
-                root = element
-        parser.close()
+        for event, element in ElementTree.iterparse(io.BytesIO(content), ("start", "end")):
+            depth += 1 if event == "start" else -1
+            expect(depth <= _DEEPEST, f"XML in {name} of at most {_DEEPEST} elements within each other", "more", where)
+            root = element
         return root
     except InputError:
         raise

@@ -74,12 +74,13 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
     """Validate an FMU of this package and run it against the model in its resources.
 
     Findings: `standard` (problems fmpy's validation names), in FMI 3.0 `references` and `unknowns` (see `rules`),
-    `declaration` (variables and a GUID that differ from those of the model inside), `agreement` (a run with reversals
-    at several amplitudes, a turning crank and uneven steps, against the Python model), `parameters` (the same with
-    every tunable parameter moved), `reset` and `restore` (a rerun after fmi2Reset, and from a state that was saved in
-    mid-run, serialised and read back, here and in a second instance; no difference allowed), `independence` (two
-    instances in turn against each alone), `refusal` (an input that is not a number gives fmi2Discard and leaves no
-    trace); with the native back end `derivatives` (directional derivatives of outputs and rates against differences of the model).
+    `declaration` (variables and a GUID that differ from those of the model inside), `agreement` (a run with
+    reversals at several amplitudes, a turning crank and uneven steps, against the Python model), `parameters` (the
+    same with every tunable parameter moved), `reset` and `restore` (a rerun after fmi2Reset, and from a state that
+    was saved in mid-run, serialised and read back, here and in a second instance; no difference allowed),
+    `independence` (two instances in turn against each alone), `refusal` (an input that is not a number gives
+    fmi2Discard and leaves no trace); with the native back end `derivatives` (directional derivatives of outputs and
+    rates against differences of the model).
 
     Errors: `InputError` for what is no FMU of this package, is damaged, or cannot run on this machine.
     """
