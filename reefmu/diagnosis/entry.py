@@ -13,9 +13,10 @@ from stiffness_model.errors import expect
 
 from ..record import Record, read_record, with_output_locked
 from .crew import trials
+from .examined import Examined
 from .exponent import held_power_base
 from .result import Diagnosis
-from .workflow import Examined, examine
+from .workflow import examine
 
 PathLike = str | os.PathLike[str]
 

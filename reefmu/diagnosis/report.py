@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from .examined import Examined
 from .kernels import kernel
 from .report_words import MEANING, cautions, file_name, interval, main_size, quantity, reading
 from .result import Diagnosis, NamedEffect, Place
-from .workflow import Examined
 
 _STYLE = """
 *{box-sizing:border-box}

@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from ..tables import cached_lookup
 from .audit import Audit, audit
 from .base import Base, curve_base, drawing_base, power_base, ratio_without_drawing
 from .crew import crew_of
+from .examined import Examined
 from .held_out import held_fits, spoken_against
 from .identify import Search, base_fit, search, traces_of
 from .individuals import individuals_along
@@ -35,7 +36,7 @@ from .result import Diagnosis, Gap, Place
 from .ripple import is_mean
 from .scatter import Scatter, turning
 from .study import Study, block_variances, candidates_of, make_weights, search_blocks
-from .thresholds import Thresholds, calibrate
+from .thresholds import calibrate
 from .trace import Trace, trace_of
 from .verdict import Finding, decide, unconfirmed
 
@@ -43,19 +44,6 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 MOST_EFFECTS = 3
-
-
-@dataclass(frozen=True)
-class Examined:
-    """Everything behind a diagnosis, for the report and the corrected model."""
-
-    record: Record
-    study: Study
-    search: Search
-    thresholds: Thresholds
-    finding: Finding
-    isolability: Isolability
-    diagnosis: Diagnosis
 
 
 def base_for(drive: Drive | None, curve: str | os.PathLike[str] | None, trace: Trace) -> Base:
@@ -233,4 +221,4 @@ def _beside(finding: Finding) -> list[str]:
     return [" and ".join(sorted(set(names) - set(finding.chosen.names))) for names in finding.alternatives]
 
 
-__all__ = ["Examined", "Noise", "examine"]
+__all__ = ["Noise", "examine"]

@@ -8,8 +8,8 @@ from stiffness_model.files import staged_folder
 
 from ..model_file import save_model
 from .corrected import corrected_model
+from .examined import Examined
 from .result import Diagnosis
-from .workflow import Examined
 
 
 def write_results(found: Examined | Diagnosis, out: str | os.PathLike[str]) -> None:
