@@ -139,7 +139,7 @@ def _declaration(file: FmuFile, variables: tuple[Variable, ...]) -> Finding:
     except Exception as error:  # as above
         raise InputError(f"{file.path}: expected a description that fmpy reads, got {' '.join(str(error).split())}"
                          ) from None
-    beside = {unknown.variable.name for unknown in description.eventIndicators or () if unknown.variable}
+    beside = {v.name for v in description.modelVariables if v.name.startswith("indicator.")}
     declared = {
         v.name: (v.valueReference - first, v.causality, v.variability, v.unit, _number(v.start))
         for v in description.modelVariables if v.causality != "independent" and v.name not in beside}

@@ -69,7 +69,8 @@ static int allowed_for(const Instance *instance, const Call *call, fmi2Type kind
 static int in_time(const Instance *instance, const Call *call, double time, double ahead) {
     const Content *now = &instance->now;
     if (!now->stops || time <= now->stop + 1e-9 * fmax(fabs(now->start), fabs(now->stop)) + ahead) return 1;
-    send(instance, fmi2Error, "%s: expected a time up to the stop time of %g s, got %.17g s", call->name, now->stop, time);
+    send(instance, fmi2Error, "%s: expected a time up to the stop time of %g s, got %.17g s", call->name, now->stop,
+         time);
     return 0;
 }
 

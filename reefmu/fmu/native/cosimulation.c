@@ -29,7 +29,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetRealInputDerivatives)(fmi2Component comp
                                                               const fmi2ValueReference references[], size_t count,
                                                               const fmi2Integer orders[], const fmi2Real values[]) {
     (void)references, (void)count, (void)orders, (void)values;
-    if (component) send(component, fmi2Error, IN_FMI("SetRealInputDerivatives", "SetRealInputDerivatives") ": inputs are held over a step");
+    if (component) send(component, fmi2Error, "fmi2SetRealInputDerivatives: inputs are held over a step"); /* not in FMI 3.0 */
     return fmi2Error;
 }
 
@@ -37,7 +37,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetRealOutputDerivatives)(fmi2Component com
                                                                const fmi2ValueReference references[], size_t count,
                                                                const fmi2Integer orders[], fmi2Real values[]) {
     (void)references, (void)count, (void)orders, (void)values;
-    if (component) send(component, fmi2Error, IN_FMI("GetRealOutputDerivatives", "GetRealOutputDerivatives") ": there are none");
+    if (component) send(component, fmi2Error, "fmi2GetRealOutputDerivatives: there are none"); /* not in FMI 3.0 */
     return fmi2Error;
 }
 
@@ -46,7 +46,7 @@ static int status_call(const Instance *instance, const void *value) {
 }
 
 static fmi2Status no_status(const Instance *instance) {
-    send(instance, fmi2Discard, IN_FMI("GetStatus", "GetStatus") ": the slave has no status of this kind");
+    send(instance, fmi2Discard, "%s: the slave has no status of this kind", CALL_GetStatus.name);
     return fmi2Discard;
 }
 

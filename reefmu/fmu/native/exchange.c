@@ -80,7 +80,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetTime)(fmi2Component component, fmi2Real 
     Instance *instance = component;
     if (!allowed_for(instance, &CALL_SetTime, fmi2ModelExchange)) return fmi2Error;
     if (!all_finite(&time, 1)) {
-        send(instance, fmi2Discard, IN_FMI("SetTime", "SetTime") ": expected a finite time, got %g s", time);
+        send(instance, fmi2Discard, "%s: expected a finite time, got %g s", CALL_SetTime.name, time);
         return fmi2Discard;
     }
     /* CVode steps beyond the end and interpolates; FMPy keeps its steps below a fiftieth of the run. */
@@ -108,7 +108,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetContinuousStates)(fmi2Component componen
     Instance *instance = component;
     if (!vector(instance, &CALL_SetContinuousStates, states, count, N_STATES)) return fmi2Error;
     if (!all_finite(states, count)) {
-        send(instance, fmi2Discard, IN_FMI("SetContinuousStates", "SetContinuousStates") ": expected finite states");
+        send(instance, fmi2Discard, "%s: expected finite states", CALL_SetContinuousStates.name);
         return fmi2Discard;
     }
     if (count) memcpy(instance->now.values + AT_STATES, states, count * sizeof(double));

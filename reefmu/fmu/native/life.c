@@ -32,7 +32,8 @@ FMI2_EXPORT fmi2Component FMI2_NAME(fmi2Instantiate)(fmi2String name, fmi2Type k
     else if (kind != fmi2CoSimulation && kind != fmi2ModelExchange) problem = "unknown type of FMU";
     if (problem || !guid || strcmp(guid, MODEL_GUID) != 0) {
         if (problem) speak(&voice, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": %s", problem);
-        else speak(&voice, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": expected GUID %s, got %.60s", MODEL_GUID, text_or_none(guid));
+        else speak(&voice, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": expected GUID %s, got %.60s", MODEL_GUID,
+                   text_or_none(guid));
         return NULL;
     }
     length = strlen(name) + 1;
@@ -63,7 +64,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetupExperiment)(fmi2Component component, f
     (void)tolerance;
     if (!allowed(instance, &CALL_SetupExperiment)) return fmi2Error;
     if (!all_finite(&start, 1) || (has_stop && !(stop >= start && stop < HUGE_VAL))) {
-        send(instance, fmi2Error, IN_FMI("SetupExperiment", "EnterInitializationMode") ": expected start and stop in order, got %g s and %g s", start, stop);
+        send(instance, fmi2Error, "%s: expected start and stop in order, got %g s and %g s", CALL_SetupExperiment.name, start,
+             stop);
         return fmi2Error;
     }
     instance->now.time = instance->now.start = start;
@@ -83,7 +85,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2ExitInitializationMode)(fmi2Component compo
     Instance *instance = component;
     if (!allowed(instance, &CALL_ExitInitializationMode)) return fmi2Error;
     if (!refresh(instance, STALE_OUTPUTS)) {
-        send(instance, fmi2Error, IN_FMI("ExitInitializationMode", "ExitInitializationMode") ": no finite result with these inputs and parameters");
+        send(instance, fmi2Error, "%s: no finite result with these inputs and parameters",
+             CALL_ExitInitializationMode.name);
         return fmi2Error;
     }
     count_way(instance);

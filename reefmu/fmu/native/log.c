@@ -58,7 +58,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetDebugLogging)(fmi2Component component, f
         for (size_t k = 0; k < sizeof bits / sizeof *bits; k++)
             if (chosen[i] && strcmp(chosen[i], names[k]) == 0) bit = bits[k];
         if (!bit) {
-            send(instance, fmi2Error, IN_FMI("SetDebugLogging", "SetDebugLogging") ": unknown category '%.80s'", chosen[i] ? chosen[i] : "");
+            send(instance, fmi2Error, IN_FMI("SetDebugLogging", "SetDebugLogging") ": unknown category '%.80s'",
+                 chosen[i] ? chosen[i] : "");
             return fmi2Error;
         }
         wanted |= bit;

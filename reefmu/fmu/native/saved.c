@@ -61,7 +61,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SerializeFMUstate)(fmi2Component component,
         !given(instance, &CALL_FMUstate, bytes, 1))
         return fmi2Error;
     if (size < sizeof(Saved)) {
-        send(instance, fmi2Error, IN_FMI("SerializeFMUstate", "SerializeFMUState") ": expected room for %lu bytes, got %lu",
+        send(instance, fmi2Error, IN_FMI("SerializeFMUstate", "SerializeFMUState")
+             ": expected room for %lu bytes, got %lu",
              (unsigned long)sizeof(Saved), (unsigned long)size);
         return fmi2Error;
     }
@@ -103,7 +104,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2DeSerializeFMUstate)(fmi2Component componen
         return fmi2Error;
     if (size == sizeof came) memcpy(&came, bytes, sizeof came);
     if (size != sizeof came || !usable(&came)) {
-        send(instance, fmi2Error, IN_FMI("DeSerializeFMUstate", "DeserializeFMUState") ": expected a state of this FMU, got %lu bytes that are none",
+        send(instance, fmi2Error, IN_FMI("DeSerializeFMUstate", "DeserializeFMUState")
+             ": expected a state of this FMU, got %lu bytes that are none",
              (unsigned long)size);
         return fmi2Error;
     }

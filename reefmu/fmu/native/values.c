@@ -23,7 +23,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetReal)(fmi2Component component, const fmi
             size_t place = place_of(references[k]);
             values[k] = VARIABLES[place].stale ? NAN : instance->now.values[place];
         }
-        send(instance, fmi2Discard, IN_FMI("GetReal", "GetFloat64") ": no finite result with these inputs and parameters");
+        send(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", CALL_GetReal.name);
         return fmi2Discard;
     }
     for (size_t k = 0; k < count; k++) values[k] = instance->now.values[place_of(references[k])];
@@ -52,7 +52,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetReal)(fmi2Component component, const fmi
         const Variable *variable = &VARIABLES[place_of(references[k]) % N_VALUES];
         if (place_of(references[k]) == N_VALUES) return no_variable(instance, &CALL_SetReal, references[k]);
         if (!(SETTABLE[variable->access] & instance->now.phase)) {
-            send(instance, fmi2Error, IN_FMI("SetReal", "SetFloat64") ": %s cannot be set in this state (%s)", variable->name,
+            send(instance, fmi2Error, "%s: %s cannot be set in this state (%s)", CALL_SetReal.name, variable->name,
                  phase_name(instance->now.phase));
             return fmi2Error;
         }
