@@ -11,7 +11,7 @@ import threading
 import time
 from collections.abc import Generator
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing.synchronize import Event
+from multiprocessing.connection import Connection
 from types import FrameType
 from typing import Any
 
@@ -25,27 +25,29 @@ def pool(count: int | None = None) -> Generator[ProcessPoolExecutor]:
 
     They leave when the block ends; at once, in the middle of their work, if it ends with an exception.
     """
-    leave = multiprocessing.Event()
+    # A byte that nobody reads tells all of them. (An event would wait for an answer from those that were killed.)
+    leave, tell = multiprocessing.Pipe(duplex=False)
     workers = ProcessPoolExecutor(count or os.cpu_count(), initializer=_start, initargs=(leave,))
     try:
         yield workers
     except BaseException:
-        leave.set()
+        tell.send_bytes(b"leave")
         raise
     finally:
         workers.shutdown(cancel_futures=True)
+        leave.close()
+        tell.close()
 
 
-def _start(leave: Event) -> None:
+def _start(leave: Connection) -> None:
     """A worker leaves Ctrl-C to its parent, and goes when that tells it to or is gone, even if it was killed."""
     for name in ("SIGINT", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _wait_and_leave)
     parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_follow, args=(parent.sentinel,), daemon=True).start()
-    threading.Thread(target=_leave_with, args=(leave,), daemon=True).start()
+    reasons: list[Any] = [leave] if parent is None else [leave, parent.sentinel]
+    threading.Thread(target=_leave_with, args=(reasons,), daemon=True).start()
 
 
 def _wait_and_leave(_number: int, _frame: FrameType | None) -> None:
@@ -53,11 +55,6 @@ def _wait_and_leave(_number: int, _frame: FrameType | None) -> None:
     os._exit(1)
 
 
-def _follow(sentinel: Any) -> None:
-    multiprocessing.connection.wait([sentinel])
-    os._exit(1)
-
-
-def _leave_with(leave: Event) -> None:
-    leave.wait()
+def _leave_with(reasons: list[Any]) -> None:
+    multiprocessing.connection.wait(reasons)
     os._exit(1)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import os
+import pkgutil
 import resource
 import signal
 import sys
@@ -11,12 +13,17 @@ import traceback
 import warnings
 from pathlib import Path
 
+import reefmu.commands
 from reefmu.cli import main
 
 CRASHED = 70
 """Exit status of a traceback."""
 MEMORY = 4 << 30
 """Bytes of address space."""
+
+# Loaded once, here, and not by every child anew.
+for _module in pkgutil.iter_modules(reefmu.commands.__path__):
+    importlib.import_module(f"reefmu.commands.{_module.name}")
 
 
 def run(argv: list[str], folder: Path, seconds: float) -> tuple[int, str]:

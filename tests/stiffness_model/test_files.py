@@ -4,12 +4,22 @@ from __future__ import annotations
 
 import errno
 import os
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
 
 import pytest
 
 from stiffness_model.errors import InputError
-from stiffness_model.files import staged_folder, whole_file
+from stiffness_model.files import (
+    SCRATCH,
+    UNFINISHED,
+    clear_abandoned,
+    scratch_folder,
+    staged_folder,
+    whole_file,
+)
 
 
 def contents(folder: Path) -> list[str]:
@@ -98,4 +108,54 @@ def test_one_file_whole_or_not_at_all(tmp_path: Path) -> None:
     assert contents(tmp_path) == ["a.txt"]
     write("new")
     assert target.read_text() == "new"
+    assert contents(tmp_path) == ["a.txt"]
+
+
+HELD = """
+import sys, time
+from stiffness_model.files import scratch_folder, staged_folder, whole_file
+with staged_folder(sys.argv[1]) as stage, whole_file(sys.argv[1] + "/b.txt") as one, scratch_folder() as scratch:
+    for folder in (stage, one.parent, scratch):
+        (folder / "half.txt").write_text("half")
+    print("ready", flush=True)
+    time.sleep(600)
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="foreign host: locks of Linux")
+def test_what_a_killed_process_left_is_cleared_away_and_a_living_one_s_work_is_not(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out, scratch = tmp_path / "out", tmp_path / "scratch"
+    scratch.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(scratch))
+    environment = {**os.environ, "TMPDIR": str(scratch), "PYTHONPATH": str(Path(__file__).parents[2])}
+    with subprocess.Popen([sys.executable, "-c", HELD, str(out)], env=environment, stdout=subprocess.PIPE,
+                          text=True) as owner:
+        assert owner.stdout is not None
+        assert owner.stdout.readline() == "ready\n"
+        theirs = contents(tmp_path)
+        for place, start in ((out, UNFINISHED), (scratch, SCRATCH)):
+            clear_abandoned(place, start)
+        assert contents(tmp_path) == theirs
+        assert theirs.count("half.txt") == 3
+        owner.kill()
+    with staged_folder(out) as stage, scratch_folder() as own:
+        (stage / "a.txt").write_text("whole")
+        assert contents(scratch) == [own.name]
+    assert contents(tmp_path) == ["a.txt", "out", "scratch"]
+
+
+def test_folders_of_others_stay(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / f"{UNFINISHED}link").symlink_to(tmp_path / "mine")
+    (tmp_path / f"{UNFINISHED}file").write_text("")
+    (tmp_path / f"{UNFINISHED}old").mkdir()
+    clear_abandoned(tmp_path)
+    assert contents(tmp_path) == [f"{UNFINISHED}file", f"{UNFINISHED}link", "mine"]
+
+
+def test_a_folder_in_the_file_s_place_is_told(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").mkdir()
+    with pytest.raises(InputError, match="expected the name of a file"), whole_file(tmp_path / "a.txt") as temporary:
+        temporary.write_text("")
     assert contents(tmp_path) == ["a.txt"]
