@@ -11,8 +11,8 @@ import pytest
 
 from reefmu.cli import main
 from reefmu.diagnosis.corrected import conditioned, corrected_model, simulated_torque
-from reefmu.diagnosis.trace import trace_of
 from reefmu.diagnosis.examined import Examined
+from reefmu.diagnosis.trace import trace_of
 from reefmu.diagnosis.workflow import examine
 from reefmu.diagnosis.write import write_results
 from reefmu.fmu.replay import replay_record
