@@ -32,11 +32,23 @@ def pool(count: int | None = None) -> Generator[ProcessPoolExecutor]:
         yield workers
     except BaseException:
         tell.send_bytes(b"leave")
+        _close_results(workers)
         raise
     finally:
         workers.shutdown(cancel_futures=True)
         leave.close()
         tell.close()
+
+
+def _close_results(workers: ProcessPoolExecutor) -> None:
+    """Close this process's own end of the pipe that workers write results to.
+
+    A worker that leaves in the middle of a result is else waited for: the pipe has an end here that nobody writes to,
+    and the executor (CPython 3.11 to 3.14) never sees that it is the last one.
+    """
+    writer = getattr(getattr(workers, "_result_queue", None), "_writer", None)
+    if writer is not None:
+        writer.close()
 
 
 def _start(leave: Connection) -> None:

@@ -27,7 +27,7 @@ from tests.small_study import tables
 
 ROOT = Path(__file__).parents[2]
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
-PATIENCE = 300.0
+PATIENCE = 120.0
 """Seconds to wait for a process; no figure of what is tested."""
 COMMANDS: dict[str, tuple[str, ...]] = {
     "curve": ("curve", "drive_1", "--drives", "400", "--out", "out"),
@@ -90,7 +90,12 @@ def kill_case(folder: Path, name: str, number: signal.Signals, group: bool, afte
     early = running.poll() is not None
     if not early:
         (os.killpg if group else os.kill)(running.pid, number)
-    _, said = running.communicate(timeout=PATIENCE)
+    try:
+        _, said = running.communicate(timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        os.killpg(running.pid, signal.SIGKILL)
+        running.communicate()
+        return f"still there after {PATIENCE:g} s"
     status = running.returncode
     wrong: list[str] = []
     lines = [line for line in said.splitlines() if line.strip() and not re.search(r"^note: |: \d+ %", line)]

@@ -1,0 +1,59 @@
+"""The processes that commands share their work among: they leave with the block, whatever they were doing."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import pytest
+
+from reefmu.commands import workers
+
+SCRIPT = """
+import sys
+from tests.reefmu import test_workers
+getattr(test_workers, sys.argv[1])()
+"""
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="foreign host: processes of Linux")
+
+
+def _half_a_result() -> bytes:
+    """The worker dies in the middle of writing its result."""
+    def send(self: Connection, buffer: memoryview) -> None:
+        os.write(self.fileno(), bytes(buffer[:len(buffer) // 2]))
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    Connection._send = send  # type: ignore[attr-defined,method-assign]
+    return bytes(1 << 15)
+
+
+def stop_amid_a_result() -> None:
+    with workers.pool(1) as pool:
+        pool.submit(_half_a_result)
+        while multiprocessing.active_children():
+            time.sleep(0.01)
+        raise SystemExit(3)
+
+
+def stop_amid_work() -> None:
+    with workers.pool(2) as pool:
+        for _ in range(4):
+            pool.submit(time.sleep, 1000.0)
+        while len(multiprocessing.active_children()) < 2:
+            time.sleep(0.01)
+        raise SystemExit(3)
+
+
+@pytest.mark.parametrize("case", ["stop_amid_a_result", "stop_amid_work"])
+def test_an_exception_ends_the_pool_whatever_its_workers_do(case: str) -> None:
+    root = Path(__file__).parents[2]
+    done = subprocess.run([sys.executable, "-c", SCRIPT, case], cwd=root, capture_output=True, text=True, timeout=120,
+                          env={**os.environ, "PYTHONPATH": str(root)}, check=False)
+    assert done.returncode == 3
+    assert done.stderr == ""
