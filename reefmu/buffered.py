@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    import casadi as ca
 
 
 def bind(function: ca.Function, arguments: Sequence[memoryview], result: memoryview) -> Callable[[], Any]:
@@ -35,6 +37,7 @@ class Buffered:
 
     Every thread has a buffer of its own. Like the function itself it can be copied and pickled.
 
+    >>> import casadi as ca
     >>> x, k = ca.MX.sym("x", 2), ca.MX.sym("k")
     >>> Buffered(ca.Function("scaled", [x, k], [k * x]))([1.0, 2.0], 3.0)
     array([3., 6.])
@@ -58,6 +61,8 @@ class Buffered:
         return result.copy()
 
     def _bound(self) -> tuple[list[NDArray[np.float64]], NDArray[np.float64], Callable[[], Any]]:
+        import casadi as ca
+
         symbols = self.function.mx_in()
         dense = ca.Function("dense", symbols, [ca.densify(self.function.call(symbols)[0])])
         arguments = [np.zeros(dense.numel_in(k)) for k in range(dense.n_in())]

@@ -51,13 +51,18 @@ def contact_pressures(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, se
     drive = as_drive(drive)
     angles = expect_twists(drive, twist)
     expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")
-    # Once as blocks and once joined.
-    expect_room(2 * 9 * 8.0 * n_drives * len(angles), f"pressures of {n_drives} virtual drives at {len(angles)} twists",
-                "take fewer drives or twists")
+    expect_room_for(n_drives, len(angles))
     blocks = [_block(drive, angles, block, count, seed) for block, count in sampling.blocks(n_drives)]
     warn_not_converged(sum(lost for _, lost in blocks), n_drives * drive.elements * len(angles), drive.name)
     pressure, major, minor = np.concatenate([found for found, _ in blocks], axis=1)
     return Pressures(angles, pressure, major, minor)
+
+
+def expect_room_for(n_drives: int, n_twist: int) -> None:
+    """Raise `InputError` where pressures and semi-axes of so many drives and twists do not fit the free memory."""
+    # Once as blocks and once joined.
+    expect_room(2 * 9 * 8.0 * n_drives * n_twist, f"pressures of {n_drives} virtual drives at {n_twist} twists",
+                "take fewer drives or twists")
 
 
 def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int) -> tuple[Array, int]:

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import fields, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,11 +31,11 @@ from . import sampling
 from .beyond.coupled import CoupledEquilibrium, solve_beyond
 from .contacts import PARTNERS, build_contacts, usable
 from .drive import Drive
-from .element_state import Equilibrium
+from .element_state import Equilibrium, Status
 from .equilibrium import closed_form, solve
-from .errors import expect
+from .errors import expect, warn_not_converged
 from .limits import expect_twists
-from .pressure import Pressures, element_pressures, greatest, wall_forces
+from .pressure import Pressures, element_pressures, expect_room_for, greatest, wall_forces
 from .sampling import Deviations
 
 Array = NDArray[np.float64]
@@ -63,16 +64,25 @@ def turn_pressures(drive: Drive, twist: ArrayLike, n_drives: int = 100, seed: in
     """
     angles = expect_twists(drive, twist)
     expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")
-    parts = [_block(drive, angles, block, count, seed, cage) for block, count in sampling.blocks(n_drives)]
-    pressure, major, minor = np.concatenate(parts, axis=1)
+    expect_room_for(n_drives, len(angles))
+    blocks = [_block(drive, angles, block, count, seed, cage) for block, count in sampling.blocks(n_drives)]
+    warn_not_converged(sum(part.lost for part in blocks), sum(part.cases for part in blocks), drive.name)
+    pressure, major, minor = np.concatenate([part.found for part in blocks], axis=1)
     return Pressures(angles, pressure, major, minor)
 
 
-def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int, cage: bool) -> Array:
-    """Pressure and semi-axes, (3, n_drives, n_twist, 3)."""
+class _Part(NamedTuple):
+    """found: pressure and semi-axes, (3, n_drives, n_twist, 3); lost: cases without an equilibrium, of `cases`."""
+
+    found: Array
+    lost: int
+    cases: int
+
+
+def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int, cage: bool) -> _Part:
     limit = drive.usable_limit
     if limit <= 0:
-        return np.zeros((3, n_drives, len(twist), len(PARTNERS)))
+        return _Part(np.zeros((3, n_drives, len(twist), len(PARTNERS))), 0, 0)
     drawn = sampling.draw(drive, block, n_drives, seed)
     row = np.arange(drive.elements) % drive.eccentrics
     facing = replace(drawn, gear=tightest_lobes(drive, drawn, block, seed)[:, row])
@@ -86,17 +96,18 @@ def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int, cag
     some = replace(Deviations(*(getattr(facing, f.name)[owner, element] for f in fields(Deviations))), beta=beta[place])
     contacts = replace(build_contacts(alone, some), eccentric=owner * drive.eccentrics + row[element])
     held = _standing(drive, drawn, twist) if drive.beyond.couples else None
-    step, found = max(1, AT_ONCE // max(1, len(contacts))), []
+    step, found, lost = max(1, AT_ONCE // max(1, len(contacts))), [], 0
     for first in range(0, len(twist), step):
         part = slice(first, first + step)
         crank = twist[part] * drive.ratio
         result: Equilibrium = solve(contacts, crank) if held is None else \
             solve_beyond(contacts, crank, held=held.of(contacts, part))
+        lost += int((result.status == Status.NOT_CONVERGED).sum())
         found.append(greatest(drive, contacts, some, result, owner, n_drives))
     made = np.concatenate(found, axis=2) if found else np.zeros((3, n_drives, 0, len(PARTNERS)))
     if not cage:
         made[..., PARTNERS.index("cage")] = np.nan
-    return made
+    return _Part(made, lost, len(contacts) * len(twist))
 
 
 def _standing(drive: Drive, drawn: Deviations, twist: Array) -> CoupledEquilibrium:

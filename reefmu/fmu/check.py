@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from stiffness_model.errors import InputError, expect
 from stiffness_model.files import scratch_folder
 
-from .archive import FmuFile, read_archive, read_members
+from .archive import SCRIPT_NAME, FmuFile, read_archive, read_members
 from .component import KINDS, component_in, files_in
 from .derivatives import TOLERANCE as DERIVATIVE_TOLERANCE
 from .derivatives import derivative_error
 from .host import FmuDrive
-from .interface import STANDARDS, Variable, declare, declare_exchange
+from .interface import INDICATOR, STANDARDS, Variable, declare, declare_exchange
 from .rules import broken_rules
 from .trial import QUARTERS, Trial, continue_fmu, make_trial, run_fmu, run_model
 
@@ -139,7 +139,7 @@ def _declaration(file: FmuFile, variables: tuple[Variable, ...]) -> Finding:
     except Exception as error:  # as above
         raise InputError(f"{file.path}: expected a description that fmpy reads, got {' '.join(str(error).split())}"
                          ) from None
-    beside = {v.name for v in description.modelVariables if v.name.startswith("indicator.")}
+    beside = {v.name for v in description.modelVariables if v.name.startswith(INDICATOR)}
     declared = {
         v.name: (v.valueReference - first, v.causality, v.variability, v.unit, _number(v.start))
         for v in description.modelVariables if v.causality != "independent" and v.name not in beside}
@@ -163,9 +163,10 @@ def _number(text: str | None) -> float | str:
 
 def _script_guid(file: FmuFile) -> str:
     """The GUID that the script of a Python FMU carries; of others that of the file, for C compares them itself."""
-    script = f"resources/{file.model_identifier}.py"
-    if script not in file.members:
+    if SCRIPT_NAME not in file.members:
         return file.guid
+    script = f"resources/{read_members(file, [SCRIPT_NAME])[SCRIPT_NAME].decode('utf-8', 'replace')}.py"
+    expect(script in file.members, f"{script}, which {SCRIPT_NAME} names", "none", str(file.path))
     found = re.search(rb'^ *fmu_guid = "(.*)"$', read_members(file, [script])[script], re.MULTILINE)
     return "" if found is None else found[1].decode("utf-8", "replace")
 

@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from . import description
 from .description import LOG_CATEGORIES, TOOL, TYPES, Export, plain_text, type_names, unit_definitions
-from .interface import FMI3, Interface, Variable
+from .interface import FMI3, INDICATOR, Interface, Variable
 
 EXCHANGE = {"needsExecutionTool": False, "canBeInstantiatedOnlyOncePerProcess": False, "canGetAndSetFMUState": True,
             "canSerializeFMUState": True, "providesDirectionalDerivatives": True,
@@ -157,7 +157,7 @@ def indicators(interface: Interface, count: int) -> tuple[Variable, ...]:
     (section 2.4.8)."""
     first = [v for v in interface.derivatives if v.derivative_of.startswith("last.")]
     assert len(first) == count
-    return tuple(replace(v, reference=len(interface.variables) + k, name=v.derivative_of.replace("last.", "indicator."),
+    return tuple(replace(v, reference=len(interface.variables) + k, name=v.derivative_of.replace("last.", INDICATOR),
                          description=f"Event indicator: where it passes 0, what follows {v.derivative_of} turns round",
                          derivative_of="") for k, v in enumerate(first))
 

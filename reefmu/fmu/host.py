@@ -20,6 +20,7 @@ from stiffness_model.errors import InputError, expect, unknown_name
 
 from .archive import SCRIPT_NAME, FmuFile, read_archive
 from .calls import Block, Loaded, callbacks, pythonfmu_location
+from .interface import INDICATOR
 from .saved_values import with_values
 
 _PYTHONFMU_LAST_WORDS = "Fatal py exception"
@@ -223,7 +224,9 @@ class FmuDrive:
 
     def put(self, values: Mapping[str, float]) -> None:
         """Put variables of any kind, states too, to these values; outputs follow with the next step."""
-        names = sorted(self._references.keys() - {"time"}, key=lambda name: self._references[name])
+        # Event indicators are read from the derivatives and stand in no place of their own.
+        names = sorted((name for name in self._references if name != "time" and not name.startswith(INDICATOR)),
+                       key=lambda name: self._references[name])
         present = list(self.read(names).values())
         saved = self.save()
         self.restore(saved[:8] + with_values(saved[8:], present, {names.index(n): v for n, v in values.items()}))

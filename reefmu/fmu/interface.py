@@ -42,6 +42,8 @@ class Standard:
 
 FMI2, FMI3 = Standard("2.0", 0), Standard("3.0", 1)
 """From 1 in FMI 3.0, because OMSimulator takes the references there for places in the list, counted from one."""
+INDICATOR = "indicator."
+"""How the names of event indicators begin in FMI 3."""
 STANDARDS = {standard.version: standard for standard in (FMI2, FMI3)}
 
 

@@ -23,11 +23,11 @@ import numpy as np
 import tomli_w
 
 from tests.fuzz import show
+from tests.patience import HANG
 from tests.small_study import tables
 
 ROOT = Path(__file__).parents[2]
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
-PATIENCE = 120.0
 """Seconds to wait for a process; no figure of what is tested."""
 COMMANDS: dict[str, tuple[str, ...]] = {
     "curve": ("curve", "drive_1", "--drives", "400", "--out", "out"),
@@ -91,11 +91,11 @@ def kill_case(folder: Path, name: str, number: signal.Signals, group: bool, afte
     if not early:
         (os.killpg if group else os.kill)(running.pid, number)
     try:
-        _, said = running.communicate(timeout=PATIENCE)
+        _, said = running.communicate(timeout=HANG)
     except subprocess.TimeoutExpired:
         os.killpg(running.pid, signal.SIGKILL)
         running.communicate()
-        return f"still there after {PATIENCE:g} s"
+        return f"still there after {HANG:g} s"
     status = running.returncode
     wrong: list[str] = []
     lines = [line for line in said.splitlines() if line.strip() and not re.search(r"^note: |: \d+ %", line)]
@@ -120,7 +120,7 @@ def kill_case(folder: Path, name: str, number: signal.Signals, group: bool, afte
 
 def run_again(folder: Path, name: str) -> str:
     """What is wrong with the same command after all the kills; empty if nothing is."""
-    _, said = (running := start(folder, name)).communicate(timeout=PATIENCE)
+    _, said = (running := start(folder, name)).communicate(timeout=HANG)
     wrong = [] if running.returncode == 0 else [f"status {running.returncode}: {said[-300:]}"]
     return "\n".join([*wrong, *([f"never cleared away: {left(folder)}"] if left(folder) else [])])
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from reefmu.commands import workers
+from tests.patience import HANG
 
 SCRIPT = """
 import sys
@@ -53,7 +54,7 @@ def stop_amid_work() -> None:
 @pytest.mark.parametrize("case", ["stop_amid_a_result", "stop_amid_work"])
 def test_an_exception_ends_the_pool_whatever_its_workers_do(case: str) -> None:
     root = Path(__file__).parents[2]
-    done = subprocess.run([sys.executable, "-c", SCRIPT, case], cwd=root, capture_output=True, text=True, timeout=120,
+    done = subprocess.run([sys.executable, "-c", SCRIPT, case], cwd=root, capture_output=True, text=True, timeout=HANG,
                           env={**os.environ, "PYTHONPATH": str(root)}, check=False)
     assert done.returncode == 3
     assert done.stderr == ""

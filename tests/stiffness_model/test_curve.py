@@ -143,7 +143,7 @@ def test_a_csv_that_cannot_be_written_leaves_nothing(curve: TwistTorqueCurve, tm
     with pytest.raises(sm.InputError, match="expected a folder that can be written"):
         curve.write_csv(tmp_path / "no" / "curve.csv")
     (tmp_path / "curve.csv").mkdir()
-    with pytest.raises(OSError, match=r"curve\.csv"):
+    with pytest.raises(sm.InputError, match=r"curve\.csv: expected the name of a file, got that of a folder"):
         curve.write_csv(tmp_path / "curve.csv")
     assert [path.name for path in tmp_path.iterdir()] == ["curve.csv"]
 

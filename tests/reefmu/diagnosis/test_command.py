@@ -237,7 +237,7 @@ def test_progress_says_what_it_does() -> None:
     stream.isatty = lambda: True  # type: ignore[method-assign]
     with Progress("diagnosing", 100, stream) as progress:
         for now, share in (("base curve", 0.0), ("sets of 1", 0.4), ("sets of 2", 0.3), ("result", 1.0)):
-            progress._shown = 0.0  # as if time had passed
+            progress._shown = -np.inf  # as if time had passed
             progress.reach(share, now)
     shown = [line.removesuffix("\033[K") for line in stream.getvalue().split("\r")]
     assert shown[1:5] == ["diagnosing: 0 %, base curve", "diagnosing: 40 %, sets of 1", "diagnosing: 40 %, sets of 2",

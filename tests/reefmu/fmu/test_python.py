@@ -31,6 +31,7 @@ from reefmu.fmu.kernel import Kernel
 from reefmu.masses import Masses
 from reefmu.model import DriveModel
 from stiffness_model.errors import InputError
+from tests.patience import HANG
 
 Rewrite = Callable[[Callable[[str, bytes], bytes | None]], Path]
 COMPILER = pytest.mark.skipif(not platforms.has_compiler(), reason="no C compiler")
@@ -56,7 +57,7 @@ fmu.freeInstance()
 def run(fmu: Path, folder: Path, code: str = RUN, **environment: str) -> subprocess.CompletedProcess[str]:
     """An FMU in a plain host of its own process, which then tells the packages that were loaded."""
     return subprocess.run([sys.executable, "-c", code, str(fmu), str(folder)], capture_output=True, text=True,
-                          timeout=120, env=os.environ | environment, cwd=folder.parent, check=False)
+                          timeout=HANG, env=os.environ | environment, cwd=folder.parent, check=False)
 
 
 def joint_of(model: DriveModel) -> Component:
@@ -111,7 +112,7 @@ def test_the_digest_is_over_all_that_an_export_loads_of_the_model() -> None:
     code = ("import sys, warnings\nwarnings.simplefilter('ignore')\nimport reefmu.fmu.joint_component\n"
             "import reefmu.model, reefmu.fmu.kernel\n"
             "print(*(n for n in sys.modules if n.split('.')[0] in ('reefmu', 'stiffness_model')))")
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANG, check=True)
     modules = set(carried.model_modules())
     packages = {name for name in done.stdout.split() if (carried._source(name) or Path()).name == "__init__.py"}
     assert set(done.stdout.split()) - packages <= modules
@@ -165,7 +166,7 @@ def test_the_default_is_native_where_a_compiler_is(model: DriveModel, tmp_path: 
 
 def test_without_a_compiler_python_is_told(model: DriveModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
                                            capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(platforms, "_command", lambda p, target: ())
+    monkeypatch.setattr(platforms, "_program", lambda p: ())
     with pytest.warns(UserWarning, match="no C compiler here: the FMU runs in Python"):
         assert read_archive(export_fmu(model, tmp_path / "d.fmu")).backend == "python"
     words = ["export", "drive_1", "-o", str(tmp_path / "e.fmu"), "--drives", "8", "--step", "1"]
@@ -209,7 +210,7 @@ def test_a_step_slower_than_real_time_is_told(full_model: DriveModel, model: Dri
                                               monkeypatch: pytest.MonkeyPatch) -> None:
     """By a clock of the test's own, on which every step takes 1 ms; a joint's parts are counted."""
     clock = itertools.count(0.0, 1e-3)
-    monkeypatch.setattr(cost.time, "perf_counter", lambda: next(clock))
+    monkeypatch.setattr(cost, "clock", lambda: next(clock))
     drive, joint = drive_component(model), joint_of(full_model)
     assert cost.step_cost(drive, 1e-3) == pytest.approx(1e-3)
     parts = joint.parts(1e-2, joint.parameter_vector())
@@ -236,11 +237,11 @@ def test_a_host_in_c_with_libpython_ends_well(fmu: Path, tmp_path: Path) -> None
     binary = next((tmp_path / "out").rglob("binaries/linux64/*.so"))
     words = [str(host), str(binary), read_archive(fmu).guid, (tmp_path / "out" / "resources").as_uri()]
     path = os.pathsep.join(place for place in sys.path if place)
-    alone = subprocess.run(words, capture_output=True, text=True, timeout=60, check=False)
+    alone = subprocess.run(words, capture_output=True, text=True, timeout=HANG, check=False)
     assert alone.returncode == 3  # what documentation/externalDependencies.txt says
     assert "Py_" in alone.stderr
     for _ in range(4):
         for more in ([], ["free"]):
-            done = subprocess.run([*words, *more], capture_output=True, text=True, timeout=60, check=False,
+            done = subprocess.run([*words, *more], capture_output=True, text=True, timeout=HANG, check=False,
                                   env=os.environ | {"LD_PRELOAD": str(library), "PYTHONPATH": path})
             assert done.returncode == 0, done.stderr

@@ -18,6 +18,7 @@ from reefmu.fmu.host import FmuDrive
 from reefmu.fmu.interface import STANDARDS
 from reefmu.masses import Masses
 from reefmu.model import DriveModel
+from tests.patience import HANG
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None or not sys.platform.startswith("linux"),
                                 reason="needs gcc on Linux")
@@ -50,7 +51,7 @@ def linked(fmus: list[Path], fmi: str, compiler: str, folder: Path) -> list[str]
     (folder / "linked.h").write_text("\n".join(rows) + "\n", "utf-8")
     subprocess.run([compiler, "-static", f"-DFMI={fmi[0]}", "-I", folder, "-I", WRAPPER, "-o", folder / "host", HOST,
                     *objects, "-lm"], check=True)
-    done = subprocess.run([folder / "host"], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run([folder / "host"], capture_output=True, text=True, timeout=HANG, check=False)
     assert done.returncode == 0, f"status {done.returncode}: {done.stdout}"
     return done.stdout.splitlines()
 
