@@ -18,11 +18,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import stiffness_model as sm
-from stiffness_model import hertz, style
-from stiffness_model.beyond.conformal import Lamina
-from stiffness_model.beyond.friction import friction_losses
-from stiffness_model.beyond.life import bearing_life
-from stiffness_model.beyond.strength import check_strength
+from stiffness_model.elasticity import hertz
+from stiffness_model.elasticity.conformal import Lamina
+from stiffness_model.plotting import style
+from stiffness_model.ratings.bearing_life import bearing_life
+from stiffness_model.ratings.efficiency import friction_losses
+from stiffness_model.ratings.static_safety import check_strength
 from stiffness_model.units import ARCMIN
 
 Array = NDArray[np.float64]

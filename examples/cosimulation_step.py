@@ -17,11 +17,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import stiffness_model as sm
-from reefmu.fmu.build import export_fmu
+from reefmu.fmu.export import export_fmu
 from reefmu.joint import JointModel, Masses, Motion, Scheme, cosimulate, growth_rate, largest_step, simulate_joint
-from reefmu.model import build_model
+from reefmu.model.drive_model import build_model
 from stiffness_model.errors import InputError
-from stiffness_model.style import BLUE, FAINT, GREEN, INK, RED, dress
+from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, RED, dress
 
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0)
 LOAD = -100.0  # N.m: where the small oscillation takes place

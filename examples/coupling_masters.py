@@ -29,11 +29,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import stiffness_model as sm
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.host import FmuDrive
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.joint import JointModel, Masses
-from reefmu.model import build_model
-from stiffness_model.style import BLUE, FAINT, GREEN, INK, PURPLE, RED, dress
+from reefmu.model.drive_model import build_model
+from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, PURPLE, RED, dress
 
 Array = NDArray[np.float64]
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0)

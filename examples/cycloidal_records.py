@@ -25,9 +25,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
-from reefmu.diagnosis.exponent import PLAY, shared_exponent
+from reefmu.diagnosis.shared_exponent import PLAY, shared_exponent
 from reefmu.record import Record, read_record, with_output_locked
-from stiffness_model.style import BLUE, GREEN, ORANGE, RED, dress
+from stiffness_model.plotting.style import BLUE, GREEN, ORANGE, RED, dress
 from stiffness_model.units import ARCMIN
 
 COLUMNS = {"TIME": "time [s]", "POSITION": "twist [rev]", "TORQUE": "output_torque [N.m]", "test_nr": "run"}

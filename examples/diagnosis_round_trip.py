@@ -22,14 +22,14 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from reefmu.cli import main as reefmu
-from reefmu.diagnosis.corrected import conditioned
-from reefmu.diagnosis.trace import trace_of
-from reefmu.fmu.replay import replay_record
-from reefmu.model import build_model
-from reefmu.model_file import load_model
+from reefmu.diagnosis.preprocessing.trace import trace_of
+from reefmu.diagnosis.report.corrected_model import conditioned
+from reefmu.fmu.importer.replay import replay_record
+from reefmu.model.drive_model import build_model
+from reefmu.model.model_file import load_model
 from reefmu.record import Record, read_record
 from reefmu.simulate import Response, simulate_record
-from stiffness_model.style import BLUE, INK, RED, dress
+from stiffness_model.plotting.style import BLUE, INK, RED, dress
 from stiffness_model.units import ARCMIN
 
 Array = NDArray[np.float64]

@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS
-from reefmu.model import DriveModel, build_model
+from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.record import Record, make_record
 from reefmu.simulate import simulate_record
-from stiffness_model.lookup import Lookup
-from stiffness_model.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, dress
+from stiffness_model.lookup.build import Lookup
+from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, dress
 
 Array = NDArray[np.float64]
 

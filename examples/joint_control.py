@@ -21,7 +21,7 @@ import stiffness_model as sm
 from reefmu.joint import JointModel, Masses
 from reefmu.joint.controller import design_lqr, least_damping
 from reefmu.joint.plots import picture_designs, picture_responses
-from reefmu.model import build_model
+from reefmu.model.drive_model import build_model
 
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0, motor_damping=1e-3, load_damping=0.5)
 SAMPLE = 5e-4  # s

@@ -14,8 +14,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import stiffness_model as sm
-from stiffness_model import plots
-from stiffness_model.catalog import catalog
+from stiffness_model.catalog.gears import catalog
+from stiffness_model.plotting import curves as plots
 
 NAMES = ("drive_1", "drive_2", "drive_3")
 

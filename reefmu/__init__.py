@@ -1,4 +1,13 @@
-"""The rolling element eccentric drive as a component: models, FMUs, joints, diagnosis, command line."""
+"""The rolling element eccentric drive as a component: models, FMUs, joints, diagnosis, command line.
+
+    stiffness_model -> model (with effects) -> simulate | fmu | joint | diagnosis -> commands, cli
+
+* `effects`: what the contact model leaves out, one file each; `model`: lookup and effects as CasADi functions.
+* `record`, `speed`: measured data; `simulate`: a model over a record or a signal.
+* `fmu`: export, import and validation; `joint`: motor, drive and load under control.
+* `diagnosis`: where a measured record and the model disagree, and why.
+* `commands`, `cli`: the command line; `progress`, `interrupt`, `source_date`: what its commands share.
+"""
 
 __version__: str
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stiffness_model.errors import expect
 
-from .model import INPUTS, OUTPUTS, DriveModel
+from .model.drive_model import INPUTS, OUTPUTS, DriveModel
 from .record import REFERENCE_TEMPERATURE, Record
 from .speed import central_speed
 

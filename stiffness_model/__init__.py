@@ -4,6 +4,15 @@ From a drawing to twist-over-torque, stiffness, backlash, contact forces and loa
 After Fritsch et al., "Static Modeling of the Stiffness and Contact Forces of Rolling Element Eccentric Drives
 for Use in Robotic Drive Systems" (the paper; equation numbers are its).
 
+    drawing -> contact -> equilibrium -> montecarlo -> lookup | ratings | rotation | explore
+
+* `drawing`: one drive as drawn, its tolerances, the virtual drives drawn from it; `io` reads and writes it.
+* `geometry`, `elasticity`, `contact`: the path of the elements, two bodies pressed together, every element's contacts.
+* `equilibrium`: forces and displacements of every element; `montecarlo`: thousands of virtual drives and their curve.
+* `lookup`: the mean drive as tables; `ratings`: pressure, safety, life, losses; `rotation`: one drive, turning;
+  `explore`: design studies; `catalog`: published gears; `plotting`: pictures.
+* `numerics`, `memory`, `units`, `errors`: what all of them use.
+
 Names are imported when they are first used: what needs no solver (a drawing, an FMU that runs) loads no SciPy.
 
 >>> import numpy as np
@@ -20,14 +29,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .curve import TwistTorqueCurve
-    from .drawing_file import drive_from_dict, drive_to_dict, load_drive, presets, save_drive
-    from .drive import Drive
+    from .drawing.drive import Drive
+    from .drawing.materials import MATERIALS, Material
+    from .drawing.tolerances import Tolerance
     from .errors import DoesNotFitWarning, InputError, NotConvergedWarning, UnknownNameError
-    from .materials import MATERIALS, Material
-    from .population import Population, simulate
-    from .pressure import Pressures, contact_pressures
-    from .tolerances import Tolerance
+    from .io.drawing_toml import drive_from_dict, drive_to_dict, load_drive, presets, save_drive
+    from .montecarlo.curve import TwistTorqueCurve
+    from .montecarlo.population import Population, simulate
+    from .ratings.pressure import Pressures, contact_pressures
     from .units import ARCMIN
 
 __all__ = [
@@ -53,14 +62,14 @@ __all__ = [
 ]
 
 _HOMES = {
-    "curve": ("TwistTorqueCurve",),
-    "drawing_file": ("drive_from_dict", "drive_to_dict", "load_drive", "presets", "save_drive"),
-    "drive": ("Drive",),
+    "montecarlo.curve": ("TwistTorqueCurve",),
+    "io.drawing_toml": ("drive_from_dict", "drive_to_dict", "load_drive", "presets", "save_drive"),
+    "drawing.drive": ("Drive",),
     "errors": ("DoesNotFitWarning", "InputError", "NotConvergedWarning", "UnknownNameError"),
-    "materials": ("MATERIALS", "Material"),
-    "population": ("Population", "simulate"),
-    "pressure": ("Pressures", "contact_pressures"),
-    "tolerances": ("Tolerance",),
+    "drawing.materials": ("MATERIALS", "Material"),
+    "montecarlo.population": ("Population", "simulate"),
+    "ratings.pressure": ("Pressures", "contact_pressures"),
+    "drawing.tolerances": ("Tolerance",),
     "units": ("ARCMIN",),
 }
 """Module -> the names that it gives to the package."""

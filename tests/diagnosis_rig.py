@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from reefmu.model import build_model
+from reefmu.model.drive_model import build_model
+from reefmu.model.tables import cached_lookup
 from reefmu.record import Record, make_record
 from reefmu.simulate import simulate_record
-from reefmu.tables import cached_lookup
 from stiffness_model import Drive, load_drive
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from reefmu.fmu.check import check_fmu
+from reefmu.fmu.validation.check import check_fmu
 from stiffness_model.errors import expect
 
 

@@ -9,10 +9,10 @@ import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
-from stiffness_model import plots
-from stiffness_model.catalog import CatalogGear, catalog
-from stiffness_model.curve import TwistTorqueCurve
-from stiffness_model.files import staged_folder
+from stiffness_model.catalog.gears import CatalogGear, catalog
+from stiffness_model.io.atomic_files import staged_folder
+from stiffness_model.montecarlo.curve import TwistTorqueCurve
+from stiffness_model.plotting import curves as plots
 from stiffness_model.units import ARCMIN
 
 from . import study

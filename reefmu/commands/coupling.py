@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from reefmu.fmu.archive import FmuFile, read_archive
-from reefmu.fmu.check import Finding, embedded_component
-from reefmu.fmu.component import Component
-from reefmu.fmu.sizes import GROWTH, full_stiffness
+from reefmu.fmu.model.component import Component
+from reefmu.fmu.model.sizes import GROWTH, full_stiffness
+from reefmu.fmu.validation.check import Finding, embedded_component
+from reefmu.fmu.xml.archive import FmuFile, read_archive
 from reefmu.joint.step import growth_rate, largest_step, step_warning
-from reefmu.masses import Masses, expect_inertia, expect_step
+from reefmu.model.masses import Masses, expect_inertia, expect_step
 from stiffness_model.errors import expect
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 
-from stiffness_model import plots
-from stiffness_model.curve import LOST_MOTION_SHARE, PLAY_SHARE, TwistTorqueCurve
-from stiffness_model.files import staged_folder
-from stiffness_model.population import Population
-from stiffness_model.tolerances import free_offset
+from stiffness_model.drawing.tolerances import free_offset
+from stiffness_model.io.atomic_files import staged_folder
+from stiffness_model.montecarlo.curve import LOST_MOTION_SHARE, PLAY_SHARE, TwistTorqueCurve
+from stiffness_model.montecarlo.population import Population
+from stiffness_model.plotting import curves as plots
 from stiffness_model.units import ARCMIN
 
 from . import individual, loads, study

@@ -8,19 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from reefmu.fmu.build import NO_COMPILER, default_backend, export_fmu
-from reefmu.fmu.check import check_fmu
+from reefmu.fmu.export import NO_COMPILER, default_backend, export_fmu
+from reefmu.fmu.validation.check import check_fmu
 from reefmu.joint import JointModel, Masses, cosimulate, largest_step, simulate_joint
 from reefmu.joint.controller import Design, design_lqr, feedback
 from reefmu.joint.plots import STEPS, picture_designs, picture_responses
-from reefmu.model import DriveModel, build_model
-from stiffness_model import plots
-from stiffness_model.catalog import catalog
-from stiffness_model.curve import TwistTorqueCurve
-from stiffness_model.drive import Drive
-from stiffness_model.files import staged_folder
-from stiffness_model.lookup import describe
-from stiffness_model.population import simulate
+from reefmu.model.drive_model import DriveModel, build_model
+from stiffness_model.catalog.gears import catalog
+from stiffness_model.drawing.drive import Drive
+from stiffness_model.io.atomic_files import staged_folder
+from stiffness_model.lookup.build import describe
+from stiffness_model.montecarlo.curve import TwistTorqueCurve
+from stiffness_model.montecarlo.population import simulate
+from stiffness_model.plotting import curves as plots
 from stiffness_model.units import ARCMIN
 
 from . import study

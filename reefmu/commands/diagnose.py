@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
-from reefmu.diagnosis.exponent import PLAY, shared_exponent
-from reefmu.diagnosis.report_words import quantity
+from reefmu.diagnosis.report.wording import quantity
+from reefmu.diagnosis.shared_exponent import PLAY, shared_exponent
+from reefmu.model.tables import cached_lookup
 from reefmu.progress import Progress
 from reefmu.record import Record, read_record, with_output_locked
-from reefmu.tables import cached_lookup
 from stiffness_model.errors import InputError, expect
-from stiffness_model.files import parse_toml
+from stiffness_model.io.atomic_files import parse_toml
 from stiffness_model.units import ARCMIN
 
 from . import study, workers

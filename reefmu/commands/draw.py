@@ -7,19 +7,20 @@ import math
 
 import numpy as np
 
-from stiffness_model import sampling, turning
-from stiffness_model.contacts import CONTACTS
-from stiffness_model.drive import Drive
+from stiffness_model import rotation as turning
+from stiffness_model.contact.assembly import CONTACTS
+from stiffness_model.drawing import sampling
+from stiffness_model.drawing.drive import Drive
+from stiffness_model.drawing.limits import expect_turned, expect_twists
 from stiffness_model.errors import expect, expect_number
-from stiffness_model.files import staged_folder
-from stiffness_model.limits import expect_turned, expect_twists
+from stiffness_model.io.atomic_files import staged_folder
+from stiffness_model.plotting.animation import write_turn
+from stiffness_model.plotting.dxf import write_dxf
+from stiffness_model.plotting.layout import turns_to_repeat
+from stiffness_model.plotting.loads import Loads, solve_loads
+from stiffness_model.plotting.section import picture_drawing, picture_forces
+from stiffness_model.plotting.shapes import most_exaggeration
 from stiffness_model.units import ARCMIN, MICROMETRE
-from stiffness_model.view.animation import write_turn
-from stiffness_model.view.dxf import write_dxf
-from stiffness_model.view.layout import turns_to_repeat
-from stiffness_model.view.loads import Loads, solve_loads
-from stiffness_model.view.section import picture_drawing, picture_forces
-from stiffness_model.view.shapes import most_exaggeration
 
 from . import study
 

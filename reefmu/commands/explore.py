@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 
 from reefmu.progress import Progress
-from stiffness_model import plots
-from stiffness_model.drawing_file import save_drive
 from stiffness_model.errors import InputError
 from stiffness_model.explore import pictures
 from stiffness_model.explore.chosen import chosen_drive, rule_text
@@ -24,7 +22,9 @@ from stiffness_model.explore.metrics import METRICS
 from stiffness_model.explore.results import Results, judge, write_results
 from stiffness_model.explore.run import chunk_count, run_study
 from stiffness_model.explore.study import load_study
-from stiffness_model.files import staged_folder
+from stiffness_model.io.atomic_files import staged_folder
+from stiffness_model.io.drawing_toml import save_drive
+from stiffness_model.plotting import curves as plots
 
 from . import study as tables
 from . import workers

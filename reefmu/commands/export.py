@@ -5,18 +5,18 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from reefmu.curve_table import curve_of
-from reefmu.fmu.archive import read_archive
-from reefmu.fmu.build import NO_COMPILER, default_backend, export_fmu
-from reefmu.fmu.component import drive_component
-from reefmu.fmu.cost import real_time_note
-from reefmu.fmu.joint_component import joint_component
-from reefmu.fmu.platforms import chosen_platforms
-from reefmu.masses import TYPICAL, Masses, expect_step
-from reefmu.model import DriveModel, build_model
-from reefmu.model_file import is_model_file, load_model
+from reefmu.fmu.codegen.compile import chosen_platforms
+from reefmu.fmu.export import NO_COMPILER, default_backend, export_fmu
+from reefmu.fmu.model.component import drive_component
+from reefmu.fmu.model.joint import joint_component
+from reefmu.fmu.python_backend.cost import real_time_note
+from reefmu.fmu.xml.archive import read_archive
+from reefmu.model.curve_table import curve_of
+from reefmu.model.drive_model import DriveModel, build_model
+from reefmu.model.masses import TYPICAL, Masses, expect_step
+from reefmu.model.model_file import is_model_file, load_model
 from stiffness_model.errors import expect
-from stiffness_model.lookup import N_DRIVES, describe
+from stiffness_model.lookup.build import N_DRIVES, describe
 from stiffness_model.units import ARCMIN
 
 from . import study

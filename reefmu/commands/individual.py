@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model import turning
-from stiffness_model.drive import Drive
-from stiffness_model.plots import save
-from stiffness_model.turning import plots
-from stiffness_model.turning.fan import Fan, fan
+from stiffness_model import rotation as turning
+from stiffness_model.drawing.drive import Drive
+from stiffness_model.plotting.curves import save
+from stiffness_model.rotation import plots
+from stiffness_model.rotation.fan import Fan, fan
 from stiffness_model.units import ARCMIN
 
 from . import study

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.beyond.friction import Losses, friction_losses
-from stiffness_model.beyond.life import BearingLife, bearing_life
-from stiffness_model.beyond.options import STIFFNESSES, Beyond, write_options
-from stiffness_model.beyond.strength import Strength, check_strength
-from stiffness_model.contacts import PARTNERS
-from stiffness_model.population import Population, simulate
+from stiffness_model.contact.assembly import PARTNERS
+from stiffness_model.drawing.options import STIFFNESSES, Beyond, write_options
+from stiffness_model.montecarlo.population import Population, simulate
+from stiffness_model.ratings.bearing_life import BearingLife, bearing_life
+from stiffness_model.ratings.efficiency import Losses, friction_losses
+from stiffness_model.ratings.static_safety import Strength, check_strength
 from stiffness_model.units import ARCMIN
 
 Array = NDArray[np.float64]

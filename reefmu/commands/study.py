@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from reefmu.progress import CountingExecutor
-from stiffness_model.drawing_file import load_drive
-from stiffness_model.drive import Drive
+from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import expect
-from stiffness_model.population import Population, simulate
+from stiffness_model.io.drawing_toml import load_drive
+from stiffness_model.montecarlo.population import Population, simulate
 from stiffness_model.units import format_quantity
 
 from . import workers

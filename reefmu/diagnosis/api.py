@@ -8,15 +8,15 @@ from concurrent.futures import Executor
 from pathlib import Path
 
 from stiffness_model import load_drive
-from stiffness_model.drive import Drive
+from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import expect
 
 from ..record import Record, read_record, with_output_locked
-from .crew import trials
+from .estimation.worker_pool import trials
 from .examined import Examined
-from .exponent import held_power_base
+from .pipeline import examine
 from .result import Diagnosis
-from .workflow import examine
+from .shared_exponent import held_power_base
 
 PathLike = str | os.PathLike[str]
 
@@ -53,7 +53,7 @@ def diagnose_record(paths: PathLike | Record | Sequence[PathLike], drive: PathLi
     with trials():
         found = examine(record, drawn, curve, progress, base_of, executor)
     if out is not None:
-        from .write import write_results
+        from .report.files import write_results
 
         write_results(found, out)
     return found.diagnosis if isinstance(found, Examined) else found

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..record import Record
-from .identify import Search
-from .isolate import Isolability
+from .estimation.problem import Study
+from .estimation.search import Search
+from .inference.isolability import Isolability
+from .inference.thresholds import Thresholds
+from .inference.verdict import Finding
 from .result import Diagnosis
-from .study import Study
-from .thresholds import Thresholds
-from .verdict import Finding
 
 
 @dataclass(frozen=True)

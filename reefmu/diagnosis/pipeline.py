@@ -11,34 +11,34 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.drive import Drive
+from stiffness_model.drawing.drive import Drive
 
 from ..effects import find_effect, separating_test
+from ..model.tables import cached_lookup
 from ..record import Record
-from ..tables import cached_lookup
-from .audit import Audit, audit
-from .base import Base, curve_base, drawing_base, power_base, ratio_without_drawing
-from .crew import crew_of
+from .estimation.held_out import held_fits, spoken_against
+from .estimation.intervals import named_effect
+from .estimation.problem import Study, block_variances, candidates_of, make_weights, search_blocks
+from .estimation.remainder import scattered
+from .estimation.search import Search, base_fit, search, traces_of
+from .estimation.worker_pool import crew_of
 from .examined import Examined
-from .held_out import held_fits, spoken_against
-from .identify import Search, base_fit, search, traces_of
-from .individuals import individuals_along
-from .intervals import named_effect
-from .isolate import Isolability, isolability, splitting
-from .kernels import kernel
-from .locate import locate
-from .noise import Noise, estimate_noise
-from .play import as_play
-from .remainder import scattered
-from .report_gap import gap_of
-from .responses import element_responses
+from .forward.base_curve import Base, curve_base, drawing_base, power_base, ratio_without_drawing
+from .forward.effect_functions import kernel
+from .inference.isolability import Isolability, isolability, splitting
+from .inference.mean_drive import is_mean
+from .inference.thresholds import calibrate
+from .inference.verdict import Finding, decide, unconfirmed
+from .preprocessing.audit import Audit, audit
+from .preprocessing.noise import Noise, estimate_noise
+from .preprocessing.trace import Trace, trace_of
+from .random_effects.individuals import individuals_along
+from .random_effects.responses import element_responses
+from .random_effects.scatter import Scatter, turning
+from .report.gap import gap_of
+from .report.location import locate
+from .report.play import as_play
 from .result import Diagnosis, Gap, Place
-from .ripple import is_mean
-from .scatter import Scatter, turning
-from .study import Study, block_variances, candidates_of, make_weights, search_blocks
-from .thresholds import calibrate
-from .trace import Trace, trace_of
-from .verdict import Finding, decide, unconfirmed
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]

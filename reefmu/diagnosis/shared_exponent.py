@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from stiffness_model.errors import expect
 
 from ..record import Record
-from .audit import audit
-from .base import Base, power_base, ratio_without_drawing
-from .elastic import Elastic
-from .fit import Fit
-from .trace import Trace, trace_of
-from .vectorised import Number
+from .estimation.least_squares import Fit
+from .forward.base_curve import Base, power_base, ratio_without_drawing
+from .forward.elastic import Elastic
+from .forward.vectorised import Number
+from .preprocessing.audit import audit
+from .preprocessing.trace import Trace, trace_of
 
 Array = NDArray[np.float64]
 
@@ -119,8 +119,8 @@ def shared_exponent(records: Sequence[Record], progress: Callable[[str, float], 
 
 def best_cost(record: Record, trace: Trace, exponent: float) -> float:
     """What the best fit of play and friction to a record with these traces leaves with the exponent held."""
-    from .identify import base_fit
-    from .workflow import prepare
+    from .estimation.search import base_fit
+    from .pipeline import prepare
 
     base = held_power_base(exponent)(trace)
     study, _ = prepare(record, trace, base)

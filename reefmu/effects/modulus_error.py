@@ -1,6 +1,6 @@
 """Modulus error: gear and cage are softer or stiffer than drawn; crank and rolling elements are not."""
 
-from stiffness_model.modulus import BOUNDS
+from stiffness_model.lookup.modulus import BOUNDS
 
 from .base import Effect, Family, Identification, Likeness, Need, Parameter, Place
 
@@ -14,6 +14,6 @@ MODULUS_ERROR = Effect(
     contribution=lambda signals, p, x: p["error"],
     equation="torque = contact torque of gear and cage with (1 + modulus_error.error) times the drawn modulus",
     excitation="Several torque levels: against structural_compliance, which softens high torques most.",
-    source="Contacts in series, each give with compliance^(1/p) (Hertz; paper, eq. 23): stiffness_model.modulus.",
+    source="Contacts in series, each give with compliance^(1/p) (Hertz; paper, eq. 23): see `lookup.modulus`.",
     identification=Identification(needs=(Need.DRAWING,), family=Family.COMPLIANCE, likeness=Likeness.CURVE),
 )

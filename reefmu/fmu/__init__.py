@@ -1,11 +1,11 @@
-"""The drive as a Functional Mock-up Unit (FMI 2.0, co-simulation).
+"""The drive as a Functional Mock-up Unit (FMI 2.0 and 3.0).
 
-* `interface.py` declares every variable once; `description.py` writes the declaration as XML, with `units.py`.
-* `build.py` exports; `archive.py` knows the file.
-* `slave.py` is what runs inside the FMU: the model's functions in `kernel.py`, behind pythonfmu, whose faults
-  are met in `workarounds.py`.
-* `host.py` drives an FMU from Python, with `calls.py`.
-* `check.py` holds an FMU against the Python model, over the signal in `trial.py`.
+    model -> xml, codegen or python_backend -> export -> importer -> validation
+
+* `model`: what an FMU computes and declares; `xml`: its descriptions and its file.
+* `codegen` and `native`: generated C and the wrapper around it; `python_backend`: what runs behind pythonfmu.
+* `export`, `export_fmi3`: a drive model becomes an FMU.
+* `importer`: drives an FMU from Python; `validation`: holds it against the standard and the model.
 
 Nothing is imported here: fmpy, pythonfmu and casadi are loaded by the part that needs them.
 """

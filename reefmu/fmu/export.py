@@ -22,23 +22,23 @@ from typing import TYPE_CHECKING
 
 from reefmu.source_date import source_date
 from stiffness_model.errors import InputError, expect, unknown_name
-from stiffness_model.files import scratch_folder
+from stiffness_model.io.atomic_files import scratch_folder
 
-from .archive import DESCRIPTION, SCRIPT_NAME, write_archive
-from .carried import EQUATIONS_FILE, write_equations
-from .component import HEAD_FILE, LOOKUP_FILE, Component, drive_component, save_component
-from .dependencies import dependencies
-from .description import Export, model_description
-from .fmi3 import members3, sources3
-from .generate import UNIT, sources, with_guid
-from .interface import STANDARDS, Interface, declare, declare_exchange
-from .packed import carried_lookup, lookup_head
-from .platforms import chosen_platforms, compile_binaries, has_compiler
-from .sizes import experiment, sized
+from .codegen.compile import chosen_platforms, compile_binaries, has_compiler
+from .codegen.sources import UNIT, sources, with_guid
+from .export_fmi3 import members3, sources3
+from .model.component import HEAD_FILE, LOOKUP_FILE, Component, drive_component, save_component
+from .model.sizes import experiment, sized
+from .model.table_encoding import carried_lookup, lookup_head
+from .model.variables import STANDARDS, Interface, declare, declare_exchange
+from .python_backend.dependencies import dependencies
+from .python_backend.equations_file import EQUATIONS_FILE, write_equations
+from .xml.archive import DESCRIPTION, SCRIPT_NAME, write_archive
+from .xml.fmi2 import Export, model_description
 
 if TYPE_CHECKING:
-    from reefmu.masses import Masses
-    from reefmu.model import DriveModel
+    from reefmu.model.drive_model import DriveModel
+    from reefmu.model.masses import Masses
 
 RELEASED = datetime(2026, 1, 1, tzinfo=UTC)
 LICENCE = "BSD-3-Clause"
@@ -76,8 +76,8 @@ EXCHANGE_CAPABILITIES = {
 }
 """What the generated C can do, for co-simulation and for model exchange (section 3.3.1)."""
 _SCRIPT = '''"""Runs in the installed package. Its names keep it apart from other FMUs in the process."""
-from reefmu.fmu.slave import DriveSlave
-from reefmu.fmu.workarounds import hold
+from reefmu.fmu.python_backend.slave import DriveSlave
+from reefmu.fmu.python_backend.workarounds import hold
 
 hold(globals())
 
@@ -123,7 +123,7 @@ def export_fmu(model: DriveModel, path: str | os.PathLike[str], *, backend: str 
     if masses is None:
         component = drive_component(model)
     else:
-        from .joint_component import joint_component
+        from .model.joint import joint_component
 
         component = joint_component(model, masses)
     members = make(sized(component), resources, when, platform)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import importlib.resources
 from collections.abc import Mapping
 
-from .archive import DESCRIPTION
-from .description import Export
-from .description3 import build_description, model_description3, terminals
-from .generate import UNIT
-from .interface import Interface
+from .codegen.sources import UNIT
+from .model.variables import Interface
+from .xml.archive import DESCRIPTION
+from .xml.fmi2 import Export
+from .xml.fmi3 import build_description, model_description3, terminals
 
 CORE = "core.c"
 """Name of the unit for FMI 2.0 inside that for FMI 3.0."""

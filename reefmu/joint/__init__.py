@@ -16,7 +16,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from reefmu.masses import Masses, Scheme
+    from reefmu.model.masses import Masses, Scheme
 
     from .block import FmuBlock, fmu_block, masses_block
     from .cosimulation import cosimulate
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from .systems import drive_system, joint_system, linearize
 
 _HOMES = {
-    "FmuBlock": "block", "fmu_block": "block", "masses_block": "block",
-    "cosimulate": "cosimulation",
-    "JointModel": "equations",
-    "Masses": ".masses", "Scheme": ".masses",
-    "Controller": "simulate", "Motion": "simulate", "simulate_joint": "simulate",
-    "growth_rate": "step", "largest_step": "step", "step_warning": "step",
-    "drive_system": "systems", "joint_system": "systems", "linearize": "systems",
+    "FmuBlock": ".block", "fmu_block": ".block", "masses_block": ".block",
+    "cosimulate": ".cosimulation",
+    "JointModel": ".equations",
+    "Masses": "..model.masses", "Scheme": "..model.masses",
+    "Controller": ".simulate", "Motion": ".simulate", "simulate_joint": ".simulate",
+    "growth_rate": ".step", "largest_step": ".step", "step_warning": ".step",
+    "drive_system": ".systems", "joint_system": ".systems", "linearize": ".systems",
 }
 
 __all__ = [
@@ -44,4 +44,4 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module("." + _HOMES[name], __name__), name)
+    return getattr(import_module(_HOMES[name], __name__), name)

@@ -24,8 +24,8 @@ import control as ct
 import numpy as np
 from numpy.typing import NDArray
 
-from reefmu.fmu.host import FmuDrive
-from reefmu.masses import STATES, Masses
+from reefmu.fmu.importer.instance import FmuDrive
+from reefmu.model.masses import STATES, Masses
 from stiffness_model.errors import InputError, expect_number, unknown_name
 
 from .cosimulation import ANSWERS, extrapolate

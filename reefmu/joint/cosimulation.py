@@ -27,8 +27,8 @@ from typing import get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reefmu.fmu.host import FmuDrive
-from reefmu.masses import STATES, Masses, Scheme
+from reefmu.fmu.importer.instance import FmuDrive
+from reefmu.model.masses import STATES, Masses, Scheme
 from stiffness_model.errors import InputError, expect, unknown_name
 
 from .simulate import Controller, Motion, commanded, samples

@@ -17,8 +17,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from reefmu.masses import STATES, Masses
-from reefmu.model import INPUTS, OUTPUTS, DriveModel
+from reefmu.model.drive_model import INPUTS, OUTPUTS, DriveModel
+from reefmu.model.masses import STATES, Masses
 from stiffness_model.errors import InputError, expect_number
 
 Array = NDArray[np.float64]

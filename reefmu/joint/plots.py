@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffness_model.style import BLUE, FAINT, INK, RED, dress
+from stiffness_model.plotting.style import BLUE, FAINT, INK, RED, dress
 
 from .controller import Design, feedback, least_damping
 from .equations import JointModel

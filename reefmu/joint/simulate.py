@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reefmu.buffered import Buffered
+from reefmu.model.buffered import Buffered
 from stiffness_model.errors import InputError, expect, expect_number
 
 from .equations import JOINT_OUTPUTS, JointModel

@@ -20,7 +20,7 @@ from typing import get_args
 
 import numpy as np
 
-from reefmu.masses import Scheme
+from reefmu.model.masses import Scheme
 from stiffness_model.errors import expect_number, unknown_name
 
 STEEPEST = 1.39

@@ -18,8 +18,8 @@ import control as ct
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reefmu.buffered import Buffered
-from reefmu.model import DriveModel
+from reefmu.model.buffered import Buffered
+from reefmu.model.drive_model import DriveModel
 from stiffness_model.errors import InputError, expect
 
 from .equations import Equations, JointModel, drive_equations

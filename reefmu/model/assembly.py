@@ -8,11 +8,11 @@ from typing import Any
 
 import casadi as ca
 
-from stiffness_model.lookup import Lookup
-from stiffness_model.turning import Individual
+from stiffness_model.lookup.build import Lookup
+from stiffness_model.rotation import Individual
 
+from ..effects import Along, Effect, Place, Signals
 from .contact import element_function
-from .effects import Along, Effect, Place, Signals
 from .individual import individual_function
 from .tables import lookup_function
 

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import casadi as ca
 
-from stiffness_model.drive import Drive
-from stiffness_model.element_table import EDGE, ElementTable
-from stiffness_model.lookup import Lookup
-from stiffness_model.modulus import modulus_shares
+from stiffness_model.drawing.drive import Drive
+from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.element_table import EDGE, ElementTable
+from stiffness_model.lookup.modulus import modulus_shares
 
-from .effects import Effect, Place
+from ..effects import Effect, Place
 from .tables import cached_element_table, clip, in_scalars, spline_function, within
 
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from stiffness_model.errors import InputError, expect, refuse_unknown
-from stiffness_model.lookup import QUANTITIES, Lookup
-from stiffness_model.spline import Axis, fit
+from stiffness_model.lookup.build import QUANTITIES, Lookup
+from stiffness_model.numerics.bspline import Axis, fit
 
 Array = NDArray[np.float64]
 

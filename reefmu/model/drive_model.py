@@ -23,16 +23,16 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.drawing_file import AnyDrive, as_drive, drive_from_dict
-from stiffness_model.drive import Drive
+from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError, expect_number, unknown_name
-from stiffness_model.lookup import N_DRIVES, Lookup
-from stiffness_model.turning import Individual, draw_individual
+from stiffness_model.io.drawing_toml import AnyDrive, as_drive, drive_from_dict
+from stiffness_model.lookup.build import N_DRIVES, Lookup
+from stiffness_model.rotation import Individual, draw_individual
 
+from ..effects import Effect, Place, find_effect
 from .assembly import INPUT_NAMES, OUTPUT_NAMES, assemble, carried
 from .contact import completed
 from .curve_table import curve_of
-from .effects import Effect, Place, find_effect
 from .tables import cached_lookup
 
 
@@ -190,7 +190,7 @@ def build_model(drive: AnyDrive, effects: Mapping[str, Mapping[str, float]] | No
 
     effects: parameter values by effect and parameter name; an empty mapping for an effect that starts neutral.
     lookup: ready tables; else they come from the cache or are built. individual: the seed of one drive of the
-    drawing (`stiffness_model.turning`), to be modelled instead of the mean of all.
+    drawing (`stiffness_model.rotation`), to be modelled instead of the mean of all.
 
     Raises `UnknownNameError` or `InputError` for effects and values that do not exist or are out of bounds.
     """

@@ -18,11 +18,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.element_table import EDGE
-from stiffness_model.lookup import Lookup
-from stiffness_model.spline import Axis, fit, weights
-from stiffness_model.turning.individual import Individual, meetings
-from stiffness_model.turning.placed import Parts
+from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.element_table import EDGE
+from stiffness_model.numerics.bspline import Axis, fit, weights
+from stiffness_model.rotation.individual import Individual, meetings
+from stiffness_model.rotation.placed import Parts
 
 from .tables import locate
 
@@ -89,7 +89,7 @@ def _gathered(table: Array, index: ca.MX) -> ca.MX:
 
 
 def _places(parts: Parts, angle: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
-    """beta, the element's number and that of its meeting with a lobe, (1, width); as `turning.individual.places`."""
+    """beta, the element's number and that of its meeting with a lobe, (1, width); as `rotation.individual.places`."""
     one, window = parts.individual, parts.window
     n, step = one.drive.elements, 2 * math.pi / one.drive.elements
     passed = (one.start + (one.drive.ratio - 1) * angle) / step

@@ -19,16 +19,16 @@ from typing import Any
 
 import tomli_w
 
-from stiffness_model.drawing_file import drive_from_dict
+from stiffness_model.drawing.sampling import check_seed
 from stiffness_model.errors import InputError, expect, expect_number, refuse_unknown, unknown_name
-from stiffness_model.files import parse_toml, whole_file
-from stiffness_model.lookup import N_DRIVES, Lookup
-from stiffness_model.sampling import check_seed
+from stiffness_model.io.atomic_files import parse_toml, whole_file
+from stiffness_model.io.drawing_toml import drive_from_dict
+from stiffness_model.lookup.build import N_DRIVES, Lookup
 from stiffness_model.units import parse_quantity
 
+from ..effects import Parameter, find_effect
 from .curve_table import curve_of, table_from_dict
-from .effects import Parameter, find_effect
-from .model import DriveModel, build_curve_model, build_model, describe_effects
+from .drive_model import DriveModel, build_curve_model, build_model, describe_effects
 
 SCHEMA = 1
 _SECTIONS = ("schema", "drawing", "lookup", "curve", "model", "effects")

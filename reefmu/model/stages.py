@@ -1,6 +1,6 @@
 """The model cut where its tables are read: what comes before, and what is made of the torque that they give.
 
-`reefmu.assembly` writes the model as whole functions, tables inside. A program that reads the tables by code of
+`reefmu.model.assembly` writes the model as whole functions, tables inside. A program that reads the tables by code of
 its own (the native FMU) needs the pieces around them. They are made of the same expressions, as functions in
 scalars, without tables:
 
@@ -24,11 +24,11 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from stiffness_model.lookup import Lookup
-from stiffness_model.turning import Individual
+from stiffness_model.lookup.build import Lookup
+from stiffness_model.rotation import Individual
 
+from ..effects import Effect, Place, Signals
 from .assembly import INPUT_NAMES, Assembly
-from .effects import Effect, Place, Signals
 
 TUNED = ("compliance", "missing", "scale", "band")
 """Compliance in series with the contacts, rad/(N.m); share of one element that is missing; factor of the torque for

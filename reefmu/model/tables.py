@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import stiffness_model
-from stiffness_model.drawing_file import drive_to_dict
-from stiffness_model.drive import Drive
-from stiffness_model.element_table import ElementTable, build_element_table
+from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
-from stiffness_model.lookup import N_DRIVES, QUANTITIES, Lookup, build_lookup
-from stiffness_model.spline import Axis
+from stiffness_model.io.drawing_toml import drive_to_dict
+from stiffness_model.lookup.build import N_DRIVES, QUANTITIES, Lookup, build_lookup
+from stiffness_model.lookup.element_table import ElementTable, build_element_table
+from stiffness_model.numerics.bspline import Axis
 
 Table = TypeVar("Table", Lookup, ElementTable)
 
@@ -66,7 +66,7 @@ def spline_function(name: str, axes: Sequence[Axis], coefficients: NDArray[np.fl
                     ) -> ca.Function:
     """(point (n_axes,)) -> values (m,) of splines on these axes, or their slopes along the first one.
 
-    coefficients: (m, *sizes of the axes) as in `stiffness_model.spline`. For points on the axes alone: what stands
+    coefficients: (m, *sizes of the axes) as in `numerics.bspline`. For points on the axes alone: what stands
     beyond is for the caller to say. CasADi keeps the table inside of its own splines; where an expression picks
     from a constant, the whole table is copied at every call.
     """

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .errors import InputError, expect, expect_number, refuse_unknown
-from .files import parse_toml
-from .units import parse_quantity
+from ..errors import InputError, expect, expect_number, refuse_unknown
+from ..io.atomic_files import parse_toml
+from ..units import parse_quantity
 
 Array = NDArray[np.float64]
 
@@ -140,7 +140,7 @@ def catalog(own: str | os.PathLike[str] | None = None) -> tuple[CatalogGear, ...
     >>> sum(gear.has_curve for gear in catalog()), len(catalog())
     (3, 8)
     """
-    text = (importlib.resources.files("stiffness_model") / "catalog.toml").read_text("utf-8")
+    text = (importlib.resources.files("stiffness_model.catalog") / "catalog.toml").read_text("utf-8")
     rows = read_rows(text, "catalog.toml")
     if own is None:
         return rows

@@ -7,14 +7,14 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from . import hertz
-from .beyond.inertia import inertia_force
-from .beyond.options import Beyond
-from .beyond.profile import Profile
-from .drive import Drive
-from .errors import expect
-from .geometry import profile_curvature
-from .sampling import Deviations
+from ..drawing.drive import Drive
+from ..drawing.options import Beyond
+from ..drawing.sampling import Deviations
+from ..elasticity import hertz
+from ..errors import expect
+from ..geometry.ball_path import profile_curvature
+from ..geometry.exact_profile import Profile
+from .inertia import inertia_force
 
 Array = NDArray[np.float64]
 

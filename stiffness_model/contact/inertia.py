@@ -21,7 +21,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drive import Drive
+from ..drawing.drive import Drive
 
 Array = NDArray[np.float64]
 

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .conformal import Lamina
+from ..elasticity.conformal import Lamina
 
 if TYPE_CHECKING:
-    from ..contacts import Contacts
+    from .assembly import Contacts
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from .errors import InputError
-from .geometry import Path
+from ..errors import InputError
+from ..geometry.ball_path import Path
 from .tolerances import Tolerance
 
 MOST_CONTACT = 0.1

@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from .beyond.options import Beyond
+from ..elasticity.hertz import LINE_EXPONENT, POINT_EXPONENT
+from ..errors import expect, expect_number, expect_whole
+from ..geometry.ball_path import Path, usable_limit
+from ..geometry.seats import Seats
+from ..units import format_quantity
 from .buildable import check_flank, check_mesh, check_radii
-from .errors import expect, expect_number, expect_whole
-from .geometry import Path, usable_limit
-from .hertz import LINE_EXPONENT, POINT_EXPONENT
 from .materials import Material
-from .seats import Seats
+from .options import Beyond
 from .tolerances import Tolerance
-from .units import format_quantity
 
 PARTS = ("element", "crank", "cage", "gear")
 HOLES = ("cage", "gear")

@@ -9,9 +9,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from .errors import InputError, expect, unknown_name
+from ..errors import InputError, expect, unknown_name
+from ..units import MICROMETRE, UNITS, format_quantity
 from .tolerances import ISO_286_SIZES, SIZE_SLACK, Tolerance, iso_286, read_offset, read_window
-from .units import MICROMETRE, UNITS, format_quantity
 
 # ISO 286-1:2010, tables 4 and 5: fundamental deviations of shafts, um, over the steps of `ISO_286_SIZES`: upper limit
 # es for d to h, lower limit ei for k to p. Tables 2 and 3 for holes follow from them (`_hole`).

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..errors import InputError, expect
+from ..units import ARCMIN
 from .drive import Drive
-from .errors import InputError, expect
-from .units import ARCMIN
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ FARTHEST = 1e12
 def most_twist(drive: Drive) -> float:
     """Greatest twist that is computed, rad at the output: the less of `FAR` max_twist and a `QUARTER_TURN`.
 
-    >>> from stiffness_model.drawing_file import load_drive
+    >>> from stiffness_model.io.drawing_toml import load_drive
     >>> [round(most_twist(load_drive(name)) / ARCMIN) for name in ("drive_1", "drive_3")]
     [32, 160]
     """
@@ -39,7 +39,7 @@ def expect_twists(drive: Drive, twist: ArrayLike, where: str = "twist", *, in_ra
     in_rad: whether the caller passed rad, so that arcmin may have been forgotten. Raises `InputError` for what is not
     finite, for more than one dimension, and far beyond the drawing's max_twist (`most_twist`).
 
-    >>> from stiffness_model.drawing_file import load_drive
+    >>> from stiffness_model.io.drawing_toml import load_drive
     >>> expect_twists(load_drive("drive_1"), [0.0, 8.0])
     Traceback (most recent call last):
     ...

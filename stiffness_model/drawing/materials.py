@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from .errors import expect, expect_number, unknown_name
+from ..errors import expect, expect_number, unknown_name
 
 
 @dataclass(frozen=True)

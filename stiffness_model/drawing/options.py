@@ -28,13 +28,13 @@ class Beyond:
     bearing_stiffness: radial, of each eccentric's bearing, N/m; cage_wall_stiffness: of the wall beside each bore,
     N/m; ring_stiffness: of the gear ring under each element, along the contact's normal, N/m; housing_stiffness:
     torsional, of all that lies between contacts and flanges, N.m/rad at the output (`math.inf`: rigid).
-    gear_contact: "linear" (the paper's fixed normal and indentation, eq. 8) or "exact" (`beyond.profile`);
-    cage_contact: "hertz" (capped) or "lamina" (`beyond.conformal`); inertia: "on" for the forces on the elements at
-    the crank_speed (`beyond.inertia`). crank_speed: rad/s, for them and for lives in hours.
-    friction_coefficient: of all contacts of the elements, for losses (`beyond.friction`); no part in the torque.
+    gear_contact: "linear" (the paper's fixed normal and indentation, eq. 8) or "exact" (`geometry.exact_profile`);
+    cage_contact: "hertz" (capped) or "lamina" (`elasticity.conformal`); inertia: "on" for the forces on the elements at
+    the crank_speed (`contact.inertia`). crank_speed: rad/s, for them and for lives in hours.
+    friction_coefficient: of all contacts of the elements, for losses (`ratings.efficiency`); no part in the torque.
     gear_pressure_limit, crank_pressure_limit, cage_pressure_limit: Pa, 0 for that of the material
-    (`beyond.strength`). bearing_capacity: dynamic load rating C of each crank bearing, N, 0 if unknown;
-    bearing_type: "ball" or "roller" (`beyond.life`).
+    (`ratings.static_safety`). bearing_capacity: dynamic load rating C of each crank bearing, N, 0 if unknown;
+    bearing_type: "ball" or "roller" (`ratings.bearing_life`).
     """
 
     bearing_stiffness: float = math.inf

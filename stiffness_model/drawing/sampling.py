@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import expect
 from .drive import Drive
-from .errors import expect
 
 Array = NDArray[np.float64]
 

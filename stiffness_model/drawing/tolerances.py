@@ -10,8 +10,8 @@ import math
 import re
 from dataclasses import dataclass, field
 
-from .errors import InputError, expect, expect_number
-from .units import MICROMETRE, parse_quantity
+from ..errors import InputError, expect, expect_number
+from ..units import MICROMETRE, parse_quantity
 
 # ISO 286-1:2010, table 1. Nominal sizes above the first and up to and including the second, mm.
 ISO_286_SIZES = (0, 3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)

@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
-from ..hertz import LINE_EXPONENT, line_stiffness
+from .hertz import LINE_EXPONENT, line_stiffness
 
 Array = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipe, ellipkm1
 
-from .roots import bracketed_root
+from ..numerics.roots import bracketed_root
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ s <= 0 is play: no force.
 
 Two cases go to a Newton iteration instead (`newton.iterate`): a ball larger than its bore, where both walls
 may touch, and further forces on the element (the "additional forces" of eq. 15). What a drawing switches on beyond
-the paper's model is solved in `beyond.coupled`.
+the paper's model is solved in `coupled_elements`.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .beyond.coupled import solve_beyond
-from .contacts import Contacts
-from .element_state import NAMES, Equilibrium, Status, root
-from .errors import expect
+from ..contact.assembly import Contacts
+from ..errors import expect
+from .coupled_elements import solve_beyond
 from .newton import BLOCK as NEWTON_BLOCK
 from .newton import iterate
+from .result import NAMES, Equilibrium, Status, root
 
 Array = NDArray[np.float64]
 

@@ -25,12 +25,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contacts import Contacts
-from ..element_state import NAMES, Equilibrium, Status
+from ..contact.assembly import Contacts
 from ..errors import expect
 from .elements import ClosedForm, Motion
+from .external_load import Pull, Special
 from .frame import Centres, Frame, Seat
-from .special import Pull, Special
+from .result import NAMES, Equilibrium, Status
 
 Array = NDArray[np.float64]
 

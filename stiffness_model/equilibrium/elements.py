@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contacts import Contacts
-from ..element_state import Status, root
+from ..contact.assembly import Contacts
+from ..contact.laws import bore
 from .frame import Centres, Seat, Sums
-from .laws import bore
+from .result import Status, root
 
 Array = NDArray[np.float64]
 

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contacts import Contacts
-from ..element_state import Status
-from ..newton import BLOCK, crank_tangent, iterate
+from ..contact.assembly import Contacts
 from .elements import Motion
 from .frame import Centres, Seat, Sums
+from .newton import BLOCK, crank_tangent, iterate
+from .result import Status
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contacts import Contacts
+from ..contact.assembly import Contacts
 
 Array = NDArray[np.float64]
 

@@ -17,8 +17,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from .beyond.laws import Law, laws
-from .contacts import Contacts
+from ..contact.assembly import Contacts
+from ..contact.laws import Law, laws
 
 Array = NDArray[np.float64]
 

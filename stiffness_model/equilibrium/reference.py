@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize, root
 
-from .contacts import Contacts
+from ..contact.assembly import Contacts
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from ..drive import Drive
+from ..drawing.drive import Drive
 from ..units import ARCMIN
 from .evaluate import drive_at
 from .metrics import METRICS

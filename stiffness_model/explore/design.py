@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from ..drawing_file import drive_from_dict
-from ..drive import Drive
+from ..drawing.drive import Drive
 from ..errors import InputError
-from ..geometry import most_that_fit
+from ..geometry.ball_path import most_that_fit
+from ..io.drawing_toml import drive_from_dict
 from .parameters import COUNTS, FILL, Value
 
 BESIDE, SEATS = "beside", "seats"
@@ -78,7 +78,7 @@ def design_drive(table: Mapping[str, Any], values: Mapping[str, Value], packing:
     A base drive that reverses (lobes above the ratio) stays one that reverses. Raises `InputError` where no
     drive comes of it. check=False: for trying single names, which need not make a whole design.
 
-    >>> from stiffness_model.drawing_file import read_table
+    >>> from stiffness_model.io.drawing_toml import read_table
     >>> table, _ = read_table("drive_1")
     >>> drive = design_drive(table, {"lobes": 25, "elements_per_row": "fill", "eccentrics": 2}, Packing("beside"), "")
     >>> drive.ratio, drive.elements, drive.elements_per_row

@@ -8,9 +8,9 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from ..curve import BAND
-from ..drive import Drive
+from ..drawing.drive import Drive
 from ..errors import InputError
+from ..montecarlo.curve import BAND
 from .cost import cost_class
 from .design import design_drive
 from .metrics import METRICS

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drive import PARTS
+from ..drawing.drive import PARTS
 from ..errors import InputError, expect, refuse_unknown, unknown_name
 from ..units import format_quantity, parse_quantity
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..style import BLUE, INK, RED, SHADE, caption, dress, legend_above, new_axes
+from ..plotting.style import BLUE, INK, RED, SHADE, caption, dress, legend_above, new_axes
 from .effects import effect_of, sampled
 from .metrics import METRICS
 from .results import Results

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contacts import build_contacts
-from ..curve import BAND, TwistTorqueCurve
-from ..drive import Drive
-from ..equilibrium import closed_form
-from ..pressure import wall_forces
-from ..sampling import Deviations
-from ..turn_pressure import turn_pressures
+from ..contact.assembly import build_contacts
+from ..drawing.drive import Drive
+from ..drawing.sampling import Deviations
+from ..equilibrium.closed_form import closed_form
+from ..montecarlo.curve import BAND, TwistTorqueCurve
+from ..ratings.pressure import wall_forces
+from ..ratings.turn_pressure import turn_pressures
 from .sweep import Elements, Row, at, draw_elements, sweep
 
 Array = NDArray[np.float64]

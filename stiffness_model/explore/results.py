@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files import whole_file
+from ..io.atomic_files import whole_file
 from .evaluate import Evaluations, Outcome
 from .metrics import METRICS
 from .pareto import choose, front, violations

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..files import whole_file
+from ..io.atomic_files import whole_file
 from .evaluate import Evaluations, evaluate, join
 from .metrics import METRICS
 from .search import search

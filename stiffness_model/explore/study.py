@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..drawing_file import drive_to_dict, read_table
 from ..errors import InputError, expect, refuse_unknown, unknown_name
-from ..files import parse_toml
+from ..io.atomic_files import parse_toml
+from ..io.drawing_toml import drive_to_dict, read_table
 from ..units import UNITS, parse_quantity
 from . import parameters
 from .design import BESIDE, PACKING, Packing, base_drive, design_drive

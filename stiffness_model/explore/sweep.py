@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import sampling
-from ..contacts import Contacts, build_contacts
-from ..drive import Drive
-from ..equilibrium import Equilibrium, Status, closed_form, solve
-from ..sampling import Deviations
+from ..contact.assembly import Contacts, build_contacts
+from ..drawing import sampling
+from ..drawing.drive import Drive
+from ..drawing.sampling import Deviations
+from ..equilibrium.closed_form import Equilibrium, Status, closed_form, solve
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

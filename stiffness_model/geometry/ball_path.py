@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .roots import bracketed_root
+from ..numerics.roots import bracketed_root
 
 Array = NDArray[np.float64]
 

@@ -19,8 +19,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry import Path, profile_curvature
-from ..hertz import point_stiffness
+from ..elasticity.hertz import point_stiffness
+from .ball_path import Path, profile_curvature
 
 Array = NDArray[np.float64]
 

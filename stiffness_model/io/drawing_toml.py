@@ -10,14 +10,22 @@ from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
-from .beyond import options
-from .drive import COUNTS, HOLES, PARTS, Drive, diameters
-from .errors import DoesNotFitWarning, InputError, UnknownNameError, expect, expect_number, refuse_unknown, unknown_name
-from .files import parse_toml, whole_file
-from .fits import field_text, read_field, tolerance_of
-from .materials import MATERIALS, Material, find_material, labelled
-from .tolerances import Tolerance, free_offset
-from .units import format_quantity, parse_quantity
+from ..drawing import options
+from ..drawing.drive import COUNTS, HOLES, PARTS, Drive, diameters
+from ..drawing.fits import field_text, read_field, tolerance_of
+from ..drawing.materials import MATERIALS, Material, find_material, labelled
+from ..drawing.tolerances import Tolerance, free_offset
+from ..errors import (
+    DoesNotFitWarning,
+    InputError,
+    UnknownNameError,
+    expect,
+    expect_number,
+    refuse_unknown,
+    unknown_name,
+)
+from ..units import format_quantity, parse_quantity
+from .atomic_files import parse_toml, whole_file
 
 _SECTIONS: dict[str, tuple[str, ...]] = {
     "geometry": ("element", "element_radius", "element_length", "elements", "eccentrics", "crank_radius",

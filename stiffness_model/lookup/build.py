@@ -15,17 +15,17 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from .contacts import build_contacts, usable
-from .curve import BAND
-from .drawing_file import AnyDrive, as_drive, drive_to_dict
-from .drive import Drive
-from .equilibrium import solve
-from .errors import expect
-from .limits import expect_twists
-from .lookup_table import QUANTITIES, Lookup, describe
-from .population import Population, simulate
-from .sampling import spread, spread_drives
-from .spline import Axis, evaluate, fit
+from ..contact.assembly import build_contacts, usable
+from ..drawing.drive import Drive
+from ..drawing.limits import expect_twists
+from ..drawing.sampling import spread, spread_drives
+from ..equilibrium.closed_form import solve
+from ..errors import expect
+from ..io.drawing_toml import AnyDrive, as_drive, drive_to_dict
+from ..montecarlo.curve import BAND
+from ..montecarlo.population import Population, simulate
+from ..numerics.bspline import Axis, evaluate, fit
+from .table import QUANTITIES, Lookup, describe
 
 Array = NDArray[np.float64]
 

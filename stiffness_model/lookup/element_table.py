@@ -21,14 +21,14 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 from scipy.stats import qmc
 
-from .contacts import build_contacts, usable
-from .drive import Drive
-from .equilibrium import solve
-from .errors import expect, expect_number
-from .files import whole_file
-from .geometry import wrap
-from .sampling import Deviations, spread_drives
-from .spline import Axis, fit, locate, slope_weights, weights
+from ..contact.assembly import build_contacts, usable
+from ..drawing.drive import Drive
+from ..drawing.sampling import Deviations, spread_drives
+from ..equilibrium.closed_form import solve
+from ..errors import expect, expect_number
+from ..geometry.ball_path import wrap
+from ..io.atomic_files import whole_file
+from ..numerics.bspline import Axis, fit, locate, slope_weights, weights
 from .stored import axis_from, expect_table, load_tables, take
 
 Array = NDArray[np.float64]

@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import hertz
-from .drive import Drive
-from .errors import expect, expect_number, refuse_unknown
-from .population import simulate
+from ..drawing.drive import Drive
+from ..elasticity import hertz
+from ..errors import expect, expect_number, refuse_unknown
+from ..montecarlo.population import simulate
 from .stored import take
 
 Array = NDArray[np.float64]

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from .errors import InputError, expect, expect_number
-from .spline import Axis
+from ..errors import InputError, expect, expect_number
+from ..numerics.bspline import Axis
 
 Array = NDArray[np.float64]
 

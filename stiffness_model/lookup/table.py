@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..errors import expect, expect_number
+from ..io.atomic_files import whole_file
+from ..numerics.bspline import Axis, evaluate
+from ..units import ARCMIN, MICROMETRE
 from .element_table import ElementTable
-from .errors import expect, expect_number
-from .files import whole_file
 from .modulus import ModulusShares
-from .spline import Axis, evaluate
 from .stored import MOST, axis_from, expect_table, load_tables, take
-from .units import ARCMIN, MICROMETRE
 
 Array = NDArray[np.float64]
 
@@ -140,7 +140,7 @@ class Lookup:
     def of(head: Mapping[str, Any], coefficients: Array, element: Array | None, where: str) -> Lookup:
         """The lookup that a head describes, with the tables beside it, or `InputError`.
 
-        Tables of size zero are those of an individual, which carries none (`reefmu.fmu.packed`).
+        Tables of size zero are those of an individual, which carries none (`reefmu.fmu.model.table_encoding`).
         """
         take(head, ("twist", "clearance", "full_torque", "error", "drawing", "n_drives", "seed", "version", "modulus"),
              where)

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
-from .contacts import CONTACTS
-from .errors import InputError, expect
-from .files import whole_file
-from .roots import bracketed_root
-from .units import ARCMIN
+from ..contact.assembly import CONTACTS
+from ..errors import InputError, expect
+from ..io.atomic_files import whole_file
+from ..numerics.roots import bracketed_root
+from ..units import ARCMIN
 
 Array = NDArray[np.float64]
 

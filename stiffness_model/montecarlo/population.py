@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
-from . import sampling
-from .contacts import CONTACTS, build_contacts, usable
+from ..contact.assembly import CONTACTS, build_contacts, usable
+from ..drawing import sampling
+from ..drawing.drive import Drive
+from ..drawing.limits import expect_twists
+from ..equilibrium.closed_form import AT_ONCE, Equilibrium, Status, solve_parts
+from ..errors import expect, expect_number, warn_not_converged
+from ..io.drawing_toml import AnyDrive, as_drive
+from ..memory import expect_room
 from .curve import BAND, TwistTorqueCurve
-from .drawing_file import AnyDrive, as_drive
-from .drive import Drive
-from .equilibrium import AT_ONCE, Equilibrium, Status, solve_parts
-from .errors import expect, expect_number, warn_not_converged
-from .limits import expect_twists
-from .memory import expect_room
 
 Array = NDArray[np.float64]
 

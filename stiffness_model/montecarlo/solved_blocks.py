@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import sampling
-from ..contacts import Contacts, build_contacts, usable
-from ..drive import Drive
-from ..element_state import Equilibrium, Status
-from ..equilibrium import solve
+from ..contact.assembly import Contacts, build_contacts, usable
+from ..drawing import sampling
+from ..drawing.drive import Drive
+from ..drawing.limits import expect_twists
+from ..equilibrium.closed_form import solve
+from ..equilibrium.coupled_elements import CoupledEquilibrium
+from ..equilibrium.result import Equilibrium, Status
 from ..errors import expect, warn_not_converged
-from ..limits import expect_twists
 from ..memory import expect_room
-from .coupled import CoupledEquilibrium
 
 Array = NDArray[np.float64]
 

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import sampling
-from ..drive import Drive
+from ..drawing import sampling
+from ..drawing.drive import Drive
 from ..errors import expect
-from ..files import whole_file
-from ..style import caption
+from ..io.atomic_files import whole_file
 from .layout import turns_to_repeat
 from .loads import Loads, solve_loads
 from .section import ARROW_COLOURS, colour_elements, draw_arrows, draw_row
 from .shapes import shapes
+from .style import caption
 
 FRAMES = 48
 """Pictures for one turn of the crank."""

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .catalog import CatalogGear
-from .curve import BAND, TwistTorqueCurve
-from .errors import expect
-from .population import LOW_TORQUE, Population
-from .profile_plot import gear_profile
+from ..catalog.gears import CatalogGear
+from ..errors import expect
+from ..montecarlo.curve import BAND, TwistTorqueCurve
+from ..montecarlo.population import LOW_TORQUE, Population
+from ..units import ARCMIN
+from .profile import gear_profile
 from .style import (
     CONTACTS,
     DRIVES,
@@ -34,7 +35,6 @@ from .style import (
     legend_beside,
     new_axes,
 )
-from .units import ARCMIN
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

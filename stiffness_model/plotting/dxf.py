@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drive import HOLES, Drive
+from ..drawing.drive import HOLES, Drive
+from ..drawing.fits import field_text
 from ..errors import InputError
-from ..files import whole_file
-from ..fits import field_text
+from ..io.atomic_files import whole_file
 from ..units import MICROMETRE
 from .layout import Layout, place, towards
 from .outline import CHORD_ERROR, Outline, equidistant, gear_offset, gear_outline, rotated

@@ -19,10 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drive import Drive
+from ..drawing.drive import Drive
+from ..drawing.limits import expect_turned
 from ..errors import expect, expect_number
-from ..geometry import wrap
-from ..limits import expect_turned
+from ..geometry.ball_path import wrap
 
 Array = NDArray[np.float64]
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contacts import build_contacts, usable
-from ..drive import Drive
-from ..equilibrium import Status, solve
+from ..contact.assembly import build_contacts, usable
+from ..drawing.drive import Drive
+from ..drawing.limits import expect_twists
+from ..drawing.sampling import Deviations
+from ..equilibrium.closed_form import Status, solve
 from ..errors import warn_not_converged
-from ..limits import expect_twists
-from ..sampling import Deviations
 from .layout import Layout, place, towards
 
 Array = NDArray[np.float64]
@@ -58,9 +58,9 @@ def solve_loads(drive: Drive, deviations: Deviations, twist: float, angle: float
                 weight: Array | None = None) -> Loads:
     """Forces at `twist`, rad at the output, with the crank turned there from `angle`, rad; cage and gear fixed.
 
-    deviations: of one drive (`turning.standing`, `sampling.nominal`); its positions are replaced by those of the
+    deviations: of one drive (`rotation.standing`, `sampling.nominal`); its positions are replaced by those of the
     layout with its first element at `start`, rad, of the profile (`layout.place`). weight: (1, n) share of every
-    element in the torque, as `turning.standing` gives it; an element with none carries nothing. Without it, all on the
+    element in the torque, as `rotation.standing` gives it; an element with none carries nothing. Without it, all on the
     part of the profile that exists count whole. Raises `InputError` for a twist or
     an angle that is not finite or far from what a drive can be (`limits`); warns with `NotConvergedWarning`.
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drive import Drive
+from ..drawing.drive import Drive
 from ..errors import expect_number
-from ..geometry import Path, usable_limit
+from ..geometry.ball_path import Path, usable_limit
 
 Array = NDArray[np.float64]
 

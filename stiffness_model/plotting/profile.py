@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .drive import Drive
+from ..drawing.drive import Drive
 from .style import BLUE, FAINT, INK, METAL, RED, dress, legend_above, new_axes
 
 if TYPE_CHECKING:

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contacts import CONTACTS
-from ..drive import Drive
-from ..style import BLUE, FAINT, GREEN, INK, METAL, RED, caption
-from ..style import CONTACTS as CONTACT_LINES
+from ..contact.assembly import CONTACTS
+from ..drawing.drive import Drive
 from ..units import ARCMIN
 from .layout import towards
 from .loads import Loads
 from .shapes import Shapes, cage_room, shapes
+from .style import BLUE, FAINT, GREEN, INK, METAL, RED, caption
+from .style import CONTACTS as CONTACT_LINES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

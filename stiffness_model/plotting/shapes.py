@@ -14,9 +14,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drive import Drive
-from ..geometry import Path
-from ..roots import bracketed_root
+from ..drawing.drive import Drive
+from ..geometry.ball_path import Path
+from ..numerics.roots import bracketed_root
 from .layout import towards
 from .loads import Loads
 from .outline import rotated

@@ -17,7 +17,7 @@ the crank's surface, bent by the balls on it, and lives shorter than this says.
 No standard gives a life to the elements' own contacts, and none is computed. Lundberg's and Palmgren's capacity of a
 contact (ISO 281, ISO/TS 16281) is fitted to bearing raceways: circular, conforming, ground, in pure rolling, with
 every point of the ring loaded once for every ball. The gear's profile changes its curvature along the contact, the
-balls slide in their bores and roll back and forth on a stretch of the gear; static limits are in `beyond.strength`.
+balls slide in their bores and roll back and forth on a stretch of the gear; static limits are in `static_safety`.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..drawing_file import AnyDrive, as_drive
-from ..drive import Drive
+from ..drawing.drive import Drive
 from ..errors import expect
-from .blocks import Solved, solved_blocks, sum_over
-from .friction import least_sliding
+from ..io.drawing_toml import AnyDrive, as_drive
+from ..montecarlo.solved_blocks import Solved, solved_blocks, sum_over
+from .efficiency import least_sliding
 
 Array = NDArray[np.float64]
 

@@ -23,10 +23,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..drawing_file import AnyDrive, as_drive
-from ..drive import Drive
+from ..drawing.drive import Drive
 from ..errors import expect
-from .blocks import Solved, solved_blocks, sum_over
+from ..io.drawing_toml import AnyDrive, as_drive
+from ..montecarlo.solved_blocks import Solved, solved_blocks, sum_over
 
 Array = NDArray[np.float64]
 

@@ -7,17 +7,18 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import hertz, sampling
-from .beyond.laws import bore
-from .contacts import PARTNERS, Contacts, build_contacts, compliances, curvature_sums, usable
-from .drawing_file import AnyDrive, as_drive
-from .drive import Drive
-from .element_state import Equilibrium, Status
-from .equilibrium import solve_parts
-from .errors import expect, warn_not_converged
-from .limits import expect_twists
-from .memory import expect_room
-from .sampling import Deviations
+from ..contact.assembly import PARTNERS, Contacts, build_contacts, compliances, curvature_sums, usable
+from ..contact.laws import bore
+from ..drawing import sampling
+from ..drawing.drive import Drive
+from ..drawing.limits import expect_twists
+from ..drawing.sampling import Deviations
+from ..elasticity import hertz
+from ..equilibrium.closed_form import solve_parts
+from ..equilibrium.result import Equilibrium, Status
+from ..errors import expect, warn_not_converged
+from ..io.drawing_toml import AnyDrive, as_drive
+from ..memory import expect_room
 
 Array = NDArray[np.float64]
 

@@ -20,11 +20,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contacts import PARTNERS
-from ..curve import BAND
-from ..drawing_file import AnyDrive, as_drive
-from ..drive import Drive
-from ..turn_pressure import turn_pressures
+from ..contact.assembly import PARTNERS
+from ..drawing.drive import Drive
+from ..io.drawing_toml import AnyDrive, as_drive
+from ..montecarlo.curve import BAND
+from .turn_pressure import turn_pressures
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 """The greatest contact pressures of virtual drives over a turn, which static ratings are about (ISO 76).
 
 A drive that stands shows the elements that happen to be loaded. While it turns, each element keeps its deviations and
-passes every place of the profile, and in one turn of the output it meets every lobe of its row (`turning.individual`).
+passes every place of the profile, and in one turn of the output it meets every lobe of its row (`rotation.individual`).
 With the crank's twist given, elements do not feel each other, and a lobe that stands further in presses harder at every
 place. So the worst of all n z meetings over all angles is found without turning the drive: it is the worst over
 elements and places, each element facing the tightest lobe of its row. At gear and crank the worst element at a place is
@@ -27,16 +27,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import sampling
-from .beyond.coupled import CoupledEquilibrium, solve_beyond
-from .contacts import PARTNERS, build_contacts, usable
-from .drive import Drive
-from .element_state import Equilibrium, Status
-from .equilibrium import closed_form, solve
-from .errors import expect, warn_not_converged
-from .limits import expect_twists
+from ..contact.assembly import PARTNERS, build_contacts, usable
+from ..drawing import sampling
+from ..drawing.drive import Drive
+from ..drawing.limits import expect_twists
+from ..drawing.sampling import Deviations
+from ..equilibrium.closed_form import closed_form, solve
+from ..equilibrium.coupled_elements import CoupledEquilibrium, solve_beyond
+from ..equilibrium.result import Equilibrium, Status
+from ..errors import expect, warn_not_converged
 from .pressure import Pressures, element_pressures, expect_room_for, greatest, wall_forces
-from .sampling import Deviations
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drawing_file import AnyDrive, as_drive
-from ..drive import Drive
+from ..drawing.drive import Drive
 from ..errors import expect
-from ..lookup import mean_torque
+from ..io.drawing_toml import AnyDrive, as_drive
+from ..lookup.build import mean_torque
 from .individual import draw_individual, scattered
 from .maps import turning_map
 

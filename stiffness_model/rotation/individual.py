@@ -22,12 +22,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drawing_file import AnyDrive, as_drive
-from ..drive import PARTS, Drive
-from ..element_table import EDGE
+from ..drawing.drive import PARTS, Drive
+from ..drawing.sampling import Deviations, check_seed
 from ..errors import expect, expect_number
-from ..geometry import wrap
-from ..sampling import Deviations, check_seed
+from ..geometry.ball_path import wrap
+from ..io.drawing_toml import AnyDrive, as_drive
+from ..lookup.element_table import EDGE
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

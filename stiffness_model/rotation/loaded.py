@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..curve import PLAY_SHARE
+from ..drawing.limits import most_twist
 from ..errors import InputError, expect, expect_number
-from ..limits import most_twist
+from ..montecarlo.curve import PLAY_SHARE
 from .individual import Individual, scattered
 from .maps import Stand, finite, stands, turning_map
 
@@ -74,7 +74,7 @@ def loaded_turn(individual: Individual, torque: float, output_angle: ArrayLike) 
     Raises `InputError` for a torque that no twist within `limits.most_twist` carries.
 
     >>> from stiffness_model import ARCMIN, load_drive
-    >>> from stiffness_model.turning import draw_individual
+    >>> from stiffness_model.rotation import draw_individual
     >>> loaded = loaded_turn(draw_individual(load_drive("drive_1"), 7), 150.0, [0.0, 0.1, 0.2])
     >>> bool((abs(loaded.twist / ARCMIN - 5.3) < 0.6).all())
     True

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contacts import Contacts
-from ..equilibrium import Equilibrium, Status, solve
+from ..contact.assembly import Contacts
+from ..drawing.limits import FARTHEST, expect_twists
+from ..equilibrium.closed_form import Equilibrium, Status, solve
 from ..errors import expect, expect_number, warn_not_converged
-from ..limits import FARTHEST, expect_twists
 from .individual import Individual, Places, places
 from .placed import Parts
 
@@ -57,7 +57,7 @@ def turning_map(individual: Individual, twist: ArrayLike, output_angle: ArrayLik
     `NotConvergedWarning` of elements without an equilibrium.
 
     >>> from stiffness_model import ARCMIN, load_drive
-    >>> from stiffness_model.turning import draw_individual
+    >>> from stiffness_model.rotation import draw_individual
     >>> one = draw_individual(load_drive("drive_1"), 7)
     >>> turning_map(one, np.array([3.0, 6.0, 8.0]) * ARCMIN, [0.0, 0.1]).torque.shape
     (2, 3)

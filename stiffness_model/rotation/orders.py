@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..drive import Drive
+from ..drawing.drive import Drive
 from ..errors import expect
 
 Array = NDArray[np.float64]

@@ -12,10 +12,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contacts import Contacts, build_contacts
-from ..drive import Drive
-from ..sampling import Deviations
-from ..spline import Axis, fit, locate, weights
+from ..contact.assembly import Contacts, build_contacts
+from ..drawing.drive import Drive
+from ..drawing.sampling import Deviations
+from ..numerics.bspline import Axis, fit, locate, weights
 from .individual import Individual, Places, Window
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SHADE, dress, legend_above, new_axes
+from ..plotting.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SHADE, dress, legend_above, new_axes
 from ..units import ARCMIN
 from .fan import Fan
 from .loaded import LoadedTurn, NoLoad

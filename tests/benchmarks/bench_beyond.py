@@ -16,9 +16,9 @@ from collections.abc import Callable
 import numpy as np
 
 import stiffness_model as sm
-from stiffness_model import sampling
-from stiffness_model.contacts import Contacts, build_contacts, usable
-from stiffness_model.equilibrium import solve
+from stiffness_model.contact.assembly import Contacts, build_contacts, usable
+from stiffness_model.drawing import sampling
+from stiffness_model.equilibrium.closed_form import solve
 
 CASES: dict[str, dict[str, str]] = {
     "crank bearing 250 N/um": {"bearing_stiffness": "250 N/um"},

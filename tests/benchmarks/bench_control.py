@@ -16,14 +16,14 @@ from collections.abc import Callable
 import numpy as np
 
 import stiffness_model as sm
-from reefmu.buffered import Buffered
-from reefmu.diagnosis.workflow import examine
+from reefmu.diagnosis.pipeline import examine
 from reefmu.effects import EFFECTS
 from reefmu.joint import JointModel, Masses, joint_system
-from reefmu.model import build_model
+from reefmu.model.buffered import Buffered
+from reefmu.model.drive_model import build_model
+from reefmu.model.tables import spline_function
 from reefmu.simulate import inputs_of, simulate_signal
-from reefmu.tables import spline_function
-from stiffness_model.lookup import build_lookup
+from stiffness_model.lookup.build import build_lookup
 from tests import diagnosis_rig as rig
 
 SAMPLES = 10_000

@@ -23,12 +23,12 @@ import numpy as np
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS
-from reefmu.fmu.archive import read_archive
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.component import Component, drive_component
-from reefmu.fmu.trial import Trial, make_trial
-from reefmu.model import DriveModel, build_model
-from stiffness_model.lookup import build_lookup
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.model.component import Component, drive_component
+from reefmu.fmu.validation.reference_run import Trial, make_trial
+from reefmu.fmu.xml.archive import read_archive
+from reefmu.model.drive_model import DriveModel, build_model
+from stiffness_model.lookup.build import build_lookup
 from tests.reefmu.fmu.replay import build_replay, repeat_model, replay
 
 

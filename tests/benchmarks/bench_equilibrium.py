@@ -23,9 +23,10 @@ from pathlib import Path
 import numpy as np
 
 import stiffness_model as sm
-from stiffness_model import reference, sampling
-from stiffness_model.contacts import Contacts, build_contacts, usable
-from stiffness_model.equilibrium import MOST_PASSES, PASSES, TOLERANCE, Equilibrium, Status, closed_form
+from stiffness_model.contact.assembly import Contacts, build_contacts, usable
+from stiffness_model.drawing import sampling
+from stiffness_model.equilibrium import reference
+from stiffness_model.equilibrium.closed_form import MOST_PASSES, PASSES, TOLERANCE, Equilibrium, Status, closed_form
 
 SOURCE = Path(__file__).with_name("closed_form.c")
 FORCES = ("gear", "crank", "cage_plus", "cage_minus")

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffness_model.equilibrium import closed_form
+from stiffness_model.equilibrium.closed_form import closed_form
 from stiffness_model.explore.evaluate import Evaluations, Outcome, drive_at, evaluate
 from stiffness_model.explore.response import respond
 from stiffness_model.explore.run import run_study

@@ -28,13 +28,13 @@ import numpy as np
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.host import FmuDrive
-from reefmu.fmu.joint_component import joint_component
-from reefmu.masses import Masses
-from reefmu.model import DriveModel, build_model
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.importer.instance import FmuDrive
+from reefmu.fmu.model.joint import joint_component
+from reefmu.model.drive_model import DriveModel, build_model
+from reefmu.model.masses import Masses
 from stiffness_model.errors import DoesNotFitWarning
-from stiffness_model.lookup import build_lookup
+from stiffness_model.lookup.build import build_lookup
 
 HERE = Path(__file__).parent
 MASSES = Masses(1e-4, 2.0)

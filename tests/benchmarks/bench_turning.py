@@ -2,7 +2,7 @@
 
     python tests/benchmarks/bench_turning.py [--drive drive_1] [--seed 3] [--sample 12]
 
-The map has 61 twists x 120 angles. The paper's way (root of eq. 15, `stiffness_model.reference`) does `sample` of its
+The map has 61 twists x 120 angles. The paper's way (root of eq. 15, `equilibrium.reference`) does `sample` of its
 points in the same run; the ratio is per point. Best of five: other work on the machine only ever adds. Beside the
 individual's steps those of the mean drive.
 """
@@ -24,15 +24,15 @@ import numpy as np
 
 import reefmu
 import stiffness_model as sm
-from reefmu.fmu.archive import read_archive
-from reefmu.fmu.build import export_fmu
-from reefmu.model import DriveModel, build_model
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.xml.archive import read_archive
+from reefmu.model.drive_model import DriveModel, build_model
+from stiffness_model.equilibrium.reference import equilibrium_of
 from stiffness_model.errors import DoesNotFitWarning
-from stiffness_model.lookup import build_lookup
-from stiffness_model.reference import equilibrium_of
-from stiffness_model.turning import draw_individual, loaded_turn, no_load, turn, turning_map
-from stiffness_model.turning.individual import places
-from stiffness_model.turning.placed import Parts
+from stiffness_model.lookup.build import build_lookup
+from stiffness_model.rotation import draw_individual, loaded_turn, no_load, turn, turning_map
+from stiffness_model.rotation.individual import places
+from stiffness_model.rotation.placed import Parts
 
 TWISTS, ANGLES = 61, 120
 HOST = Path(__file__).parent.parent / "reefmu" / "fmu" / "host" / "host.c"

@@ -10,9 +10,9 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from stiffness_model import Drive
-from stiffness_model.contacts import build_contacts
-from stiffness_model.equilibrium import solve
-from stiffness_model.sampling import Deviations
+from stiffness_model.contact.assembly import build_contacts
+from stiffness_model.drawing.sampling import Deviations
+from stiffness_model.equilibrium.closed_form import solve
 
 Array = NDArray[np.float64]
 

@@ -29,13 +29,13 @@ from typing import Any
 import numpy as np
 
 from reefmu.commands.coupling import coupling_finding
-from reefmu.fmu import check
-from reefmu.fmu.archive import read_archive
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.carried import EQUATIONS_FILE, read_equations
-from reefmu.fmu.trial import make_trial
-from reefmu.masses import Masses
-from reefmu.model import DriveModel, build_model
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.python_backend.equations_file import EQUATIONS_FILE, read_equations
+from reefmu.fmu.validation import check
+from reefmu.fmu.validation.reference_run import make_trial
+from reefmu.fmu.xml.archive import read_archive
+from reefmu.model.drive_model import DriveModel, build_model
+from reefmu.model.masses import Masses
 from stiffness_model.errors import InputError
 
 LONG = 20.0

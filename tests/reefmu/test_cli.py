@@ -18,8 +18,8 @@ from reefmu import progress as progress_module
 from reefmu.cli import main
 from reefmu.commands.compare import torque_steps
 from reefmu.progress import CountingExecutor, Progress
-from stiffness_model.beyond.friction import friction_losses
-from stiffness_model.turn_pressure import turn_pressures
+from stiffness_model.ratings.efficiency import friction_losses
+from stiffness_model.ratings.turn_pressure import turn_pressures
 from tests.patience import HANG, said
 
 CURVE_FILES = ["curve.csv", "curve.png", "forces.png", "load_share.png"]
@@ -241,7 +241,7 @@ def test_no_traceback_from_the_real_program(args: list[str], tmp_path: Path) -> 
 
 def test_a_fault_while_writing_leaves_the_folder_as_it_was(tmp_path: Path, capsys: pytest.CaptureFixture[str],
                                                            monkeypatch: pytest.MonkeyPatch) -> None:
-    from stiffness_model import plots
+    from stiffness_model.plotting import curves as plots
 
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")

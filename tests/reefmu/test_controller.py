@@ -8,7 +8,7 @@ import pytest
 from reefmu.joint import JointModel, Masses
 from reefmu.joint.controller import Design, Weights, design_lqr, feedback, least_damping, sampled
 from reefmu.joint.plots import believed, run
-from reefmu.model import DriveModel
+from reefmu.model.drive_model import DriveModel
 
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0, motor_damping=1e-3, load_damping=0.5)
 SAMPLE = 5e-4

@@ -10,8 +10,8 @@ import pytest
 import stiffness_model as sm
 from reefmu.cli import main
 from reefmu.commands import demo
-from reefmu.model import build_model
-from stiffness_model.lookup import Lookup, build_lookup
+from reefmu.model.drive_model import build_model
+from stiffness_model.lookup.build import Lookup, build_lookup
 
 FILES = {"1-gear.png", "2-compare.png", "2-curve.png", "2-forces.png", "5-design.png", "5-joint.png", "curve.csv",
          "workshop.fmu"}

@@ -12,15 +12,15 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.cli import main
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.check import check_fmu
-from reefmu.individual import individual_function
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.validation.check import check_fmu
 from reefmu.joint import JointModel, Masses
-from reefmu.model import DriveModel, build_model
-from reefmu.model_file import load_model, model_text, save_model
+from reefmu.model.drive_model import DriveModel, build_model
+from reefmu.model.individual import individual_function
+from reefmu.model.model_file import load_model, model_text, save_model
 from stiffness_model.errors import InputError, UnknownNameError
-from stiffness_model.lookup import Lookup
-from stiffness_model.turning import Individual, draw_individual, loaded_turn, turning_map
+from stiffness_model.lookup.build import Lookup
+from stiffness_model.rotation import Individual, draw_individual, loaded_turn, turning_map
 from stiffness_model.units import ARCMIN
 
 SMALL = {"transmission_ratio": 9, "lobes": 10, "elements": 27, "eccentricity": "2 mm", "max_twist": "20 arcmin",
@@ -204,7 +204,7 @@ def test_curve_command_writes_an_individual(tmp_path: Path, capsys: pytest.Captu
 def test_export_command_takes_an_individual(one: DriveModel, lookup: Lookup, tmp_path: Path,
                                             monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
                                             ) -> None:
-    monkeypatch.setattr("reefmu.model.cached_lookup", lambda *_: lookup)
+    monkeypatch.setattr("reefmu.model.drive_model.cached_lookup", lambda *_: lookup)
     target = tmp_path / "three.fmu"
     assert main(["export", "drive_1", "-o", str(target), "--individual", "3"]) == 0
     assert "drive_1 individual 3: " in capsys.readouterr().out

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from reefmu.fmu.joint_component import joint_component
+from reefmu.fmu.model.joint import joint_component
 from reefmu.joint import JointModel, Masses, drive_system, joint_system, masses_block
 from reefmu.joint.equations import JOINT_INPUTS, JOINT_OUTPUTS
-from reefmu.model import DriveModel, build_model
+from reefmu.model.drive_model import DriveModel, build_model
 from stiffness_model.errors import InputError, UnknownNameError
-from stiffness_model.lookup import Lookup
+from stiffness_model.lookup.build import Lookup
 
 LIGHT, HEAVY = Masses(1e-3, 2.0), Masses(3e-3, 5.0, 1e-3, 0.5)
 TIME = np.linspace(0.0, 0.02, 41)

@@ -13,9 +13,9 @@ from scipy.linalg import expm
 import stiffness_model as sm
 from reefmu.joint import JointModel, Masses, drive_system, joint_system, linearize, simulate_joint
 from reefmu.joint.equations import DRIVE_INPUTS
-from reefmu.model import DriveModel, build_model
+from reefmu.model.drive_model import DriveModel, build_model
 from stiffness_model.errors import InputError, UnknownNameError
-from stiffness_model.lookup import Lookup
+from stiffness_model.lookup.build import Lookup
 
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0)
 ELASTIC = {

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS
-from reefmu.model import INPUTS, OUTPUTS, DriveModel, build_model
+from reefmu.model.drive_model import INPUTS, OUTPUTS, DriveModel, build_model
 from reefmu.simulate import inputs_of, simulate_signal
-from stiffness_model.lookup import Lookup
+from stiffness_model.lookup.build import Lookup
 
 TAU = [s.name for s in OUTPUTS].index("output.tau")
 LOADED = {

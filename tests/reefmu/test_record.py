@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from reefmu.model import DriveModel
+from reefmu.model.drive_model import DriveModel
 from reefmu.record import ANGLE_LIMIT, RANGES, make_record, read_record
 from reefmu.simulate import record_inputs, simulate_record
 

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from reefmu.buffered import Buffered
-from reefmu.contact import completed, element_function
 from reefmu.effects import find_effect
 from reefmu.joint import JointModel, Masses, joint_system
-from reefmu.model import DriveModel, build_model
-from reefmu.tables import lookup_function
-from stiffness_model.element_table import ElementTable
-from stiffness_model.lookup import Lookup
-from stiffness_model.spline import Axis, evaluate
+from reefmu.model.buffered import Buffered
+from reefmu.model.contact import completed, element_function
+from reefmu.model.drive_model import DriveModel, build_model
+from reefmu.model.tables import lookup_function
+from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.element_table import ElementTable
+from stiffness_model.numerics.bspline import Axis, evaluate
 
 
 def places(axis: Axis, beyond: float) -> np.ndarray:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.beyond import options
-from stiffness_model.buildable import MOST_CONTACT, MOST_INDENTATION
-from stiffness_model.hertz import point_contact_ellipse, point_stiffness
+from stiffness_model.drawing import options
+from stiffness_model.drawing.buildable import MOST_CONTACT, MOST_INDENTATION
+from stiffness_model.elasticity.hertz import point_contact_ellipse, point_stiffness
 
 
 def refused(**fields) -> str:

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stiffness_model import ARCMIN
-from stiffness_model.catalog import CatalogGear, catalog, read_rows
+from stiffness_model.catalog.gears import CatalogGear, catalog, read_rows
 from stiffness_model.errors import InputError, UnknownNameError
 
 GEARS = {(gear.type, gear.ratio): gear for gear in catalog()}

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model import hertz, sampling
-from stiffness_model.contacts import build_contacts, usable
-from stiffness_model.materials import PLA, STEEL_100CR6
+from stiffness_model.contact.assembly import build_contacts, usable
+from stiffness_model.drawing import sampling
+from stiffness_model.drawing.materials import PLA, STEEL_100CR6
+from stiffness_model.elasticity import hertz
 
 
 @pytest.fixture(scope="module")

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model import sampling
-from stiffness_model.contacts import build_contacts
-from stiffness_model.element_table import EDGE, ElementTable, build_element_table
-from stiffness_model.equilibrium import solve
-from stiffness_model.sampling import Deviations
+from stiffness_model.contact.assembly import build_contacts
+from stiffness_model.drawing import sampling
+from stiffness_model.drawing.sampling import Deviations
+from stiffness_model.equilibrium.closed_form import solve
+from stiffness_model.lookup.element_table import EDGE, ElementTable, build_element_table
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import stiffness_model as sm
-from stiffness_model import reference, sampling
-from stiffness_model.contacts import Contacts, build_contacts, usable
-from stiffness_model.equilibrium import Equilibrium, Status, solve
+from stiffness_model.contact.assembly import Contacts, build_contacts, usable
+from stiffness_model.drawing import sampling
+from stiffness_model.equilibrium import reference
+from stiffness_model.equilibrium.closed_form import Equilibrium, Status, solve
 
 FORCES = ("gear", "crank", "cage_plus", "cage_minus")
 ROLLER = {"element": "roller", "element_length": "10 mm"}

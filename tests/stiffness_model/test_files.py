@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from stiffness_model.errors import InputError
-from stiffness_model.files import (
+from stiffness_model.io.atomic_files import (
     SCRATCH,
     UNFINISHED,
     clear_abandoned,
@@ -113,7 +113,7 @@ def test_one_file_whole_or_not_at_all(tmp_path: Path) -> None:
 
 HELD = """
 import sys, time
-from stiffness_model.files import scratch_folder, staged_folder, whole_file
+from stiffness_model.io.atomic_files import scratch_folder, staged_folder, whole_file
 with staged_folder(sys.argv[1]) as stage, whole_file(sys.argv[1] + "/b.txt") as one, scratch_folder() as scratch:
     for folder in (stage, one.parent, scratch):
         (folder / "half.txt").write_text("half")

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stiffness_model as sm
-from stiffness_model.fits import LETTERS, lower_limit, read_field
-from stiffness_model.tolerances import iso_286
+from stiffness_model.drawing.fits import LETTERS, lower_limit, read_field
+from stiffness_model.drawing.tolerances import iso_286
 
 UM = 1e-6
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stiffness_model.geometry import (
+from stiffness_model.geometry.ball_path import (
     Path,
     curvature_limit,
     most_that_fit,

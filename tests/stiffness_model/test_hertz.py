@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from stiffness_model import hertz
-from stiffness_model.materials import PLA, STEEL_100CR6
+from stiffness_model.drawing.materials import PLA, STEEL_100CR6
+from stiffness_model.elasticity import hertz
 
 STEEL = 2 * STEEL_100CR6.compliance
 BALL = 7e-3

@@ -11,18 +11,19 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.cli import main
-from stiffness_model import newton, sampling
-from stiffness_model.beyond.friction import friction_losses
-from stiffness_model.beyond.life import bearing_life
-from stiffness_model.beyond.strength import check_strength
-from stiffness_model.equilibrium import Status
+from stiffness_model.drawing import sampling
+from stiffness_model.drawing.limits import FAR, FARTHEST, QUARTER_TURN, most_twist
+from stiffness_model.equilibrium import newton
+from stiffness_model.equilibrium.closed_form import Status
 from stiffness_model.errors import InputError, NotConvergedWarning
-from stiffness_model.limits import FAR, FARTHEST, QUARTER_TURN, most_twist
-from stiffness_model.lookup import mean_torque
-from stiffness_model.turning import draw_individual, turning_map
+from stiffness_model.lookup.build import mean_torque
+from stiffness_model.plotting.layout import place
+from stiffness_model.plotting.loads import solve_loads
+from stiffness_model.ratings.bearing_life import bearing_life
+from stiffness_model.ratings.efficiency import friction_losses
+from stiffness_model.ratings.static_safety import check_strength
+from stiffness_model.rotation import draw_individual, turning_map
 from stiffness_model.units import ARCMIN
-from stiffness_model.view.layout import place
-from stiffness_model.view.loads import solve_loads
 
 Ask = Callable[[sm.Drive, np.ndarray], object]
 

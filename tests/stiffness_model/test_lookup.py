@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import stiffness_model as sm
-from stiffness_model.lookup import ERROR_BOUND, QUANTITIES, Lookup, build_lookup, mean_torque
-from stiffness_model.spline import Axis, evaluate, fit
+from stiffness_model.lookup.build import ERROR_BOUND, QUANTITIES, Lookup, build_lookup, mean_torque
+from stiffness_model.numerics.bspline import Axis, evaluate, fit
 
 
 def test_mean_torque_within_the_stated_bound_of_the_solver(drive: sm.Drive, lookup: Lookup) -> None:

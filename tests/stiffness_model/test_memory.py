@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model import memory, population, sampling
-from stiffness_model.beyond.strength import check_strength
+from stiffness_model import memory
+from stiffness_model.drawing import sampling
 from stiffness_model.errors import InputError
-from stiffness_model.population import memory_needed
+from stiffness_model.montecarlo import population
+from stiffness_model.montecarlo.population import memory_needed
+from stiffness_model.ratings.static_safety import check_strength
 
 
 def test_ten_million_drives_under_a_limit_of_the_address_space_are_one_line(tmp_path: Path) -> None:

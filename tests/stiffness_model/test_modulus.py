@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.modulus import BOUNDS, modulus_shares, with_modulus
+from stiffness_model.lookup.modulus import BOUNDS, modulus_shares, with_modulus
 
 
 @pytest.mark.parametrize(("preset", "fields"), [

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model import newton, sampling
-from stiffness_model.contacts import Contacts, build_contacts, usable
-from stiffness_model.equilibrium import AT_ONCE, Status, solve, solve_parts
+from stiffness_model.contact.assembly import Contacts, build_contacts, usable
+from stiffness_model.drawing import sampling
+from stiffness_model.equilibrium import newton
+from stiffness_model.equilibrium.closed_form import AT_ONCE, Status, solve, solve_parts
 from tests.benchmarks import bench_newton
 
 
@@ -84,7 +85,7 @@ def test_blocks_stay_small_and_change_nothing(tight: Contacts, steps: list[tuple
 
 
 def test_parts_cover_the_twists_in_order(tight: Contacts, monkeypatch: pytest.MonkeyPatch) -> None:
-    from stiffness_model import equilibrium
+    from stiffness_model.equilibrium import closed_form as equilibrium
 
     monkeypatch.setattr(equilibrium, "AT_ONCE", 4 * len(tight))
     crank = np.linspace(0.0, 0.06, 10)
@@ -98,7 +99,7 @@ def test_memory_beside_the_results_does_not_grow_with_the_twists() -> None:
     """By `tracemalloc`, with blocks made small so that few twists fill many of them."""
     drive = sm.load_drive("drive_1", cage_offset="-20 um")
     with pytest.MonkeyPatch.context() as patch:
-        from stiffness_model import equilibrium
+        from stiffness_model.equilibrium import closed_form as equilibrium
 
         patch.setattr(equilibrium, "AT_ONCE", 2**14)
         patch.setattr(equilibrium, "NEWTON_BLOCK", 2**11)

@@ -12,10 +12,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import stiffness_model as sm
-from stiffness_model import ARCMIN, plots
-from stiffness_model.catalog import CatalogGear, catalog
-from stiffness_model.population import LOW_TORQUE, Population
-from stiffness_model.style import CONTACTS, DRIVES, Line, label_ends, new_axes
+from stiffness_model import ARCMIN
+from stiffness_model.catalog.gears import CatalogGear, catalog
+from stiffness_model.montecarlo.population import LOW_TORQUE, Population
+from stiffness_model.plotting import curves as plots
+from stiffness_model.plotting.style import CONTACTS, DRIVES, Line, label_ends, new_axes
 
 RANGES = {"drive_1": 8, "drive_2": 8, "drive_3": 40}
 

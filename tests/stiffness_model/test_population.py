@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model import ARCMIN, catalog
-from stiffness_model.contacts import build_contacts, usable
-from stiffness_model.population import Population
-from stiffness_model.sampling import blocks, draw
+from stiffness_model import ARCMIN
+from stiffness_model.catalog import gears as catalog
+from stiffness_model.contact.assembly import build_contacts, usable
+from stiffness_model.drawing.sampling import blocks, draw
+from stiffness_model.montecarlo.population import Population
 
 N = 1000
 TWISTS = {"drive_1": (0, 3, 6, 8), "drive_2": (0, 3, 6, 8), "drive_3": (0, 10, 20, 40)}

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model import sampling
-from stiffness_model.contacts import Contacts, build_contacts, usable
-from stiffness_model.equilibrium import solve
-from stiffness_model.reference import ElementEquilibrium, equilibrium_of
+from stiffness_model.contact.assembly import Contacts, build_contacts, usable
+from stiffness_model.drawing import sampling
+from stiffness_model.equilibrium.closed_form import solve
+from stiffness_model.equilibrium.reference import ElementEquilibrium, equilibrium_of
 
 NUMBERS = [f.name for f in dataclasses.fields(ElementEquilibrium) if f.name != "method"]
 
@@ -46,7 +46,7 @@ def test_descent_needs_no_contact_to_start_from():
 
 def test_jacobian_is_the_derivative_of_the_force():
     """Eq. 17 with eq. 18 corrected; as printed, the term of the crank's normal would be off by far more."""
-    from stiffness_model.reference import _element
+    from stiffness_model.equilibrium.reference import _element
 
     element = _element(elements("drive_3"), 7, -0.1, (3.0, -2.0))
     x, h = (4e-5, 9e-5), 1e-10

@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import stiffness_model as sm
-from stiffness_model.beyond import options
-from stiffness_model.drive import HOLES, PARTS
+from stiffness_model.drawing import options
+from stiffness_model.drawing.drive import HOLES, PARTS
 
 NAMES = st.one_of(st.sampled_from(["100Cr6", "PLA", "100Cr6 2", "POM", ""]), st.text(max_size=6))
 OWN = st.builds(sm.Material, NAMES, st.floats(1e8, 1e12), st.floats(-0.9, 0.49), st.floats(100, 2e4))

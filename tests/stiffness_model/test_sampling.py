@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.sampling import BLOCK, Deviations, blocks, draw, nominal
+from stiffness_model.drawing.sampling import BLOCK, Deviations, blocks, draw, nominal
 
 PARTS = ("element", "crank", "cage", "gear")
 PINNED = (2.783058724271789, -0.66812828, -0.8478859)

@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stiffness_model as sm
-from stiffness_model.seats import Seats
-from stiffness_model.tolerances import iso_492_normal
-from stiffness_model.view.layout import place
-from stiffness_model.view.shapes import cage_room
+from stiffness_model.drawing.tolerances import iso_492_normal
+from stiffness_model.geometry.seats import Seats
+from stiffness_model.plotting.layout import place
+from stiffness_model.plotting.shapes import cage_room
 
 ISO_3290_DIAMETERS_MM = (5, 5.5, 6, 6.5, 7, 7.5, 8, 8.5, 9, 9.5, 10, 11, 12, 13, 14, 15, 16)
 """Preferred nominal ball diameters of ISO 3290-1 in this range."""

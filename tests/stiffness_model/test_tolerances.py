@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stiffness_model as sm
-from stiffness_model.tolerances import Tolerance, iso_286, iso_492_normal, iso_3290, read_offset, read_window
+from stiffness_model.drawing.tolerances import Tolerance, iso_286, iso_492_normal, iso_3290, read_offset, read_window
 
 UM = 1e-6
 

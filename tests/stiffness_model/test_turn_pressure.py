@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model import sampling, turn_pressure
-from stiffness_model.contacts import build_contacts, usable
-from stiffness_model.equilibrium import solve
-from stiffness_model.pressure import greatest
-from stiffness_model.sampling import Deviations
-from stiffness_model.turn_pressure import tightest_lobes, turn_pressures
-from stiffness_model.turning import Individual
-from stiffness_model.turning.individual import Window, places, scattered
+from stiffness_model.contact.assembly import build_contacts, usable
+from stiffness_model.drawing import sampling
+from stiffness_model.drawing.sampling import Deviations
+from stiffness_model.equilibrium.closed_form import solve
+from stiffness_model.ratings import turn_pressure
+from stiffness_model.ratings.pressure import greatest
+from stiffness_model.ratings.turn_pressure import tightest_lobes, turn_pressures
+from stiffness_model.rotation import Individual
+from stiffness_model.rotation.individual import Window, places, scattered
 
 
 def virtual_drive(drive: sm.Drive, seed: int) -> Individual:

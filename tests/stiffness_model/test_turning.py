@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.contacts import build_contacts
-from stiffness_model.element_table import EDGE
-from stiffness_model.equilibrium import solve
+from stiffness_model.contact.assembly import build_contacts
+from stiffness_model.drawing.sampling import Deviations
+from stiffness_model.equilibrium.closed_form import solve
+from stiffness_model.equilibrium.reference import equilibrium_of
 from stiffness_model.errors import InputError
-from stiffness_model.lookup import mean_torque
-from stiffness_model.reference import equilibrium_of
-from stiffness_model.sampling import Deviations
-from stiffness_model.turning import Individual, draw_individual, mean_individual, turn, turning_map
-from stiffness_model.turning.placed import Parts
+from stiffness_model.lookup.build import mean_torque
+from stiffness_model.lookup.element_table import EDGE
+from stiffness_model.rotation import Individual, draw_individual, mean_individual, turn, turning_map
+from stiffness_model.rotation.placed import Parts
 
 SIZES = ("element", "crank", "cage")
 DRAWINGS = [

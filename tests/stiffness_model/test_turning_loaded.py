@@ -9,8 +9,8 @@ import pytest
 
 import stiffness_model as sm
 from stiffness_model.errors import InputError
-from stiffness_model.plots import save
-from stiffness_model.turning import (
+from stiffness_model.plotting.curves import save
+from stiffness_model.rotation import (
     draw_individual,
     loaded_turn,
     mean_individual,
@@ -20,7 +20,7 @@ from stiffness_model.turning import (
     turn,
     turning_map,
 )
-from stiffness_model.turning.fan import fan
+from stiffness_model.rotation.fan import fan
 
 
 @pytest.fixture(scope="module")

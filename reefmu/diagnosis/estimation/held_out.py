@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .fit import Fit, fit
-from .study import Study, make_weights
+from .least_squares import Fit, fit
+from .problem import Study, make_weights
 
 Array = NDArray[np.float64]
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .dispersion import stretches
-from .fit import Fit
-from .identify import without
-from .kernels import kernel
-from .result import NamedEffect, Value
-from .study import Study
+from ..forward.effect_functions import kernel
+from ..result import NamedEffect, Value
+from .least_squares import Fit
+from .overdispersion import stretches
+from .problem import Study
+from .search import without
 
 Array = NDArray[np.float64]
 

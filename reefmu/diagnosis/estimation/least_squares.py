@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..effects import Parameter
-from .predict import Prediction, Predictor, effects_of
+from ...effects import Parameter
+from ..forward.predictor import Prediction, Predictor, effects_of
 from .weighting import Weighting
 
 Array = NDArray[np.float64]

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import dct
 
-from .fit import Fit
-from .study import Study
+from .least_squares import Fit
+from .problem import Study
 
 Array = NDArray[np.float64]
 

@@ -9,14 +9,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..effects import EFFECTS, Effect, Need
-from .base import Base
-from .fit import Box, Fit, box_of, fit, is_logarithmic, never
-from .layout import ParameterLayout
-from .noise import Noise
-from .predict import Predictor
-from .scatter import Scatter
-from .trace import Blocks, Trace, blocks_of
+from ...effects import EFFECTS, Effect, Need
+from ..forward.base_curve import Base
+from ..forward.parameter_layout import ParameterLayout
+from ..forward.predictor import Predictor
+from ..preprocessing.noise import Noise
+from ..preprocessing.trace import Blocks, Trace, blocks_of
+from ..random_effects.scatter import Scatter
+from .least_squares import Box, Fit, box_of, fit, is_logarithmic, never
 from .weighting import Weighting, bare, is_bare, weighting
 
 Array = NDArray[np.float64]

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .fit import Fit
-from .noise import matching
-from .study import Study
+from ..preprocessing.noise import matching
+from .least_squares import Fit
+from .problem import Study
 
 Array = NDArray[np.float64]
 

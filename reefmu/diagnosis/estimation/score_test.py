@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .fit import Fit
-from .kernels import kernel
-from .study import Study, amplitudes, shape_starts
+from ..forward.effect_functions import kernel
+from .least_squares import Fit
+from .problem import Study, amplitudes, shape_starts
 from .weighting import Weighting
 
 Array = NDArray[np.float64]

@@ -9,13 +9,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ..effects import find_effect
-from .crew import Crew
-from .fit import Fit, is_logarithmic, never
-from .kernels import kernel
-from .scores import Direction, directions, screen
-from .study import Study, amplitudes
+from ...effects import find_effect
+from ..forward.effect_functions import kernel
+from .least_squares import Fit, is_logarithmic, never
+from .problem import Study, amplitudes
+from .score_test import Direction, directions, screen
 from .weighting import SIZES
+from .worker_pool import Crew
 
 Array = NDArray[np.float64]
 

@@ -12,9 +12,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from stiffness_model.files import scratch_folder
+from stiffness_model.io.atomic_files import scratch_folder
 
-from .study import Study
+from .problem import Study
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")

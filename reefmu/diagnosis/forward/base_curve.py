@@ -17,19 +17,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.drive import Drive
-from stiffness_model.element_table import ElementTable
+from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError, expect
-from stiffness_model.lookup import Lookup
-from stiffness_model.modulus import ModulusShares
+from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.element_table import ElementTable
+from stiffness_model.lookup.modulus import ModulusShares
 
-from ..contact import completed
-from ..curve_table import table_of_curve
-from ..effects import EFFECTS
-from ..record import Record, check_range, convert_units
-from .audit import ENCODER, changes
+from ...effects import EFFECTS
+from ...model.contact import completed
+from ...model.curve_table import table_of_curve
+from ...record import Record, check_range, convert_units
+from ..preprocessing.audit import ENCODER, changes
+from ..preprocessing.trace import Trace
 from .elastic import Elastic, LookupElastic, PowerElastic
-from .trace import Trace
 from .vectorised import Number
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..effects import Effect, Signals, find_effect
+from ...effects import Effect, Signals, find_effect
 from .vectorised import Number, Program
 
 Tangent = dict[int, Number]

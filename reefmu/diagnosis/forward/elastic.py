@@ -12,8 +12,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.lookup import Lookup
-from stiffness_model.spline import Axis, locate, slope_weights, weights
+from stiffness_model.lookup.build import Lookup
+from stiffness_model.numerics.bspline import Axis, locate, slope_weights, weights
 
 from .vectorised import Number
 
@@ -30,7 +30,7 @@ class Elastic(Protocol):
 
 @dataclass(frozen=True)
 class SplineTable:
-    """Values on a grid of two axes by uniform cubic B-splines, continued as `stiffness_model.spline` does.
+    """Values on a grid of two axes by uniform cubic B-splines, continued as `stiffness_model.numerics.bspline` does.
 
     coefficients: (axes[0].size, axes[1].size).
     """

@@ -1,12 +1,12 @@
-"""One element's torque over a whole trace: `stiffness_model.element_table` at one clearance, where it carries."""
+"""One element's torque over a whole trace: `lookup.element_table` at one clearance, where it carries."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.element_table import EDGE, ElementTable
-from stiffness_model.spline import locate, slope_weights, weights
+from stiffness_model.lookup.element_table import EDGE, ElementTable
+from stiffness_model.numerics.bspline import locate, slope_weights, weights
 
 from .elastic import SplineTable
 from .vectorised import Number

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..effects import Parameter, find_effect
+from ...effects import Parameter, find_effect
 
 Array = NDArray[np.float64]
 

@@ -1,6 +1,6 @@
 """Torque of base curve plus effects over a trace, and its exact sensitivities to every parameter.
 
-The order of things is that of `reefmu.assembly`. A state's equation is linear in the state, so a whole
+The order of things is that of `reefmu.model.assembly`. A state's equation is linear in the state, so a whole
 trajectory is one bidiagonal system; a creeping offset, which feels the torque it changes, is found by Newton
 steps on the trajectory.
 """
@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..effects import Along, Effect, Place, State
-from .base import Base
+from ...effects import Along, Effect, Place, State
+from ..preprocessing.trace import Blocks, Trace
+from .base_curve import Base
+from .effect_functions import Tangent, Values, accumulate, is_zero, kernel, scaled
 from .element import element_torque
-from .kernels import Tangent, Values, accumulate, is_zero, kernel, scaled
-from .layout import ParameterLayout
-from .trace import Blocks, Trace
+from .parameter_layout import ParameterLayout
 from .trajectory import exponentials, propagated, recurrence, steps
 from .vectorised import Number
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from .kernels import Tangent
+from .effect_functions import Tangent
 
 Array = NDArray[np.float64]
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..effects import separating_test
-from .fit import Fit
-from .kernels import kernel
-from .scores import Direction, projector
-from .study import Study
+from ...effects import separating_test
+from ..estimation.least_squares import Fit
+from ..estimation.problem import Study
+from ..estimation.score_test import Direction, projector
+from ..forward.effect_functions import kernel
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .dispersion import CHI_SQUARE_MEDIAN
-from .study import Study
+from ..estimation.overdispersion import CHI_SQUARE_MEDIAN
+from ..estimation.problem import Study
 
 Array = NDArray[np.float64]
 

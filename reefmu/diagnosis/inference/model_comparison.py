@@ -12,15 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..effects import EFFECTS, Likeness, Place
-from .anonymous import CURVE, Family, Rival, curve_over_torque, rivals
-from .dispersion import dispersion
-from .fit import Fit
-from .identify import Search, degenerate, part_of
+from ...effects import EFFECTS, Likeness, Place
+from ..estimation.least_squares import Fit
+from ..estimation.overdispersion import dispersion
+from ..estimation.problem import Study
+from ..estimation.score_test import projector
+from ..estimation.search import Search, degenerate, part_of
+from ..estimation.weighting import SIZES, SMALL_SCATTER
+from .nonparametric import CURVE, Family, Rival, curve_over_torque, rivals
 from .population import over_scatter
-from .scores import projector
-from .study import Study
-from .weighting import SIZES, SMALL_SCATTER
 
 Array = NDArray[np.float64]
 

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from .fit import Fit
-from .scores import projector
-from .study import Study
+from ..estimation.least_squares import Fit
+from ..estimation.problem import Study
+from ..estimation.score_test import projector
 
 Array = NDArray[np.float64]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .fit import Fit
-from .study import Study
-from .weighting import INDIVIDUAL, SIZES
+from ..estimation.least_squares import Fit
+from ..estimation.problem import Study
+from ..estimation.weighting import INDIVIDUAL, SIZES
 
 Array = NDArray[np.float64]
 

@@ -12,18 +12,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..effects import EFFECTS, find_effect
-from .contest import FORM_ERROR
-from .dispersion import dispersion
-from .fit import Fit
-from .held_out import shrinks
-from .identify import Search, degenerate, part_of, without
+from ...effects import EFFECTS, find_effect
+from ..estimation.held_out import shrinks
+from ..estimation.least_squares import Fit
+from ..estimation.overdispersion import dispersion
+from ..estimation.problem import Study
+from ..estimation.remainder import comes_again
+from ..estimation.search import Search, degenerate, part_of, without
+from ..estimation.weighting import INDIVIDUAL, SMALL_SCATTER
+from .model_comparison import FORM_ERROR
 from .population import over_scatter
-from .remainder import comes_again
 from .single_drive import LIKE_SCATTER, may_scatter, of_these_tolerances
-from .study import Study
 from .thresholds import NOISE_GAIN, Thresholds
-from .weighting import INDIVIDUAL, SMALL_SCATTER
 
 Array = NDArray[np.float64]
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from ..effects import EFFECTS, Likeness
-from .contest import FORM_ERROR, stands
-from .fit import Fit
-from .identify import part_of
-from .kernels import kernel
+from ...effects import EFFECTS, Likeness
+from ..estimation.least_squares import Fit
+from ..estimation.problem import Study
+from ..estimation.search import part_of
+from ..estimation.weighting import INDIVIDUAL, SIZES
+from ..forward.effect_functions import kernel
+from .model_comparison import FORM_ERROR, stands
 from .population import as_individual
-from .study import Study
-from .weighting import INDIVIDUAL, SIZES
 
 SHOWN_BY_A_CURVE = frozenset(e.name for e in EFFECTS.values() if e.identification.likeness is Likeness.CURVE)
 """Effects that a curve over the twist shows, the sensor's among them."""

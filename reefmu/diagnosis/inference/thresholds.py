@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..effects import Place
-from .fit import Fit
-from .kernels import kernel
-from .scores import Direction, gains, projector
-from .study import Study
-from .weighting import SMALL_SCATTER
+from ...effects import Place
+from ..estimation.least_squares import Fit
+from ..estimation.problem import Study
+from ..estimation.score_test import Direction, gains, projector
+from ..estimation.weighting import SMALL_SCATTER
+from ..forward.effect_functions import kernel
 
 Array = NDArray[np.float64]
 

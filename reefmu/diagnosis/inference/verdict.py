@@ -8,19 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..effects import find_effect
-from .accept import Justified, choose, left
-from .anonymous import Rival
-from .contest import as_mean, contest
-from .dispersion import dispersion
-from .fit import Fit
-from .identify import Search, degenerate, n_parameters
+from ...effects import find_effect
+from ..estimation.least_squares import Fit
+from ..estimation.overdispersion import dispersion
+from ..estimation.problem import Study
+from ..estimation.remainder import comes_again, remainder
+from ..estimation.search import Search, degenerate, n_parameters
+from ..estimation.weighting import INDIVIDUAL, SIZES, SMALL_SCATTER
+from .model_comparison import as_mean, contest
+from .nonparametric import Rival
 from .population import unlike_population
-from .remainder import comes_again, remainder
+from .significance import Justified, choose, left
 from .single_drive import LIKE_SCATTER, TOO_WIDE
-from .study import Study
 from .thresholds import Thresholds
-from .weighting import INDIVIDUAL, SIZES, SMALL_SCATTER
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..record import Record
+from ...record import Record
 
 LEAST_SAMPLES = 100
 SATURATED = 0.03

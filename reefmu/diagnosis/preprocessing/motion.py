@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 from scipy.signal import savgol_filter
 
-from ..speed import central_speed, usual_step
+from ...speed import central_speed, usual_step
 
 Array = NDArray[np.float64]
 

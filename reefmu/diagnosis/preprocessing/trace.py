@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..record import Record
+from ...record import Record
 from .motion import angle_noise, path_of, speed_of
 
 Array = NDArray[np.float64]

@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.contacts import build_contacts
-from stiffness_model.drawing_file import drive_to_dict
-from stiffness_model.drive import Drive
-from stiffness_model.equilibrium import solve
-from stiffness_model.sampling import Deviations
+from stiffness_model.contact.assembly import build_contacts
+from stiffness_model.drawing.drive import Drive
+from stiffness_model.drawing.sampling import Deviations
+from stiffness_model.equilibrium.closed_form import solve
+from stiffness_model.io.drawing_toml import drive_to_dict
 
 Array = NDArray[np.float64]
 

@@ -16,10 +16,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.drive import Drive
+from stiffness_model.drawing.drive import Drive
 
+from ..preprocessing.trace import Blocks, Trace
 from .responses import Responses, cells
-from .trace import Blocks, Trace
 
 Array = NDArray[np.float64]
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model import DriveModel, build_curve_model, build_model
-from ..record import Record, make_record
-from ..simulate import simulate_record
-from .base import lookup_of
-from .fit import Fit
-from .study import Study
-from .trace import Trace
+from ...model.drive_model import DriveModel, build_curve_model, build_model
+from ...record import Record, make_record
+from ...simulate import simulate_record
+from ..estimation.least_squares import Fit
+from ..estimation.problem import Study
+from ..forward.base_curve import lookup_of
+from ..preprocessing.trace import Trace
 
 Array = NDArray[np.float64]
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 
-from stiffness_model.files import staged_folder
+from stiffness_model.io.atomic_files import staged_folder
 
-from ..model_file import save_model
-from .corrected import corrected_model
-from .examined import Examined
-from .result import Diagnosis
+from ...model.model_file import save_model
+from ..examined import Examined
+from ..result import Diagnosis
+from .corrected_model import corrected_model
 
 
 def write_results(found: Examined | Diagnosis, out: str | os.PathLike[str]) -> None:
@@ -18,7 +18,7 @@ def write_results(found: Examined | Diagnosis, out: str | os.PathLike[str]) -> N
     diagnosis.json, report.html and, but for a record that allows no diagnosis, model.toml: the base model with what
     was found inside. Raises `InputError` if the folder cannot be written.
     """
-    from .report import report_html
+    from .page import report_html
 
     diagnosis = found.diagnosis if isinstance(found, Examined) else found
     with staged_folder(out) as stage:

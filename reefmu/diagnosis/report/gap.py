@@ -10,12 +10,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .corrected import corrected_model, simulated_torque
-from .fit import Fit
-from .held_out import held_out
-from .remainder import scattered
-from .result import Gap
-from .study import Study
+from ..estimation.held_out import held_out
+from ..estimation.least_squares import Fit
+from ..estimation.problem import Study
+from ..estimation.remainder import scattered
+from ..result import Gap
+from .corrected_model import corrected_model, simulated_torque
 
 Array = NDArray[np.float64]
 

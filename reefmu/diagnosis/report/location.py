@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from stiffness_model.units import ARCMIN
 
-from .result import Place
-from .study import Study
+from ..estimation.problem import Study
+from ..result import Place
 
 Array = NDArray[np.float64]
 

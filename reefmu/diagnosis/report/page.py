@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from .examined import Examined
-from .kernels import kernel
-from .report_words import MEANING, cautions, file_name, interval, main_size, quantity, reading
-from .result import Diagnosis, NamedEffect, Place
+from ..examined import Examined
+from ..forward.effect_functions import kernel
+from ..result import Diagnosis, NamedEffect, Place
+from .wording import MEANING, cautions, file_name, interval, main_size, quantity, reading
 
 _STYLE = """
 *{box-sizing:border-box}

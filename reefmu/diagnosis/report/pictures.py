@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from stiffness_model.units import ARCMIN
 
-from .fit import Fit
-from .locate import coordinates
-from .remainder import scattered
-from .report_gap import held_out
-from .result import Gap
-from .study import Study
+from ..estimation.least_squares import Fit
+from ..estimation.problem import Study
+from ..estimation.remainder import scattered
+from ..result import Gap
+from .gap import held_out
+from .location import coordinates
 
 Array = NDArray[np.float64]
 

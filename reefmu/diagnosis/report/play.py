@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from .base import Base
-from .result import NamedEffect, Value
+from ..forward.base_curve import Base
+from ..result import NamedEffect, Value
 
 _UNITS = {"m": "rad", "m/K": "rad/K", "m/rad": "1"}
 

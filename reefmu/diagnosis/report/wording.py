@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stiffness_model.units import ARCMIN, MICROMETRE
 
-from .result import Diagnosis, NamedEffect, Place, Value
+from ..result import Diagnosis, NamedEffect, Place, Value
 
 MEANING = {
     "named": "the missing effect is found",

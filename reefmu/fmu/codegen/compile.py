@@ -19,9 +19,9 @@ from dataclasses import dataclass
 
 from reefmu.progress import Progress
 from stiffness_model.errors import InputError, unknown_name
-from stiffness_model.files import scratch_folder, whole_file
+from stiffness_model.io.atomic_files import scratch_folder, whole_file
 
-from .generate import UNIT
+from .sources import UNIT
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def compile_binaries(sources: Mapping[str, bytes], identifier: str,
 
 
 def _compiled(sources: Mapping[str, bytes], identifier: str, p: Platform, target: str) -> bytes:
-    from reefmu.tables import cache_folder
+    from reefmu.model.tables import cache_folder
 
     command, version = _compiler(p, target)
     digest = hashlib.sha256(repr((identifier, version, command)).encode())

@@ -1,6 +1,6 @@
 """The functions of a component that become C: small ones in scalars, to run around the tables.
 
-Those of `reefmu.stages`, on the component's own vectors x, u and p, and with them
+Those of `reefmu.model.stages`, on the component's own vectors x, u and p, and with them
 
     initial(u, p) -> x
     initial_change(u, p, d) -> dx            change of the first states for a change d of (u, x, p), x left out
@@ -17,7 +17,7 @@ and for a joint, which integrates itself,
 
 and for an individual, not in scalars,
 
-    individual(q) -> c                       what its own contacts give: `reefmu.stages`
+    individual(q) -> c                       what its own contacts give: `reefmu.model.stages`
     individual_change(q, dq) -> dc
 """
 
@@ -26,12 +26,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from .component import Component
+from ..model.component import Component
 
 if TYPE_CHECKING:
     import casadi
 
-    from reefmu.stages import Stages
+    from reefmu.model.stages import Stages
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def make_pieces(component: Component) -> Pieces:
     """The pieces of a component of either kind."""
     import casadi as ca
 
-    from reefmu.stages import CONTACT, make_stages, scalar_function
+    from reefmu.model.stages import CONTACT, make_stages, scalar_function
 
     model = component.model
     stages = make_stages(model.lookup, model.effects, model.individual)
@@ -61,7 +61,7 @@ def make_pieces(component: Component) -> Pieces:
                  "rate": stages.rate(x, u, k, p, c), "output": stages.output(x, u, k, p, c)}
         motion = 0
     else:
-        from .joint_component import JointStages
+        from ..model.joint import JointStages
 
         joint = JointStages(component.model, stages, x, u, p, dt, k, c)
         drive, motion = joint.of_drive(), 4

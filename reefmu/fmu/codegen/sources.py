@@ -15,13 +15,13 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from stiffness_model.files import scratch_folder
-from stiffness_model.lookup import QUANTITIES
+from stiffness_model.io.atomic_files import scratch_folder
+from stiffness_model.lookup.build import QUANTITIES
 
-from .component import Component
-from .interface import FMI2, Interface, Standard, Variable
-from .packed import TABLES, carried_lookup, tables_header
-from .pieces import Pieces, make_pieces
+from ..model.component import Component
+from ..model.table_encoding import TABLES, carried_lookup, tables_header
+from ..model.variables import FMI2, Interface, Standard, Variable
+from .functions import Pieces, make_pieces
 
 UNIT = "all.c"
 """The file to compile."""
@@ -99,8 +99,8 @@ def _prefix(names: _Names) -> str:
 
 
 def _header(component: Component, pieces: Pieces, interface: Interface, names: _Names, sizes: dict[str, int]) -> str:
-    from reefmu.assembly import NEWTON_STEPS, SETTLED
-    from reefmu.stages import CONTACT, TUNED
+    from reefmu.model.assembly import NEWTON_STEPS, SETTLED
+    from reefmu.model.stages import CONTACT, TUNED
 
     n_u, n_y, n_x = len(component.inputs), len(component.outputs), len(component.states)
     stages = pieces.stages

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from stiffness_model.errors import expect, unknown_name
-from stiffness_model.files import scratch_folder
+from stiffness_model.io.atomic_files import scratch_folder
 
 _LOG_LENGTH = 20
 

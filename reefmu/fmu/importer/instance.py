@@ -18,9 +18,9 @@ from typing import Any, Self
 
 from stiffness_model.errors import InputError, expect, unknown_name
 
-from .archive import SCRIPT_NAME, FmuFile, read_archive
-from .calls import Block, Loaded, callbacks, pythonfmu_location
-from .interface import INDICATOR
+from ..model.variables import INDICATOR
+from ..xml.archive import SCRIPT_NAME, FmuFile, read_archive
+from .ctypes_buffers import Block, Loaded, callbacks, pythonfmu_location
 from .saved_values import with_values
 
 _PYTHONFMU_LAST_WORDS = "Fatal py exception"
@@ -94,7 +94,7 @@ class FmuDrive:
         names = {"guid": self.guid, "unzipDirectory": str(folder), "modelIdentifier": archive.model_identifier,
                  "instanceName": name}
         if archive.fmi_version == "3.0":
-            from .calls3 import Slave3
+            from .fmi3_adapter import Slave3
 
             with _LOADING:
                 slave = Slave3(self._complaints, **names)

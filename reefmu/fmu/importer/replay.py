@@ -12,7 +12,7 @@ from reefmu.effects import EFFECTS
 from reefmu.record import Record
 from reefmu.simulate import record_inputs
 
-from .host import FmuDrive
+from .instance import FmuDrive
 
 _INPUTS = ("crank.phi", "crank.w", "output.phi", "output.w", "temperature")
 INSTANT = 1e-12

@@ -23,17 +23,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffness_model.errors import InputError, expect
-from stiffness_model.files import parse_toml
+from stiffness_model.io.atomic_files import parse_toml
 
 from .kernel import equal_parts
-from .packed import TABLES, read_tables
+from .table_encoding import TABLES, read_tables
 
 if TYPE_CHECKING:
     import casadi
 
-    from reefmu.masses import Masses
-    from reefmu.model import DriveModel, ModelParameter, Signal
-    from stiffness_model.lookup import Lookup
+    from reefmu.model.drive_model import DriveModel, ModelParameter, Signal
+    from reefmu.model.masses import Masses
+    from stiffness_model.lookup.build import Lookup
 
 Kind = Literal["drive", "joint"]
 KINDS: tuple[Kind, ...] = ("drive", "joint")
@@ -110,7 +110,7 @@ def files_in(kind: str, members: Collection[str]) -> dict[str, str]:
 
 def component_in(folder: Path) -> Component:
     """The component of `save_component`, or of `files_in`. Errors: `InputError` for files that are no such one."""
-    from reefmu.model_file import load_model
+    from reefmu.model.model_file import load_model
 
     packed = (folder / HEAD_FILE).exists()
     model = load_model(folder / MODEL_FILE, lookup=_packed_lookup(folder) if packed else folder / LOOKUP_FILE)
@@ -119,9 +119,9 @@ def component_in(folder: Path) -> Component:
     masses = folder / JOINT_FILE
     if not masses.exists():
         return drive_component(model)
-    from reefmu.masses import Masses
+    from reefmu.model.masses import Masses
 
-    from .joint_component import joint_component
+    from .joint import joint_component
 
     try:
         return joint_component(model, Masses(**parse_toml(masses.read_text("utf-8"), str(masses))))
@@ -141,7 +141,7 @@ def save_component(model: DriveModel, masses: Masses | None, folder: Path) -> No
     """Write what a component is made of: model, lookup and, for a joint, masses."""
     import tomli_w
 
-    from reefmu.model_file import save_model
+    from reefmu.model.model_file import save_model
 
     save_model(model, folder / MODEL_FILE)
     model.lookup.save(folder / LOOKUP_FILE)
@@ -151,8 +151,8 @@ def save_component(model: DriveModel, masses: Masses | None, folder: Path) -> No
 
 def drive_component(model: DriveModel) -> Component:
     """Kind `drive`: angles and speeds in, torques out; the model itself."""
-    from reefmu.assembly import carried
-    from reefmu.model import INPUTS, OUTPUTS
+    from reefmu.model.assembly import carried
+    from reefmu.model.drive_model import INPUTS, OUTPUTS
 
     return Component("drive", model.name, INPUTS, OUTPUTS, model.states, model.parameters, model.initial,
                      model.advance, model.rate, model.output, model.full_torque, model,

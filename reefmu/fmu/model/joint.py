@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any
 from .component import Component
 
 if TYPE_CHECKING:
-    from reefmu.masses import Masses
-    from reefmu.model import DriveModel
-    from reefmu.stages import Stages
+    from reefmu.model.drive_model import DriveModel
+    from reefmu.model.masses import Masses
+    from reefmu.model.stages import Stages
 
 PHASE = 0.1
 """rad of the joint's fastest oscillation in one part of a step: energy then holds to 1e-6."""
@@ -29,8 +29,8 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
     """The joint of a drive and two masses. Values of `masses` are what the parameters start from."""
     import casadi as ca
 
-    from reefmu.assembly import carried
-    from reefmu.model import OUTPUTS, ModelParameter, Signal
+    from reefmu.model.assembly import carried
+    from reefmu.model.drive_model import OUTPUTS, ModelParameter, Signal
 
     motion = (
         Signal("crank.phi", "rad", "Angle of the crank and the motor"),
@@ -58,8 +58,8 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
 
 
 def _mass_parameters(masses: Masses) -> tuple[Any, ...]:
-    from reefmu.masses import DAMPINGS, INERTIAS, Masses
-    from reefmu.model import ModelParameter
+    from reefmu.model.drive_model import ModelParameter
+    from reefmu.model.masses import DAMPINGS, INERTIAS, Masses
 
     texts = {"motor_inertia": "Inertia that turns with the crank", "load_inertia": "Inertia that turns with the output",
              "motor_damping": "Viscous damping of the crank", "load_damping": "Viscous damping of the output"}
@@ -195,7 +195,7 @@ class System:
 
 
 class JointStages(System):
-    """The same around tables that other code reads: see `pieces`. k, c: what `reefmu.stages` calls so."""
+    """The same around tables that other code reads: see `pieces`. k, c: what `reefmu.model.stages` calls so."""
 
     def __init__(self, model: DriveModel, stages: Stages, x: Any, u: Any, p: Any, dt: Any, k: Any, c: Any) -> None:
         super().__init__(model)
@@ -219,7 +219,7 @@ class JointStages(System):
 
     def of_motion(self) -> dict[str, Any]:
         """The functions that move the masses."""
-        from reefmu.stages import scalar_function
+        from reefmu.model.stages import scalar_function
 
         x, u, dt, p, ca = self.x, self.u, self.dt, self.p, self.ca
         g, added = ca.MX.sym("g"), ca.MX.sym("added")
@@ -235,7 +235,7 @@ def steepest(model: DriveModel) -> float:
 
     lookup = model.lookup
     if model.individual is not None:
-        from reefmu import individual
+        from reefmu.model import individual
 
         return individual.steepest(model.individual, lookup)
     # The spline's slope is a mean of the differences of its coefficients.

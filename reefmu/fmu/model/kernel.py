@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from reefmu.buffered import bind
+from reefmu.model.buffered import bind
 
-from .interface import Interface
+from .variables import Interface
 
 if TYPE_CHECKING:
     import casadi

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from reefmu.masses import TYPICAL, Masses
+from reefmu.model.masses import TYPICAL, Masses
 
 if TYPE_CHECKING:
-    from reefmu.model import Signal
+    from reefmu.model.drive_model import Signal
 
     from .component import Component
 
@@ -101,7 +101,7 @@ def _masses(component: Component) -> Masses:
 
 def _frequency(component: Component, masses: Masses) -> float:
     """Eigenfrequency at the steepest torque, rad/s."""
-    from .joint_component import steepest
+    from .joint import steepest
 
     return math.sqrt(steepest(component.model) / masses.reduced_inertia(_value(component, "ratio")))
 

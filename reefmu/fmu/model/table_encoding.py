@@ -19,14 +19,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.element_table import EDGE
 from stiffness_model.errors import InputError, expect
-from stiffness_model.lookup import QUANTITIES, Lookup
-from stiffness_model.spline import Axis
-from stiffness_model.stored import axis_from, parse_json, take
+from stiffness_model.lookup.build import QUANTITIES, Lookup
+from stiffness_model.lookup.element_table import EDGE
+from stiffness_model.lookup.stored import axis_from, parse_json, take
+from stiffness_model.numerics.bspline import Axis
 
 if TYPE_CHECKING:
-    from reefmu.model import DriveModel
+    from reefmu.model.drive_model import DriveModel
 
 Array = NDArray[np.float64]
 TABLES = "tables.h"

@@ -22,7 +22,7 @@ from stiffness_model.errors import unknown_name
 if TYPE_CHECKING:
     import casadi
 
-    from reefmu.model import DriveModel
+    from reefmu.model.drive_model import DriveModel
 
     from .component import Component
 

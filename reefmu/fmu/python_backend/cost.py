@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .component import Component
-from .interface import declare
-from .kernel import Kernel
+from ..model.component import Component
+from ..model.kernel import Kernel
+from ..model.variables import declare
 
 _TRIES = 5
 clock: Callable[[], float] = time.perf_counter

@@ -25,18 +25,18 @@ import reefmu
 import stiffness_model
 from stiffness_model.errors import InputError, expect
 
-from .interface import Interface, Variable
-from .kernel import equal_parts
+from ..model.kernel import equal_parts
+from ..model.variables import Interface, Variable
 
 if TYPE_CHECKING:
     import casadi
 
-    from .component import Component
+    from ..model.component import Component
 
 EQUATIONS_FILE = "equations.json"
 """The name among the resources."""
 _PACKAGES = {package.__name__: Path(str(package.__file__)).parent for package in (reefmu, stiffness_model)}
-_ROOTS = ("reefmu.model", "reefmu.fmu.joint_component", "reefmu.fmu.kernel")
+_ROOTS = ("reefmu.model.drive_model", "reefmu.fmu.model.joint", "reefmu.fmu.model.kernel")
 """Where the equations of either kind, and of a step, are put together."""
 
 
@@ -116,7 +116,7 @@ def code_digest(modules: tuple[str, ...]) -> str:
 def model_modules() -> list[str]:
     """The modules of this project, sorted, that the imports of `_ROOTS` reach, at whatever place they stand.
 
-    >>> {"reefmu.assembly", "reefmu.effects.backlash", "stiffness_model.spline"} <= set(model_modules())
+    >>> {"reefmu.model.assembly", "reefmu.effects.backlash", "stiffness_model.numerics.bspline"} <= set(model_modules())
     True
     >>> any(name.startswith("reefmu.diagnosis") for name in model_modules())
     False

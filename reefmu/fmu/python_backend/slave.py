@@ -26,9 +26,9 @@ from pythonfmu.enums import Fmi2Status
 
 from stiffness_model.errors import InputError
 
-from .carried import EQUATIONS_FILE, Equations, read_equations
-from .interface import Interface
-from .kernel import Kernel
+from ..model.kernel import Kernel
+from ..model.variables import Interface
+from .equations_file import EQUATIONS_FILE, Equations, read_equations
 from .workarounds import guarded, hold, resource_folder
 
 _SETUP, _INITIALISED, _TERMINATED = "setup", "initialised", "terminated"

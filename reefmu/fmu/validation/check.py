@@ -16,19 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffness_model.errors import InputError, expect
-from stiffness_model.files import scratch_folder
+from stiffness_model.io.atomic_files import scratch_folder
 
-from .archive import SCRIPT_NAME, FmuFile, read_archive, read_members
-from .component import KINDS, component_in, files_in
+from ..importer.instance import FmuDrive
+from ..model.component import KINDS, component_in, files_in
+from ..model.variables import INDICATOR, STANDARDS, Variable, declare, declare_exchange
+from ..xml.archive import SCRIPT_NAME, FmuFile, read_archive, read_members
 from .derivatives import TOLERANCE as DERIVATIVE_TOLERANCE
 from .derivatives import derivative_error
-from .host import FmuDrive
-from .interface import INDICATOR, STANDARDS, Variable, declare, declare_exchange
-from .rules import broken_rules
-from .trial import QUARTERS, Trial, continue_fmu, make_trial, run_fmu, run_model
+from .fmi3_rules import broken_rules
+from .reference_run import QUARTERS, Trial, continue_fmu, make_trial, run_fmu, run_model
 
 if TYPE_CHECKING:
-    from .component import Component
+    from ..model.component import Component
 
 TOLERANCE = 1e-9
 """Greatest deviation from the Python model, as a part of full torque (other outputs: of their greatest)."""

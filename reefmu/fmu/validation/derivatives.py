@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .host import FmuDrive
-from .sizes import full_twist
-from .trial import Trial
+from ..importer.instance import FmuDrive
+from ..model.sizes import full_twist
+from .reference_run import Trial
 
 if TYPE_CHECKING:
-    from .component import Component
+    from ..model.component import Component
 
 Array = NDArray[np.float64]
 TOLERANCE = 1e-6

@@ -5,7 +5,7 @@ from __future__ import annotations
 import zipfile
 from xml.etree import ElementTree
 
-from .archive import DESCRIPTION, FmuFile
+from ..xml.archive import DESCRIPTION, FmuFile
 
 _OPEN = ("approx", "calculated")
 

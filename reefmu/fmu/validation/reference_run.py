@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .host import FmuDrive
-from .sizes import full_twist
+from ..importer.instance import FmuDrive
+from ..model.sizes import full_twist
 
 if TYPE_CHECKING:
-    from .component import Component
+    from ..model.component import Component
 
 STEPS = (1e-3, 1 / 60, 1e-6, 2.5e-3, 1e-3 / 3, 0.02, 1e-4)
 """Communication steps in s, in turn: some are no finite binary fraction, one is far below the rest."""

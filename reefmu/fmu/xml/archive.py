@@ -13,9 +13,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from stiffness_model.errors import InputError, expect
-from stiffness_model.files import whole_file
+from stiffness_model.io.atomic_files import whole_file
 
-from .description import TOOL
+from .fmi2 import TOOL
 
 DESCRIPTION = "modelDescription.xml"
 MOST_MEMBERS, MOST_BYTES, MOST_TEXT = 1000, 1 << 28, 1 << 24

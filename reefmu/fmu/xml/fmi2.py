@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from .interface import Interface, Variable
-from .sizes import Experiment
-from .units import base_unit
+from ..model.sizes import Experiment
+from ..model.units import base_unit
+from ..model.variables import Interface, Variable
 
 TOOL = "reefmu"
 """Name under which this package marks its FMUs (VendorAnnotations)."""

@@ -11,9 +11,9 @@ from dataclasses import replace
 from typing import NamedTuple
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from . import description
-from .description import LOG_CATEGORIES, TOOL, TYPES, Export, plain_text, type_names, unit_definitions
-from .interface import FMI3, INDICATOR, Interface, Variable
+from ..model.variables import FMI3, INDICATOR, Interface, Variable
+from . import fmi2 as description
+from .fmi2 import LOG_CATEGORIES, TOOL, TYPES, Export, plain_text, type_names, unit_definitions
 
 EXCHANGE = {"needsExecutionTool": False, "canBeInstantiatedOnlyOncePerProcess": False, "canGetAndSetFMUState": True,
             "canSerializeFMUState": True, "providesDirectionalDerivatives": True,

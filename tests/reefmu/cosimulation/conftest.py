@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 import stiffness_model as sm
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.platforms import has_compiler
+from reefmu.fmu.codegen.compile import has_compiler
+from reefmu.fmu.export import export_fmu
 from reefmu.joint import JointModel
-from reefmu.model import build_model
-from stiffness_model.lookup import Lookup
+from reefmu.model.drive_model import build_model
+from stiffness_model.lookup.build import Lookup
 from tests.reefmu.cosimulation.joints import FREE, MASSES
 
 

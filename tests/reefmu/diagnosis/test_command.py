@@ -13,8 +13,8 @@ import pytest
 
 from reefmu.cli import main
 from reefmu.diagnosis import diagnose_record
-from reefmu.diagnosis.audit import audit
-from reefmu.diagnosis.exponent import PLAY
+from reefmu.diagnosis.preprocessing.audit import audit
+from reefmu.diagnosis.shared_exponent import PLAY
 from reefmu.progress import Progress
 from reefmu.record import Record, make_record
 from stiffness_model.errors import InputError

@@ -7,11 +7,11 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from typing import Any
 
 from reefmu.diagnosis import diagnose_record
-from reefmu.diagnosis.base import drawing_base
-from reefmu.diagnosis.identify import base_fit
-from reefmu.diagnosis.trace import trace_of
-from reefmu.diagnosis.workflow import prepare
-from reefmu.tables import cached_lookup
+from reefmu.diagnosis.estimation.search import base_fit
+from reefmu.diagnosis.forward.base_curve import drawing_base
+from reefmu.diagnosis.pipeline import prepare
+from reefmu.diagnosis.preprocessing.trace import trace_of
+from reefmu.model.tables import cached_lookup
 from tests import diagnosis_rig as rig
 
 

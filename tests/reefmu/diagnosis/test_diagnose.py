@@ -8,7 +8,7 @@ import pytest
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.diagnosis.result import VERDICTS
-from reefmu.model_file import load_model
+from reefmu.model.model_file import load_model
 from reefmu.record import Record, make_record
 from stiffness_model.errors import InputError
 from tests import diagnosis_rig as rig

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import pytest
 
-from reefmu.diagnosis.base import drawing_base
-from reefmu.diagnosis.dispersion import dispersion
-from reefmu.diagnosis.fit import Fit
-from reefmu.diagnosis.identify import base_fit
-from reefmu.diagnosis.study import Study
-from reefmu.diagnosis.trace import trace_of
-from reefmu.diagnosis.weighting import Weighting
-from reefmu.diagnosis.workflow import prepare
-from reefmu.tables import cached_lookup
+from reefmu.diagnosis.estimation.least_squares import Fit
+from reefmu.diagnosis.estimation.overdispersion import dispersion
+from reefmu.diagnosis.estimation.problem import Study
+from reefmu.diagnosis.estimation.search import base_fit
+from reefmu.diagnosis.estimation.weighting import Weighting
+from reefmu.diagnosis.forward.base_curve import drawing_base
+from reefmu.diagnosis.pipeline import prepare
+from reefmu.diagnosis.preprocessing.trace import trace_of
+from reefmu.model.tables import cached_lookup
 from tests import diagnosis_rig as rig
 
 

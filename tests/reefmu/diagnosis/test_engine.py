@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.base import drawing_base
-from reefmu.diagnosis.predict import Predictor
-from reefmu.diagnosis.trace import trace_of
+from reefmu.diagnosis.forward.base_curve import drawing_base
+from reefmu.diagnosis.forward.predictor import Predictor
+from reefmu.diagnosis.preprocessing.trace import trace_of
 from reefmu.effects import EFFECTS
-from reefmu.model import build_model
+from reefmu.model.drive_model import build_model
+from reefmu.model.tables import cached_lookup
 from reefmu.simulate import simulate_record
-from reefmu.tables import cached_lookup
 from tests import diagnosis_rig as rig
 
 SETS = [

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from reefmu.cli import main
-from reefmu.diagnosis.corrected import conditioned, corrected_model, simulated_torque
 from reefmu.diagnosis.examined import Examined
-from reefmu.diagnosis.trace import trace_of
-from reefmu.diagnosis.workflow import examine
-from reefmu.diagnosis.write import write_results
-from reefmu.fmu.replay import replay_record
-from reefmu.model import build_model
-from reefmu.model_file import load_model
+from reefmu.diagnosis.pipeline import examine
+from reefmu.diagnosis.preprocessing.trace import trace_of
+from reefmu.diagnosis.report.corrected_model import conditioned, corrected_model, simulated_torque
+from reefmu.diagnosis.report.files import write_results
+from reefmu.fmu.importer.replay import replay_record
+from reefmu.model.drive_model import build_model
+from reefmu.model.model_file import load_model
 from reefmu.record import make_record
-from stiffness_model.lookup import Lookup
+from stiffness_model.lookup.build import Lookup
 from tests import diagnosis_rig as rig
 from tests.blind.records import Case, make
 from tests.blind.sensors import Sensors

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reefmu.diagnosis.motion import angle_noise, path_of, speed_of, turning_points
+from reefmu.diagnosis.preprocessing.motion import angle_noise, path_of, speed_of, turning_points
 
 TRUE = np.concatenate([np.linspace(0, 1, 30), np.full(190, 1.0), np.linspace(1, 0, 20), np.full(100, 0.0),
                        np.linspace(0, -1, 25), np.linspace(-1, 1, 50), np.linspace(1, -1, 50)])

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.autocorrelation import autocorrelation
-from reefmu.diagnosis.noise import estimate_noise, period_of
-from reefmu.diagnosis.trace import trace_of
-from reefmu.tables import cached_lookup
+from reefmu.diagnosis.preprocessing.autocorrelation import autocorrelation
+from reefmu.diagnosis.preprocessing.noise import estimate_noise, period_of
+from reefmu.diagnosis.preprocessing.trace import trace_of
+from reefmu.model.tables import cached_lookup
 from tests import diagnosis_rig as rig
 
 

@@ -11,17 +11,17 @@ import pytest
 from numpy.typing import NDArray
 
 from reefmu.diagnosis import diagnose_record
-from reefmu.diagnosis.base import drawing_base
-from reefmu.diagnosis.fit import Fit
-from reefmu.diagnosis.identify import base_fit
-from reefmu.diagnosis.population import as_individual, over_scatter, unlike_population
+from reefmu.diagnosis.estimation.least_squares import Fit
+from reefmu.diagnosis.estimation.problem import Study
+from reefmu.diagnosis.estimation.search import base_fit
+from reefmu.diagnosis.estimation.weighting import INDIVIDUAL
+from reefmu.diagnosis.forward.base_curve import drawing_base
+from reefmu.diagnosis.inference.population import as_individual, over_scatter, unlike_population
+from reefmu.diagnosis.inference.single_drive import may_scatter
+from reefmu.diagnosis.pipeline import prepare
+from reefmu.diagnosis.preprocessing.trace import trace_of
 from reefmu.diagnosis.result import Diagnosis
-from reefmu.diagnosis.single_drive import may_scatter
-from reefmu.diagnosis.study import Study
-from reefmu.diagnosis.trace import trace_of
-from reefmu.diagnosis.weighting import INDIVIDUAL
-from reefmu.diagnosis.workflow import prepare
-from reefmu.tables import cached_lookup
+from reefmu.model.tables import cached_lookup
 from tests import diagnosis_rig as rig
 
 Array = NDArray[np.float64]

@@ -10,10 +10,10 @@ import pytest
 
 from reefmu.diagnosis import Diagnosis, Gap, NamedEffect, Place, Value
 from reefmu.diagnosis.examined import Examined
-from reefmu.diagnosis.report import report_html
-from reefmu.diagnosis.report_words import MEANING, cautions, file_name
+from reefmu.diagnosis.pipeline import examine
+from reefmu.diagnosis.report.page import report_html
+from reefmu.diagnosis.report.wording import MEANING, cautions, file_name
 from reefmu.diagnosis.result import VERDICTS
-from reefmu.diagnosis.workflow import examine
 from tests import diagnosis_rig as rig
 from tests.reefmu.diagnosis import browser
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.base import drawing_base
-from reefmu.diagnosis.individuals import individuals_along
-from reefmu.diagnosis.scatter import Scatter
-from reefmu.diagnosis.study import Study
-from reefmu.diagnosis.trace import trace_of
-from reefmu.diagnosis.workflow import prepare
-from reefmu.tables import cached_lookup
-from stiffness_model.turning import draw_individual, turning_map
+from reefmu.diagnosis.estimation.problem import Study
+from reefmu.diagnosis.forward.base_curve import drawing_base
+from reefmu.diagnosis.pipeline import prepare
+from reefmu.diagnosis.preprocessing.trace import trace_of
+from reefmu.diagnosis.random_effects.individuals import individuals_along
+from reefmu.diagnosis.random_effects.scatter import Scatter
+from reefmu.model.tables import cached_lookup
+from stiffness_model.rotation import draw_individual, turning_map
 from tests import diagnosis_rig as rig
 
 
@@ -41,7 +41,7 @@ def test_the_columns_hold_the_variance_of_individuals(scatter: Scatter) -> None:
 
 
 def test_a_turning_individual_of_the_solver_is_one_of_these(study: Study, scatter: Scatter) -> None:
-    """`stiffness_model.turning` places and solves its own; the weights take most of it for scatter."""
+    """`stiffness_model.rotation` places and solves its own; the weights take most of it for scatter."""
     drive = rig.drive()
     crank = study.blocks.mean(study.trace.crank)
     mean = study.base.elastic.evaluate(scatter.twist, 0.0, study.base.shape_start)[0]

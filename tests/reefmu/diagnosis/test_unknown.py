@@ -10,18 +10,18 @@ import pytest
 from numpy.typing import NDArray
 
 from reefmu.diagnosis import diagnose_record
-from reefmu.diagnosis.anonymous import rivals
-from reefmu.diagnosis.base import drawing_base
-from reefmu.diagnosis.held_out import held_fits, held_out, spoken_against
-from reefmu.diagnosis.identify import base_fit
-from reefmu.diagnosis.individuals import individuals_along
-from reefmu.diagnosis.intervals import deviations
-from reefmu.diagnosis.ripple import is_mean, ripple
-from reefmu.diagnosis.study import Study
-from reefmu.diagnosis.trace import trace_of
-from reefmu.diagnosis.workflow import prepare
+from reefmu.diagnosis.estimation.held_out import held_fits, held_out, spoken_against
+from reefmu.diagnosis.estimation.intervals import deviations
+from reefmu.diagnosis.estimation.problem import Study
+from reefmu.diagnosis.estimation.search import base_fit
+from reefmu.diagnosis.forward.base_curve import drawing_base
+from reefmu.diagnosis.inference.mean_drive import is_mean, ripple
+from reefmu.diagnosis.inference.nonparametric import rivals
+from reefmu.diagnosis.pipeline import prepare
+from reefmu.diagnosis.preprocessing.trace import trace_of
+from reefmu.diagnosis.random_effects.individuals import individuals_along
+from reefmu.model.tables import cached_lookup
 from reefmu.record import Record
-from reefmu.tables import cached_lookup
 from tests import diagnosis_rig as rig
 
 Array = NDArray[np.float64]
@@ -94,7 +94,7 @@ def test_names_that_do_harm_in_unfitted_runs_are_withdrawn(monkeypatch: pytest.M
     change = names.prediction.torque - base.prediction.torque
     study.__dict__["torque"] = study.torque - 2 * change * held_out(study)
     assert spoken_against(study, base, names, held_fits(study, (base, names)))
-    monkeypatch.setattr("reefmu.diagnosis.workflow.spoken_against", lambda *args: bool(args[2].names))
+    monkeypatch.setattr("reefmu.diagnosis.pipeline.spoken_against", lambda *args: bool(args[2].names))
     found = diagnose_record(record, drive=rig.drive())
     assert (found.verdict, found.effects) == ("unknown", ())
     assert found.remainder > 1.0

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS
-from reefmu.model import DriveModel, build_model
-from stiffness_model.lookup import Lookup
+from reefmu.model.drive_model import DriveModel, build_model
+from stiffness_model.lookup.build import Lookup
 
 Array = NDArray[np.float64]
 Build = Callable[..., DriveModel]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from reefmu.effects import EFFECTS
-from reefmu.model import DriveModel
+from reefmu.model.drive_model import DriveModel
 from reefmu.simulate import simulate_signal
 
 from .conftest import Build, Ride

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from reefmu.contact import completed
 from reefmu.effects import EFFECTS, Signals
-from reefmu.model import DriveModel, build_model
-from reefmu.model_file import load_model, save_model
+from reefmu.model.contact import completed
+from reefmu.model.drive_model import DriveModel, build_model
+from reefmu.model.model_file import load_model, save_model
 from reefmu.simulate import inputs_of, simulate_signal
-from stiffness_model.contacts import build_contacts, usable
-from stiffness_model.equilibrium import solve
-from stiffness_model.lookup import Lookup, mean_torque
-from stiffness_model.modulus import with_modulus
-from stiffness_model.sampling import Deviations
+from stiffness_model.contact.assembly import build_contacts, usable
+from stiffness_model.drawing.sampling import Deviations
+from stiffness_model.equilibrium.closed_form import solve
+from stiffness_model.lookup.build import Lookup, mean_torque
+from stiffness_model.lookup.modulus import with_modulus
 
 from .conftest import Build, Ride
 
@@ -113,7 +113,7 @@ def test_lookup_and_model_files_carry_what_the_effects_need(drive: sm.Drive, loo
     save_model(model, tmp_path / "model.toml")
     model.lookup.save(tmp_path / "lookup.npz")
     for name in ("modulus_shares", "cached_element_table"):
-        monkeypatch.setattr(f"reefmu.contact.{name}", None)  # nothing is solved again
+        monkeypatch.setattr(f"reefmu.model.contact.{name}", None)  # nothing is solved again
     again = load_model(tmp_path / "model.toml", lookup=tmp_path / "lookup.npz")
     assert again.lookup.modulus == model.lookup.modulus
     u = inputs_of([0.001], model)

@@ -6,11 +6,11 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS, Effect, Place
-from reefmu.fmu.units import base_unit
-from reefmu.model import build_model
-from reefmu.model_file import parse_parameter
+from reefmu.fmu.model.units import base_unit
+from reefmu.model.drive_model import build_model
+from reefmu.model.model_file import parse_parameter
 from stiffness_model.errors import InputError
-from stiffness_model.lookup import Lookup
+from stiffness_model.lookup.build import Lookup
 
 CONTRACT = {
     "backlash", "preload", "thermal_clearance", "wear", "modulus_error", "missing_ball", "structural_compliance",

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 import stiffness_model as sm
 from reefmu.simulate import Response, simulate_signal
-from stiffness_model.lookup import Lookup
+from stiffness_model.lookup.build import Lookup
 
 from .conftest import Build, Ride
 

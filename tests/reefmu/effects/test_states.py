@@ -7,7 +7,7 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS
-from reefmu.model import DriveModel
+from reefmu.model.drive_model import DriveModel
 from reefmu.record import make_record
 from reefmu.simulate import record_inputs, simulate_record, simulate_signal
 

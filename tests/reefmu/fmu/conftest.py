@@ -12,10 +12,10 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS as ALL_EFFECTS
-from reefmu.fmu.archive import read_archive
-from reefmu.fmu.build import export_fmu
-from reefmu.model import DriveModel, build_model
-from stiffness_model.lookup import Lookup, build_lookup
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.xml.archive import read_archive
+from reefmu.model.drive_model import DriveModel, build_model
+from stiffness_model.lookup.build import Lookup, build_lookup
 
 EFFECTS = {
     "backlash": {"clearance": 2e-6},

@@ -10,9 +10,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from reefmu.fmu.component import Component
-from reefmu.fmu.interface import declare_exchange
-from reefmu.fmu.trial import Trial
+from reefmu.fmu.model.component import Component
+from reefmu.fmu.model.variables import declare_exchange
+from reefmu.fmu.validation.reference_run import Trial
 
 Array = NDArray[np.float64]
 SOURCE = Path(__file__).parent / "host" / "replay.c"

@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 from fmpy.validation import validate_fmu
 
-from reefmu.fmu.archive import read_archive
-from reefmu.fmu.build import export_fmu
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.xml.archive import read_archive
 from stiffness_model.errors import InputError
 
 

@@ -4,9 +4,10 @@ import zipfile
 import pytest
 
 from reefmu.cli import main
-from reefmu.fmu import check, host
-from reefmu.fmu.archive import read_archive
-from reefmu.fmu.check import check_fmu
+from reefmu.fmu.importer import instance as host
+from reefmu.fmu.validation import check
+from reefmu.fmu.validation.check import check_fmu
+from reefmu.fmu.xml.archive import read_archive
 from stiffness_model.errors import InputError
 
 NAMES = ["standard", "declaration", "agreement", "reset", "restore", "refusal", "independence", "parameters"]
@@ -22,7 +23,7 @@ def test_an_export_passes(fmu, soft_fmu):
 
 
 def test_a_wrong_torque_is_found(fmu, monkeypatch):
-    from reefmu.fmu.kernel import Kernel
+    from reefmu.fmu.model.kernel import Kernel
 
     right = Kernel.step
 
@@ -41,7 +42,7 @@ def test_a_wrong_torque_is_found(fmu, monkeypatch):
 
 
 def test_a_state_that_is_not_restored_is_found(fmu, monkeypatch):
-    from reefmu.fmu.slave import DriveSlave
+    from reefmu.fmu.python_backend.slave import DriveSlave
 
     monkeypatch.setattr(DriveSlave, "_set_fmu_state", lambda self, state: None)
     report = check_fmu(fmu)
@@ -50,10 +51,10 @@ def test_a_state_that_is_not_restored_is_found(fmu, monkeypatch):
 
 
 def test_instances_that_share_their_values_are_found(fmu, monkeypatch):
-    from reefmu.fmu.kernel import Kernel
+    from reefmu.fmu.model.kernel import Kernel
 
     made = {}
-    monkeypatch.setattr("reefmu.fmu.slave.Kernel", lambda *args: made.setdefault("one", Kernel(*args)))
+    monkeypatch.setattr("reefmu.fmu.python_backend.slave.Kernel", lambda *args: made.setdefault("one", Kernel(*args)))
     assert not check_fmu(fmu)["independence"].passed
 
 

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from reefmu.effects import EFFECTS, Effect, Parameter, Place
-from reefmu.fmu.component import Component, drive_component
-from reefmu.fmu.host import FmuDrive
-from reefmu.fmu.interface import declare_exchange
-from reefmu.fmu.packed import carried_lookup, lookup_head, read_tables, tables_header
-from reefmu.model import DriveModel, build_model
-from reefmu.stages import make_stages
-from stiffness_model.lookup import Lookup
+from reefmu.fmu.importer.instance import FmuDrive
+from reefmu.fmu.model.component import Component, drive_component
+from reefmu.fmu.model.table_encoding import carried_lookup, lookup_head, read_tables, tables_header
+from reefmu.fmu.model.variables import declare_exchange
+from reefmu.model.drive_model import DriveModel, build_model
+from reefmu.model.stages import make_stages
+from stiffness_model.lookup.build import Lookup
 
 needs_compiler = pytest.mark.skipif(
     not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH")

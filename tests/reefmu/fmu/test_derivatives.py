@@ -17,15 +17,15 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from numpy.typing import NDArray
 
-from reefmu.fmu import check
-from reefmu.fmu.archive import read_archive
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.component import Component, drive_component
-from reefmu.fmu.derivatives import differences
-from reefmu.fmu.host import FmuDrive
-from reefmu.fmu.joint_component import joint_component
-from reefmu.masses import Masses
-from reefmu.model import DriveModel
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.importer.instance import FmuDrive
+from reefmu.fmu.model.component import Component, drive_component
+from reefmu.fmu.model.joint import joint_component
+from reefmu.fmu.validation import check
+from reefmu.fmu.validation.derivatives import differences
+from reefmu.fmu.xml.archive import read_archive
+from reefmu.model.drive_model import DriveModel
+from reefmu.model.masses import Masses
 from tests.reefmu.fmu.exchange import Exchange
 
 Array = NDArray[np.float64]

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reefmu.fmu.component import drive_component
-from reefmu.model import DriveModel
+from reefmu.fmu.model.component import drive_component
+from reefmu.model.drive_model import DriveModel
 from tests.benchmarks.bench_drift import closed
 from tests.reefmu.fmu.replay import build_replay, repeat_model, replay
 

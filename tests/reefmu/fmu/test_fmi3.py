@@ -18,14 +18,14 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 from reefmu.cli import main
-from reefmu.fmu import check
-from reefmu.fmu.archive import read_archive
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.check import check_fmu
-from reefmu.fmu.host import FmuDrive
-from reefmu.fmu.rules import broken_rules
-from reefmu.masses import Masses
-from reefmu.model import DriveModel
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.importer.instance import FmuDrive
+from reefmu.fmu.validation import check
+from reefmu.fmu.validation.check import check_fmu
+from reefmu.fmu.validation.fmi3_rules import broken_rules
+from reefmu.fmu.xml.archive import read_archive
+from reefmu.model.drive_model import DriveModel
+from reefmu.model.masses import Masses
 from stiffness_model.errors import InputError, UnknownNameError
 
 pytestmark = pytest.mark.skipif(

@@ -14,15 +14,15 @@ import numpy as np
 import pytest
 
 from reefmu.cli import main
-from reefmu.fmu.archive import parse_xml, read_archive
-from reefmu.fmu.check import check_fmu
-from reefmu.masses import DAMPINGS, INERTIAS, STEPS, Masses
-from reefmu.model import DriveModel, build_model
-from reefmu.model_file import load_model
-from stiffness_model.drive import Drive
-from stiffness_model.element_table import ElementTable
+from reefmu.fmu.validation.check import check_fmu
+from reefmu.fmu.xml.archive import parse_xml, read_archive
+from reefmu.model.drive_model import DriveModel, build_model
+from reefmu.model.masses import DAMPINGS, INERTIAS, STEPS, Masses
+from reefmu.model.model_file import load_model
+from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
-from stiffness_model.lookup import Lookup
+from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.element_table import ElementTable
 from tests.fuzz.fuzz_fmu import complaint, examine, findings, make_bases
 
 Members = Mapping[str, bytes]
@@ -196,7 +196,7 @@ def test_check_refuses_the_same(words: list[str], fmu: Path, capsys: pytest.Capt
 
 
 def test_a_joint_states_the_bounds_that_python_refuses_by(model: DriveModel) -> None:
-    from reefmu.fmu.joint_component import joint_component
+    from reefmu.fmu.model.joint import joint_component
 
     parameters = {p.name: p for p in joint_component(model, Masses(1e-4, 1.0)).parameters}
     for name in ("motor", "load"):

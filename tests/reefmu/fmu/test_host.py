@@ -11,7 +11,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from reefmu.fmu.host import FmuDrive
+from reefmu.fmu.importer.instance import FmuDrive
 from stiffness_model.errors import InputError, UnknownNameError
 
 LOAD = {"crank.phi": 0.2, "output.phi": 0.2 / -29 - 1e-3}
@@ -277,7 +277,7 @@ def test_a_call_the_interface_does_not_have_is_fatal_but_ends_nothing(fmu):
     code = f"""
 import gc
 from fmpy.fmi1 import FMICallException
-from reefmu.fmu.host import FmuDrive
+from reefmu.fmu.importer.instance import FmuDrive
 for call in (lambda f: f.getReal([999]), lambda f: f.setReal([999], [1.0]), lambda f: f.setReal([5], [1.0]),
              lambda f: f.getInteger([0]), lambda f: f.setBoolean([0], [1])):
     slave = FmuDrive({str(fmu)!r})

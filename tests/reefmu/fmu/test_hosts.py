@@ -17,14 +17,14 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from reefmu.fmu.archive import read_archive
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.component import drive_component
-from reefmu.fmu.host import FmuDrive
-from reefmu.fmu.trial import make_trial, run_model
-from reefmu.masses import Masses
-from reefmu.model import DriveModel, build_model
-from stiffness_model.lookup import Lookup
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.importer.instance import FmuDrive
+from reefmu.fmu.model.component import drive_component
+from reefmu.fmu.validation.reference_run import make_trial, run_model
+from reefmu.fmu.xml.archive import read_archive
+from reefmu.model.drive_model import DriveModel, build_model
+from reefmu.model.masses import Masses
+from stiffness_model.lookup.build import Lookup
 from tests.patience import HANG
 from tests.reefmu.fmu.conftest import EFFECTS
 from tests.reefmu.fmu.replay import build_replay, replay

@@ -11,15 +11,15 @@ from scipy.integrate import solve_ivp
 
 from reefmu.cli import main
 from reefmu.effects import EFFECTS
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.check import check_fmu
-from reefmu.fmu.component import Component
-from reefmu.fmu.host import FmuDrive
-from reefmu.fmu.joint_component import joint_component
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.importer.instance import FmuDrive
+from reefmu.fmu.model.component import Component
+from reefmu.fmu.model.joint import joint_component
+from reefmu.fmu.validation.check import check_fmu
 from reefmu.joint.equations import JointModel, own_states
-from reefmu.masses import Masses
-from reefmu.model import DriveModel, build_model
-from stiffness_model.lookup import Lookup
+from reefmu.model.drive_model import DriveModel, build_model
+from reefmu.model.masses import Masses
+from stiffness_model.lookup.build import Lookup
 
 HAS_COMPILER = any(shutil.which(name) for name in ("cc", "gcc", "clang"))
 MASSES = Masses(1e-4, 1.0)

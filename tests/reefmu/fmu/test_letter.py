@@ -14,10 +14,10 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, fmi2Error
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.calls import callbacks
-from reefmu.masses import Masses
-from reefmu.model import DriveModel
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.importer.ctypes_buffers import callbacks
+from reefmu.model.drive_model import DriveModel
+from reefmu.model.masses import Masses
 from tests.reefmu.fmu.exchange import Exchange
 
 pytestmark = pytest.mark.skipif(

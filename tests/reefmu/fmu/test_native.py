@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 
 from reefmu.cli import main
-from reefmu.fmu import platforms
-from reefmu.fmu.archive import read_archive
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.check import check_fmu
-from reefmu.fmu.component import drive_component
-from reefmu.fmu.host import FmuDrive
-from reefmu.fmu.trial import make_trial, run_fmu, run_model
-from reefmu.model import OUTPUTS, DriveModel
+from reefmu.fmu.codegen import compile as platforms
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.importer.instance import FmuDrive
+from reefmu.fmu.model.component import drive_component
+from reefmu.fmu.validation.check import check_fmu
+from reefmu.fmu.validation.reference_run import make_trial, run_fmu, run_model
+from reefmu.fmu.xml.archive import read_archive
+from reefmu.model.drive_model import OUTPUTS, DriveModel
 from stiffness_model.errors import InputError, UnknownNameError
 
 pytestmark = pytest.mark.skipif(

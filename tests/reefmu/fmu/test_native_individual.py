@@ -11,20 +11,20 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.cli import main
-from reefmu.fmu.archive import read_archive
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.check import check_fmu, embedded_component
-from reefmu.fmu.component import component_in, drive_component
-from reefmu.fmu.host import FmuDrive
-from reefmu.fmu.joint_component import joint_component, steepest
-from reefmu.fmu.packed import TABLES, carried_lookup, lookup_head, read_tables, tables_header
-from reefmu.fmu.trial import make_trial, run_fmu, run_model
-from reefmu.individual import individual_function
-from reefmu.masses import Masses
-from reefmu.model import OUTPUTS, DriveModel, build_model
-from reefmu.model_file import save_model
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.importer.instance import FmuDrive
+from reefmu.fmu.model.component import component_in, drive_component
+from reefmu.fmu.model.joint import joint_component, steepest
+from reefmu.fmu.model.table_encoding import TABLES, carried_lookup, lookup_head, read_tables, tables_header
+from reefmu.fmu.validation.check import check_fmu, embedded_component
+from reefmu.fmu.validation.reference_run import make_trial, run_fmu, run_model
+from reefmu.fmu.xml.archive import read_archive
+from reefmu.model.drive_model import OUTPUTS, DriveModel, build_model
+from reefmu.model.individual import individual_function
+from reefmu.model.masses import Masses
+from reefmu.model.model_file import save_model
 from stiffness_model.errors import InputError
-from stiffness_model.lookup import Lookup
+from stiffness_model.lookup.build import Lookup
 
 needs_compiler = pytest.mark.skipif(
     not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH")
@@ -140,7 +140,7 @@ def test_the_pace_of_a_joint_is_that_of_its_own_spring(one: DriveModel) -> None:
 @needs_compiler
 def test_command_line(lookup: Lookup, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
                       capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr("reefmu.model.cached_lookup", lambda *_: lookup)
+    monkeypatch.setattr("reefmu.model.drive_model.cached_lookup", lambda *_: lookup)
     target = tmp_path / "seven.fmu"
     words = ["export", "drive_1", "-o", str(target), "--backend", "native", "--individual", "7"]
     assert main([*words, "--fmi", "3", "--kind", "joint"]) == 0

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from reefmu.effects import EFFECTS
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.packed import TABLES, lookup_head, read_tables, tables_header
-from reefmu.masses import Masses
-from reefmu.model import DriveModel, build_model
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.model.table_encoding import TABLES, lookup_head, read_tables, tables_header
+from reefmu.model.drive_model import DriveModel, build_model
+from reefmu.model.masses import Masses
 from stiffness_model.errors import InputError
-from stiffness_model.lookup import Lookup
+from stiffness_model.lookup.build import Lookup
 
 
 @pytest.fixture(scope="module")

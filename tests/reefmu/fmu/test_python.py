@@ -20,16 +20,18 @@ import pytest
 import reefmu
 import stiffness_model
 from reefmu.cli import main
-from reefmu.fmu import carried, cost, platforms
-from reefmu.fmu.archive import read_archive
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.carried import EQUATIONS_FILE, read_equations, write_equations
-from reefmu.fmu.component import Component, drive_component
-from reefmu.fmu.interface import declare
-from reefmu.fmu.joint_component import joint_component
-from reefmu.fmu.kernel import Kernel
-from reefmu.masses import Masses
-from reefmu.model import DriveModel
+from reefmu.fmu.codegen import compile as platforms
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.model.component import Component, drive_component
+from reefmu.fmu.model.joint import joint_component
+from reefmu.fmu.model.kernel import Kernel
+from reefmu.fmu.model.variables import declare
+from reefmu.fmu.python_backend import cost
+from reefmu.fmu.python_backend import equations_file as carried
+from reefmu.fmu.python_backend.equations_file import EQUATIONS_FILE, read_equations, write_equations
+from reefmu.fmu.xml.archive import read_archive
+from reefmu.model.drive_model import DriveModel
+from reefmu.model.masses import Masses
 from stiffness_model.errors import InputError
 from tests.patience import HANG
 
@@ -101,7 +103,8 @@ def test_a_package_with_another_equation_is_refused(fmu: Path, tmp_path: Path) -
     changed.write_text(text.replace("vertcat(total - friction,", "vertcat(total + friction,"), "utf-8")
     assert changed.read_text("utf-8") != text
     assert run(fmu, tmp_path / "bare", PYTHONPATH=str(tmp_path)).returncode != 0
-    other = run(fmu, tmp_path / "other", "import sys\nfrom reefmu.fmu.host import FmuDrive\nFmuDrive(sys.argv[1])",
+    other = run(fmu, tmp_path / "other",
+                "import sys\nfrom reefmu.fmu.importer.instance import FmuDrive\nFmuDrive(sys.argv[1])",
                 PYTHONPATH=str(tmp_path))
     assert "expected a package with the equations that the FMU was exported with" in other.stderr
     assert "export the FMU again" in other.stderr
@@ -109,14 +112,14 @@ def test_a_package_with_another_equation_is_refused(fmu: Path, tmp_path: Path) -
 
 def test_the_digest_is_over_all_that_an_export_loads_of_the_model() -> None:
     """What the imports reach on paper holds what building and stepping a joint loads in fact."""
-    code = ("import sys, warnings\nwarnings.simplefilter('ignore')\nimport reefmu.fmu.joint_component\n"
-            "import reefmu.model, reefmu.fmu.kernel\n"
+    code = ("import sys, warnings\nwarnings.simplefilter('ignore')\nimport reefmu.fmu.model.joint\n"
+            "import reefmu.model, reefmu.fmu.model.kernel\n"
             "print(*(n for n in sys.modules if n.split('.')[0] in ('reefmu', 'stiffness_model')))")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANG, check=True)
     modules = set(carried.model_modules())
     packages = {name for name in done.stdout.split() if (carried._source(name) or Path()).name == "__init__.py"}
     assert set(done.stdout.split()) - packages <= modules
-    assert modules >= {"reefmu.assembly", "reefmu.effects.creep", "stiffness_model.turning.placed"}
+    assert modules >= {"reefmu.model.assembly", "reefmu.effects.creep", "stiffness_model.rotation.placed"}
 
 
 @pytest.mark.parametrize("spoil", [

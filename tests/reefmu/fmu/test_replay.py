@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.replay import replay_record
-from reefmu.fmu.saved_values import with_values
-from reefmu.model import DriveModel, build_model
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.importer.replay import replay_record
+from reefmu.fmu.importer.saved_values import with_values
+from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.record import Record, make_record
 from reefmu.simulate import simulate_record
 from stiffness_model.errors import InputError
-from stiffness_model.lookup import Lookup
+from stiffness_model.lookup.build import Lookup
 
 COMPILED = pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler on the PATH")
 EFFECTS = {

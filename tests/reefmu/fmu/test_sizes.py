@@ -16,14 +16,14 @@ from scipy.integrate import solve_ivp
 
 import stiffness_model as sm
 from reefmu.cli import main
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.component import drive_component
-from reefmu.fmu.host import FmuDrive
-from reefmu.fmu.joint_component import joint_component
-from reefmu.fmu.sizes import experiment, full_twist, sized
-from reefmu.masses import TYPICAL
-from reefmu.model import DriveModel, build_model
-from stiffness_model.lookup import Lookup
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.importer.instance import FmuDrive
+from reefmu.fmu.model.component import drive_component
+from reefmu.fmu.model.joint import joint_component
+from reefmu.fmu.model.sizes import experiment, full_twist, sized
+from reefmu.model.drive_model import DriveModel, build_model
+from reefmu.model.masses import TYPICAL
+from stiffness_model.lookup.build import Lookup
 from tests.reefmu.fmu.exchange import Exchange
 
 needs_compiler = pytest.mark.skipif(

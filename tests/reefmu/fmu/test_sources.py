@@ -12,12 +12,12 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from reefmu.fmu.archive import read_archive
-from reefmu.fmu.build import export_fmu
-from reefmu.fmu.host import FmuDrive
-from reefmu.fmu.interface import STANDARDS
-from reefmu.masses import Masses
-from reefmu.model import DriveModel
+from reefmu.fmu.export import export_fmu
+from reefmu.fmu.importer.instance import FmuDrive
+from reefmu.fmu.model.variables import STANDARDS
+from reefmu.fmu.xml.archive import read_archive
+from reefmu.model.drive_model import DriveModel
+from reefmu.model.masses import Masses
 from tests.patience import HANG
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None or not sys.platform.startswith("linux"),

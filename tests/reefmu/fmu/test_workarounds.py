@@ -1,6 +1,6 @@
 import pytest
 
-from reefmu.fmu.workarounds import resource_folder
+from reefmu.fmu.python_backend.workarounds import resource_folder
 
 
 @pytest.mark.parametrize(("location", "folder"), [

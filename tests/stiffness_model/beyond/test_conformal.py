@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model import hertz, sampling
-from stiffness_model.beyond.conformal import Lamina
+from stiffness_model.drawing import sampling
+from stiffness_model.elasticity import hertz
+from stiffness_model.elasticity.conformal import Lamina
 
 RADIUS = 7e-3
 STEEL = 2 * 4.375e-12

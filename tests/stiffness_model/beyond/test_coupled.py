@@ -12,10 +12,12 @@ from scipy import integrate, optimize
 from scipy.interpolate import CubicSpline
 
 import stiffness_model as sm
-from stiffness_model import ARCMIN, hertz, sampling
-from stiffness_model.beyond.coupled import CoupledEquilibrium, solve_beyond
-from stiffness_model.contacts import Contacts, build_contacts, usable
-from stiffness_model.equilibrium import Status, closed_form, solve
+from stiffness_model import ARCMIN
+from stiffness_model.contact.assembly import Contacts, build_contacts, usable
+from stiffness_model.drawing import sampling
+from stiffness_model.elasticity import hertz
+from stiffness_model.equilibrium.closed_form import Status, closed_form, solve
+from stiffness_model.equilibrium.coupled_elements import CoupledEquilibrium, solve_beyond
 
 SOFT = {"bearing_stiffness": "250 N/um"}
 HOUSING = {"housing_stiffness": "80 N.m/arcmin"}

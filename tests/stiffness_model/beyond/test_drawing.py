@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from reefmu.tables import fingerprint
-from stiffness_model import element_table, lookup, sampling
-from stiffness_model.beyond.options import Beyond
-from stiffness_model.contacts import build_contacts, usable
-from stiffness_model.equilibrium import solve
+from reefmu.model.tables import fingerprint
+from stiffness_model.contact.assembly import build_contacts, usable
+from stiffness_model.drawing import sampling
+from stiffness_model.drawing.options import Beyond
+from stiffness_model.equilibrium.closed_form import solve
+from stiffness_model.lookup import build as lookup
+from stiffness_model.lookup import element_table
 
 ALL = {"bearing_stiffness": "250 N/um", "cage_wall_stiffness": "60 N/um", "ring_stiffness": "0.4 kN/mm",
        "housing_stiffness": "80 N.m/arcmin", "gear_contact": "exact", "cage_contact": "lamina", "inertia": "on",

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model import sampling
-from stiffness_model.beyond.inertia import element_mass, inertia_force
-from stiffness_model.beyond.profile import Profile
-from stiffness_model.contacts import build_contacts, usable
-from stiffness_model.equilibrium import solve
+from stiffness_model.contact.assembly import build_contacts, usable
+from stiffness_model.contact.inertia import element_mass, inertia_force
+from stiffness_model.drawing import sampling
+from stiffness_model.equilibrium.closed_form import solve
+from stiffness_model.geometry.exact_profile import Profile
 
 
 @pytest.mark.parametrize("lobes", [28, 30])

@@ -10,11 +10,12 @@ import pytest
 from scipy import optimize
 
 import stiffness_model as sm
-from stiffness_model import ARCMIN, hertz
-from stiffness_model.beyond.blocks import solved_blocks
-from stiffness_model.beyond.life import bearing_forces, bearing_life
-from stiffness_model.beyond.strength import check_strength, pressure_limits
-from stiffness_model.turn_pressure import turn_pressures
+from stiffness_model import ARCMIN
+from stiffness_model.elasticity import hertz
+from stiffness_model.montecarlo.solved_blocks import solved_blocks
+from stiffness_model.ratings.bearing_life import bearing_forces, bearing_life
+from stiffness_model.ratings.static_safety import check_strength, pressure_limits
+from stiffness_model.ratings.turn_pressure import turn_pressures
 
 TWIST = np.array([0.0, 2.0, 4.0, 6.0, 8.0]) * ARCMIN
 

@@ -9,12 +9,12 @@ import pytest
 from scipy.optimize import brentq
 
 import stiffness_model as sm
-from stiffness_model import sampling
-from stiffness_model.contacts import build_contacts
+from stiffness_model.contact.assembly import build_contacts
+from stiffness_model.drawing import sampling
 from stiffness_model.explore.response import PRESSURE_DRIVES, respond
 from stiffness_model.explore.sweep import draw_elements, sweep
-from stiffness_model.pressure import wall_forces
-from stiffness_model.turn_pressure import turn_pressures
+from stiffness_model.ratings.pressure import wall_forces
+from stiffness_model.ratings.turn_pressure import turn_pressures
 
 TORQUE, DRIVES, TWISTS = 200.0, 40, 21
 

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model import geometry
-from stiffness_model.drawing_file import read_table
 from stiffness_model.explore.design import Packing, design_drive, refuse_more
 from stiffness_model.explore.evaluate import Outcome, drive_at, evaluate, values_at
 from stiffness_model.explore.study import load_study, studies, study_from_dict
-from stiffness_model.geometry import most_that_fit
+from stiffness_model.geometry import ball_path as geometry
+from stiffness_model.geometry.ball_path import most_that_fit
+from stiffness_model.io.drawing_toml import read_table
 from tests.small_study import study, tables
 
 

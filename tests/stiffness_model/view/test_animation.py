@@ -11,8 +11,8 @@ from PIL import Image
 
 import stiffness_model as sm
 from stiffness_model.errors import InputError
-from stiffness_model.view.animation import FRAMES, turn_loads, write_turn
-from stiffness_model.view.outline import gear_outline
+from stiffness_model.plotting.animation import FRAMES, turn_loads, write_turn
+from stiffness_model.plotting.outline import gear_outline
 from tests.stiffness_model.view.polygons import distances
 
 

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import stiffness_model as sm
-from stiffness_model import sampling
+from stiffness_model.drawing import sampling
 from stiffness_model.errors import InputError
-from stiffness_model.view.layout import Layout, place, turns_to_repeat
-from stiffness_model.view.outline import gear_outline, rotated
+from stiffness_model.plotting.layout import Layout, place, turns_to_repeat
+from stiffness_model.plotting.outline import gear_outline, rotated
 from tests.stiffness_model.view.polygons import distances
 
 

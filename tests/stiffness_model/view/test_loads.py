@@ -9,8 +9,8 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.cli import main
-from stiffness_model.turning import draw_individual, standing, turning_map
-from stiffness_model.view.loads import Loads, solve_loads
+from stiffness_model.plotting.loads import Loads, solve_loads
+from stiffness_model.rotation import draw_individual, standing, turning_map
 
 FIELDS = {"drive_1": {}, "together": {"lobes": 28},
           "every second place": {"transmission_ratio": 20, "lobes": 21, "elements": 3 * 10, "eccentricity": "1.5 mm"}}

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 import stiffness_model as sm
 from stiffness_model.errors import InputError
-from stiffness_model.geometry import Path as BallPath
-from stiffness_model.geometry import usable_limit
-from stiffness_model.view import dxf
-from stiffness_model.view.layout import place
-from stiffness_model.view.outline import equidistant, gear_offset, gear_outline, rotated
+from stiffness_model.geometry.ball_path import Path as BallPath
+from stiffness_model.geometry.ball_path import usable_limit
+from stiffness_model.plotting import dxf
+from stiffness_model.plotting.layout import place
+from stiffness_model.plotting.outline import equidistant, gear_offset, gear_outline, rotated
 from tests.stiffness_model.view.polygons import area, crossings, distances
 
 ezdxf = pytest.importorskip("ezdxf", reason="ezdxf (extra dxf) is not installed")
@@ -112,7 +112,7 @@ def polyline(document: Any, layer: str) -> np.ndarray:
 
 
 def test_dxf_reads_back(drawn: sm.Drive, tmp_path: Path) -> None:
-    """Units, layers, and every row's profile against geometry.py's to the stated error."""
+    """Units, layers, and every row's profile against `geometry.ball_path`'s to the stated error."""
     chord = 1e-7
     written = dxf.write_dxf(drawn, tmp_path / "profile.dxf", chord)
     document, layout, q = read(tmp_path / "profile.dxf"), place(drawn), gear_offset(drawn)

@@ -9,12 +9,12 @@ from matplotlib.patches import Circle, PathPatch, Polygon
 from matplotlib.quiver import Quiver
 
 import stiffness_model as sm
-from stiffness_model import sampling
-from stiffness_model.contacts import CONTACTS
+from stiffness_model.contact.assembly import CONTACTS
+from stiffness_model.drawing import sampling
 from stiffness_model.errors import InputError
-from stiffness_model.view.loads import Loads, solve_loads
-from stiffness_model.view.section import picture_drawing, picture_forces
-from stiffness_model.view.shapes import shapes
+from stiffness_model.plotting.loads import Loads, solve_loads
+from stiffness_model.plotting.section import picture_drawing, picture_forces
+from stiffness_model.plotting.shapes import shapes
 from tests.stiffness_model.view.polygons import crossings, distances
 
 

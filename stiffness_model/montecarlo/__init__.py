@@ -1,0 +1,5 @@
+"""Many virtual drives at once.
+
+* `population`: torque, forces and load shares over twist; `curve`: their mean and band.
+* `solved_blocks`: blocks of solved drives for what needs more than torque.
+"""

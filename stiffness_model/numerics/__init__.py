@@ -1,0 +1,1 @@
+"""Numerical tools that know nothing of drives: roots of scalar functions, cubic B-splines on even nodes."""
