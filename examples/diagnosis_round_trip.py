@@ -5,8 +5,8 @@
     python examples/diagnosis_round_trip.py [FOLDER] [--record FILE --drive DRIVE]
 
 leaves the results, an FMU of either back end and round_trip.png in FOLDER (default diagnosis-round-trip). The record
-beside this file, hidden_effect.csv.gz, was made by the equations of tests/blind, not by those of this package:
-drive_1 with 1.26 um more gear clearance than drawn and a friction of 5.9 % of the load, noise 1.1 N.m.
+beside this file, hidden_effect.csv.gz, was made by the equations of tests/validation/blind, not by those of this
+package: drive_1 with 1.26 um more gear clearance than drawn and a friction of 5.9 % of the load, noise 1.1 N.m.
 """
 
 from __future__ import annotations

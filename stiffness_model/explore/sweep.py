@@ -7,7 +7,7 @@ sweeps thousands of drawings:
 * elements that the crank leaves are left out once they have play (`_leaves`): they never carry again;
 * a ball larger than its bore moves as one that just fits, in closed form and without `newton`. With every other
   ball larger than its bore this changes the metrics of the paper's steel drives by less than 1 %
-  (tests/stiffness_model/explore/test_response.py);
+  (tests/unit/stiffness_model/explore/test_response.py);
 * nothing is kept that no metric looks at.
 """
 

@@ -1,4 +1,4 @@
-"""Scores the diagnosis, and what others would do, on sealed records (tests/blind).
+"""Scores the diagnosis, and what others would do, on sealed records (tests/validation/blind).
 
 Run as `python tests/benchmarks/bench_diagnosis.py --count 300 --workers 2`. Every case is made, diagnosed and
 judged in a process of its own pool; an engine gets the paths of a record and a drawing and nothing else.
@@ -28,9 +28,9 @@ import baselines  # noqa: E402
 
 from reefmu.cli import BLAS_THREADS  # noqa: E402
 from stiffness_model import DoesNotFitWarning  # noqa: E402
-from tests.blind.cases import WEIGHTS, case  # noqa: E402
-from tests.blind.records import Case, make  # noqa: E402
-from tests.blind.scoring import Outcome, by_effect, confusions, failed, figures, judge  # noqa: E402
+from tests.validation.blind.cases import WEIGHTS, case  # noqa: E402
+from tests.validation.blind.records import Case, make  # noqa: E402
+from tests.validation.blind.scoring import Outcome, by_effect, confusions, failed, figures, judge  # noqa: E402
 
 Answer = dict[str, Any]
 

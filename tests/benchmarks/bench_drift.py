@@ -29,7 +29,7 @@ from reefmu.fmu.validation.reference_run import Trial, make_trial
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel, build_model
 from stiffness_model.lookup.build import build_lookup
-from tests.reefmu.fmu.replay import build_replay, repeat_model, replay
+from tests.integration.fmu.replay import build_replay, repeat_model, replay
 
 
 def full_model() -> DriveModel:

@@ -4,8 +4,8 @@
 
 The noise is what the records of ../shared/data/cycloidal hold beside their smooth course: the torque less its own
 slow course (steps of a sticking motor, ripple, the sensor), and the difference of two repeated cycles over sqrt(2).
-Pieces of it, scaled to NOISE of full torque, are laid over records of tests/blind. Prints a row for each case and a
-tally; sizes are rms of the effect's trace over that of the noise.
+Pieces of it, scaled to NOISE of full torque, are laid over records of tests/validation/blind. Prints a row for each case
+and a tally; sizes are rms of the effect's trace over that of the noise.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from reefmu.diagnosis import diagnose_record
 from reefmu.record import read_record
 from stiffness_model import DoesNotFitWarning
-from tests.blind.records import Case, make
-from tests.blind.scoring import judge, wilson
-from tests.blind.sensors import Sensors
+from tests.validation.blind.records import Case, make
+from tests.validation.blind.scoring import judge, wilson
+from tests.validation.blind.sensors import Sensors
 
 Array = NDArray[np.float64]
 DATA = Path(__file__).resolve().parents[3] / "shared/data/cycloidal"

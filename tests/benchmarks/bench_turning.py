@@ -35,7 +35,7 @@ from stiffness_model.rotation.individual import places
 from stiffness_model.rotation.placed import Parts
 
 TWISTS, ANGLES = 61, 120
-HOST = Path(__file__).parent.parent / "reefmu" / "fmu" / "host" / "host.c"
+HOST = Path(__file__).parent.parent / "integration" / "fmu" / "host" / "host.c"
 WRAPPER = Path(reefmu.__file__).parent / "fmu" / "native"
 
 

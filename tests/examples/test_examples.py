@@ -14,8 +14,8 @@ import pytest
 
 from tests.patience import HANG
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
-RECORDS = Path(__file__).resolve().parents[2] / "shared/data/cycloidal"
+EXAMPLES = Path(__file__).parents[2] / "examples"
+RECORDS = Path(__file__).resolve().parents[3] / "shared/data/cycloidal"
 """Measured records of other makers, under a licence of their own."""
 
 

@@ -15,7 +15,7 @@ import pytest
 
 from tests.patience import HANG
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 
 
@@ -39,8 +39,8 @@ def test_the_wheel_leaves_out_no_marker() -> None:
 def test_tests_of_records_outside_the_repository_skip_with_their_reason(tmp_path: Path) -> None:
     """In a copy of the tree that has nothing beside it. In CI, where other skips are holes, this one is none."""
     copy = tmp_path / "copy"
-    (copy / "tests").mkdir(parents=True)
-    for name in ("pyproject.toml", "tests/conftest.py", "tests/patience.py", "tests/test_examples.py"):
+    (copy / "tests/examples").mkdir(parents=True)
+    for name in ("pyproject.toml", "tests/conftest.py", "tests/patience.py", "tests/examples/test_examples.py"):
         shutil.copy(ROOT / name, copy / name)
     shutil.copytree(ROOT / "examples", copy / "examples")
     paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)

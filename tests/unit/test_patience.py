@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__)
-FILES = [path for path in sorted(HERE.parent.rglob("*.py"))
-         if path != HERE and path.relative_to(HERE.parent).parts[0] != "benchmarks"]
+TESTS = HERE.parents[1]
+FILES = [path for path in sorted(TESTS.rglob("*.py"))
+         if path != HERE and path.relative_to(TESTS).parts[0] != "benchmarks"]
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(HERE.parent).as_posix())
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(TESTS).as_posix())
 def test_no_limit_in_seconds(path: Path) -> None:
     """A process is given `patience.HANG` and no less; what was measured is not asserted."""
     text = path.read_text("utf-8")

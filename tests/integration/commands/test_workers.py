@@ -18,7 +18,7 @@ from tests.patience import HANG
 
 SCRIPT = """
 import sys
-from tests.reefmu import test_workers
+from tests.integration.commands import test_workers
 getattr(test_workers, sys.argv[1])()
 """
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="foreign host: processes of Linux")
@@ -53,7 +53,7 @@ def stop_amid_work() -> None:
 
 @pytest.mark.parametrize("case", ["stop_amid_a_result", "stop_amid_work"])
 def test_an_exception_ends_the_pool_whatever_its_workers_do(case: str) -> None:
-    root = Path(__file__).parents[2]
+    root = Path(__file__).parents[3]
     done = subprocess.run([sys.executable, "-c", SCRIPT, case], cwd=root, capture_output=True, text=True, timeout=HANG,
                           env={**os.environ, "PYTHONPATH": str(root)}, check=False)
     assert done.returncode == 3

@@ -12,7 +12,7 @@ from reefmu.fmu.export import export_fmu
 from reefmu.joint import JointModel
 from reefmu.model.drive_model import build_model
 from stiffness_model.lookup.build import Lookup
-from tests.reefmu.cosimulation.joints import FREE, MASSES
+from tests.integration.cosimulation.joints import FREE, MASSES
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ import pytest
 
 from reefmu.joint import cosimulate, fmu_block, masses_block
 from stiffness_model.errors import InputError, UnknownNameError
-from tests.reefmu.cosimulation.joints import MASSES
+from tests.integration.cosimulation.joints import MASSES
 
 
 def test_block_is_a_pure_function(lossy_fmu: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from reefmu.joint import JointModel, Motion, Scheme, cosimulate, fmu_block, joint_system, masses_block, simulate_joint
-from tests.reefmu.cosimulation.joints import MASSES, released
+from tests.integration.cosimulation.joints import MASSES, released
 
 MOTION = ("crank.phi", "crank.w", "output.phi", "output.w")
 

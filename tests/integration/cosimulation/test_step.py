@@ -10,7 +10,7 @@ import pytest
 
 from reefmu.joint import JointModel, Scheme, cosimulate, growth_rate, largest_step, step_warning
 from stiffness_model.errors import InputError, UnknownNameError
-from tests.reefmu.cosimulation.joints import FREE
+from tests.integration.cosimulation.joints import FREE
 
 
 def free_growth(fmu: Path, joint: JointModel, scheme: Scheme, step: float, cycles: float) -> tuple[float, float]:

@@ -21,9 +21,9 @@ from reefmu.model.model_file import load_model
 from reefmu.record import make_record
 from stiffness_model.lookup.build import Lookup
 from tests import diagnosis_rig as rig
-from tests.blind.records import Case, make
-from tests.blind.sensors import Sensors
 from tests.diagnosis_rig import Array
+from tests.validation.blind.records import Case, make
+from tests.validation.blind.sensors import Sensors
 
 COMPILED = pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler on the PATH")
 

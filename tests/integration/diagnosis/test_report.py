@@ -15,7 +15,7 @@ from reefmu.diagnosis.report.page import report_html
 from reefmu.diagnosis.report.wording import MEANING, cautions, file_name
 from reefmu.diagnosis.result import VERDICTS
 from tests import diagnosis_rig as rig
-from tests.reefmu.diagnosis import browser
+from tests.integration.diagnosis import browser
 
 BROWSER = pytest.mark.skipif(browser.CHROMIUM is None, reason="no Chromium on the PATH")
 HYSTERESIS = NamedEffect("hysteresis", {"torque": Value(4.0, 3.9, 4.1, "N.m"),

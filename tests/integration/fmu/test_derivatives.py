@@ -26,7 +26,7 @@ from reefmu.fmu.validation.derivatives import differences
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import Masses
-from tests.reefmu.fmu.exchange import Exchange
+from tests.integration.fmu.exchange import Exchange
 
 Array = NDArray[np.float64]
 SIZES = {"crank.phi": 1e-2, "crank.w": 1.0, "output.phi": 3e-4, "output.w": 0.05, "temperature": 10.0,

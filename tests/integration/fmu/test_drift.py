@@ -12,7 +12,7 @@ import pytest
 from reefmu.fmu.model.component import drive_component
 from reefmu.model.drive_model import DriveModel
 from tests.benchmarks.bench_drift import closed
-from tests.reefmu.fmu.replay import build_replay, repeat_model, replay
+from tests.integration.fmu.replay import build_replay, repeat_model, replay
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None or not sys.platform.startswith("linux"),
                                 reason="needs gcc on Linux")

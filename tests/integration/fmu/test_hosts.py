@@ -25,9 +25,9 @@ from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import Masses
 from stiffness_model.lookup.build import Lookup
+from tests.integration.fmu.conftest import EFFECTS
+from tests.integration.fmu.replay import build_replay, replay
 from tests.patience import HANG
-from tests.reefmu.fmu.conftest import EFFECTS
-from tests.reefmu.fmu.replay import build_replay, replay
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None or not sys.platform.startswith("linux"),
                                 reason="needs gcc on Linux")

@@ -18,7 +18,7 @@ from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.ctypes_buffers import callbacks
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import Masses
-from tests.reefmu.fmu.exchange import Exchange
+from tests.integration.fmu.exchange import Exchange
 
 pytestmark = pytest.mark.skipif(
     not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH")

@@ -24,7 +24,7 @@ from reefmu.fmu.model.sizes import experiment, full_twist, sized
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import TYPICAL
 from stiffness_model.lookup.build import Lookup
-from tests.reefmu.fmu.exchange import Exchange
+from tests.integration.fmu.exchange import Exchange
 
 needs_compiler = pytest.mark.skipif(
     not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH")

@@ -65,7 +65,7 @@ def tables(index: int) -> Tables:
     drive = drawings.load(index)
     digest = hashlib.sha256(drawings.DRAWINGS[index].toml.encode())
     own = [Path(__file__).with_name(name) for name in ("elements.py", "tables.py")]
-    sources = [*Path(stiffness_model.__file__).parent.glob("*.py"), *own]
+    sources = [*Path(stiffness_model.__file__).parent.rglob("*.py"), *own]
     for source in sorted(sources):
         digest.update(source.read_bytes())
     path = Path(tempfile.gettempdir(), "reefmu-blind", f"{digest.hexdigest()[:24]}.npz")

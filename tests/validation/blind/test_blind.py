@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.blind.cases import WEIGHTS, case, cases
-from tests.blind.drawings import DRAWINGS
-from tests.blind.outside import KINDS
-from tests.blind.records import Case, make
-from tests.blind.scoring import figures, judge, wilson
-from tests.blind.sensors import Sensors
-from tests.blind.sizing import EFFECTS, rms
+from tests.validation.blind.cases import WEIGHTS, case, cases
+from tests.validation.blind.drawings import DRAWINGS
+from tests.validation.blind.outside import KINDS
+from tests.validation.blind.records import Case, make
+from tests.validation.blind.scoring import figures, judge, wilson
+from tests.validation.blind.sensors import Sensors
+from tests.validation.blind.sizing import EFFECTS, rms
 
 # -- what the diagnosis gets ---------------------------------------------------------------------------------
 

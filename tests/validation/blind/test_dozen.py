@@ -6,10 +6,10 @@ from __future__ import annotations
 
 import pytest
 
-from tests.blind.cases import case
-from tests.blind.outcome import outcome
-from tests.blind.records import Case
-from tests.blind.sensors import Sensors
+from tests.validation.blind.cases import case
+from tests.validation.blind.outcome import outcome
+from tests.validation.blind.records import Case
+from tests.validation.blind.sensors import Sensors
 
 _CALM, _SLOW = Sensors(0.002, 0.5), Sensors(0.003, 0.9)
 # Most on one drawing, the others on two more: their tables are made once each.

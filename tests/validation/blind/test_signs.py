@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from tests.blind import forms
-from tests.blind.contact_law import mean_torque_at
-from tests.blind.drawings import load
-from tests.blind.elements import draw_individual, individual_torque
-from tests.blind.plant import Behaviour, Motion, run
-from tests.blind.protocols import PROTOCOLS, Schedule
-from tests.blind.sizing import rms
-from tests.blind.tables import Tables, tables
+from tests.validation.blind import forms
+from tests.validation.blind.contact_law import mean_torque_at
+from tests.validation.blind.drawings import load
+from tests.validation.blind.elements import draw_individual, individual_torque
+from tests.validation.blind.plant import Behaviour, Motion, run
+from tests.validation.blind.protocols import PROTOCOLS, Schedule
+from tests.validation.blind.sizing import rms
+from tests.validation.blind.tables import Tables, tables
 
 warnings.simplefilter("ignore", sm.DoesNotFitWarning)
 

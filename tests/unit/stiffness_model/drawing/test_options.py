@@ -38,7 +38,7 @@ def test_round_trip(tmp_path) -> None:
 
 
 def test_an_allowable_pressure_and_its_source_round_trip(tmp_path) -> None:
-    drawing = (Path(lookup.__file__).parent / "presets" / "drive_3.toml").read_text("utf-8")
+    drawing = (Path(sm.__file__).parent / "presets" / "drive_3.toml").read_text("utf-8")
     mine = drawing.replace('gear_material = "PLA"', 'gear_material = "PA12"')
     table = '[material.PA12]\nyoungs_modulus = "1.7 GPa"\npoisson_ratio = 0.4\n'
     (tmp_path / "mine.toml").write_text(
@@ -86,7 +86,7 @@ def test_refused(fields: dict[str, object], words: str) -> None:
 
 
 def test_bare_numbers_and_unknown_fields_in_a_file(tmp_path) -> None:
-    drawing = (Path(lookup.__file__).parent / "presets" / "drive_1.toml").read_text("utf-8")
+    drawing = (Path(sm.__file__).parent / "presets" / "drive_1.toml").read_text("utf-8")
     for more, words in (("[bodies]\nbearing_stiffness = 250\n", "a stiffness with its unit, such as '250 N/um'"),
                         ("[bodies]\nbearing_stiff = '250 N/um'\n", "did you mean 'bearing_stiffness' or"),
                         ("[contact]\ngear_contact = 'exact'\n", "did you mean 'contacts'?")):
@@ -152,7 +152,7 @@ def test_coupled_elements_come_as_whole_drives() -> None:
 
 def test_the_preset_s_comment_shows_every_switch(tmp_path) -> None:
     """What it shows as a comment is a drawing when the signs are taken away."""
-    text = (Path(lookup.__file__).parent / "presets" / "drive_1.toml").read_text("utf-8")
+    text = (Path(sm.__file__).parent / "presets" / "drive_1.toml").read_text("utf-8")
     plain, _, shown = text.partition("# [bodies]")
     lines = [line.removeprefix("#").strip() for line in ("# [bodies]" + shown).splitlines()]
     (tmp_path / "mine.toml").write_text(plain + "\n".join(x for x in lines if not x.startswith("crank_speed")), "utf-8")

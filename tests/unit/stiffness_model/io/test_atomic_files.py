@@ -128,7 +128,7 @@ def test_what_a_killed_process_left_is_cleared_away_and_a_living_one_s_work_is_n
     out, scratch = tmp_path / "out", tmp_path / "scratch"
     scratch.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(scratch))
-    environment = {**os.environ, "TMPDIR": str(scratch), "PYTHONPATH": str(Path(__file__).parents[2])}
+    environment = {**os.environ, "TMPDIR": str(scratch), "PYTHONPATH": str(Path(__file__).parents[4])}
     with subprocess.Popen([sys.executable, "-c", HELD, str(out)], env=environment, stdout=subprocess.PIPE,
                           text=True) as owner:
         assert owner.stdout is not None

@@ -13,7 +13,7 @@ import stiffness_model as sm
 from stiffness_model.errors import InputError
 from stiffness_model.plotting.animation import FRAMES, turn_loads, write_turn
 from stiffness_model.plotting.outline import gear_outline
-from tests.stiffness_model.view.polygons import distances
+from tests.unit.stiffness_model.plotting.polygons import distances
 
 
 def pictures(path: Path) -> list[np.ndarray]:

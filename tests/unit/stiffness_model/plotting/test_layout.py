@@ -14,7 +14,7 @@ from stiffness_model.drawing import sampling
 from stiffness_model.errors import InputError
 from stiffness_model.plotting.layout import Layout, place, turns_to_repeat
 from stiffness_model.plotting.outline import gear_outline, rotated
-from tests.stiffness_model.view.polygons import distances
+from tests.unit.stiffness_model.plotting.polygons import distances
 
 
 def check_contacts(drive: sm.Drive, layout: Layout) -> None:

@@ -18,7 +18,7 @@ from stiffness_model.geometry.ball_path import usable_limit
 from stiffness_model.plotting import dxf
 from stiffness_model.plotting.layout import place
 from stiffness_model.plotting.outline import equidistant, gear_offset, gear_outline, rotated
-from tests.stiffness_model.view.polygons import area, crossings, distances
+from tests.unit.stiffness_model.plotting.polygons import area, crossings, distances
 
 ezdxf = pytest.importorskip("ezdxf", reason="ezdxf (extra dxf) is not installed")
 

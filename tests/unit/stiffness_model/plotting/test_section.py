@@ -15,7 +15,7 @@ from stiffness_model.errors import InputError
 from stiffness_model.plotting.loads import Loads, solve_loads
 from stiffness_model.plotting.section import picture_drawing, picture_forces
 from stiffness_model.plotting.shapes import shapes
-from tests.stiffness_model.view.polygons import crossings, distances
+from tests.unit.stiffness_model.plotting.polygons import crossings, distances
 
 
 def arrows(figure: Figure, name: str) -> tuple[np.ndarray, np.ndarray]:
