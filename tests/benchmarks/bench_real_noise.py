@@ -4,8 +4,8 @@
 
 The noise is what the records of ../shared/data/cycloidal hold beside their smooth course: the torque less its own
 slow course (steps of a sticking motor, ripple, the sensor), and the difference of two repeated cycles over sqrt(2).
-Pieces of it, scaled to NOISE of full torque, are laid over records of tests/validation/blind. Prints a row for each case
-and a tally; sizes are rms of the effect's trace over that of the noise.
+Pieces of it, scaled to NOISE of full torque, are laid over records of tests/validation/blind. Prints a row for each
+case and a tally; sizes are rms of the effect's trace over that of the noise.
 """
 
 from __future__ import annotations
