@@ -38,9 +38,15 @@ PARTS: dict[str, dict[str, str]] = {
     "exact gear": {"gear_contact": "exact"},
     "inertia at 3000 rpm": {"inertia": "on", "crank_speed": "3000 rpm"},
 }
-LINES = (style.Line(style.BLUE), style.Line(style.RED, (6, 1.5)), style.Line(style.GREEN, (6, 1.5, 1, 1.5)),
-         style.Line(style.ORANGE, (3, 1.5)), style.Line(style.PURPLE), style.Line(style.SKY, (6, 1.5)),
-         style.Line(style.FAINT, (1, 1.2)))
+LINES = (
+    style.Line(style.BLUE),
+    style.Line(style.RED, (6, 1.5)),
+    style.Line(style.GREEN, (6, 1.5, 1, 1.5)),
+    style.Line(style.ORANGE, (3, 1.5)),
+    style.Line(style.PURPLE),
+    style.Line(style.SKY, (6, 1.5)),
+    style.Line(style.FAINT, (1, 1.2)),
+)
 
 
 def main(folder: Path) -> None:
@@ -74,10 +80,12 @@ def twist_over_torque(folder: Path) -> None:
         against = few if "inertia" in fields else plain
         added = (found.twist_at(torque) - against.twist_at(torque)) / ARCMIN
         print(f"  {name:24}", " ".join(f"{a:8.4f}" for a in added))
-        left.plot(found.torque, found.twist / ARCMIN, color=line.colour, linestyle=line.style, linewidth=1.5,
-                  label=name)
-        right.plot(torque, np.abs(added), color=line.colour, linestyle=line.style, linewidth=1.5, marker="o",
-                   markersize=3)
+        left.plot(
+            found.torque, found.twist / ARCMIN, color=line.colour, linestyle=line.style, linewidth=1.5, label=name
+        )
+        right.plot(
+            torque, np.abs(added), color=line.colour, linestyle=line.style, linewidth=1.5, marker="o", markersize=3
+        )
     style.dress(left, "torque at the output [N.m]", "twist at the output [arcmin]")
     style.dress(right, "torque at the output [N.m]", "twist added, magnitude [arcmin]")
     left.set_xlim(0, 300)
@@ -95,8 +103,10 @@ def gear_and_bore(folder: Path) -> None:
     share = np.linspace(0.1, 1.0, 10)
     for name, line in zip(sm.presets(), style.DRIVES, strict=False):
         drive = sm.load_drive(name)
-        plain, exact = (sm.simulate(sm.load_drive(name, gear_contact=kind), share * drive.max_twist,
-                                    DRIVES).torque.mean(axis=0) for kind in ("linear", "exact"))
+        plain, exact = (
+            sm.simulate(sm.load_drive(name, gear_contact=kind), share * drive.max_twist, DRIVES).torque.mean(axis=0)
+            for kind in ("linear", "exact")
+        )
         error = 100 * (plain / exact - 1)
         print(f"linearised gear, {name}: torque too high by {error[4]:.2f} % at half, {error[-1]:.2f} % at full twist")
         left.plot(100 * share, error, color=line.colour, linestyle=line.style, label=name.replace("_", " "))
@@ -112,8 +122,10 @@ def gear_and_bore(folder: Path) -> None:
         force = law.force(approach[:, None])[0][:, 0]
         right.plot(1e6 * approach, force, color=line.colour, label=f"{1e6 * clearance:g} um")
         right.plot(1e6 * approach, k * approach**1.5, color=line.colour, linestyle=(0, (3, 1.5)), linewidth=1.2)
-        print(f"bore {1e6 * clearance:g} um wider than the ball, 3 um deep: {force[60]:.0f} N, by Hertz "
-              f"{k * approach[60] ** 1.5:.0f} N")
+        print(
+            f"bore {1e6 * clearance:g} um wider than the ball, 3 um deep: {force[60]:.0f} N, by Hertz "
+            f"{k * approach[60] ** 1.5:.0f} N"
+        )
     style.dress(right, "approach at the wall [um]", "force on the wall [N]")
     right.set_xlim(0, 4)
     right.set_ylim(0, 2500)
@@ -126,10 +138,16 @@ def loads(folder: Path) -> None:
     fields = {"friction_coefficient": 0.05, "bearing_capacity": "40 kN", "crank_speed": "1500 rpm"}
     figure = Figure(figsize=(12.5, 4.2), dpi=130, layout="constrained")
     safety, efficiency, life = (figure.add_subplot(1, 3, k) for k in (1, 2, 3))
-    for label, name, extra, line in (("drive 1", "drive_1", {}, style.DRIVES[0]),
-                                     ("drive 2", "drive_2", {}, style.DRIVES[1]),
-                                     ("drive 1, crank bearing 250 N/um", "drive_1",
-                                      {"bearing_stiffness": "250 N/um", "max_twist": "12.6 arcmin"}, style.DRIVES[3])):
+    for label, name, extra, line in (
+        ("drive 1", "drive_1", {}, style.DRIVES[0]),
+        ("drive 2", "drive_2", {}, style.DRIVES[1]),
+        (
+            "drive 1, crank bearing 250 N/um",
+            "drive_1",
+            {"bearing_stiffness": "250 N/um", "max_twist": "12.6 arcmin"},
+            style.DRIVES[3],
+        ),
+    ):
         drive = sm.load_drive(name, **fields, **extra)
         twist = np.linspace(0.02, 1, 20) * drive.max_twist
         torque = sm.simulate(drive, twist, DRIVES).torque.mean(axis=0)
@@ -139,20 +157,26 @@ def loads(folder: Path) -> None:
         draw(safety, torque, strength.least(), line, label)
         draw(efficiency, torque, 100 * losses.of_means()[0], line, label)
         draw(life, torque, bearing.hours, line, label)
-        print(f"{label}: static safety {strength.permissible(torque)} ({strength.governing()[-1]} governs); "
-              f"at {torque[-1]:.0f} N.m efficiency {100 * losses.of_means()[0][-1]:.1f} %, bearings "
-              f"{bearing.hours[-1]:.0f} h; no-load torque at the crank {1e3 * losses.loss[:, 0].mean():.0f} mN.m")
+        print(
+            f"{label}: static safety {strength.permissible(torque)} ({strength.governing()[-1]} governs); "
+            f"at {torque[-1]:.0f} N.m efficiency {100 * losses.of_means()[0][-1]:.1f} %, bearings "
+            f"{bearing.hours[-1]:.0f} h; no-load torque at the crank {1e3 * losses.loss[:, 0].mean():.0f} mN.m"
+        )
     safety.axhline(1, color=style.FAINT, linewidth=0.8)
-    for ax, text in ((safety, "pressure limit / greatest pressure"), (efficiency, "efficiency, friction 0.05 [%]"),
-                     (life, "L10 of the crank bearings, C = 40 kN [h]")):
+    for ax, text in (
+        (safety, "pressure limit / greatest pressure"),
+        (efficiency, "efficiency, friction 0.05 [%]"),
+        (life, "L10 of the crank bearings, C = 40 kN [h]"),
+    ):
         style.dress(ax, "torque at the output [N.m]", text)
         ax.set_xlim(0, 300)
     safety.set_ylim(0, 3)
     efficiency.set_ylim(50, 100)
     life.set_yscale("log")
     life.set_ylim(1e3, 1e7)
-    figure.legend(*safety.get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False,
-                  handlelength=2.8)
+    figure.legend(
+        *safety.get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False, handlelength=2.8
+    )
     figure.savefig(folder / "loads.png")
 
 

@@ -31,11 +31,15 @@ LARGEST_FACTOR = 1e5
 SWING = 150.0  # N.m: torque from which the large swing is let go
 TOP = 4e-3  # rad: upper end of the picture of the swing
 LOOK: dict[Scheme, tuple[str, str, tuple[float, ...]]] = {
-    "parallel": (RED, "o", ()), "sequential": (BLUE, "s", (6, 1.5)), "extrapolated": (GREEN, "^", (2, 1))}
+    "parallel": (RED, "o", ()),
+    "sequential": (BLUE, "s", (6, 1.5)),
+    "extrapolated": (GREEN, "^", (2, 1)),
+}
 STEPS: dict[Scheme, tuple[float, ...]] = {
     "parallel": (1.5e-5, 2e-5, 4e-5, 7e-5, 1e-4),
     "sequential": (5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 1.5e-3),
-    "extrapolated": (5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3)}
+    "extrapolated": (5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3),
+}
 
 
 def amplitude_factor(fmu: Path, joint: JointModel, scheme: Scheme, step: float) -> float:
@@ -45,12 +49,13 @@ def amplitude_factor(fmu: Path, joint: JointModel, scheme: Scheme, step: float) 
     start[2] -= SMALL
     held = (float(torques[0]), float(torques[1]))
     n = round(DURATION / step)
-    motion = cosimulate(fmu, joint.masses, lambda _t, _s: held, step=step, duration=n * step, start=start[:4],
-                        scheme=scheme)
+    motion = cosimulate(
+        fmu, joint.masses, lambda _t, _s: held, step=step, duration=n * step, start=start[:4], scheme=scheme
+    )
     twist = motion["crank.phi"] / joint.ratio - motion["output.phi"] - rest
     rate = (motion["crank.w"] / joint.ratio - motion["output.w"]) / eigenfrequency(joint, LOAD)
     amplitude = np.hypot(twist, rate)
-    return float(amplitude[-max(n // 10, 4):].max() / SMALL)
+    return float(amplitude[-max(n // 10, 4) :].max() / SMALL)
 
 
 def stiffness(joint: JointModel, load: float) -> float:
@@ -75,15 +80,21 @@ def picture_growth(fmu: Path, joint: JointModel) -> Figure:
         factors = [amplitude_factor(fmu, joint, scheme, h) for h in STEPS[scheme]]
         ax.plot(1e3 * np.array(STEPS[scheme]), factors, marker, color=colour, ms=5.5, label=scheme)
         for h, factor in zip(STEPS[scheme], factors, strict=True):
-            print(f"  {scheme:12s} {1e3 * h:5.3g} ms: x{factor:.6g}   theory "
-                  f"x{np.exp(growth_rate(h, k, inertia, scheme=scheme) * DURATION):.6g}")
+            print(
+                f"  {scheme:12s} {1e3 * h:5.3g} ms: x{factor:.6g}   theory "
+                f"x{np.exp(growth_rate(h, k, inertia, scheme=scheme) * DURATION):.6g}"
+            )
     limit = 1e3 * 2 / eigenfrequency(joint, LOAD)
     ax.axvline(limit, color=FAINT, lw=0.9, zorder=0)
     ax.text(limit * 0.94, 3e4, "2/eigenfrequency", color=INK, fontsize="small", ha="right")
     ax.set(xscale="log", yscale="log", ylim=(0.5, LARGEST_FACTOR), xlim=(2e-3, 6))
     ax.set_xticks([0.01, 0.1, 1], ["0.01", "0.1", "1"])
-    ax.set_title(f"Undamped joint about {-LOAD:g} N.m, {eigenfrequency(joint, LOAD) / 2 / np.pi:.0f} Hz: "
-                 "theory (lines) and FMU (points)", loc="left", fontsize="medium")
+    ax.set_title(
+        f"Undamped joint about {-LOAD:g} N.m, {eigenfrequency(joint, LOAD) / 2 / np.pi:.0f} Hz: "
+        "theory (lines) and FMU (points)",
+        loc="left",
+        fontsize="medium",
+    )
     ax.legend(frameon=False, loc="center", bbox_to_anchor=(0.66, 0.5))
     return figure
 
@@ -103,7 +114,7 @@ def picture_swing(fmu: Path, joint: JointModel) -> Figure:
             gone = np.abs(twist) > TOP
             end = int(np.argmax(gone)) + 1 if gone.any() else len(twist)
             ax.plot(1e3 * motion.time[:end], 1e3 * twist[:end], color=colour, lw=1.5, dashes=dashes, label=scheme)
-            late = np.abs(twist[-max(len(twist) // 5, 1):]).max() / np.abs(twist[0])
+            late = np.abs(twist[-max(len(twist) // 5, 1) :]).max() / np.abs(twist[0])
             print(f"  {scheme:12s} {1e3 * step:g} ms: swing x{late:.3g} after {1e3 * motion.time[-1]:.3g} ms")
         ax.set_title(f"step {1e3 * step:g} ms", loc="left", fontsize="medium")
         ax.set(xlim=(0, 500 * DURATION), ylim=(-1e3 * TOP, 1e3 * TOP))
@@ -117,8 +128,15 @@ def as_far_as_it_goes(fmu: Path, joint: JointModel, scheme: Scheme, step: float,
     duration = DURATION / 2
     while True:
         try:
-            return cosimulate(fmu, joint.masses, lambda _t, _s: (0.0, 0.0), step=step, duration=duration,
-                              start=start[:4], scheme=scheme)
+            return cosimulate(
+                fmu,
+                joint.masses,
+                lambda _t, _s: (0.0, 0.0),
+                step=step,
+                duration=duration,
+                start=start[:4],
+                scheme=scheme,
+            )
         except InputError:
             duration = step * round(0.8 * duration / step)
 
@@ -145,8 +163,10 @@ def main() -> None:
         k, omega = stiffness(joint, load), eigenfrequency(joint, load)
         damped = [largest_step(k, inertia, growth=0.0, decay=ratio * omega) for ratio in (0.01, 0.05)]
         steps = [largest_step(k, inertia), *damped, largest_step(k, inertia, scheme="sequential")]
-        print(f"  {abs(load):3.0f} N.m  {k / 1e3:5.0f} kN.m/rad  {omega / 2 / np.pi:4.0f} Hz       "
-              + "   ".join(f"{1e6 * h:9.3g}" for h in steps))
+        print(
+            f"  {abs(load):3.0f} N.m  {k / 1e3:5.0f} kN.m/rad  {omega / 2 / np.pi:4.0f} Hz       "
+            + "   ".join(f"{1e6 * h:9.3g}" for h in steps)
+        )
     print(f"small oscillation about {-LOAD:g} N.m, amplitude after {DURATION:g} s")
     picture_growth(fmu, joint).savefig(args.folder / "growth.png")
     print(f"large swing, let go at {SWING:g} N.m")

@@ -72,8 +72,14 @@ def jacobi(fmu: Path, case: Case, step: float) -> Array:
 def in_turn(fmu: Path, case: Case, step: float) -> Array:
     def advance(drive: FmuDrive, motion: Array, torques: Array) -> tuple[Array, Array]:
         rise = step / 2 * (torques + case.held) / INERTIAS
-        reached = np.array([motion[0] + step * (motion[1] + rise[0]), motion[1] + rise[0],
-                            motion[2] + step * (motion[3] + rise[1]), motion[3] + rise[1]])
+        reached = np.array(
+            [
+                motion[0] + step * (motion[1] + rise[0]),
+                motion[1] + rise[0],
+                motion[2] + step * (motion[3] + rise[1]),
+                motion[3] + rise[1],
+            ]
+        )
         new = answer(drive.step(step, named(reached)))
         reached[1::2] += step / 2 * (new + case.held) / INERTIAS
         return reached, new
@@ -83,6 +89,7 @@ def in_turn(fmu: Path, case: Case, step: float) -> Array:
 
 def linearly_implicit(fmu: Path, case: Case, step: float) -> Array:
     """(I - h/2 A) change = h f, A the Jacobian of the masses' motion f with the drive's torques in it."""
+
     def advance(drive: FmuDrive, motion: Array, torques: Array) -> tuple[Array, Array]:
         slope = np.array([answer(drive.derivative(ANSWER, {name: 1.0})) for name in MOTION]).T
         a, f = np.zeros((4, 4)), np.zeros(4)
@@ -110,8 +117,11 @@ def joint(fmu: Path, case: Case, step: float) -> Array:
 
 
 MASTERS: dict[str, tuple[Master, str, str, float]] = {
-    "Jacobi": (jacobi, RED, "o", 6), "in turn": (in_turn, BLUE, "s", 9),
-    "linearly implicit": (linearly_implicit, GREEN, "^", 7), "kind joint": (joint, PURPLE, ".", 6)}
+    "Jacobi": (jacobi, RED, "o", 6),
+    "in turn": (in_turn, BLUE, "s", 9),
+    "linearly implicit": (linearly_implicit, GREEN, "^", 7),
+    "kind joint": (joint, PURPLE, ".", 6),
+}
 """With colour, marker and its size: where all keep the amplitude, all are to be seen."""
 ANSWER = ("crank.tau", "output.tau")
 
@@ -180,12 +190,16 @@ def main() -> None:
     args.folder.mkdir(parents=True, exist_ok=True)
 
     model = JointModel(build_model(sm.load_drive("drive_1"), n_drives=args.drives), MASSES)
-    fmus = {"drive": export_fmu(model.drive, args.folder / "drive.fmu", backend="native"),
-            "joint": export_fmu(model.drive, args.folder / "joint.fmu", backend="native", masses=MASSES)}
+    fmus = {
+        "drive": export_fmu(model.drive, args.folder / "drive.fmu", backend="native"),
+        "joint": export_fmu(model.drive, args.folder / "joint.fmu", backend="native", masses=MASSES),
+    }
     figure = Figure(figsize=(10.4, 4.2), dpi=150, layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
-    cases = {f"small oscillation about {LOAD:g} N.m": small_case(model),
-             f"swing let go at {SWING:g} N.m": swing_case(model)}
+    cases = {
+        f"small oscillation about {LOAD:g} N.m": small_case(model),
+        f"swing let go at {SWING:g} N.m": swing_case(model),
+    }
     for ax, (title, case) in zip(axes, cases.items(), strict=True):
         label = f"amplitude after {DURATION:g} s, times the first"
         dress(ax, "communication step [ms]", label if ax is axes[0] else "")
@@ -196,8 +210,17 @@ def main() -> None:
             fmu = fmus["joint" if name == "kind joint" else "drive"]
             factors = [max(case.swing(m) for m in master(fmu, case, h)) / first for h in STEPS]
             print(f"  {name:18s}" + "".join(f"{'unbound' if f > FAR else f'{f:.3g}':>8s}" for f in factors), flush=True)
-            ax.plot(1e3 * np.array(STEPS), np.minimum(factors, FAR), marker=marker, color=colour, lw=1.4, ms=size,
-                    mfc="white" if size > 6 else colour, label=name, clip_on=False)
+            ax.plot(
+                1e3 * np.array(STEPS),
+                np.minimum(factors, FAR),
+                marker=marker,
+                color=colour,
+                lw=1.4,
+                ms=size,
+                mfc="white" if size > 6 else colour,
+                label=name,
+                clip_on=False,
+            )
         ax.axhline(1.0, color=FAINT, lw=0.8, zorder=0)
         ax.set(xscale="log", yscale="log", xlim=(0.009, 5.5), ylim=(0.01, FAR))
         ax.set_xticks([0.01, 0.1, 1], ["0.01", "0.1", "1"])

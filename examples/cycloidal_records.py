@@ -83,10 +83,21 @@ def main() -> None:
         constant, share = size(found, "hysteresis", "torque"), size(found, "load_dependent_hysteresis", "fraction")
         gap = found.gap
         names = ", ".join(e.name for e in found.effects)
-        cells = (f"{k}", found.verdict, f"{loose:.0f} arcmin", f"{2 * play:.0f} arcmin", f"{constant[0]:.2f} N.m",
-                 f"{share[0]:.2f}", *(f"{v:.2f} N.m" for v in (gap.before, gap.after, gap.noise, found.remainder)))
-        print(" ".join(f"{cell:>11s}" for cell in cells) + f"  {names}"
-              + "".join(f"; or {' + '.join(a)}" for a in found.alternatives), flush=True)
+        cells = (
+            f"{k}",
+            found.verdict,
+            f"{loose:.0f} arcmin",
+            f"{2 * play:.0f} arcmin",
+            f"{constant[0]:.2f} N.m",
+            f"{share[0]:.2f}",
+            *(f"{v:.2f} N.m" for v in (gap.before, gap.after, gap.noise, found.remainder)),
+        )
+        print(
+            " ".join(f"{cell:>11s}" for cell in cells)
+            + f"  {names}"
+            + "".join(f"; or {' + '.join(a)}" for a in found.alternatives),
+            flush=True,
+        )
         rows.append((loose, play, constant, share, found.remainder, gap.noise))
     picture(rows, args.folder / "cycloidal.png")
 

@@ -54,7 +54,8 @@ def replays(folder: Path, measured: Record, zero: float) -> dict[str, Array]:
     record, jitter = conditioned(trace_of(measured, model.drive.ratio), zero)
     runs: dict[str, Mapping[str, Array] | Response] = {
         "model as drawn, reefmu.simulate": simulate_record(build_model(model.drive), record),
-        "model.toml, reefmu.simulate": simulate_record(model, record)}
+        "model.toml, reefmu.simulate": simulate_record(model, record),
+    }
     for backend in ("python", "native"):
         if backend == "native" and not any(map(shutil.which, ("cc", "gcc", "clang"))):
             print("\nno C compiler: no native FMU")
@@ -69,7 +70,7 @@ def picture(record: Record, ratio: float, found: Mapping[str, Array], path: Path
     """The widest loop, and the gap all through the record."""
     starts = [*record.starts.tolist(), len(record)]
     twist = record.twist(ratio) / ARCMIN
-    widest = max(range(len(starts) - 1), key=lambda k: float(np.ptp(twist[starts[k]:starts[k + 1]])))
+    widest = max(range(len(starts) - 1), key=lambda k: float(np.ptp(twist[starts[k] : starts[k + 1]])))
     inside = slice(starts[widest], starts[widest + 1])
     figure = Figure(figsize=(11, 4.2), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1, 1.4))
@@ -100,8 +101,12 @@ def main(arguments: list[str] | None = None) -> dict[str, float]:
     measured = read_record(args.record)
     found = replays(args.folder, measured, answer["base"]["zero [rad]"])
     gap = answer["gap"]
-    gaps = {"diagnosis.json, before": gap["before"], "diagnosis.json, after": gap["after"],
-            **{name: rms(measured.output_torque - torque) for name, torque in found.items()}, "noise": gap["noise"]}
+    gaps = {
+        "diagnosis.json, before": gap["before"],
+        "diagnosis.json, after": gap["after"],
+        **{name: rms(measured.output_torque - torque) for name, torque in found.items()},
+        "noise": gap["noise"],
+    }
     print("\n" + "\n".join(f"{name:34s} {value:7.3f} N.m" for name, value in gaps.items()))
     picture(measured, load_model(args.folder / "model.toml").drive.ratio, found, args.folder / "round_trip.png")
     print(f"\nwritten to {args.folder}: report.html, model.toml, FMUs, round_trip.png")

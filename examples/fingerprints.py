@@ -37,10 +37,17 @@ RATIO = -29.0
 COLOURS = (BLUE, ORANGE, PURPLE, GREEN, RED)
 TORQUE = "torque [N.m]"
 CHANGE = "what the effect adds [N.m]"
-COORDINATES = {"twist": "twist [arcmin]", "torque": "torque of the drawing [N.m]", "time": "time [s]",
-               "turns": "turns of the crank", "angle": "crank angle within the turn [deg]",
-               "output": "output angle [deg]", "speed": "speed of the output [rad/s]",
-               "rate": "rate of the twist [arcmin/s]", "hours": "time [h]"}
+COORDINATES = {
+    "twist": "twist [arcmin]",
+    "torque": "torque of the drawing [N.m]",
+    "time": "time [s]",
+    "turns": "turns of the crank",
+    "angle": "crank angle within the turn [deg]",
+    "output": "output angle [deg]",
+    "speed": "speed of the output [rad/s]",
+    "rate": "rate of the twist [arcmin/s]",
+    "hours": "time [h]",
+}
 
 
 class Run(NamedTuple):
@@ -53,8 +60,15 @@ class Run(NamedTuple):
     temperature: float = 20.0
 
 
-def loop(label: str, reach: float = 6.0, *, seconds: float = 40.0, crank: float = 0.0, temperature: float = 20.0,
-         start: float = 0.0) -> Run:
+def loop(
+    label: str,
+    reach: float = 6.0,
+    *,
+    seconds: float = 40.0,
+    crank: float = 0.0,
+    temperature: float = 20.0,
+    start: float = 0.0,
+) -> Run:
     """One and a quarter loops to +-reach, arcmin, with the crank locked."""
     t = np.linspace(0, 1.25, 1250)
     twist = reach * ARCMIN * np.interp(t, [0, 0.25, 0.75, 1.25], [0, 1, -1, 1])
@@ -75,12 +89,14 @@ def turning(label: str, turns: float, *, first: float = 0.0, twist: float = 4.0,
 
 def to_and_fro(*speeds: float, twist: float = 4.0) -> Callable[[], list[Run]]:
     """The output swung over 20 deg, its speed rising to these, rad/s, under a twist, arcmin, that stays."""
+
     def runs() -> list[Run]:
         angle = np.linspace(-0.25, 1.0, 2501) * TURN  # from where it stands still
         output = np.radians(10) * np.sin(angle)
         held = np.full(angle.shape, twist * ARCMIN)
         way = (angle - angle[0]) * np.radians(10)
         return [Run(f"up to {speed:g} rad/s", way / speed, RATIO * (output + held), held) for speed in speeds]
+
     return runs
 
 
@@ -104,53 +120,75 @@ FINGERPRINTS: dict[str, Fingerprint] = {
     "backlash": Fingerprint({"clearance": 6e-6}, loops(6), "twist", "twist"),
     "preload": Fingerprint({"clearance": 6e-6}, loops(6), "twist", "twist"),
     "thermal_clearance": Fingerprint(
-        {"rate": 3e-7}, lambda: [loop(f"{t:g} degC", temperature=t) for t in (10.0, 20.0, 35.0, 50.0)],
-        "twist", "twist"),
+        {"rate": 3e-7}, lambda: [loop(f"{t:g} degC", temperature=t) for t in (10.0, 20.0, 35.0, 50.0)], "twist", "twist"
+    ),
     "wear": Fingerprint(
-        {"rate": 1e-9}, lambda: [loop(f"after {n:g} turns", crank=TURN * n) for n in (0, 500, 1500)], "twist", "twist"),
+        {"rate": 1e-9}, lambda: [loop(f"after {n:g} turns", crank=TURN * n) for n in (0, 500, 1500)], "twist", "twist"
+    ),
     "modulus_error": Fingerprint({"error": -0.3}, loops(8), "twist", "torque"),
     "missing_ball": Fingerprint(
         {"size": 1.0, "phase": 1.0},
-        lambda: [turning(f"turn {first + 1}", 1.0, first=first) for first in (0, 6, 12)], "angle", "angle"),
+        lambda: [turning(f"turn {first + 1}", 1.0, first=first) for first in (0, 6, 12)],
+        "angle",
+        "angle",
+    ),
     "kinematic_error": Fingerprint(
         {"amplitude_1": 1e-4, "phase_1": 0.5, "amplitude_2": 5e-5},
-        lambda: [turning(f"at {twist:g} arcmin", 2.0, twist=twist) for twist in (2.0, 5.0)], "turns", "turns"),
+        lambda: [turning(f"at {twist:g} arcmin", 2.0, twist=twist) for twist in (2.0, 5.0)],
+        "turns",
+        "turns",
+    ),
     "structural_compliance": Fingerprint({"compliance": 3e-6}, loops(8), "twist", "torque"),
     "creep": Fingerprint({"compliance": 1e-6, "time": 30.0}, lambda: [hold("held at 6 arcmin")], "time", "time"),
     "hysteresis": Fingerprint({"torque": 12.0, "presliding": 5e-5}, loops(2, 4, 6), "twist", "torque"),
     "load_dependent_hysteresis": Fingerprint({"fraction": 0.1, "presliding": 5e-5}, loops(2, 4, 6), "twist", "torque"),
     "damping": Fingerprint(
-        {"coefficient": 2e3}, lambda: [loop(f"loop of {s:g} s", seconds=s) for s in (1.0, 10.0, 100.0)],
-        "twist", "rate"),
+        {"coefficient": 2e3}, lambda: [loop(f"loop of {s:g} s", seconds=s) for s in (1.0, 10.0, 100.0)], "twist", "rate"
+    ),
     "coulomb_friction": Fingerprint({"torque": 5.0}, to_and_fro(1.0, 0.3), "output", "speed", "output.tau"),
     "viscous_friction": Fingerprint({"coefficient": 6.0}, to_and_fro(1.0, 0.3, 0.1), "output", "speed", "output.tau"),
     "stribeck_friction": Fingerprint(
-        {"torque": 5.0, "speed": 0.2}, to_and_fro(1.0, 0.3, 0.1), "output", "speed", "output.tau"),
+        {"torque": 5.0, "speed": 0.2}, to_and_fro(1.0, 0.3, 0.1), "output", "speed", "output.tau"
+    ),
     "torque_sensor_offset": Fingerprint({"torque": -8.0}, loops(6), "twist", "torque"),
     "torque_sensor_drift": Fingerprint(
-        {"rate": 2e-3}, lambda: [loop(f"from {h:g} h on", seconds=2000, start=3600 * h) for h in (0.0, 1.0, 2.0)],
-        "twist", "hours"),
+        {"rate": 2e-3},
+        lambda: [loop(f"from {h:g} h on", seconds=2000, start=3600 * h) for h in (0.0, 1.0, 2.0)],
+        "twist",
+        "hours",
+    ),
 }
 
 
 def record_of(runs: Sequence[Run]) -> Record:
     """The runs as one record; clocks that start anew stay so."""
     joined = {name: np.concatenate([getattr(r, name) for r in runs]) for name in ("time", "crank", "twist")}
-    return make_record({
-        "time": joined["time"], "run": np.repeat(np.arange(len(runs)), [len(r.time) for r in runs]),
-        "crank_angle": joined["crank"], "output_angle": joined["crank"] / RATIO - joined["twist"],
-        "output_torque": np.zeros(len(joined["time"])),
-        "temperature": np.concatenate([np.full(len(r.time), r.temperature) for r in runs]),
-    })
+    return make_record(
+        {
+            "time": joined["time"],
+            "run": np.repeat(np.arange(len(runs)), [len(r.time) for r in runs]),
+            "crank_angle": joined["crank"],
+            "output_angle": joined["crank"] / RATIO - joined["twist"],
+            "output_torque": np.zeros(len(joined["time"])),
+            "temperature": np.concatenate([np.full(len(r.time), r.temperature) for r in runs]),
+        }
+    )
 
 
 def coordinate(name: str, run: Run, torque: Array) -> Array:
     """Values along an axis of a picture; torque: without the effect, N.m."""
     output = run.crank / RATIO - run.twist
-    return {"twist": lambda: run.twist / ARCMIN, "torque": lambda: torque, "time": lambda: run.time,
-            "turns": lambda: run.crank / TURN, "angle": lambda: np.degrees(run.crank - run.crank[0]),
-            "output": lambda: np.degrees(output), "speed": lambda: np.gradient(output, run.time),
-            "hours": lambda: run.time / 3600, "rate": lambda: np.gradient(run.twist, run.time) / ARCMIN}[name]()
+    return {
+        "twist": lambda: run.twist / ARCMIN,
+        "torque": lambda: torque,
+        "time": lambda: run.time,
+        "turns": lambda: run.crank / TURN,
+        "angle": lambda: np.degrees(run.crank - run.crank[0]),
+        "output": lambda: np.degrees(output),
+        "speed": lambda: np.gradient(output, run.time),
+        "hours": lambda: run.time / 3600,
+        "rate": lambda: np.gradient(run.twist, run.time) / ARCMIN,
+    }[name]()
 
 
 def draw(name: str, plain: DriveModel, lookup: Lookup) -> Figure:
@@ -174,8 +212,9 @@ def draw(name: str, plain: DriveModel, lookup: Lookup) -> Figure:
     dress(right, COORDINATES[shown.right], CHANGE)
     right.axhline(0, color=FAINT, linewidth=1, zorder=1)
     left.set_title(" ", fontsize="small")  # room for the legend, which may reach over the other axes
-    left.legend(loc="lower left", bbox_to_anchor=(-0.02, 1.0), ncols=5, frameon=False, fontsize="small",
-                labelcolor=INK).set_in_layout(False)
+    left.legend(
+        loc="lower left", bbox_to_anchor=(-0.02, 1.0), ncols=5, frameon=False, fontsize="small", labelcolor=INK
+    ).set_in_layout(False)
     figure.suptitle(head(name), x=0.01, ha="left", fontsize="medium", color=INK)
     figure.supxlabel("shows in: " + effect.excitation, x=0.01, ha="left", fontsize="small", color=INK)
     return figure

@@ -37,15 +37,24 @@ def main() -> None:
     args.folder.mkdir(parents=True, exist_ok=True)
 
     joint = JointModel(build_model(sm.load_drive("drive_1"), n_drives=args.drives), MASSES)
-    designs = [design_lqr(joint, STIFF_POINT, SAMPLE, f"at {STIFF_POINT:g} N.m"),
-               design_lqr(joint, 0.0, SAMPLE, "at rest")]
+    designs = [
+        design_lqr(joint, STIFF_POINT, SAMPLE, f"at {STIFF_POINT:g} N.m"),
+        design_lqr(joint, 0.0, SAMPLE, "at rest"),
+    ]
     inertia = MASSES.reduced_inertia(joint.ratio)
     for made in designs:
-        print(f"designed {made.name}: stiffness {made.stiffness / 1e3:.1f} kN.m/rad, eigenfrequency "
-              f"{np.sqrt(made.stiffness / inertia) / (2 * np.pi):.0f} Hz, "
-              f"gains {np.array2string(made.gains, precision=3)}")
-        print("  least damping ratio at " + ", ".join(
-            f"{torque:g} N.m: {least_damping(joint, made, torque):.2f}" for torque in (0.0, 10.0, 50.0, 100.0, 200.0)))
+        print(
+            f"designed {made.name}: stiffness {made.stiffness / 1e3:.1f} kN.m/rad, eigenfrequency "
+            f"{np.sqrt(made.stiffness / inertia) / (2 * np.pi):.0f} Hz, "
+            f"gains {np.array2string(made.gains, precision=3)}"
+        )
+        print(
+            "  least damping ratio at "
+            + ", ".join(
+                f"{torque:g} N.m: {least_damping(joint, made, torque):.2f}"
+                for torque in (0.0, 10.0, 50.0, 100.0, 200.0)
+            )
+        )
     picture_designs(joint, designs).savefig(args.folder / "stiffness.png")
     figure, left = picture_responses(joint, designs)
     figure.savefig(args.folder / "response.png")

@@ -54,9 +54,11 @@ def main() -> None:
 
     for population, curve in zip(populations, curves, strict=True):
         at_rest, full = curve.contact_force[0, 0], curve.contact_force[-1, 0]
-        print(f"{curve.name}, {args.lobes} lobes: {curve.full_torque:.0f} N.m at "
-              f"{curve.twist[-1] / sm.ARCMIN:g} arcmin, load share there {100 * curve.load_share[-1]:.1f} %, "
-              f"greatest gear force {full:.0f} N, {at_rest:.0f} N at rest, {population.capped} capped contacts")
+        print(
+            f"{curve.name}, {args.lobes} lobes: {curve.full_torque:.0f} N.m at "
+            f"{curve.twist[-1] / sm.ARCMIN:g} arcmin, load share there {100 * curve.load_share[-1]:.1f} %, "
+            f"greatest gear force {full:.0f} N, {at_rest:.0f} N at rest, {population.capped} capped contacts"
+        )
     print(f"pictures in {args.folder}")
 
 

@@ -37,8 +37,9 @@ DURATION = 0.2  # s, one turn of the crank
 SUBSTEPS = 2  # the stiffest oscillation turns by a third of a radian in one
 
 
-def moving(design: Design, ratio: float, motor_torque: float, start: np.ndarray
-           ) -> Callable[[float, np.ndarray], tuple[float, float]]:
+def moving(
+    design: Design, ratio: float, motor_torque: float, start: np.ndarray
+) -> Callable[[float, np.ndarray], tuple[float, float]]:
     """State feedback on an even motion of crank and output, from `start`, with the integral of the output's error."""
     speeds = np.array([SPEED, 0.0, SPEED / ratio, 0.0])
     held = np.array([0.0, SPEED, 0.0, SPEED / ratio])
@@ -59,8 +60,14 @@ def carry(joint: JointModel, design: Design) -> tuple[Motion, np.ndarray]:
     x, torques = joint.equilibrium(LOAD)
     speeds = np.array([0.0, SPEED, 0.0, SPEED / joint.ratio])
     damping = MASSES.motor_damping * SPEED + MASSES.load_damping * SPEED / joint.ratio**2
-    motion = simulate_joint(joint, moving(design, joint.ratio, float(torques[0]) + damping, x), step=SAMPLE,
-                            duration=DURATION, start=x + joint.state(speeds), substeps=SUBSTEPS)
+    motion = simulate_joint(
+        joint,
+        moving(design, joint.ratio, float(torques[0]) + damping, x),
+        step=SAMPLE,
+        duration=DURATION,
+        start=x + joint.state(speeds),
+        substeps=SUBSTEPS,
+    )
     return motion, (motion["output.phi"] - x[2] - SPEED / joint.ratio * motion.time) / sm.ARCMIN
 
 

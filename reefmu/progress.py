@@ -72,8 +72,14 @@ class CountingExecutor(Executor):
             future.set_exception(error)
         return future
 
-    def map(self, fn: Callable[..., Any], *iterables: Iterable[Any], timeout: float | None = None,
-            chunksize: int = 1, **_: Any) -> Iterator[Any]:
+    def map(
+        self,
+        fn: Callable[..., Any],
+        *iterables: Iterable[Any],
+        timeout: float | None = None,
+        chunksize: int = 1,
+        **_: Any,
+    ) -> Iterator[Any]:
         """As the built-in `map`; timeout and chunksize have no meaning here."""
         tasks = list(zip(*iterables, strict=False))
         with Progress(self._what, len(tasks)) as progress:

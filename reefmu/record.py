@@ -23,7 +23,12 @@ from stiffness_model.units import REFERENCE_TEMPERATURE
 Array = NDArray[np.float64]
 
 COLUMNS: dict[str, str] = {
-    "time": "s", "run": "", "crank_angle": "rad", "output_angle": "rad", "twist": "rad", "output_torque": "N.m",
+    "time": "s",
+    "run": "",
+    "crank_angle": "rad",
+    "output_angle": "rad",
+    "twist": "rad",
+    "output_torque": "N.m",
     "temperature": "degC",
 }
 """Canonical columns and the unit that each is converted to."""
@@ -34,8 +39,9 @@ RANGES: dict[str, tuple[float, float]] = {
     # Stamps count from the year 1 at the earliest: 6.4e10 s.
     "time": (-1e11, 1e11),
     # Whole numbers that double precision holds.
-    "run": (-2.0**53, 2.0**53),
-    "crank_angle": (-ANGLE_LIMIT, ANGLE_LIMIT), "output_angle": (-ANGLE_LIMIT, ANGLE_LIMIT),
+    "run": (-(2.0**53), 2.0**53),
+    "crank_angle": (-ANGLE_LIMIT, ANGLE_LIMIT),
+    "output_angle": (-ANGLE_LIMIT, ANGLE_LIMIT),
     "twist": (-ANGLE_LIMIT, ANGLE_LIMIT),
     # A hundred times the main gears of the largest wind turbines, which carry some 1e7 N.m.
     "output_torque": (-1e9, 1e9),
@@ -85,8 +91,12 @@ def with_output_locked(record: Record, ratio: float = 1.0) -> Record:
     ratio: signed, crank to output; 1 where it is not known. The crank's own angle stays unknown, up to a constant.
     Raises `InputError` for a record that has a crank angle, and so says itself what moves.
     """
-    expect("crank_angle" in record.missing, "a record of a twist without a crank angle where the output is locked",
-           "a crank angle", record.source or "record")
+    expect(
+        "crank_angle" in record.missing,
+        "a record of a twist without a crank angle where the output is locked",
+        "a crank angle",
+        record.source or "record",
+    )
     return replace(record, crank_angle=-record.output_angle * ratio, output_angle=np.zeros(len(record)))
 
 
@@ -130,25 +140,40 @@ def make_record(data: Mapping[str, Any], where: str = "record") -> Record:
         expect(value.shape == (n,), f"{n} values in column {name!r}", value.shape, where)
         bad = np.flatnonzero(~np.isfinite(value))
         if bad.size:
-            raise InputError(f"{where}: expected finite numbers in column {name!r}, got {value[bad[0]]} "
-                             f"in data row {bad[0] + 1}")
+            raise InputError(
+                f"{where}: expected finite numbers in column {name!r}, got {value[bad[0]]} in data row {bad[0] + 1}"
+            )
         check_range(name, value, where)
     run = values.get("run", np.zeros(n))
     expect(bool((run == np.round(run)).all()), "whole numbers in column 'run'", run[run != np.round(run)][:1], where)
     back = np.flatnonzero((np.diff(values["time"]) < 0) & (np.diff(run) == 0))
     if back.size:
-        raise InputError(f"{where}: expected time that does not run backwards within a run, got a step back "
-                         f"at data row {back[0] + 2}")
+        raise InputError(
+            f"{where}: expected time that does not run backwards within a run, got a step back "
+            f"at data row {back[0] + 2}"
+        )
     crank = values.get("crank_angle", np.zeros(n))
     if "twist" in values:
-        expect("output_angle" not in values and "crank_angle" not in values,
-               "either 'twist' or the angles", sorted(values), where)
+        expect(
+            "output_angle" not in values and "crank_angle" not in values,
+            "either 'twist' or the angles",
+            sorted(values),
+            where,
+        )
         output = -values["twist"]
     else:
         output = values["output_angle"]
     missing = tuple(name for name in ("run", "crank_angle", "temperature") if name not in values)
-    return Record(values["time"], run.astype(np.int64), crank, output, values["output_torque"],
-                  values.get("temperature", np.full(n, REFERENCE_TEMPERATURE)), missing, where)
+    return Record(
+        values["time"],
+        run.astype(np.int64),
+        crank,
+        output,
+        values["output_torque"],
+        values.get("temperature", np.full(n, REFERENCE_TEMPERATURE)),
+        missing,
+        where,
+    )
 
 
 def check_range(name: str, values: Array, where: str) -> None:
@@ -163,8 +188,10 @@ def check_range(name: str, values: Array, where: str) -> None:
     low, high = RANGES[name]
     outside = np.flatnonzero((values < low) | (values > high))
     if outside.size:
-        raise InputError(f"{where}: expected column {name!r} within {low:.4g} ... {high:.4g} {COLUMNS[name]}".rstrip()
-                         + f", got {values[outside[0]]:.4g} in data row {outside[0] + 1}; check its unit")
+        raise InputError(
+            f"{where}: expected column {name!r} within {low:.4g} ... {high:.4g} {COLUMNS[name]}".rstrip()
+            + f", got {values[outside[0]]:.4g} in data row {outside[0] + 1}; check its unit"
+        )
 
 
 def _read_table(path: Path, where: str) -> tuple[list[str], list[list[str]]]:
@@ -238,11 +265,13 @@ def join_records(records: Sequence[Record]) -> Record:
     for record in records:
         run = np.cumsum(np.diff(record.run, prepend=record.run[0]) != 0) + last_run + 1
         shift = 0.0 if record.time[0] >= last_time else last_time - record.time[0]
-        parts.append([record.time + shift, record.crank_angle, record.output_angle, record.output_torque,
-                      record.temperature])
+        parts.append(
+            [record.time + shift, record.crank_angle, record.output_angle, record.output_torque, record.temperature]
+        )
         runs.append(run.astype(np.int64))
         last_time, last_run = float(parts[-1][0].max()), int(run[-1])
     time, crank, output, torque, temperature = (np.concatenate([p[k] for p in parts]) for k in range(5))
     missing = tuple(name for name in COLUMNS if any(name in r.missing for r in records) and name != "run")
-    return Record(time, np.concatenate(runs), crank, output, torque, temperature, missing,
-                  ", ".join(r.source for r in records))
+    return Record(
+        time, np.concatenate(runs), crank, output, torque, temperature, missing, ", ".join(r.source for r in records)
+    )

@@ -55,8 +55,10 @@ def simulate_signal(model: DriveModel, time: ArrayLike, inputs: ArrayLike, start
 
 def _trajectory(model: DriveModel, n: int) -> ca.Function:
     """(x0, u (5, n), dt (1, n), p) -> states (n_states, n)."""
-    x, u, dt, p = (ca.MX.sym(name, size) for name, size in
-                   (("x", len(model.states)), ("u", len(INPUTS)), ("dt", 1), ("p", len(model.parameters))))
+    x, u, dt, p = (
+        ca.MX.sym(name, size)
+        for name, size in (("x", len(model.states)), ("u", len(INPUTS)), ("dt", 1), ("p", len(model.parameters)))
+    )
     step = ca.Function("step", [x, u, dt, p], [model.advance(x, u, dt, p)])
     chain = step.mapaccum(n)
     start, us, dts = ca.MX.sym("x0", len(model.states)), ca.MX.sym("us", len(INPUTS), n), ca.MX.sym("dts", 1, n)
@@ -71,8 +73,13 @@ def record_inputs(record: Record) -> Array:
     speeds = record.speeds
     if speeds is None:
         runs = [slice(first, last) for first, last in itertools.pairwise([*record.starts, len(record)])]
-        speeds = np.stack([np.concatenate([central_speed(angle[run], record.time[run]) for run in runs])
-                           for angle in (crank, output)], axis=1)
+        speeds = np.stack(
+            [
+                np.concatenate([central_speed(angle[run], record.time[run]) for run in runs])
+                for angle in (crank, output)
+            ],
+            axis=1,
+        )
     return np.stack([crank, speeds[:, 0], output, speeds[:, 1], record.temperature], axis=1)
 
 

@@ -19,6 +19,10 @@ def source_date(default: datetime) -> datetime:
     epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
     if not epoch:
         return default
-    expect(epoch.isascii() and epoch.isdigit() and len(epoch) < 12 and int(epoch) <= LAST,
-           f"seconds since 1970, a whole number up to {LAST}", epoch, "SOURCE_DATE_EPOCH")
+    expect(
+        epoch.isascii() and epoch.isdigit() and len(epoch) < 12 and int(epoch) <= LAST,
+        f"seconds since 1970, a whole number up to {LAST}",
+        epoch,
+        "SOURCE_DATE_EPOCH",
+    )
     return datetime.fromtimestamp(int(epoch), UTC)

@@ -37,9 +37,13 @@ def warn_not_converged(count: int, whole: int, where: str, stacklevel: int = 3) 
 smaller twists, interferences or yieldings than these bring them back
     """
     if count:
-        warnings.warn(f"{where}: {count} of {whole} cases (an element at a twist) found no equilibrium and count as no "
-                      "force: the torque is too low; smaller twists, interferences or yieldings than these bring them "
-                      "back", NotConvergedWarning, stacklevel=stacklevel)
+        warnings.warn(
+            f"{where}: {count} of {whole} cases (an element at a twist) found no equilibrium and count as no "
+            "force: the torque is too low; smaller twists, interferences or yieldings than these bring them "
+            "back",
+            NotConvergedWarning,
+            stacklevel=stacklevel,
+        )
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str], where: str = "") -> UnknownNameError:
@@ -78,8 +82,7 @@ def expect(condition: bool, expected: str, came: object, where: str) -> None:
         raise InputError(f"{where}: expected {expected}, got {came!r}")
 
 
-def expect_number(value: object, expected: str, where: str, *, low: float = -math.inf,
-                  high: float = math.inf) -> float:
+def expect_number(value: object, expected: str, where: str, *, low: float = -math.inf, high: float = math.inf) -> float:
     """A finite float strictly between `low` and `high`, or `InputError`.
 
     >>> expect_number(3, "a positive number", "lobes", low=0)

@@ -16,8 +16,7 @@ from .errors import InputError
 
 GIGABYTE = 1e9
 _PROC, _GROUP = Path("/proc"), Path("/sys/fs/cgroup")
-_GROUP_FILES = (("memory.max", "memory.current"),
-                ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"))
+_GROUP_FILES = (("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"))
 """Limit and use of a control group, version 2 and 1."""
 
 
@@ -39,8 +38,10 @@ got an estimate of 1e+09 GB; take fewer drives
     """
     room = available()
     if needed > room:
-        raise InputError(f"{what}: expected work that fits the {room / GIGABYTE:.3g} GB of memory that are free, got "
-                         f"an estimate of {needed / GIGABYTE:.3g} GB; {remedy}")
+        raise InputError(
+            f"{what}: expected work that fits the {room / GIGABYTE:.3g} GB of memory that are free, got "
+            f"an estimate of {needed / GIGABYTE:.3g} GB; {remedy}"
+        )
 
 
 def _machine() -> float:

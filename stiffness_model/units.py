@@ -25,18 +25,40 @@ UNITS: dict[str, dict[str, float]] = {
     "angle": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "arcmin": ARCMIN, "'": ARCMIN},
     "density": {"kg/m3": 1.0, "g/cm3": 1e3},
     "torque": {"N.m": 1.0, "Nm": 1.0, "kN.m": 1e3},
-    "torsional stiffness": {"N.m/rad": 1.0, "Nm/rad": 1.0, "kN.m/rad": 1e3, "N.m/arcmin": 1 / ARCMIN,
-                            "Nm/arcmin": 1 / ARCMIN},
+    "torsional stiffness": {
+        "N.m/rad": 1.0,
+        "Nm/rad": 1.0,
+        "kN.m/rad": 1e3,
+        "N.m/arcmin": 1 / ARCMIN,
+        "Nm/arcmin": 1 / ARCMIN,
+    },
     "stiffness": {"N/m": 1.0, "N/mm": 1e3, "kN/mm": 1e6, "N/um": 1e6, "N/µm": 1e6, "N/μm": 1e6},
     "speed": {"rad/s": 1.0, "rpm": math.pi / 30, "1/min": math.pi / 30},
     "force": {"N": 1.0, "kN": 1e3},
 }
-_SI = {"length": "m", "pressure": "Pa", "angle": "rad", "density": "kg/m3", "torque": "N.m",
-       "torsional stiffness": "N.m/rad", "stiffness": "N/m", "speed": "rad/s", "force": "N"}
+_SI = {
+    "length": "m",
+    "pressure": "Pa",
+    "angle": "rad",
+    "density": "kg/m3",
+    "torque": "N.m",
+    "torsional stiffness": "N.m/rad",
+    "stiffness": "N/m",
+    "speed": "rad/s",
+    "force": "N",
+}
 """The unit of each quantity whose factor is 1."""
-_PREFERRED = {"length": ("mm", "um"), "pressure": ("GPa",), "angle": ("arcmin",), "density": ("kg/m3",),
-              "torque": ("N.m",), "torsional stiffness": ("kN.m/rad",), "stiffness": ("N/um",), "speed": ("rpm",),
-              "force": ("N",)}
+_PREFERRED = {
+    "length": ("mm", "um"),
+    "pressure": ("GPa",),
+    "angle": ("arcmin",),
+    "density": ("kg/m3",),
+    "torque": ("N.m",),
+    "torsional stiffness": ("kN.m/rad",),
+    "stiffness": ("N/um",),
+    "speed": ("rpm",),
+    "force": ("N",),
+}
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S*)\s*")
 
 

@@ -37,8 +37,11 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     """
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
     skipped = [] if reporter is None else reporter.stats.get("skipped", [])
-    if os.environ.get("CI") == "true" and session.exitstatus == 0 \
-            and not all(any(reason in str(report.longrepr) for reason in OUTSIDE) for report in skipped):
+    if (
+        os.environ.get("CI") == "true"
+        and session.exitstatus == 0
+        and not all(any(reason in str(report.longrepr) for reason in OUTSIDE) for report in skipped)
+    ):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 

@@ -67,8 +67,13 @@ def noise_of(n: int, size: float, correlation: float, seed: int) -> Array:
     return size * lfilter([np.sqrt(1 - correlation**2)], [1, -correlation], white)[500:]
 
 
-def measured(effects: Mapping[str, Mapping[str, float]], noise: float = 0.6, correlation: float = 0.5, seed: int = 0,
-             full: bool = True) -> Record:
+def measured(
+    effects: Mapping[str, Mapping[str, float]],
+    noise: float = 0.6,
+    correlation: float = 0.5,
+    seed: int = 0,
+    full: bool = True,
+) -> Record:
     """What the rig measures of a drive with these effects; noise in N.m."""
     record = protocol(full)
     model = build_model(drive(), effects, lookup=cached_lookup(drive()))

@@ -12,8 +12,12 @@ from stiffness_model.errors import expect
 
 def run(args: argparse.Namespace) -> int:
     """Print the findings; 1 if one of them failed."""
-    expect(args.inertia is not None or args.step is None, "--inertia beside --step: the masses decide on the step",
-           "none", "check")
+    expect(
+        args.inertia is not None or args.step is None,
+        "--inertia beside --step: the masses decide on the step",
+        "none",
+        "check",
+    )
     coupling = ()
     if args.inertia is not None:
         from .coupling import coupling_finding

@@ -33,8 +33,10 @@ def run(args: argparse.Namespace) -> int:
     study.show_notes(notes)
     letters = [chr(ord("a") + k) if k < 26 else str(k) for k in range(len(drawn))]
     print(f"twist at the output: {drive.name}, mean of {args.drives} virtual drives, and published gears\n")
-    rows = [[f"{torque:g}", *("-" if math.isnan(twist) else f"{twist:.2f}" for twist in line)]
-            for torque, line in zip(torques, twists, strict=True)]
+    rows = [
+        [f"{torque:g}", *("-" if math.isnan(twist) else f"{twist:.2f}" for twist in line)]
+        for torque, line in zip(torques, twists, strict=True)
+    ]
     print(study.table(["torque", drive.name, *letters], ["[N.m]", *["[arcmin]"] * (1 + len(drawn))], rows))
     print()
     for letter, gear in zip(letters, drawn, strict=True):
@@ -64,13 +66,15 @@ def torque_steps(greatest: float, most: int = 8) -> list[float]:
 def _twists(curve: TwistTorqueCurve, gears: Sequence[CatalogGear], torque: float) -> list[float]:
     """Twists in arcmin of the drive and the gears; NaN above what a gear's row allows."""
     allowed = [gear.greatest_torque is None or torque <= gear.greatest_torque for gear in gears]
-    others = [float(gear.twist_at(torque)) / ARCMIN if ok else math.nan
-              for gear, ok in zip(gears, allowed, strict=True)]
+    others = [
+        float(gear.twist_at(torque)) / ARCMIN if ok else math.nan for gear, ok in zip(gears, allowed, strict=True)
+    ]
     return [float(curve.twist_at(torque)) / ARCMIN, *others]
 
 
-def _write_csv(path: Path, name: str, gears: Sequence[CatalogGear], torques: Sequence[float],
-               twists: Sequence[Sequence[float]]) -> None:
+def _write_csv(
+    path: Path, name: str, gears: Sequence[CatalogGear], torques: Sequence[float], twists: Sequence[Sequence[float]]
+) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         names = [name, *(gear.label for gear in gears)]

@@ -46,8 +46,10 @@ def coupling_finding(path: Path, step: float | None, inertia: float) -> Finding:
     limit = largest_step(spring, inertia, growth=GROWTH)
     rate = growth_rate(step, spring, inertia)
     in_turn = largest_step(spring, inertia, scheme="sequential")
-    detail = (f"s; {spring / 1e3:.3g} kN.m/rad and {inertia:.3g} kg.m2 swing at "
-              f"{math.sqrt(spring / inertia) / (2 * math.pi):.3g} Hz, which a master that holds the torque over a step "
-              f"lets grow by exp({rate:.3g} t/s). Stepping the masses first allows {in_turn:.2g} s, one that uses "
-              "`stiffness` or directional derivatives stays stable at any step, kind joint stays right")
+    detail = (
+        f"s; {spring / 1e3:.3g} kN.m/rad and {inertia:.3g} kg.m2 swing at "
+        f"{math.sqrt(spring / inertia) / (2 * math.pi):.3g} Hz, which a master that holds the torque over a step "
+        f"lets grow by exp({rate:.3g} t/s). Stepping the masses first allows {in_turn:.2g} s, one that uses "
+        "`stiffness` or directional derivatives stays stable at any step, kind joint stays right"
+    )
     return Finding("coupling", step <= limit, step, limit, detail)

@@ -55,23 +55,26 @@ def run(args: argparse.Namespace) -> int:
 
 def _twist_table(curve: TwistTorqueCurve) -> str:
     step = max(1, (len(curve.twist) - 1) // (ROWS - 1))
-    columns = (curve.twist / ARCMIN, curve.torque, curve.torque_p10, curve.torque_p90,
-               curve.stiffness * ARCMIN)
+    columns = (curve.twist / ARCMIN, curve.torque, curve.torque_p10, curve.torque_p90, curve.stiffness * ARCMIN)
     # Adding zero turns a rounded "-0.00" into "0.00".
-    rows = [[f"{round(float(column[i]), 2) + 0.0:.2f}" for column in columns]
-            for i in range(0, len(curve.twist), step)]
-    return study.table(["twist", "mean torque", "P10", "P90", "stiffness"],
-                       ["[arcmin]", "[N.m]", "[N.m]", "[N.m]", "[N.m/arcmin]"], rows)
+    rows = [[f"{round(float(column[i]), 2) + 0.0:.2f}" for column in columns] for i in range(0, len(curve.twist), step)]
+    return study.table(
+        ["twist", "mean torque", "P10", "P90", "stiffness"],
+        ["[arcmin]", "[N.m]", "[N.m]", "[N.m]", "[N.m/arcmin]"],
+        rows,
+    )
 
 
 def _motion(curve: TwistTorqueCurve) -> str:
     full = curve.full_torque
-    return "\n".join([
-        f"backlash     {curve.backlash() / ARCMIN:8.3f} arcmin  "
-        f"(carries less than {100 * PLAY_SHARE:g} % of {full:.4g} N.m)",
-        f"lost motion  {curve.lost_motion() / ARCMIN:8.3f} arcmin  "
-        f"(between +-{100 * LOST_MOTION_SHARE:g} % of {full:.4g} N.m)",
-    ])
+    return "\n".join(
+        [
+            f"backlash     {curve.backlash() / ARCMIN:8.3f} arcmin  "
+            f"(carries less than {100 * PLAY_SHARE:g} % of {full:.4g} N.m)",
+            f"lost motion  {curve.lost_motion() / ARCMIN:8.3f} arcmin  "
+            f"(between +-{100 * LOST_MOTION_SHARE:g} % of {full:.4g} N.m)",
+        ]
+    )
 
 
 def _remedy(population: Population) -> str:
@@ -80,8 +83,10 @@ def _remedy(population: Population) -> str:
     offset = free_offset(drive.tolerances["cage"].window, drive.tolerances["element"])
     if drive.tolerances["cage"].offset > offset - 0.1 * drive.tolerances["cage"].sigma:
         return ""
-    return (f";\n    bores with a mean radius {1e6 * offset:.3g} um above nominal (cage_offset, or a fit) clear all "
-            "but 0.13 %")
+    return (
+        f";\n    bores with a mean radius {1e6 * offset:.3g} um above nominal (cage_offset, or a fit) clear all "
+        "but 0.13 %"
+    )
 
 
 def _elements(population: Population) -> str:
@@ -97,11 +102,15 @@ def _elements(population: Population) -> str:
         f"  {100 * counts['excluded'] / whole:5.1f} %  stand where the profile is cut away and carry nothing",
     ]
     if population.tight:
-        lines.append(f"  {population.tight} elements ({100 * population.tight / elements:.2g} %) are larger than their "
-                     f"bores and press both walls{_remedy(population)}")
+        lines.append(
+            f"  {population.tight} elements ({100 * population.tight / elements:.2g} %) are larger than their "
+            f"bores and press both walls{_remedy(population)}"
+        )
     if counts["not_converged"]:
         lines.append(f"  {counts['not_converged']} cases found no equilibrium and count as no force")
     if population.capped:
-        lines.append(f"  {population.capped} elements lie closer in their bore than Hertz's theory reaches; "
-                     "their cage stiffness is capped")
+        lines.append(
+            f"  {population.capped} elements lie closer in their bore than Hertz's theory reaches; "
+            "their cage stiffness is capped"
+        )
     return "\n".join(lines)

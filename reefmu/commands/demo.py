@@ -42,8 +42,10 @@ def run(args: argparse.Namespace) -> int:
         model = _model(drive, curve)
         passed = _fmu(model, stage)
         _joint(model, stage)
-    print(f"\nDone in {time.perf_counter() - start:.0f} s. In {folder}: "
-          + ", ".join(sorted(path.name for path in folder.iterdir() if not path.name.startswith("."))))
+    print(
+        f"\nDone in {time.perf_counter() - start:.0f} s. In {folder}: "
+        + ", ".join(sorted(path.name for path in folder.iterdir() if not path.name.startswith(".")))
+    )
     return 0 if passed else 1
 
 
@@ -54,10 +56,12 @@ def _say(title: str) -> None:
 def _drawing(stage: Path) -> Drive:
     _say("1  The drawing")
     drive, notes = study.read_drawing(DRIVE)
-    print(f"{drive.name}: {drive.description}\n"
-          f"{drive.elements} {drive.element}s of {2e3 * drive.element_radius:g} mm on {drive.eccentrics} eccentrics, "
-          f"{drive.lobes} lobes, ratio {drive.ratio:g}; the profile exists for |beta| up to "
-          f"{np.degrees(drive.usable_limit):.1f} deg")
+    print(
+        f"{drive.name}: {drive.description}\n"
+        f"{drive.elements} {drive.element}s of {2e3 * drive.element_radius:g} mm on {drive.eccentrics} eccentrics, "
+        f"{drive.lobes} lobes, ratio {drive.ratio:g}; the profile exists for |beta| up to "
+        f"{np.degrees(drive.usable_limit):.1f} deg"
+    )
     study.show_notes(notes)
     plots.save(plots.gear_profile(drive), stage / "1-gear.png")
     return drive
@@ -69,9 +73,11 @@ def _curve(drive: Drive, stage: Path) -> TwistTorqueCurve:
     population = simulate(drive, np.linspace(0, drive.max_twist, study.TWISTS), DRIVES)
     took = time.perf_counter() - begin
     curve = population.curve()
-    print(f"{DRIVES * drive.elements} elements at {study.TWISTS} twists in {took:.2f} s\n"
-          f"mean torque at {drive.max_twist / ARCMIN:g} arcmin {curve.full_torque:.0f} N.m, "
-          f"lost motion {curve.lost_motion() / ARCMIN:.2f} arcmin")
+    print(
+        f"{DRIVES * drive.elements} elements at {study.TWISTS} twists in {took:.2f} s\n"
+        f"mean torque at {drive.max_twist / ARCMIN:g} arcmin {curve.full_torque:.0f} N.m, "
+        f"lost motion {curve.lost_motion() / ARCMIN:.2f} arcmin"
+    )
     curve.write_csv(stage / "curve.csv")
     plots.save(plots.twist_over_torque(curve), stage / "2-curve.png")
     plots.save(plots.contact_forces(population), stage / "2-forces.png")
@@ -84,10 +90,12 @@ def _model(drive: Drive, curve: TwistTorqueCurve) -> DriveModel:
     with study.all_cores("solving the lookup (once: it is kept)") as executor:
         model = build_model(drive, {"hysteresis": {}}, executor=executor)
     at = 0.75 * drive.max_twist
-    print(f"{describe(model.lookup)}\n"
-          f"stiffness {model.lookup.stiffness(0.0) / 1e3:.0f} kN.m/rad at rest, "
-          f"{model.lookup.stiffness(drive.max_twist) / 1e3:.0f} at full torque; "
-          f"torque at {at / ARCMIN:g} arcmin {model.lookup.torque(at):.1f} N.m (curve: {curve.torque_at(at):.1f})")
+    print(
+        f"{describe(model.lookup)}\n"
+        f"stiffness {model.lookup.stiffness(0.0) / 1e3:.0f} kN.m/rad at rest, "
+        f"{model.lookup.stiffness(drive.max_twist) / 1e3:.0f} at full torque; "
+        f"torque at {at / ARCMIN:g} arcmin {model.lookup.torque(at):.1f} N.m (curve: {curve.torque_at(at):.1f})"
+    )
     return model
 
 
@@ -108,16 +116,20 @@ def _joint(model: DriveModel, stage: Path) -> None:
     _say("5  A robot joint under control")
     plain = build_model(model.drive, lookup=model.lookup)
     joint = JointModel(plain, MASSES)
-    designs = [design_lqr(joint, STIFF_POINT, SAMPLE, f"at {STIFF_POINT:g} N.m"),
-               design_lqr(joint, 0.0, SAMPLE, "at rest")]
+    designs = [
+        design_lqr(joint, STIFF_POINT, SAMPLE, f"at {STIFF_POINT:g} N.m"),
+        design_lqr(joint, 0.0, SAMPLE, "at rest"),
+    ]
     picture_designs(joint, designs).savefig(stage / "5-design.png")
     figure, left = picture_responses(joint, designs)
     figure.savefig(stage / "5-joint.png")
     small = next(iter(left.values()))
-    print(f"an LQR designed on {designs[0].stiffness / 1e3:.0f} kN.m/rad ({designs[0].name}) leaves an oscillation of "
-          f"{small[designs[0].name]:.2g} N.m in the drive after a small step;\n"
-          f"designed on {designs[1].stiffness / 1e3:.0f} kN.m/rad ({designs[1].name}) it settles: "
-          f"{small[designs[1].name]:.1g} N.m")
+    print(
+        f"an LQR designed on {designs[0].stiffness / 1e3:.0f} kN.m/rad ({designs[0].name}) leaves an oscillation of "
+        f"{small[designs[0].name]:.2g} N.m in the drive after a small step;\n"
+        f"designed on {designs[1].stiffness / 1e3:.0f} kN.m/rad ({designs[1].name}) it settles: "
+        f"{small[designs[1].name]:.1g} N.m"
+    )
     _against_fmu(joint, designs[1], stage / f"{model.name}.fmu")
 
 
@@ -128,7 +140,9 @@ def _against_fmu(joint: JointModel, design: Design, path: Path) -> None:
     gap = np.abs(motion["output.phi"] - other["output.phi"]).max()
     stiffness = float(joint.drive.lookup.stiffness(joint.drive.drive.max_twist))
     longest = largest_step(stiffness, MASSES.reduced_inertia(joint.ratio))
-    print(f"the same loop around the FMU, masses and FMU in turn every {1e3 * SAMPLE:g} ms: within "
-          f"{1e6 * gap:.2g} urad\n"
-          f"a master that only holds the FMU's torque over a step lets the joint's oscillation grow; for less than "
-          f"a factor e per second its steps must stay below {1e6 * longest:.2g} us")
+    print(
+        f"the same loop around the FMU, masses and FMU in turn every {1e3 * SAMPLE:g} ms: within "
+        f"{1e6 * gap:.2g} urad\n"
+        f"a master that only holds the FMU's torque over a step lets the joint's oscillation grow; for less than "
+        f"a factor e per second its steps must stay below {1e6 * longest:.2g} us"
+    )

@@ -26,8 +26,12 @@ def run(args: argparse.Namespace) -> int:
     folder = Path(args.out)
     paths = [Path(record) for record in args.records]
     single = len(paths) == 1
-    expect(single or len({_stem(path) for path in paths}) == len(paths), "records with different names",
-           ", ".join(_stem(path) for path in paths), "diagnose")
+    expect(
+        single or len({_stem(path) for path in paths}) == len(paths),
+        "records with different names",
+        ", ".join(_stem(path) for path in paths),
+        "diagnose",
+    )
     records = {path: read_record(path, columns) for path in paths}
     locked = args.locked == "output"
     exponent = _exponent(args, list(records.values()), locked)
@@ -41,15 +45,25 @@ def run(args: argparse.Namespace) -> int:
             out = folder if single else folder / _stem(path)
             with Progress(f"diagnosing {path.name}", 100) as progress:
                 found[_stem(path)] = diagnose_record(
-                    record, drive, args.curve, out, None, lambda now, share, shown=progress: shown.reach(share, now),
-                    exponent, locked, pool)
+                    record,
+                    drive,
+                    args.curve,
+                    out,
+                    None,
+                    lambda now, share, shown=progress: shown.reach(share, now),
+                    exponent,
+                    locked,
+                    pool,
+                )
     study.show_notes(notes)
     for name, diagnosis in found.items():
         print(_sentence(name, diagnosis))
     if not single:
         print("\n" + _table(found))
-    print(f"\nwritten to {folder}: diagnosis.json, report.html, model.toml"
-          + ("" if single else " in a folder for each record"))
+    print(
+        f"\nwritten to {folder}: diagnosis.json, report.html, model.toml"
+        + ("" if single else " in a folder for each record")
+    )
     return 0
 
 
@@ -79,8 +93,9 @@ def _exponent(args: argparse.Namespace, records: Sequence[Record], locked: bool)
         except ValueError:
             raise InputError(f"--exponent: expected a number or 'shared', got {args.exponent!r}") from None
     with Progress("one exponent for all records", 100) as progress:
-        shared = shared_exponent([with_output_locked(r) for r in records] if locked else records,
-                                 lambda _now, share: progress.reach(share))
+        shared = shared_exponent(
+            [with_output_locked(r) for r in records] if locked else records, lambda _now, share: progress.reach(share)
+        )
     print(shared)
     return shared.value
 
@@ -110,7 +125,14 @@ def _table(found: dict[str, Diagnosis]) -> str:
     for name, diagnosis in found.items():
         sizes = {effect.name: next(iter(effect.parameters.values())) for effect in diagnosis.effects}
         play = [f"{diagnosis.base[PLAY] / ARCMIN:.3g} arcmin" if PLAY in diagnosis.base else "-"] if bands else []
-        rows.append([name, diagnosis.verdict, *play, *(quantity(sizes[n].value, sizes[n].unit) if n in sizes else "-"
-                                                       for n in names), f"{diagnosis.remainder:.3g} N.m"])
+        rows.append(
+            [
+                name,
+                diagnosis.verdict,
+                *play,
+                *(quantity(sizes[n].value, sizes[n].unit) if n in sizes else "-" for n in names),
+                f"{diagnosis.remainder:.3g} N.m",
+            ]
+        )
     heads = ["record", "verdict", *["play"] * bands, *names, "remainder"]
     return study.table(heads, [""] * len(heads), rows)

@@ -45,15 +45,21 @@ def run(args: argparse.Namespace) -> int:
     with staged_folder(folder) as stage:
         loads = solve_loads(drive, deviations, twist, angle, start, weight)
         most = most_exaggeration(drive, loads)
-        expect(larger <= max(most, 1.0), f"a factor of at most {most:.3g}, where deviations and displacements are "
-               "drawn as large as an element", larger, "--exaggerate")
+        expect(
+            larger <= max(most, 1.0),
+            f"a factor of at most {most:.3g}, where deviations and displacements are drawn as large as an element",
+            larger,
+            "--exaggerate",
+        )
         at_rest = solve_loads(drive, sampling.nominal(drive), 0.0, angle)
         picture_drawing(drive, at_rest).savefig(stage / "drive.png")
         picture_forces(drive, loads, larger).savefig(stage / "forces.png")
         if args.dxf:
             profile = write_dxf(drive, stage / "profile.dxf", chord)
-            said.append(f"profile.dxf: {len(profile.points)} points, off the profile by at most "
-                        f"{profile.error / MICROMETRE:.2g} um; mm")
+            said.append(
+                f"profile.dxf: {len(profile.points)} points, off the profile by at most "
+                f"{profile.error / MICROMETRE:.2g} um; mm"
+            )
         if args.animate:
             count = write_turn(drive, stage / "turn.gif", twist)
             said.append(f"turn.gif: {count} pictures, nominal drive; turns of the crank: {turns_to_repeat(drive)}")
@@ -70,8 +76,10 @@ def run(args: argparse.Namespace) -> int:
 def _sizes(drive: Drive) -> str:
     width = drive.seats.wall
     cage = f"cage bars of {1e3 * width:.3g} mm" if width > 0 else f"bores overlap by {-1e3 * width:.3g} mm"
-    return (f"{drive.name}: {drive.lobes} lobes, ratio {drive.ratio:+g}, {drive.elements_per_row} elements on each of "
-            f"{drive.eccentrics} eccentrics; {cage}; profile up to {np.degrees(drive.usable_limit):.1f} deg of 180")
+    return (
+        f"{drive.name}: {drive.lobes} lobes, ratio {drive.ratio:+g}, {drive.elements_per_row} elements on each of "
+        f"{drive.eccentrics} eccentrics; {cage}; profile up to {np.degrees(drive.usable_limit):.1f} deg of 180"
+    )
 
 
 def _uneven(drive: Drive) -> list[str]:
@@ -79,13 +87,17 @@ def _uneven(drive: Drive) -> list[str]:
     count, places = drive.elements_per_row, round(drive.transmission_ratio)
     if places % count == 0:
         return []
-    return [f"{count} elements stand on {count} of the {places} places that the ratio gives, not evenly; the other "
-            "commands spread them evenly (eq. 20), so that their torque is a little different"]
+    return [
+        f"{count} elements stand on {count} of the {places} places that the ratio gives, not evenly; the other "
+        "commands spread them evenly (eq. 20), so that their torque is a little different"
+    ]
 
 
 def _forces(loads: Loads) -> str:
     size, lost = loads.carried, loads.not_converged
     greatest = ", ".join(f"{name} {size[..., k].max():.4g}" for k, name in enumerate(CONTACTS))
-    return (f"at {loads.twist / ARCMIN:g} arcmin {loads.torque.sum():.4g} N.m; greatest forces {greatest} N; "
-            f"{int(size.any(axis=-1).sum())} of {size[..., 0].size} elements carry"
-            + (f"; {lost} found no equilibrium and count as no force" if lost else ""))
+    return (
+        f"at {loads.twist / ARCMIN:g} arcmin {loads.torque.sum():.4g} N.m; greatest forces {greatest} N; "
+        f"{int(size.any(axis=-1).sum())} of {size[..., 0].size} elements carry"
+        + (f"; {lost} found no equilibrium and count as no force" if lost else "")
+    )

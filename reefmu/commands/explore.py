@@ -90,8 +90,10 @@ def _executor(args: argparse.Namespace) -> Generator[Executor]:
         client: Any = Client(args.scheduler, timeout=CONNECT, set_as_default=False)
     except Exception as error:  # of whichever transport the address names
         said = next(iter(str(error).splitlines()), type(error).__name__)
-        raise InputError(f"--scheduler: expected the address of a running dask scheduler, such as "
-                         f"tcp://host:8786, got {args.scheduler!r} ({said})") from None
+        raise InputError(
+            f"--scheduler: expected the address of a running dask scheduler, such as "
+            f"tcp://host:8786, got {args.scheduler!r} ({said})"
+        ) from None
     with client:
         try:
             # A chunk whose worker died is done again elsewhere; it gives the same numbers.
@@ -99,8 +101,10 @@ def _executor(args: argparse.Namespace) -> Generator[Executor]:
         except (ImportError, RuntimeError) as error:
             if isinstance(error, RuntimeError) and "deserialization" not in str(error):
                 raise
-            raise InputError("--scheduler: expected a scheduler and workers with this version of reefmu installed, got "
-                             f"{str(error).splitlines()[0]!r}") from None
+            raise InputError(
+                "--scheduler: expected a scheduler and workers with this version of reefmu installed, got "
+                f"{str(error).splitlines()[0]!r}"
+            ) from None
         except Exception as error:
             if type(error).__module__.split(".")[0] != "distributed":
                 raise
@@ -133,12 +137,21 @@ def _write(results: Results, folder: Path) -> list[str]:
 def _summary(results: Results) -> str:
     counts = np.bincount(results.found.outcome, minlength=len(Outcome))
     numbers = results.study.numbers
-    said = [f"{results.study.name}: {len(results.found)} designs, {numbers.drives} virtual drives at {numbers.twists} "
-            f"twists each, seed {numbers.seed}"]
-    said += [f"  {counts[outcome]:6d}  {words}" for outcome, words in (
-        (Outcome.SIMULATED, "simulated"), (Outcome.OUT_OF_LIMITS, "left out: the drawing alone breaks a limit"),
-        (Outcome.DOES_NOT_PACK, "left out: the elements do not fit"),
-        (Outcome.TOO_SOFT, "do not reach the torque"), (Outcome.NO_DRIVE, "are no drive")) if counts[outcome]]
+    said = [
+        f"{results.study.name}: {len(results.found)} designs, {numbers.drives} virtual drives at {numbers.twists} "
+        f"twists each, seed {numbers.seed}"
+    ]
+    said += [
+        f"  {counts[outcome]:6d}  {words}"
+        for outcome, words in (
+            (Outcome.SIMULATED, "simulated"),
+            (Outcome.OUT_OF_LIMITS, "left out: the drawing alone breaks a limit"),
+            (Outcome.DOES_NOT_PACK, "left out: the elements do not fit"),
+            (Outcome.TOO_SOFT, "do not reach the torque"),
+            (Outcome.NO_DRIVE, "are no drive"),
+        )
+        if counts[outcome]
+    ]
     said.append(f"  {results.feasible.sum():6d}  keep within all limits, {len(results.front)} of them on the front")
     return "\n".join(said)
 
@@ -148,16 +161,23 @@ def _front(results: Results) -> str:
     picked = np.unique(np.linspace(0, len(results.front) - 1, ROWS).round().astype(int))
     names = list(study.objectives)
     heads = ["design", *names, *(p.name for p in study.parameters)]
-    units = ["", *(f"[{METRICS[name].shown}]" if METRICS[name].shown else "" for name in names),
-             *("" for _ in study.parameters)]
-    rows = [[str(design), *(f"{results.shown(name)[design]:.4g}" for name in names), *_values(results, int(design))]
-            for design in results.front[picked]]
+    units = [
+        "",
+        *(f"[{METRICS[name].shown}]" if METRICS[name].shown else "" for name in names),
+        *("" for _ in study.parameters),
+    ]
+    rows = [
+        [str(design), *(f"{results.shown(name)[design]:.4g}" for name in names), *_values(results, int(design))]
+        for design in results.front[picked]
+    ]
     return tables.table(heads, units, rows)
 
 
 def _values(results: Results, design: int) -> list[str]:
-    return [_text(p.at(float(x)), p.quantity == "length") for p, x in
-            zip(results.study.parameters, results.found.positions[design], strict=True)]
+    return [
+        _text(p.at(float(x)), p.quantity == "length")
+        for p, x in zip(results.study.parameters, results.found.positions[design], strict=True)
+    ]
 
 
 def _text(value: float | int | str, length: bool) -> str:
@@ -172,16 +192,25 @@ def _effects(results: Results) -> str:
     if not len(sampled(results)):
         return "  nothing was simulated"
     names = list(results.study.objectives)
-    rows = [[p.name, *(f"{100 * effect_of(results, k, name).index:.0f} %" for name in names)]
-            for k, p in enumerate(results.study.parameters)]
+    rows = [
+        [p.name, *(f"{100 * effect_of(results, k, name).index:.0f} %" for name in names)]
+        for k, p in enumerate(results.study.parameters)
+    ]
     return tables.table(["", *names], ["", *("" for _ in names)], rows)
 
 
 def _chosen(results: Results) -> str:
     design = results.chosen
     assert design is not None
-    lines = [f"  {p.name:18s} {text}{'' if p.inside(float(x)) else '   (at the end of its range)'}" for p, text, x in
-             zip(results.study.parameters, _values(results, design), results.found.positions[design], strict=True)]
-    lines += [f"  {metric.text:30s} {results.shown(name)[design]:10.4g} {metric.shown}".rstrip()
-              for name, metric in METRICS.items() if not np.isnan(results.shown(name)[design])]
+    lines = [
+        f"  {p.name:18s} {text}{'' if p.inside(float(x)) else '   (at the end of its range)'}"
+        for p, text, x in zip(
+            results.study.parameters, _values(results, design), results.found.positions[design], strict=True
+        )
+    ]
+    lines += [
+        f"  {metric.text:30s} {results.shown(name)[design]:10.4g} {metric.shown}".rstrip()
+        for name, metric in METRICS.items()
+        if not np.isnan(results.shown(name)[design])
+    ]
     return "\n".join(lines)

@@ -46,25 +46,38 @@ def run(args: argparse.Namespace) -> int:
         component = joint_component(model, masses) if joint and masses is not None else drive_component(model)
         notes += ([] if args.backend else [NO_COMPILER]) + real_time_note(component, args.step)
     study.show_notes(notes)
-    print(f"{model.name}: " + (f"lookup over {describe(model.lookup)}" if curve_of(model.lookup) is None else
-                               f"curve over twist +-{model.lookup.twist.stop / ARCMIN:.3g} arcmin, no drawing"))
+    print(
+        f"{model.name}: "
+        + (
+            f"lookup over {describe(model.lookup)}"
+            if curve_of(model.lookup) is None
+            else f"curve over twist +-{model.lookup.twist.stop / ARCMIN:.3g} arcmin, no drawing"
+        )
+    )
     if model.individual is not None:
         print("one drive of the drawing with its own balls, bores and lobes; the lookup gives its range")
     inside = ", ".join(effect.name for effect in model.effects) or "none"
     print(f"effects inside: {inside}")
     way = "co-simulation and model exchange" if native else "co-simulation"
     binaries = [name.split("/")[1] for name in read_archive(target).members if name.startswith("binaries/")]
-    needs = f"for {', '.join(sorted(binaries)) or 'no platform, sources alone'}" if native else \
-        "its host needs Python with reefmu, and one in C libpython"
-    print(f"written to {target}: FMI {args.fmi}.0 {way}, kind {args.kind}, "
-          f"{target.stat().st_size / 1024:.0f} kB; {needs}")
+    needs = (
+        f"for {', '.join(sorted(binaries)) or 'no platform, sources alone'}"
+        if native
+        else "its host needs Python with reefmu, and one in C libpython"
+    )
+    print(
+        f"written to {target}: FMI {args.fmi}.0 {way}, kind {args.kind}, {target.stat().st_size / 1024:.0f} kB; {needs}"
+    )
     return 0
 
 
 def masses_of(args: argparse.Namespace) -> Masses | None:
     """Motor and load, of a joint or around a drive; None for a drive about whose surroundings nothing is said."""
-    given = {name: getattr(args, name) for name in ("motor_inertia", "load_inertia", "motor_damping", "load_damping")
-             if getattr(args, name) is not None}
+    given = {
+        name: getattr(args, name)
+        for name in ("motor_inertia", "load_inertia", "motor_damping", "load_damping")
+        if getattr(args, name) is not None
+    }
     if args.kind == "drive" and not given:
         return None
     return Masses(**{"motor_inertia": TYPICAL.motor_inertia, "load_inertia": TYPICAL.load_inertia, **given})
@@ -75,9 +88,19 @@ def load(args: argparse.Namespace) -> tuple[DriveModel, list[str]]:
     with study.all_cores("solving the lookup") as executor:
         if is_model_file(args.source):
             expect(not args.effect, "no --effect beside a model file, which names its own", args.effect, "--effect")
-            expect(args.individual is None, "no --individual beside a model file, which names its own", args.individual,
-                   "--individual")
+            expect(
+                args.individual is None,
+                "no --individual beside a model file, which names its own",
+                args.individual,
+                "--individual",
+            )
             return load_model(args.source, executor=executor), []
         drive, notes = study.read_drawing(args.source)
-        return build_model(drive, {name: {} for name in args.effect}, n_drives=args.drives or N_DRIVES,
-                           seed=args.seed, executor=executor, individual=args.individual), notes
+        return build_model(
+            drive,
+            {name: {} for name in args.effect},
+            n_drives=args.drives or N_DRIVES,
+            seed=args.seed,
+            executor=executor,
+            individual=args.individual,
+        ), notes

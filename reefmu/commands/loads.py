@@ -60,27 +60,37 @@ class Loads:
             return []
         drive = self.population.drive
         plain, now = self.plain_torque
-        options = [f"{name} = {value}" for section in ("bodies", "contacts")
-                   for name, value in write_options(drive.beyond, section).items() if name in _SWITCHES]
-        return [f"beyond the plain model: {', '.join(options)}",
-                f"torque at {drive.max_twist / ARCMIN:g} arcmin {now:.1f} N.m; plain model {plain:.1f} N.m"]
+        options = [
+            f"{name} = {value}"
+            for section in ("bodies", "contacts")
+            for name, value in write_options(drive.beyond, section).items()
+            if name in _SWITCHES
+        ]
+        return [
+            f"beyond the plain model: {', '.join(options)}",
+            f"torque at {drive.max_twist / ARCMIN:g} arcmin {now:.1f} N.m; plain model {plain:.1f} N.m",
+        ]
 
     def _pressure(self) -> list[str]:
         drive, strength = self.population.drive, self.strength
         last, order = int(self.population.twist.argmax()), np.argsort(self.population.twist)
         gear, crank, cage = strength.high_pressure()[last] / 1e9
         governing, least = strength.governing()[last], strength.least()[last]
-        lines = [f"contact pressure at {drive.max_twist / ARCMIN:g} arcmin: gear {gear:.2f}, crank {crank:.2f}, "
-                 f"cage {cage:.2f} GPa (greatest over a turn; nine drives of ten stay below)"]
+        lines = [
+            f"contact pressure at {drive.max_twist / ARCMIN:g} arcmin: gear {gear:.2f}, crank {crank:.2f}, "
+            f"cage {cage:.2f} GPa (greatest over a turn; nine drives of ten stay below)"
+        ]
         # A contact whose limit nobody knows belongs into the same line: it may be the one that fails.
-        unknown = "".join(f"; no limit known at the {part}, {pressure / 1e6:.0f} MPa"
-                          for part, pressure in governing.no_limit.items())
+        unknown = "".join(
+            f"; no limit known at the {part}, {pressure / 1e6:.0f} MPa" for part, pressure in governing.no_limit.items()
+        )
         if governing.contact:
             limit = strength.limit[PARTNERS.index(governing.contact)] / 1e6
             ordered = replace(strength, twist=strength.twist[order], pressure=strength.pressure[:, order])
             reached = ordered.permissible(self.population.torque.mean(axis=0)[order])
-            lines.append(f"static safety {least:.2f} at the {governing.contact} (limit {limit:.0f} MPa), {reached}"
-                         f"{unknown}")
+            lines.append(
+                f"static safety {least:.2f} at the {governing.contact} (limit {limit:.0f} MPa), {reached}{unknown}"
+            )
         elif unknown:
             lines.append(f"static safety unknown{unknown}")
         if unknown:
@@ -94,21 +104,27 @@ class Loads:
         last, start = int(self.population.twist.argmax()), int(np.abs(self.population.twist).argmin())
         loss = self.losses.loss.mean(axis=0)
         efficiency, back = self.losses.of_means()
-        return [f"friction {self.population.drive.beyond.friction_coefficient:g} in the contacts: efficiency "
-                f"{100 * efficiency[last]:.1f} % driving, {100 * back[last]:.1f} % driven back; no-load torque at the "
-                f"crank {1e3 * loss[start]:.1f} mN.m"]
+        return [
+            f"friction {self.population.drive.beyond.friction_coefficient:g} in the contacts: efficiency "
+            f"{100 * efficiency[last]:.1f} % driving, {100 * back[last]:.1f} % driven back; no-load torque at the "
+            f"crank {1e3 * loss[start]:.1f} mN.m"
+        ]
 
     def _bearings(self) -> list[str]:
         if self.life is None:
             return []
         last = int(self.population.twist.argmax())
-        text = (f"crank bearings at {self.life.torque[last]:.0f} N.m: P = {self.life.load[last] / 1e3:.2f} kN, L10 of "
-                f"all {self.life.together[last] / 1e6:.3g} million turns of the crank, "
-                f"{self.life.relative_turns[last]:.3f} revolutions of a bearing each")
+        text = (
+            f"crank bearings at {self.life.torque[last]:.0f} N.m: P = {self.life.load[last] / 1e3:.2f} kN, L10 of "
+            f"all {self.life.together[last] / 1e6:.3g} million turns of the crank, "
+            f"{self.life.relative_turns[last]:.3f} revolutions of a bearing each"
+        )
         hours = self.life.hours[last]
         text += f", {hours:.3g} h" if np.isfinite(hours) else ""
-        return [text + ("" if self.life.valid[last] else "; beyond C/2, where ISO 281 does not hold"),
-                "balls, gear and cage: no rating life, for no standard covers their contacts"]
+        return [
+            text + ("" if self.life.valid[last] else "; beyond C/2, where ISO 281 does not hold"),
+            "balls, gear and cage: no rating life, for no standard covers their contacts",
+        ]
 
 
 def measure(population: Population) -> Loads:
@@ -122,8 +138,9 @@ def measure(population: Population) -> Loads:
         without = simulate(replace(drive, beyond=Beyond(**kept)), [drive.max_twist], count, seed).torque.mean()
         plain = float(without), float(population.torque[:count, int(twist.argmax())].mean())
     return Loads(
-        population, check_strength(drive, twist, count, seed),
+        population,
+        check_strength(drive, twist, count, seed),
         friction_losses(drive, twist, count, seed) if options.friction_coefficient > 0 else None,
-        bearing_life(drive, twist, count, seed) if options.bearing_capacity > 0 else None, plain)
-
-
+        bearing_life(drive, twist, count, seed) if options.bearing_capacity > 0 else None,
+        plain,
+    )

@@ -18,8 +18,14 @@ def shown() -> Generator[None]:
         warnings.simplefilter("always", NotConvergedWarning)
         usual, told = warnings.showwarning, False
 
-        def show(message: Warning | str, category: type[Warning], filename: str, lineno: int,
-                 file: TextIO | None = None, line: str | None = None) -> None:
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
             nonlocal told
             if not issubclass(category, NotConvergedWarning):
                 usual(message, category, filename, lineno, file, line)

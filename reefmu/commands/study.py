@@ -55,8 +55,12 @@ def run_population(drive: Drive, args: argparse.Namespace) -> Population:
     twist = np.linspace(0.0, drive.max_twist, TWISTS)
     executor = CountingExecutor(f"simulating {args.drives} virtual drives")
     population = simulate(drive, twist, args.drives, args.seed, executor=executor)
-    expect(bool((population.torque > 0).any()), "a max_twist at which the drive carries torque",
-           f"{format_quantity(drive.max_twist, 'angle')}, all of it play", drive.name)
+    expect(
+        bool((population.torque > 0).any()),
+        "a max_twist at which the drive carries torque",
+        f"{format_quantity(drive.max_twist, 'angle')}, all of it play",
+        drive.name,
+    )
     return population
 
 
@@ -83,8 +87,9 @@ def table(heads: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[st
     """
     lines = [heads, units, *rows]
     widths = [max(len(line[k]) for line in lines) for k in range(len(heads))]
-    return "\n".join("  " + "  ".join(text.rjust(width) for text, width in zip(line, widths, strict=True))
-                     for line in lines)
+    return "\n".join(
+        "  " + "  ".join(text.rjust(width) for text, width in zip(line, widths, strict=True)) for line in lines
+    )
 
 
 def _number(text: str) -> object:

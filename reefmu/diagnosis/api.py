@@ -21,11 +21,17 @@ from .shared_exponent import held_power_base
 PathLike = str | os.PathLike[str]
 
 
-def diagnose_record(paths: PathLike | Record | Sequence[PathLike], drive: PathLike | Drive | None = None,
-                    curve: PathLike | None = None, out: PathLike | None = None,
-                    columns: Mapping[str, str] | None = None,
-                    progress: Callable[[str, float], None] | None = None, exponent: float | None = None,
-                    output_locked: bool = False, executor: Executor | None = None) -> Diagnosis:
+def diagnose_record(
+    paths: PathLike | Record | Sequence[PathLike],
+    drive: PathLike | Drive | None = None,
+    curve: PathLike | None = None,
+    out: PathLike | None = None,
+    columns: Mapping[str, str] | None = None,
+    progress: Callable[[str, float], None] | None = None,
+    exponent: float | None = None,
+    output_locked: bool = False,
+    executor: Executor | None = None,
+) -> Diagnosis:
     """Diagnose one record.
 
     paths: of a record file (see `reefmu.record.read_record`), of several files of one record, or a `Record`.
@@ -40,8 +46,12 @@ def diagnose_record(paths: PathLike | Record | Sequence[PathLike], drive: PathLi
     beside either.
     """
     expect(drive is None or curve is None, "a drive or a curve", "both", "diagnose")
-    expect(exponent is None or (drive is None and curve is None), "an exponent of a power law only",
-           "one beside a drive or a curve", "diagnose")
+    expect(
+        exponent is None or (drive is None and curve is None),
+        "an exponent of a power law only",
+        "one beside a drive or a curve",
+        "diagnose",
+    )
     record = paths if isinstance(paths, Record) else _read(paths, columns)
     drawn = drive
     if drive is not None and not isinstance(drive, Drive):
@@ -67,7 +77,11 @@ def _read(paths: PathLike | Sequence[PathLike], columns: Mapping[str, str] | Non
     return join_records([read_record(p, columns) for p in paths])
 
 
-def diagnose_records(paths: Sequence[PathLike], drive: PathLike | Drive | None = None, curve: PathLike | None = None,
-                     columns: Mapping[str, str] | None = None) -> dict[str, Diagnosis]:
+def diagnose_records(
+    paths: Sequence[PathLike],
+    drive: PathLike | Drive | None = None,
+    curve: PathLike | None = None,
+    columns: Mapping[str, str] | None = None,
+) -> dict[str, Diagnosis]:
     """Diagnoses of several separate records (the same drive in several states), by path."""
     return {str(path): diagnose_record(path, drive, curve, columns=columns) for path in paths}

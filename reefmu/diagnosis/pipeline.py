@@ -53,9 +53,14 @@ def base_for(drive: Drive | None, curve: str | os.PathLike[str] | None, trace: T
     return curve_base(curve, trace.ratio) if curve is not None else power_base(trace)
 
 
-def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike[str] | None = None,
-            progress: Progress | None = None, base_of: Callable[[Trace], Base] | None = None,
-            executor: Executor | None = None) -> Examined | Diagnosis:
+def examine(
+    record: Record,
+    drive: Drive | None = None,
+    curve: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+    base_of: Callable[[Trace], Base] | None = None,
+    executor: Executor | None = None,
+) -> Examined | Diagnosis:
     """Diagnose one record; a `Diagnosis` alone where the record allows nothing."""
     started = time.perf_counter()
     say = progress or (lambda what, share: None)
@@ -80,8 +85,9 @@ def examine(record: Record, drive: Drive | None = None, curve: str | os.PathLike
         say("thresholds", 0.2)
         thresholds = calibrate(study, first, fresh, traces)
         study = replace(study, null_excess=thresholds.null_excess)
-        found = search(replace(crew, study=study), first, traces, MOST_EFFECTS,
-                       lambda what, share: say(what, 0.3 + 0.6 * share))
+        found = search(
+            replace(crew, study=study), first, traces, MOST_EFFECTS, lambda what, share: say(what, 0.3 + 0.6 * share)
+        )
     study, finding = decide(study, found, thresholds, isolated.twins)
     say("result", 0.95)
     held = held_fits(study, (found.base, finding.chosen)) if finding.chosen.names else []
@@ -101,13 +107,18 @@ def prepare(record: Record, trace: Trace, base: Base) -> tuple[Study, Array]:
     n = len(variance)
     scatter, fresh = None, np.zeros((0, n))
     if base.drive is not None:
-        scatter = Scatter(base.drive, element_responses(base.drive), turning(base.drive, trace, blocks),
-                          blocks.mean(trace.twist) - _zero(trace, base))
+        scatter = Scatter(
+            base.drive,
+            element_responses(base.drive),
+            turning(base.drive, trace, blocks),
+            blocks.mean(trace.twist) - _zero(trace, base),
+        )
         fresh = individuals_along(scatter)
     names, left_out = candidates_of(record.missing, base)
     weights = make_weights(variance, scatter, variance if scatter is None else scatter.twist)
-    study = Study(base, trace, blocks, noise, weights, variance, block_variance, names, left_out, scatter,
-                  individuals=fresh)
+    study = Study(
+        base, trace, blocks, noise, weights, variance, block_variance, names, left_out, scatter, individuals=fresh
+    )
     if is_mean(study, fresh):
         # Nothing may then be put down to scatter, and no individual need calibrate thresholds.
         return replace(study, mean=True, weights=weights.of_the_mean()), fresh[:0]
@@ -131,13 +142,22 @@ def _zero(trace: Trace, base: Base) -> float:
 
 def insufficient(look: Audit, problems: list[str] | tuple[str, ...], seconds: float) -> Diagnosis:
     """The verdict on a record that allows none."""
-    return Diagnosis("insufficient", "This record allows no diagnosis: " + "; ".join(problems) + ".", (), (), (),
-                     Gap(0.0, 0.0, 0.0), tuple(f"a record without this: {p}" for p in problems), notes=look.notes,
-                     seconds=seconds)
+    return Diagnosis(
+        "insufficient",
+        "This record allows no diagnosis: " + "; ".join(problems) + ".",
+        (),
+        (),
+        (),
+        Gap(0.0, 0.0, 0.0),
+        tuple(f"a record without this: {p}" for p in problems),
+        notes=look.notes,
+        seconds=seconds,
+    )
 
 
-def _diagnosis(study: Study, found: Search, finding: Finding, isolated: Isolability, look: Audit, gap: Gap,
-               seconds: float) -> Diagnosis:
+def _diagnosis(
+    study: Study, found: Search, finding: Finding, isolated: Isolability, look: Audit, gap: Gap, seconds: float
+) -> Diagnosis:
     chosen, base = finding.chosen, found.base
     before = study.torque - base.prediction.torque
     noise_only = float(np.sqrt(np.mean(study.block_variance)))
@@ -150,35 +170,59 @@ def _diagnosis(study: Study, found: Search, finding: Finding, isolated: Isolabil
     nexts = splitting(sets) if finding.verdict == "ambiguous" else []
     if finding.alternatives and finding.verdict != "ambiguous":
         hidden = dict.fromkeys(n for names in finding.alternatives for n in names if n not in chosen.names)
-        nexts.append(f"{' or '.join(hidden)}, or this drive's own tolerances: the same test on a second drive of the "
-                     "drawing (an effect of the kind comes again, tolerances do not)")
+        nexts.append(
+            f"{' or '.join(hidden)}, or this drive's own tolerances: the same test on a second drive of the "
+            "drawing (an effect of the kind comes again, tolerances do not)"
+        )
     if finding.rival is not None:
         rms = float(np.sqrt(np.mean(finding.rival.part**2)))
-        places = (Place(finding.rival.family.place, f"as a smooth function, {rms:.3g} N.m rms",
-                        min(1.0, rms**2 / max(finding.remainder**2, rms**2, 1e-300))), *places)
+        places = (
+            Place(
+                finding.rival.family.place,
+                f"as a smooth function, {rms:.3g} N.m rms",
+                min(1.0, rms**2 / max(finding.remainder**2, rms**2, 1e-300)),
+            ),
+            *places,
+        )
     if finding.verdict in ("partly", "unknown") and places:
-        nexts.append(f"the remainder lies in {places[0].coordinate} ({places[0].region}): "
-                     "repeat the record there, finer")
+        nexts.append(
+            f"the remainder lies in {places[0].coordinate} ({places[0].region}): repeat the record there, finer"
+        )
     invisible = {**study.left_out, **isolated.invisible}
     if finding.curve:
         nexts.append("tolerances or a law that bends otherwise: the same test on a second drive of the drawing")
     if finding.verdict == "none":
         nexts += [f"to see {name}: {find_effect(name).experiment}" for name in list(invisible)[:4]]
     own = set(chosen.names)
-    nexts += [f"{a} or {b}: {separating_test(a, b)}"
-              for a, b in isolated.twins if own & {a, b}][:3]
+    nexts += [f"{a} or {b}: {separating_test(a, b)}" for a, b in isolated.twins if own & {a, b}][:3]
     notes = list(look.notes)
     if not study.noise.repeated:
         notes.append("no cycles repeat: the noise is taken from smoothness alone and may be too small or too large")
     fitted = chosen.parameters[study.layout(chosen.names).shape].tolist()
     shape = dict(zip(study.base.shape_names, fitted, strict=True))
     return Diagnosis(
-        finding.verdict, sentence(finding, gap, study), effects, finding.alternatives,
-        locate(study, before, systematic), gap, tuple(dict.fromkeys(nexts)), finding.remainder, places, invisible,
-        tuple((a, b, separating_test(a, b)) for a, b in isolated.twins), tuple(notes),
-        {"kind": study.base.kind, "source": study.base.source, "zero [rad]": float(chosen.parameters[0]), **shape,
-         "scatter_size": chosen.weighting.size if len(chosen.weighting.strength) else 0.0,
-         "full_torque [N.m]": study.base.full_torque}, seconds)
+        finding.verdict,
+        sentence(finding, gap, study),
+        effects,
+        finding.alternatives,
+        locate(study, before, systematic),
+        gap,
+        tuple(dict.fromkeys(nexts)),
+        finding.remainder,
+        places,
+        invisible,
+        tuple((a, b, separating_test(a, b)) for a, b in isolated.twins),
+        tuple(notes),
+        {
+            "kind": study.base.kind,
+            "source": study.base.source,
+            "zero [rad]": float(chosen.parameters[0]),
+            **shape,
+            "scatter_size": chosen.weighting.size if len(chosen.weighting.strength) else 0.0,
+            "full_torque [N.m]": study.base.full_torque,
+        },
+        seconds,
+    )
 
 
 def sentence(finding: Finding, gap: Gap, study: Study) -> str:
@@ -192,18 +236,22 @@ def sentence(finding: Finding, gap: Gap, study: Study) -> str:
         case "named":
             return f"What is missing is {names}: {shrink}{_may_hide(finding)}."
         case "partly":
-            return (f"What is missing is {names}: {shrink}; a remainder of {finding.remainder:.3g} N.m "
-                    f"({100 * finding.remainder / full:.2g} % of full torque) that no known effect explains "
-                    f"is left{place}{_may_hide(finding)}.")
+            return (
+                f"What is missing is {names}: {shrink}; a remainder of {finding.remainder:.3g} N.m "
+                f"({100 * finding.remainder / full:.2g} % of full torque) that no known effect explains "
+                f"is left{place}{_may_hide(finding)}."
+            )
         case "ambiguous":
             others = "; or ".join(" and ".join(a) for a in finding.alternatives)
             return f"This record cannot tell: {names} fits ({shrink}), and so does {others}."
         case "unknown":
             names = " or ".join(_beside(finding))
             together = f" alone; {names} and this drive's own tolerances together may" if names else ""
-            return (f"Something is missing that is not known here: a gap of {finding.remainder:.3g} N.m "
-                    f"({100 * finding.remainder / full:.2g} % of full torque) is beyond noise and tolerance scatter, "
-                    f"and no known effect explains it{together or place}.")
+            return (
+                f"Something is missing that is not known here: a gap of {finding.remainder:.3g} N.m "
+                f"({100 * finding.remainder / full:.2g} % of full torque) is beyond noise and tolerance scatter, "
+                f"and no known effect explains it{together or place}."
+            )
         case _:
             pass
     return f"Nothing is missing: noise and tolerance scatter explain the record{_may_hide(finding)}."

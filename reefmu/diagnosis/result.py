@@ -79,16 +79,32 @@ class Diagnosis:
 
     def to_dict(self) -> dict[str, Any]:
         """The content of diagnosis.json."""
-        effects = [{"name": e.name, "share": _round(e.share), "parameters": {
-            name: {k: v for k, v in asdict(p).items() if k != "warning" or v} for name, p in e.parameters.items()}}
-            for e in self.effects]
+        effects = [
+            {
+                "name": e.name,
+                "share": _round(e.share),
+                "parameters": {
+                    name: {k: v for k, v in asdict(p).items() if k != "warning" or v}
+                    for name, p in e.parameters.items()
+                },
+            }
+            for e in self.effects
+        ]
         return {
-            "schema": SCHEMA, "verdict": self.verdict, "sentence": self.sentence, "effects": effects,
-            "alternatives": [list(a) for a in self.alternatives], "where": [_place(p) for p in self.where],
-            "gap": asdict(self.gap), "next_experiment": list(self.next_experiment),
+            "schema": SCHEMA,
+            "verdict": self.verdict,
+            "sentence": self.sentence,
+            "effects": effects,
+            "alternatives": [list(a) for a in self.alternatives],
+            "where": [_place(p) for p in self.where],
+            "gap": asdict(self.gap),
+            "next_experiment": list(self.next_experiment),
             "remainder": {"unit": "N.m", "rms": self.remainder, "where": [_place(p) for p in self.remainder_where]},
-            "not_candidates": self.not_candidates, "twins": [list(t) for t in self.twins], "notes": list(self.notes),
-            "base": self.base, "seconds": round(self.seconds, 2),
+            "not_candidates": self.not_candidates,
+            "twins": [list(t) for t in self.twins],
+            "notes": list(self.notes),
+            "base": self.base,
+            "seconds": round(self.seconds, 2),
         }
 
     def to_json(self) -> str:

@@ -71,8 +71,9 @@ class DeadBandElastic:
 
     def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
         """See `Elastic`; shape is that of the inner torque and the play."""
-        value, by_twist, by_clearance, by_shape = self.inner.evaluate(twist, clearance + self.lever * shape[-1],
-                                                                      shape[:-1])
+        value, by_twist, by_clearance, by_shape = self.inner.evaluate(
+            twist, clearance + self.lever * shape[-1], shape[:-1]
+        )
         return value, by_twist, by_clearance, [*by_shape, self.lever * by_clearance]
 
 
@@ -87,10 +88,14 @@ def held_power_base(exponent: float) -> Callable[[Trace], Base]:
             return np.array([values[0], exponent, play])
 
         return replace(
-            base, elastic=DeadBandElastic(base.elastic, base.lever), shape_names=(*base.shape_names, PLAY),
+            base,
+            elastic=DeadBandElastic(base.elastic, base.lever),
+            shape_names=(*base.shape_names, PLAY),
             shape_start=with_play(base.shape_start, PLAYS[0] * base.reach),
-            shape_low=with_play(base.shape_low, 0.0), shape_high=with_play(base.shape_high, 0.9 * base.reach),
-            shape_prior=np.full(3, np.inf))
+            shape_low=with_play(base.shape_low, 0.0),
+            shape_high=with_play(base.shape_high, 0.9 * base.reach),
+            shape_prior=np.full(3, np.inf),
+        )
 
     return make
 
@@ -101,8 +106,9 @@ def shared_exponent(records: Sequence[Record], progress: Callable[[str, float], 
     Every record counts the same: by the logarithm of what its best fit leaves. Between the grid's values the sum is
     taken as a parabola. Records that allow no diagnosis do not count; without another the exponent is that of a ball.
     """
-    sound = [(record, ratio) for record in records
-             if not audit(record, ratio := ratio_without_drawing(record)).problems]
+    sound = [
+        (record, ratio) for record in records if not audit(record, ratio := ratio_without_drawing(record)).problems
+    ]
     if not sound:
         return SharedExponent(BALL, BALL, BALL)
     costs = np.empty((len(sound), len(GRID)))
@@ -128,8 +134,14 @@ def best_cost(record: Record, trace: Trace, exponent: float) -> float:
     fits: list[Fit] = []
     for share in PLAYS:
         # Zero, scale, exponent, play; friction over load with its presliding, friction with its presliding.
-        start = [*first.parameters[:3], share * base.reach, 0.2, 0.05 * base.reach, 0.05 * base.full_torque,
-                 0.01 * base.reach]
+        start = [
+            *first.parameters[:3],
+            share * base.reach,
+            0.2,
+            0.05 * base.reach,
+            0.05 * base.full_torque,
+            0.01 * base.reach,
+        ]
         fits.append(study.fit_from(PARTNERS, np.array(start)))
     return min(fit.cost for fit in fits)
 
@@ -139,5 +151,5 @@ def _least(costs: Array) -> float:
     k = int(costs.argmin())
     if k in (0, len(GRID) - 1):
         return GRID[k]
-    a, b, _ = np.polyfit(np.array(GRID[k - 1:k + 2]), costs[k - 1:k + 2], 2)
+    a, b, _ = np.polyfit(np.array(GRID[k - 1 : k + 2]), costs[k - 1 : k + 2], 2)
     return float(np.clip(-b / (2 * a), GRID[k - 1], GRID[k + 1]))

@@ -22,7 +22,8 @@ from .viscous_friction import VISCOUS_FRICTION
 from .wear import WEAR
 
 EFFECTS: dict[str, Effect] = {
-    effect.name: effect for effect in (
+    effect.name: effect
+    for effect in (
         KINEMATIC_ERROR,
         BACKLASH,
         PRELOAD,
@@ -67,6 +68,17 @@ def separating_test(first: str, second: str) -> str:
 
 
 __all__ = [
-    "EFFECTS", "Along", "Effect", "Family", "Identification", "Likeness", "Need", "Parameter", "Place", "Signals",
-    "State", "find_effect", "separating_test",
+    "EFFECTS",
+    "Along",
+    "Effect",
+    "Family",
+    "Identification",
+    "Likeness",
+    "Need",
+    "Parameter",
+    "Place",
+    "Signals",
+    "State",
+    "find_effect",
+    "separating_test",
 ]

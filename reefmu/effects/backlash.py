@@ -6,17 +6,15 @@ BACKLASH = Effect(
     name="backlash",
     title="Larger gear clearance",
     place=Place.CLEARANCE,
-    parameters=(
-        Parameter("clearance", "m", 0.0, 0.0, 1e-3, 5e-6, "Gear clearance beyond the drawing's"),
-    ),
+    parameters=(Parameter("clearance", "m", 0.0, 0.0, 1e-3, 5e-6, "Gear clearance beyond the drawing's"),),
     contribution=lambda signals, p, x: p["clearance"],
     equation="clearance = drawn + backlash.clearance",
     excitation="Load in both directions through zero torque.",
     source="Equidistant q of the gear profile (paper, section III): a real clearance, solved for by the contacts.",
     identification=Identification(
-        family=Family.CLEARANCE, likeness=Likeness.CURVE, sign_pair="preload",
-        separated_from=(
-            ("preload", "load the drive in both directions through zero torque"),
-        ),
+        family=Family.CLEARANCE,
+        likeness=Likeness.CURVE,
+        sign_pair="preload",
+        separated_from=(("preload", "load the drive in both directions through zero torque"),),
     ),
 )

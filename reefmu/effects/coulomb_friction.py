@@ -17,7 +17,8 @@ COULOMB_FRICTION = Effect(
     excitation="Rotation both ways under load of either sign; with a locked crank it looks like hysteresis.",
     source="Dahl, A Solid Friction Model (1968), exponent 1.",
     identification=Identification(
-        family=Family.FRICTION, limit_of="stribeck_friction",
+        family=Family.FRICTION,
+        limit_of="stribeck_friction",
         separated_from=(
             ("viscous_friction", "rotate at three speeds, a decade apart, both ways"),
             ("stribeck_friction", "rotate from creeping to several times the turn-over speed"),

@@ -11,17 +11,23 @@ CREEP = Effect(
         Parameter("time", "s", 30.0, 1e-3, 1e6, 30.0, "Time to 63 % of it at constant torque"),
     ),
     states=(
-        State("twist", "rad", "Delayed twist", Along.TIME,
-              lambda signals, p: (-1 / p["time"], p["compliance"] * signals.elastic_torque / p["time"]),
-              nominal=lambda p, full_torque: p["compliance"] * full_torque),
+        State(
+            "twist",
+            "rad",
+            "Delayed twist",
+            Along.TIME,
+            lambda signals, p: (-1 / p["time"], p["compliance"] * signals.elastic_torque / p["time"]),
+            nominal=lambda p, full_torque: p["compliance"] * full_torque,
+        ),
     ),
     contribution=lambda signals, p, x: (0.0, x["twist"]),
     equation="twist = contact twist + q,  creep.time * dq/dt = creep.compliance * elastic torque - q",
     excitation="A dwell of five time constants under torque, and one after unloading.",
     source="Kelvin-Voigt element: Findley, Lai and Onaran, Creep and Relaxation of Nonlinear Viscoelastic "
-           "Materials (1976).",
+    "Materials (1976).",
     identification=Identification(
-        family=Family.COMPLIANCE, spectrum=True,
+        family=Family.COMPLIANCE,
+        spectrum=True,
         separated_from=(
             ("structural_compliance", "hold the torque for five time constants, and rest as long after it"),
             ("damping", "hold the torque for five time constants, and loop at three rates a decade apart"),

@@ -6,9 +6,7 @@ DAMPING = Effect(
     name="damping",
     title="Viscous damping inside the drive",
     place=Place.PARALLEL,
-    parameters=(
-        Parameter("coefficient", "N.m.s/rad", 0.0, 0.0, 1e7, 100.0, "Torque per rate of the twist"),
-    ),
+    parameters=(Parameter("coefficient", "N.m.s/rad", 0.0, 0.0, 1e7, 100.0, "Torque per rate of the twist"),),
     contribution=lambda signals, p, x: p["coefficient"] * signals.twist_rate,
     equation="torque += damping.coefficient * d twist/dt",
     excitation="The same loops at three rates, a decade apart.",

@@ -18,8 +18,6 @@ HYSTERESIS = Effect(
     source="Dahl, A Solid Friction Model (1968), exponent 1.",
     identification=Identification(
         family=Family.FRICTION,
-        separated_from=(
-            ("load_dependent_hysteresis", "loops of several amplitudes, through zero torque"),
-        ),
+        separated_from=(("load_dependent_hysteresis", "loops of several amplitudes, through zero torque"),),
     ),
 )

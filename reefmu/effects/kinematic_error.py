@@ -19,7 +19,9 @@ KINEMATIC_ERROR = Effect(
     title="Transmission error of the crank's orders",
     place=Place.KINEMATIC,
     parameters=tuple(
-        parameter for k in ORDERS for parameter in (
+        parameter
+        for k in ORDERS
+        for parameter in (
             Parameter(f"amplitude_{k}", "rad", 0.0, 0.0, 0.1, 1e-4, f"Amplitude at {k} per turn of the crank"),
             Parameter(f"phase_{k}", "rad", 0.0, -7.0, 7.0, 1.0, f"Phase at {k} per turn of the crank"),
         )
@@ -29,6 +31,8 @@ KINEMATIC_ERROR = Effect(
     excitation="At least four crank angles over a turn, or rotation.",
     source="Fourier series of the transmission error over the crank's turn.",
     identification=Identification(
-        needs=(Need.CRANK_ANGLE,), likeness=Likeness.RIPPLE, shown_by="loops at four or more crank angles over a turn",
+        needs=(Need.CRANK_ANGLE,),
+        likeness=Likeness.RIPPLE,
+        shown_by="loops at four or more crank angles over a turn",
     ),
 )

@@ -18,6 +18,6 @@ LOAD_DEPENDENT_HYSTERESIS = Effect(
     equation="torque += fraction * |elastic torque| * z,  dz/d|twist| = (direction - z)/presliding",
     excitation="Loops to several torques: the loop closes at zero torque and opens with the load.",
     source="Coulomb friction between bodies pressed together by the load; turn-over by Dahl, A Solid Friction "
-           "Model (1968), exponent 1.",
+    "Model (1968), exponent 1.",
     identification=Identification(family=Family.FRICTION),
 )

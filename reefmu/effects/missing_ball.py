@@ -12,18 +12,21 @@ MISSING_BALL = Effect(
         Parameter("windup", "1", 0.0, 0.0, 1.0, 1.0, "Share of the twist that arises between cage and output shaft"),
     ),
     # The cage lags behind the output shaft by what arises between them: at 1 the element stays where the crank has it.
-    contribution=lambda signals, p, x: (p["size"], p["phase"] + (signals.ratio - 1) * (
-        signals.output_angle + p["windup"] * (signals.crank_angle / signals.ratio - signals.output_angle))),
+    contribution=lambda signals, p, x: (
+        p["size"],
+        p["phase"]
+        + (signals.ratio - 1)
+        * (signals.output_angle + p["windup"] * (signals.crank_angle / signals.ratio - signals.output_angle)),
+    ),
     equation="torque -= size * torque of the element at beta,  beta = phase + (ratio - 1) * cage angle,  "
-             "cage angle = output angle + windup * twist",
+    "cage angle = output angle + windup * twist",
     excitation="Slow turns of the crank at constant twist; a locked crank at four or more angles.",
     source="Elements between rigid gear and cage do not feel each other (paper, section III): the solver's torque "
-           "of one element over twist, clearance and position.",
+    "of one element over twist, clearance and position.",
     identification=Identification(
-        needs=(Need.CRANK_ANGLE, Need.DRAWING), likeness=Likeness.RIPPLE,
+        needs=(Need.CRANK_ANGLE, Need.DRAWING),
+        likeness=Likeness.RIPPLE,
         shown_by="slow turns of the crank at constant twist",
-        separated_from=(
-            ("kinematic_error", "turn the crank slowly at two constant twists"),
-        ),
+        separated_from=(("kinematic_error", "turn the crank slowly at two constant twists"),),
     ),
 )

@@ -6,9 +6,7 @@ PRELOAD = Effect(
     name="preload",
     title="Smaller gear clearance",
     place=Place.CLEARANCE,
-    parameters=(
-        Parameter("clearance", "m", 0.0, 0.0, 1e-3, 5e-6, "Gear clearance missing from the drawing's"),
-    ),
+    parameters=(Parameter("clearance", "m", 0.0, 0.0, 1e-3, 5e-6, "Gear clearance missing from the drawing's"),),
     contribution=lambda signals, p, x: -p["clearance"],
     equation="clearance = drawn - preload.clearance",
     excitation="Load in both directions through zero torque.",

@@ -16,15 +16,15 @@ STRIBECK_FRICTION = Effect(
     ),
     states=(built_up_share(Along.OUTPUT),),
     contribution=lambda signals, p, x: (
-        p["torque"] * ca.exp(-(signals.output_speed / p["speed"]) ** 2) * x["deflection"]),
+        p["torque"] * ca.exp(-((signals.output_speed / p["speed"]) ** 2)) * x["deflection"]
+    ),
     equation="output torque -= torque * exp(-(output speed/speed)^2) * z,  dz/d|output| = (direction - z)/presliding",
     excitation="Rotation both ways at speeds from creeping to several times the parameter `speed`.",
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, A Survey of Models ... for the Control of Machines "
-           "with Friction (1994), Gaussian form; the constant part is coulomb_friction.",
+    "with Friction (1994), Gaussian form; the constant part is coulomb_friction.",
     identification=Identification(
-        family=Family.FRICTION, general=True,
-        separated_from=(
-            ("hysteresis", "rotate the output both ways at several speeds under load"),
-        ),
+        family=Family.FRICTION,
+        general=True,
+        separated_from=(("hysteresis", "rotate the output both ways at several speeds under load"),),
     ),
 )

@@ -6,19 +6,21 @@ STRUCTURAL_COMPLIANCE = Effect(
     name="structural_compliance",
     title="Spring in series",
     place=Place.SERIES,
-    parameters=(
-        Parameter("compliance", "rad/(N.m)", 0.0, 0.0, 1e-3, 3e-6, "Twist outside the contacts per torque"),
-    ),
+    parameters=(Parameter("compliance", "rad/(N.m)", 0.0, 0.0, 1e-3, 3e-6, "Twist outside the contacts per torque"),),
     contribution=lambda signals, p, x: (p["compliance"], 0.0),
     equation="twist = contact twist + compliance * elastic torque",
     excitation="Several torque levels up to full torque.",
     source="Linear spring. The crank bearing alone adds some 3 arcmin at 300 N.m to the contacts' 8.",
     identification=Identification(
-        family=Family.COMPLIANCE, likeness=Likeness.CURVE, limit_of="creep",
+        family=Family.COMPLIANCE,
+        likeness=Likeness.CURVE,
+        limit_of="creep",
         separated_from=(
-            ("modulus_error",
-             "loops to several torque levels up to full torque; on a plastic drive measure the "
-             "housing's give separately"),
+            (
+                "modulus_error",
+                "loops to several torque levels up to full torque; on a plastic drive measure the "
+                "housing's give separately",
+            ),
         ),
     ),
 )

@@ -1,6 +1,5 @@
 """Thermal clearance: the gear clearance changes in proportion to the temperature above 20 degC."""
 
-
 from stiffness_model.units import REFERENCE_TEMPERATURE
 
 from .base import Effect, Family, Identification, Need, Parameter, Place
@@ -9,18 +8,15 @@ THERMAL_CLEARANCE = Effect(
     name="thermal_clearance",
     title="Gear clearance that follows the temperature",
     place=Place.CLEARANCE,
-    parameters=(
-        Parameter("rate", "m/K", 0.0, -1e-4, 1e-4, 3e-7, "Gear clearance gained per kelvin above 20 degC"),
-    ),
+    parameters=(Parameter("rate", "m/K", 0.0, -1e-4, 1e-4, 3e-7, "Gear clearance gained per kelvin above 20 degC"),),
     contribution=lambda signals, p, x: p["rate"] * (signals.temperature - REFERENCE_TEMPERATURE),
     equation="clearance = drawn + thermal_clearance.rate * (temperature - 20 degC)",
     excitation="The same loops through zero torque, cold and warm, with the temperature in the record.",
     source="Linear expansion: a steel radius of 48 mm grows by 0.55 um/K, a PLA gear around steel parts by some "
-           "3 um/K more than they do. Negative where the inner parts warm up first.",
+    "3 um/K more than they do. Negative where the inner parts warm up first.",
     identification=Identification(
-        needs=(Need.TEMPERATURE,), family=Family.CLEARANCE,
-        separated_from=(
-            ("wear", "the same loops cold, warm and cold again"),
-        ),
+        needs=(Need.TEMPERATURE,),
+        family=Family.CLEARANCE,
+        separated_from=(("wear", "the same loops cold, warm and cold again"),),
     ),
 )

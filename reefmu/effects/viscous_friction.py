@@ -6,9 +6,7 @@ VISCOUS_FRICTION = Effect(
     name="viscous_friction",
     title="Viscous friction at the output shaft",
     place=Place.OUTPUT,
-    parameters=(
-        Parameter("coefficient", "N.m.s/rad", 0.0, 0.0, 1e6, 5.0, "Friction per speed of the output"),
-    ),
+    parameters=(Parameter("coefficient", "N.m.s/rad", 0.0, 0.0, 1e6, 5.0, "Friction per speed of the output"),),
     contribution=lambda signals, p, x: p["coefficient"] * signals.output_speed,
     equation="output torque -= viscous_friction.coefficient * output speed",
     excitation="Rotation at three speeds, a decade apart.",

@@ -8,12 +8,17 @@ WEAR = Effect(
     name="wear",
     title="Gear clearance that grows with use",
     place=Place.CLEARANCE,
-    parameters=(
-        Parameter("rate", "m/rad", 0.0, 0.0, 1e-4, 1e-8, "Gear clearance gained per radian of crank travel"),
-    ),
+    parameters=(Parameter("rate", "m/rad", 0.0, 0.0, 1e-4, 1e-8, "Gear clearance gained per radian of crank travel"),),
     states=(
-        State("travel", "rad", "Way of the crank since the record began, both directions counted", Along.CRANK,
-              lambda signals, p: (0.0, 1.0), resets=False, nominal=lambda p, full_torque: math.tau),  # one turn
+        State(
+            "travel",
+            "rad",
+            "Way of the crank since the record began, both directions counted",
+            Along.CRANK,
+            lambda signals, p: (0.0, 1.0),
+            resets=False,
+            nominal=lambda p, full_torque: math.tau,
+        ),  # one turn
     ),
     contribution=lambda signals, p, x: p["rate"] * x["travel"],
     equation="clearance = drawn + wear.rate * travel,  d travel = |d crank angle|",

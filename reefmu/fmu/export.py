@@ -45,8 +45,10 @@ LICENCE = "BSD-3-Clause"
 AUTHOR, COPYRIGHT = "the reefmu authors", "Copyright (c) 2026, the reefmu authors"
 """Of the code inside, as in the licence; the model is whose drawing it is."""
 BACKENDS = ("python", "native")
-NO_COMPILER = ("no C compiler here: the FMU runs in Python, and its host needs a Python with this package; "
-               "pip install 'reefmu[native]' brings a compiler, and with it FMUs that need nothing")
+NO_COMPILER = (
+    "no C compiler here: the FMU runs in Python, and its host needs a Python with this package; "
+    "pip install 'reefmu[native]' brings a compiler, and with it FMUs that need nothing"
+)
 CAPABILITIES = {
     "needsExecutionTool": True,
     "canHandleVariableCommunicationStepSize": True,
@@ -95,8 +97,15 @@ def default_backend(platform: str = "host", fmi: str = "2.0") -> str:
     return "native" if platform != "host" or fmi != "2.0" or has_compiler() else "python"
 
 
-def export_fmu(model: DriveModel, path: str | os.PathLike[str], *, backend: str | None = None,
-               platform: str = "host", masses: Masses | None = None, fmi: str = "2.0") -> Path:
+def export_fmu(
+    model: DriveModel,
+    path: str | os.PathLike[str],
+    *,
+    backend: str | None = None,
+    platform: str = "host",
+    masses: Masses | None = None,
+    fmi: str = "2.0",
+) -> Path:
     """Write `model` as an FMU to `path`, and return the path.
 
     masses: what turns on both sides makes it kind `joint`, torques in and angles out; without, kind `drive`.
@@ -130,8 +139,9 @@ def export_fmu(model: DriveModel, path: str | os.PathLike[str], *, backend: str 
     return write_archive(path, members, when)
 
 
-def _python_members(component: Component, resources: dict[str, bytes], when: datetime,
-                    _platform: str) -> dict[str, bytes]:
+def _python_members(
+    component: Component, resources: dict[str, bytes], when: datetime, _platform: str
+) -> dict[str, bytes]:
     """The archive of an FMU that runs in the installed package."""
     interface = declare(component)
     resources = {**resources, EQUATIONS_FILE: write_equations(component, interface)}
@@ -149,8 +159,9 @@ def _python_members(component: Component, resources: dict[str, bytes], when: dat
     }
 
 
-def _native_members(component: Component, resources: dict[str, bytes], when: datetime,
-                    platform: str, fmi: str) -> dict[str, bytes]:
+def _native_members(
+    component: Component, resources: dict[str, bytes], when: datetime, platform: str, fmi: str
+) -> dict[str, bytes]:
     """The archive of an FMU in C. Its resources are for `reefmu check` and for people; no binary reads them."""
     platforms = () if platform == "none" else chosen_platforms(platform)
     interface = declare_exchange(component)
@@ -176,8 +187,9 @@ def _native_members(component: Component, resources: dict[str, bytes], when: dat
     return members if fmi == "2.0" else members3(members, interface, export)
 
 
-def _export(component: Component, interface: Interface, resources: dict[str, bytes], when: datetime, backend: str,
-            code: str) -> Export:
+def _export(
+    component: Component, interface: Interface, resources: dict[str, bytes], when: datetime, backend: str, code: str
+) -> Export:
     """Names, versions and capabilities. The GUID is a hash of the variables, the resources and the code."""
     version, native = _version("reefmu"), backend == "native"
     content = hashlib.sha256()
@@ -225,28 +237,39 @@ def _binaries(identifier: str) -> dict[str, bytes]:
 
 
 def _describe(interface: Interface, version: str, backend: str) -> str:
-    needs = (f"the host needs Python with reefmu {version} installed, and one in C libpython loaded: "
-             "documentation/externalDependencies.txt" if backend == "python" else
-             "directional derivatives and `stiffness` are those with the states held")
+    needs = (
+        f"the host needs Python with reefmu {version} installed, and one in C libpython loaded: "
+        "documentation/externalDependencies.txt"
+        if backend == "python"
+        else "directional derivatives and `stiffness` are those with the states held"
+    )
     if interface.kind == "joint":
-        return (f"Rolling element eccentric drive {interface.name} between the inertias of motor and load: torques in, "
-                "angles out. Inputs are held constant over a communication step, which may have any length: the "
-                f"joint takes as many steps of its own as it needs. Made by reefmu {version} ({LICENCE}); {needs}.")
-    return (f"Rolling element eccentric drive {interface.name}: torque, stiffness and contact load over "
-            "twist. Inputs are held constant over a communication step: after it the outputs are "
-            "those of the inputs set before it, with the states advanced exactly over the step, so a step "
-            f"may have any length. Made by reefmu {version} ({LICENCE}); {needs}.")
+        return (
+            f"Rolling element eccentric drive {interface.name} between the inertias of motor and load: torques in, "
+            "angles out. Inputs are held constant over a communication step, which may have any length: the "
+            f"joint takes as many steps of its own as it needs. Made by reefmu {version} ({LICENCE}); {needs}."
+        )
+    return (
+        f"Rolling element eccentric drive {interface.name}: torque, stiffness and contact load over "
+        "twist. Inputs are held constant over a communication step: after it the outputs are "
+        "those of the inputs set before it, with the states advanced exactly over the step, so a step "
+        f"may have any length. Made by reefmu {version} ({LICENCE}); {needs}."
+    )
 
 
 def _documentation(interface: Interface, export: Export) -> dict[str, bytes]:
     """A page for people, and the licences of what the archive contains."""
     rows = "".join(
         f"<tr><td>{escape(v.name)}</td><td>{v.causality}</td><td>{escape(v.unit)}</td>"
-        f"<td>{escape(v.description)}</td></tr>\n" for v in interface.variables)
+        f"<td>{escape(v.description)}</td></tr>\n"
+        for v in interface.variables
+    )
     name = escape(interface.name)
-    page = (f"<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>{name}</title>\n"
-            f"<h1>{name}</h1>\n<p>{escape(export.description)}</p>\n<table>\n"
-            f"<tr><th>name</th><th>causality</th><th>unit</th><th>meaning</th></tr>\n{rows}</table>\n</html>\n")
+    page = (
+        f'<!DOCTYPE html>\n<html lang="en"><meta charset="utf-8"><title>{name}</title>\n'
+        f"<h1>{name}</h1>\n<p>{escape(export.description)}</p>\n<table>\n"
+        f"<tr><th>name</th><th>causality</th><th>unit</th><th>meaning</th></tr>\n{rows}</table>\n</html>\n"
+    )
     members = {"documentation/index.html": page.encode()}
     if export.capabilities["needsExecutionTool"]:
         members |= dependencies(export.version, _version("casadi"), _version("pythonfmu"))

@@ -14,8 +14,12 @@ from .xml.fmi3 import build_description, model_description3, terminals
 CORE = "core.c"
 """Name of the unit for FMI 2.0 inside that for FMI 3.0."""
 _WRAPPER = ("fmi3_absent.c", "fmi3_api.h", "fmi3_life.c", "fmi3_simulation.c", "fmi3_values.c")
-_FOLDERS = {"linux64": ("x86_64-linux",), "aarch64-linux": ("aarch64-linux",), "win64": ("x86_64-windows",),
-            "darwin64": ("x86_64-darwin", "aarch64-darwin")}
+_FOLDERS = {
+    "linux64": ("x86_64-linux",),
+    "aarch64-linux": ("aarch64-linux",),
+    "win64": ("x86_64-windows",),
+    "darwin64": ("x86_64-darwin", "aarch64-darwin"),
+}
 """Folders of binaries, FMI 2.0 -> FMI 3.0."""
 
 
@@ -37,6 +41,9 @@ def members3(members: Mapping[str, bytes], interface: Interface, export: Export)
             moved[f"binaries/{new}/{file}"] = content
         if top != "binaries":
             moved[name] = content
-    return {**moved, DESCRIPTION: model_description3(interface, export),
-            "sources/buildDescription.xml": build_description(export),
-            "terminalsAndIcons/terminalsAndIcons.xml": terminals(interface)}
+    return {
+        **moved,
+        DESCRIPTION: model_description3(interface, export),
+        "sources/buildDescription.xml": build_description(export),
+        "terminalsAndIcons/terminalsAndIcons.xml": terminals(interface),
+    }

@@ -26,18 +26,41 @@ if TYPE_CHECKING:
     from .systems import drive_system, joint_system, linearize
 
 _HOMES = {
-    "FmuBlock": ".block", "fmu_block": ".block", "masses_block": ".block",
+    "FmuBlock": ".block",
+    "fmu_block": ".block",
+    "masses_block": ".block",
     "cosimulate": ".cosimulation",
     "JointModel": ".equations",
-    "Masses": "..model.masses", "Scheme": "..model.masses",
-    "Controller": ".simulate", "Motion": ".simulate", "simulate_joint": ".simulate",
-    "growth_rate": ".step", "largest_step": ".step", "step_warning": ".step",
-    "drive_system": ".systems", "joint_system": ".systems", "linearize": ".systems",
+    "Masses": "..model.masses",
+    "Scheme": "..model.masses",
+    "Controller": ".simulate",
+    "Motion": ".simulate",
+    "simulate_joint": ".simulate",
+    "growth_rate": ".step",
+    "largest_step": ".step",
+    "step_warning": ".step",
+    "drive_system": ".systems",
+    "joint_system": ".systems",
+    "linearize": ".systems",
 }
 
 __all__ = [
-    "Controller", "FmuBlock", "JointModel", "Masses", "Motion", "Scheme", "cosimulate", "drive_system", "fmu_block",
-    "growth_rate", "joint_system", "largest_step", "linearize", "masses_block", "simulate_joint", "step_warning",
+    "Controller",
+    "FmuBlock",
+    "JointModel",
+    "Masses",
+    "Motion",
+    "Scheme",
+    "cosimulate",
+    "drive_system",
+    "fmu_block",
+    "growth_rate",
+    "joint_system",
+    "largest_step",
+    "linearize",
+    "masses_block",
+    "simulate_joint",
+    "step_warning",
 ]
 
 

@@ -55,8 +55,15 @@ class FmuBlock(NamedSystem):
         self._snapshots = {0: _Snapshot(fmu.save(), outputs)}
         self._stands_at, self._newest, self._remember = 0, 0, remember
         self._free = weakref.finalize(self, fmu.close)
-        super().__init__(self._update, self._output, inputs=python_names(fmu.inputs),
-                         outputs=python_names(fmu.outputs), states=["snapshot"], dt=step, name=name)
+        super().__init__(
+            self._update,
+            self._output,
+            inputs=python_names(fmu.inputs),
+            outputs=python_names(fmu.outputs),
+            states=["snapshot"],
+            dt=step,
+            name=name,
+        )
 
     def close(self) -> None:
         """Free the FMU. May be called again; else it is freed with the block."""
@@ -71,8 +78,10 @@ class FmuBlock(NamedSystem):
     def _find(self, x: Array) -> tuple[int, _Snapshot]:
         number = int(x[0]) if np.isfinite(x[0]) else -1
         if number != x[0] or number not in self._snapshots:
-            raise InputError(f"{self.name}: expected the state 0 or one that the block returned within its last "
-                             f"{self._remember} steps, got {float(x[0]):g}; an FMU cannot be put into others")
+            raise InputError(
+                f"{self.name}: expected the state 0 or one that the block returned within its last "
+                f"{self._remember} steps, got {float(x[0]):g}; an FMU cannot be put into others"
+            )
         return number, self._snapshots[number]
 
     def _output(self, _t: float, x: Array, _u: Array, _params: Mapping[str, Any]) -> Array:
@@ -94,8 +103,15 @@ class FmuBlock(NamedSystem):
         return np.array([float(follower)])
 
 
-def fmu_block(path: str | os.PathLike[str], step: float, *, parameters: Mapping[str, float] | None = None,
-              initial: Mapping[str, float] | None = None, remember: int = 10_000, name: str = "drive") -> FmuBlock:
+def fmu_block(
+    path: str | os.PathLike[str],
+    step: float,
+    *,
+    parameters: Mapping[str, float] | None = None,
+    initial: Mapping[str, float] | None = None,
+    remember: int = 10_000,
+    name: str = "drive",
+) -> FmuBlock:
     """An exported FMU as a discrete-time system with sampling time `step`, s.
 
     Inputs and outputs are the FMU's, with `crank.phi` called `crank_phi`. parameters: the FMU's, by its own names.
@@ -113,8 +129,14 @@ def fmu_block(path: str | os.PathLike[str], step: float, *, parameters: Mapping[
         raise
 
 
-def masses_block(masses: Masses, step: float, ratio: float, *, name: str = "masses",
-                 scheme: Literal["parallel", "extrapolated"] = "extrapolated") -> ct.NonlinearIOSystem:
+def masses_block(
+    masses: Masses,
+    step: float,
+    ratio: float,
+    *,
+    name: str = "masses",
+    scheme: Literal["parallel", "extrapolated"] = "extrapolated",
+) -> ct.NonlinearIOSystem:
     """Motor and load as a discrete-time system that `ct.interconnect` joins to `fmu_block` by the signals' names.
 
     Inputs motor_tau, load_tau, crank_tau, output_tau, twist, stiffness; outputs and states crank_phi, crank_w,
@@ -130,5 +152,12 @@ def masses_block(masses: Masses, step: float, ratio: float, *, name: str = "mass
         return extrapolate(masses, ratio, step, x, u[:2], answer)
 
     inputs = python_names(("motor.tau", "load.tau", *ANSWERS))
-    return NamedSystem(update, lambda t, x, u, params: x[:4], inputs=inputs, outputs=python_names(STATES),
-                       states=python_names(STATES), dt=step, name=name)
+    return NamedSystem(
+        update,
+        lambda t, x, u, params: x[:4],
+        inputs=inputs,
+        outputs=python_names(STATES),
+        states=python_names(STATES),
+        dt=step,
+        name=name,
+    )

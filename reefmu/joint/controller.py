@@ -79,8 +79,9 @@ def least_damping(joint: JointModel, design: Design, torque: float) -> float:
     return float((-poles.real / np.abs(poles)).min())
 
 
-def feedback(design: Design, ratio: float, target: float = 0.0, load: float = 0.0
-             ) -> Callable[[float, Array], tuple[float, float]]:
+def feedback(
+    design: Design, ratio: float, target: float = 0.0, load: float = 0.0
+) -> Callable[[float, Array], tuple[float, float]]:
     """The controller as a callback (time, motion) -> (motor.tau, load.tau), with its integral inside.
 
     target: rad at the output; load: N.m on the output; both come at time 0. A new one for every run.

@@ -38,9 +38,18 @@ ANSWERS = ("crank.tau", "output.tau", "twist", "stiffness")
 """Outputs of the FMU that the loop uses; they lead its answers."""
 
 
-def cosimulate(path: str | os.PathLike[str], masses: Masses, controller: Controller, *, step: float, duration: float,
-               start: ArrayLike | None = None, scheme: Scheme = "sequential",
-               parameters: Mapping[str, float] | None = None, temperature: float = 20.0) -> Motion:
+def cosimulate(
+    path: str | os.PathLike[str],
+    masses: Masses,
+    controller: Controller,
+    *,
+    step: float,
+    duration: float,
+    start: ArrayLike | None = None,
+    scheme: Scheme = "sequential",
+    parameters: Mapping[str, float] | None = None,
+    temperature: float = 20.0,
+) -> Motion:
     """Run the FMU of a drive between two masses under a controller.
 
     path: FMU of kind drive. step: communication step, s, at which the controller is called too. start: crank.phi,
@@ -51,8 +60,12 @@ def cosimulate(path: str | os.PathLike[str], masses: Masses, controller: Control
         raise unknown_name("scheme", scheme, get_args(Scheme), "cosimulate")
     n = samples(duration, step)
     motion = np.zeros(4) if start is None else np.asarray(start, float)
-    expect(motion.shape == (4,) and bool(np.isfinite(motion).all()),
-           "four finite numbers, crank.phi crank.w output.phi output.w", start, "start")
+    expect(
+        motion.shape == (4,) and bool(np.isfinite(motion).all()),
+        "four finite numbers, crank.phi crank.w output.phi output.w",
+        start,
+        "start",
+    )
     with FmuDrive(path, parameters=parameters) as fmu:
         ratio = drive_ratio(fmu, path)
         said = (*ANSWERS, *(name for name in fmu.outputs if name not in ANSWERS))
@@ -68,18 +81,24 @@ def cosimulate(path: str | os.PathLike[str], masses: Masses, controller: Control
         for k in range(n):
             torques[k] = commanded(controller, k * step, motions[k])
             motions[k + 1], answers[k + 1] = advance(
-                motions[k], torques[k], answers[k], lambda angles, k=k: ask(k + 1, angles))
+                motions[k], torques[k], answers[k], lambda angles, k=k: ask(k + 1, angles)
+            )
             if not np.isfinite(motions[k + 1]).all() or np.abs(motions[k + 1]).max() > 1e9:
-                raise InputError(f"cosimulate at {(k + 1) * step:g} s: expected a bounded motion, got one without "
-                                 f"bounds; a step of {step:g} s is too long for the scheme {scheme!r}, or the loop is "
-                                 "unstable")
+                raise InputError(
+                    f"cosimulate at {(k + 1) * step:g} s: expected a bounded motion, got one without "
+                    f"bounds; a step of {step:g} s is too long for the scheme {scheme!r}, or the loop is "
+                    "unstable"
+                )
     return Motion(step * np.arange(n + 1.0), np.hstack([motions, answers]), torques, (*STATES, *said))
 
 
 def drive_ratio(fmu: FmuDrive, path: str | os.PathLike[str]) -> float:
     """The FMU's transmission ratio. Errors: `InputError` if the FMU has not the variables of a drive."""
-    for names, kind, present in ((STATES, "input", fmu.inputs), (ANSWERS, "output", fmu.outputs),
-                                 (("ratio",), "parameter", fmu.parameters)):
+    for names, kind, present in (
+        (STATES, "input", fmu.inputs),
+        (ANSWERS, "output", fmu.outputs),
+        (("ratio",), "parameter", fmu.parameters),
+    ):
         for name in names:
             expect(name in present, f"an FMU of kind drive with the {kind} {name!r}", ", ".join(present), str(path))
     return fmu.set_values["ratio"]
@@ -135,4 +154,7 @@ def _sequential(masses: Masses, ratio: float, step: float) -> Advance:
 
 
 _ADVANCES: dict[str, Callable[[Masses, float, float], Advance]] = {
-    "parallel": _parallel, "sequential": _sequential, "extrapolated": _extrapolated}
+    "parallel": _parallel,
+    "sequential": _sequential,
+    "extrapolated": _extrapolated,
+}

@@ -49,11 +49,16 @@ class Equations:
 
     @cached_property
     def _jacobians(self) -> ca.Function:
-        x, u, p = (ca.MX.sym(name, n) for name, n in
-                   (("x", len(self.states)), ("u", len(self.inputs)), ("p", len(self.parameters))))
+        x, u, p = (
+            ca.MX.sym(name, n)
+            for name, n in (("x", len(self.states)), ("u", len(self.inputs)), ("p", len(self.parameters)))
+        )
         rate, output = self.rate(x, u, p), self.output(x, u, p)
-        return ca.Function("jacobians", [x, u, p], [ca.jacobian(rate, x), ca.jacobian(rate, u),
-                                                    ca.jacobian(output, x), ca.jacobian(output, u)])
+        return ca.Function(
+            "jacobians",
+            [x, u, p],
+            [ca.jacobian(rate, x), ca.jacobian(rate, u), ca.jacobian(output, x), ca.jacobian(output, u)],
+        )
 
     def linear(self, x: Array, u: Array, p: Array) -> tuple[Array, Array, Array, Array]:
         """Exact A, B, C, D at a point.
@@ -72,18 +77,24 @@ def drive_equations(model: DriveModel) -> Equations:
 
     The model's memory of the last inputs serves its discrete steps only; a continuous system has no use for it.
     """
-    x, u, p = (ca.MX.sym(name, n) for name, n in
-               (("x", own_states(model)), ("u", len(DRIVE_INPUTS)), ("p", len(model.parameters))))
+    x, u, p = (
+        ca.MX.sym(name, n)
+        for name, n in (("x", own_states(model)), ("u", len(DRIVE_INPUTS)), ("p", len(model.parameters)))
+    )
     full = ca.vertcat(ca.MX.zeros(len(model.states) - own_states(model)), x)
     sides = np.zeros(own_states(model) + len(DRIVE_INPUTS))
     # The crank leads by two, so that twist, crank and output all move the same way.
     sides[own_states(model) + DRIVE_INPUTS.index("crank.w")] = 2 * _ratio(model) * _AT_REST
     sides[own_states(model) + DRIVE_INPUTS.index("output.w")] = _AT_REST
     return Equations(
-        tuple(s.name for s in model.states[len(model.states) - own_states(model):]), DRIVE_INPUTS, DRIVE_OUTPUTS,
+        tuple(s.name for s in model.states[len(model.states) - own_states(model) :]),
+        DRIVE_INPUTS,
+        DRIVE_OUTPUTS,
         {q.name: q.value for q in model.parameters},
-        ca.Function("rate", [x, u, p], [model.rate(full, u, p)[full.numel() - x.numel():]]),
-        ca.Function("output", [x, u, p], [model.output(full, u, p)]), sides)
+        ca.Function("rate", [x, u, p], [model.rate(full, u, p)[full.numel() - x.numel() :]]),
+        ca.Function("output", [x, u, p], [model.output(full, u, p)]),
+        sides,
+    )
 
 
 def own_states(model: DriveModel) -> int:
@@ -115,24 +126,37 @@ class JointModel:
         """
         inner = drive_equations(self.drive)
         x, u = ca.MX.sym("x", len(STATES) + len(inner.states)), ca.MX.sym("u", len(JOINT_INPUTS))
-        own = {"motor.inertia": self.masses.motor_inertia, "load.inertia": self.masses.load_inertia,
-               "motor.damping": self.masses.motor_damping, "load.damping": self.masses.load_damping,
-               "temperature": self.temperature}
+        own = {
+            "motor.inertia": self.masses.motor_inertia,
+            "load.inertia": self.masses.load_inertia,
+            "motor.damping": self.masses.motor_damping,
+            "load.damping": self.masses.load_damping,
+            "temperature": self.temperature,
+        }
         p = ca.MX.sym("p", len(own) + len(inner.parameters))
         motor_inertia, load_inertia, motor_damping, load_damping, temperature = (p[k] for k in range(len(own)))
-        rest = p[len(own):]
+        rest = p[len(own) :]
         drive_inputs = ca.vertcat(x[:4], temperature)
         outputs = inner.output(x[4:], drive_inputs, rest)
         drive = dict(zip(DRIVE_OUTPUTS, ca.vertsplit(outputs), strict=True))
         rate = ca.vertcat(
-            x[1], (u[0] - motor_damping * x[1] + drive["crank.tau"]) / motor_inertia,
-            x[3], (u[1] - load_damping * x[3] + drive["output.tau"]) / load_inertia,
-            inner.rate(x[4:], drive_inputs, rest))
+            x[1],
+            (u[0] - motor_damping * x[1] + drive["crank.tau"]) / motor_inertia,
+            x[3],
+            (u[1] - load_damping * x[3] + drive["output.tau"]) / load_inertia,
+            inner.rate(x[4:], drive_inputs, rest),
+        )
         sides = np.zeros(x.numel() + u.numel())
         sides[1], sides[3] = 2 * self.ratio * _AT_REST, _AT_REST
-        return Equations((*STATES, *inner.states), JOINT_INPUTS, JOINT_OUTPUTS, own | inner.parameters,
-                         ca.Function("rate", [x, u, p], [rate]),
-                         ca.Function("output", [x, u, p], [ca.vertcat(x[:4], outputs)]), sides)
+        return Equations(
+            (*STATES, *inner.states),
+            JOINT_INPUTS,
+            JOINT_OUTPUTS,
+            own | inner.parameters,
+            ca.Function("rate", [x, u, p], [rate]),
+            ca.Function("output", [x, u, p], [ca.vertcat(x[:4], outputs)]),
+            sides,
+        )
 
     def state(self, motion: Array | None = None) -> Array:
         """A full state from crank.phi, crank.w, output.phi, output.w (default 0); the drive's states at their

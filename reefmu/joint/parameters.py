@@ -41,8 +41,10 @@ class Union(dict[str, float]):
         for name in clashes:
             if self[name] != other[name]:
                 system = name.split(".")[0]
-                raise InputError(f"{name}: expected systems of different names, got two called {system!r}; give each "
-                                 "one of its own, as in joint_system(joint, name=\"left\")")
+                raise InputError(
+                    f"{name}: expected systems of different names, got two called {system!r}; give each "
+                    'one of its own, as in joint_system(joint, name="left")'
+                )
         return Union({**self, **other})
 
     def __ror__(self, other: Any) -> Any:
@@ -61,7 +63,7 @@ class Parameters(Union):
     @property
     def bare(self) -> dict[str, float]:
         """Values by names without the system's."""
-        return {name[len(self.system) + 1:]: value for name, value in self.items()}
+        return {name[len(self.system) + 1 :]: value for name, value in self.items()}
 
     def of(self, system: str) -> Parameters:
         """The same values, of a system of another name."""

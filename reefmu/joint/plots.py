@@ -37,8 +37,9 @@ def picture_designs(joint: JointModel, designs: Sequence[Design]) -> Figure:
     return figure
 
 
-def picture_responses(joint: JointModel, designs: Sequence[Design], steps: Sequence[float] = STEPS,
-                      loads: Sequence[float] = LOADS) -> tuple[Figure, dict[str, dict[str, float]]]:
+def picture_responses(
+    joint: JointModel, designs: Sequence[Design], steps: Sequence[float] = STEPS, loads: Sequence[float] = LOADS
+) -> tuple[Figure, dict[str, dict[str, float]]]:
     """Steps of the set point, rad, on the left, as many of the load, N.m, on the right; as `response` draws them.
 
     And by case what oscillation each design leaves in the drive, N.m.
@@ -47,10 +48,14 @@ def picture_responses(joint: JointModel, designs: Sequence[Design], steps: Seque
 
     figure = Figure(figsize=(9.6, 3.2 * len(steps)), dpi=150, layout="constrained")
     axes = figure.subplots(len(steps), 2, squeeze=False)
-    left = {f"set point {1e3 * step:g} mrad": response(joint, designs, ax, target=step)
-            for step, ax in zip(steps, axes[:, 0], strict=True)}
-    left |= {f"load {load:g} N.m": response(joint, designs, ax, load=load)
-             for load, ax in zip(loads, axes[:, 1], strict=True)}
+    left = {
+        f"set point {1e3 * step:g} mrad": response(joint, designs, ax, target=step)
+        for step, ax in zip(steps, axes[:, 0], strict=True)
+    }
+    left |= {
+        f"load {load:g} N.m": response(joint, designs, ax, load=load)
+        for load, ax in zip(loads, axes[:, 1], strict=True)
+    }
     handles, names = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside upper left", ncols=3, frameon=False, fontsize="small")
     return figure, left
@@ -66,8 +71,14 @@ def tangents(joint: JointModel, designs: Sequence[Design], ax: Axes) -> Axes:
     ax.plot(1e3 * twist, torque, color=INK, lw=2.2, label=joint.drive.name.replace("_", " "))
     for design, colour, dashes in zip(designs, COLOURS, DASHES, strict=False):
         shown = np.abs(design.stiffness * twist) < 1.05 * torque.max()
-        ax.plot(1e3 * twist[shown], design.stiffness * twist[shown], color=colour, lw=1.6, dashes=dashes,
-                label=f"{design.stiffness / 1e3:.3g} kN.m/rad, {design.name}")
+        ax.plot(
+            1e3 * twist[shown],
+            design.stiffness * twist[shown],
+            color=colour,
+            lw=1.6,
+            dashes=dashes,
+            label=f"{design.stiffness / 1e3:.3g} kN.m/rad, {design.name}",
+        )
     ax.legend(frameon=False, loc="upper left", fontsize="small")
     ax.set_title("What the drive does, and what a design takes it for", loc="left", fontsize="medium")
     return ax
@@ -79,8 +90,14 @@ def damping_over_torque(joint: JointModel, designs: Sequence[Design], ax: Axes) 
     torques = np.concatenate([[0.0], np.geomspace(top / 400, top, 40)])
     dress(ax, "torque the joint holds [N.m]", "least damping ratio of the loop")
     for design, colour, dashes in zip(designs, COLOURS, DASHES, strict=False):
-        ax.plot(torques, [least_damping(joint, design, torque) for torque in torques], color=colour, lw=2,
-                dashes=dashes, label=f"designed {design.name}")
+        ax.plot(
+            torques,
+            [least_damping(joint, design, torque) for torque in torques],
+            color=colour,
+            lw=2,
+            dashes=dashes,
+            label=f"designed {design.name}",
+        )
     low = min(-0.3, ax.get_ylim()[0])
     ax.axhspan(low, 0, color="#f3dfd8", zorder=0)
     ax.text(0.97, low / 2, "unstable", color=RED, va="center", ha="right", transform=ax.get_yaxis_transform())
@@ -110,8 +127,15 @@ def run(joint: JointModel, design: Design, target: float, load: float, duration:
     return simulate_joint(joint, feedback(design, joint.ratio, target, load), step=design.sample, duration=duration)
 
 
-def response(joint: JointModel, designs: Sequence[Design], ax: Axes, *, target: float = 0.0, load: float = 0.0,
-             duration: float = 0.5) -> dict[str, float]:
+def response(
+    joint: JointModel,
+    designs: Sequence[Design],
+    ax: Axes,
+    *,
+    target: float = 0.0,
+    load: float = 0.0,
+    duration: float = 0.5,
+) -> dict[str, float]:
     """Output angle after a step of set point, rad, or load, N.m; the first design also as it believes itself.
 
     Returns what is left of the oscillation by design name: half of peak to peak of the drive's torque in the
@@ -121,13 +145,20 @@ def response(joint: JointModel, designs: Sequence[Design], ax: Axes, *, target: 
     left: dict[str, float] = {}
     for design, colour, width in reversed(list(zip(designs, COLOURS, (1.3, 1.8), strict=False))):
         motion = run(joint, design, target, load, duration)
-        ax.plot(motion.time, 1e3 * motion["output.phi"], color=colour, lw=width,
-                label=f"real curve, designed {design.name}")
+        ax.plot(
+            motion.time, 1e3 * motion["output.phi"], color=colour, lw=width, label=f"real curve, designed {design.name}"
+        )
         left[design.name] = float(np.ptp(motion["output.tau"][motion.time >= 0.8 * duration])) / 2
     first = designs[0]
     angles = believed(joint, first, target, load, duration)
-    ax.plot(first.sample * np.arange(len(angles)), 1e3 * angles, color=INK, lw=1.3, dashes=(4, 2),
-            label=f"constant {first.stiffness / 1e3:.3g} kN.m/rad, designed {first.name}")
+    ax.plot(
+        first.sample * np.arange(len(angles)),
+        1e3 * angles,
+        color=INK,
+        lw=1.3,
+        dashes=(4, 2),
+        label=f"constant {first.stiffness / 1e3:.3g} kN.m/rad, designed {first.name}",
+    )
     if target:
         ax.axhline(1e3 * target, color=FAINT, lw=0.8)
         ax.set_title(f"Set point moves by {1e3 * target:g} mrad", loc="left", fontsize="medium")

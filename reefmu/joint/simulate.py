@@ -45,8 +45,12 @@ def samples(duration: float, step: float) -> int:
     expect_number(step, "a positive step, s", "step", low=0.0)
     expect_number(duration, "a positive duration, s", "duration", low=0.0)
     n = round(duration / step)
-    expect(n > 0 and math.isclose(n * step, duration, rel_tol=1e-6), f"a multiple of the step, {step:g} s", duration,
-           "duration")
+    expect(
+        n > 0 and math.isclose(n * step, duration, rel_tol=1e-6),
+        f"a multiple of the step, {step:g} s",
+        duration,
+        "duration",
+    )
     return n
 
 
@@ -58,13 +62,21 @@ def commanded(controller: Controller, time: float, motion: Array) -> tuple[float
     except (TypeError, ValueError):
         motor = load = math.nan
     if not (math.isfinite(motor) and math.isfinite(load)):
-        raise InputError(f"controller at {time:g} s: expected two finite torques, motor.tau and load.tau, "
-                         f"got {torques!r}")
+        raise InputError(
+            f"controller at {time:g} s: expected two finite torques, motor.tau and load.tau, got {torques!r}"
+        )
     return motor, load
 
 
-def simulate_joint(joint: JointModel, controller: Controller, *, step: float, duration: float,
-                   start: ArrayLike | None = None, substeps: int | None = None) -> Motion:
+def simulate_joint(
+    joint: JointModel,
+    controller: Controller,
+    *,
+    step: float,
+    duration: float,
+    start: ArrayLike | None = None,
+    substeps: int | None = None,
+) -> Motion:
     """The joint with its controller called every `step`, s, its torques held in between.
 
     start: full state at time 0, as from `JointModel.equilibrium` or `JointModel.state`; default all 0.
@@ -86,8 +98,10 @@ def simulate_joint(joint: JointModel, controller: Controller, *, step: float, du
         torques[k] = commanded(controller, k * step, states[k, :4])
         states[k + 1] = advance(states[k], torques[k], step, p)
         if not np.isfinite(states[k + 1]).all():
-            raise InputError(f"joint at {(k + 1) * step:g} s: expected a bounded motion, got one without bounds; "
-                             "the loop is unstable or needs more substeps")
+            raise InputError(
+                f"joint at {(k + 1) * step:g} s: expected a bounded motion, got one without bounds; "
+                "the loop is unstable or needs more substeps"
+            )
     held = np.vstack([torques, torques[-1]])
     values = joint.equations.output.map(n + 1)(states.T, held.T, ca.repmat(ca.DM(p), 1, n + 1))
     return Motion(step * np.arange(n + 1.0), np.asarray(values).T, torques)

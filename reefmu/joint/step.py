@@ -46,8 +46,9 @@ def growth_rate(step: float, stiffness: float, inertia: float, *, scheme: Scheme
     return math.log(np.abs(np.roots(polynomial)).max()) / h
 
 
-def largest_step(stiffness: float, inertia: float, *, growth: float = 1.0, decay: float = 0.0,
-                 scheme: Scheme = "parallel") -> float:
+def largest_step(
+    stiffness: float, inertia: float, *, growth: float = 1.0, decay: float = 0.0, scheme: Scheme = "parallel"
+) -> float:
     """The longest step, s, at which an oscillation grows by no more than exp(growth) per second.
 
     growth: 1/s. decay: 1/s, the joint's own damping, damping ratio x eigenfrequency; it offsets growth. Take the
@@ -82,9 +83,11 @@ def step_warning(step: float, stiffness: float, inertia: float, *, growth: float
     if step <= limit:
         return ""
     rate = growth_rate(step, stiffness, inertia) - decay
-    return (f"communication step {step:.3g} s: a master that holds the drive's torque over a step lets an oscillation "
-            f"of {math.sqrt(stiffness / inertia) / (2 * math.pi):.3g} Hz grow by exp({rate:.3g} t/s); expected at most "
-            f"{limit:.2g} s, or a master that uses the stiffness output")
+    return (
+        f"communication step {step:.3g} s: a master that holds the drive's torque over a step lets an oscillation "
+        f"of {math.sqrt(stiffness / inertia) / (2 * math.pi):.3g} Hz grow by exp({rate:.3g} t/s); expected at most "
+        f"{limit:.2g} s, or a master that uses the stiffness output"
+    )
 
 
 def _eigenfrequency(stiffness: float, inertia: float, scheme: str) -> float:

@@ -47,8 +47,9 @@ def joint_system(joint: JointModel, *, name: str | None = None) -> ct.NonlinearI
     return _CasadiSystem(joint.equations, name or f"{python_name(joint.drive.name)}_joint")
 
 
-def linearize(system: JointModel | DriveModel, x: ArrayLike, u: ArrayLike,
-              params: Mapping[str, float] | None = None) -> ct.StateSpace:
+def linearize(
+    system: JointModel | DriveModel, x: ArrayLike, u: ArrayLike, params: Mapping[str, float] | None = None
+) -> ct.StateSpace:
     """The exact linear system at a point, by CasADi; signals named as in `drive_system` and `joint_system`."""
     made = joint_system(system) if isinstance(system, JointModel) else drive_system(system)
     return made.linearize(x, u, params=params, copy_names=True)
@@ -74,9 +75,15 @@ class _CasadiSystem(NamedSystem):
     def __init__(self, equations: Equations, name: str) -> None:
         self.equations = equations
         self._fast_rate, self._fast_output = Buffered(equations.rate), Buffered(equations.output)
-        super().__init__(self._rate, self._output, inputs=python_names(equations.inputs),
-                         outputs=python_names(equations.outputs), states=python_names(equations.states),
-                         params=equations.parameters, name=name)
+        super().__init__(
+            self._rate,
+            self._output,
+            inputs=python_names(equations.inputs),
+            outputs=python_names(equations.outputs),
+            states=python_names(equations.states),
+            params=equations.parameters,
+            name=name,
+        )
         self._update_params(None)
 
     def _update_params(self, params: Mapping[str, Any] | None) -> None:
@@ -93,8 +100,16 @@ class _CasadiSystem(NamedSystem):
     def _output(self, _t: float, x: Array, u: Array, params: Mapping[str, Any]) -> Array:
         return self._fast_output(x, u, self._vector(params))
 
-    def linearize(self, x0: Any, u0: Any = None, t: float = 0.0, params: Mapping[str, float] | None = None,
-                  eps: float | None = None, copy_names: bool = False, **kwargs: Any) -> ct.StateSpace:
+    def linearize(
+        self,
+        x0: Any,
+        u0: Any = None,
+        t: float = 0.0,
+        params: Mapping[str, float] | None = None,
+        eps: float | None = None,
+        copy_names: bool = False,
+        **kwargs: Any,
+    ) -> ct.StateSpace:
         """The `ct.StateSpace` at a point: exact, so `eps`, the step of python-control's differences, is refused."""
         if isinstance(x0, ct.OperatingPoint):
             x0, u0 = x0.states, x0.inputs if u0 is None else u0
@@ -103,8 +118,11 @@ class _CasadiSystem(NamedSystem):
         x = self._point(x0, len(self.equations.states), "states")
         u = self._point(0.0 if u0 is None else u0, len(self.equations.inputs), "inputs")
         a, b, c, d = self.equations.linear(x, u, self._vector(params or {}))
-        names: dict[str, Any] = {"inputs": self.input_labels, "outputs": self.output_labels,
-                                 "states": self.state_labels}
+        names: dict[str, Any] = {
+            "inputs": self.input_labels,
+            "outputs": self.output_labels,
+            "states": self.state_labels,
+        }
         if copy_names:
             names["name"] = f"{self.name}$linearized"
         return ct.StateSpace(a, b, c, d, remove_useless_states=False, **(names | kwargs))

@@ -17,8 +17,16 @@ from .individual import individual_function
 from .tables import lookup_function
 
 INPUT_NAMES = ("crank.phi", "crank.w", "output.phi", "output.w", "temperature")
-OUTPUT_NAMES = ("output.tau", "crank.tau", "twist", "stiffness", "max_contact_force", "load_share", "in_range",
-                "measured.tau")
+OUTPUT_NAMES = (
+    "output.tau",
+    "crank.tau",
+    "twist",
+    "stiffness",
+    "max_contact_force",
+    "load_share",
+    "in_range",
+    "measured.tau",
+)
 
 NEWTON_STEPS = 8
 """Newton steps for the twist of the contacts in series with a compliance. The residual of eight is below 1e-12
@@ -35,8 +43,7 @@ def carried(effects: Sequence[Effect]) -> tuple[Along, ...]:
     return tuple(path for path in _PATHS if path in used)
 
 
-def assemble(lookup: Lookup, effects: Sequence[Effect], individual: Individual | None = None
-             ) -> dict[str, ca.Function]:
+def assemble(lookup: Lookup, effects: Sequence[Effect], individual: Individual | None = None) -> dict[str, ca.Function]:
     """The functions initial, advance, rate, output and jacobian by name; of an individual instead of the mean."""
     return Assembly(lookup, effects, individual).functions()
 
@@ -71,15 +78,29 @@ class Assembly:
         """Signals of the inputs alone; directions are those of the speeds."""
         crank, crank_w, output, output_w, temperature = (self.u[k] for k in range(len(INPUT_NAMES)))
         twist_rate = crank_w / self.ratio - output_w
-        raw = Signals(crank, crank_w, output, output_w, temperature, crank / self.ratio - output, twist_rate,
-                      ca.sign(twist_rate), ca.sign(crank_w), ca.sign(output_w), None, self.ratio)
+        raw = Signals(
+            crank,
+            crank_w,
+            output,
+            output_w,
+            temperature,
+            crank / self.ratio - output,
+            twist_rate,
+            ca.sign(twist_rate),
+            ca.sign(crank_w),
+            ca.sign(output_w),
+            None,
+            self.ratio,
+        )
         error = self.total(Place.KINEMATIC, raw, self.x)
         return raw._replace(twist=raw.twist - error)
 
     def total(self, place: Place, signals: Signals, x: ca.MX) -> Any:
         """Sum of the contributions at a place."""
-        return sum((e.contribution(signals, self.values[e.name], self.own(e, x)) for e in self.effects
-                    if e.place is place), start=ca.MX(0))
+        return sum(
+            (e.contribution(signals, self.values[e.name], self.own(e, x)) for e in self.effects if e.place is place),
+            start=ca.MX(0),
+        )
 
     def own(self, effect: Effect, x: ca.MX) -> dict[str, ca.MX]:
         """The states of one effect by name."""
@@ -100,8 +121,9 @@ class Assembly:
         point, correction = target, ca.MX(1)
         for _ in range(NEWTON_STEPS):
             # A step that the last one leaves nothing to do is not taken: most are not.
-            point, correction = self.newton(ca.fabs(correction) > SETTLED, point, correction, target, clearance,
-                                            compliance, x, self.u, self.p)
+            point, correction = self.newton(
+                ca.fabs(correction) > SETTLED, point, correction, target, clearance, compliance, x, self.u, self.p
+            )
         torque, stiffness, others = self.contact(point, clearance, x)
         # What is left of the gap is far below rounding, but its derivatives are those of the settled twist.
         torque -= stiffness * (point + compliance * torque - target) / (1 + compliance * stiffness)
@@ -111,12 +133,16 @@ class Assembly:
     def newton(self) -> ca.Function:
         """(whether, twist of the contacts, last correction, ...) -> the next of both, or the same again."""
         point, correction, target, clearance, compliance = (
-            ca.MX.sym(name) for name in ("point", "correction", "target", "clearance", "compliance"))
+            ca.MX.sym(name) for name in ("point", "correction", "target", "clearance", "compliance")
+        )
         torque, stiffness, _ = self.contact(point, clearance, self.x)
         step = (target - point - compliance * torque) / (1 + compliance * stiffness)
         arguments = [point, correction, target, clearance, compliance, self.x, self.u, self.p]
-        return ca.Function.if_else("newton", ca.Function("step", arguments, [point + step, step]),
-                                   ca.Function("stay", arguments, [point, correction]))
+        return ca.Function.if_else(
+            "newton",
+            ca.Function("step", arguments, [point + step, step]),
+            ca.Function("stay", arguments, [point, correction]),
+        )
 
     def contact(self, twist: ca.MX, clearance: ca.MX, x: ca.MX) -> tuple[ca.MX, ca.MX, list[ca.MX]]:
         """Torque, stiffness and the lookup's further outputs at a twist of the contacts themselves."""
@@ -136,13 +162,17 @@ class Assembly:
         if self.modulus is not None:
             scale = self.modulus.scale(self.total(Place.MODULUS, signals, x))
             torque, stiffness, force = scale * torque, scale * stiffness, scale * force
-        return ca.Function("contact", [twist, clearance, x, self.u, self.p],
-                           [torque, stiffness, force, share, in_range])
+        return ca.Function(
+            "contact", [twist, clearance, x, self.u, self.p], [torque, stiffness, force, share, in_range]
+        )
 
     def series(self, signals: Signals, x: ca.MX) -> tuple[ca.MX, ca.MX]:
         """Compliance and offset in series with the contacts."""
-        parts = [e.contribution(signals, self.values[e.name], self.own(e, x)) for e in self.effects
-                 if e.place is Place.SERIES]
+        parts = [
+            e.contribution(signals, self.values[e.name], self.own(e, x))
+            for e in self.effects
+            if e.place is Place.SERIES
+        ]
         return sum((c for c, _ in parts), start=ca.MX(0)), sum((o for _, o in parts), start=ca.MX(0))
 
     # -- states -------------------------------------------------------------------------------------------
@@ -220,10 +250,16 @@ class Assembly:
         # The corrected twist also turns with the crank through the kinematic error.
         twist_rate = self.lever(signals) * signals.crank_speed - signals.output_speed
         signals = signals._replace(twist_direction=ca.sign(twist_rate))
-        speed = {Along.TIME: ca.MX(1), Along.TWIST: ca.fabs(twist_rate), Along.CRANK: ca.fabs(signals.crank_speed),
-                 Along.OUTPUT: ca.fabs(signals.output_speed)}
-        memory = [{Along.TWIST: twist_rate, Along.CRANK: signals.crank_speed, Along.OUTPUT: signals.output_speed}[p]
-                  for p in self.paths]
+        speed = {
+            Along.TIME: ca.MX(1),
+            Along.TWIST: ca.fabs(twist_rate),
+            Along.CRANK: ca.fabs(signals.crank_speed),
+            Along.OUTPUT: ca.fabs(signals.output_speed),
+        }
+        memory = [
+            {Along.TWIST: twist_rate, Along.CRANK: signals.crank_speed, Along.OUTPUT: signals.output_speed}[p]
+            for p in self.paths
+        ]
         states = []
         for effect in self.effects:
             for state, value in zip(effect.states, self.own(effect, self.x).values(), strict=True):
@@ -246,13 +282,22 @@ class Assembly:
         total = torque + parallel
         by_torque, by_twist = ca.jacobian(total, torque), ca.jacobian(total, twist)
         total, by_torque, by_twist = ca.graph_substitute(
-            [total, by_torque, by_twist], [twist, torque], [signals.twist, elastic])
+            [total, by_torque, by_twist], [twist, torque], [signals.twist, elastic]
+        )
         friction = self.total(Place.OUTPUT, signals._replace(elastic_torque=elastic), self.x)
         # Virtual work: the crank feels the inner torque through the twist's derivative by its angle.
         lever = self.lever(signals)
         raw_twist = signals.crank_angle / self.ratio - signals.output_angle
-        return ca.vertcat(total - friction, -total * lever, raw_twist, by_torque * stiffness + by_twist, force, share,
-                          in_range, total - friction + self.total(Place.SENSOR, signals, self.x))
+        return ca.vertcat(
+            total - friction,
+            -total * lever,
+            raw_twist,
+            by_torque * stiffness + by_twist,
+            force,
+            share,
+            in_range,
+            total - friction + self.total(Place.SENSOR, signals, self.x),
+        )
 
     def functions(self) -> dict[str, ca.Function]:
         x, u, p = self.x, self.u, self.p

@@ -33,8 +33,13 @@ def table_of_curve(twist: Array, torque: Array, lever: float, name: str, ratio: 
     >>> curve.torque([1e-3, 1e-3], [0.0, 5e-6]).round(2).tolist()
     [5.0, 2.5]
     """
-    source = {"name": name, "ratio": ratio, "lever [m/rad]": lever, "twist [rad]": twist.tolist(),
-              "torque [N.m]": torque.tolist()}
+    source = {
+        "name": name,
+        "ratio": ratio,
+        "lever [m/rad]": lever,
+        "twist [rad]": twist.tolist(),
+        "torque [N.m]": torque.tolist(),
+    }
     if twist[0] >= 0:
         keep = twist > 0
         twist = np.concatenate([-twist[keep][::-1], [0.0], twist[keep]])
@@ -56,8 +61,17 @@ def table_of_curve(twist: Array, torque: Array, lever: float, name: str, ratio: 
     mean = np.where(c >= 0, at(inner), np.where(np.abs(x) > -c, at(np.sign(x) * (np.abs(x) - c)), tight))
     tables = np.stack([mean, mean, mean, np.abs(mean), np.ones_like(mean)])
     coefficients = fit(axes[1], fit(axes[0], tables, 1), 2)
-    return Lookup(axes[0], axes[1], coefficients, float(np.abs(torque).max()), dict.fromkeys(QUANTITIES, 0.0),
-                  {"curve": source}, 1, 0, "")
+    return Lookup(
+        axes[0],
+        axes[1],
+        coefficients,
+        float(np.abs(torque).max()),
+        dict.fromkeys(QUANTITIES, 0.0),
+        {"curve": source},
+        1,
+        0,
+        "",
+    )
 
 
 def curve_of(lookup: Lookup) -> Mapping[str, Any] | None:
@@ -78,8 +92,16 @@ def table_from_dict(curve: Mapping[str, Any], where: str) -> Lookup:
         raise InputError(f"{where}: expected numbers, got {error}") from None
     expect(np.isfinite(ratio) and ratio != 0, "a ratio that is not zero", ratio, where)
     expect(np.isfinite(lever) and lever > 0, "a lever above zero", lever, where)
-    expect(twist.ndim == 1 and len(twist) >= 3 and twist.shape == torque.shape, "as many torques as twists, 3 or more",
-           f"{torque.size} torques and {twist.size} twists", where)
-    expect(bool(np.isfinite(twist).all() and np.isfinite(torque).all() and (np.diff(twist) > 0).all()),
-           "finite numbers and twists that rise", "others", where)
+    expect(
+        twist.ndim == 1 and len(twist) >= 3 and twist.shape == torque.shape,
+        "as many torques as twists, 3 or more",
+        f"{torque.size} torques and {twist.size} twists",
+        where,
+    )
+    expect(
+        bool(np.isfinite(twist).all() and np.isfinite(torque).all() and (np.diff(twist) > 0).all()),
+        "finite numbers and twists that rise",
+        "others",
+        where,
+    )
     return table_of_curve(twist, torque, lever, curve["name"], ratio)

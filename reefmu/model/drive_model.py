@@ -76,12 +76,24 @@ OUTPUTS = (
     Signal("output.tau", "N.m", "Torque that the drive exerts on the output"),
     Signal("crank.tau", "N.m", "Torque that the drive exerts on the crank"),
     Signal("twist", "rad", "crank.phi/ratio - output.phi"),
-    Signal("stiffness", "N.m/rad", "Derivative of output.tau by the twist of the contacts; states, speeds and place of "
-           "the elements held: without what friction adds while it turns over", minimum=0.0),
+    Signal(
+        "stiffness",
+        "N.m/rad",
+        "Derivative of output.tau by the twist of the contacts; states, speeds and place of "
+        "the elements held: without what friction adds while it turns over",
+        minimum=0.0,
+    ),
     Signal("max_contact_force", "N", "Greatest contact force on a rolling element, mean over drives", minimum=0.0),
     Signal("load_share", "1", "Greatest torque of one rolling element over the drive's", minimum=0.0),
-    Signal("in_range", "1", "1 inside the lookup's range, 0 where it is continued by its last slope", 1.0, 0.0, 1.0,
-           discrete=True),
+    Signal(
+        "in_range",
+        "1",
+        "1 inside the lookup's range, 0 where it is continued by its last slope",
+        1.0,
+        0.0,
+        1.0,
+        discrete=True,
+    ),
     Signal("measured.tau", "N.m", "output.tau as the rig's torque sensor reads it"),
 )
 assert tuple(s.name for s in INPUTS) == INPUT_NAMES
@@ -118,8 +130,16 @@ class DriveModel:
     @property
     def states(self) -> tuple[Signal, ...]:
         """The states: what is remembered of the last inputs, then the effects' own."""
-        memory = tuple(Signal(f"last.{path.value}", "rad", f"{path.value.capitalize()} angle at the last step"
-                              if path.value != "twist" else "Twist at the last step") for path in carried(self.effects))
+        memory = tuple(
+            Signal(
+                f"last.{path.value}",
+                "rad",
+                f"{path.value.capitalize()} angle at the last step"
+                if path.value != "twist"
+                else "Twist at the last step",
+            )
+            for path in carried(self.effects)
+        )
         own = tuple(Signal(f"{e.name}.{s.name}", s.unit, s.description) for e in self.effects for s in e.states)
         return memory + own
 
@@ -177,15 +197,27 @@ class DriveModel:
             if not p.tunable and number != p.value:
                 raise unknown_name("tunable parameter", name, [q.name for q in self.parameters if q.tunable], self.name)
             low, high = -np.inf if p.minimum is None else p.minimum, np.inf if p.maximum is None else p.maximum
-            expect_number(number, f"a value within {low:g} ... {high:g} {p.unit}", f"{self.name}: {name}",
-                          low=np.nextafter(low, -np.inf), high=np.nextafter(high, np.inf))
+            expect_number(
+                number,
+                f"a value within {low:g} ... {high:g} {p.unit}",
+                f"{self.name}: {name}",
+                low=np.nextafter(low, -np.inf),
+                high=np.nextafter(high, np.inf),
+            )
         changed = tuple(p._replace(value=float(wanted.get(p.name, p.value))) for p in self.parameters)
         return replace(self, parameters=changed)
 
 
-def build_model(drive: AnyDrive, effects: Mapping[str, Mapping[str, float]] | None = None, *,
-                lookup: Lookup | None = None, n_drives: int = N_DRIVES, seed: int = 0,
-                executor: Executor | None = None, individual: int | None = None) -> DriveModel:
+def build_model(
+    drive: AnyDrive,
+    effects: Mapping[str, Mapping[str, float]] | None = None,
+    *,
+    lookup: Lookup | None = None,
+    n_drives: int = N_DRIVES,
+    seed: int = 0,
+    executor: Executor | None = None,
+    individual: int | None = None,
+) -> DriveModel:
     """The model of a drawing with some effects inside; drive: itself, a preset's name or a drawing's path.
 
     effects: parameter values by effect and parameter name; an empty mapping for an effect that starts neutral.
@@ -223,24 +255,40 @@ def _in_order(names: Mapping[str, Any]) -> tuple[Effect, ...]:
     return tuple(sorted((find_effect(name) for name in names), key=lambda e: (places.index(e.place), e.name)))
 
 
-def _assembled(name: str, ratio: float, table: Lookup, ordered: tuple[Effect, ...],
-               chosen: Mapping[str, Mapping[str, float]], individual: Individual | None = None) -> DriveModel:
+def _assembled(
+    name: str,
+    ratio: float,
+    table: Lookup,
+    ordered: tuple[Effect, ...],
+    chosen: Mapping[str, Mapping[str, float]],
+    individual: Individual | None = None,
+) -> DriveModel:
     parameters = [
-        ModelParameter("ratio", ratio, None, None, "1", "Transmission ratio, crank to output, signed", False,
-                       abs(ratio)),
+        ModelParameter(
+            "ratio", ratio, None, None, "1", "Transmission ratio, crank to output, signed", False, abs(ratio)
+        ),
         _band() if individual is None else _no_band(),
     ]
     parameters += [
         ModelParameter(f"{e.name}.{p.name}", p.neutral, p.minimum, p.maximum, p.unit, p.description, True, p.nominal)
-        for e in ordered for p in e.parameters
+        for e in ordered
+        for p in e.parameters
     ]
     model = DriveModel(name, table, ordered, tuple(parameters), individual)
     return model.with_parameters({f"{e}.{p}": v for e, values in chosen.items() for p, v in values.items()})
 
 
 def _band() -> ModelParameter:
-    return ModelParameter("band", 0.0, -1.0, 1.0, "1", "Place in the population: 0 mean, -1 the 10th, +1 the 90th "
-                          "percentile of the torque", True, 1.0)
+    return ModelParameter(
+        "band",
+        0.0,
+        -1.0,
+        1.0,
+        "1",
+        "Place in the population: 0 mean, -1 the 10th, +1 the 90th percentile of the torque",
+        True,
+        1.0,
+    )
 
 
 def _no_band() -> ModelParameter:

@@ -47,8 +47,10 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
     twist, clearance, angle = ca.MX.sym("twist"), ca.MX.sym("clearance"), ca.MX.sym("angle")
     inside = ca.fmax(lookup.twist.start, ca.fmin(lookup.twist.stop, twist))
     held = ca.fmax(lookup.clearance.start, ca.fmin(lookup.clearance.stop, clearance))
-    in_range = ca.logic_and(ca.logic_and(twist >= lookup.twist.start, twist <= lookup.twist.stop),
-                            ca.logic_and(clearance >= lookup.clearance.start, clearance <= lookup.clearance.stop))
+    in_range = ca.logic_and(
+        ca.logic_and(twist >= lookup.twist.start, twist <= lookup.twist.stop),
+        ca.logic_and(clearance >= lookup.clearance.start, clearance <= lookup.clearance.stop),
+    )
     parts = Parts(individual)
     axis, table = _profile(parts)
     beta, element, meeting = _places(parts, angle)
@@ -57,8 +59,16 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
     rows = ca.vertcat(*(_gathered(table, (cell + a) * COLUMNS + k) for a in range(4) for k in range(COLUMNS)))
     own = parts.own
     crank_root = own.stiffness_crank ** (1 / own.exponent)
-    sizes = np.stack([individual.element, own.reach, np.maximum(own.cage_gap, 0.0), own.stiffness_crank, crank_root,
-                      crank_root * own.stiffness_cage ** (-1 / own.exponent)])
+    sizes = np.stack(
+        [
+            individual.element,
+            own.reach,
+            np.maximum(own.cage_gap, 0.0),
+            own.stiffness_crank,
+            crank_root,
+            crank_root * own.stiffness_cage ** (-1 / own.exponent),
+        ]
+    )
     sizes = ca.vertcat(*(_gathered(row, element) for row in sizes))
     q = _gathered(individual.lobe[meetings(individual.drive)], meeting)
     solved = _element(parts).map("elements", "serial", width, [5, 6], [])
@@ -68,9 +78,11 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
     none = LEAST * lookup.full_torque  # so that without torque the share is 1, as where one element carries all
     share = ca.fmin(1, (ca.mmax(side * torque) + none) / (ca.fabs(whole) + none))
     return ca.Function(
-        "individual", [twist, clearance, angle],
+        "individual",
+        [twist, clearance, angle],
         [whole + stiffness * (twist - inside), stiffness, ca.mmax(force), share, in_range],
-        ["twist", "clearance", "angle"], ["torque", "stiffness", "max_contact_force", "load_share", "in_range"],
+        ["twist", "clearance", "angle"],
+        ["torque", "stiffness", "max_contact_force", "load_share", "in_range"],
     )
 
 
@@ -78,8 +90,12 @@ def steepest(individual: Individual, lookup: Lookup) -> float:
     """The greatest slope of the torque over twist, N.m/rad, over one turn of the output: with the least clearance, at
     the ends of the range, where the contacts are stiffest, or in its middle, where all elements may be clamped."""
     function = individual_function(individual, lookup)
-    twist, angle = (np.ravel(v) for v in np.meshgrid(
-        np.linspace(lookup.twist.start, lookup.twist.stop, 3), np.linspace(0, 2 * math.pi, ANGLES, endpoint=False)))
+    twist, angle = (
+        np.ravel(v)
+        for v in np.meshgrid(
+            np.linspace(lookup.twist.start, lookup.twist.stop, 3), np.linspace(0, 2 * math.pi, ANGLES, endpoint=False)
+        )
+    )
     return float(np.asarray(function.map(angle.size)(twist, lookup.clearance.start, angle)[1]).max())
 
 
@@ -95,8 +111,11 @@ def _places(parts: Parts, angle: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
     passed = (one.start + (one.drive.ratio - 1) * angle) / step
     place = ca.ceil(-window.reach / step - passed) + ca.DM(np.arange(window.width)).T
     all_meetings = n * one.drive.lobes
-    return ((passed + place) * step, place - n * ca.floor(place / n),
-            place - all_meetings * ca.floor(place / all_meetings))
+    return (
+        (passed + place) * step,
+        place - n * ca.floor(place / n),
+        place - all_meetings * ca.floor(place / all_meetings),
+    )
 
 
 def _profile(parts: Parts) -> tuple[Axis, Array]:
@@ -114,11 +133,20 @@ def _element(parts: Parts) -> ca.Function:
     """(coefficients of a cell, its coordinate, beta, sizes of the element, q, twist, clearance) -> (torque, stiffness,
     greatest contact force) of one element, in scalars."""
     drive, gear, window, p = parts.individual.drive, parts.gear, parts.window, parts.own.exponent
-    cell, f, beta, sizes, lobe, twist, clearance = (ca.SX.sym(name, n) for name, n in (
-        ("cell", 4 * COLUMNS), ("f", 1), ("beta", 1), ("sizes", 6), ("q", 1), ("twist", 1), ("clearance", 1)))
+    cell, f, beta, sizes, lobe, twist, clearance = (
+        ca.SX.sym(name, n)
+        for name, n in (
+            ("cell", 4 * COLUMNS),
+            ("f", 1),
+            ("beta", 1),
+            ("sizes", 6),
+            ("q", 1),
+            ("twist", 1),
+            ("clearance", 1),
+        )
+    )
     basis = weights(f, f)
-    path, slope, per_n_r, *give = (sum(w * cell[a * COLUMNS + k] for a, w in enumerate(basis))
-                                   for k in range(COLUMNS))
+    path, slope, per_n_r, *give = (sum(w * cell[a * COLUMNS + k] for a, w in enumerate(basis)) for k in range(COLUMNS))
     radius, reach, bore, crank_stiffness, crank_root, cage_give = (sizes[k] for k in range(6))
     q = lobe + clearance
     off = q - gear.middle
@@ -149,10 +177,13 @@ def _element(parts: Parts) -> ca.Function:
     left = ca.fmax(ca.fmin(edge, 1), 0)
     torque = left * wall * w * radial * (path + x_r + touch)
     force = (left > 0) * radial * ca.fmax(per_n_r, ca.fmax(per_u_r, w))
-    return ca.Function("element", [cell, f, beta, sizes, lobe, twist, clearance],
-                       [torque, ca.jacobian(torque, twist), force],
-                       # What is gathered from tables is constant.
-                       {"is_diff_in": [False, True, True, False, False, True, True]})
+    return ca.Function(
+        "element",
+        [cell, f, beta, sizes, lobe, twist, clearance],
+        [torque, ca.jacobian(torque, twist), force],
+        # What is gathered from tables is constant.
+        {"is_diff_in": [False, True, True, False, False, True, True]},
+    )
 
 
 def _power(x: ca.SX, exponent: float) -> ca.SX:

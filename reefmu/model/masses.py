@@ -75,8 +75,9 @@ class Masses:
         a, b = self.matrices(ratio, stiffness)
         # Angles at the output, speeds as angles per step, torques as what they do in a step: then no entry is
         # large but by damping or stiffness x step^2.
-        size = np.array([ratio, ratio / step, 1.0, 1 / step, self.motor_inertia * ratio / step**2,
-                         self.load_inertia / step**2])
+        size = np.array(
+            [ratio, ratio / step, 1.0, 1 / step, self.motor_inertia * ratio / step**2, self.load_inertia / step**2]
+        )
         block = np.zeros((6, 6))
         block[:4, :4], block[:4, 4:] = a * step, b * step
         whole = _exponential(block / size[:, None] * size) * size[:, None] / size
@@ -95,8 +96,13 @@ def expect_step(value: object, where: str) -> float:
 
 def _expect_within(value: object, bounds: tuple[float, float], what: str, unit: str, where: str) -> float:
     low, high = bounds
-    return expect_number(value, f"{what} within {low:g} ... {high:g} {unit}", where, low=np.nextafter(low, -np.inf),
-                         high=np.nextafter(high, np.inf))
+    return expect_number(
+        value,
+        f"{what} within {low:g} ... {high:g} {unit}",
+        where,
+        low=np.nextafter(low, -np.inf),
+        high=np.nextafter(high, np.inf),
+    )
 
 
 TYPICAL = Masses(1e-4, 1.0)

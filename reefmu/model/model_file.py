@@ -1,11 +1,11 @@
 """model.toml: a drive model as a file that people can read, edit and export.
 
-    schema = 1
-    [drawing]            the drawing, as in its own TOML file
-    [lookup]             virtual drives and seed behind the tables
-    [curve]              instead of both, for a gear without a drawing: its ratio and twist-torque curve
-    [model]              band; or individual, the seed of one drive instead of the mean of all
-    [effects.NAME]       parameters with their units, such as clearance = "5 um"
+schema = 1
+[drawing]            the drawing, as in its own TOML file
+[lookup]             virtual drives and seed behind the tables
+[curve]              instead of both, for a gear without a drawing: its ratio and twist-torque curve
+[model]              band; or individual, the seed of one drive instead of the mean of all
+[effects.NAME]       parameters with their units, such as clearance = "5 um"
 """
 
 from __future__ import annotations
@@ -45,20 +45,31 @@ def model_text(model: DriveModel) -> str:
     units = {p.name: p.unit for p in model.parameters}
     values = {p.name: p.value for p in model.parameters}
     curve = curve_of(model.lookup)
-    origin = {"curve": dict(curve)} if curve is not None else {
-        "drawing": dict(model.lookup.drawing), "lookup": {"drives": model.lookup.n_drives, "seed": model.lookup.seed}}
+    origin = (
+        {"curve": dict(curve)}
+        if curve is not None
+        else {
+            "drawing": dict(model.lookup.drawing),
+            "lookup": {"drives": model.lookup.n_drives, "seed": model.lookup.seed},
+        }
+    )
     table = {
         "schema": SCHEMA,
         **origin,
         "model": {"band": values["band"]} if model.individual is None else {"individual": model.individual.seed},
-        "effects": {effect: {name: f"{value!r} {units[f'{effect}.{name}']}" for name, value in parameters.items()}
-                    for effect, parameters in describe_effects(model).items()},
+        "effects": {
+            effect: {name: f"{value!r} {units[f'{effect}.{name}']}" for name, value in parameters.items()}
+            for effect, parameters in describe_effects(model).items()
+        },
     }
     return tomli_w.dumps(table)
 
 
-def load_model(path: str | os.PathLike[str], lookup: Lookup | str | os.PathLike[str] | None = None,
-               executor: Executor | None = None) -> DriveModel:
+def load_model(
+    path: str | os.PathLike[str],
+    lookup: Lookup | str | os.PathLike[str] | None = None,
+    executor: Executor | None = None,
+) -> DriveModel:
     """Read model.toml.
 
     lookup: a lookup or the file of one, so that nothing is solved; else the tables come from the cache or are built.
@@ -80,8 +91,12 @@ def load_model(path: str | os.PathLike[str], lookup: Lookup | str | os.PathLike[
         check_seed(model["individual"], f"{where} [model] individual")
     effects = {name: _effect_values(name, values, where) for name, values in _section(table, "effects", where).items()}
     if "curve" in table:
-        expect("drawing" not in table and "lookup" not in table, "a [curve], or a [drawing] with its [lookup]", "both",
-               where)
+        expect(
+            "drawing" not in table and "lookup" not in table,
+            "a [curve], or a [drawing] with its [lookup]",
+            "both",
+            where,
+        )
         expect("individual" not in model, "no individual of a curve", model.get("individual"), f"{where} [model]")
         curve = table_from_dict(_section(table, "curve", where), f"{where} [curve]")
         built = build_curve_model(curve if ready is None else ready, effects)
@@ -89,8 +104,15 @@ def load_model(path: str | os.PathLike[str], lookup: Lookup | str | os.PathLike[
         drive = drive_from_dict(_section(table, "drawing", where), where)
         settings = _section(table, "lookup", where)
         refuse_unknown("field", settings, ("drives", "seed"), f"{where} [lookup]")
-        built = build_model(drive, effects, lookup=ready, n_drives=settings.get("drives", N_DRIVES),
-                            seed=settings.get("seed", 0), executor=executor, individual=model.get("individual"))
+        built = build_model(
+            drive,
+            effects,
+            lookup=ready,
+            n_drives=settings.get("drives", N_DRIVES),
+            seed=settings.get("seed", 0),
+            executor=executor,
+            individual=model.get("individual"),
+        )
     return built.with_parameters(band=model.get("band", 0.0))
 
 

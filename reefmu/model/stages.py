@@ -88,8 +88,11 @@ class _Staged(Assembly):
 
     def element_parts(self) -> tuple[ca.MX, ca.MX]:
         """Missing share and position of the one element that the tables can take away."""
-        found = [e.contribution(self.signals(), self.values[e.name], self.own(e, self.x)) for e in self.effects
-                 if e.place is Place.ELEMENT]
+        found = [
+            e.contribution(self.signals(), self.values[e.name], self.own(e, self.x))
+            for e in self.effects
+            if e.place is Place.ELEMENT
+        ]
         if len(found) > 1:
             raise NotImplementedError("expected one effect that takes an element away, got several")
         return found[0] if found else (ca.MX(0), ca.MX(0))
@@ -110,12 +113,20 @@ class _Staged(Assembly):
             contact = ca.Function("individual", [q], [ca.vertcat(*self.table(q[0], q[1], q[2]))])
         aged = self.aged()
         return Stages(
-            scalar_function("geometry", [u, p], geometry), scalar_function("tuned", [p], tuned),
-            scalar_function("point", [x, u, k, p], point), scalar_function("moved", [x, u, k, p], self.moved()),
-            scalar_function("aged", [x, u, k, dt, p, c], aged), scalar_function("rate", [x, u, k, p, c], self.rates()),
+            scalar_function("geometry", [u, p], geometry),
+            scalar_function("tuned", [p], tuned),
+            scalar_function("point", [x, u, k, p], point),
+            scalar_function("moved", [x, u, k, p], self.moved()),
+            scalar_function("aged", [x, u, k, dt, p, c], aged),
+            scalar_function("rate", [x, u, k, p, c], self.rates()),
             scalar_function("output", [x, u, k, p, c], self.outputs()),
-            bool(self.paths), self.ages, self.ages and bool(ca.depends_on(aged, c)), not compliance.is_zero(),
-            TURNED if self.turns else POINT, contact)
+            bool(self.paths),
+            self.ages,
+            self.ages and bool(ca.depends_on(aged, c)),
+            not compliance.is_zero(),
+            TURNED if self.turns else POINT,
+            contact,
+        )
 
 
 def scalar_function(name: str, arguments: list[ca.MX], result: ca.MX) -> ca.Function:
@@ -123,6 +134,7 @@ def scalar_function(name: str, arguments: list[ca.MX], result: ca.MX) -> ca.Func
     given = [a.name() for a in arguments if a.is_symbolic()]
     more = sorted(s.name() for s in ca.symvar(ca.MX(result)) if s.name() not in given)
     if more:
-        raise NotImplementedError(f"{name}: expected effects that need {', '.join(given)} there, got one that also "
-                                  f"needs {', '.join(more)}")
+        raise NotImplementedError(
+            f"{name}: expected effects that need {', '.join(given)} there, got one that also needs {', '.join(more)}"
+        )
     return ca.Function(name, arguments, [ca.densify(result)]).expand()

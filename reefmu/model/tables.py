@@ -36,13 +36,17 @@ def lookup_function(lookup: Lookup) -> ca.Function:
     twist, clearance, band = ca.MX.sym("twist"), ca.MX.sym("clearance"), ca.MX.sym("band")
     axes = (lookup.twist, lookup.clearance)
     at = in_scalars("held", [twist, clearance], [ca.vertcat(within(axes[0], twist), within(axes[1], clearance))])(
-        twist, clearance)
+        twist, clearance
+    )
     values = spline_function("values", axes, lookup.coefficients)(at)
     slopes = spline_function("slopes", axes, lookup.coefficients, slope=True)(at)
     gives = _continued(len(lookup.coefficients)).call([values, slopes, at, twist, clearance, band])
     return ca.Function(
-        "lookup", [twist, clearance, band], gives,
-        ["twist", "clearance", "band"], ["torque", "stiffness", "max_contact_force", "load_share", "in_range"],
+        "lookup",
+        [twist, clearance, band],
+        gives,
+        ["twist", "clearance", "band"],
+        ["torque", "stiffness", "max_contact_force", "load_share", "in_range"],
     )
 
 
@@ -52,8 +56,11 @@ def _continued(n: int) -> ca.Function:
     twist, clearance, band = ca.MX.sym("twist"), ca.MX.sym("clearance"), ca.MX.sym("band")
     along = values + (twist - at[0]) * slopes
     in_range = ca.logic_and(twist == at[0], clearance == at[1])
-    return in_scalars("continued", [values, slopes, at, twist, clearance, band], [
-        _blend(ca.vertsplit(along)[:3], band), _blend(ca.vertsplit(slopes)[:3], band), along[3], along[4], in_range])
+    return in_scalars(
+        "continued",
+        [values, slopes, at, twist, clearance, band],
+        [_blend(ca.vertsplit(along)[:3], band), _blend(ca.vertsplit(slopes)[:3], band), along[3], along[4], in_range],
+    )
 
 
 def in_scalars(name: str, arguments: list[ca.MX], results: list[ca.MX]) -> ca.Function:
@@ -62,8 +69,9 @@ def in_scalars(name: str, arguments: list[ca.MX], results: list[ca.MX]) -> ca.Fu
     return ca.Function(name, arguments, results).expand()
 
 
-def spline_function(name: str, axes: Sequence[Axis], coefficients: NDArray[np.float64], *, slope: bool = False
-                    ) -> ca.Function:
+def spline_function(
+    name: str, axes: Sequence[Axis], coefficients: NDArray[np.float64], *, slope: bool = False
+) -> ca.Function:
     """(point (n_axes,)) -> values (m,) of splines on these axes, or their slopes along the first one.
 
     coefficients: (m, *sizes of the axes) as in `numerics.bspline`. For points on the axes alone: what stands
@@ -75,8 +83,9 @@ def spline_function(name: str, axes: Sequence[Axis], coefficients: NDArray[np.fl
     if slope:
         # The derivative of a uniform B-spline is that of one degree less, through the differences of neighbours.
         coefficients, degrees[0], knots[0] = np.diff(coefficients, axis=1) / axes[0].step, 2, knots[0][1:-1]
-    return ca.Function.bspline(name, [k.tolist() for k in knots], coefficients.ravel(order="F").tolist(), degrees,
-                               len(coefficients))
+    return ca.Function.bspline(
+        name, [k.tolist() for k in knots], coefficients.ravel(order="F").tolist(), degrees, len(coefficients)
+    )
 
 
 def within(axis: Axis, x: ca.MX) -> ca.MX:
@@ -119,8 +128,11 @@ def cached_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executo
 
     A cache that cannot be written is no error: the tables are then built anew every time.
     """
-    return _cached(f"lookup-{fingerprint(drive, n_drives, seed)}.npz", Lookup.load,
-                   lambda: build_lookup(drive, n_drives, seed, executor))
+    return _cached(
+        f"lookup-{fingerprint(drive, n_drives, seed)}.npz",
+        Lookup.load,
+        lambda: build_lookup(drive, n_drives, seed, executor),
+    )
 
 
 def cached_element_table(drive: Drive) -> ElementTable:

@@ -24,11 +24,18 @@ Array = NDArray[np.float64]
 
 _TEXTS = ("maker", "type", "kind", "size", "ratio", "source", "page", "note")
 _QUANTITIES = {
-    "t1": "torque", "t2": "torque", "rated_torque": "torque", "acceleration_torque": "torque",
+    "t1": "torque",
+    "t2": "torque",
+    "rated_torque": "torque",
+    "acceleration_torque": "torque",
     "momentary_torque": "torque",
-    "k1": "torsional stiffness", "k2": "torsional stiffness", "k3": "torsional stiffness",
+    "k1": "torsional stiffness",
+    "k2": "torsional stiffness",
+    "k3": "torsional stiffness",
     "stiffness": "torsional stiffness",
-    "lost_motion_below": "angle", "hysteresis_below": "angle", "transmission_accuracy_below": "angle",
+    "lost_motion_below": "angle",
+    "hysteresis_below": "angle",
+    "transmission_accuracy_below": "angle",
 }
 FIELDS = (*_TEXTS, *_QUANTITIES, "second_hand")
 """Every key of a row."""
@@ -74,16 +81,24 @@ class CatalogGear:
         for name in _TEXTS:
             value = getattr(self, name)
             needed = name in ("maker", "type", "source")
-            expect(isinstance(value, str) and (bool(value.strip()) or not needed),
-                   "a text that is not empty" if needed else "a text", value, f"{at}: {name}")
+            expect(
+                isinstance(value, str) and (bool(value.strip()) or not needed),
+                "a text that is not empty" if needed else "a text",
+                value,
+                f"{at}: {name}",
+            )
         for name in _QUANTITIES:
             value = getattr(self, name)
             if value is not None:
                 expect_number(value, "a positive value", f"{at}: {name}", low=0)
         expect(isinstance(self.second_hand, bool), "true or false", self.second_hand, f"{at}: second_hand")
         given = [name for name in _SEGMENTS if getattr(self, name) is not None]
-        expect(self.stiffness is None or not given, "either one stiffness or t1, t2, k1, k2 and k3",
-               f"stiffness and {', '.join(given)}", at)
+        expect(
+            self.stiffness is None or not given,
+            "either one stiffness or t1, t2, k1, k2 and k3",
+            f"stiffness and {', '.join(given)}",
+            at,
+        )
         if self.t1 is not None or self.t2 is not None:
             expect(len(given) == len(_SEGMENTS), "t1, t2, k1, k2 and k3 together", ", ".join(given), at)
             assert self.t1 is not None
@@ -124,8 +139,9 @@ class CatalogGear:
         if self.stiffness is not None:
             return values / self.stiffness
         if self.t1 is None or self.t2 is None or self.k1 is None or self.k2 is None or self.k3 is None:
-            raise InputError(f"gear {self.label}: expected a published stiffness curve, got none "
-                             f"(source: {self.source})")
+            raise InputError(
+                f"gear {self.label}: expected a published stiffness curve, got none (source: {self.source})"
+            )
         first = np.minimum(size, self.t1) / self.k1
         second = np.clip(size - self.t1, 0.0, self.t2 - self.t1) / self.k2
         third = np.maximum(size - self.t2, 0.0) / self.k3
@@ -163,8 +179,12 @@ def read_rows(text: str, where: str) -> tuple[CatalogGear, ...]:
     table = parse_toml(text, where, "a TOML catalogue")
     refuse_unknown("table", table, ("gear",), where)
     rows = table.get("gear", [])
-    expect(isinstance(rows, list) and len(rows) > 0 and all(isinstance(row, Mapping) for row in rows),
-           "one table [[gear]] or more", rows or "none", where)
+    expect(
+        isinstance(rows, list) and len(rows) > 0 and all(isinstance(row, Mapping) for row in rows),
+        "one table [[gear]] or more",
+        rows or "none",
+        where,
+    )
     return tuple(_row(row, f"{where}: gear {number}") for number, row in enumerate(rows, 1))
 
 

@@ -88,16 +88,30 @@ def build_contacts(drive: Drive, deviations: Deviations, gear_shift: float = 0.0
             capped = hertz.conformity(curved["cage"], ball) > hertz.CONFORMITY_LIMIT
     else:
         exponent = hertz.LINE_EXPONENT
-        stiffness = {part: np.full(beta.shape, hertz.line_stiffness(compliance[part], drive.element_length))
-                     for part in PARTNERS}
+        stiffness = {
+            part: np.full(beta.shape, hertz.line_stiffness(compliance[part], drive.element_length)) for part in PARTNERS
+        }
     return Contacts(
-        beta=beta, path_radius=path.radius(beta), normal_r=normal_r, normal_t=normal_t,
-        gear_gap=q - r_element, reach=r_element + deviations.crank.ravel(),
+        beta=beta,
+        path_radius=path.radius(beta),
+        normal_r=normal_r,
+        normal_t=normal_t,
+        gear_gap=q - r_element,
+        reach=r_element + deviations.crank.ravel(),
         cage_gap=deviations.cage.ravel() - r_element,
-        stiffness_gear=stiffness["gear"], stiffness_crank=stiffness["crank"], stiffness_cage=stiffness["cage"],
-        capped=capped, eccentric=_eccentrics(drive, deviations), element_radius=r_element,
-        load=inertia_force(drive, beta, r_element), eccentricity=drive.eccentricity, exponent=exponent,
-        eccentrics=drive.eccentrics, ratio=drive.ratio, cage_compliance=compliance["cage"], beyond=drive.beyond,
+        stiffness_gear=stiffness["gear"],
+        stiffness_crank=stiffness["crank"],
+        stiffness_cage=stiffness["cage"],
+        capped=capped,
+        eccentric=_eccentrics(drive, deviations),
+        element_radius=r_element,
+        load=inertia_force(drive, beta, r_element),
+        eccentricity=drive.eccentricity,
+        exponent=exponent,
+        eccentrics=drive.eccentrics,
+        ratio=drive.ratio,
+        cage_compliance=compliance["cage"],
+        beyond=drive.beyond,
         profile=_profile(drive, compliance["gear"]) if drive.beyond.gear_contact == "exact" else None,
     )
 
@@ -105,9 +119,12 @@ def build_contacts(drive: Drive, deviations: Deviations, gear_shift: float = 0.0
 def _eccentrics(drive: Drive, deviations: Deviations) -> NDArray[np.intp]:
     """Elements k, k + eccentrics, ... of a drive, a row of the deviations, share an eccentric."""
     beta = np.atleast_2d(deviations.beta)
-    expect(not drive.beyond.couples or beta.shape[1] == drive.elements,
-           f"whole drives of {drive.elements} elements, for bearing or housing couple them", beta.shape[1],
-           "elements in a row")
+    expect(
+        not drive.beyond.couples or beta.shape[1] == drive.elements,
+        f"whole drives of {drive.elements} elements, for bearing or housing couple them",
+        beta.shape[1],
+        "elements in a row",
+    )
     own = np.arange(beta.shape[1]) % drive.eccentrics
     return (drive.eccentrics * np.arange(len(beta))[:, None] + own).ravel()
 

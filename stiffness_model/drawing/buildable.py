@@ -19,8 +19,12 @@ MOST_CONTACT = 0.1
 """Greatest half width of a contact, as a share of the element's radius."""
 MOST_INDENTATION = MOST_CONTACT**2
 """The indentation that makes a contact so wide, as a share of the element's radius (Johnson, eq. 4.23: d = a^2/R)."""
-_NAMES = {"element": "element radius", "crank": "crank radius", "cage": "bore radius",
-          "gear": "gear profile's distance"}
+_NAMES = {
+    "element": "element radius",
+    "crank": "crank radius",
+    "cage": "bore radius",
+    "gear": "gear profile's distance",
+}
 
 
 def check_radii(nominal: Mapping[str, float], tolerances: Mapping[str, Tolerance], where: str) -> None:
@@ -35,9 +39,11 @@ field, got 7 mm -8 mm +-1.25 um
     for part, radius in nominal.items():
         tolerance = tolerances[part]
         if not radius + tolerance.offset - tolerance.window / 4 > 0:
-            raise InputError(f"{where}{part}_offset: expected {_an(_NAMES[part])} above zero all over its tolerance "
-                             f"field, got {_length(radius)} {_signed(tolerance.offset)} "
-                             f"+-{_length(tolerance.window / 4)}")
+            raise InputError(
+                f"{where}{part}_offset: expected {_an(_NAMES[part])} above zero all over its tolerance "
+                f"field, got {_length(radius)} {_signed(tolerance.offset)} "
+                f"+-{_length(tolerance.window / 4)}"
+            )
 
 
 def check_flank(path: Path, limit: float, element_radius: float, where: str) -> None:
@@ -45,14 +51,17 @@ def check_flank(path: Path, limit: float, element_radius: float, where: str) -> 
     length = 2 * limit / path.lobes * (path.centre_distance + element_radius)
     least = MOST_CONTACT * element_radius
     if length < least:
-        raise InputError(f"{where}lobes: expected lobes that are at least {_length(least)} long, half the widest "
-                         f"contact of such an element, got {path.lobes} lobes of {_length(length)}, for their profile "
-                         f"cuts itself {math.degrees(limit):.1f} deg of 180 from a lobe's middle; take fewer lobes, "
-                         "smaller elements or a smaller eccentricity")
+        raise InputError(
+            f"{where}lobes: expected lobes that are at least {_length(least)} long, half the widest "
+            f"contact of such an element, got {path.lobes} lobes of {_length(length)}, for their profile "
+            f"cuts itself {math.degrees(limit):.1f} deg of 180 from a lobe's middle; take fewer lobes, "
+            "smaller elements or a smaller eccentricity"
+        )
 
 
-def check_mesh(path: Path, element_radius: float, tolerances: Mapping[str, Tolerance], give: Mapping[str, float],
-               where: str) -> None:
+def check_mesh(
+    path: Path, element_radius: float, tolerances: Mapping[str, Tolerance], give: Mapping[str, float], where: str
+) -> None:
     """Raise `InputError` where the mean drive presses its elements deeper than the theory reaches, or lets them pass.
 
     Without load an element between crank and gear shares its interference among both contacts, by their `give`,
@@ -65,22 +74,30 @@ def check_mesh(path: Path, element_radius: float, tolerances: Mapping[str, Toler
     share = max(give["gear"], give["crank"]) / (give["gear"] + give["crank"])
     reason = f"{_length(most)} a contact, a hundredth of the element's radius, which Hertz's theory does not reach"
     if share * interference > most:
-        raise InputError(f"{where}gear_offset: expected mean offsets by which crank and gear press an element by less "
-                         f"than {_length(most / share)} without load, got {_length(interference)}; beyond it is more "
-                         f"than {reason}")
+        raise InputError(
+            f"{where}gear_offset: expected mean offsets by which crank and gear press an element by less "
+            f"than {_length(most / share)} without load, got {_length(interference)}; beyond it is more "
+            f"than {reason}"
+        )
     if -interference >= 2 * path.eccentricity:
-        raise InputError(f"{where}gear_offset: expected mean offsets with a play at the gear below twice the "
-                         f"eccentricity, {_length(2 * path.eccentricity)}, got {_length(-interference)}, with which "
-                         "the elements clear the lobes")
+        raise InputError(
+            f"{where}gear_offset: expected mean offsets with a play at the gear below twice the "
+            f"eccentricity, {_length(2 * path.eccentricity)}, got {_length(-interference)}, with which "
+            "the elements clear the lobes"
+        )
     clearance = offset["cage"] - offset["element"]
     if -clearance > most:
-        raise InputError(f"{where}cage_offset: expected bores that press an element by less than {_length(most)} on "
-                         f"either side, got {_length(-clearance)}; beyond it is more than {reason}")
+        raise InputError(
+            f"{where}cage_offset: expected bores that press an element by less than {_length(most)} on "
+            f"either side, got {_length(-clearance)}; beyond it is more than {reason}"
+        )
     half_pitch = math.pi / path.lobes * path.centre_distance
     if clearance >= half_pitch:
-        raise InputError(f"{where}cage_offset: expected a clearance in the bore below half the lobes' pitch, "
-                         f"{_length(half_pitch)}, got {_length(clearance)}, with which an element slips to the next "
-                         "lobe")
+        raise InputError(
+            f"{where}cage_offset: expected a clearance in the bore below half the lobes' pitch, "
+            f"{_length(half_pitch)}, got {_length(clearance)}, with which an element slips to the next "
+            "lobe"
+        )
 
 
 def _length(value: float) -> str:

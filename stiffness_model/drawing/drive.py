@@ -28,8 +28,12 @@ def diameters(element_radius: float, crank_radius: float) -> dict[str, float]:
     >>> diameters(7e-3, 41e-3)["gear"]
     0.096
     """
-    return {"element": 2 * element_radius, "crank": 2 * crank_radius, "cage": 2 * element_radius,
-            "gear": 2 * (crank_radius + element_radius)}
+    return {
+        "element": 2 * element_radius,
+        "crank": 2 * crank_radius,
+        "cage": 2 * element_radius,
+        "gear": 2 * (crank_radius + element_radius),
+    }
 
 
 @dataclass(frozen=True)
@@ -74,30 +78,60 @@ class Drive:
             object.__setattr__(self, name, expect_whole(getattr(self, name), "a whole number of at least 1", at + name))
         expect(self.element in ("ball", "roller"), "'ball' or 'roller'", self.element, at + "element")
         length = "the roller's length, positive" if self.element == "roller" else "a length that is not negative"
-        object.__setattr__(self, "element_length", expect_number(
-            self.element_length, length, at + "element_length", low=0 if self.element == "roller" else -1e-300))
-        expect(self.crank_deviation in ("element", "eccentric"), "'element' or 'eccentric'", self.crank_deviation,
-               at + "crank_deviation")
-        ratio = expect_number(self.transmission_ratio, "the ratio's magnitude, above 1", at + "transmission_ratio",
-                              low=1)
+        object.__setattr__(
+            self,
+            "element_length",
+            expect_number(
+                self.element_length, length, at + "element_length", low=0 if self.element == "roller" else -1e-300
+            ),
+        )
+        expect(
+            self.crank_deviation in ("element", "eccentric"),
+            "'element' or 'eccentric'",
+            self.crank_deviation,
+            at + "crank_deviation",
+        )
+        ratio = expect_number(
+            self.transmission_ratio, "the ratio's magnitude, above 1", at + "transmission_ratio", low=1
+        )
         object.__setattr__(self, "transmission_ratio", int(ratio) if ratio == int(ratio) else ratio)
-        expect(self.lobes in (self.transmission_ratio - 1, self.transmission_ratio + 1),
-               f"transmission_ratio - 1 = {self.transmission_ratio - 1:g} lobes (turning together) or "
-               f"transmission_ratio + 1 = {self.transmission_ratio + 1:g} (reversing)", self.lobes, at + "lobes")
-        expect(self.elements % self.eccentrics == 0, f"a multiple of the {self.eccentrics} eccentrics",
-               self.elements, at + "elements")
-        expect(self.eccentricity < self.element_radius + self.crank_radius,
-               "an eccentricity below crank_radius + element_radius", self.eccentricity, at + "eccentricity")
-        expect(self.element_radius < self.crank_radius,
-               "an element smaller than its path, its radius below the crank's "
-               f"{format_quantity(self.crank_radius, 'length')}",
-               format_quantity(self.element_radius, "length"), at + "element_radius")
-        expect(self.element == "ball" or self.beyond.cage_contact == "hertz",
-               "'hertz' for rollers, whose slots have flat walls", self.beyond.cage_contact, at + "cage_contact")
+        expect(
+            self.lobes in (self.transmission_ratio - 1, self.transmission_ratio + 1),
+            f"transmission_ratio - 1 = {self.transmission_ratio - 1:g} lobes (turning together) or "
+            f"transmission_ratio + 1 = {self.transmission_ratio + 1:g} (reversing)",
+            self.lobes,
+            at + "lobes",
+        )
+        expect(
+            self.elements % self.eccentrics == 0,
+            f"a multiple of the {self.eccentrics} eccentrics",
+            self.elements,
+            at + "elements",
+        )
+        expect(
+            self.eccentricity < self.element_radius + self.crank_radius,
+            "an eccentricity below crank_radius + element_radius",
+            self.eccentricity,
+            at + "eccentricity",
+        )
+        expect(
+            self.element_radius < self.crank_radius,
+            "an element smaller than its path, its radius below the crank's "
+            f"{format_quantity(self.crank_radius, 'length')}",
+            format_quantity(self.element_radius, "length"),
+            at + "element_radius",
+        )
+        expect(
+            self.element == "ball" or self.beyond.cage_contact == "hertz",
+            "'hertz' for rollers, whose slots have flat walls",
+            self.beyond.cage_contact,
+            at + "cage_contact",
+        )
         for part in PARTS:
             expect(part in self.materials, f"a material for {', '.join(PARTS)}", list(self.materials), at + "materials")
-            expect(part in self.tolerances, f"a tolerance for {', '.join(PARTS)}", list(self.tolerances),
-                   at + "tolerances")
+            expect(
+                part in self.tolerances, f"a tolerance for {', '.join(PARTS)}", list(self.tolerances), at + "tolerances"
+            )
         self._check_assembled(at)
 
     def _check_assembled(self, at: str) -> None:
@@ -142,5 +176,9 @@ class Drive:
     @property
     def seats(self) -> Seats:
         """Where the elements of one eccentric stand, and the wall between their bores."""
-        return Seats(round(self.transmission_ratio), self.elements_per_row, self.path.centre_distance,
-                     self.element_radius + self.tolerances["cage"].offset)
+        return Seats(
+            round(self.transmission_ratio),
+            self.elements_per_row,
+            self.path.centre_distance,
+            self.element_radius + self.tolerances["cage"].offset,
+        )

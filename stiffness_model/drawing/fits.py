@@ -124,11 +124,17 @@ def _limits(match: re.Match[str], where: str) -> Field:
 def _fit(match: re.Match[str], size: float, hole: bool, value: str, where: str) -> Field:
     letter, grade = match["letter"], int(match["grade"])
     low = lower_limit(letter, grade, size, where)
-    expect(hole == letter.isupper(), "a hole's fit in a capital letter, such as 'H7'" if hole else
-           "a shaft's fit in a small letter, such as 'h6'", value, where)
+    expect(
+        hole == letter.isupper(),
+        "a hole's fit in a capital letter, such as 'H7'" if hole else "a shaft's fit in a small letter, such as 'h6'",
+        value,
+        where,
+    )
     if match["size"] is not None and abs(float(match["size"]) * 1e-3 - size) > 1e-9 * size:
-        raise InputError(f"{where}: expected a fit for the drawn {format_quantity(size, 'length')}, such as "
-                         f"'{1e3 * size:.6g} {letter}{grade}' or '{letter}{grade}', got {value!r}")
+        raise InputError(
+            f"{where}: expected a fit for the drawn {format_quantity(size, 'length')}, such as "
+            f"'{1e3 * size:.6g} {letter}{grade}' or '{letter}{grade}', got {value!r}"
+        )
     window = iso_286(grade, size, where)
     return Field(window, (low + window / 2) / 2)
 
@@ -150,7 +156,8 @@ def tolerance_of(field: Field, offset: object, value: object, where: str, defaul
         raise InputError(
             f"{where}_offset: expected none beside the field {value!r}, which puts the mean radius "
             f"{_signed(field.offset)} off, got {offset!r}; leave it out, or give the width alone, "
-            f"{format_quantity(field.window, 'length')!r}, with the offset")
+            f"{format_quantity(field.window, 'length')!r}, with the offset"
+        )
     return Tolerance(field.window, field.offset, text)
 
 

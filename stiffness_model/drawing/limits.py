@@ -50,23 +50,39 @@ got 2.75e+04 arcmin; twists are in rad: did you mean 8 * ARCMIN?
         angles = np.atleast_1d(np.asarray(twist, float))
     except (TypeError, ValueError):
         angles = np.array([np.nan])
-    expect(angles.ndim == 1 and angles.size > 0 and bool(np.isfinite(angles).all()),
-           "a one-dimensional array of finite twists in rad" if in_rad else "a finite twist", twist, where)
+    expect(
+        angles.ndim == 1 and angles.size > 0 and bool(np.isfinite(angles).all()),
+        "a one-dimensional array of finite twists in rad" if in_rad else "a finite twist",
+        twist,
+        where,
+    )
     most, worst = most_twist(drive), float(angles[np.abs(angles).argmax()])
     # A rounding error beyond is none.
     if abs(worst) > most * (1 + 1e-9):
-        reason = (f"{FAR:g} times the max_twist of {drive.name}" if most < QUARTER_TURN / drive.transmission_ratio
-                  else f"a quarter turn of the crank of {drive.name}")
+        reason = (
+            f"{FAR:g} times the max_twist of {drive.name}"
+            if most < QUARTER_TURN / drive.transmission_ratio
+            else f"a quarter turn of the crank of {drive.name}"
+        )
         forgotten = in_rad and 0.02 * drive.max_twist <= abs(worst) * ARCMIN <= most
-        remedy = (f"twists are in rad: did you mean {worst:.6g} * ARCMIN?" if forgotten
-                  else "a drive for greater twists says so by max_twist in its drawing")
-        raise InputError(f"{where}: expected twists within +-{most / ARCMIN:.4g} arcmin, {reason}, "
-                         f"got {worst / ARCMIN:.3g} arcmin; {remedy}")
+        remedy = (
+            f"twists are in rad: did you mean {worst:.6g} * ARCMIN?"
+            if forgotten
+            else "a drive for greater twists says so by max_twist in its drawing"
+        )
+        raise InputError(
+            f"{where}: expected twists within +-{most / ARCMIN:.4g} arcmin, {reason}, "
+            f"got {worst / ARCMIN:.3g} arcmin; {remedy}"
+        )
     return angles
 
 
 def expect_turned(drive: Drive, angle: float, where: str = "angle") -> None:
     """Raise `InputError` for a crank angle, rad, at which the output has turned beyond `FARTHEST`."""
     most = FARTHEST * drive.transmission_ratio
-    expect(abs(angle) <= most, f"a crank angle within +-{most:.3g} rad, beyond which it is lost where the elements "
-           "stand", angle, where)
+    expect(
+        abs(angle) <= most,
+        f"a crank angle within +-{most:.3g} rad, beyond which it is lost where the elements stand",
+        angle,
+        where,
+    )

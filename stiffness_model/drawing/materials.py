@@ -30,9 +30,11 @@ class Material:
     def __post_init__(self) -> None:
         where = f"material {self.name!r}"
         expect(isinstance(self.name, str), "a text for the material's name", self.name, "material")
-        for field, expected, low, high in (("youngs_modulus", "a positive Young's modulus in Pa", 0, math.inf),
-                                           ("poisson_ratio", "a Poisson's ratio between -1 and 0.5", -1, 0.5),
-                                           ("density", "a positive density in kg/m3", 0, math.inf)):
+        for field, expected, low, high in (
+            ("youngs_modulus", "a positive Young's modulus in Pa", 0, math.inf),
+            ("poisson_ratio", "a Poisson's ratio between -1 and 0.5", -1, 0.5),
+            ("density", "a positive density in kg/m3", 0, math.inf),
+        ):
             number = expect_number(getattr(self, field), expected, where, low=low, high=high)
             object.__setattr__(self, field, number)
         stated = [f for f in ("allowable_pressure", "allowable_line_pressure") if getattr(self, f) is not None]
@@ -40,8 +42,12 @@ class Material:
             number = expect_number(getattr(self, field), "a positive allowable pressure in Pa", where, low=0)
             object.__setattr__(self, field, number)
         sourced = isinstance(self.allowable_source, str) and (bool(self.allowable_source.strip()) or not stated)
-        expect(sourced, "allowable_source, a text that says where the allowable pressure is from",
-               self.allowable_source, where)
+        expect(
+            sourced,
+            "allowable_source, a text that says where the allowable pressure is from",
+            self.allowable_source,
+            where,
+        )
 
     @property
     def compliance(self) -> float:
@@ -62,8 +68,15 @@ class Material:
         return self.allowable_pressure if line is None else line
 
 
-STEEL_100CR6 = Material("100Cr6", 208e9, 0.30, 7810.0, allowable_pressure=4200e6, allowable_line_pressure=4000e6,
-                        allowable_source="ISO 76:2006, static load ratings: 4200 MPa for balls, 4000 MPa for rollers")
+STEEL_100CR6 = Material(
+    "100Cr6",
+    208e9,
+    0.30,
+    7810.0,
+    allowable_pressure=4200e6,
+    allowable_line_pressure=4000e6,
+    allowable_source="ISO 76:2006, static load ratings: 4200 MPa for balls, 4000 MPa for rollers",
+)
 """Hardened bearing steel: E and nu as in section IV of the paper (Schaeffler Technical Pocket Guide)."""
 PLA = Material("PLA", 3e9, 0.33, 1240.0)
 """3D printed polylactide: E and nu as in section IV of the paper. No allowable pressure: no standard rates its

@@ -68,8 +68,12 @@ class Beyond:
     @property
     def plain(self) -> bool:
         """Whether the equilibrium is that of the paper's model."""
-        return (self.gear_contact == "linear" and self.cage_contact == "hertz"
-                and not self.moves and all(getattr(self, name) == math.inf for name in STIFFNESSES))
+        return (
+            self.gear_contact == "linear"
+            and self.cage_contact == "hertz"
+            and not self.moves
+            and all(getattr(self, name) == math.inf for name in STIFFNESSES)
+        )
 
     @property
     def moves(self) -> bool:
@@ -89,11 +93,19 @@ def _keep(options: Beyond, name: str, expected: str, low: float, high: float = m
 
 STIFFNESSES = ("bearing_stiffness", "cage_wall_stiffness", "ring_stiffness", "housing_stiffness")
 PRESSURE_LIMITS = ("gear_pressure_limit", "crank_pressure_limit", "cage_pressure_limit")
-WORDS: dict[str, tuple[str, ...]] = {"gear_contact": GEAR_CONTACTS, "cage_contact": CAGE_CONTACTS,
-                                     "inertia": INERTIA, "bearing_type": BEARING_TYPES}
+WORDS: dict[str, tuple[str, ...]] = {
+    "gear_contact": GEAR_CONTACTS,
+    "cage_contact": CAGE_CONTACTS,
+    "inertia": INERTIA,
+    "bearing_type": BEARING_TYPES,
+}
 QUANTITIES = {
-    "bearing_stiffness": "stiffness", "cage_wall_stiffness": "stiffness", "ring_stiffness": "stiffness",
-    "housing_stiffness": "torsional stiffness", "crank_speed": "speed", "bearing_capacity": "force",
+    "bearing_stiffness": "stiffness",
+    "cage_wall_stiffness": "stiffness",
+    "ring_stiffness": "stiffness",
+    "housing_stiffness": "torsional stiffness",
+    "crank_speed": "speed",
+    "bearing_capacity": "force",
     **dict.fromkeys(PRESSURE_LIMITS, "pressure"),
 }
 """Fields with a unit and their kind of quantity."""
@@ -119,8 +131,12 @@ def read_options(values: Mapping[str, Any], where: str) -> Beyond:
         else:
             read[name] = math.inf if rigid else value
     for name, known in WORDS.items():
-        expect(isinstance(read.get(name, ""), str), " or ".join(repr(word) for word in known), read.get(name),
-               f"{where}: {name}")
+        expect(
+            isinstance(read.get(name, ""), str),
+            " or ".join(repr(word) for word in known),
+            read.get(name),
+            f"{where}: {name}",
+        )
     try:
         return Beyond(**read)
     except ValueError as error:
@@ -130,8 +146,11 @@ def read_options(values: Mapping[str, Any], where: str) -> Beyond:
 
 def write_options(options: Beyond, section: str) -> dict[str, Any]:
     """What differs from the defaults in one section, as a drawing writes it."""
-    return {name: _text(name, getattr(options, name)) for name in SECTIONS.get(section, ())
-            if getattr(options, name) != _DEFAULTS[name]}
+    return {
+        name: _text(name, getattr(options, name))
+        for name in SECTIONS.get(section, ())
+        if getattr(options, name) != _DEFAULTS[name]
+    }
 
 
 def _text(name: str, value: Any) -> Any:

@@ -103,8 +103,13 @@ def spread(drive: Drive, count: int) -> Deviations:
         tolerance = drive.tolerances[part]
         return (nominal + tolerance.offset + tolerance.sigma * deviate[part])[None, :]
 
-    return Deviations(beta[None, :], radius("element", drive.element_radius), radius("crank", drive.crank_radius),
-                      radius("cage", drive.element_radius), radius("gear", drive.element_radius))
+    return Deviations(
+        beta[None, :],
+        radius("element", drive.element_radius),
+        radius("crank", drive.crank_radius),
+        radius("cage", drive.element_radius),
+        radius("gear", drive.element_radius),
+    )
 
 
 def spread_drives(drive: Drive, count: int) -> Deviations:
@@ -132,8 +137,13 @@ def spread_drives(drive: Drive, count: int) -> Deviations:
         tolerance = drive.tolerances[part]
         return nominal + tolerance.offset + tolerance.sigma * normal[part]
 
-    return Deviations(beta, radius("element", drive.element_radius), radius("crank", drive.crank_radius),
-                      radius("cage", drive.element_radius), radius("gear", drive.element_radius))
+    return Deviations(
+        beta,
+        radius("element", drive.element_radius),
+        radius("crank", drive.crank_radius),
+        radius("cage", drive.element_radius),
+        radius("gear", drive.element_radius),
+    )
 
 
 def nominal(drive: Drive, n_positions: int = 1) -> Deviations:
@@ -145,5 +155,10 @@ def nominal(drive: Drive, n_positions: int = 1) -> Deviations:
     start = step * (np.arange(n_positions)[:, None] + 0.5) / n_positions
     beta = np.pi - (np.pi - start - step * np.arange(drive.elements)) % (2 * np.pi)
     ones = np.ones_like(beta)
-    return Deviations(beta, drive.element_radius * ones, drive.crank_radius * ones, drive.element_radius * ones,
-                      drive.element_radius * ones)
+    return Deviations(
+        beta,
+        drive.element_radius * ones,
+        drive.crank_radius * ones,
+        drive.element_radius * ones,
+        drive.element_radius * ones,
+    )

@@ -39,8 +39,7 @@ SIZE_SLACK = 1 + 1e-12
 _ISO_492_SIZES = (6, 18, 30, 50, 80, 120, 150, 180, 250, 315, 400, 500)
 _ISO_492_UM = (8, 9, 11, 13, 15, 18, 25, 30, 35, 40, 45)
 # ISO 3290-1, balls: greatest lot diameter variation.
-_ISO_3290_UM = {3: 0.13, 5: 0.25, 10: 0.5, 16: 0.8, 20: 1.0, 24: 1.2, 28: 1.4, 40: 2.0, 60: 3.0, 100: 5.0,
-                200: 10.0}
+_ISO_3290_UM = {3: 0.13, 5: 0.25, 10: 0.5, 16: 0.8, 20: 1.0, 24: 1.2, 28: 1.4, 40: 2.0, 60: 3.0, 100: 5.0, 200: 10.0}
 
 SIGMAS_IN_WINDOW = 6.0
 """The limits lie at +-3 sigma of the diameter (section III of the paper)."""
@@ -108,8 +107,10 @@ def iso_3290(grade: int, where: str = "tolerance") -> float:
 def _step(sizes: tuple[float, ...], widths: tuple[float, ...], size: float, standard: str, where: str) -> float:
     size_mm = size * 1e3
     if not sizes[0] < size_mm <= sizes[-1] * SIZE_SLACK:
-        raise InputError(f"{where}: expected a nominal size in {standard}'s range, above {sizes[0]} and up to "
-                         f"{sizes[-1]} mm, got {size_mm:g} mm")
+        raise InputError(
+            f"{where}: expected a nominal size in {standard}'s range, above {sizes[0]} and up to "
+            f"{sizes[-1]} mm, got {size_mm:g} mm"
+        )
     row = next(i for i, limit in enumerate(sizes[1:]) if size_mm <= limit * SIZE_SLACK)
     return widths[row] * MICROMETRE
 
@@ -129,9 +130,11 @@ def read_window(value: object, size: float, where: str) -> float:
         if match := re.fullmatch(r"(?:ISO 3290 )?G(\d+)", text):
             return iso_3290(int(match[1]), where)
         if not text[:1].isdigit() and text[:1] not in "+-.":
-            raise InputError(f"{where}: expected a diameter window such as '13 um', a grade such as 'IT5', "
-                             "'ISO 492 Normal' or 'ISO 3290 G10', a fit such as 'H7' or limits such as '0/-15 um', "
-                             f"got {value!r}")
+            raise InputError(
+                f"{where}: expected a diameter window such as '13 um', a grade such as 'IT5', "
+                "'ISO 492 Normal' or 'ISO 3290 G10', a fit such as 'H7' or limits such as '0/-15 um', "
+                f"got {value!r}"
+            )
     return expect_number(parse_quantity(value, "length", where), "a window that is not negative", where, low=-1e-300)
 
 

@@ -118,8 +118,9 @@ def point_stiffness(compliance: ArrayLike, curvature_sum_1: ArrayLike, curvature
     return 1 / (3 / (4 * math.sqrt(2)) * np.asarray(compliance) * np.sqrt((high + low) * coefficient**3))
 
 
-def point_contact_ellipse(force: ArrayLike, compliance: ArrayLike, curvature_sum_1: ArrayLike,
-                          curvature_sum_2: ArrayLike) -> tuple[Array, Array, Array]:
+def point_contact_ellipse(
+    force: ArrayLike, compliance: ArrayLike, curvature_sum_1: ArrayLike, curvature_sum_2: ArrayLike
+) -> tuple[Array, Array, Array]:
     """Semi-axes a >= b, m, and greatest pressure, Pa, of a point contact under `force`, N.
 
     a = (3 k^2 E F c/(pi r))^(1/3) with the compliance c and the curvature sum r; b = a/k;
@@ -153,8 +154,9 @@ def line_stiffness(compliance: ArrayLike, length: ArrayLike) -> Array:
     return np.asarray(length, float) ** (8 / 9) / (3.81 ** (10 / 9) * np.asarray(compliance, float) / math.pi)
 
 
-def line_contact_pressure(force: ArrayLike, compliance: ArrayLike, curvature_sum: ArrayLike,
-                          length: float) -> tuple[Array, Array]:
+def line_contact_pressure(
+    force: ArrayLike, compliance: ArrayLike, curvature_sum: ArrayLike, length: float
+) -> tuple[Array, Array]:
     """Half width b, m, and greatest pressure, Pa, of a line contact of `length` m under `force`, N.
 
     b = sqrt(4 F c/(pi L r)), p0 = 2 F/(pi b L) (Johnson, eqs 4.43, 4.45).

@@ -52,8 +52,7 @@ def solve(contacts: Contacts, crank_twist: ArrayLike, extra_force: ArrayLike | N
     An element that finds no equilibrium gets `Status.NOT_CONVERGED` and no force; it never raises for all.
     """
     twist = np.atleast_1d(np.asarray(crank_twist, float))
-    expect(twist.ndim == 1 and bool(np.isfinite(twist).all()), "finite twists in one dimension", crank_twist,
-           "twist")
+    expect(twist.ndim == 1 and bool(np.isfinite(twist).all()), "finite twists in one dimension", crank_twist, "twist")
     if not contacts.beyond.plain:
         return solve_beyond(contacts, twist, extra_force)
     result = closed_form(contacts, twist)
@@ -93,7 +92,7 @@ def closed_form(contacts: Contacts, crank_twist: Array) -> Equilibrium:
     for first in range(0, shape[0], rows):
         part = slice(first, first + rows)
         here = Equilibrium(*(getattr(result, name)[part] for name in NAMES))
-        _solve_block(contacts, fixed, crank_twist[part], here, scratch[:, :len(here.gear)])
+        _solve_block(contacts, fixed, crank_twist[part], here, scratch[:, : len(here.gear)])
     return result
 
 
@@ -191,15 +190,20 @@ def _solve_block(c: Contacts, fixed: _Fixed, twist: Array, out: Equilibrium, scr
     np.maximum(cage, 0.0, out=out.cage_plus)
 
 
-def _iterated(contacts: Contacts, twist: Array, index: NDArray[np.intp], extra_force: ArrayLike | None,
-              result: Equilibrium) -> None:
+def _iterated(
+    contacts: Contacts, twist: Array, index: NDArray[np.intp], extra_force: ArrayLike | None, result: Equilibrium
+) -> None:
     """Overwrite the columns `index` of `result` with the Newton iteration's."""
     some = contacts[index]
     load = np.zeros((2, len(some)))
     if extra_force is not None:
         force = np.asarray(extra_force, float)
-        expect(force.shape in ((2,), (2, len(contacts))) and bool(np.isfinite(force).all()),
-               f"finite forces of shape (2,) or (2, {len(contacts)})", force.shape, "extra_force")
+        expect(
+            force.shape in ((2,), (2, len(contacts))) and bool(np.isfinite(force).all()),
+            f"finite forces of shape (2,) or (2, {len(contacts)})",
+            force.shape,
+            "extra_force",
+        )
         load[:] = force[:, None] if force.ndim == 1 else force[:, index]
     # Every pair of element and twist is one problem of its own.
     rows = min(len(twist), max(1, NEWTON_BLOCK // len(some)))

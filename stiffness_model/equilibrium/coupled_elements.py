@@ -78,8 +78,9 @@ class CoupledEquilibrium(Equilibrium):
         return held
 
 
-def solve_beyond(contacts: Contacts, twist: Array, extra_force: ArrayLike | None = None,
-                 held: Centres | None = None) -> CoupledEquilibrium:
+def solve_beyond(
+    contacts: Contacts, twist: Array, extra_force: ArrayLike | None = None, held: Centres | None = None
+) -> CoupledEquilibrium:
     """Equilibrium of n elements, whole drives, at m crank twists (rad); see `equilibrium.solve`.
 
     held: where the bodies are, for contacts that nothing couples.
@@ -89,8 +90,12 @@ def solve_beyond(contacts: Contacts, twist: Array, extra_force: ArrayLike | None
     load = contacts.load.T.copy()
     if extra_force is not None:
         force = np.asarray(extra_force, float)
-        expect(force.shape in ((2,), (2, len(contacts))) and bool(np.isfinite(force).all()),
-               f"finite forces of shape (2,) or (2, {len(contacts)})", force.shape, "extra_force")
+        expect(
+            force.shape in ((2,), (2, len(contacts))) and bool(np.isfinite(force).all()),
+            f"finite forces of shape (2,) or (2, {len(contacts)})",
+            force.shape,
+            "extra_force",
+        )
         load += force[:, None] if force.ndim == 1 else force[:, order]
     frame = Frame(contacts)
     back = np.argsort(order)
@@ -112,8 +117,9 @@ def solve_beyond(contacts: Contacts, twist: Array, extra_force: ArrayLike | None
         status[part], settled[part] = found.status[:, back], found.settled[:, back]
         every.shift[:, part], every.twist[part] = found.centres.shift, found.centres.twist
     seat = frame.of(np.arange(len(contacts))).reordered(back)
-    return CoupledEquilibrium(**values, status=status, settled=settled, centres=every, seat=seat, contacts=given,
-                              twist=twist)
+    return CoupledEquilibrium(
+        **values, status=status, settled=settled, centres=every, seat=seat, contacts=given, twist=twist
+    )
 
 
 def _growth(twist: Array, first: int, here: Array) -> Array:
@@ -144,8 +150,13 @@ def _solve_rows(contacts: Contacts, frame: Frame, twist: Array, load: Array, cen
     iterated, index = None, every[:0]
     while special.any():
         index = np.flatnonzero(special)
-        iterated = Special(contacts[index], frame.of(index), motion.of_elements(index), load[:, index],
-                           regular.displacement()[..., index])
+        iterated = Special(
+            contacts[index],
+            frame.of(index),
+            motion.of_elements(index),
+            load[:, index],
+            regular.displacement()[..., index],
+        )
         regular.mute(index)
         centres, done = _rounds(frame, regular, iterated, centres, NEAR if contacts.profile is None else SETTLED)
         late = regular.unsettled().any(axis=0) & ~special
@@ -164,8 +175,9 @@ def _solve_rows(contacts: Contacts, frame: Frame, twist: Array, load: Array, cen
     return _Rows(values, status, settled, centres)
 
 
-def _rounds(frame: Frame, regular: ClosedForm, iterated: Special, centres: Centres, near: float
-            ) -> tuple[Centres, NDArray[np.bool_]]:
+def _rounds(
+    frame: Frame, regular: ClosedForm, iterated: Special, centres: Centres, near: float
+) -> tuple[Centres, NDArray[np.bool_]]:
     """The outer equilibrium with iterated elements: between two iterations the others see them straightened."""
     done, before = np.ones((centres.rows, frame.n_drives), bool), centres
     for _ in range(MOST_ROUNDS):
@@ -180,8 +192,9 @@ def _rounds(frame: Frame, regular: ClosedForm, iterated: Special, centres: Centr
     return centres, done & frame.close(centres, before, regular.eccentricity, 1e-9)
 
 
-def _outer(frame: Frame, regular: ClosedForm, pull: Pull | None, centres: Centres, settled: float
-           ) -> tuple[Centres, NDArray[np.bool_]]:
+def _outer(
+    frame: Frame, regular: ClosedForm, pull: Pull | None, centres: Centres, settled: float
+) -> tuple[Centres, NDArray[np.bool_]]:
     """Passes over the elements, with a step of the centres in each, until neither moves.
 
     Returns the centres and which drives found them, (m, n_drives).

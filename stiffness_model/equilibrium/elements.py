@@ -202,8 +202,12 @@ class ClosedForm:
         self._turns = np.maximum(self._turns, moved)
         self.turn = float(self._turns.max(initial=0.0))
         self._foot = foot.beta
-        self._gear(foot.normal_r, foot.normal_t, c.gear_gap + foot.offset,
-                   profile.stiffness(foot, c.element_radius, c.gear_gap))
+        self._gear(
+            foot.normal_r,
+            foot.normal_t,
+            c.gear_gap + foot.offset,
+            profile.stiffness(foot, c.element_radius, c.gear_gap),
+        )
 
     def displacement(self) -> Array:
         """(2, m, n) m."""
@@ -229,10 +233,14 @@ class ClosedForm:
         # dE/d(crank twist), and how the approach follows it.
         path = self._motion.centre_r * t - self._motion.centre_t
         lever = (self._c.path_radius + self._x[0] + self._touch) * self._w * self._wall
-        return Sums(force, stiffness, seat.add(lever * self._force),
-                    np.stack([seat.add(rate_1 * path), seat.add(rate_2 * path)]),
-                    np.stack([seat.add(lever * rate_1), seat.add(lever * rate_2)]),
-                    seat.add(lever * self._rate * path))
+        return Sums(
+            force,
+            stiffness,
+            seat.add(lever * self._force),
+            np.stack([seat.add(rate_1 * path), seat.add(rate_2 * path)]),
+            np.stack([seat.add(lever * rate_1), seat.add(lever * rate_2)]),
+            seat.add(lever * self._rate * path),
+        )
 
     def result(self, centres: Centres) -> dict[str, Array]:
         """The fields of `Equilibrium` but the status."""
@@ -241,11 +249,14 @@ class ClosedForm:
         pin_r, pin_t = self._motion.pin(self._seat, centres)
         x_r, x_t = self.displacement()
         return {
-            "gear": self._force * self._per_n_r, "crank": self._force * self._per,
-            "cage_plus": np.maximum(cage, 0.0), "cage_minus": np.maximum(-cage, 0.0),
+            "gear": self._force * self._per_n_r,
+            "crank": self._force * self._per,
+            "cage_plus": np.maximum(cage, 0.0),
+            "cage_minus": np.maximum(-cage, 0.0),
             "output_torque": (self._c.path_radius + x_r) * cage,
             "crank_torque": self._force * (pin_r * t - pin_t),
-            "radial": x_r, "tangential": x_t,
+            "radial": x_r,
+            "tangential": x_t,
         }
 
     def status(self) -> NDArray[np.int8]:

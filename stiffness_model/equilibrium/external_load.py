@@ -102,14 +102,23 @@ class Special:
             return np.stack([seat.add(r * seat.cos + t * seat.sin), seat.add(t * seat.cos - r * seat.sin)])
 
         cc, cs, ss = seat.cos**2, seat.cos * seat.sin, seat.sin**2
-        stiffness = np.stack([seat.add(rr * cc + 2 * rt * cs + tt * ss),
-                              seat.add((tt - rr) * cs + rt * (cc - ss)),
-                              seat.add(rr * ss - 2 * rt * cs + tt * cc)])
+        stiffness = np.stack(
+            [
+                seat.add(rr * cc + 2 * rt * cs + tt * ss),
+                seat.add((tt - rr) * cs + rt * (cc - ss)),
+                seat.add(rr * ss - 2 * rt * cs + tt * cc),
+            ]
+        )
         path_r, path_t = -self._motion.centre_t, self._motion.centre_r
         torque_r, torque_t = (row.reshape(shape) for row in torque_rate)
-        return Sums(turned(f_r, f_t), stiffness, seat.add(self._torque().reshape(shape)),
-                    turned(rr * path_r + rt * path_t, rt * path_r + tt * path_t), turned(torque_r, torque_t),
-                    seat.add(torque_r * path_r + torque_t * path_t))
+        return Sums(
+            turned(f_r, f_t),
+            stiffness,
+            seat.add(self._torque().reshape(shape)),
+            turned(rr * path_r + rt * path_t, rt * path_r + tt * path_t),
+            turned(torque_r, torque_t),
+            seat.add(torque_r * path_r + torque_t * path_t),
+        )
 
     def _torque(self) -> Array:
         return (self._every.path_radius + self._x[0]) * (self._forces[2] - self._forces[3])
@@ -119,9 +128,14 @@ class Special:
         pin_r, pin_t = (pin.ravel() for pin in self._motion.pin(self._seat, centres))
         gear, crank, plus, minus = self._forces
         values = {
-            "gear": gear, "crank": crank, "cage_plus": plus, "cage_minus": minus, "output_torque": self._torque(),
+            "gear": gear,
+            "crank": crank,
+            "cage_plus": plus,
+            "cage_minus": minus,
+            "output_torque": self._torque(),
             "crank_torque": crank * (pin_r * self._normal[1] - pin_t * self._normal[0]),
-            "radial": self._x[0], "tangential": self._x[1],
+            "radial": self._x[0],
+            "tangential": self._x[1],
         }
         return {name: value.reshape(self._shape) for name, value in values.items()}
 

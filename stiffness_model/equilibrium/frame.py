@@ -108,9 +108,14 @@ class Sums:
 
     def plus(self, other: Sums) -> Sums:
         """Both together."""
-        return Sums(self.force + other.force, self.stiffness + other.stiffness, self.torque + other.torque,
-                    _both(self.by_twist, other.by_twist), _both(self.torque_by_shift, other.torque_by_shift),
-                    _both(self.torque_by_twist, other.torque_by_twist))
+        return Sums(
+            self.force + other.force,
+            self.stiffness + other.stiffness,
+            self.torque + other.torque,
+            _both(self.by_twist, other.by_twist),
+            _both(self.torque_by_shift, other.torque_by_shift),
+            _both(self.torque_by_twist, other.torque_by_twist),
+        )
 
 
 def _both(a: Array | None, b: Array | None) -> Array | None:
@@ -140,8 +145,9 @@ class Frame:
         """The seats of some elements, in rising order."""
         group = self.group[index]
         starts = np.flatnonzero(np.diff(group, prepend=-1))
-        return Seat(group, self.drive_of_group[group], self._cos[index], self._sin[index], starts, group[starts],
-                    self.n_groups)
+        return Seat(
+            group, self.drive_of_group[group], self._cos[index], self._sin[index], starts, group[starts], self.n_groups
+        )
 
     def close(self, centres: Centres, before: Centres, eccentricity: float, within: float) -> NDArray[np.bool_]:
         """Which drives have moved less than `within` m."""

@@ -30,8 +30,9 @@ BLOCK = 16384
 """Elements, each at its twist, that callers hand over at once: the iteration takes about 1 kB for each."""
 
 
-def iterate(contacts: Contacts, crank_twist: Array, load: Array, start: Array, shift: Array | None = None
-            ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+def iterate(
+    contacts: Contacts, crank_twist: Array, load: Array, start: Array, shift: Array | None = None
+) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
     """Equilibrium of n elements, each at its own crank twist (n,) rad, under further forces `load`, (2, n) N.
 
     start: (2, n) m; shift: (2, n) m, displacement of the eccentric's centre. Returns the displacement (2, n) m,
@@ -102,8 +103,11 @@ def crank_tangent(contacts: Contacts, crank_twist: Array, x: Array, shift: Array
     # Displacement per shift of the centre, H^-1 C, by columns.
     r_r, r_t = scale * (tt * c_rr - rt * c_rt), scale * (tt * c_rt - rt * c_tt)
     t_r, t_t = scale * (rr * c_rt - rt * c_rr), scale * (rr * c_tt - rt * c_rt)
-    force = np.where(held, np.stack([c_rr - c_rr * r_r - c_rt * t_r, c_rt - c_rr * r_t - c_rt * t_t,
-                                     c_tt - c_rt * r_t - c_tt * t_t]), 0.0)
+    force = np.where(
+        held,
+        np.stack([c_rr - c_rr * r_r - c_rt * t_r, c_rt - c_rr * r_t - c_rt * t_t, c_tt - c_rt * r_t - c_tt * t_t]),
+        0.0,
+    )
     cage, stiffness = at.force[2] - at.force[3], at.stiffness[2] + at.stiffness[3]
     lever = contacts.path_radius + x[0]
     torque = np.stack([lever * stiffness * t_r + cage * r_r, lever * stiffness * t_t + cage * r_t])
@@ -208,15 +212,20 @@ class _ForceField:
             k *= p
             energy = (f * delta).sum(axis=0) / (p + 1)
         else:
-            forces, slopes, energies = zip(*(law.force(own) for law, own in zip(self.laws, delta, strict=True)),
-                                           strict=True)
+            forces, slopes, energies = zip(
+                *(law.force(own) for law, own in zip(self.laws, delta, strict=True)), strict=True
+            )
             f, k, energy = np.stack(forces), np.stack(slopes), np.sum(energies, axis=0)
         energy = energy - (self.load * x).sum(axis=0)
         total = np.stack([n2[0] * f[1] - n_r * f[0], n2[1] * f[1] - n_t * f[0] - f[2] + f[3]]) + self.load
         bend = f[1] / distance
-        hessian = np.stack([k[0] * n_r**2 + k[1] * n2[0] ** 2 - bend * (1 - n2[0] ** 2),
-                            k[0] * n_r * n_t + k[1] * n2[0] * n2[1] + bend * n2[0] * n2[1],
-                            k[0] * n_t**2 + k[1] * n2[1] ** 2 + k[2] + k[3] - bend * (1 - n2[1] ** 2)])
+        hessian = np.stack(
+            [
+                k[0] * n_r**2 + k[1] * n2[0] ** 2 - bend * (1 - n2[0] ** 2),
+                k[0] * n_r * n_t + k[1] * n2[0] * n2[1] + bend * n2[0] * n2[1],
+                k[0] * n_t**2 + k[1] * n2[1] ** 2 + k[2] + k[3] - bend * (1 - n2[1] ** 2),
+            ]
+        )
         if curvature is not None:
             # The exact profile's normal turns as the element moves along it.
             hold = f[0] * curvature

@@ -84,8 +84,10 @@ class _Element:
     def total_force(self, x: Vector) -> Vector:
         """Eq. 15, with the additional forces."""
         f, n, _, _ = self.forces(x)
-        return (sum(f[j] * n[j][0] for j in range(4)) + self.extra[0],
-                sum(f[j] * n[j][1] for j in range(4)) + self.extra[1])
+        return (
+            sum(f[j] * n[j][0] for j in range(4)) + self.extra[0],
+            sum(f[j] * n[j][1] for j in range(4)) + self.extra[1],
+        )
 
     def jacobian(self, x: Vector) -> Array:
         """Eq. 17 with eq. 18 corrected, (2, 2) N/m."""
@@ -109,8 +111,14 @@ class _Element:
         return at_crank, (-self.gear_gap - self.n1[1] * x_t) / self.n1[0]
 
 
-def equilibrium_of(contacts: Contacts, index: int, crank_twist: float, extra_force: Vector = (0.0, 0.0),
-                   start: Vector | None = None, descend: bool = False) -> ElementEquilibrium:
+def equilibrium_of(
+    contacts: Contacts,
+    index: int,
+    crank_twist: float,
+    extra_force: Vector = (0.0, 0.0),
+    start: Vector | None = None,
+    descend: bool = False,
+) -> ElementEquilibrium:
     """Equilibrium of the element `index` of `contacts` at one crank twist, rad.
 
     extra_force: radial and tangential force on the element, N (the "additional forces" of eq. 15).
@@ -133,16 +141,31 @@ def equilibrium_of(contacts: Contacts, index: int, crank_twist: float, extra_for
 
 
 def _element(c: Contacts, index: int, phi: float, extra_force: Vector) -> _Element:
-    one = {name: float(getattr(c, name)[index]) for name in (
-        "beta", "path_radius", "normal_r", "normal_t", "gear_gap", "reach", "cage_gap", "stiffness_gear",
-        "stiffness_crank", "stiffness_cage")}
+    one = {
+        name: float(getattr(c, name)[index])
+        for name in (
+            "beta",
+            "path_radius",
+            "normal_r",
+            "normal_t",
+            "gear_gap",
+            "reach",
+            "cage_gap",
+            "stiffness_gear",
+            "stiffness_crank",
+            "stiffness_cage",
+        )
+    }
     angle = one["beta"] + phi
     return _Element(
         n1=(-one["normal_r"], -one["normal_t"]),
         k=(one["stiffness_gear"], one["stiffness_crank"], one["stiffness_cage"], one["stiffness_cage"]),
-        exponent=c.exponent, path=one["path_radius"],
+        exponent=c.exponent,
+        path=one["path_radius"],
         centre=(c.eccentricity * math.cos(angle), c.eccentricity * math.sin(angle)),
-        gear_gap=one["gear_gap"], reach=one["reach"], cage_gap=one["cage_gap"],
+        gear_gap=one["gear_gap"],
+        reach=one["reach"],
+        cage_gap=one["cage_gap"],
         extra=(float(extra_force[0]), float(extra_force[1])),
     )
 
@@ -167,7 +190,8 @@ def _root(element: _Element, x: Vector) -> Vector | None:
         lambda y: element.total_force((y[0] * _MICRO, y[1] * _MICRO)),
         (x[0] / _MICRO, x[1] / _MICRO),
         jac=lambda y: element.jacobian((y[0] * _MICRO, y[1] * _MICRO)) * _MICRO,
-        method="hybr", options={"xtol": 1e-14},
+        method="hybr",
+        options={"xtol": 1e-14},
     )
     found = float(answer.x[0]) * _MICRO, float(answer.x[1]) * _MICRO
     return found if _rests(element, found) else None
@@ -175,6 +199,7 @@ def _root(element: _Element, x: Vector) -> Vector | None:
 
 def _descent(element: _Element, x: Vector) -> Vector | None:
     """Descent to the least stored energy, made exact by a last search for the root; None if both failed."""
+
     def energy(y: Array) -> float:
         return element.energy((y[0] * _MICRO, y[1] * _MICRO)) / _MICRO
 
@@ -186,8 +211,9 @@ def _descent(element: _Element, x: Vector) -> Vector | None:
 
     options = {"gtol": 1e-9, "maxiter": 2000, "initial_trust_radius": 1.0, "max_trust_radius": 100.0}
     try:
-        answer = minimize(energy, np.array(x) / _MICRO, jac=gradient, hess=hessian, method="trust-exact",
-                          options=options)
+        answer = minimize(
+            energy, np.array(x) / _MICRO, jac=gradient, hess=hessian, method="trust-exact", options=options
+        )
     except ValueError:  # SciPy's answer to a constant that is not a number
         return None
     lowest = float(answer.x[0]) * _MICRO, float(answer.x[1]) * _MICRO
@@ -215,8 +241,13 @@ def _result(element: _Element, x: Vector, method: str) -> ElementEquilibrium:
         f = (0.0, 0.0, 0.0, 0.0)
     n2, (centre_r, centre_t) = normals[1], element.centre
     return ElementEquilibrium(
-        gear=f[0], crank=f[1], cage_plus=f[2], cage_minus=f[3],
+        gear=f[0],
+        crank=f[1],
+        cage_plus=f[2],
+        cage_minus=f[3],
         output_torque=(element.path + x[0]) * (f[2] - f[3]),  # eq. 19
         crank_torque=f[1] * (centre_r * n2[1] - centre_t * n2[0]),
-        radial=x[0], tangential=x[1], method=method,
+        radial=x[0],
+        tangential=x[1],
+        method=method,
     )

@@ -23,11 +23,17 @@ def chosen_drive(results: Results) -> Drive:
     drive = drive_at(results.study, results.found.positions[design])
     twist = float(results.found.column("twist")[design])
     tenths = math.ceil(10 * _ROOM * twist / ARCMIN)
-    facts = ", ".join(f"{METRICS[name].text} {results.shown(name)[design]:.4g} {METRICS[name].shown}".rstrip()
-                      for name in results.study.objectives)
-    return replace(drive, name=f"{results.study.name}_chosen", max_twist=tenths * ARCMIN / 10,
-                   description=f"Chosen from the study {results.study.name!r} ({rule_text(results)}); at "
-                               f"{torque_text(results.study.numbers.torque)}: {facts}")
+    facts = ", ".join(
+        f"{METRICS[name].text} {results.shown(name)[design]:.4g} {METRICS[name].shown}".rstrip()
+        for name in results.study.objectives
+    )
+    return replace(
+        drive,
+        name=f"{results.study.name}_chosen",
+        max_twist=tenths * ARCMIN / 10,
+        description=f"Chosen from the study {results.study.name!r} ({rule_text(results)}); at "
+        f"{torque_text(results.study.numbers.torque)}: {facts}",
+    )
 
 
 def rule_text(results: Results) -> str:
@@ -41,6 +47,9 @@ def rule_text(results: Results) -> str:
 
 def _bounds(low: float, high: float, metric: str) -> str:
     scale, unit = METRICS[metric].scale, METRICS[metric].shown
-    ends = [f"{sign} {value / scale:g} {unit}".rstrip() for sign, value in ((">=", low), ("<=", high))
-            if math.isfinite(value)]
+    ends = [
+        f"{sign} {value / scale:g} {unit}".rstrip()
+        for sign, value in ((">=", low), ("<=", high))
+        if math.isfinite(value)
+    ]
     return " and ".join(ends)

@@ -37,17 +37,35 @@ class Packing:
         """
         if self.rule == SEATS:
             return drive.seats.most(self.web)
-        return max(1, min(drive.seats.seats, most_that_fit(drive.path.centre_distance,
-                                                           drive.element_radius + self.web / 2)))
+        return max(
+            1, min(drive.seats.seats, most_that_fit(drive.path.centre_distance, drive.element_radius + self.web / 2))
+        )
 
     def fits(self, drive: Drive) -> bool:
         """Whether the rows take their elements; always so without a rule."""
         return self.rule == "" or drive.elements_per_row <= self.most_per_row(drive)
 
 
-_PLAIN = frozenset(("name", "element_radius", "elements", "crank_radius", "eccentricity", "transmission_ratio", "lobes",
-                    "materials", "tolerances", "max_twist", "element", "element_length", "eccentrics",
-                    "crank_deviation", "description", "where"))
+_PLAIN = frozenset(
+    (
+        "name",
+        "element_radius",
+        "elements",
+        "crank_radius",
+        "eccentricity",
+        "transmission_ratio",
+        "lobes",
+        "materials",
+        "tolerances",
+        "max_twist",
+        "element",
+        "element_length",
+        "eccentrics",
+        "crank_deviation",
+        "description",
+        "where",
+    )
+)
 """What the sweep of a study knows of a drive."""
 
 
@@ -67,12 +85,15 @@ def refuse_more(drive: Drive, where: str) -> None:
     for f in fields(drive):
         value = getattr(drive, f.name)
         if f.name not in _PLAIN and value != f.default and not getattr(value, "plain", False):
-            raise InputError(f"{where}: expected a drawing of the plain contact model, for a study knows no other, got "
-                             f"{f.name} = {value!r}")
+            raise InputError(
+                f"{where}: expected a drawing of the plain contact model, for a study knows no other, got "
+                f"{f.name} = {value!r}"
+            )
 
 
-def design_drive(table: Mapping[str, Any], values: Mapping[str, Value], packing: Packing, where: str,
-                 check: bool = True) -> Drive:
+def design_drive(
+    table: Mapping[str, Any], values: Mapping[str, Value], packing: Packing, where: str, check: bool = True
+) -> Drive:
     """The base drawing `table` with `values` in it; lobes bring their ratio, rows their elements.
 
     A base drive that reverses (lobes above the ratio) stays one that reverses. Raises `InputError` where no
@@ -94,6 +115,7 @@ def design_drive(table: Mapping[str, Any], values: Mapping[str, Value], packing:
     # One element a row until the sizes are read and say how many fit.
     first = rows if per_row == FILL else rows * int(per_row)
     plain = {name: value for name, value in values.items() if name not in COUNTS}
-    drive = drive_from_dict(table, where, **plain, lobes=lobes, eccentrics=rows, transmission_ratio=ratio,
-                            elements=first)
+    drive = drive_from_dict(
+        table, where, **plain, lobes=lobes, eccentrics=rows, transmission_ratio=ratio, elements=first
+    )
     return replace(drive, elements=rows * packing.most_per_row(drive)) if per_row == FILL and check else drive

@@ -50,8 +50,11 @@ class Evaluations:
 
 def join(parts: list[Evaluations]) -> Evaluations:
     """Several in a row."""
-    return Evaluations(np.concatenate([p.positions for p in parts]), np.concatenate([p.metrics for p in parts]),
-                       np.concatenate([p.outcome for p in parts]))
+    return Evaluations(
+        np.concatenate([p.positions for p in parts]),
+        np.concatenate([p.metrics for p in parts]),
+        np.concatenate([p.outcome for p in parts]),
+    )
 
 
 def values_at(study: Study, position: Array) -> dict[str, Value]:
@@ -63,8 +66,11 @@ def values_at(study: Study, position: Array) -> dict[str, Value]:
 def evaluate(study: Study, positions: Array) -> Evaluations:
     """The designs at positions (n, n_parameters) in the unit cube."""
     rows = [_one(study, position) for position in positions]
-    return Evaluations(positions, np.array([row[0] for row in rows]).reshape(len(rows), len(METRICS)),
-                       np.array([row[1] for row in rows], np.int8))
+    return Evaluations(
+        positions,
+        np.array([row[0] for row in rows]).reshape(len(rows), len(METRICS)),
+        np.array([row[1] for row in rows], np.int8),
+    )
 
 
 def drive_at(study: Study, position: Array) -> Drive:
@@ -106,8 +112,12 @@ def _drawn(drive: Drive, limit: float) -> dict[str, float]:
     angle = drive.path.pressure_angle(np.linspace(0.0, limit, 181)).max()
     deepest = drive.crank_radius + 2 * drive.element_radius + drive.eccentricity
     return {
-        "cost_class": cost_class(drive), "undercut": 1 - limit / np.pi, "pressure_angle": float(angle),
-        "diameter": 2 * deepest, "ratio": float(drive.transmission_ratio), "elements": float(drive.elements),
+        "cost_class": cost_class(drive),
+        "undercut": 1 - limit / np.pi,
+        "pressure_angle": float(angle),
+        "diameter": 2 * deepest,
+        "ratio": float(drive.transmission_ratio),
+        "elements": float(drive.elements),
     }
 
 
@@ -118,9 +128,15 @@ def _simulated(response: Response, torque: float) -> dict[str, float]:
     part = (twist - curve.twist[k - 1]) / (curve.twist[k] - curve.twist[k - 1])
     band = np.percentile(response.torque[k - 1] + part * (response.torque[k] - response.torque[k - 1]), BAND)
     return {
-        "stiffness": float(curve.stiffness_at(twist)), "twist": twist, "backlash": curve.backlash(torque),
-        "lost_motion": curve.lost_motion(torque), "no_load_force": float(response.force[0].mean()),
-        "no_load_sum": float(response.force_sum.mean()), "greatest_force": float(response.force[1].mean()),
-        "pressure": response.pressure, "load_share": float(response.share.mean()),
-        "scatter": float(band[1] - band[0]) / torque, "squeezed": response.squeezed,
+        "stiffness": float(curve.stiffness_at(twist)),
+        "twist": twist,
+        "backlash": curve.backlash(torque),
+        "lost_motion": curve.lost_motion(torque),
+        "no_load_force": float(response.force[0].mean()),
+        "no_load_sum": float(response.force_sum.mean()),
+        "greatest_force": float(response.force[1].mean()),
+        "pressure": response.pressure,
+        "load_share": float(response.share.mean()),
+        "scatter": float(band[1] - band[0]) / torque,
+        "squeezed": response.squeezed,
     }

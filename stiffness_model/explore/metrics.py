@@ -23,8 +23,9 @@ class Metric:
     @property
     def unit(self) -> str:
         """The SI unit of the stored column."""
-        return next((unit for unit, factor in UNITS[self.quantity].items() if factor == 1.0), "") \
-            if self.quantity else "1"
+        return (
+            next((unit for unit, factor in UNITS[self.quantity].items() if factor == 1.0), "") if self.quantity else "1"
+        )
 
     @property
     def scale(self) -> float:

@@ -21,8 +21,14 @@ from ..units import format_quantity, parse_quantity
 Array = NDArray[np.float64]
 Value = float | int | str
 
-SIZES = ("element_radius", "element_length", "crank_radius", "eccentricity", *(f"{part}_tolerance" for part in PARTS),
-         *(f"{part}_offset" for part in PARTS))
+SIZES = (
+    "element_radius",
+    "element_length",
+    "crank_radius",
+    "eccentricity",
+    *(f"{part}_tolerance" for part in PARTS),
+    *(f"{part}_offset" for part in PARTS),
+)
 COUNTS = ("lobes", "eccentrics", "elements_per_row")
 NAMES = ("element", "crank_deviation", *(f"{part}_material" for part in PARTS))
 FIELDS = (*SIZES, *COUNTS, *NAMES)
@@ -158,8 +164,9 @@ def _range(name: str, ends: list[float], table: Mapping[str, Any], quantity: str
 
 
 def _whole(value: Any, at: str) -> int:
-    expect(isinstance(value, int) and not isinstance(value, bool) and value >= 1, "a whole number of at least 1",
-           value, at)
+    expect(
+        isinstance(value, int) and not isinstance(value, bool) and value >= 1, "a whole number of at least 1", value, at
+    )
     return value
 
 

@@ -36,8 +36,16 @@ def pareto_front(results: Results, ax: Axes | None = None) -> Axes:
     others = np.setdiff1d(np.flatnonzero(results.feasible), members)
     ax.scatter(x[others], y[others], s=6, color="#cfcfcf", linewidth=0, label="feasible designs")
     if len(members):
-        dots = ax.scatter(x[members], y[members], s=26, edgecolor="white", linewidth=0.4, zorder=3,
-                          label="Pareto front", **_colours(results))
+        dots = ax.scatter(
+            x[members],
+            y[members],
+            s=26,
+            edgecolor="white",
+            linewidth=0.4,
+            zorder=3,
+            label="Pareto front",
+            **_colours(results),
+        )
         if len(names) >= 3:
             figure = ax.get_figure(root=True)
             assert figure is not None
@@ -45,10 +53,16 @@ def pareto_front(results: Results, ax: Axes | None = None) -> Axes:
         _limits(ax, "x", x[members])
         _limits(ax, "y", y[members])
     _star(ax, x, y, results)
-    dress(ax, f"{METRICS[names[0]].label}, {_sense(results, names[0])}",
-          f"{METRICS[names[1]].label}, {_sense(results, names[1])}")
-    return legend_above(ax, f"{_title(results)}: {len(results.found)} designs, {results.feasible.sum()} feasible, "
-                            f"{len(members)} on the front")
+    dress(
+        ax,
+        f"{METRICS[names[0]].label}, {_sense(results, names[0])}",
+        f"{METRICS[names[1]].label}, {_sense(results, names[1])}",
+    )
+    return legend_above(
+        ax,
+        f"{_title(results)}: {len(results.found)} designs, {results.feasible.sum()} feasible, "
+        f"{len(members)} on the front",
+    )
 
 
 def _colours(results: Results) -> dict[str, Any]:
@@ -74,8 +88,11 @@ def trade_off(results: Results) -> list[Axes]:
         dots = ax.scatter(x[members], y[members], s=14, linewidth=0, **_colours(results))
         _star(ax, x, y, results)
         last = k + columns >= len(rows)
-        dress(ax, METRICS[names[0]].label if last else "", METRICS[row].label if isinstance(row, str) else
-              _parameter_label(results, row))
+        dress(
+            ax,
+            METRICS[names[0]].label if last else "",
+            METRICS[row].label if isinstance(row, str) else _parameter_label(results, row),
+        )
         ax.xaxis.set_tick_params(labelbottom=last)
         if isinstance(row, str):
             _limits(ax, "y", y[members])
@@ -84,12 +101,12 @@ def trade_off(results: Results) -> list[Axes]:
             _ticks(ax, results, row, "y")
     if len(members):
         _limits(axes[0], "x", x[members])
-    for ax in axes[len(rows):]:
+    for ax in axes[len(rows) :]:
         ax.remove()
     if len(names) >= 3 and dots is not None and len(members):
-        figure.colorbar(dots, ax=axes[:len(rows)], label=METRICS[names[2]].label, aspect=40)
+        figure.colorbar(dots, ax=axes[: len(rows)], label=METRICS[names[2]].label, aspect=40)
     figure.suptitle(f"{_title(results)}: along the front; star: chosen", fontsize="small", color=INK, x=0.01, ha="left")
-    return axes[:len(rows)]
+    return axes[: len(rows)]
 
 
 def main_effects(results: Results) -> list[Axes]:
@@ -113,8 +130,14 @@ def main_effects(results: Results) -> list[Axes]:
             low.append(effect.low.min(initial=np.inf))
             high.append(effect.high.max(initial=-np.inf))
         _scale_axis(grid[i, 0], "y", np.array([min(low), max(high)]))
-    figure.suptitle(f"{_title(results)}: mean and P10 to P90 of {len(sampled(results))} sampled designs; above: share "
-                    "of the variance that the parameter makes alone", fontsize="small", color=INK, x=0.01, ha="left")
+    figure.suptitle(
+        f"{_title(results)}: mean and P10 to P90 of {len(sampled(results))} sampled designs; above: share "
+        "of the variance that the parameter makes alone",
+        fontsize="small",
+        color=INK,
+        x=0.01,
+        ha="left",
+    )
     return list(grid.ravel())
 
 
@@ -128,8 +151,17 @@ def _sense(results: Results, name: str) -> str:
 
 def _star(ax: Axes, x: Array, y: Array, results: Results) -> None:
     if results.chosen is not None:
-        ax.scatter(x[results.chosen], y[results.chosen], s=150, marker="*", color=RED, edgecolor="white",
-                   linewidth=0.8, zorder=4, label="chosen")
+        ax.scatter(
+            x[results.chosen],
+            y[results.chosen],
+            s=150,
+            marker="*",
+            color=RED,
+            edgecolor="white",
+            linewidth=0.8,
+            zorder=4,
+            label="chosen",
+        )
 
 
 def _scale_axis(ax: Axes, axis: str, values: Array) -> None:

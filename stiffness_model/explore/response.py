@@ -78,8 +78,12 @@ def _twist_at(drive: Drive, torque: float, limit: float) -> float | None:
     if limit <= 0:
         return None
     beta = limit * (2 * (np.arange(_TRIAL_ELEMENTS) + 0.5) / _TRIAL_ELEMENTS - 1)
-    radius = {"element": drive.element_radius, "crank": drive.crank_radius, "cage": drive.element_radius,
-              "gear": drive.element_radius}
+    radius = {
+        "element": drive.element_radius,
+        "crank": drive.crank_radius,
+        "cage": drive.element_radius,
+        "gear": drive.element_radius,
+    }
     mean = {part: np.full((1, beta.size), size + drive.tolerances[part].offset) for part, size in radius.items()}
     crank_twist = drive.orientation * np.geomspace(1e-4, MOST_CRANK_TWIST, _TRIALS)
     result = closed_form(build_contacts(drive, Deviations(beta=beta[None], **mean)), crank_twist)
@@ -110,12 +114,28 @@ def _mean(carried: Array) -> Array:
     return mean - (carried * off).sum(axis=1) / spread * mean[0]
 
 
-def _response(drive: Drive, elements: Elements, twist: Array, rows: list[Row], carried: Array, mean: Array,
-              torque: float, seed: int) -> Response:
+def _response(
+    drive: Drive,
+    elements: Elements,
+    twist: Array,
+    rows: list[Row],
+    carried: Array,
+    mean: Array,
+    torque: float,
+    seed: int,
+) -> Response:
     # No metric looks at the band, forces and shares of the curve: percentiles at every twist cost a tenth of all.
     unknown = np.full((len(twist), 4), np.nan)
-    curve = TwistTorqueCurve(twist, mean, torque_p10=unknown[:, 0], torque_p90=unknown[:, 0], stiffness=unknown[:, 0],
-                             contact_force=unknown, load_share=unknown[:, 0], name=drive.name)
+    curve = TwistTorqueCurve(
+        twist,
+        mean,
+        torque_p10=unknown[:, 0],
+        torque_p90=unknown[:, 0],
+        stiffness=unknown[:, 0],
+        contact_force=unknown,
+        load_share=unknown[:, 0],
+        name=drive.name,
+    )
     # At the torque: between the values at the twists around it.
     k = int(np.clip(np.searchsorted(mean, torque), 1, len(twist) - 1))
     part = (torque - mean[k - 1]) / (mean[k] - mean[k - 1])
@@ -125,11 +145,16 @@ def _response(drive: Drive, elements: Elements, twist: Array, rows: list[Row], c
         return a + part * (b - a)
 
     few = min(elements.n_drives, PRESSURE_DRIVES)
-    turning = turn_pressures(drive, between(twist[k - 1:k], twist[k:k + 1]), few, seed, cage=False)
-    return Response(carried, curve, np.stack([idle.greatest, between(before.greatest, after.greatest)]), idle.total,
-                    between(before.best, after.best) / torque_of(between(carried[k - 1], carried[k])),
-                    float(np.percentile(turning.pressure[:, 0, :2].max(axis=1), BAND[1])),
-                    float((elements.contacts.cage_gap < 0).mean()))
+    turning = turn_pressures(drive, between(twist[k - 1 : k], twist[k : k + 1]), few, seed, cage=False)
+    return Response(
+        carried,
+        curve,
+        np.stack([idle.greatest, between(before.greatest, after.greatest)]),
+        idle.total,
+        between(before.best, after.best) / torque_of(between(carried[k - 1], carried[k])),
+        float(np.percentile(turning.pressure[:, 0, :2].max(axis=1), BAND[1])),
+        float((elements.contacts.cage_gap < 0).mean()),
+    )
 
 
 def torque_of(values: Array) -> Array:

@@ -51,8 +51,11 @@ def columns(results: Results) -> dict[str, NDArray[Any]]:
     """Columns by `name [unit]`, SI; texts and flags without a unit."""
     study, found = results.study, results.found
     count = len(found)
-    made: dict[str, NDArray[Any]] = {"design": np.arange(count), "generation": results.generation,
-                                     "outcome": np.array([Outcome(k).name.lower() for k in found.outcome])}
+    made: dict[str, NDArray[Any]] = {
+        "design": np.arange(count),
+        "generation": results.generation,
+        "outcome": np.array([Outcome(k).name.lower() for k in found.outcome]),
+    }
     for k, parameter in enumerate(study.parameters):
         if parameter.named:
             made[parameter.name] = np.array([str(parameter.at(float(x))) for x in found.positions[:, k]])
@@ -61,8 +64,12 @@ def columns(results: Results) -> dict[str, NDArray[Any]]:
     for k, metric in enumerate(METRICS.values()):
         made[f"{metric.name} [{metric.unit}]"] = found.metrics[:, k]
     marks = np.arange(count)
-    return {**made, "feasible": results.feasible, "front": np.isin(marks, results.front),
-            "chosen": marks == (-1 if results.chosen is None else results.chosen)}
+    return {
+        **made,
+        "feasible": results.feasible,
+        "front": np.isin(marks, results.front),
+        "chosen": marks == (-1 if results.chosen is None else results.chosen),
+    }
 
 
 def write_results(results: Results, folder: Path) -> str:
@@ -80,6 +87,5 @@ def write_results(results: Results, folder: Path) -> str:
     writer: Any = parquet
     table = arrow.table({name: arrow.array(values) for name, values in made.items()})
     with whole_file(folder / "designs.parquet") as temporary:
-        writer.write_table(table.replace_schema_metadata({"study": json.dumps(describe(results.study))}),
-                           temporary)
+        writer.write_table(table.replace_schema_metadata({"study": json.dumps(describe(results.study))}), temporary)
     return "designs.parquet"

@@ -37,8 +37,9 @@ def chunk_count(study: Study) -> int:
     return -(-numbers.designs // CHUNK) + numbers.generations * -(-numbers.population // CHUNK)
 
 
-def run_study(study: Study, folder: Path, executor: Executor, step: Callable[[], None] = lambda: None
-              ) -> tuple[Evaluations, NDArray[np.intp]]:
+def run_study(
+    study: Study, folder: Path, executor: Executor, step: Callable[[], None] = lambda: None
+) -> tuple[Evaluations, NDArray[np.intp]]:
     """Evaluate the sample and all generations; gives them in order, with the generation of each (0: the sample).
 
     folder: exists; keeps the chunks. step: called after every chunk, also after one that was there already.
@@ -63,25 +64,29 @@ def claim(study: Study, folder: Path) -> None:
             there = json.loads(mark.read_text("utf-8"))
             name, identity = there["name"], there["identity"]
         except (OSError, ValueError, KeyError, TypeError):
-            raise InputError(f"{mark}: expected the mark of a study, got something else; choose another folder") \
-                from None
+            raise InputError(
+                f"{mark}: expected the mark of a study, got something else; choose another folder"
+            ) from None
         if identity != study.identity:
-            raise InputError(f"{folder}: expected an empty folder or one of this study, got one that holds a different "
-                             f"study ({name!r}; another drawing, range, limit, objective, number or version)")
+            raise InputError(
+                f"{folder}: expected an empty folder or one of this study, got one that holds a different "
+                f"study ({name!r}; another drawing, range, limit, objective, number or version)"
+            )
     with whole_file(mark) as temporary:
         temporary.write_text(json.dumps(describe(study), indent=1) + "\n", encoding="utf-8")
     (folder / CHUNK_FOLDER).mkdir(exist_ok=True)
 
 
-def _generation(study: Study, positions: Array, number: int, folder: Path, executor: Executor,
-                step: Callable[[], None]) -> Evaluations:
+def _generation(
+    study: Study, positions: Array, number: int, folder: Path, executor: Executor, step: Callable[[], None]
+) -> Evaluations:
     """All designs of one generation; from their files where these are there."""
     starts = range(0, len(positions), CHUNK)
     files = [folder / f"{number:05d}-{k:06d}.npz" for k in range(len(starts))]
     parts: list[Evaluations | None] = []
     waiting: dict[Future[Evaluations], int] = {}
     for k, start in enumerate(starts):
-        here = positions[start:start + CHUNK]
+        here = positions[start : start + CHUNK]
         parts.append(_read(files[k], here))
         if parts[k] is None:
             waiting[executor.submit(evaluate, study, here)] = k

@@ -40,7 +40,7 @@ def sample(study: Study) -> Array:
     # SciPy 1.15 renamed the argument to `rng` and takes both names; older ones take this one alone.
     make: Any = qmc.Sobol
     engine = make(len(study.parameters), seed=np.random.Generator(np.random.PCG64(seed)))
-    points = engine.random_base2(math.ceil(math.log2(max(2, numbers.designs))))[:numbers.designs]
+    points = engine.random_base2(math.ceil(math.log2(max(2, numbers.designs))))[: numbers.designs]
     return snap(study, points)
 
 
@@ -80,8 +80,10 @@ def _nsga2(study: Study) -> Callable[[Evaluations], tuple[Any, Callable[[Any, Ev
         from pymoo.core.repair import Repair
         from pymoo.problems.static import StaticProblem
     except ImportError:
-        raise InputError("generations: expected pymoo for the optimiser, got none: pip install 'reefmu[explore]', "
-                         "or set generations = 0 for the sample alone") from None
+        raise InputError(
+            "generations: expected pymoo for the optimiser, got none: pip install 'reefmu[explore]', "
+            "or set generations = 0 for the sample alone"
+        ) from None
     count, numbers = len(study.parameters), study.numbers
     problem = Problem(n_var=count, n_obj=len(study.objectives), n_ieq_constr=1, xl=np.zeros(count), xu=np.ones(count))
 
@@ -93,16 +95,19 @@ def _nsga2(study: Study) -> Callable[[Evaluations], tuple[Any, Callable[[Any, Ev
 
     def rate(population: Any, found: Evaluations) -> Any:
         values = losses(study, found)
-        known = StaticProblem(problem, F=np.where(np.isnan(values), WORST, values),
-                              G=violations(study, found)[:, None])
+        known = StaticProblem(problem, F=np.where(np.isnan(values), WORST, values), G=violations(study, found)[:, None])
         return Evaluator().eval(known, population)
 
     def start(found: Evaluations) -> tuple[Any, Callable[[Any, Evaluations], Any]]:
         everyone = rate(Population.new("X", found.positions), found)
         first, later = (int(x) for x in np.random.SeedSequence(numbers.seed, spawn_key=(1,)).generate_state(2))
         # Every call of pymoo that is not given a seed takes one from the system.
-        best = RankAndCrowding().do(problem, everyone, n_survive=min(numbers.population, len(everyone)),
-                                    random_state=np.random.default_rng(first))
+        best = RankAndCrowding().do(
+            problem,
+            everyone,
+            n_survive=min(numbers.population, len(everyone)),
+            random_state=np.random.default_rng(first),
+        )
         optimiser: Any = NSGA2(pop_size=numbers.population, repair=Snap(), sampling=best)
         optimiser.setup(problem, termination=("n_gen", numbers.generations + 2), seed=later)
         optimiser.tell(infills=optimiser.ask())

@@ -28,8 +28,12 @@ _HEAD = ("name", "description", "base")
 _SECTIONS = ("fixed", "parameters", "constraints", "objectives", "numbers", "choose")
 _NUMBERS: dict[str, tuple[int, int, int]] = {
     # least, greatest, default
-    "designs": (1, 10_000_000, 1024), "drives": (1, 100_000, 100), "twists": (8, 1000, 31),
-    "generations": (0, 100_000, 20), "population": (4, 100_000, 64), "seed": (0, 2**63, 0),
+    "designs": (1, 10_000_000, 1024),
+    "drives": (1, 100_000, 100),
+    "twists": (8, 1000, 31),
+    "generations": (0, 100_000, 20),
+    "population": (4, 100_000, 64),
+    "seed": (0, 2**63, 0),
 }
 SENSES = {"max": -1.0, "min": 1.0}
 KNEE, BEST = "knee", "best"
@@ -88,9 +92,16 @@ class Study:
     @property
     def identity(self) -> str:
         """A hash of all that the numbers depend on: what [choose] says and how the study is called are free."""
-        facts = [_version(), self.base, [vars(p) for p in self.parameters],
-                 dict(self.objectives), vars(self.numbers), dict(self.fixed), vars(self.packing),
-                 [vars(limit) for limit in self.limits]]
+        facts = [
+            _version(),
+            self.base,
+            [vars(p) for p in self.parameters],
+            dict(self.objectives),
+            vars(self.numbers),
+            dict(self.fixed),
+            vars(self.packing),
+            [vars(limit) for limit in self.limits],
+        ]
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 
@@ -149,16 +160,23 @@ def study_from_dict(table: Mapping[str, Any], where: str = "study", folder: Path
     base, at = read_table(str(folder / source) if source.endswith(".toml") else source)
     # Checked here, so that an error names the drawing and not the first design.
     base_drive(base, at)
-    varied = tuple(read_parameter(name, value, f"{where} [parameters]")
-                   for name, value in table.get("parameters", {}).items())
+    varied = tuple(
+        read_parameter(name, value, f"{where} [parameters]") for name, value in table.get("parameters", {}).items()
+    )
     expect(len(varied) > 0, "at least one parameter in [parameters]", "none", where)
     fixed = _fixed(table.get("fixed", {}), [p.name for p in varied], f"{where} [fixed]")
     packing, limits = _constraints(table.get("constraints", {}), f"{where} [constraints]")
     objectives = _objectives(table.get("objectives", {}), f"{where} [objectives]")
     study = Study(
-        name=table.get("name", Path(where).stem), description=table.get("description", ""), base=base,
-        parameters=varied, objectives=objectives, numbers=_numbers(table.get("numbers", {}), f"{where} [numbers]"),
-        fixed=fixed, packing=packing, limits=limits,
+        name=table.get("name", Path(where).stem),
+        description=table.get("description", ""),
+        base=base,
+        parameters=varied,
+        objectives=objectives,
+        numbers=_numbers(table.get("numbers", {}), f"{where} [numbers]"),
+        fixed=fixed,
+        packing=packing,
+        limits=limits,
         choice=_choice(table.get("choose", {}), objectives, f"{where} [choose]"),
     )
     _try_names(study, where)
@@ -177,12 +195,20 @@ def _fixed(table: Mapping[str, Any], varied: list[str], where: str) -> dict[str,
 def _constraints(table: Mapping[str, Any], where: str) -> tuple[Packing, tuple[Limit, ...]]:
     refuse_unknown("constraint", table, ("packs", "web", *METRICS), where)
     packs = table.get("packs", False)
-    expect(packs is True or packs is False or packs in PACKING, f"true, false or {' or '.join(map(repr, PACKING))}",
-           packs, f"{where} packs")
+    expect(
+        packs is True or packs is False or packs in PACKING,
+        f"true, false or {' or '.join(map(repr, PACKING))}",
+        packs,
+        f"{where} packs",
+    )
     rule = BESIDE if packs is True else packs or ""
     web = read_size(table.get("web", 0), f"{where} web")
-    expect(web >= 0 and (web == 0 or rule != ""), "a wall that is not negative, and packs = true or \"seats\" with it",
-           table.get("web"), f"{where} web")
+    expect(
+        web >= 0 and (web == 0 or rule != ""),
+        'a wall that is not negative, and packs = true or "seats" with it',
+        table.get("web"),
+        f"{where} web",
+    )
     limits = tuple(_limit(name, value, where) for name, value in table.items() if name in METRICS)
     return Packing(rule, web), limits
 
@@ -194,11 +220,19 @@ def _limit(name: str, table: Any, where: str) -> Limit:
     metric = METRICS[name]
     ends: dict[str, float] = {}
     for key, value in table.items():
-        expect(not (metric.quantity and isinstance(value, (int, float)) and value != 0),
-               f"a text with a unit, such as '1 {metric.shown}'", value, f"{at}: {key}")
+        expect(
+            not (metric.quantity and isinstance(value, (int, float)) and value != 0),
+            f"a text with a unit, such as '1 {metric.shown}'",
+            value,
+            f"{at}: {key}",
+        )
         number = parse_quantity(value, metric.quantity, f"{at}: {key}") if metric.quantity else value
-        expect(isinstance(number, (int, float)) and not isinstance(number, bool) and math.isfinite(number),
-               "a finite number", value, f"{at}: {key}")
+        expect(
+            isinstance(number, (int, float)) and not isinstance(number, bool) and math.isfinite(number),
+            "a finite number",
+            value,
+            f"{at}: {key}",
+        )
         ends[key] = float(number)
     low, high = ends.get("min", -math.inf), ends.get("max", math.inf)
     expect(low <= high, "min below max", table, at)
@@ -216,19 +250,30 @@ def _objectives(table: Mapping[str, Any], where: str) -> dict[str, str]:
 def _numbers(table: Mapping[str, Any], where: str) -> Numbers:
     refuse_unknown("number", table, ("torque", *_NUMBERS), where)
     expect("torque" in table, "the field 'torque', such as '200 N.m'", "none", where)
-    expect(isinstance(table["torque"], str), "a torque with its unit, such as '200 N.m'", table["torque"],
-           f"{where} torque")
+    expect(
+        isinstance(table["torque"], str),
+        "a torque with its unit, such as '200 N.m'",
+        table["torque"],
+        f"{where} torque",
+    )
     torque = parse_quantity(table["torque"], "torque", f"{where} torque")
     expect(0 < torque < math.inf, "a positive torque", table["torque"], f"{where} torque")
     values: dict[str, int] = {}
     for name, (low, high, default) in _NUMBERS.items():
         value = table.get(name, default)
-        expect(isinstance(value, int) and not isinstance(value, bool) and low <= value <= high,
-               f"a whole number from {low} to {high}", value, f"{where} {name}")
+        expect(
+            isinstance(value, int) and not isinstance(value, bool) and low <= value <= high,
+            f"a whole number from {low} to {high}",
+            value,
+            f"{where} {name}",
+        )
         values[name] = value
-    expect(values["population"] <= values["designs"] or values["generations"] == 0,
-           f"a population of at most the {values['designs']} designs it starts from", values["population"],
-           f"{where} population")
+    expect(
+        values["population"] <= values["designs"] or values["generations"] == 0,
+        f"a population of at most the {values['designs']} designs it starts from",
+        values["population"],
+        f"{where} population",
+    )
     return Numbers(torque=torque, **values)
 
 
@@ -240,9 +285,12 @@ def _choice(table: Mapping[str, Any], objectives: Mapping[str, str], where: str)
     expect(isinstance(limits, Mapping), "a table [choose.limits]", limits, where)
     refuse_unknown("metric", limits, METRICS, f"{where} limits")
     objective = table.get("objective", "")
-    expect((objective in objectives) if rule == BEST else objective == "",
-           f"one of the objectives {', '.join(objectives)}" if rule == BEST else "no objective with the rule 'knee'",
-           objective, f"{where} objective")
+    expect(
+        (objective in objectives) if rule == BEST else objective == "",
+        f"one of the objectives {', '.join(objectives)}" if rule == BEST else "no objective with the rule 'knee'",
+        objective,
+        f"{where} objective",
+    )
     return Choice(rule, objective, tuple(_limit(name, value, f"{where} limits") for name, value in limits.items()))
 
 
@@ -258,12 +306,19 @@ def _try_names(study: Study, where: str) -> None:
 def describe(study: Study) -> dict[str, Any]:
     """The study in plain tables, for `DIR/study.json`: what was computed, and for which drawing."""
     return {
-        "name": study.name, "description": study.description, "identity": study.identity,
-        "base": drive_to_dict(base_drive(study.base, study.name)), "fixed": dict(study.fixed),
+        "name": study.name,
+        "description": study.description,
+        "identity": study.identity,
+        "base": drive_to_dict(base_drive(study.base, study.name)),
+        "fixed": dict(study.fixed),
         "parameters": {p.name: list(p.values) or [p.low, p.high] for p in study.parameters},
-        "packing": vars(study.packing), "objectives": dict(study.objectives), "numbers": vars(study.numbers),
-        "limits": {limit.metric: [end if math.isfinite(end) else None for end in (limit.low, limit.high)]
-                   for limit in study.limits},
+        "packing": vars(study.packing),
+        "objectives": dict(study.objectives),
+        "numbers": vars(study.numbers),
+        "limits": {
+            limit.metric: [end if math.isfinite(end) else None for end in (limit.low, limit.high)]
+            for limit in study.limits
+        },
     }
 
 

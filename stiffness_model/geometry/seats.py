@@ -67,8 +67,10 @@ bores of 14.00 mm; 14 elements fit, with a wall of 6.64 mm, or 15 with bores bel
         chord, wall, bore = (f"{1e3 * size:.2f} mm" for size in (self.chord, self.wall, 2 * self.bore_radius))
         smaller = f", or {self.elements} with bores below {chord} on this circle" if self.apart else ""
         fit = "element fits" if best.elements == 1 else "elements fit"
-        return (f"{self.elements} elements do not fit on the {self.seats} seats of an eccentric: {chord} apart they "
-                f"leave {wall} of wall between bores of {bore}; {best.elements} {fit}{width}{smaller}")
+        return (
+            f"{self.elements} elements do not fit on the {self.seats} seats of an eccentric: {chord} apart they "
+            f"leave {wall} of wall between bores of {bore}; {best.elements} {fit}{width}{smaller}"
+        )
 
     def _chord(self, apart: int) -> float:
         return 2 * self.centre_distance * math.sin(min(math.pi * apart / self.seats, math.pi / 2))

@@ -28,11 +28,19 @@ from ..units import format_quantity, parse_quantity
 from .atomic_files import parse_toml, whole_file
 
 _SECTIONS: dict[str, tuple[str, ...]] = {
-    "geometry": ("element", "element_radius", "element_length", "elements", "eccentrics", "crank_radius",
-                 "eccentricity", "transmission_ratio", "lobes"),
+    "geometry": (
+        "element",
+        "element_radius",
+        "element_length",
+        "elements",
+        "eccentrics",
+        "crank_radius",
+        "eccentricity",
+        "transmission_ratio",
+        "lobes",
+    ),
     "materials": tuple(f"{part}_material" for part in PARTS),
-    "tolerances": (*(f"{part}_tolerance" for part in PARTS), *(f"{part}_offset" for part in PARTS),
-                   "crank_deviation"),
+    "tolerances": (*(f"{part}_tolerance" for part in PARTS), *(f"{part}_offset" for part in PARTS), "crank_deviation"),
     "operation": ("max_twist",),
 }
 _OPTIONS = options.SECTIONS
@@ -43,9 +51,13 @@ FIELDS = (*_HEAD, *(name for names in _SECTIONS.values() for name in names), *_O
 _ALLOWABLE = ("allowable_pressure", "allowable_line_pressure")
 _LENGTHS = ("element_radius", "element_length", "crank_radius", "eccentricity")
 _DEFAULTS: dict[str, Any] = {
-    "description": "", "element": "ball", "element_length": 0.0, "eccentrics": 1,
+    "description": "",
+    "element": "ball",
+    "element_length": 0.0,
+    "eccentrics": 1,
     # None: what the field states; else 0, and for the cage the clearance of `free_offset`.
-    **dict.fromkeys(f"{part}_offset" for part in PARTS), "crank_deviation": "element",
+    **dict.fromkeys(f"{part}_offset" for part in PARTS),
+    "crank_deviation": "element",
 }
 
 
@@ -134,16 +146,19 @@ def drive_from_dict(table: Mapping[str, Any], where: str = "drawing", **fields: 
     missing = [name for name in FIELDS if name not in flat and name not in (*_DEFAULTS, *_OPTION_NAMES)]
     expect(not missing, f"the field {missing[0]!r}" if missing else "", "none", where)
     flat = {**_DEFAULTS, **flat}
-    values: dict[str, Any] = {name: flat[name] for name in
-                              (*_HEAD, *COUNTS, "element", "crank_deviation", "transmission_ratio")}
+    values: dict[str, Any] = {
+        name: flat[name] for name in (*_HEAD, *COUNTS, "element", "crank_deviation", "transmission_ratio")
+    }
     for name in _HEAD:
         expect(isinstance(values[name], str), "a text", values[name], f"{where}: {name}")
     for name in _LENGTHS:
         values[name] = parse_quantity(_with_unit(flat[name], name, name in fields, where), "length", f"{where}: {name}")
-    values["max_twist"] = parse_quantity(_with_unit(flat["max_twist"], "max_twist", "max_twist" in fields, where),
-                                         "angle", f"{where}: max_twist")
-    values["materials"] = {part: _material(flat[f"{part}_material"], own, f"{where}: {part}_material")
-                           for part in PARTS}
+    values["max_twist"] = parse_quantity(
+        _with_unit(flat["max_twist"], "max_twist", "max_twist" in fields, where), "angle", f"{where}: max_twist"
+    )
+    values["materials"] = {
+        part: _material(flat[f"{part}_material"], own, f"{where}: {part}_material") for part in PARTS
+    }
     for name in ("crank_radius", "element_radius"):
         expect_number(values[name], "a positive length", f"{where}: {name}", low=0)
     sizes = diameters(values["element_radius"], values["crank_radius"])
@@ -151,8 +166,11 @@ def drive_from_dict(table: Mapping[str, Any], where: str = "drawing", **fields: 
     for part in PARTS:
         tolerances[part] = _tolerance(flat, part, sizes[part], fields, where, tolerances.get("element"))
     values["tolerances"] = tolerances
-    switched = {name: _with_unit(flat[name], name, name in fields, where) if name in options.QUANTITIES
-                else flat[name] for name in _OPTION_NAMES if name in flat}
+    switched = {
+        name: _with_unit(flat[name], name, name in fields, where) if name in options.QUANTITIES else flat[name]
+        for name in _OPTION_NAMES
+        if name in flat
+    }
     return Drive(**values, beyond=options.read_options(switched, where), where=where)
 
 
@@ -173,10 +191,15 @@ def _flatten(table: Mapping[str, Any], where: str) -> dict[str, Any]:
 
 
 _EXAMPLES = {
-    "twist": ("an angle", "'8 arcmin'"), "tolerance": ("a window", "'13 um'"), "offset": ("an offset", "'5 um'"),
-    "modulus": ("a pressure", "'208 GPa'"), "density": ("a density", "'7810 kg/m3'"),
-    "stiffness": ("a stiffness", "'250 N/um'"), "speed": ("a speed", "'3000 rpm'"),
-    "limit": ("a pressure", "'4.2 GPa'"), "pressure": ("a pressure", "'90 MPa'"),
+    "twist": ("an angle", "'8 arcmin'"),
+    "tolerance": ("a window", "'13 um'"),
+    "offset": ("an offset", "'5 um'"),
+    "modulus": ("a pressure", "'208 GPa'"),
+    "density": ("a density", "'7810 kg/m3'"),
+    "stiffness": ("a stiffness", "'250 N/um'"),
+    "speed": ("a speed", "'3000 rpm'"),
+    "limit": ("a pressure", "'4.2 GPa'"),
+    "pressure": ("a pressure", "'90 MPa'"),
     "capacity": ("a load", "'30 kN'"),
 }
 
@@ -189,10 +212,12 @@ def _with_unit(value: Any, name: str, from_code: bool, where: str) -> Any:
     return value
 
 
-def _tolerance(flat: Mapping[str, Any], part: str, size: float, fields: Mapping[str, Any], where: str,
-               element: Tolerance | None) -> Tolerance:
-    text, mean = (_with_unit(flat[name], name, name in fields, where) for name in
-                  (f"{part}_tolerance", f"{part}_offset"))
+def _tolerance(
+    flat: Mapping[str, Any], part: str, size: float, fields: Mapping[str, Any], where: str, element: Tolerance | None
+) -> Tolerance:
+    text, mean = (
+        _with_unit(flat[name], name, name in fields, where) for name in (f"{part}_tolerance", f"{part}_offset")
+    )
     field = read_field(text, size, part in HOLES, f"{where}: {part}_tolerance")
     if f"{part}_tolerance" in fields and f"{part}_offset" not in fields and field.offset is not None:
         mean = None  # A fit that overrides the drawing's field overrides its offset too.
@@ -206,18 +231,29 @@ def _own_materials(tables: Any, where: str) -> dict[str, Material]:
     for name, table in tables.items():
         at = f"{where} [material.{name}]"
         expect(isinstance(table, Mapping), "a table", table, at)
-        refuse_unknown("field", table, ("name", "youngs_modulus", "poisson_ratio", "density", *_ALLOWABLE,
-                                        "allowable_source"), at)
+        refuse_unknown(
+            "field", table, ("name", "youngs_modulus", "poisson_ratio", "density", *_ALLOWABLE, "allowable_source"), at
+        )
         for key in ("youngs_modulus", "poisson_ratio"):
             expect(key in table, f"the field {key!r}", "none", at)
         modulus, density = (
             parse_quantity(_with_unit(table.get(key, "7800 kg/m3"), key, False, at), quantity, f"{at}: {key}")
-            for key, quantity in (("youngs_modulus", "pressure"), ("density", "density")))
+            for key, quantity in (("youngs_modulus", "pressure"), ("density", "density"))
+        )
         try:
-            allowable = {key: parse_quantity(_with_unit(table[key], key, False, at), "pressure", f"{at}: {key}")
-                         for key in _ALLOWABLE if key in table}
-            own[name] = Material(table.get("name", name), modulus, table["poisson_ratio"], density, **allowable,
-                                 allowable_source=table.get("allowable_source", ""))
+            allowable = {
+                key: parse_quantity(_with_unit(table[key], key, False, at), "pressure", f"{at}: {key}")
+                for key in _ALLOWABLE
+                if key in table
+            }
+            own[name] = Material(
+                table.get("name", name),
+                modulus,
+                table["poisson_ratio"],
+                density,
+                **allowable,
+                allowable_source=table.get("allowable_source", ""),
+            )
         except InputError as error:
             raise InputError(f"{where}: {error}") from None
     return own
@@ -238,19 +274,27 @@ def drive_to_dict(drive: Drive) -> dict[str, Any]:
     own = {label: m for m, label in labels.items() if MATERIALS.get(label) != m}
     if own:
         values["material"] = {
-            label: {**({} if m.name == label else {"name": m.name}),
-                    "youngs_modulus": format_quantity(m.youngs_modulus, "pressure"),
-                    "poisson_ratio": m.poisson_ratio, "density": format_quantity(m.density, "density"),
-                    **{key: format_quantity(value, "pressure") for key in _ALLOWABLE
-                       if (value := getattr(m, key)) is not None},
-                    **({"allowable_source": m.allowable_source} if m.allowable_source else {})}
+            label: {
+                **({} if m.name == label else {"name": m.name}),
+                "youngs_modulus": format_quantity(m.youngs_modulus, "pressure"),
+                "poisson_ratio": m.poisson_ratio,
+                "density": format_quantity(m.density, "density"),
+                **{
+                    key: format_quantity(value, "pressure")
+                    for key in _ALLOWABLE
+                    if (value := getattr(m, key)) is not None
+                },
+                **({"allowable_source": m.allowable_source} if m.allowable_source else {}),
+            }
             for label, m in sorted(own.items())
         }
-    written = {**_tolerance_texts(drive),
-               **{f"{part}_material": labels[drive.materials[part]] for part in PARTS},
-               **{name: format_quantity(getattr(drive, name), "length") for name in _LENGTHS},
-               "max_twist": format_quantity(drive.max_twist, "angle"),
-               **{name: getattr(drive, name) for name in (*COUNTS, "element", "transmission_ratio", "crank_deviation")}}
+    written = {
+        **_tolerance_texts(drive),
+        **{f"{part}_material": labels[drive.materials[part]] for part in PARTS},
+        **{name: format_quantity(getattr(drive, name), "length") for name in _LENGTHS},
+        "max_twist": format_quantity(drive.max_twist, "angle"),
+        **{name: getattr(drive, name) for name in (*COUNTS, "element", "transmission_ratio", "crank_deviation")},
+    }
     for section, names in _SECTIONS.items():
         values[section] = {name: written[name] for name in names if name in written}
     # Only what is switched on: a plain drawing stays as it was.

@@ -50,10 +50,14 @@ def build_lookup(drive: AnyDrive, n_drives: int = N_DRIVES, seed: int = 0, execu
     forces follow the crank's speed, which the tables do not know.
     """
     drive = as_drive(drive)
-    expect(not drive.beyond.moves, "inertia 'off': tables over twist and clearance do not know the crank's speed",
-           drive.beyond.inertia, drive.name)
+    expect(
+        not drive.beyond.moves,
+        "inertia 'off': tables over twist and clearance do not know the crank's speed",
+        drive.beyond.inertia,
+        drive.name,
+    )
     per_twist = drive.eccentricity * abs(drive.ratio)
-    scatter = float(np.sqrt(sum(drive.tolerances[part].sigma**2 for part in ("gear", "crank", "element"))))
+    scatter = float(np.sqrt(sum(drive.tolerances[part].sigma ** 2 for part in ("gear", "crank", "element"))))
     widest = 0.5 * per_twist * drive.max_twist
     clearance_step = float(np.clip(0.85 * scatter, widest / 30, widest / 12))
     twist_step = float(np.clip(1.05 * scatter / per_twist, drive.max_twist / 60, drive.max_twist / 26))
@@ -82,15 +86,15 @@ def _symmetric(reach: float, step: float) -> Axis:
     return Axis(-reach, 2 * reach / cells, cells)
 
 
-def _solve(drive: Drive, twist: Array, clearances: Array, n_drives: int, seed: int, executor: Executor | None
-           ) -> list[tuple[Array, NDArray[np.bool_]]]:
+def _solve(
+    drive: Drive, twist: Array, clearances: Array, n_drives: int, seed: int, executor: Executor | None
+) -> list[tuple[Array, NDArray[np.bool_]]]:
     """`_tables` at every clearance, shared among the executor's workers."""
     work = partial(_tables, drive, twist, n_drives, seed)
     return list((map if executor is None else executor.map)(work, clearances.tolist()))
 
 
-def _tables(drive: Drive, twist: Array, n_drives: int, seed: int, clearance: float
-            ) -> tuple[Array, NDArray[np.bool_]]:
+def _tables(drive: Drive, twist: Array, n_drives: int, seed: int, clearance: float) -> tuple[Array, NDArray[np.bool_]]:
     """The five quantities over a symmetric twist grid at one clearance, (5, n_twist), and where the load share
     is representative.
     """
@@ -99,13 +103,15 @@ def _tables(drive: Drive, twist: Array, n_drives: int, seed: int, clearance: flo
     low, high = np.percentile(population.torque, BAND, axis=0) - population.torque.mean(axis=0) + mean
     force = population.contact_force.max(axis=2).mean(axis=0)
     share = _held_share(population)
-    tables = np.stack([
-        (mean - mean[::-1]) / 2,
-        (low - high[::-1]) / 2,
-        (high - low[::-1]) / 2,
-        (force + force[::-1]) / 2,
-        (share + share[::-1]) / 2,
-    ])
+    tables = np.stack(
+        [
+            (mean - mean[::-1]) / 2,
+            (low - high[::-1]) / 2,
+            (high - low[::-1]) / 2,
+            (force + force[::-1]) / 2,
+            (share + share[::-1]) / 2,
+        ]
+    )
     return tables, population.representative
 
 
@@ -147,17 +153,24 @@ def _rising(coefficients: Array) -> Array:
     return np.concatenate([lower[:, :-1], upper], axis=1)
 
 
-def _measured_error(drive: Drive, axes: tuple[Axis, Axis], coefficients: Array, n_drives: int, seed: int,
-                    executor: Executor | None) -> dict[str, float]:
+def _measured_error(
+    drive: Drive, axes: tuple[Axis, Axis], coefficients: Array, n_drives: int, seed: int, executor: Executor | None
+) -> dict[str, float]:
     """Greatest deviation of each quantity at middles of cells, over its greatest value within max_twist."""
     twist, clearance = axes
     middles = twist.nodes[:-1] + twist.step / 2
     worst = np.zeros(len(QUANTITIES))
-    around = np.unique(np.clip(clearance.cells // 2 + np.array([-clearance.cells // 3, -1, 0, 3, clearance.cells // 3]),
-                               0, clearance.cells - 1))
+    around = np.unique(
+        np.clip(
+            clearance.cells // 2 + np.array([-clearance.cells // 3, -1, 0, 3, clearance.cells // 3]),
+            0,
+            clearance.cells - 1,
+        )
+    )
     between = clearance.start + clearance.step * (around + 0.5)
-    for c, (solved, representative) in zip(between, _solve(drive, middles, between, n_drives, seed, executor),
-                                           strict=True):
+    for c, (solved, representative) in zip(
+        between, _solve(drive, middles, between, n_drives, seed, executor), strict=True
+    ):
         difference = np.abs(evaluate(axes, coefficients, middles, c) - solved)
         # A cell at the edge of the representative part interpolates towards a held value.
         inner = representative & np.roll(representative, 1) & np.roll(representative, -1)

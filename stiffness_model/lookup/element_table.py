@@ -67,14 +67,21 @@ class ElementTable:
         expect(isinstance(axes, (list, tuple)) and len(axes) == 3, "three axes", axes, where)
         twist, clearance, position = (axis_from(axis, where) for axis in axes)
         return ElementTable(
-            twist, clearance, position, expect_number(head["limit"], "a limit of 0 ... pi", where, low=0.0, high=4.0),
+            twist,
+            clearance,
+            position,
+            expect_number(head["limit"], "a limit of 0 ... pi", where, low=0.0, high=4.0),
             expect_table(coefficients, (twist.size, clearance.size, position.size), where),
-            expect_number(head["error"], "a finite error", where))
+            expect_number(head["error"], "a finite error", where),
+        )
 
     def head(self) -> dict[str, Any]:
         """All but the coefficients, for a file; `of` reads it."""
-        return {"axes": [astuple(a) for a in (self.twist, self.clearance, self.position)], "limit": self.limit,
-                "error": self.error}
+        return {
+            "axes": [astuple(a) for a in (self.twist, self.clearance, self.position)],
+            "limit": self.limit,
+            "error": self.error,
+        }
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to one .npz file, whole or not at all."""
@@ -94,8 +101,9 @@ class ElementTable:
         """
         return self.evaluate(twist, clearance, position)[0]
 
-    def evaluate(self, twist: ArrayLike, clearance: ArrayLike, position: ArrayLike
-                 ) -> tuple[Array, Array, Array, Array]:
+    def evaluate(
+        self, twist: ArrayLike, clearance: ArrayLike, position: ArrayLike
+    ) -> tuple[Array, Array, Array, Array]:
         """The torque and its derivatives by twist (N.m/rad), clearance (N) and position (N.m/rad)."""
         t, c, beta = np.broadcast_arrays(*(np.asarray(v, float) for v in (twist, clearance, position)))
         beta = beta - 2 * np.pi * np.floor(beta / (2 * np.pi) + 0.5)
@@ -115,7 +123,8 @@ class ElementTable:
         cells = np.stack([self.coefficients.ravel()[first + k] for k in corner]).reshape(4, 4, 4, *t.shape)
         value, by_twist, by_clearance, by_position = (
             np.einsum("abd...,a...,b...,d...->...", cells, *(slopes[k] if k == m else bases[k] for k in range(3)))
-            for m in (-1, 0, 1, 2))
+            for m in (-1, 0, 1, 2)
+        )
         fade = (self.limit - np.abs(beta)) / (2 * EDGE) + 0.5
         left = np.clip(fade, 0.0, 1.0)
         falls = np.where((fade > 0) & (fade < 1), -1 / (2 * EDGE), 0.0)
@@ -136,9 +145,11 @@ def build_element_table(drive: Drive) -> ElementTable:
     widest = 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist
     step = limit / cells_position
     # One cell more at both ends of the position: a spline is poorer in its last cells.
-    axes = (Axis(-2 * drive.max_twist, 4 * drive.max_twist / cells_twist, cells_twist),
-            Axis(-widest, 2 * widest / cells_clearance, cells_clearance),
-            Axis(-step, step, cells_position + 2))
+    axes = (
+        Axis(-2 * drive.max_twist, 4 * drive.max_twist / cells_twist, cells_twist),
+        Axis(-widest, 2 * widest / cells_clearance, cells_clearance),
+        Axis(-step, step, cells_position + 2),
+    )
     coefficients = _solved(drive, *(axis.nodes for axis in axes))
     for dimension, axis in enumerate(axes):
         coefficients = fit(axis, coefficients, dimension)
@@ -175,8 +186,10 @@ def _lost(drive: Drive, twist: Array, clearance: Array, position: Array) -> Arra
     parts = spread_drives(drive, N_DRIVES)
     shape = (len(position), N_DRIVES, drive.elements)
     beta = wrap(position[:, None, None] + 2 * np.pi / drive.elements * np.arange(drive.elements))
-    rows = {"beta": np.broadcast_to(beta, shape), **{
-        part: np.broadcast_to(getattr(parts, part), shape) for part in _PARTS}}
+    rows = {
+        "beta": np.broadcast_to(beta, shape),
+        **{part: np.broadcast_to(getattr(parts, part), shape) for part in _PARTS},
+    }
     deviations = Deviations(**{name: values.reshape(-1, drive.elements) for name, values in rows.items()})
     keep = usable(drive, deviations.beta)
     keep[:, 0] = True  # the one in question, wherever it stands
@@ -187,7 +200,8 @@ def _lost(drive: Drive, twist: Array, clearance: Array, position: Array) -> Arra
         contacts = build_contacts(drive, deviations, float(shift))[keep.ravel()]
         whole, without = (
             np.stack([np.bincount(owner, row, len(keep)) for row in solve(some, twist * drive.ratio).output_torque])
-            for some, owner in ((contacts, drives), (contacts[others], drives[others])))
+            for some, owner in ((contacts, drives), (contacts[others], drives[others]))
+        )
         lost[:, k] = (whole - without).reshape(len(twist), *shape[:2]).mean(axis=2)
     return lost
 

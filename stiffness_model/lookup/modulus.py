@@ -56,8 +56,10 @@ class ModulusShares:
         """The shares of a table that `asdict` made, or `InputError`."""
         names = [field.name for field in fields(ModulusShares)]
         refuse_unknown("share", take(table, names, where), names, where)
-        values = {name: expect_number(table[name], "a number within -1e3 ... 1e3", where, low=-1e3, high=1e3)
-                  for name in names}
+        values = {
+            name: expect_number(table[name], "a number within -1e3 ... 1e3", where, low=-1e3, high=1e3)
+            for name in names
+        }
         expect(0.5 < values["exponent"] < 5, "an exponent of 1 ... 2", values["exponent"], where)
         return ModulusShares(**values)
 
@@ -73,15 +75,16 @@ class ModulusShares:
         give = 1
         for share, material in ((self.gear, self.gear_material), (self.cage, self.cage_material)):
             give = give + share * ((1 + material * softer) ** (1 / self.exponent) - 1)
-        return give ** -self.exponent
+        return give**-self.exponent
 
 
 def modulus_shares(drive: Drive) -> ModulusShares:
     """Measure the shares with the solver: each contact softened alone; a fraction of a second."""
     exponent = hertz.POINT_EXPONENT if drive.element == "ball" else hertz.LINE_EXPONENT
     own = drive.materials["element"].compliance
-    material = {part: drive.materials[part].compliance / (own + drive.materials[part].compliance)
-                for part in ("gear", "cage")}
+    material = {
+        part: drive.materials[part].compliance / (own + drive.materials[part].compliance) for part in ("gear", "cage")
+    }
     drawn = _full_torque(drive)
     shares = {}
     for part in ("gear", "cage"):
@@ -97,8 +100,9 @@ def with_modulus(drive: Drive, error: float, parts: Sequence[str] = ("gear", "ca
     materials = dict(drive.materials)
     for part in parts:
         drawn = materials[part]
-        materials[part] = replace(drawn, name=f"{drawn.name}, modulus {error:+.3g}",
-                                  youngs_modulus=drawn.youngs_modulus * (1 + error))
+        materials[part] = replace(
+            drawn, name=f"{drawn.name}, modulus {error:+.3g}", youngs_modulus=drawn.youngs_modulus * (1 + error)
+        )
     return replace(drive, materials=materials)
 
 

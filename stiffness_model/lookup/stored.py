@@ -47,11 +47,25 @@ def load_tables(path: str | os.PathLike[str], what: str) -> tuple[Mapping[str, A
         arrays = {name: _array(data) for name, data in content.items()}
         head = arrays.pop("head")
         expect(head.dtype.kind == "U" and head.shape == (), "a head in JSON", head.dtype, where)
-        expect(all(a.dtype == np.dtype("<f8") for a in arrays.values()), "tables of doubles",
-               sorted({str(a.dtype) for a in arrays.values()}), where)
+        expect(
+            all(a.dtype == np.dtype("<f8") for a in arrays.values()),
+            "tables of doubles",
+            sorted({str(a.dtype) for a in arrays.values()}),
+            where,
+        )
         return parse_json(str(head), where), arrays
-    except (OSError, ValueError, KeyError, EOFError, TypeError, SyntaxError, NotImplementedError, RuntimeError,
-            zipfile.BadZipFile, zlib.error) as error:
+    except (
+        OSError,
+        ValueError,
+        KeyError,
+        EOFError,
+        TypeError,
+        SyntaxError,
+        NotImplementedError,
+        RuntimeError,
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{where}: expected {what} (.npz), got {' '.join(str(error).split())}") from None
@@ -104,10 +118,17 @@ def axis_from(value: Any, where: str) -> Axis:
     """
     expect(isinstance(value, (list, tuple)) and len(value) == 3, "[start, step, cells]", value, where)
     start, step, cells = value
-    expect(isinstance(cells, int) and not isinstance(cells, bool) and 1 <= cells <= MOST_CELLS,
-           f"a whole number of cells, 1 to {MOST_CELLS}", cells, where)
-    return Axis(expect_number(start, "a finite start", where, low=-MOST, high=MOST),
-                expect_number(step, "a step above zero", where, low=1e-15, high=MOST), cells)
+    expect(
+        isinstance(cells, int) and not isinstance(cells, bool) and 1 <= cells <= MOST_CELLS,
+        f"a whole number of cells, 1 to {MOST_CELLS}",
+        cells,
+        where,
+    )
+    return Axis(
+        expect_number(start, "a finite start", where, low=-MOST, high=MOST),
+        expect_number(step, "a step above zero", where, low=1e-15, high=MOST),
+        cells,
+    )
 
 
 def expect_table(table: Array, shape: tuple[int, ...], where: str) -> Array:

@@ -77,8 +77,9 @@ class Lookup:
     def in_range(self, twist: ArrayLike, clearance: ArrayLike = 0.0) -> NDArray[np.bool_]:
         """Whether points lie inside the tables; outside, values are extrapolated."""
         t, c = np.asarray(twist, float), np.asarray(clearance, float)
-        return ((self.twist.start <= t) & (t <= self.twist.stop)
-                & (self.clearance.start <= c) & (c <= self.clearance.stop))
+        return (
+            (self.twist.start <= t) & (t <= self.twist.stop) & (self.clearance.start <= c) & (c <= self.clearance.stop)
+        )
 
     def twist_at(self, torque: ArrayLike, clearance: float = 0.0, band: float = 0.0) -> Array:
         """Twist, rad, that carries the torque, N.m: the inverse of `torque`, by bisection and Newton's method.
@@ -116,9 +117,15 @@ class Lookup:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to one .npz file, whole or not at all; `Lookup.load` gives back an equal lookup."""
         head = {
-            "format": _FORMAT, "full_torque": self.full_torque, "error": dict(self.error),
-            "drawing": self.drawing, "n_drives": self.n_drives, "seed": self.seed, "version": self.version,
-            "twist": astuple(self.twist), "clearance": astuple(self.clearance),
+            "format": _FORMAT,
+            "full_torque": self.full_torque,
+            "error": dict(self.error),
+            "drawing": self.drawing,
+            "n_drives": self.n_drives,
+            "seed": self.seed,
+            "version": self.version,
+            "twist": astuple(self.twist),
+            "clearance": astuple(self.clearance),
             "modulus": None if self.modulus is None else asdict(self.modulus),
         }
         tables = {"coefficients": self.coefficients}
@@ -142,31 +149,45 @@ class Lookup:
 
         Tables of size zero are those of an individual, which carries none (`reefmu.fmu.model.table_encoding`).
         """
-        take(head, ("twist", "clearance", "full_torque", "error", "drawing", "n_drives", "seed", "version", "modulus"),
-             where)
+        take(
+            head,
+            ("twist", "clearance", "full_torque", "error", "drawing", "n_drives", "seed", "version", "modulus"),
+            where,
+        )
         twist, clearance = (axis_from(head[name], f"{where}: {name}") for name in ("twist", "clearance"))
         if coefficients.size:
             expect_table(coefficients, (len(QUANTITIES), twist.size, clearance.size), where)
         error = take(head["error"], QUANTITIES, f"{where}: error")
         expect(isinstance(head["version"], str), "a text as version", head["version"], where)
         return Lookup(
-            twist, clearance, coefficients,
+            twist,
+            clearance,
+            coefficients,
             expect_number(head["full_torque"], "a full torque above zero, N.m", where, low=1e-12, high=MOST),
             {name: expect_number(error[name], "a finite error", f"{where}: {name}") for name in QUANTITIES},
-            take(head["drawing"], (), f"{where}: drawing"), _whole(head["n_drives"], 1, f"{where}: n_drives"),
-            _whole(head["seed"], 0, f"{where}: seed"), head["version"],
+            take(head["drawing"], (), f"{where}: drawing"),
+            _whole(head["n_drives"], 1, f"{where}: n_drives"),
+            _whole(head["seed"], 0, f"{where}: seed"),
+            head["version"],
             None if head["modulus"] is None else ModulusShares.of(head["modulus"], f"{where}: modulus"),
-            None if element is None else ElementTable.of(head.get("element"), element, f"{where}: element"))
+            None if element is None else ElementTable.of(head.get("element"), element, f"{where}: element"),
+        )
 
 
 def _whole(value: Any, low: int, where: str) -> int:
-    expect(isinstance(value, int) and not isinstance(value, bool) and value >= low, f"a whole number of at least {low}",
-           value, where)
+    expect(
+        isinstance(value, int) and not isinstance(value, bool) and value >= low,
+        f"a whole number of at least {low}",
+        value,
+        where,
+    )
     return value
 
 
 def describe(lookup: Lookup) -> str:
     """One line on what the lookup covers and how exact it is."""
-    return (f"twist +-{lookup.twist.stop / ARCMIN:.3g} arcmin, gear clearance "
-            f"+-{lookup.clearance.stop / MICROMETRE:.3g} um, band of {lookup.n_drives} drives, seed {lookup.seed}; "
-            f"mean torque within {lookup.error['torque_mean']:.1e} of full torque")
+    return (
+        f"twist +-{lookup.twist.stop / ARCMIN:.3g} arcmin, gear clearance "
+        f"+-{lookup.clearance.stop / MICROMETRE:.3g} um, band of {lookup.n_drives} drives, seed {lookup.seed}; "
+        f"mean torque within {lookup.error['torque_mean']:.1e} of full torque"
+    )

@@ -76,8 +76,10 @@ class TwistTorqueCurve:
             low = min(low, 0.0)
         outside = (wanted < low) | (wanted > high) | ~np.isfinite(wanted)
         if outside.any():
-            raise InputError(f"torque: expected a torque within {low:.4g} ... {high:.4g} N.m, "
-                             f"got {np.extract(outside, values)[0]:.4g}")
+            raise InputError(
+                f"torque: expected a torque within {low:.4g} ... {high:.4g} N.m, "
+                f"got {np.extract(outside, values)[0]:.4g}"
+            )
         return sign * np.vectorize(self._solve, otypes=[float])(wanted)
 
     def backlash(self, torque: float | None = None) -> float:
@@ -106,8 +108,10 @@ class TwistTorqueCurve:
         slack = 1e-12 * float(np.abs(self.twist).max())
         outside = (twist < self.twist[0] - slack) | (twist > self.twist[-1] + slack) | ~np.isfinite(twist)
         if outside.any():
-            raise InputError(f"twist: expected a twist within {self.twist[0] / ARCMIN:.4g} ... "
-                             f"{self.twist[-1] / ARCMIN:.4g} arcmin, got {np.extract(outside, twist)[0] / ARCMIN:.4g}")
+            raise InputError(
+                f"twist: expected a twist within {self.twist[0] / ARCMIN:.4g} ... "
+                f"{self.twist[-1] / ARCMIN:.4g} arcmin, got {np.extract(outside, twist)[0] / ARCMIN:.4g}"
+            )
         return function(np.clip(twist, self.twist[0], self.twist[-1]))
 
     def _solve(self, torque: float) -> float:
@@ -119,8 +123,9 @@ class TwistTorqueCurve:
             return float(self.twist[i - 1])
         # The cubic between the two points, without the interpolator's checks of every argument.
         start, (a, b, c, d) = float(self.twist[i - 1]), (float(x) for x in self._mean.c[:, i - 1])
-        return bracketed_root(lambda x: ((a * (x - start) + b) * (x - start) + c) * (x - start) + d - torque,
-                              start, float(self.twist[i]))
+        return bracketed_root(
+            lambda x: ((a * (x - start) + b) * (x - start) + c) * (x - start) + d - torque, start, float(self.twist[i])
+        )
 
     def _width(self, share: float, torque: float | None) -> float:
         full = self.full_torque if torque is None else torque
@@ -143,8 +148,10 @@ class TwistTorqueCurve:
             "torque_p90 [N.m]": self.torque_p90,
             "stiffness [N.m/arcmin]": self.stiffness * ARCMIN,
             "load_share [1]": self.load_share,
-            **{f"force_{c.replace(' ', '_').replace('+', 'plus').replace('-', 'minus')} [N]": self.contact_force[:, k]
-               for k, c in enumerate(CONTACTS)},
+            **{
+                f"force_{c.replace(' ', '_').replace('+', 'plus').replace('-', 'minus')} [N]": self.contact_force[:, k]
+                for k, c in enumerate(CONTACTS)
+            },
             **(further or {}),
         }
         with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:

@@ -83,15 +83,27 @@ class Population:
         p10, p90 = np.percentile(torque, BAND, axis=0)
         share = np.where(self.representative, self.load_share, np.nan).mean(axis=0)[order]
         return TwistTorqueCurve(
-            twist=twist, torque=mean, torque_p10=p10, torque_p90=p90,
+            twist=twist,
+            torque=mean,
+            torque_p10=p10,
+            torque_p90=p90,
             stiffness=PchipInterpolator(twist, mean).derivative()(twist),
-            contact_force=self.contact_force[:, order].mean(axis=0), load_share=share, name=self.drive.name,
+            contact_force=self.contact_force[:, order].mean(axis=0),
+            load_share=share,
+            name=self.drive.name,
             notes={"drives": str(self.n_drives), "seed": str(self.seed)},
         )
 
 
-def simulate(drive: AnyDrive, twist: ArrayLike, n_drives: int = 1000, seed: int = 0, *, gear_shift: float = 0.0,
-             executor: Executor | None = None) -> Population:
+def simulate(
+    drive: AnyDrive,
+    twist: ArrayLike,
+    n_drives: int = 1000,
+    seed: int = 0,
+    *,
+    gear_shift: float = 0.0,
+    executor: Executor | None = None,
+) -> Population:
     """Torque and forces of `n_drives` virtual drives with cage and gear fixed and the crank twisted.
 
     drive: itself, a preset's name or a drawing's path. twist: 1-D, rad at the output. gear_shift: m, added to the
@@ -111,8 +123,11 @@ def simulate(drive: AnyDrive, twist: ArrayLike, n_drives: int = 1000, seed: int 
     expect(whole and n_drives >= 1, "at least one drive", n_drives, "n_drives")
     expect_number(gear_shift, "a finite clearance in m", "gear_shift")
     sampling.check_seed(seed)
-    expect_room(memory_needed(drive, int(n_drives), len(angles)), f"{n_drives} virtual drives at {len(angles)} twists",
-                "take fewer drives or twists, or allow more memory")
+    expect_room(
+        memory_needed(drive, int(n_drives), len(angles)),
+        f"{n_drives} virtual drives at {len(angles)} twists",
+        "take fewer drives or twists, or allow more memory",
+    )
     work = partial(_simulate_block, drive, angles, int(seed), float(gear_shift))
     tasks = list(sampling.blocks(int(n_drives)))
     shape = (int(n_drives), len(angles))
@@ -126,10 +141,16 @@ def simulate(drive: AnyDrive, twist: ArrayLike, n_drives: int = 1000, seed: int 
         counts, capped, tight = counts + part.counts, capped + part.capped, tight + part.tight
     warn_not_converged(int(counts[Status.NOT_CONVERGED]), int(counts.sum()), drive.name)
     return Population(
-        drive=drive, twist=angles, seed=int(seed),
-        torque=torque, crank_torque=crank_torque, contact_force=force, load_share=share,
+        drive=drive,
+        twist=angles,
+        seed=int(seed),
+        torque=torque,
+        crank_torque=crank_torque,
+        contact_force=force,
+        load_share=share,
         status_counts={s.name.lower(): int(counts[s]) for s in Status},
-        capped=capped, tight=tight,
+        capped=capped,
+        tight=tight,
     )
 
 

@@ -16,6 +16,7 @@ from scipy.interpolate import make_interp_spline
 
 Array = NDArray[np.float64]
 
+
 @dataclass(frozen=True)
 class Axis:
     """A uniform axis: `cells` cells of width `step` from `start`; the grid has cells + 1 nodes."""
@@ -66,8 +67,9 @@ def slope_weights(clipped: Any) -> tuple[Any, Any, Any, Any]:
 def fit(axis: Axis, values: ArrayLike, along: int) -> Array:
     """Coefficients, size axis.size along the dimension `along`, of the natural spline through `values`."""
     knots = axis.start + axis.step * np.arange(-3, axis.cells + 4)
-    spline = make_interp_spline(axis.nodes, np.moveaxis(np.asarray(values, float), along, 0), k=3, t=knots,
-                                bc_type="natural")
+    spline = make_interp_spline(
+        axis.nodes, np.moveaxis(np.asarray(values, float), along, 0), k=3, t=knots, bc_type="natural"
+    )
     return np.moveaxis(spline.c, 0, along)
 
 

@@ -38,9 +38,12 @@ def write_turn(drive: Drive, path: str | os.PathLike[str], twist: float = 0.0, f
     in all.
     """
     count = frames * turns_to_repeat(drive)
-    expect(frames >= 2 and count <= MOST_FRAMES,
-           f"at least 2 frames a turn, and at most {MOST_FRAMES} in the {turns_to_repeat(drive)} turns of a period",
-           frames, "frames")
+    expect(
+        frames >= 2 and count <= MOST_FRAMES,
+        f"at least 2 frames a turn, and at most {MOST_FRAMES} in the {turns_to_repeat(drive)} turns of a period",
+        frames,
+        "frames",
+    )
     every = list(turn_loads(drive, twist, frames))
     pictures = list(_pictures(drive, every))
     palette = _palette(pictures[0])

@@ -41,8 +41,15 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-__all__ = ["against_catalog", "contact_forces", "gear_profile", "load_share", "save", "stiffness_over_torque",
-           "twist_over_torque"]
+__all__ = [
+    "against_catalog",
+    "contact_forces",
+    "gear_profile",
+    "load_share",
+    "save",
+    "stiffness_over_torque",
+    "twist_over_torque",
+]
 
 TORQUE, TWIST = "torque at the output [N.m]", "twist at the output [arcmin]"
 BAND_TEXT = "shaded: 10th to 90th percentile of the drives"
@@ -74,21 +81,32 @@ def against_catalog(curve: TwistTorqueCurve, gears: Iterable[CatalogGear], ax: A
         # The bends belong to the line: put points on them.
         bends = [bend for bend in (gear.t1, gear.t2) if bend is not None and bend < torque[-1]]
         torque = np.unique(np.concatenate([torque, bends]))
-        ax.plot(torque, gear.twist_at(torque) / ARCMIN, color=GEARS.get(gear.kind, INK), linewidth=1.6,
-                linestyle=(0, GEAR_DASHES[k % len(GEAR_DASHES)]), label=_two_lines(gear))
+        ax.plot(
+            torque,
+            gear.twist_at(torque) / ARCMIN,
+            color=GEARS.get(gear.kind, INK),
+            linewidth=1.6,
+            linestyle=(0, GEAR_DASHES[k % len(GEAR_DASHES)]),
+            label=_two_lines(gear),
+        )
     dress(ax, TORQUE, TWIST)
     _start_at_zero(ax, [curve])
     return caption(legend_beside(ax), BAND_TEXT)
 
 
-def stiffness_over_torque(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve], ax: Axes | None = None
-                          ) -> Axes:
+def stiffness_over_torque(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve], ax: Axes | None = None) -> Axes:
     """Stiffness of the mean curve over its torque, one or several drives."""
     ax = new_axes() if ax is None else ax
     several = _list(curves)
     for curve, line in zip(several, _lines(len(several)), strict=True):
-        ax.plot(curve.torque, curve.stiffness * ARCMIN, color=line.colour, linestyle=line.style,
-                linewidth=1.8, label=_name(curve.name))
+        ax.plot(
+            curve.torque,
+            curve.stiffness * ARCMIN,
+            color=line.colour,
+            linestyle=line.style,
+            linewidth=1.8,
+            label=_name(curve.name),
+        )
     dress(ax, TORQUE, "stiffness [N.m/arcmin]")
     _start_at_zero(ax, several)
     return legend_above(ax)
@@ -109,8 +127,13 @@ def contact_forces(population: Population, ax: Axes | None = None) -> Axes:
         # The names stand where the curves end.
         ax.set_xlim(0, torque[-1])
     caption(ax, f"{_name(population.drive.name)}; shaded: P10 to P90")
-    label_ends(ax, [(torque[-1], mean[-1, k], name, line.colour)
-                    for k, (line, name) in enumerate(zip(CONTACTS, CONTACT_NAMES, strict=True))])
+    label_ends(
+        ax,
+        [
+            (torque[-1], mean[-1, k], name, line.colour)
+            for k, (line, name) in enumerate(zip(CONTACTS, CONTACT_NAMES, strict=True))
+        ],
+    )
     return ax
 
 
@@ -147,8 +170,7 @@ def _sideways_band(ax: Axes, curve: TwistTorqueCurve, line: Line) -> None:
     ax.fill_betweenx(twist, curve.torque_p10, curve.torque_p90, color=line.colour, alpha=SHADE, linewidth=0)
     for edge in (curve.torque_p10, curve.torque_p90):
         ax.plot(edge, twist, color=line.colour, linewidth=0.6)
-    ax.plot(curve.torque, twist, color=line.colour, linestyle=line.style, linewidth=1.8,
-            label=_name(curve.name))
+    ax.plot(curve.torque, twist, color=line.colour, linestyle=line.style, linewidth=1.8, label=_name(curve.name))
 
 
 def _band(ax: Axes, x: Array, mean: Array, low: Array, high: Array, line: Line, name: str) -> None:
@@ -175,7 +197,7 @@ def _lines(count: int) -> list[Line]:
 
 
 def _name(name: str) -> str:
-    """"drive_1" as a reader writes it."""
+    """ "drive_1" as a reader writes it."""
     return name.replace("_", " ") or "drive"
 
 

@@ -47,17 +47,26 @@ def write_dxf(drive: Drive, path: str | os.PathLike[str], chord_error: float = C
         if row == 0 or layout.gear[row] != 0:
             for name, outline in (("PROFILE", profile), ("BALL_PATH", centres)):
                 _layer(document, names[name], LAYERS[name])
-                space.add_lwpolyline(1e3 * rotated(outline.points, float(layout.gear[row])), close=True,
-                                     dxfattribs={"layer": names[name]})
+                space.add_lwpolyline(
+                    1e3 * rotated(outline.points, float(layout.gear[row])),
+                    close=True,
+                    dxfattribs={"layer": names[name]},
+                )
         _layer(document, names["BORES"], LAYERS["BORES"])
         _bores(space, drive, layout, row, names["BORES"])
     for name in ("PITCH_CIRCLE", "NOTES"):
         _layer(document, name, LAYERS[name])
     radius = 1e3 * drive.path.centre_distance
     space.add_circle((0, 0), radius, dxfattribs={"layer": "PITCH_CIRCLE"})
-    space.add_mtext("\\P".join(notes(drive, profile, layout)),
-                    dxfattribs={"layer": "NOTES", "char_height": 0.04 * radius, "width": radius,
-                                "insert": (-radius / 2, radius / 4)})
+    space.add_mtext(
+        "\\P".join(notes(drive, profile, layout)),
+        dxfattribs={
+            "layer": "NOTES",
+            "char_height": 0.04 * radius,
+            "width": radius,
+            "insert": (-radius / 2, radius / 4),
+        },
+    )
     with whole_file(path) as temporary:
         document.saveas(temporary)
     return profile
@@ -75,8 +84,11 @@ def notes(drive: Drive, profile: Outline, layout: Layout) -> list[str]:
     ]
     if profile.limit < np.pi:
         lines.append(f"lobes meet in a sharp crest, {np.degrees(profile.limit):.3f} deg of 180 from a lobe's middle")
-    lines += [f"row {row + 1}: profile turned by {np.degrees(turn):+.6f} deg against row 1"
-              for row, turn in enumerate(layout.gear) if row]
+    lines += [
+        f"row {row + 1}: profile turned by {np.degrees(turn):+.6f} deg against row 1"
+        for row, turn in enumerate(layout.gear)
+        if row
+    ]
     return lines
 
 
@@ -85,8 +97,11 @@ def _bores(space: Any, drive: Drive, layout: Layout, row: int, layer: str) -> No
     radius = 1e3 * (drive.element_radius + drive.tolerances["cage"].offset)
     for direction in towards(layout.bore[row]):
         space.add_circle(centre_distance * direction, radius, dxfattribs={"layer": layer})
-        space.add_line((centre_distance - 1.2 * radius) * direction, (centre_distance + 1.2 * radius) * direction,
-                       dxfattribs={"layer": layer})
+        space.add_line(
+            (centre_distance - 1.2 * radius) * direction,
+            (centre_distance + 1.2 * radius) * direction,
+            dxfattribs={"layer": layer},
+        )
 
 
 def _layer(document: Any, name: str, colour: int) -> None:

@@ -68,8 +68,14 @@ def place(drive: Drive, angle: float = 0.0, start: float = 0.0) -> Layout:
     gear = turn - pitch * np.round(turn / pitch)
     beta, crank = first + angle * lobes / ratio, at_rest + angle
     bore = at_rest[:, None] - first + angle * drive.orientation / ratio
-    return Layout(crank, bore, wrap(beta), np.where(np.abs(gear) < 1e-12, 0.0, gear),
-                  drive.eccentricity * towards(crank), drive.path.radius(beta)[..., None] * towards(bore))
+    return Layout(
+        crank,
+        bore,
+        wrap(beta),
+        np.where(np.abs(gear) < 1e-12, 0.0, gear),
+        drive.eccentricity * towards(crank),
+        drive.path.radius(beta)[..., None] * towards(bore),
+    )
 
 
 def occupied(drive: Drive) -> NDArray[np.intp]:
@@ -80,8 +86,12 @@ def occupied(drive: Drive) -> NDArray[np.intp]:
     [0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26]
     """
     count, places = drive.elements_per_row, _places(drive)
-    expect(count <= places, f"at most {places} elements on one eccentric, one for every place that the ratio gives",
-           count, drive.name)
+    expect(
+        count <= places,
+        f"at most {places} elements on one eccentric, one for every place that the ratio gives",
+        count,
+        drive.name,
+    )
     return np.arange(count) * places // count
 
 

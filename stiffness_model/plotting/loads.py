@@ -54,8 +54,14 @@ class Loads:
         return np.where(size > max(CARRIES * size.max(initial=0.0), LEAST_FORCE), size, 0.0)
 
 
-def solve_loads(drive: Drive, deviations: Deviations, twist: float, angle: float = 0.0, start: float = 0.0,
-                weight: Array | None = None) -> Loads:
+def solve_loads(
+    drive: Drive,
+    deviations: Deviations,
+    twist: float,
+    angle: float = 0.0,
+    start: float = 0.0,
+    weight: Array | None = None,
+) -> Loads:
     """Forces at `twist`, rad at the output, with the crank turned there from `angle`, rad; cage and gear fixed.
 
     deviations: of one drive (`rotation.standing`, `sampling.nominal`); its positions are replaced by those of the
@@ -82,8 +88,17 @@ def solve_loads(drive: Drive, deviations: Deviations, twist: float, angle: float
     lost = int((result.status == Status.NOT_CONVERGED).sum())
     warn_not_converged(lost, rows * count, drive.name)
     columns = np.zeros((7, rows * count))
-    for k, values in enumerate((result.gear, result.crank, result.cage_plus, result.cage_minus, result.output_torque,
-                                result.radial, result.tangential)):
+    for k, values in enumerate(
+        (
+            result.gear,
+            result.crank,
+            result.cage_plus,
+            result.cage_minus,
+            result.output_torque,
+            result.radial,
+            result.tangential,
+        )
+    ):
         columns[k, keep] = values[0]
     columns[4] *= share
     # Element k = r + n_ecc j is the j-th of eccentric r.
@@ -96,14 +111,30 @@ def solve_loads(drive: Drive, deviations: Deviations, twist: float, angle: float
     length = np.hypot(d_r, d_t)
     zero, one = np.zeros_like(c), np.ones_like(c)
     # Outward normals of the four contacts as the element has them, radial and tangential.
-    normal = np.stack([np.stack([n_r, n_t], -1), np.stack([-d_r / length, -d_t / length], -1),
-                       np.stack([zero, one], -1), np.stack([zero, -one], -1)], axis=2)
+    normal = np.stack(
+        [
+            np.stack([n_r, n_t], -1),
+            np.stack([-d_r / length, -d_t / length], -1),
+            np.stack([zero, one], -1),
+            np.stack([zero, -one], -1),
+        ],
+        axis=2,
+    )
     size = np.stack([gear, crank, plus, minus], axis=-1)[..., None]
     ball = deviations.element.reshape(count, rows).T[..., None, None]
     middle = np.stack([c + radial, tangential], -1)[:, :, None]
     axes = np.stack([towards(layout.bore), towards(layout.bore + np.pi / 2)], axis=-2)[:, :, None]
-    return Loads(float(twist), layout, here, keep.reshape(count, rows).T, _in_plane(-size * normal, axes),
-                 _in_plane(middle + ball * normal, axes), np.stack([radial, tangential], -1), torque, lost)
+    return Loads(
+        float(twist),
+        layout,
+        here,
+        keep.reshape(count, rows).T,
+        _in_plane(-size * normal, axes),
+        _in_plane(middle + ball * normal, axes),
+        np.stack([radial, tangential], -1),
+        torque,
+        lost,
+    )
 
 
 def _flat(by_row: Array) -> Array:

@@ -34,21 +34,30 @@ def gear_profile(drive: Drive, ax: Axes | None = None, lobes: int = 2) -> Axes:
     ax.fill(*np.hstack([gear, rim * np.stack([np.cos(angle), np.sin(angle)])]), color=METAL, linewidth=0)
     _elements(ax, drive, float(turns[0]), lobes * pitch / 2)
     for k, turn in enumerate(turns):
-        ax.plot(*_upright(path.point(kept), turn), color=BLUE, linewidth=1.6,
-                label=None if k else "path of the centres")
+        ax.plot(
+            *_upright(path.point(kept), turn), color=BLUE, linewidth=1.6, label=None if k else "path of the centres"
+        )
         for side in (-1, 1) if limit < np.pi else ():
             for offset in (0.0, q):
                 named = k == 0 and side > 0 and offset == 0
-                ax.plot(*_upright(path.point(side * lost, offset), turn), color=RED, linewidth=1.4,
-                        linestyle=(0, (3, 1.2)), label="cut away: carries nothing" if named else None)
+                ax.plot(
+                    *_upright(path.point(side * lost, offset), turn),
+                    color=RED,
+                    linewidth=1.4,
+                    linestyle=(0, (3, 1.2)),
+                    label="cut away: carries nothing" if named else None,
+                )
     ax.plot(*gear, color=INK, linewidth=2.0, label="gear profile")
     dress(ax, "across [mm]", "from the drive's axis [mm]")
     ax.set_aspect("equal")
     ax.set_ylim(bottom=1e3 * (drive.path.centre_distance - drive.eccentricity - 0.5 * q))
     ax.margins(x=0.02)
-    return legend_above(ax, f"{drive.lobes} lobes; the profile exists up to {np.degrees(limit):.1f} deg of 180 "
-                            f"from a lobe's middle;\n{drive.elements_per_row} elements of {2e3 * q:g} mm on "
-                            f"one eccentric, at most {drive.seats.most()} fit")
+    return legend_above(
+        ax,
+        f"{drive.lobes} lobes; the profile exists up to {np.degrees(limit):.1f} deg of 180 "
+        f"from a lobe's middle;\n{drive.elements_per_row} elements of {2e3 * q:g} mm on "
+        f"one eccentric, at most {drive.seats.most()} fit",
+    )
 
 
 def _upright(points: Array, turn: float) -> Array:

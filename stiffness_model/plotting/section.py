@@ -50,18 +50,39 @@ def picture_forces(drive: Drive, loads: Loads, exaggeration: float = 1.0) -> Fig
         colour_elements(ax, loads, row, greatest)
         draw_arrows(ax, drive, loads, row, greatest)
         angle = np.degrees(loads.layout.crank[row] % (2 * np.pi))
-        caption(ax, f"eccentric {row + 1} at {angle:.0f} deg: {loads.torque[row].sum():.4g} N.m, "
-                    f"{int(loads.carried[row].any(axis=-1).sum())} elements carry")
+        caption(
+            ax,
+            f"eccentric {row + 1} at {angle:.0f} deg: {loads.torque[row].sum():.4g} N.m, "
+            f"{int(loads.carried[row].any(axis=-1).sum())} elements carry",
+        )
     if greatest > 0:
         norm = Normalize(0, greatest)
-        figure.colorbar(ScalarMappable(norm, _colours()), ax=list(axes), orientation="horizontal", shrink=0.35,
-                        aspect=40, pad=0.02, label="greatest contact force of an element [N]")
+        figure.colorbar(
+            ScalarMappable(norm, _colours()),
+            ax=list(axes),
+            orientation="horizontal",
+            shrink=0.35,
+            aspect=40,
+            pad=0.02,
+            label="greatest contact force of an element [N]",
+        )
     names = {"gear": BLUE, "crank": RED, "cage": GREEN}
     handles = [Line2D([], [], color=colour, marker=">", label=f"force of the {name}") for name, colour in names.items()]
-    handles.append(Line2D([], [], linestyle="none", marker="o", markerfacecolor="white", markeredgecolor=FAINT,
-                          label="carries nothing (dotted: profile cut away)"))
-    title = (f"{drive.name}: {loads.torque.sum():.4g} N.m at {loads.twist / ARCMIN:g} arcmin, "
-             f"{_turning(drive)}; cage and gear held")
+    handles.append(
+        Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker="o",
+            markerfacecolor="white",
+            markeredgecolor=FAINT,
+            label="carries nothing (dotted: profile cut away)",
+        )
+    )
+    title = (
+        f"{drive.name}: {loads.torque.sum():.4g} N.m at {loads.twist / ARCMIN:g} arcmin, "
+        f"{_turning(drive)}; cage and gear held"
+    )
     if exaggeration != 1:
         title += f"; deviations and displacements {exaggeration:g} times as large"
     figure.legend(handles=handles, loc="outside upper left", ncols=4, frameon=False, title=title, alignment="left")
@@ -76,8 +97,9 @@ def draw_row(ax: Axes, drive: Drive, row: Shapes) -> Axes:
     # add_artist, not add_patch: finding limits from the patches, which are set below, would take most of the time.
     rim = 1e3 * (drive.path.centre_distance + RIM * drive.element_radius)
     ring = [Outline.circle((0, 0), rim), _closed(row.gear)]
-    ax.add_artist(PathPatch(Outline.make_compound_path(*ring), facecolor=GEAR_FILL, edgecolor=INK, linewidth=1.0,
-                           gid="gear"))
+    ax.add_artist(
+        PathPatch(Outline.make_compound_path(*ring), facecolor=GEAR_FILL, edgecolor=INK, linewidth=1.0, gid="gear")
+    )
     ax.add_artist(Polygon(1e3 * row.crank, facecolor=CRANK_FILL, edgecolor=INK, linewidth=1.0, gid="crank"))
     for polygon in row.bars:
         ax.add_artist(Polygon(1e3 * polygon, facecolor=CAGE_FILL, edgecolor=GREEN, linewidth=0.8, gid="cage"))
@@ -85,8 +107,9 @@ def draw_row(ax: Axes, drive: Drive, row: Shapes) -> Axes:
         for wall in row.walls.reshape(-1, 2, 2):
             ax.plot(*(1e3 * wall.T), color=GREEN, linewidth=0.6, gid="wall")
     for centre, radius in zip(row.centre, row.radius, strict=True):
-        ax.add_artist(Circle(tuple(1e3 * centre), 1e3 * radius, facecolor="none", edgecolor=INK, linewidth=0.9,
-                            gid="element"))
+        ax.add_artist(
+            Circle(tuple(1e3 * centre), 1e3 * radius, facecolor="none", edgecolor=INK, linewidth=0.9, gid="element")
+        )
     ax.plot(0, 0, marker="+", color=INK, markersize=9, gid="axis")
     ax.plot(*(1e3 * row.eccentric), marker=".", color=RED, markersize=5, gid="eccentric")
     # Room for the arrows outside.
@@ -102,8 +125,11 @@ def colour_elements(ax: Axes, loads: Loads, row: int, greatest: float) -> None:
     elements = [patch for patch in ax.patches if patch.get_gid() == "element"]
     for patch, value, exists in zip(elements, force, loads.usable[row], strict=True):
         carries = value > 0
-        patch.set(facecolor=_colours()(value / greatest) if carries else "none",
-                  edgecolor=INK if carries else FAINT, linestyle="solid" if exists else "dotted")
+        patch.set(
+            facecolor=_colours()(value / greatest) if carries else "none",
+            edgecolor=INK if carries else FAINT,
+            linestyle="solid" if exists else "dotted",
+        )
 
 
 def draw_arrows(ax: Axes, drive: Drive, loads: Loads, row: int, greatest: float) -> None:
@@ -111,9 +137,20 @@ def draw_arrows(ax: Axes, drive: Drive, loads: Loads, row: int, greatest: float)
     if greatest == 0:
         return
     per_mm = greatest / (1e3 * LONGEST * drive.element_radius)
-    style: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": per_mm, "units": "xy", "pivot": "tip",
-                             "width": 0.09e3 * drive.element_radius, "headwidth": 3.5, "headlength": 4,
-                             "headaxislength": 3.6, "minlength": 0.0, "minshaft": 1.0, "zorder": 5}
+    style: dict[str, Any] = {
+        "angles": "xy",
+        "scale_units": "xy",
+        "scale": per_mm,
+        "units": "xy",
+        "pivot": "tip",
+        "width": 0.09e3 * drive.element_radius,
+        "headwidth": 3.5,
+        "headlength": 4,
+        "headaxislength": 3.6,
+        "minlength": 0.0,
+        "minshaft": 1.0,
+        "zorder": 5,
+    }
     for k, (name, colour) in enumerate(zip(CONTACTS, ARROW_COLOURS, strict=True)):
         some = loads.carried[row, :, k] > 0
         x, y = 1e3 * loads.point[row, some, k].T
@@ -162,8 +199,12 @@ def picture_drawing(drive: Drive, loads: Loads) -> Figure:
     _enlarge(right, drive, row, loads)
     caption(left, f"{drive.name}: eccentric 1, to scale")
     wall = 1e3 * drive.seats.wall
-    caption(right, f"cage bars of {wall:.3g} mm between the bores" if wall > 0
-            else f"the elements overlap: neighbouring bores cut each other by {-wall:.3g} mm")
+    caption(
+        right,
+        f"cage bars of {wall:.3g} mm between the bores"
+        if wall > 0
+        else f"the elements overlap: neighbouring bores cut each other by {-wall:.3g} mm",
+    )
     return figure
 
 
@@ -180,17 +221,37 @@ def _enlarge(ax: Axes, drive: Drive, row: Shapes, loads: Loads) -> None:
     ax.plot(*points.T, color=BLUE, linewidth=1.0, label="path of the centres", gid="path")
     ax.plot(*centre, marker="+", color=BLUE, markersize=8)
     outwards, along = towards(np.array([angle, angle + np.pi / 2]))
-    ax.annotate("", centre - r * along, centre + r * along, arrowprops={
-        "arrowstyle": "<|-|>", "color": INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0})
-    ax.text(*_at(centre - 0.45 * r * outwards), f"\N{DIAMETER SIGN} {2 * r:g}", ha="center", va="center", color=INK,
-            fontsize="small")
+    ax.annotate(
+        "",
+        centre - r * along,
+        centre + r * along,
+        arrowprops={"arrowstyle": "<|-|>", "color": INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0},
+    )
+    ax.text(
+        *_at(centre - 0.45 * r * outwards),
+        f"\N{DIAMETER SIGN} {2 * r:g}",
+        ha="center",
+        va="center",
+        color=INK,
+        fontsize="small",
+    )
     middle = 1e3 * drive.path.centre_distance
     between = np.pi / drive.transmission_ratio
-    for name, at, aside, colour in (("gear", middle + 1.6 * r, 0.0, INK), ("crank", inner - 0.9 * r, 0.0, RED),
-                                    ("cage", middle, between, GREEN)):
-        ax.text(*_at(at * towards(np.asarray(angle + aside))), name, ha="center", va="center", color=colour,
-                fontsize="small", clip_on=True,
-                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 1.5})
+    for name, at, aside, colour in (
+        ("gear", middle + 1.6 * r, 0.0, INK),
+        ("crank", inner - 0.9 * r, 0.0, RED),
+        ("cage", middle, between, GREEN),
+    ):
+        ax.text(
+            *_at(at * towards(np.asarray(angle + aside))),
+            name,
+            ha="center",
+            va="center",
+            color=colour,
+            fontsize="small",
+            clip_on=True,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 1.5},
+        )
     ax.legend(loc="lower right", frameon=True, framealpha=0.9, edgecolor="none", fontsize="small")
 
 

@@ -54,9 +54,15 @@ def shapes(drive: Drive, loads: Loads, row: int, exaggeration: float = 1.0) -> S
     layout, deviations, f = loads.layout, loads.deviations, exaggeration
     members = slice(row, None, drive.eccentrics)
     bore = layout.bore[row]
-    grown = {part: f * (getattr(deviations, part)[0, members] - nominal) for part, nominal in (
-        ("element", drive.element_radius), ("cage", drive.element_radius), ("gear", drive.element_radius),
-        ("crank", drive.crank_radius))}
+    grown = {
+        part: f * (getattr(deviations, part)[0, members] - nominal)
+        for part, nominal in (
+            ("element", drive.element_radius),
+            ("cage", drive.element_radius),
+            ("gear", drive.element_radius),
+            ("crank", drive.crank_radius),
+        )
+    }
     outwards, along = towards(bore), towards(bore + np.pi / 2)
     shift = f * loads.shift[row]
     centre = layout.centre[row] + shift[:, :1] * outwards + shift[:, 1:] * along
@@ -71,19 +77,38 @@ def shapes(drive: Drive, loads: Loads, row: int, exaggeration: float = 1.0) -> S
     ends = np.array([inner, outer])
     sides = np.array([1.0, -1.0])
     # A wall is parallel to its bore's axis: at the distance rho it stands at the angle asin(half/rho) from it.
-    walls = (np.sqrt(np.maximum(ends**2 - half[:, None]**2, 0.0))[:, None, :, None] * outwards[:, None, None]
-             + (sides * half[:, None])[..., None, None] * along[:, None, None])
-    return Shapes(_gear(drive.path, drive, layout.gear[row], bore, grown["gear"]), crank, eccentric, centre,
-                  drive.element_radius + grown["element"], _bars(bore, half, inner, outer), walls)
+    walls = (
+        np.sqrt(np.maximum(ends**2 - half[:, None] ** 2, 0.0))[:, None, :, None] * outwards[:, None, None]
+        + (sides * half[:, None])[..., None, None] * along[:, None, None]
+    )
+    return Shapes(
+        _gear(drive.path, drive, layout.gear[row], bore, grown["gear"]),
+        crank,
+        eccentric,
+        centre,
+        drive.element_radius + grown["element"],
+        _bars(bore, half, inner, outer),
+        walls,
+    )
 
 
 def most_exaggeration(drive: Drive, loads: Loads) -> float:
     """The greatest `exaggeration` that leaves a picture: drawn so, what is small is as large as an element's radius."""
     deviations = loads.deviations
     way = drive.eccentricity * abs(loads.twist * drive.ratio)
-    small = [way, *(float(np.abs(values).max()) for values in (
-        deviations.element - drive.element_radius, deviations.cage - drive.element_radius,
-        deviations.gear - drive.element_radius, deviations.crank - drive.crank_radius, loads.shift))]
+    small = [
+        way,
+        *(
+            float(np.abs(values).max())
+            for values in (
+                deviations.element - drive.element_radius,
+                deviations.cage - drive.element_radius,
+                deviations.gear - drive.element_radius,
+                deviations.crank - drive.crank_radius,
+                loads.shift,
+            )
+        ),
+    ]
     return drive.element_radius / max(*small, LEAST_SMALL)
 
 
@@ -125,6 +150,7 @@ def _bars(bore: Array, half: Array, inner: float, outer: float) -> list[Array]:
 
 def _bar(low: tuple[float, float], high: tuple[float, float], inner: float, outer: float) -> Array | None:
     """The polygon between two bores, each an angle and a half width; None where they overlap at every radius."""
+
     def start(rho: float) -> float:
         return low[0] + math.asin(min(low[1] / rho, 1.0))
 
@@ -135,5 +161,9 @@ def _bar(low: tuple[float, float], high: tuple[float, float], inner: float, oute
         return None
     first = inner if width(inner) > 0 else bracketed_root(width, inner, outer)
     across = np.linspace(0, 1, 25)
-    return np.concatenate([first * towards(start(first) + width(first) * across),
-                           outer * towards(start(outer) + width(outer) * across[::-1])])
+    return np.concatenate(
+        [
+            first * towards(start(first) + width(first) * across),
+            outer * towards(start(outer) + width(outer) * across[::-1]),
+        ]
+    )

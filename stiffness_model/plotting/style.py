@@ -35,8 +35,7 @@ class Line:
         return (0, self.dashes) if self.dashes else "solid"
 
 
-DRIVES = (Line(BLUE), Line(ORANGE, (6, 1.5)), Line(PURPLE, (6, 1.5, 1, 1.5)), Line(SKY, (3, 1.5)),
-          Line(INK, (1, 1.2)))
+DRIVES = (Line(BLUE), Line(ORANGE, (6, 1.5)), Line(PURPLE, (6, 1.5, 1, 1.5)), Line(SKY, (3, 1.5)), Line(INK, (1, 1.2)))
 """Drives in their order: blue, orange and purple as in the paper."""
 CONTACTS = (Line(BLUE), Line(RED, (6, 1.5)), Line(GREEN, (6, 1.5, 1, 1.5)), Line(INK, (1, 1.2)))
 """Gear, crank, cage t+, cage t-."""
@@ -75,9 +74,19 @@ def from_zero(ax: Axes) -> Axes:
 
 def legend_above(ax: Axes, title: str = "") -> Axes:
     """The legend in rows of three above the axes, where no data is; `title` says what the shades are."""
-    ax.legend(loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=3, frameon=False, handlelength=2.8,
-              columnspacing=1.6, borderaxespad=0.2, labelcolor=INK, title=title or None, alignment="left",
-              title_fontproperties={"size": "small"})
+    ax.legend(
+        loc="lower left",
+        bbox_to_anchor=(-0.01, 1.0),
+        ncols=3,
+        frameon=False,
+        handlelength=2.8,
+        columnspacing=1.6,
+        borderaxespad=0.2,
+        labelcolor=INK,
+        title=title or None,
+        alignment="left",
+        title_fontproperties={"size": "small"},
+    )
     return ax
 
 
@@ -86,9 +95,17 @@ def legend_beside(ax: Axes) -> Axes:
     drawn, names = ax.get_legend_handles_labels()
     last = [float(line.get_ydata()[-1]) for line in drawn]  # type: ignore[attr-defined]
     order = sorted(range(len(drawn)), key=lambda k: -last[k])
-    ax.legend([drawn[k] for k in order], [names[k] for k in order], loc="upper left",
-              bbox_to_anchor=(1.01, 1.0), frameon=False, handlelength=2.8, labelspacing=0.9,
-              borderaxespad=0.2, labelcolor=INK)
+    ax.legend(
+        [drawn[k] for k in order],
+        [names[k] for k in order],
+        loc="upper left",
+        bbox_to_anchor=(1.01, 1.0),
+        frameon=False,
+        handlelength=2.8,
+        labelspacing=0.9,
+        borderaxespad=0.2,
+        labelcolor=INK,
+    )
     return ax
 
 
@@ -112,6 +129,17 @@ def label_ends(ax: Axes, ends: Sequence[tuple[float, float, str, str]]) -> list[
     texts, previous = [], -float("inf")
     for x, y, text, colour in sorted(ends, key=lambda end: end[1]):
         previous = max(y, previous + gap)
-        texts.append(ax.annotate(text, (x, previous), xytext=(5, 0), textcoords="offset points", va="center",
-                                 ha="left", color=colour, fontsize="small", annotation_clip=False))
+        texts.append(
+            ax.annotate(
+                text,
+                (x, previous),
+                xytext=(5, 0),
+                textcoords="offset points",
+                va="center",
+                ha="left",
+                color=colour,
+                fontsize="small",
+                annotation_clip=False,
+            )
+        )
     return texts

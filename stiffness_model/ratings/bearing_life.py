@@ -114,10 +114,13 @@ def bearing_life(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed: i
     """
     drive = as_drive(drive)
     capacity, kind = drive.beyond.bearing_capacity, drive.beyond.bearing_type
-    expect(capacity > 0, "the crank bearings' dynamic load rating, such as bearing_capacity = '40 kN'", "none",
-           drive.name)
-    blocks = [(_force(drive, block), _relative_turns(drive, block), _torque(block))
-              for block in solved_blocks(drive, twist, n_drives, seed)]
+    expect(
+        capacity > 0, "the crank bearings' dynamic load rating, such as bearing_capacity = '40 kN'", "none", drive.name
+    )
+    blocks = [
+        (_force(drive, block), _relative_turns(drive, block), _torque(block))
+        for block in solved_blocks(drive, twist, n_drives, seed)
+    ]
     force, turns, torque = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
     p, e = EXPONENT[kind], WEIBULL[kind]
     relative = turns.mean(axis=(0, 1))
@@ -128,5 +131,6 @@ def bearing_life(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed: i
     speed = drive.beyond.crank_speed
     hours = together * 2 * math.pi / speed / 3600 if speed > 0 else np.full_like(together, np.nan)
     angles = np.atleast_1d(np.asarray(twist, float))
-    return BearingLife(angles, torque.mean(axis=0), load, relative, revolutions, together, hours,
-                       load <= MOST_LOAD * capacity)
+    return BearingLife(
+        angles, torque.mean(axis=0), load, relative, revolutions, together, hours, load <= MOST_LOAD * capacity
+    )

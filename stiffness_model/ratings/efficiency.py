@@ -73,8 +73,9 @@ def _driven(useful: Array, loss: Array) -> Array:
         return np.where(useful > loss, 1 - loss / useful, 0.0)
 
 
-def friction_losses(drive: AnyDrive, twist: ArrayLike, n_drives: int = 32, seed: int = 0,
-                    coefficient: float | None = None) -> Losses:
+def friction_losses(
+    drive: AnyDrive, twist: ArrayLike, n_drives: int = 32, seed: int = 0, coefficient: float | None = None
+) -> Losses:
     """Losses at twists (n_twist,), rad at the output, with the drawing's coefficient of friction or another.
 
     At no twist the loss is the no-load torque at the crank: drives whose parts overlap have one. Raises `InputError`
@@ -88,8 +89,9 @@ def friction_losses(drive: AnyDrive, twist: ArrayLike, n_drives: int = 32, seed:
     """
     drive = as_drive(drive)
     mu = drive.beyond.friction_coefficient if coefficient is None else coefficient
-    expect(0 < mu < 1, "a coefficient of friction above 0 and below 1, such as friction_coefficient = 0.05", mu,
-           drive.name)
+    expect(
+        0 < mu < 1, "a coefficient of friction above 0 and below 1, such as friction_coefficient = 0.05", mu, drive.name
+    )
     torques, losses = [], []
     for block in solved_blocks(drive, twist, n_drives, seed):
         lost = mu * least_sliding(drive, block)[0]
@@ -131,8 +133,9 @@ def least_sliding(drive: Drive, block: Solved) -> tuple[Array, Array]:
         moved[1] += by_ring * ring
         # The least of a sum of weighted distances lies where one of them is nought.
         nought = -moved / (by_turn[:, None, None] * radius)
-        return np.min([(force * np.abs(moved + by_turn[:, None, None] * radius * w)).sum(axis=0) for w in nought],
-                      axis=0)
+        return np.min(
+            [(force * np.abs(moved + by_turn[:, None, None] * radius * w)).sum(axis=0) for w in nought], axis=0
+        )
 
     # Convex in the ring's turn, and least where some element rolls on the crank while another contact rolls too.
     bound = float(np.abs(slip).max(initial=0.0) / np.abs(by_ring).min(initial=1.0)) * 3 + 1

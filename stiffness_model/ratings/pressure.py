@@ -62,8 +62,11 @@ def contact_pressures(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, se
 def expect_room_for(n_drives: int, n_twist: int) -> None:
     """Raise `InputError` where pressures and semi-axes of so many drives and twists do not fit the free memory."""
     # Once as blocks and once joined.
-    expect_room(2 * 9 * 8.0 * n_drives * n_twist, f"pressures of {n_drives} virtual drives at {n_twist} twists",
-                "take fewer drives or twists")
+    expect_room(
+        2 * 9 * 8.0 * n_drives * n_twist,
+        f"pressures of {n_drives} virtual drives at {n_twist} twists",
+        "take fewer drives or twists",
+    )
 
 
 def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int) -> tuple[Array, int]:
@@ -80,8 +83,14 @@ def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int) -> 
     return np.concatenate(found, axis=2), lost
 
 
-def greatest(drive: Drive, contacts: Contacts, deviations: Deviations, result: Equilibrium,
-             owner: NDArray[np.intp], n_drives: int) -> Array:
+def greatest(
+    drive: Drive,
+    contacts: Contacts,
+    deviations: Deviations,
+    result: Equilibrium,
+    owner: NDArray[np.intp],
+    n_drives: int,
+) -> Array:
     """Pressure and semi-axes, (3, n_drives, n_twist, 3), of the contact with the greatest pressure of every drive.
 
     deviations: of the same n elements, (n,); owner: (n,) the drive of each, in rising order. A drive without
@@ -98,14 +107,16 @@ def greatest(drive: Drive, contacts: Contacts, deviations: Deviations, result: E
     return found
 
 
-def element_pressures(drive: Drive, contacts: Contacts, deviations: Deviations, result: Equilibrium, part: str
-                      ) -> tuple[Array, Array, Array]:
+def element_pressures(
+    drive: Drive, contacts: Contacts, deviations: Deviations, result: Equilibrium, part: str
+) -> tuple[Array, Array, Array]:
     """Semi-axes, m, and pressure, Pa, (n_twist, n), where every element touches `part` of `PARTNERS`."""
     forces = {"gear": result.gear, "crank": result.crank, "cage": np.maximum(result.cage_plus, result.cage_minus)}
     if part == "cage" and drive.beyond.cage_contact == "lamina":
         return _arc(contacts, forces[part])
-    return _ellipse(drive, forces[part], compliances(drive)[part], curvature_sums(drive, deviations)[part],
-                    1 / deviations.element)
+    return _ellipse(
+        drive, forces[part], compliances(drive)[part], curvature_sums(drive, deviations)[part], 1 / deviations.element
+    )
 
 
 def _arc(contacts: Contacts, force: Array) -> tuple[Array, Array, Array]:

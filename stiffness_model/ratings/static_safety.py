@@ -46,10 +46,12 @@ class Permissible:
     status: str
 
     def __str__(self) -> str:
-        return {REACHED: f"falls to 1 at {self.torque:.0f} N.m",
-                NOT_REACHED: f"stays above 1 up to {self.torque:.0f} N.m",
-                EXCEEDED: f"is 1 or below already at {self.torque:.1f} N.m, the least torque looked at",
-                NO_LIMIT: "unknown"}[self.status]
+        return {
+            REACHED: f"falls to 1 at {self.torque:.0f} N.m",
+            NOT_REACHED: f"stays above 1 up to {self.torque:.0f} N.m",
+            EXCEEDED: f"is 1 or below already at {self.torque:.1f} N.m, the least torque looked at",
+            NO_LIMIT: "unknown",
+        }[self.status]
 
 
 @dataclass(frozen=True)
@@ -116,8 +118,11 @@ class Strength:
         found = []
         for high in self.high_pressure():
             use = np.where(np.isfinite(self.limit), high / self.limit, 0.0)
-            unknown = {part: float(p) for part, p, limit in zip(PARTNERS, high, self.limit, strict=True)
-                       if p > 0 and np.isnan(limit)}
+            unknown = {
+                part: float(p)
+                for part, p, limit in zip(PARTNERS, high, self.limit, strict=True)
+                if p > 0 and np.isnan(limit)
+            }
             found.append(Governing(PARTNERS[int(use.argmax())] if use.max() > 0 else "", unknown))
         return found
 

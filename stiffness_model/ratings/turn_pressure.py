@@ -51,8 +51,9 @@ _SPAWN = 1
 """Second number of the key of the stream of further lobes, beside the block's: the virtual drives have one number."""
 
 
-def turn_pressures(drive: Drive, twist: ArrayLike, n_drives: int = 100, seed: int = 0, *, cage: bool = True
-                   ) -> Pressures:
+def turn_pressures(
+    drive: Drive, twist: ArrayLike, n_drives: int = 100, seed: int = 0, *, cage: bool = True
+) -> Pressures:
     """Greatest pressures over a turn at twists (n_twist,), rad at the output, of the first `n_drives` virtual drives.
 
     cage: False saves half of the time; the bores' numbers are NaN then. Raises `InputError` as `simulate` does.
@@ -91,8 +92,7 @@ def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int, cag
     alone = replace(drive, beyond=replace(drive.beyond, bearing_stiffness=math.inf, housing_stiffness=math.inf))
     most = float(np.abs(twist).max(initial=0.0))
     trials = np.array([sign * share * most for share in TRIALS for sign in (1, -1)])
-    owner, place, element = worst_meetings(alone, facing, beta, twist if len(twist) <= len(trials) else trials,
-                                           cage)
+    owner, place, element = worst_meetings(alone, facing, beta, twist if len(twist) <= len(trials) else trials, cage)
     some = replace(Deviations(*(getattr(facing, f.name)[owner, element] for f in fields(Deviations))), beta=beta[place])
     contacts = replace(build_contacts(alone, some), eccentric=owner * drive.eccentrics + row[element])
     held = _standing(drive, drawn, twist) if drive.beyond.couples else None
@@ -100,8 +100,9 @@ def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int, cag
     for first in range(0, len(twist), step):
         part = slice(first, first + step)
         crank = twist[part] * drive.ratio
-        result: Equilibrium = solve(contacts, crank) if held is None else \
-            solve_beyond(contacts, crank, held=held.of(contacts, part))
+        result: Equilibrium = (
+            solve(contacts, crank) if held is None else solve_beyond(contacts, crank, held=held.of(contacts, part))
+        )
         lost += int((result.status == Status.NOT_CONVERGED).sum())
         found.append(greatest(drive, contacts, some, result, owner, n_drives))
     made = np.concatenate(found, axis=2) if found else np.zeros((3, n_drives, 0, len(PARTNERS)))
@@ -122,7 +123,7 @@ def tightest_lobes(drive: Drive, drawn: Deviations, block: int, seed: int) -> Ar
     n_drives, per_row = len(drawn.beta), drive.elements_per_row
     # With fewer lobes than elements, two elements at the ends of the period would face one lobe.
     order = np.abs(drawn.beta).reshape(n_drives, per_row, drive.eccentrics).argsort(axis=1, kind="stable")
-    q = np.take_along_axis(drawn.gear.reshape(order.shape), order[:, :drive.lobes], axis=1)
+    q = np.take_along_axis(drawn.gear.reshape(order.shape), order[:, : drive.lobes], axis=1)
     least = q.min(axis=1)
     if drive.lobes > per_row:
         rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed), spawn_key=(block, _SPAWN))))
@@ -132,8 +133,9 @@ def tightest_lobes(drive: Drive, drawn: Deviations, block: int, seed: int) -> Ar
     return least
 
 
-def worst_meetings(drive: Drive, facing: Deviations, beta: Array, twist: Array, cage: bool
-                   ) -> tuple[Index, Index, Index]:
+def worst_meetings(
+    drive: Drive, facing: Deviations, beta: Array, twist: Array, cage: bool
+) -> tuple[Index, Index, Index]:
     """Drive, place and element, (n,) each, of the meetings with the greatest pressures, in the order of the drives.
 
     facing: (n_drives, n_elements), with the lobe that each element is held against; beta: (n_places,) rad; twist:
@@ -161,10 +163,19 @@ def _tightness(drive: Drive, beta: Array) -> dict[str, Array]:
 
     In proportion these hardly depend on the load, for they come from the directions of the contacts.
     """
-    size = {"element": drive.element_radius, "crank": drive.crank_radius, "cage": drive.element_radius,
-            "gear": drive.element_radius}
-    mean = Deviations(beta, *(np.full_like(beta, size[part] + drive.tolerances[part].offset)
-                              for part in ("element", "crank", "cage", "gear")))
+    size = {
+        "element": drive.element_radius,
+        "crank": drive.crank_radius,
+        "cage": drive.element_radius,
+        "gear": drive.element_radius,
+    }
+    mean = Deviations(
+        beta,
+        *(
+            np.full_like(beta, size[part] + drive.tolerances[part].offset)
+            for part in ("element", "crank", "cage", "gear")
+        ),
+    )
     # As tight at every place as half of the crank's way at max_twist makes it somewhere.
     tight = mean.gear - drive.eccentricity * abs(drive.ratio) * drive.max_twist / 2
     mean = replace(mean, gear=tight)

@@ -63,9 +63,12 @@ class Individual:
             values = getattr(self, name)
             sound = np.shape(values) == size and bool((np.isfinite(values) & (np.asarray(values) > 0)).all())
             expect(sound, f"positive lengths in m of shape {size}", np.shape(values), name)
-        expect(self.drive.elements_per_row <= self.drive.transmission_ratio,
-               f"at most {self.drive.transmission_ratio:g} elements on an eccentric, as many as the cage has places",
-               self.drive.elements_per_row, f"{self.drive.name}: elements")
+        expect(
+            self.drive.elements_per_row <= self.drive.transmission_ratio,
+            f"at most {self.drive.transmission_ratio:g} elements on an eccentric, as many as the cage has places",
+            self.drive.elements_per_row,
+            f"{self.drive.name}: elements",
+        )
 
 
 def draw_individual(drive: AnyDrive, seed: int) -> Individual:
@@ -78,8 +81,12 @@ def draw_individual(drive: AnyDrive, seed: int) -> Individual:
     """
     drive = as_drive(drive)
     check_seed(seed)
-    expect(drive.beyond.plain, "a drawing of the plain contact model (an individual's parts are solved one by one)",
-           "switches beyond it", drive.name)
+    expect(
+        drive.beyond.plain,
+        "a drawing of the plain contact model (an individual's parts are solved one by one)",
+        "switches beyond it",
+        drive.name,
+    )
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed), spawn_key=_SPAWN_KEY)))
     start = float(rng.uniform(-math.pi, math.pi))
     normal = {part: rng.standard_normal(drive.elements) for part in ("element", "crank", "cage")}
@@ -93,15 +100,18 @@ def mean_individual(drive: AnyDrive, start: float = 0.0) -> Individual:
     """A drive whose every part sits in the middle of its tolerance: no deviations but the drawing's mean offsets."""
     drive = as_drive(drive)
     n = np.zeros(drive.elements)
-    return _of_deviates(drive, start, {"element": n, "crank": n, "cage": n,
-                                       "gear": np.zeros((drive.eccentrics, drive.lobes))}, None)
+    return _of_deviates(
+        drive, start, {"element": n, "crank": n, "cage": n, "gear": np.zeros((drive.eccentrics, drive.lobes))}, None
+    )
 
 
 def _of_deviates(drive: Drive, start: float, normal: Mapping[str, Array], seed: int | None) -> Individual:
     """The individual of standard normal deviates by part."""
     nominal = dict.fromkeys(PARTS, drive.element_radius) | {"crank": drive.crank_radius}
-    radius = {part: nominal[part] + drive.tolerances[part].offset + drive.tolerances[part].sigma * normal[part]
-              for part in PARTS}
+    radius = {
+        part: nominal[part] + drive.tolerances[part].offset + drive.tolerances[part].sigma * normal[part]
+        for part in PARTS
+    }
     return Individual(drive, start, radius["element"], radius["crank"], radius["cage"], radius["gear"], seed)
 
 

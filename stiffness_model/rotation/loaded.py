@@ -120,8 +120,10 @@ class _Guess:
         trial = np.linspace(-reach, reach, _TRIAL)
         mean = turning_map(individual, trial, scattered(_ANGLES)).torque.mean(axis=0)
         if not mean[0] < torque < mean[-1]:
-            raise InputError(f"torque: expected one within {mean[0]:.4g} ... {mean[-1]:.4g} N.m, what "
-                             f"{individual.drive.name} carries, got {torque:.4g}")
+            raise InputError(
+                f"torque: expected one within {mean[0]:.4g} ... {mean[-1]:.4g} N.m, what "
+                f"{individual.drive.name} carries, got {torque:.4g}"
+            )
         k = int(np.clip(np.searchsorted(mean, torque), 1, _TRIAL - 1))
         slope = float((mean[k] - mean[k - 1]) / (trial[k] - trial[k - 1]))
         full = float(np.interp(individual.drive.max_twist, trial, mean))

@@ -48,8 +48,9 @@ class TurningMap:
         return self.output_angle * self.individual.drive.transmission_ratio / (2 * np.pi)
 
 
-def turning_map(individual: Individual, twist: ArrayLike, output_angle: ArrayLike, *,
-                gear_shift: float = 0.0) -> TurningMap:
+def turning_map(
+    individual: Individual, twist: ArrayLike, output_angle: ArrayLike, *, gear_shift: float = 0.0
+) -> TurningMap:
     """Solve an individual at every pair of output angle, (n_angle,) rad, and twist, (n_twist,) rad at the output.
 
     gear_shift: m, added to the gear's clearance (positive: play). Raises `InputError` for angles that are not
@@ -100,8 +101,12 @@ def finite(values: ArrayLike, name: str) -> Array:
         array = np.asarray(values, float)
     except (TypeError, ValueError):
         array = np.array(np.nan)
-    expect(array.ndim == 1 and array.size > 0 and bool(np.isfinite(array).all()),
-           "a one-dimensional array of finite angles in rad", values, name)
+    expect(
+        array.ndim == 1 and array.size > 0 and bool(np.isfinite(array).all()),
+        "a one-dimensional array of finite angles in rad",
+        values,
+        name,
+    )
     expect(float(np.abs(array).max()) <= FARTHEST, f"angles within +-{FARTHEST:g} rad", values, name)
     return array
 

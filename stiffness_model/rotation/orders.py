@@ -62,7 +62,8 @@ class Spectrum:
         if of_elements and order % (drive.lobes * drive.elements) == 0:
             return "passing"
         return {(True, True): "rows", (True, False): "elements", (False, True): "lobes", (False, False): "both"}[
-            of_elements, of_lobes]
+            of_elements, of_lobes
+        ]
 
 
 def spectrum(drive: Drive, values: ArrayLike) -> Spectrum:
@@ -75,8 +76,12 @@ def spectrum(drive: Drive, values: ArrayLike) -> Spectrum:
     ([5], array([2., 3.]), np.float64(1.0))
     """
     signal = np.asarray(values, float)
-    expect(signal.ndim == 1 and len(signal) > 2 and bool(np.isfinite(signal).all()),
-           "finite values over one turn, (n,)", np.shape(values), "values")
+    expect(
+        signal.ndim == 1 and len(signal) > 2 and bool(np.isfinite(signal).all()),
+        "finite values over one turn, (n,)",
+        np.shape(values),
+        "values",
+    )
     n = len(signal)
     transform = np.fft.rfft(signal) / n
     amplitude = 2 * np.abs(transform)

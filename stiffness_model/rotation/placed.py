@@ -46,8 +46,7 @@ class GearGive:
         """K1, N/m^p, at places and distances of one shape."""
         cell, f = locate(self.axis, np.abs(beta))
         basis = weights(f, f)
-        value, slope, bend = (sum(w * column[cell + k] for k, w in enumerate(basis))
-                              for column in self._columns)
+        value, slope, bend = (sum(w * column[cell + k] for k, w in enumerate(basis)) for column in self._columns)
         off = q - self.middle
         return np.asarray(value + off * (slope + off * bend)) ** -self.exponent
 
@@ -63,8 +62,12 @@ def gear_give(drive: Drive, reach: float) -> GearGive:
     one = np.ones(axis.cells + 1)
     gives, exponent = [], 0.0
     for q in (middle - span, middle, middle + span):
-        contacts = build_contacts(drive, Deviations(axis.nodes, drive.element_radius * one, drive.crank_radius * one,
-                                                    drive.element_radius * one, q * one))
+        contacts = build_contacts(
+            drive,
+            Deviations(
+                axis.nodes, drive.element_radius * one, drive.crank_radius * one, drive.element_radius * one, q * one
+            ),
+        )
         exponent = contacts.exponent
         gives.append(contacts.stiffness_gear ** (-1 / exponent))
     low, at, high = gives
@@ -88,8 +91,9 @@ class Parts:
         """The contacts of every element, (n,), as far as they are its own: crank and bore."""
         one = self.individual
         zero = np.zeros(one.drive.elements)
-        return build_contacts(one.drive, Deviations(zero, one.element, one.crank, one.cage,
-                                                    zero + one.drive.element_radius))
+        return build_contacts(
+            one.drive, Deviations(zero, one.element, one.crank, one.cage, zero + one.drive.element_radius)
+        )
 
     @cached_property
     def gear(self) -> GearGive:
@@ -105,7 +109,11 @@ class Parts:
         placed = own[number]
         ball = one.drive.element == "ball"
         return replace(
-            placed, beta=beta, path_radius=path.radius(beta), normal_r=normal_r, normal_t=normal_t,
+            placed,
+            beta=beta,
+            path_radius=path.radius(beta),
+            normal_r=normal_r,
+            normal_t=normal_t,
             gear_gap=q - one.element[number],
             stiffness_gear=self.gear.stiffness(beta, q) if ball else placed.stiffness_gear,
         )

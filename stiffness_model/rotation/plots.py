@@ -22,9 +22,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 TURNS = "turns of the crank"
-SOURCES = {"passing": (PURPLE, "passing of the balls"), "lobes": (BLUE, "lobes alone"),
-           "elements": (ORANGE, "balls and bores alone"), "rows": (GREEN, "rows of the cage"),
-           "both": (FAINT, "lobes and balls together")}
+SOURCES = {
+    "passing": (PURPLE, "passing of the balls"),
+    "lobes": (BLUE, "lobes alone"),
+    "elements": (ORANGE, "balls and bores alone"),
+    "rows": (GREEN, "rows of the cage"),
+    "both": (FAINT, "lobes and balls together"),
+}
 """Colour and words for `Spectrum.source`."""
 
 
@@ -33,8 +37,16 @@ def ripple_map(turning: TurningMap, ax: Axes | None = None) -> Axes:
     ax = new_axes(width=7.6) if ax is None else ax
     ripple = (turning.torque - turning.torque.mean(axis=0)).T
     most = float(np.quantile(np.abs(ripple), 0.999))
-    picture = ax.pcolormesh(turning.crank_turns, turning.twist / ARCMIN, ripple, cmap="RdBu_r", vmin=-most, vmax=most,
-                            shading="nearest", rasterized=True)
+    picture = ax.pcolormesh(
+        turning.crank_turns,
+        turning.twist / ARCMIN,
+        ripple,
+        cmap="RdBu_r",
+        vmin=-most,
+        vmax=most,
+        shading="nearest",
+        rasterized=True,
+    )
     dress(ax, TURNS, "twist at the output [arcmin]")
     ax.grid(False)
     figure = ax.get_figure()
@@ -65,8 +77,9 @@ def errors_over_turn(free: NoLoad, loaded: Sequence[LoadedTurn], ax: Axes | None
     return legend_above(ax, "under torque: less the mean wind-up; shaded: reach within a ball's passing")
 
 
-def order_spectrum(spectrum: Spectrum, quantity: str = "transmission error [arcmin]", named: int = 6,
-                   ax: Axes | None = None) -> Axes:
+def order_spectrum(
+    spectrum: Spectrum, quantity: str = "transmission error [arcmin]", named: int = 6, ax: Axes | None = None
+) -> Axes:
     """Amplitudes over the order per turn of the crank, on logarithmic axes; the `named` strongest with their orders."""
     ax = new_axes(width=7.6) if ax is None else ax
     amplitude, order = spectrum.amplitude[1:], spectrum.crank_order[1:]
@@ -91,8 +104,15 @@ def order_spectrum(spectrum: Spectrum, quantity: str = "transmission error [arcm
         free = all(abs(np.log(spectrum.crank_order[k] / other)) > 0.25 for other in taken)
         if free and spectrum.amplitude[k] >= floor and len(taken) < named:
             taken.append(float(spectrum.crank_order[k]))
-            ax.annotate(f"{spectrum.crank_order[k]:.4g}", (spectrum.crank_order[k], spectrum.amplitude[k]),
-                        xytext=(0, 4), textcoords="offset points", ha="center", fontsize="x-small", color=INK)
+            ax.annotate(
+                f"{spectrum.crank_order[k]:.4g}",
+                (spectrum.crank_order[k], spectrum.amplitude[k]),
+                xytext=(0, 4),
+                textcoords="offset points",
+                ha="center",
+                fontsize="x-small",
+                color=INK,
+            )
     legend_above(ax)
     return ax
 
@@ -103,10 +123,16 @@ def fan_of_individuals(individuals: Fan, ax: Axes | None = None) -> Axes:
     torque = individuals.torque
     for k, middle in enumerate(individuals.middle[1:]):
         ax.plot(torque, middle / ARCMIN, color=FAINT, linewidth=1.0, label=None if k else "others of the drawing")
-    ax.fill_between(torque, individuals.low[0] / ARCMIN, individuals.high[0] / ARCMIN, color=BLUE, alpha=SHADE,
-                    linewidth=0)
-    ax.plot(torque, individuals.middle[0] / ARCMIN, color=BLUE, linewidth=2.0,
-            label=f"individual {individuals.seeds[0]}, mean of its turn")
+    ax.fill_between(
+        torque, individuals.low[0] / ARCMIN, individuals.high[0] / ARCMIN, color=BLUE, alpha=SHADE, linewidth=0
+    )
+    ax.plot(
+        torque,
+        individuals.middle[0] / ARCMIN,
+        color=BLUE,
+        linewidth=2.0,
+        label=f"individual {individuals.seeds[0]}, mean of its turn",
+    )
     ax.axhline(0, color=INK, linewidth=0.8)
     dress(ax, "torque at the output [N.m]", "twist less the mean drive's [arcmin]")
     return legend_above(ax, "shaded: reach of the first one over a turn")

@@ -41,16 +41,20 @@ def _base(toml: str) -> tuple[sm.Drive, Lookup, Array, Array]:
         path = Path(folder, "drive.toml")
         path.write_text(toml, encoding="utf-8")
         drive = sm.load_drive(path)
-        stiffer = {part: replace(m, youngs_modulus=1.1 * m.youngs_modulus) for part, m in drive.materials.items()
-                   if part in ("gear", "cage")}
+        stiffer = {
+            part: replace(m, youngs_modulus=1.1 * m.youngs_modulus)
+            for part, m in drive.materials.items()
+            if part in ("gear", "cage")
+        }
         other = replace(drive, materials={**drive.materials, **stiffer})
         twist = np.linspace(0.1, 1.5, 15) * drive.max_twist
         plain, changed = (sm.simulate(d, twist, 100).torque.mean(axis=0) for d in (drive, other))
         return drive, build_lookup(drive), twist, changed / plain - 1
 
 
-def columns(record: Record, drive: sm.Drive, lookup: Lookup, modulus: tuple[Array, Array]
-            ) -> tuple[Array, dict[str, Array]]:
+def columns(
+    record: Record, drive: sm.Drive, lookup: Lookup, modulus: tuple[Array, Array]
+) -> tuple[Array, dict[str, Array]]:
     """The columns that are always in (torque, zero of the twist), (n, 2), and those of every effect, (n, k)."""
     starts = np.append(record.starts, len(record))
     twist = _smooth(record.twist(drive.ratio), starts)
@@ -65,23 +69,32 @@ def columns(record: Record, drive: sm.Drive, lookup: Lookup, modulus: tuple[Arra
     per_torque = slope * drive.max_twist / lookup.full_torque
     seconds = (3.0, 10.0, 30.0)
     groups = {
-        "clearance": [by_clearance], "thermal_clearance": [by_clearance * (record.temperature - 20)],
-        "wear": [by_clearance * travel], "modulus_error": [torque * np.interp(np.abs(twist), *modulus)],
-        "missing_ball": [f(turn) * torque for f in (np.cos, np.sin)], "structural_compliance": [per_torque * torque],
+        "clearance": [by_clearance],
+        "thermal_clearance": [by_clearance * (record.temperature - 20)],
+        "wear": [by_clearance * travel],
+        "modulus_error": [torque * np.interp(np.abs(twist), *modulus)],
+        "missing_ball": [f(turn) * torque for f in (np.cos, np.sin)],
+        "structural_compliance": [per_torque * torque],
         "creep": [per_torque * _followed(torque, record.time, starts, s) for s in seconds],
         "kinematic_error": [slope * f(k * crank) for k in (1, 2, 3, 4) for f in (np.cos, np.sin)],
-        "hysteresis": [inside], "load_dependent_hysteresis": [inside * np.abs(torque)],
-        "damping": [_rate(twist, record.time, starts)], "coulomb_friction": [outside], "viscous_friction": [speed],
+        "hysteresis": [inside],
+        "load_dependent_hysteresis": [inside * np.abs(torque)],
+        "damping": [_rate(twist, record.time, starts)],
+        "coulomb_friction": [outside],
+        "viscous_friction": [speed],
         "stribeck_friction": [outside * np.exp(-np.abs(speed) / s) for s in (0.05, 0.2)],
-        "torque_sensor_offset": [np.ones_like(torque)], "torque_sensor_drift": [elapsed],
+        "torque_sensor_offset": [np.ones_like(torque)],
+        "torque_sensor_drift": [elapsed],
     }
     made = {name: np.stack(group, -1) for name, group in groups.items()}
-    return np.stack([torque, slope], -1), {name: c for name, c in made.items() if np.ptp(c, axis=0).max() > 0
-                                           or name == "torque_sensor_offset"}
+    return np.stack([torque, slope], -1), {
+        name: c for name, c in made.items() if np.ptp(c, axis=0).max() > 0 or name == "torque_sensor_offset"
+    }
 
 
-def greedy_bic(base: Array, groups: dict[str, Array], y: Array, threshold: float, helped: bool = False
-               ) -> dict[str, Array]:
+def greedy_bic(
+    base: Array, groups: dict[str, Array], y: Array, threshold: float, helped: bool = False
+) -> dict[str, Array]:
     """Take the group that lowers n log(RSS/n) + k log n most, until none does.
 
     helped: n counts independent samples, by the correlation of neighbouring residuals, and a group whose part is
@@ -90,8 +103,9 @@ def greedy_bic(base: Array, groups: dict[str, Array], y: Array, threshold: float
     chosen: list[str] = []
     independent = 1.0
     while len(chosen) < len(groups):
-        design = {name: np.hstack([base, *(groups[c] for c in (*chosen, name))])
-                  for name in groups if name not in chosen}
+        design = {
+            name: np.hstack([base, *(groups[c] for c in (*chosen, name))]) for name in groups if name not in chosen
+        }
         scores = {name: _bic(d, y, independent) for name, d in design.items()}
         name = min(scores, key=lambda n: scores[n])
         if helped:
@@ -139,7 +153,10 @@ def pysindy(base: Array, groups: dict[str, Array], y: Array, threshold: float) -
 
 
 METHODS: dict[str, Callable[[Array, dict[str, Array], Array, float], dict[str, Array]]] = {
-    "bic": greedy_bic, "bic_helped": partial(greedy_bic, helped=True), "stlsq": stlsq, "pysindy": pysindy,
+    "bic": greedy_bic,
+    "bic_helped": partial(greedy_bic, helped=True),
+    "stlsq": stlsq,
+    "pysindy": pysindy,
 }
 
 
@@ -155,16 +172,20 @@ def diagnose(method: str, record_path: Path, drawing_path: Path) -> dict[str, An
     base, groups = columns(record, drive, lookup, (modulus[0], modulus[1]))
     found = METHODS[method](base, groups, record.output_torque, MATERIAL * lookup.full_torque)
     names = {("backlash" if c[0] > 0 else "preload") if name == "clearance" else name for name, c in found.items()}
-    return {"schema": 1, "verdict": "named" if names else "none", "alternatives": [],
-            "effects": [{"name": name, "parameters": {}} for name in sorted(names)]}
+    return {
+        "schema": 1,
+        "verdict": "named" if names else "none",
+        "alternatives": [],
+        "effects": [{"name": name, "parameters": {}} for name in sorted(names)],
+    }
 
 
 def _coefficients(base: Array, groups: dict[str, Array], y: Array, chosen: list[str]) -> dict[str, Array]:
     all_columns = np.hstack([base, *(groups[name] for name in chosen)])
     scale = _rms(all_columns)
-    values = (np.linalg.lstsq(all_columns / scale, y, rcond=None)[0] / scale)[base.shape[1]:]
+    values = (np.linalg.lstsq(all_columns / scale, y, rcond=None)[0] / scale)[base.shape[1] :]
     ends = np.cumsum([groups[name].shape[1] for name in chosen])
-    return {name: values[end - groups[name].shape[1]:end] for name, end in zip(chosen, ends, strict=True)}
+    return {name: values[end - groups[name].shape[1] : end] for name, end in zip(chosen, ends, strict=True)}
 
 
 def _free_of(base: Array, groups: dict[str, Array], y: Array) -> tuple[Array, Array]:

@@ -57,8 +57,10 @@ def measure(name: str, fields: dict[str, str], n_drives: int, n_twists: int, rep
         ratios = [seconds(lambda: run(other, pair[1])) / seconds(lambda: run(plain, pair[0])) for _ in range(repeats)]
         return float(np.median(ratios))
 
-    return (both(lambda drive, parts: [solve(part, twist * drive.ratio) for part in parts]),
-            both(lambda drive, _: sm.simulate(drive, twist, n_drives)))
+    return (
+        both(lambda drive, parts: [solve(part, twist * drive.ratio) for part in parts]),
+        both(lambda drive, _: sm.simulate(drive, twist, n_drives)),
+    )
 
 
 def main() -> None:

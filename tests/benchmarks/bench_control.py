@@ -41,8 +41,9 @@ def main() -> None:
     values, slopes = (Buffered(spline_function("spline", axes, lookup.coefficients, slope=s)) for s in (False, True))
     works: dict[str, tuple[Work, int]] = {"bare splines": (lambda: (values(point), slopes(point)), 300)}
     for name, effects in (("plain", ()), ("all effects", EFFECTS)):
-        works |= of_model(name, JointModel(build_model(drive, {e: {} for e in effects}, lookup=lookup),
-                                           Masses(1e-3, 2.0)))
+        works |= of_model(
+            name, JointModel(build_model(drive, {e: {} for e in effects}, lookup=lookup), Masses(1e-3, 2.0))
+        )
     best = dict.fromkeys(works, np.inf)
     for _ in range(args.rounds):
         for name, (work, times) in works.items():
@@ -52,8 +53,10 @@ def main() -> None:
         print(f"{name:45} {1e6 * seconds:10.2f} us {seconds / bare:10.1f} times")
     record = rig.measured({"hysteresis": {"torque": 4.0}, "backlash": {"clearance": 3e-6}}, seed=5)
     seconds = min(timed(lambda: examine(record, rig.drive()), 1) for _ in range(2))
-    print(f"a diagnosis of {len(record)} samples: {seconds:.2f} s of processor time, "
-          f"{seconds / (len(record) * bare):.0f} bare evaluations a sample")
+    print(
+        f"a diagnosis of {len(record)} samples: {seconds:.2f} s of processor time, "
+        f"{seconds / (len(record) * bare):.0f} bare evaluations a sample"
+    )
 
 
 def of_model(name: str, joint: JointModel) -> dict[str, tuple[Work, int]]:

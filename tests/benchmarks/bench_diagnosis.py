@@ -52,7 +52,8 @@ def command_engine(record: Path, drawing: Path) -> Answer:
 
 
 ENGINES: dict[str, Callable[[Path, Path], Answer]] = {
-    "reefmu": reefmu_engine, "command": command_engine,
+    "reefmu": reefmu_engine,
+    "command": command_engine,
     **{method: partial(baselines.diagnose, method) for method in baselines.METHODS},
 }
 
@@ -88,8 +89,11 @@ def run(cases: list[Case], engines: tuple[str, ...], workers: int) -> dict[str, 
             for name in engines:
                 rows[name].append(outcome[name])
             first = outcome[engines[0]]
-            print(f"{done:4d}/{len(cases)}  case {first.truth.case.number:4d} {first.truth.case.category:14s} "
-                  f"{'ok ' if first.exact else '   '} {first.verdict:12s} {first.seconds:5.1f} s", flush=True)
+            print(
+                f"{done:4d}/{len(cases)}  case {first.truth.case.number:4d} {first.truth.case.category:14s} "
+                f"{'ok ' if first.exact else '   '} {first.verdict:12s} {first.seconds:5.1f} s",
+                flush=True,
+            )
     return {name: sorted(found, key=lambda o: o.truth.case.number) for name, found in rows.items()}
 
 

@@ -36,16 +36,20 @@ def full_model() -> DriveModel:
     """Every effect at its nominal size; wear and drift so that ten million steps end within the lookup."""
     drive = sm.load_drive("drive_1")
     model = build_model(drive, {n: {} for n in EFFECTS}, lookup=build_lookup(drive, n_drives=16))
-    sizes = {p.name: float(np.clip(p.nominal, p.minimum, p.maximum)) for p in model.parameters
-             if p.name != "band" and p.minimum is not None and p.maximum is not None}
+    sizes = {
+        p.name: float(np.clip(p.nominal, p.minimum, p.maximum))
+        for p in model.parameters
+        if p.name != "band" and p.minimum is not None and p.maximum is not None
+    }
     return model.with_parameters({**sizes, "wear.rate": 1e-11, "torque_sensor_drift.rate": 1e-6})
 
 
 def closed(component: Component, steps: int) -> Trial:
     """`make_trial` there and back again."""
     trial = make_trial(component)
-    there = np.interp(np.linspace(0, 1, steps // 2 + 1), np.linspace(0, 1, len(trial.inputs)), np.arange(
-        len(trial.inputs)))
+    there = np.interp(
+        np.linspace(0, 1, steps // 2 + 1), np.linspace(0, 1, len(trial.inputs)), np.arange(len(trial.inputs))
+    )
     columns = [np.interp(there, np.arange(len(trial.inputs)), column) for column in trial.inputs.T]
     inputs = np.column_stack(columns)
     inputs = np.vstack([inputs, inputs[-2::-1] * [1, -1, 1, -1, 1]])
@@ -68,23 +72,34 @@ def main() -> None:
             archive.extractall(folder / "out")
         host = build_replay(folder / "host")
         start = time.perf_counter()
-        came = replay([str(host)], next((folder / "out").rglob("*.so")), read_archive(path).guid, component, trial,
-                      folder, rounds=rounds)
+        came = replay(
+            [str(host)],
+            next((folder / "out").rglob("*.so")),
+            read_archive(path).guid,
+            component,
+            trial,
+            folder,
+            rounds=rounds,
+        )
         native = time.perf_counter() - start
         start = time.perf_counter()
         expected = repeat_model(component, trial, model.parameter_vector(), rounds)
         python = time.perf_counter() - start
     steps = rounds * len(trial.dt)
-    print(f"{rounds} rounds of {len(trial.dt)} steps, {len(model.effects)} effects; C host {native:.1f} s "
-          f"({1e6 * native / steps:.2f} us a step), model {python:.1f} s, {python / native:.0f} times as long")
+    print(
+        f"{rounds} rounds of {len(trial.dt)} steps, {len(model.effects)} effects; C host {native:.1f} s "
+        f"({1e6 * native / steps:.2f} us a step), model {python:.1f} s, {python / native:.0f} times as long"
+    )
     names = [s.name for s in (*component.outputs, *component.states)]
     scale = np.maximum(np.abs(expected).max(axis=0), 1e-30)
     scale[names.index("output.tau")] = scale[names.index("measured.tau")] = model.full_torque
     away = np.maximum.accumulate(np.abs(came - expected) / scale, axis=0)
     for n in sorted({1, *(int(10**k) for k in range(1, 8) if 10**k < rounds), rounds}):
         worst = int(away[n].argmax())
-        print(f"after {n * len(trial.dt):9d} steps: torque {away[n, 0]:.2g} of full torque, worst {away[n, worst]:.2g} "
-              f"in {names[worst]}")
+        print(
+            f"after {n * len(trial.dt):9d} steps: torque {away[n, 0]:.2g} of full torque, worst {away[n, worst]:.2g} "
+            f"in {names[worst]}"
+        )
     for name in ("wear.travel", "creep.twist", "hysteresis.deflection", "output.tau"):
         at = names.index(name)
         print(f"{name} at the end: native {came[-1, at]!r}, model {expected[-1, at]!r}")

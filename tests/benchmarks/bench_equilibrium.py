@@ -30,8 +30,18 @@ from stiffness_model.equilibrium.closed_form import MOST_PASSES, PASSES, TOLERAN
 
 SOURCE = Path(__file__).with_name("closed_form.c")
 FORCES = ("gear", "crank", "cage_plus", "cage_minus")
-_INPUTS = ("beta", "path_radius", "normal_r", "normal_t", "gear_gap", "reach", "cage_gap", "stiffness_gear",
-           "stiffness_crank", "stiffness_cage")
+_INPUTS = (
+    "beta",
+    "path_radius",
+    "normal_r",
+    "normal_t",
+    "gear_gap",
+    "reach",
+    "cage_gap",
+    "stiffness_gear",
+    "stiffness_crank",
+    "stiffness_cage",
+)
 
 
 @dataclass(frozen=True)
@@ -56,8 +66,11 @@ def elements(drive: sm.Drive, n: int) -> Contacts:
         deviations = sampling.draw(drive, block, sampling.BLOCK, seed=0)
         contacts = build_contacts(drive, deviations)
         parts.append(contacts[usable(drive, deviations.beta).ravel() & (contacts.cage_gap >= 0)])
-    arrays = {f.name: np.concatenate([getattr(p, f.name) for p in parts])[:n]
-              for f in dataclasses.fields(Contacts) if isinstance(getattr(parts[0], f.name), np.ndarray)}
+    arrays = {
+        f.name: np.concatenate([getattr(p, f.name) for p in parts])[:n]
+        for f in dataclasses.fields(Contacts)
+        if isinstance(getattr(parts[0], f.name), np.ndarray)
+    }
     return dataclasses.replace(parts[0], **arrays)
 
 
@@ -67,8 +80,12 @@ def c_loop(folder: Path) -> Callable[[Contacts, np.ndarray, Equilibrium], None] 
     if compiler is None:
         return "no C compiler (cc) on the PATH"
     library = folder / "closed_form.so"
-    done = subprocess.run([compiler, "-O2", "-shared", "-fPIC", str(SOURCE), "-o", str(library), "-lm"],
-                          capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [compiler, "-O2", "-shared", "-fPIC", str(SOURCE), "-o", str(library), "-lm"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     if done.returncode != 0:
         return f"cc failed: {done.stderr.strip().splitlines()[-1] if done.stderr.strip() else done.returncode}"
     function = ctypes.CDLL(str(library)).closed_form
@@ -77,15 +94,24 @@ def c_loop(folder: Path) -> Callable[[Contacts, np.ndarray, Equilibrium], None] 
     def run(contacts: Contacts, twists: np.ndarray, into: Equilibrium) -> None:
         pointers = [ctypes.c_void_p(getattr(contacts, name).ctypes.data) for name in _INPUTS]
         results = [ctypes.c_void_p(getattr(into, f.name).ctypes.data) for f in dataclasses.fields(into)]
-        function(ctypes.c_ssize_t(len(contacts)), ctypes.c_ssize_t(len(twists)), ctypes.c_int(PASSES),
-                 ctypes.c_int(MOST_PASSES), ctypes.c_double(TOLERANCE), ctypes.c_double(contacts.eccentricity),
-                 ctypes.c_void_p(twists.ctypes.data), *pointers, *results)
+        function(
+            ctypes.c_ssize_t(len(contacts)),
+            ctypes.c_ssize_t(len(twists)),
+            ctypes.c_int(PASSES),
+            ctypes.c_int(MOST_PASSES),
+            ctypes.c_double(TOLERANCE),
+            ctypes.c_double(contacts.eccentricity),
+            ctypes.c_void_p(twists.ctypes.data),
+            *pointers,
+            *results,
+        )
 
     return run
 
 
-def measure(drive: sm.Drive, n_elements: int = 700, n_twists: int = 24, repeats: int = 60,
-            n_roots: int = 400) -> Figures:
+def measure(
+    drive: sm.Drive, n_elements: int = 700, n_twists: int = 24, repeats: int = 60, n_roots: int = 400
+) -> Figures:
     """Times and agreement on `n_elements` elements at `n_twists` twists up to the drive's greatest."""
     contacts = elements(drive, n_elements)
     twists = np.linspace(0, 1, n_twists + 1)[1:] * drive.max_twist * drive.ratio
@@ -106,8 +132,10 @@ def measure(drive: sm.Drive, n_elements: int = 700, n_twists: int = 24, repeats:
         c=1e9 * float(np.median(c_times)) / pairs if c_times else None,
         root=1e9 * root_time,
         c_difference=max(float(np.abs(getattr(ours, name) - getattr(into, name)).max()) for name in FORCES) / size
-        if c_times else None,
-        root_difference=root_difference / size, c_missing=loop if isinstance(loop, str) else "",
+        if c_times
+        else None,
+        root_difference=root_difference / size,
+        c_missing=loop if isinstance(loop, str) else "",
     )
 
 
@@ -137,18 +165,21 @@ def _roots(contacts: Contacts, twists: np.ndarray, ours: Equilibrium, n: int) ->
 
 def table(figures: Figures) -> str:
     """The figures as text."""
+
     def row(name: str, value: float | None, difference: float | None) -> str:
         if value is None:
             return f"  {name:<42} {figures.c_missing}"
         against = "" if difference is None else f"{difference:12.1e}"
         return f"  {name:<42}{value:12.1f}{value / figures.numpy:12.2f}{against}"
 
-    return "\n".join([
-        f"  {'per element and twist':<42}{'ns':>12}{'x NumPy':>12}{'difference':>12}",
-        row("closed form, NumPy", figures.numpy, None),
-        row("closed form, C loop (cc -O2)", figures.c, figures.c_difference),
-        row("scipy.optimize.root, exact Jacobian", figures.root, figures.root_difference),
-    ])
+    return "\n".join(
+        [
+            f"  {'per element and twist':<42}{'ns':>12}{'x NumPy':>12}{'difference':>12}",
+            row("closed form, NumPy", figures.numpy, None),
+            row("closed form, C loop (cc -O2)", figures.c, figures.c_difference),
+            row("scipy.optimize.root, exact Jacobian", figures.root, figures.root_difference),
+        ]
+    )
 
 
 def block_sizes(drive: sm.Drive, repeats: int = 20) -> str:
@@ -158,8 +189,10 @@ def block_sizes(drive: sm.Drive, repeats: int = 20) -> str:
         contacts = elements(drive, n_elements)
         twists = np.linspace(0, 1, n_twists) * drive.max_twist * drive.ratio
         seconds = float(np.median([_seconds(lambda c=contacts, t=twists: closed_form(c, t)) for _ in range(repeats)]))
-        lines.append(f"  {n_elements:>5} x {n_twists:<3} = {n_elements * n_twists:>7}"
-                     f"{1e9 * seconds / (n_elements * n_twists):12.1f} ns")
+        lines.append(
+            f"  {n_elements:>5} x {n_twists:<3} = {n_elements * n_twists:>7}"
+            f"{1e9 * seconds / (n_elements * n_twists):12.1f} ns"
+        )
     return "\n".join(lines)
 
 

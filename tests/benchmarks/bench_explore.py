@@ -44,8 +44,8 @@ def cost(work: Callable[[], object], runs: int = 5) -> float:
 def per_design(study: Study, count: int = 48) -> None:
     """Where the time of a simulated design goes."""
     numbers, positions = study.numbers, sample(study)
-    found = evaluate(study, positions[:4 * count])
-    some = positions[:4 * count][found.outcome == Outcome.SIMULATED][:count]
+    found = evaluate(study, positions[: 4 * count])
+    some = positions[: 4 * count][found.outcome == Outcome.SIMULATED][:count]
     rows = []
     for position in some:
         drive = drive_at(study, position)
@@ -54,22 +54,29 @@ def per_design(study: Study, count: int = 48) -> None:
         assert response is not None
         elements = draw_elements(drive, limit, numbers.drives, numbers.seed)
         twist = response.curve.twist * drive.ratio
-        rows.append((
-            cost(lambda p=position: evaluate(study, p[None])),
-            cost(lambda e=elements, t=twist: closed_form(e.contacts, t)),
-            cost(lambda e=elements, t=twist: sweep(e, t)),
-            cost(lambda d=drive, x=limit: draw_elements(d, x, numbers.drives, numbers.seed)),
-            cost(lambda d=drive, p=position: (d.usable_limit, drive_at(study, p))),
-            len(elements.contacts) * len(twist)))
+        rows.append(
+            (
+                cost(lambda p=position: evaluate(study, p[None])),
+                cost(lambda e=elements, t=twist: closed_form(e.contacts, t)),
+                cost(lambda e=elements, t=twist: sweep(e, t)),
+                cost(lambda d=drive, x=limit: draw_elements(d, x, numbers.drives, numbers.seed)),
+                cost(lambda d=drive, p=position: (d.usable_limit, drive_at(study, p))),
+                len(elements.contacts) * len(twist),
+            )
+        )
     whole, solve, swept, draw, drawing, pairs = np.array(rows).T
     rest = whole - swept - draw - drawing
-    print(f"{study.name}: {len(some)} designs of {numbers.drives} drives x {numbers.twists} twists, one core, "
-          "processor time")
+    print(
+        f"{study.name}: {len(some)} designs of {numbers.drives} drives x {numbers.twists} twists, one core, "
+        "processor time"
+    )
     print(f"  a design         {1e3 * whole.mean():6.2f} ms   {1 / whole.mean():5.0f} designs a second (goal 100)")
     for name, values in (("sweep", swept), ("virtual drives", draw), ("drawing", drawing), ("metrics, range", rest)):
         print(f"    {name:14s} {1e3 * values.mean():6.2f} ms   {100 * values.sum() / whole.sum():4.0f} %")
-    print(f"  of its pairs     {pairs.mean():6.0f} of elements and twists, {1e9 * solve.sum() / pairs.sum():.0f} ns "
-          "each in the bare closed form")
+    print(
+        f"  of its pairs     {pairs.mean():6.0f} of elements and twists, {1e9 * solve.sum() / pairs.sum():.0f} ns "
+        "each in the bare closed form"
+    )
     print(f"  a design costs   {whole.sum() / solve.sum():6.2f} times the bare closed form\n")
 
 
@@ -98,11 +105,15 @@ def speed_up(designs: int) -> None:
     print(f"{designs} designs of the study geometry, the sample alone, shortest of 3 runs")
     print(f"  one worker       {best[1]:6.2f} s    {designs / best[1]:5.0f} designs a second")
     print(f"  two workers      {best[2]:6.2f} s    {designs / best[2]:5.0f} designs a second")
-    print(f"  two workers are  {best[1] / best[2]:6.2f} times as fast (goal 1.8); "
-          f"{'the same numbers to the bit' if same else 'NOT THE SAME NUMBERS'}")
+    print(
+        f"  two workers are  {best[1] / best[2]:6.2f} times as fast (goal 1.8); "
+        f"{'the same numbers to the bit' if same else 'NOT THE SAME NUMBERS'}"
+    )
     (one, _), (two, own) = used[1], used[2]
-    print(f"  processor time   {one:6.2f} s with one, {two:.2f} s with two workers; of the parent {own:.2f} s: on two "
-          f"free cores {one / (two / 2 + own):.2f} times")
+    print(
+        f"  processor time   {one:6.2f} s with one, {two:.2f} s with two workers; of the parent {own:.2f} s: on two "
+        f"free cores {one / (two / 2 + own):.2f} times"
+    )
 
 
 def _warm(_: int) -> None:

@@ -46,14 +46,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=30)
     parser.add_argument("--drift", type=int, default=100_000)
-    parser.add_argument("--platforms", action="store_true",
-                        help="every platform at once, twice: time, size, same bytes")
+    parser.add_argument(
+        "--platforms", action="store_true", help="every platform at once, twice: time, size, same bytes"
+    )
     args = parser.parse_args()
     warnings.simplefilter("ignore", DoesNotFitWarning)
     drive = sm.load_drive("drive_1")
     lookup = build_lookup(drive, n_drives=16)
-    models = {"plain drive": build_model(drive, lookup=lookup),
-              "all effects": nominal(build_model(drive, {n: {} for n in EFFECTS}, lookup=lookup))}
+    models = {
+        "plain drive": build_model(drive, lookup=lookup),
+        "all effects": nominal(build_model(drive, {n: {} for n in EFFECTS}, lookup=lookup)),
+    }
     with tempfile.TemporaryDirectory() as name, ExitStack() as stack:
         folder = Path(name)
         os.environ["REEFMU_CACHE"] = str(folder / "cache")  # compiling is part of an export
@@ -65,12 +68,15 @@ def main() -> None:
         in_c: dict[str, Round] = {"does nothing": bare(loop, nothing), "bare table": bare(loop, table)}
         in_fmpy: dict[str, Round] = {}
         for title, model in models.items():
-            paths = {"native": exported(model, folder / f"{title}.fmu", "native", None),
-                     "Python": export_fmu(model, folder / f"python {title}.fmu", backend="python")}
+            paths = {
+                "native": exported(model, folder / f"{title}.fmu", "native", None),
+                "Python": export_fmu(model, folder / f"python {title}.fmu", backend="python"),
+            }
             exported(model, folder / f"joint {title}.fmu", "native", MASSES)
             for back_end, path in paths.items():
-                in_c[f"{title}, {back_end}"] = stack.enter_context(opened(loop, path, 2000 if back_end == "native"
-                                                                          else 20))
+                in_c[f"{title}, {back_end}"] = stack.enter_context(
+                    opened(loop, path, 2000 if back_end == "native" else 20)
+                )
             in_fmpy[title] = simulated(paths["native"], folder / title)
             in_fmpy[f"{title}, nothing in it"] = simulated(paths["native"], folder / f"{title} empty", nothing)
         print("set + doStep + get in a loop in C")
@@ -84,8 +90,10 @@ def main() -> None:
         best = in_turn(in_fmpy, max(1, args.rounds // 3))
         for title in models:
             empty = best[f"{title}, nothing in it"]
-            print(f"  {title:22} {best[title] * 1e6:9.3f} us   {best[title] / empty:8.2f} of the same FMU with nothing "
-                  "in it")
+            print(
+                f"  {title:22} {best[title] * 1e6:9.3f} us   {best[title] / empty:8.2f} of the same FMU with nothing "
+                "in it"
+            )
         print("1 ms of a joint")
         for title, model in models.items():
             native, python = joint_times(model, folder / f"joint {title}.fmu")
@@ -164,9 +172,17 @@ def simulated(path: Path, folder: Path, library: Path | None = None) -> Round:
 
     def one() -> float:
         start = time.perf_counter()
-        fmpy.simulate_fmu(str(folder), stop_time=steps * dt, output_interval=dt, input=signal, validate=False,
-                          model_description=description, output=["output.tau", "crank.tau", "stiffness"])
+        fmpy.simulate_fmu(
+            str(folder),
+            stop_time=steps * dt,
+            output_interval=dt,
+            input=signal,
+            validate=False,
+            model_description=description,
+            output=["output.tau", "crank.tau", "stiffness"],
+        )
         return (time.perf_counter() - start) / steps
+
     return one
 
 
@@ -202,14 +218,21 @@ def every_platform(model: DriveModel, folder: Path) -> None:
     with zipfile.ZipFile(folder / "platforms.fmu") as archive:
         for info in archive.infolist():
             if info.filename.startswith("binaries/"):
-                print(f"  {info.filename.split('/')[1]:14} {info.file_size / 1e3:.0f} kB, packed "
-                      f"{info.compress_size / 1e3:.0f} kB")
+                print(
+                    f"  {info.filename.split('/')[1]:14} {info.file_size / 1e3:.0f} kB, packed "
+                    f"{info.compress_size / 1e3:.0f} kB"
+                )
 
 
 def nominal(model: DriveModel) -> DriveModel:
     """Every effect at its nominal size."""
-    return model.with_parameters({p.name: float(np.clip(p.nominal, p.minimum, p.maximum)) for p in model.parameters
-                                  if p.name != "band" and p.minimum is not None and p.maximum is not None})
+    return model.with_parameters(
+        {
+            p.name: float(np.clip(p.nominal, p.minimum, p.maximum))
+            for p in model.parameters
+            if p.name != "band" and p.minimum is not None and p.maximum is not None
+        }
+    )
 
 
 def compile_c(target: Path, *words: str) -> Path:

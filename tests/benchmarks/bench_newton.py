@@ -45,8 +45,10 @@ def peak(drive: sm.Drive, n_drives: int, n_twists: int) -> float:
         most = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-    return most - sum(values.nbytes for values in (population.torque, population.crank_torque,
-                                                   population.contact_force, population.load_share))
+    return most - sum(
+        values.nbytes
+        for values in (population.torque, population.crank_torque, population.contact_force, population.load_share)
+    )
 
 
 def main() -> None:
@@ -62,8 +64,10 @@ def main() -> None:
     tight = sm.load_drive(args.drive, cage_offset=TIGHT)
     for n in args.twists:
         few = max(2, n // 20)
-        print(f"{n:8}{ratio(args.drive, args.drives, n):9.1f}{ratio(args.drive, args.drives, few, 'exact'):9.1f}"
-              f"{1e-6 * peak(tight, args.drives, n):11.0f}")
+        print(
+            f"{n:8}{ratio(args.drive, args.drives, n):9.1f}{ratio(args.drive, args.drives, few, 'exact'):9.1f}"
+            f"{1e-6 * peak(tight, args.drives, n):11.0f}"
+        )
 
 
 if __name__ == "__main__":

@@ -41,8 +41,18 @@ NOISE = 0.004
 """Rms over full torque; that of the real records is 0.006 of theirs."""
 SLOW = 201
 """Samples, half a second, over which a course counts as slow."""
-EFFECTS = ("", "", "hysteresis", "load_dependent_hysteresis", "backlash", "coulomb_friction", "viscous_friction",
-           "creep", "kinematic_error", "torque_sensor_drift")
+EFFECTS = (
+    "",
+    "",
+    "hysteresis",
+    "load_dependent_hysteresis",
+    "backlash",
+    "coulomb_friction",
+    "viscous_friction",
+    "creep",
+    "kinematic_error",
+    "torque_sensor_drift",
+)
 """Hidden one at a time; an empty name is a clean drive."""
 
 
@@ -80,10 +90,16 @@ def examine(number: int, effect: str, sigmas: float) -> dict[str, object]:
         found = diagnose_record(record, drive=drawing)
     outcome = judge(sealed.truth, found.to_dict(), found.seconds)
     one = float(laid[1:] @ laid[:-1] / (laid @ laid))
-    return {"effect": effect or "none", "sigmas": sigmas if effect else 0.0, "verdict": found.verdict,
-            "names": " + ".join(e.name for e in found.effects), "within": outcome.within,
-            "right": outcome.exact if effect else found.verdict == "none", "autocorrelation": one,
-            "gap": f"{found.gap.before:.2f} -> {found.gap.after:.2f}, noise {found.gap.noise:.2f}"}
+    return {
+        "effect": effect or "none",
+        "sigmas": sigmas if effect else 0.0,
+        "verdict": found.verdict,
+        "names": " + ".join(e.name for e in found.effects),
+        "within": outcome.within,
+        "right": outcome.exact if effect else found.verdict == "none",
+        "autocorrelation": one,
+        "gap": f"{found.gap.before:.2f} -> {found.gap.after:.2f}, noise {found.gap.noise:.2f}",
+    }
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -100,11 +116,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with ProcessPoolExecutor(args.workers) as pool:
         for row in pool.map(examine, range(len(cases)), *zip(*cases, strict=True)):
             rows.append(row)
-            print(f"{row['effect']:26s} {row['sigmas']:4.1f} sigma  {'ok' if row['right'] else '  '}  "
-                  f"{row['verdict']:12s} {row['names']:45s} gap {row['gap']}, lag one {row['autocorrelation']:.2f}",
-                  flush=True)
-    for title, some in (("right name", [r for r in rows if r["effect"] != "none"]),
-                        ("clean called none", [r for r in rows if r["effect"] == "none"])):
+            print(
+                f"{row['effect']:26s} {row['sigmas']:4.1f} sigma  {'ok' if row['right'] else '  '}  "
+                f"{row['verdict']:12s} {row['names']:45s} gap {row['gap']}, lag one {row['autocorrelation']:.2f}",
+                flush=True,
+            )
+    for title, some in (
+        ("right name", [r for r in rows if r["effect"] != "none"]),
+        ("clean called none", [r for r in rows if r["effect"] == "none"]),
+    ):
         hits = sum(bool(r["right"]) for r in some)
         low, high = wilson(hits, len(some))
         print(f"{title}: {hits}/{len(some)}, 95 % bounds {100 * low:.0f} .. {100 * high:.0f} %")

@@ -50,8 +50,15 @@ def best(work: Callable[[], object], runs: int = 3) -> float:
 
 def study() -> None:
     """Three variants, all results."""
-    runs = [[float(word) for word in subprocess.run([sys.executable, "-c", STUDY], capture_output=True, text=True,
-                                                    check=True).stdout.split()] for _ in range(3)]
+    runs = [
+        [
+            float(word)
+            for word in subprocess.run(
+                [sys.executable, "-c", STUDY], capture_output=True, text=True, check=True
+            ).stdout.split()
+        ]
+        for _ in range(3)
+    ]
     wall, cpu, peak, before = min(runs)
     solved = 3 * DRIVES * 87 * TWISTS
     print(f"study: 3 variants x {DRIVES} drives x 87 elements x {TWISTS} twists, one core")
@@ -71,8 +78,10 @@ def linearity() -> None:
         sweep, row = np.linspace(0, drive.max_twist, 31), np.linspace(0, drive.max_twist, twists)
         over_drives = best(lambda n=drives, t=sweep: sm.simulate(drive, t, n))
         over_twists = best(lambda t=row: sm.simulate(drive, t, 500))
-        print(f"  {drives:6d} {over_drives:8.3f} s {1e3 * over_drives / drives:8.3f} ms               "
-              f"{twists:6d} {over_twists:8.3f} s {1e3 * over_twists / twists:8.3f} ms")
+        print(
+            f"  {drives:6d} {over_drives:8.3f} s {1e3 * over_drives / drives:8.3f} ms               "
+            f"{twists:6d} {over_twists:8.3f} s {1e3 * over_twists / twists:8.3f} ms"
+        )
     print()
 
 

@@ -53,16 +53,20 @@ def main() -> None:
     took = best(lambda: turning_map(one, twist, angle))
     print(f"map {TWISTS} x {ANGLES}: {1e3 * took:.0f} ms, {1e6 * took / (TWISTS * ANGLES):.2f} us a point")
     root, off = papers_way(one, twist, angle, args.sample)
-    print(f"the paper's way: {1e3 * root:.1f} ms a point, {root / took * TWISTS * ANGLES:.0f} times the map's; torques "
-          f"differ by {off:.1g} of the greatest")
+    print(
+        f"the paper's way: {1e3 * root:.1f} ms a point, {root / took * TWISTS * ANGLES:.0f} times the map's; torques "
+        f"differ by {off:.1g} of the greatest"
+    )
     whole = turn(drive, 8)
     full = float(turning_map(one, [drive.max_twist], angle).torque.mean())
     under = best(lambda: loaded_turn(one, full, whole), 1)
     free = best(lambda: no_load(one, whole), 1)
     print(f"a turn of the output, {len(whole)} angles: under full torque {under:.2f} s, without load {free:.2f} s")
     lookup = build_lookup(drive, n_drives=16)
-    models = {"mean": build_model(drive, lookup=lookup), "individual": build_model(drive, lookup=lookup,
-                                                                                  individual=args.seed)}
+    models = {
+        "mean": build_model(drive, lookup=lookup),
+        "individual": build_model(drive, lookup=lookup, individual=args.seed),
+    }
     for title, model in models.items():
         print(f"{title:10}  model.output {1e6 * in_casadi(model):7.1f} us   {native(model)}")
 
@@ -77,8 +81,9 @@ def papers_way(one: object, twist: np.ndarray, angle: np.ndarray, count: int) ->
     for t, a in points:
         at = places(parts.individual, parts.window, np.array([a]))
         contacts = parts.contacts(at)
-        torques = [equilibrium_of(contacts, k, t * parts.individual.drive.ratio).output_torque
-                   for k in range(len(contacts))]
+        torques = [
+            equilibrium_of(contacts, k, t * parts.individual.drive.ratio).output_torque for k in range(len(contacts))
+        ]
         found.append(float(np.dot(torques, at.weight[0])))
     took = time.perf_counter() - start
     return took / count, float(np.abs(np.subtract(found, mine)).max() / np.abs(mine).max())
@@ -100,14 +105,20 @@ def native(model: DriveModel, steps: int = 5000) -> str:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         os.environ["REEFMU_CACHE"] = str(folder / "cache")
-        subprocess.run(["cc", "-O2", "-o", str(folder / "host"), "-I", str(WRAPPER), str(HOST), "-ldl", "-lm",
-                        "-lpthread"], check=True)
+        subprocess.run(
+            ["cc", "-O2", "-o", str(folder / "host"), "-I", str(WRAPPER), str(HOST), "-ldl", "-lm", "-lpthread"],
+            check=True,
+        )
         path = export_fmu(model, folder / "native.fmu", backend="native")
         with zipfile.ZipFile(path) as archive:
             archive.extractall(folder / "native")
         library = next((folder / "native").rglob("*.so"))
-        done = subprocess.run([str(folder / "host"), str(library), read_archive(path).guid, "time", str(steps)],
-                              capture_output=True, text=True, check=True)
+        done = subprocess.run(
+            [str(folder / "host"), str(library), read_archive(path).guid, "time", str(steps)],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
         return f"native step {float(done.stdout):7.3f} us, library {library.stat().st_size / 1024:.0f} kB"
 
 

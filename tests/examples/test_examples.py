@@ -26,8 +26,13 @@ def test_example(example: Path, tmp_path: Path) -> None:
     if example.stem == "cycloidal_records" and not RECORDS.is_dir():
         pytest.skip(f"measured records, which are not part of this repository: none in {RECORDS}")
     run = subprocess.run(
-        [sys.executable, str(example), str(tmp_path / "out")], cwd=tmp_path, capture_output=True, text=True,
-        env={**os.environ, "MPLBACKEND": "Agg"}, timeout=HANG)
+        [sys.executable, str(example), str(tmp_path / "out")],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "MPLBACKEND": "Agg"},
+        timeout=HANG,
+    )
     assert run.returncode == 0, run.stderr
     assert run.stdout.strip(), "the example prints its figures"
     assert [path.name for path in tmp_path.iterdir()] == ["out"], "nothing is left outside the folder asked for"

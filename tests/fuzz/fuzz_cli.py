@@ -26,12 +26,72 @@ from tests.small_study import tables
 
 Rng = np.random.Generator
 SECONDS = 60.0
-WORDS = ("", " ", "nan", "inf", "-inf", "1e308", "-1e308", "1e-300", "0", "-1", "1.5", "1e400", "9" * 400, "x", "é",
-         "\n", "..", "/", "/dev/null", "folder", "-", "--", "%s%n", "drive_1", "drive_1\x01", "a" * 300, "1 mm",
-         "-1 um", "1e300 mm", "nan mm", "IT5", "IT0", "IT99", "ISO 3290 G10", "5 sigma", "1_000", "0x10", "true", "[]",
-         "1 parsec")
-NUMBERS = (0, -1, 1, 3, 10**6, 10**30, -(10**30), 0.0, 1e-300, 1e300, float("nan"), float("inf"), True, "", "x", [], {},
-           [1, 2], "1 mm", "1e300 um", "nan um", "-5 um")
+WORDS = (
+    "",
+    " ",
+    "nan",
+    "inf",
+    "-inf",
+    "1e308",
+    "-1e308",
+    "1e-300",
+    "0",
+    "-1",
+    "1.5",
+    "1e400",
+    "9" * 400,
+    "x",
+    "é",
+    "\n",
+    "..",
+    "/",
+    "/dev/null",
+    "folder",
+    "-",
+    "--",
+    "%s%n",
+    "drive_1",
+    "drive_1\x01",
+    "a" * 300,
+    "1 mm",
+    "-1 um",
+    "1e300 mm",
+    "nan mm",
+    "IT5",
+    "IT0",
+    "IT99",
+    "ISO 3290 G10",
+    "5 sigma",
+    "1_000",
+    "0x10",
+    "true",
+    "[]",
+    "1 parsec",
+)
+NUMBERS = (
+    0,
+    -1,
+    1,
+    3,
+    10**6,
+    10**30,
+    -(10**30),
+    0.0,
+    1e-300,
+    1e300,
+    float("nan"),
+    float("inf"),
+    True,
+    "",
+    "x",
+    [],
+    {},
+    [1, 2],
+    "1 mm",
+    "1e300 um",
+    "nan um",
+    "-5 um",
+)
 CALLS: dict[str, list[str]] = {
     "curve": ["curve", "SOURCE", "--drives", "4", "--out", "out"],
     "compare": ["compare", "SOURCE", "--drives", "4", "--catalog", "gears.toml", "--out", "out"],
@@ -42,21 +102,23 @@ CALLS: dict[str, list[str]] = {
     "check": ["check", "file.fmu"],
 }
 OPTIONS: dict[str, list[str]] = {
-    "curve": ["--seed", "--individual", "--drives", "--set", "--out"], "compare": ["--seed", "--drives", "--catalog"],
+    "curve": ["--seed", "--individual", "--drives", "--set", "--out"],
+    "compare": ["--seed", "--drives", "--catalog"],
     "export": ["--step", "--motor-inertia", "--load-inertia", "--load-damping", "--effect", "--fmi", "--kind"],
-    "explore": ["--workers", "--out"], "draw": ["--individual", "--chord", "--set"],
+    "explore": ["--workers", "--out"],
+    "draw": ["--individual", "--chord", "--set"],
     "diagnose": ["--exponent", "--column", "--columns", "--locked", "--curve", "--drive"],
     "check": ["--inertia", "--step"],
 }
 """But for `draw --twist`, `--angle`, `--exaggerate`."""
 FILES: dict[str, str] = {
-    "record.csv": "t,twist [arcmin],output_torque [N.m]\n" + "".join(
-        f"{0.01 * k:.2f},{5 * np.sin(0.1 * k):.6f},{90 * np.sin(0.1 * k):.5f}\n" for k in range(150)),
+    "record.csv": "t,twist [arcmin],output_torque [N.m]\n"
+    + "".join(f"{0.01 * k:.2f},{5 * np.sin(0.1 * k):.6f},{90 * np.sin(0.1 * k):.5f}\n" for k in range(150)),
     "curve.csv": "twist [arcmin],torque [N.m]\n0,0\n1,10\n2,30\n4,80\n8,250\n",
     "columns.toml": 't = "time [s]"\n"twist [arcmin]" = "twist [arcmin]"\n'
-                    '"output_torque [N.m]" = "output_torque [N.m]"\n',
+    '"output_torque [N.m]" = "output_torque [N.m]"\n',
     "gears.toml": '[[gear]]\nmaker = "Own"\ntype = "X1"\nsource = "own rig"\nstiffness = "50 N.m/arcmin"\n'
-                  'rated_torque = "120 N.m"\n',
+    'rated_torque = "120 N.m"\n',
     "file.fmu": "not a zip archive",
 }
 
@@ -82,15 +144,16 @@ def _spoilt(rng: Rng, table: dict[str, Any]) -> str:
     if kind < 0.15 and isinstance(place, dict):
         place[f"{key}x"] = place.pop(key)
         return f"{'.'.join(path)} renamed"
-    place[key] = NUMBERS[int(rng.integers(len(NUMBERS)))] if rng.random() < 0.6 else \
-        WORDS[int(rng.integers(len(WORDS)))]
+    place[key] = (
+        NUMBERS[int(rng.integers(len(NUMBERS)))] if rng.random() < 0.6 else WORDS[int(rng.integers(len(WORDS)))]
+    )
     return f"{'.'.join(path)} = {str(place[key])[:40]!r}"
 
 
 def _spoilt_text(rng: Rng, text: str) -> tuple[str, str]:
     k, size = int(rng.integers(len(text) + 1)), int(rng.choice([0, 1, 5, 10**6]))
     put = str(rng.choice(["", "\x00", '"', "=", "[", "nan", "1e999", "[" * 2000, ",", "\n"]))
-    return text[:k] + put + text[k + size:], f"{put[:5]!r} for {size} letters at {k}"
+    return text[:k] + put + text[k + size :], f"{put[:5]!r} for {size} letters at {k}"
 
 
 def cases(seed: int, count: int) -> Iterator[tuple[str, list[str], dict[str, str]]]:
@@ -99,8 +162,12 @@ def cases(seed: int, count: int) -> Iterator[tuple[str, list[str], dict[str, str
     drawing = tomllib.loads((drawings / "drive_1.toml").read_text("utf-8"))
     for number in range(count):
         rng = np.random.default_rng([seed, number])
-        name = str(rng.choice(["curve", "compare", "export", "export", "explore", "draw", "diagnose", "check"],
-                              p=[0.2, 0.15, 0.1, 0.1, 0.15, 0.1, 0.15, 0.05]))
+        name = str(
+            rng.choice(
+                ["curve", "compare", "export", "export", "explore", "draw", "diagnose", "check"],
+                p=[0.2, 0.15, 0.1, 0.1, 0.15, 0.1, 0.15, 0.05],
+            )
+        )
         call, files, done = list(CALLS[name]), dict(FILES), ""
         own, study = tomllib.loads(tomli_w.dumps(drawing)), tables(designs=8, drives=2, generations=0)
         how = str(rng.choice(["word", "option", "field", "drawing", "study", "text"]))

@@ -40,10 +40,59 @@ from stiffness_model.errors import InputError
 
 LONG = 20.0
 """s: an answer that takes longer is a finding of its own; a whole one takes some tenths."""
-VALUES: tuple[Any, ...] = (None, True, "", "x", "1", [], {}, [1], {"a": 1}, 0, -1, 1, 3, 0.5, 1e-300, -1e300, 1e308,
-                           math.nan, math.inf, -math.inf, 10**9, 10**30, [[[]]], "\n", "é" * 50)
-WORDS = ("0", "-1", "1", "8", "100000000", "99999999999999999999", "nan", "inf", "1e308", "-1e308", "1e-300", '""',
-         '"x"', "{}", "[]", "[1, 2]", "true", "{0.1}", '"1 m"', '"nan N.m"', '"1e400 m"', "", "1.2.3", '"1.2.3 m"')
+VALUES: tuple[Any, ...] = (
+    None,
+    True,
+    "",
+    "x",
+    "1",
+    [],
+    {},
+    [1],
+    {"a": 1},
+    0,
+    -1,
+    1,
+    3,
+    0.5,
+    1e-300,
+    -1e300,
+    1e308,
+    math.nan,
+    math.inf,
+    -math.inf,
+    10**9,
+    10**30,
+    [[[]]],
+    "\n",
+    "é" * 50,
+)
+WORDS = (
+    "0",
+    "-1",
+    "1",
+    "8",
+    "100000000",
+    "99999999999999999999",
+    "nan",
+    "inf",
+    "1e308",
+    "-1e308",
+    "1e-300",
+    '""',
+    '"x"',
+    "{}",
+    "[]",
+    "[1, 2]",
+    "true",
+    "{0.1}",
+    '"1 m"',
+    '"nan N.m"',
+    '"1e400 m"',
+    "",
+    "1.2.3",
+    '"1.2.3 m"',
+)
 
 
 @dataclass(frozen=True)
@@ -95,7 +144,7 @@ def change_bytes(chance: random.Random, content: bytes) -> bytes:
     if kind == 0:
         return content[:at]
     if kind == 1:
-        return content[:at] + chance.randbytes(chance.randrange(1, 9)) + content[at + 8:]
+        return content[:at] + chance.randbytes(chance.randrange(1, 9)) + content[at + 8 :]
     if kind == 2:
         return content + content[:at]
     if kind == 3:
@@ -112,7 +161,7 @@ def change_tree(chance: random.Random, tree: Any) -> Any:
         return tree | {key: change_tree(chance, tree[key])}
     if isinstance(tree, list) and tree and chance.random() < 0.7:
         at = chance.randrange(len(tree))
-        return [*tree[:at], change_tree(chance, tree[at]), *tree[at + 1:]]
+        return [*tree[:at], change_tree(chance, tree[at]), *tree[at + 1 :]]
     return chance.choice(VALUES)
 
 
@@ -130,8 +179,23 @@ def change_npz(chance: random.Random, content: bytes) -> bytes:
     if kind == 0:
         head = change_tree(chance, head)
     elif kind == 1:
-        arrays[name] = chance.choice([a.astype(complex), a.astype(str), a.astype(np.int32), a.astype(bool), a[0],
-                                      a[..., :-1], a[:0], a.ravel(), a * math.nan, a * 1e300, a * 0, -a, a[None]])
+        arrays[name] = chance.choice(
+            [
+                a.astype(complex),
+                a.astype(str),
+                a.astype(np.int32),
+                a.astype(bool),
+                a[0],
+                a[..., :-1],
+                a[:0],
+                a.ravel(),
+                a * math.nan,
+                a * 1e300,
+                a * 0,
+                -a,
+                a[None],
+            ]
+        )
     elif kind == 2:
         arrays = {f"{other}{'x' * (other == name)}": value for other, value in arrays.items()}
     file = io.BytesIO()
@@ -154,37 +218,52 @@ def change_words(chance: random.Random, content: bytes) -> bytes:
     found = chance.choice(list(re.finditer(pattern, text)) or [re.match("", text)])
     assert found is not None
     word = chance.choice(WORDS)
-    if text[found.start() - 1:found.start()] == '"':
+    if text[found.start() - 1 : found.start()] == '"':
         word = word.replace('"', "").replace("<", "")
-    elif text[:found.start()].endswith("#define "):
+    elif text[: found.start()].endswith("#define "):
         word = f"{found[0].split()[0]} {word}"
-    return (text[:found.start()] + word + text[found.end():]).encode()
+    return (text[: found.start()] + word + text[found.end() :]).encode()
 
 
 def change_xml(chance: random.Random, content: bytes) -> bytes:
     """The form of the document."""
     end = content.rindex(b"</fmiModelDescription>")
-    return chance.choice([
-        content.replace(b"UTF-8", chance.choice([b"klingon", b"utf-7", b"rot13", b"idna", b"ascii"]), 1),
-        content[:end] + b"<a>" * chance.choice([90, 300, 20000]),
-        content[:end] + b"<a>" * 20000 + b"</a>" * 20000 + content[end:],
-        re.sub(rb"<ModelVariables>.*</ModelVariables>", b"", content, flags=re.DOTALL),
-        content.replace(b"<Real ", b"<Integer "), content.replace(b"ScalarVariable", b"x:y"),
-        content.replace(b"<fmiModelDescription ", b"<fmiModelDescription xmlns='urn:x' ", 1),
-    ])
+    return chance.choice(
+        [
+            content.replace(b"UTF-8", chance.choice([b"klingon", b"utf-7", b"rot13", b"idna", b"ascii"]), 1),
+            content[:end] + b"<a>" * chance.choice([90, 300, 20000]),
+            content[:end] + b"<a>" * 20000 + b"</a>" * 20000 + content[end:],
+            re.sub(rb"<ModelVariables>.*</ModelVariables>", b"", content, flags=re.DOTALL),
+            content.replace(b"<Real ", b"<Integer "),
+            content.replace(b"ScalarVariable", b"x:y"),
+            content.replace(b"<fmiModelDescription ", b"<fmiModelDescription xmlns='urn:x' ", 1),
+        ]
+    )
 
 
 def changes_of(name: str) -> tuple[Callable[[random.Random, bytes], bytes], ...]:
     """What can be done to a member."""
-    by_end = {".json": (change_json,) * 4, ".npz": (change_npz,) * 4, ".toml": (change_words,) * 4,
-              ".h": (change_words,) * 4, ".xml": (change_words, change_words, change_xml)}
+    by_end = {
+        ".json": (change_json,) * 4,
+        ".npz": (change_npz,) * 4,
+        ".toml": (change_words,) * 4,
+        ".h": (change_words,) * 4,
+        ".xml": (change_words, change_words, change_xml),
+    }
     return (change_bytes, *by_end.get(Path(name).suffix, ()))
 
 
 def damaged(members: Mapping[str, bytes], chance: random.Random) -> tuple[str, dict[str, bytes]]:
     """What was done, and the members after it."""
-    wanted = ("modelDescription.xml", "resources/model.toml", "resources/joint.toml", "resources/lookup.json",
-              "resources/lookup.npz", "resources/equations.json", "sources/tables.h")
+    wanted = (
+        "modelDescription.xml",
+        "resources/model.toml",
+        "resources/joint.toml",
+        "resources/lookup.json",
+        "resources/lookup.npz",
+        "resources/equations.json",
+        "sources/tables.h",
+    )
     name = chance.choice([member for member in wanted if member in members])
     if chance.random() < 0.02:
         return f"{name} taken away", {member: data for member, data in members.items() if member != name}

@@ -27,13 +27,60 @@ Array = NDArray[np.float64]
 Table = dict[str, Array]
 
 LEGAL = (0, 1, 2)
-EXTREME = (0.0, -0.0, 5e-324, 1e-300, 1e-160, 1e-30, 1e-12, 1e-9, 1e-6, 1e6, 1e9, 1e12, 1e15, 1e100, 1e154, 1e200,
-           1e308, np.inf, np.nan)
-UNITS = {"time": ("s", "ms", "min", "h", "ns", "year"), "twist": ("arcmin", "rad", "deg", "rev"),
-         "output_torque": ("N.m", "kN.m", "uN.m", "lbf.ft"), "crank_angle": ("rad", "deg", "rev"),
-         "output_angle": ("rad", "arcsec", "deg"), "temperature": ("degC", "K", "degF"), "run": ("", "s", "1")}
-NONSENSE = ("", "N", "9**9**9**9", "s**9**9", "1/0", "m**1e9", "((((", "°", "\x00", "N.m" * 200, "1e999 s", "rad[", "%",
-            "=", "__import__", "degC*rad", "None", "inf s", "s^-1", "dBm", "'", "\\")
+EXTREME = (
+    0.0,
+    -0.0,
+    5e-324,
+    1e-300,
+    1e-160,
+    1e-30,
+    1e-12,
+    1e-9,
+    1e-6,
+    1e6,
+    1e9,
+    1e12,
+    1e15,
+    1e100,
+    1e154,
+    1e200,
+    1e308,
+    np.inf,
+    np.nan,
+)
+UNITS = {
+    "time": ("s", "ms", "min", "h", "ns", "year"),
+    "twist": ("arcmin", "rad", "deg", "rev"),
+    "output_torque": ("N.m", "kN.m", "uN.m", "lbf.ft"),
+    "crank_angle": ("rad", "deg", "rev"),
+    "output_angle": ("rad", "arcsec", "deg"),
+    "temperature": ("degC", "K", "degF"),
+    "run": ("", "s", "1"),
+}
+NONSENSE = (
+    "",
+    "N",
+    "9**9**9**9",
+    "s**9**9",
+    "1/0",
+    "m**1e9",
+    "((((",
+    "°",
+    "\x00",
+    "N.m" * 200,
+    "1e999 s",
+    "rad[",
+    "%",
+    "=",
+    "__import__",
+    "degC*rad",
+    "None",
+    "inf s",
+    "s^-1",
+    "dBm",
+    "'",
+    "\\",
+)
 PIECES = (b"\x00", b'"', b"\xff", b",", b"\n", b"e", b"-", b"1" * 400, b'"' + b"x" * 140_000, b"\xef\xbb\xbf", b"nan")
 
 
@@ -62,6 +109,7 @@ def table(rng: np.random.Generator) -> Table:
 
 
 # What is done to a table; each gives back what was done, in words.
+
 
 def scale(rng: np.random.Generator, t: Table) -> str:
     name, factor = str(rng.choice(list(t))), float(rng.choice(EXTREME[:-2])) * float(rng.choice([1, -1]))
@@ -137,14 +185,29 @@ def same(rng: np.random.Generator, t: Table) -> str:
 
 
 MUTATIONS: tuple[Callable[[np.random.Generator, Table], str], ...] = (
-    scale, scale, offset, constant, constant, spike, noise, steps, jitter, stall, runs, mirror, same)
+    scale,
+    scale,
+    offset,
+    constant,
+    constant,
+    spike,
+    noise,
+    steps,
+    jitter,
+    stall,
+    runs,
+    mirror,
+    same,
+)
 
 
 def written(rng: np.random.Generator, t: Table) -> tuple[bytes, str]:
     """The file, and what is odd about its text."""
     names = list(t)
-    titles = {n: n + (f" [{u}]" if (u := str(rng.choice(UNITS[n])) if rng.random() < 0.3 else UNITS[n][0]) else "")
-              for n in names}
+    titles = {
+        n: n + (f" [{u}]" if (u := str(rng.choice(UNITS[n])) if rng.random() < 0.3 else UNITS[n][0]) else "")
+        for n in names
+    }
     said = ""
     kind = rng.random()
     if kind < 0.1:
@@ -170,9 +233,15 @@ def cases(seed: int, count: int) -> Iterator[tuple[str, bytes, list[str]]]:
         t = table(rng)
         done = [rng.choice(np.array(MUTATIONS, object))(rng, t) for _ in range(int(rng.integers(0, 4)))]
         text, odd = written(rng, t)
-        options = [["--power-law"], ["--power-law"], ["--power-law", "--exponent", "1.5"],
-                   ["--power-law", "--exponent", "shared"], ["--curve", "curve.csv"], ["--drive", "drive_1"],
-                   ["--power-law", "--locked", "output"]][int(rng.integers(7))]
+        options = [
+            ["--power-law"],
+            ["--power-law"],
+            ["--power-law", "--exponent", "1.5"],
+            ["--power-law", "--exponent", "shared"],
+            ["--curve", "curve.csv"],
+            ["--drive", "drive_1"],
+            ["--power-law", "--locked", "output"],
+        ][int(rng.integers(7))]
         yield f"{seed}/{number}: {'; '.join([*done, odd])}", text, options
 
 
@@ -187,8 +256,11 @@ def run_case(text: bytes, options: list[str], folder: Path) -> str:
     before = Path.cwd()
     os.chdir(folder)
     try:
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), \
-                warnings.catch_warnings(record=True) as caught:
+        with (
+            contextlib.redirect_stdout(out),
+            contextlib.redirect_stderr(err),
+            warnings.catch_warnings(record=True) as caught,
+        ):
             warnings.simplefilter("always")
             status = main(["diagnose", "record.csv", *options, "--out", "out"])
     except Exception:

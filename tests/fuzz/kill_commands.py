@@ -49,23 +49,42 @@ def lay_out(folder: Path) -> None:
     k = np.arange(1500)
     twist = 5 * np.sin(2 * np.pi * k / 300)
     torque = 20 * twist + 4 * np.sign(np.cos(2 * np.pi * k / 300)) + 0.3 * rng.standard_normal(len(k))
-    np.savetxt(folder / "work" / "record.csv", np.stack([0.01 * k, twist, torque], axis=1), delimiter=",", comments="",
-               header="time [s],twist [arcmin],output_torque [N.m]")
+    np.savetxt(
+        folder / "work" / "record.csv",
+        np.stack([0.01 * k, twist, torque], axis=1),
+        delimiter=",",
+        comments="",
+        header="time [s],twist [arcmin],output_torque [N.m]",
+    )
 
 
 def start(folder: Path, name: str) -> subprocess.Popen[str]:
     """The command, in a session of its own, with a place for temporary files of its own."""
-    environment = {**os.environ, "TMPDIR": str(folder / "tmp"), "REEFMU_CACHE": str(folder / "cache"),
-                   "PYTHONPATH": str(ROOT)}
-    return subprocess.Popen([sys.executable, "-m", "reefmu", *COMMANDS[name]], cwd=folder / "work", env=environment,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    environment = {
+        **os.environ,
+        "TMPDIR": str(folder / "tmp"),
+        "REEFMU_CACHE": str(folder / "cache"),
+        "PYTHONPATH": str(ROOT),
+    }
+    return subprocess.Popen(
+        [sys.executable, "-m", "reefmu", *COMMANDS[name]],
+        cwd=folder / "work",
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
 
 
 def left(folder: Path) -> list[str]:
     """Temporary files and folders that are still there."""
     tmp = folder / "tmp"
-    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*")
-                  if path.parent == tmp or (path.name.startswith(".") and tmp not in path.parents))
+    return sorted(
+        str(path.relative_to(folder))
+        for path in folder.rglob("*")
+        if path.parent == tmp or (path.name.startswith(".") and tmp not in path.parents)
+    )
 
 
 def living(session: int) -> list[int]:
@@ -102,8 +121,11 @@ def kill_case(folder: Path, name: str, number: signal.Signals, group: bool, afte
     if number == signal.SIGKILL:
         if status not in (0, -9):
             wrong.append(f"status {status}")
-    elif status not in (0, 128 + number) or len(lines) != (status != 0) \
-            or (status and not lines[0].startswith("reefmu: interrupted")):
+    elif (
+        status not in (0, 128 + number)
+        or len(lines) != (status != 0)
+        or (status and not lines[0].startswith("reefmu: interrupted"))
+    ):
         wrong.append(f"status {status}, {lines[-8:]}")
     end = time.monotonic() + 20
     while living(running.pid) and time.monotonic() < end:

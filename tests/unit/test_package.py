@@ -44,9 +44,15 @@ def test_tests_of_records_outside_the_repository_skip_with_their_reason(tmp_path
         shutil.copy(ROOT / name, copy / name)
     shutil.copytree(ROOT / "examples", copy / "examples")
     paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
-    done = subprocess.run([sys.executable, "-m", "pytest", "-n", "0", "-rs", "-k", "cycloidal_records", "tests"],
-                          cwd=copy, capture_output=True, text=True, check=False, timeout=HANG,
-                          env={**os.environ, "CI": "true", "PYTHONPATH": paths})
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-n", "0", "-rs", "-k", "cycloidal_records", "tests"],
+        cwd=copy,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=HANG,
+        env={**os.environ, "CI": "true", "PYTHONPATH": paths},
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "1 skipped" in done.stdout
     assert "not part of this repository" in done.stdout

@@ -9,8 +9,9 @@ import pytest
 
 HERE = Path(__file__)
 TESTS = HERE.parents[1]
-FILES = [path for path in sorted(TESTS.rglob("*.py"))
-         if path != HERE and path.relative_to(TESTS).parts[0] != "benchmarks"]
+FILES = [
+    path for path in sorted(TESTS.rglob("*.py")) if path != HERE and path.relative_to(TESTS).parts[0] != "benchmarks"
+]
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(TESTS).as_posix())

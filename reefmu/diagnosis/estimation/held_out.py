@@ -34,15 +34,25 @@ def held_fits(study: Study, fits: Sequence[Fit]) -> list[Fit]:
     variance = np.where(held_out(study), 1e12 * study.variance, study.variance)
     twist = variance if study.scatter is None else study.scatter.twist
     weights = make_weights(variance, study.scatter, twist)
-    return [fit(study.predictor(f.names), study.torque, weights.with_size(f.weighting.size), f.box, f.parameters,
-                refit_size=False) for f in fits]
+    return [
+        fit(
+            study.predictor(f.names),
+            study.torque,
+            weights.with_size(f.weighting.size),
+            f.box,
+            f.parameters,
+            refit_size=False,
+        )
+        for f in fits
+    ]
 
 
 def shrinks(study: Study, smaller: Fit, larger: Fit) -> float:
     """What the larger of two sets leaves of the blocks held out, over what the smaller leaves, rms."""
     held = held_out(study)
-    before, after = (float(np.mean((study.torque - f.prediction.torque)[held] ** 2))
-                     for f in held_fits(study, (smaller, larger)))
+    before, after = (
+        float(np.mean((study.torque - f.prediction.torque)[held] ** 2)) for f in held_fits(study, (smaller, larger))
+    )
     return float(np.sqrt(after / max(before, 1e-300)))
 
 

@@ -67,8 +67,9 @@ class Fit:
     box: Box
 
 
-def box_of(names: tuple[str, ...], base_low: Array, base_high: Array, base_scale: Array, base_prior: Array,
-           base_centre: Array) -> Box:
+def box_of(
+    names: tuple[str, ...], base_low: Array, base_high: Array, base_scale: Array, base_prior: Array, base_centre: Array
+) -> Box:
     """The box of base parameters and the effects' own."""
     parameters = [p for effect in effects_of(names) for p in effect.parameters]
     known = {"missing_ball.size": (1.0, 0.1)}
@@ -81,12 +82,21 @@ def box_of(names: tuple[str, ...], base_low: Array, base_high: Array, base_scale
         np.concatenate([base_high, [p.maximum for p in parameters]]),
         np.concatenate([base_scale, [p.nominal for p in parameters]]),
         np.concatenate([np.zeros(len(base_low), bool), np.array([is_logarithmic(p) for p in parameters], bool)]),
-        np.concatenate([base_prior, prior]), np.concatenate([base_centre, centre]),
+        np.concatenate([base_prior, prior]),
+        np.concatenate([base_centre, centre]),
     )
 
 
-def fit(predictor: Predictor, torque: Array, weights: Weighting, box: Box, start: Array, steps: int = 25,
-        tolerance: float = 1e-3, refit_size: bool = True) -> Fit:
+def fit(
+    predictor: Predictor,
+    torque: Array,
+    weights: Weighting,
+    box: Box,
+    start: Array,
+    steps: int = 25,
+    tolerance: float = 1e-3,
+    refit_size: bool = True,
+) -> Fit:
     """Fit all parameters of a predictor from `start` (size,) to measured torque (n,), N.m.
 
     tolerance: change of the cost, seen or promised by the slope, at which it ends. refit_size: let the size of the

@@ -72,9 +72,14 @@ class Study:
     def box(self, names: Sequence[str]) -> Box:
         """Bounds of base and effects."""
         b, reach = self.base, self.base.reach
-        return box_of(tuple(names), np.concatenate([[-np.inf], b.shape_low]), np.concatenate([[np.inf], b.shape_high]),
-                      np.concatenate([[0.01 * reach], np.ones(b.n_shape)]), np.concatenate([[np.inf], b.shape_prior]),
-                      np.concatenate([[0.0], b.shape_start]))
+        return box_of(
+            tuple(names),
+            np.concatenate([[-np.inf], b.shape_low]),
+            np.concatenate([[np.inf], b.shape_high]),
+            np.concatenate([[0.01 * reach], np.ones(b.n_shape)]),
+            np.concatenate([[np.inf], b.shape_prior]),
+            np.concatenate([[0.0], b.shape_start]),
+        )
 
     def weights_at(self, found: Fit) -> Weighting:
         """Weights whose scatter is that at the twist and clearance which the contacts feel under a fit's effects.
@@ -92,11 +97,26 @@ class Study:
         self.shifted.append((twist, clearance, weights))
         return weights.with_size(found.weighting.size)
 
-    def fit_from(self, names: Sequence[str], start: Array, weights: Weighting | None = None, steps: int = 25,
-                 tolerance: float = 1e-3, refit_size: bool = True) -> Fit:
+    def fit_from(
+        self,
+        names: Sequence[str],
+        start: Array,
+        weights: Weighting | None = None,
+        steps: int = 25,
+        tolerance: float = 1e-3,
+        refit_size: bool = True,
+    ) -> Fit:
         """Fit a set from one start; refit_size: let the size of the scatter follow."""
-        return fit(self.predictor(names), self.torque, self.weights if weights is None else weights, self.box(names),
-                   start, steps, tolerance, refit_size)
+        return fit(
+            self.predictor(names),
+            self.torque,
+            self.weights if weights is None else weights,
+            self.box(names),
+            start,
+            steps,
+            tolerance,
+            refit_size,
+        )
 
     def slim(self, found: Fit) -> Fit:
         """A fit to send to another process, without the weights that a study there has as well."""
@@ -105,8 +125,11 @@ class Study:
 
     def whole(self, found: Fit) -> Fit:
         """A fit that was sent by another process."""
-        return replace(found, weighting=self.weights.with_size(found.weighting.size)) if is_bare(found.weighting) \
+        return (
+            replace(found, weighting=self.weights.with_size(found.weighting.size))
+            if is_bare(found.weighting)
             else found
+        )
 
     def expected(self, found: Fit) -> float:
         """The cost that noise and scatter alone would leave, in the mean."""
@@ -147,8 +170,11 @@ def block_variances(noise: Noise, slope: Array, count: Array) -> tuple[Array, Ar
 
 def amplitudes(effect: Effect) -> list[int]:
     """Indices of the parameters that switch the effect on: at their neutral value it changes nothing."""
-    return [k for k, p in enumerate(effect.parameters) if not is_logarithmic(p) and not p.name.startswith("phase")
-            and p.name != "windup"]
+    return [
+        k
+        for k, p in enumerate(effect.parameters)
+        if not is_logarithmic(p) and not p.name.startswith("phase") and p.name != "windup"
+    ]
 
 
 def shape_starts(effect: Effect, trace: Trace, reach: float) -> list[Array]:
@@ -167,8 +193,11 @@ def shape_starts(effect: Effect, trace: Trace, reach: float) -> list[Array]:
     for p in effect.parameters:
         if not is_logarithmic(p):
             continue
-        values = {"rad": [0.012 * reach, 0.08 * reach], "s": [0.03 * longest, 0.15 * longest],
-                  "rad/s": np.quantile(moving, [0.1, 0.5, 0.9]).tolist()}.get(p.unit, [p.nominal])
+        values = {
+            "rad": [0.012 * reach, 0.08 * reach],
+            "s": [0.03 * longest, 0.15 * longest],
+            "rad/s": np.quantile(moving, [0.1, 0.5, 0.9]).tolist(),
+        }.get(p.unit, [p.nominal])
         if never(p):
             values = [0.7 * whole, 10 * whole]
         variants = [{**v, p.name: float(np.clip(x, p.minimum, p.maximum))} for v in variants for x in values]
@@ -177,10 +206,18 @@ def shape_starts(effect: Effect, trace: Trace, reach: float) -> list[Array]:
 
 def candidates_of(missing: Sequence[str], base: Base) -> tuple[tuple[str, ...], dict[str, str]]:
     """Effects that a record with these columns missing can show, and why the others are left out."""
-    lacks = {Need.TEMPERATURE: "temperature" in missing, Need.CRANK_ANGLE: "crank_angle" in missing,
-             Need.DRAWING: base.kind != "drawing"}
-    left_out = {name: need.value for need in Need if lacks[need]
-                for name, effect in EFFECTS.items() if need in effect.identification.needs}
+    lacks = {
+        Need.TEMPERATURE: "temperature" in missing,
+        Need.CRANK_ANGLE: "crank_angle" in missing,
+        Need.DRAWING: base.kind != "drawing",
+    }
+    left_out = {
+        name: need.value
+        for need in Need
+        if lacks[need]
+        for name, effect in EFFECTS.items()
+        if need in effect.identification.needs
+    }
     return tuple(name for name in EFFECTS if name not in left_out), left_out
 
 

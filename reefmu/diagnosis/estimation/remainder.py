@@ -68,8 +68,12 @@ def shared(rest: Array, pairs: list[tuple[NDArray[np.intp], NDArray[np.intp]]]) 
     >>> abs(found.mean_square - 0.5) < 3 * found.error < 1
     True
     """
-    means = [float(part.mean()) for first, second in pairs
-             for part in np.array_split(rest[first] * rest[second], STRETCHES) if len(part)]
+    means = [
+        float(part.mean())
+        for first, second in pairs
+        for part in np.array_split(rest[first] * rest[second], STRETCHES)
+        if len(part)
+    ]
     if len(means) < 2 * STRETCHES:
         return None
     return Shared(float(np.mean(means)), float(np.std(means, ddof=1) / np.sqrt(len(means))), len(pairs))

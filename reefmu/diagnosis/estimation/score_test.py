@@ -46,7 +46,7 @@ def directions(study: Study, name: str, at: Fit) -> list[Direction]:
     for start in shape_starts(effect, study.trace, study.base.reach):
         first = len(at.parameters)
         parts = []
-        for phase in ((0.0, np.pi / 2) if paired else (0.0,)):
+        for phase in (0.0, np.pi / 2) if paired else (0.0,):
             p = start.copy()
             for k, q in enumerate(effect.parameters):
                 if q.name.startswith("phase_"):
@@ -97,8 +97,9 @@ def start_of(direction: Direction, sizes: Array) -> Array:
         if direction.paired:
             # a sin(x + phase) = a cos(phase) sin x + a sin(phase) cos x
             p[k] = float(np.hypot(sizes[j], sizes[m + j]))
-            phase = next(i for i, other in enumerate(effect.parameters)
-                         if other.name == q.name.replace("amplitude", "phase"))
+            phase = next(
+                i for i, other in enumerate(effect.parameters) if other.name == q.name.replace("amplitude", "phase")
+            )
             p[phase] = float(np.arctan2(sizes[m + j], sizes[j]))
         else:
             p[k] = sizes[j]

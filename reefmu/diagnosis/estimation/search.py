@@ -67,15 +67,16 @@ def _traced(study: Study, job: tuple[str, Fit]) -> list[Direction]:
     return directions(study, job[0], study.whole(job[1]))
 
 
-def search(crew: Crew, base: Fit, traces: Traces, most: int = 3, progress: Callable[[str, float], None] | None = None
-           ) -> Search:
+def search(
+    crew: Crew, base: Fit, traces: Traces, most: int = 3, progress: Callable[[str, float], None] | None = None
+) -> Search:
     """Fit singles, pairs and, where they promise anything, thirds; traces: of the candidates about the base fit."""
     study = crew.study
     best: dict[int, list[Fit]] = {0: [base]}
     for size in range(1, most + 1):
         done = partial(_tell, progress, size, most)
         done(0.0)
-        parents = best[size - 1][:BEAM if size < 3 else BEAM // 2]
+        parents = best[size - 1][: BEAM if size < 3 else BEAM // 2]
         starts = promising(study, base, study.candidates, traces) if size == 1 else _starts(crew, parents, frozenset())
         ranked = sorted(_best_of(fitted(crew, starts, done)).values(), key=lambda f: f.cost)
         if not ranked:
@@ -127,12 +128,22 @@ class Start:
     size: float
 
 
-def promising(study: Study, parent: Fit, candidates: Sequence[str], traces: Traces | None = None,
-              known: frozenset[frozenset[str]] = frozenset()) -> list[Start]:
+def promising(
+    study: Study,
+    parent: Fit,
+    candidates: Sequence[str],
+    traces: Traces | None = None,
+    known: frozenset[frozenset[str]] = frozenset(),
+) -> list[Start]:
     """Starts of all sets worth a fit that have one effect more; traces: of the candidates about the parent, if there
     are any; known: sets that need none."""
-    names = [n for n in candidates if n not in parent.names and frozenset((*parent.names, n)) not in known
-             and find_effect(n).identification.sign_pair not in parent.names]
+    names = [
+        n
+        for n in candidates
+        if n not in parent.names
+        and frozenset((*parent.names, n)) not in known
+        and find_effect(n).identification.sign_pair not in parent.names
+    ]
     # `screen` is in the order of the scores; nearly all of what a further effect gains shows there.
     most = len(names) if not parent.names else FURTHER if len(parent.names) == 1 else FURTHER // 2
     floor = WORTH if parent.names else 1.0
@@ -212,7 +223,8 @@ def degenerate(study: Study, fit: Fit) -> bool:
     step = t.step[~t.start & (t.step > 0)]
     limits = {
         "s": (2 * float(np.median(step)) if step.size else 0.0, 10 * float(t.time[-1] - t.time[0])),
-        "rad/s": (0.0, 5 * float(np.abs(t.output_speed).max())), "rad": (0.0, 2 * study.base.reach),
+        "rad/s": (0.0, 5 * float(np.abs(t.output_speed).max())),
+        "rad": (0.0, 2 * study.base.reach),
     }
     for at, p in study.layout(fit.names).effect_parameters():
         low, high = limits.get(p.unit, (0.0, np.inf))

@@ -87,9 +87,24 @@ def drawing_base(drive: Drive, lookup: Lookup) -> Base:
     """The mean torque of a drawing's lookup. What individuals differ is the scatter's business, not a scale's."""
     none = np.zeros(0)
     whole = completed(lookup, drive, tuple(EFFECTS.values()))
-    return Base("drawing", LookupElastic.of(lookup), drive.ratio, drive.eccentricity * abs(drive.ratio),
-                lookup.full_torque, drive.max_twist, (), none, none, none, none, drive, whole, whole.element,
-                whole.modulus, drive.name)
+    return Base(
+        "drawing",
+        LookupElastic.of(lookup),
+        drive.ratio,
+        drive.eccentricity * abs(drive.ratio),
+        lookup.full_torque,
+        drive.max_twist,
+        (),
+        none,
+        none,
+        none,
+        none,
+        drive,
+        whole,
+        whole.element,
+        whole.modulus,
+        drive.name,
+    )
 
 
 def ratio_without_drawing(record: Record) -> float:
@@ -103,14 +118,18 @@ def ratio_without_drawing(record: Record) -> float:
         return 1.0
     where = record.source or "record"
     if not changes(output, ENCODER, float(np.abs(output).max())):
-        raise InputError(f"{where}: expected an output that turns, or a twist [rad] in place of the angles, for a gear "
-                         "without a drawing, got a turning crank at an output that stands still: no ratio can be known")
+        raise InputError(
+            f"{where}: expected an output that turns, or a twist [rad] in place of the angles, for a gear "
+            "without a drawing, got a turning crank at an output that stands still: no ratio can be known"
+        )
     across, along = output - output.mean(), crank - crank.mean()
     slope = float(across @ along) / float(across @ across)
     left = float(np.std(along - slope * across) / np.std(crank))
     if abs(slope) < 1.5 or left > 0.05:
-        raise InputError(f"{where}: expected a crank that turns with the output, or stands still, "
-                         "for a gear without a drawing, got angles that show no transmission ratio")
+        raise InputError(
+            f"{where}: expected a crank that turns with the output, or stands still, "
+            "for a gear without a drawing, got angles that show no transmission ratio"
+        )
     whole = round(slope)
     return float(whole if abs(slope - whole) < 0.02 * abs(slope) else slope)
 
@@ -125,9 +144,22 @@ def curve_base(path: str | os.PathLike[str], ratio: float = 1.0) -> Base:
     twist, torque, spread = _read_curve(Path(path))
     lookup = table_of_curve(twist, torque, NO_LEVER, Path(path).stem, ratio)
     one = np.ones(1)
-    return Base("curve", ScaledElastic(LookupElastic.of(lookup)), ratio, NO_LEVER, float(np.abs(torque).max()),
-                float(np.abs(twist).max()), ("scale",), 0 * one, -0.5 * one, one, spread * one, None, lookup,
-                source=str(path))
+    return Base(
+        "curve",
+        ScaledElastic(LookupElastic.of(lookup)),
+        ratio,
+        NO_LEVER,
+        float(np.abs(torque).max()),
+        float(np.abs(twist).max()),
+        ("scale",),
+        0 * one,
+        -0.5 * one,
+        one,
+        spread * one,
+        None,
+        lookup,
+        source=str(path),
+    )
 
 
 def power_base(trace: Trace) -> Base:
@@ -135,9 +167,20 @@ def power_base(trace: Trace) -> Base:
     reach = float(np.ptp(np.quantile(trace.twist, [0.002, 0.998])) / 2) or 1e-3
     full = float(np.quantile(np.abs(trace.torque - np.median(trace.torque)), 0.998)) or 1.0
     elastic = PowerElastic(reach, NO_LEVER, 1e-3 * reach)
-    return Base("power law", elastic, trace.ratio, NO_LEVER, full, reach, ("log_scale", "exponent"),
-                np.array([np.log(full), 1.2]), np.array([np.log(full) - 5, 0.3]), np.array([np.log(full) + 5, 6.0]),
-                np.array([np.inf, np.inf]), source="power law")
+    return Base(
+        "power law",
+        elastic,
+        trace.ratio,
+        NO_LEVER,
+        full,
+        reach,
+        ("log_scale", "exponent"),
+        np.array([np.log(full), 1.2]),
+        np.array([np.log(full) - 5, 0.3]),
+        np.array([np.log(full) + 5, 6.0]),
+        np.array([np.inf, np.inf]),
+        source="power law",
+    )
 
 
 def lookup_of(base: Base, shape: Array) -> Lookup:
@@ -163,8 +206,12 @@ def _read_curve(path: Path) -> tuple[Array, Array, float]:
         if match:
             titles[match[1]] = index, (match[2] or "").strip()
     torque_name = next((name for name in ("torque_mean", "torque", "output_torque") if name in titles), None)
-    expect("twist" in titles and torque_name is not None, "columns 'twist [arcmin]' and 'torque_mean [N.m]'",
-           rows[0], where)
+    expect(
+        "twist" in titles and torque_name is not None,
+        "columns 'twist [arcmin]' and 'torque_mean [N.m]'",
+        rows[0],
+        where,
+    )
     assert torque_name is not None
 
     def column(name: str) -> Array:

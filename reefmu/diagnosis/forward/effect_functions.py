@@ -46,8 +46,9 @@ class Kernel:
 class Equations:
     """Expressions of signals, parameters and states, over arrays."""
 
-    def __init__(self, effect: Effect, build: Callable[[Signals, dict[str, Any], dict[str, Any]], Sequence[Any]]
-                 ) -> None:
+    def __init__(
+        self, effect: Effect, build: Callable[[Signals, dict[str, Any], dict[str, Any]], Sequence[Any]]
+    ) -> None:
         s = {name: ca.SX.sym(name) for name in Signals._fields}
         p = {q.name: ca.SX.sym(q.name) for q in effect.parameters}
         x = {q.name: ca.SX.sym(q.name) for q in effect.states}
@@ -55,8 +56,11 @@ class Equations:
         wanted: list[ca.SX] = []
         self._layout: list[tuple[int, str, int]] = []
         for row, expression in enumerate(expressions):
-            by = [("value", 0, expression), ("twist", 0, ca.gradient(expression, s["twist"])),
-                  ("elastic", 0, ca.gradient(expression, s["elastic_torque"]))]
+            by = [
+                ("value", 0, expression),
+                ("twist", 0, ca.gradient(expression, s["twist"])),
+                ("elastic", 0, ca.gradient(expression, s["elastic_torque"])),
+            ]
             by += [("parameter", k, ca.gradient(expression, symbol)) for k, symbol in enumerate(p.values())]
             by += [("state", k, ca.gradient(expression, symbol)) for k, symbol in enumerate(x.values())]
             for kind, index, slope in by:
@@ -67,16 +71,20 @@ class Equations:
         self.feels_torque = any(ca.depends_on(e, s["elastic_torque"]) for e in expressions)
         self._program = Program([*s.values(), *p.values(), *x.values()], wanted)
 
-    def __call__(self, signals: Mapping[str, Number], parameters: Sequence[float], states: Sequence[Number]
-                 ) -> list[Values]:
+    def __call__(
+        self, signals: Mapping[str, Number], parameters: Sequence[float], states: Sequence[Number]
+    ) -> list[Values]:
         """One `Values` for each expression; signals by name."""
         found = self._program(*(signals[name] for name in Signals._fields), *parameters, *states)
-        rows: list[dict[str, Tangent]] = [{"value": {}, "twist": {}, "elastic": {}, "parameter": {}, "state": {}}
-                                          for _ in range(self.size)]
+        rows: list[dict[str, Tangent]] = [
+            {"value": {}, "twist": {}, "elastic": {}, "parameter": {}, "state": {}} for _ in range(self.size)
+        ]
         for (row, kind, index), value in zip(self._layout, found, strict=True):
             rows[row][kind][index] = value
-        return [Values(r["value"].get(0, 0.0), r["twist"].get(0, 0.0), r["elastic"].get(0, 0.0), r["parameter"],
-                       r["state"]) for r in rows]
+        return [
+            Values(r["value"].get(0, 0.0), r["twist"].get(0, 0.0), r["elastic"].get(0, 0.0), r["parameter"], r["state"])
+            for r in rows
+        ]
 
 
 @functools.cache
@@ -88,8 +96,9 @@ def kernel(name: str) -> Kernel:
         result = effect.contribution(signals, p, x)
         return result if isinstance(result, tuple) else (result,)
 
-    equations = tuple(Equations(effect, lambda signals, p, x, state=state: state.equation(signals, p))
-                      for state in effect.states)
+    equations = tuple(
+        Equations(effect, lambda signals, p, x, state=state: state.equation(signals, p)) for state in effect.states
+    )
     return Kernel(effect, Equations(effect, contribution), equations)
 
 

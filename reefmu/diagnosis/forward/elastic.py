@@ -45,7 +45,7 @@ class SplineTable:
         if not isinstance(y, np.ndarray):
             # The same clearance everywhere: one curve, and one of its slope.
             j, along_y, slope_y = _across(second, np.array([float(y)]))
-            strip = self.coefficients[:, j[0]:j[0] + 4]
+            strip = self.coefficients[:, j[0] : j[0] + 4]
             value, by_x = _along(strip @ along_y[:, 0], i, f)
             by_y, _ = _along(strip @ slope_y[:, 0], i, f)
             return value, by_x / first.step, by_y
@@ -74,7 +74,7 @@ def _along(curve: Array, i: NDArray[np.intp], f: Array) -> tuple[Array, Array]:
     inside = np.clip(f, 0.0, 1.0)
     cells = len(curve) - 3
     # Every index is inside; "clip" is the mode that need not look.
-    a, b, c, d = np.take(_POWERS @ np.stack([curve[k:k + cells] for k in range(4)]), i, axis=1, mode="clip")
+    a, b, c, d = np.take(_POWERS @ np.stack([curve[k : k + cells] for k in range(4)]), i, axis=1, mode="clip")
     slope = (3 * d * inside + 2 * c) * inside + b
     return ((d * inside + c) * inside + b) * inside + a + (f - inside) * slope, slope
 
@@ -121,8 +121,12 @@ class PowerElastic:
         right, right_slope, right_log = self._flank(twist - play, shape)
         left, left_slope, left_log = self._flank(-twist - play, shape)
         value = right - left
-        return (value, right_slope + left_slope, (left_slope - right_slope) / self.lever,
-                [value, right * right_log - left * left_log])
+        return (
+            value,
+            right_slope + left_slope,
+            (left_slope - right_slope) / self.lever,
+            [value, right * right_log - left * left_log],
+        )
 
     def _flank(self, gap: Array, shape: Array) -> tuple[Array, Array, Array]:
         root = np.sqrt(gap**2 + self.corner**2)

@@ -14,8 +14,9 @@ from .vectorised import Number
 Array = NDArray[np.float64]
 
 
-def element_torque(table: ElementTable, twist: Array, clearance: Number, position: Number
-                   ) -> tuple[Array, Array, Array, Array]:
+def element_torque(
+    table: ElementTable, twist: Array, clearance: Number, position: Number
+) -> tuple[Array, Array, Array, Array]:
     """Torque, N.m, and its slopes by twist, clearance and position, (n,) each, as `ElementTable.evaluate`."""
     if isinstance(clearance, np.ndarray) and clearance.ndim:
         return table.evaluate(twist, clearance, position)
@@ -26,16 +27,21 @@ def element_torque(table: ElementTable, twist: Array, clearance: Number, positio
     away = np.abs(beta[carries])
     cell, g = (v[0] for v in locate(table.clearance, np.array([float(clearance)])))
     held = float(np.clip(g, 0.0, 1.0))
-    strip = np.moveaxis(table.coefficients[:, int(cell):int(cell) + 4], 1, 2)
+    strip = np.moveaxis(table.coefficients[:, int(cell) : int(cell) + 4], 1, 2)
     axes = (table.twist, table.position)
     value, by_twist, by_position = SplineTable(axes, strip @ np.array(weights(held, held), float)).evaluate(
-        side * twist[carries], away)
+        side * twist[carries], away
+    )
     slope = np.array(slope_weights(held), float) / table.clearance.step * (0 <= g <= 1)
     by_clearance = SplineTable(axes, strip @ slope).evaluate(side * twist[carries], away)[0]
     fade = (table.limit - away) / (2 * EDGE) + 0.5
     left = np.clip(fade, 0.0, 1.0)
     falls = np.where((fade > 0) & (fade < 1), -1 / (2 * EDGE), 0.0)
     results = np.zeros((4, len(twist)))
-    results[:, carries] = (side * left * value, left * by_twist, side * left * by_clearance,
-                           left * by_position + falls * value)
+    results[:, carries] = (
+        side * left * value,
+        left * by_twist,
+        side * left * by_clearance,
+        left * by_position + falls * value,
+    )
     return results[0], results[1], results[2], results[3]

@@ -51,16 +51,19 @@ class ParameterLayout:
 
     def effect_parameters(self) -> list[tuple[int, Parameter]]:
         """Position and declaration of every effect's parameters, in the order of the vector."""
-        return [(self.effects[name].start + k, p) for name in self.names
-                for k, p in enumerate(find_effect(name).parameters)]
+        return [
+            (self.effects[name].start + k, p) for name in self.names for k, p in enumerate(find_effect(name).parameters)
+        ]
 
     def by_effect(self, vector: Array) -> dict[str, dict[str, float]]:
         """The values of the effects' parameters in a vector (size,), by effect and parameter name."""
-        return {name: {p.name: float(v) for p, v in zip(find_effect(name).parameters, vector[where], strict=True)}
-                for name, where in self.effects.items()}
+        return {
+            name: {p.name: float(v) for p, v in zip(find_effect(name).parameters, vector[where], strict=True)}
+            for name, where in self.effects.items()
+        }
 
     def part(self, names: Collection[str], vector: Array) -> tuple[ParameterLayout, Array]:
         """The layout of some of the effects alone, in the same order, and what a vector (size,) holds of it."""
         kept = tuple(name for name in self.names if name in names)
-        pieces = [vector[:1 + self.n_shape], *(vector[self.effects[name]] for name in kept)]
+        pieces = [vector[: 1 + self.n_shape], *(vector[self.effects[name]] for name in kept)]
         return ParameterLayout(self.n_shape, kept), np.concatenate(pieces)

@@ -81,8 +81,9 @@ class Predictor:
         if blocks is None:
             return Prediction(np.asarray(torque.value), columns.T, elastic, slope, run.contact, clearance)
         mean = blocks.mean
-        return Prediction(mean(np.asarray(torque.value)), columns.T, mean(elastic), mean(slope), mean(run.contact),
-                          mean(clearance))
+        return Prediction(
+            mean(np.asarray(torque.value)), columns.T, mean(elastic), mean(slope), mean(run.contact), mean(clearance)
+        )
 
 
 class _Run:
@@ -94,10 +95,18 @@ class _Run:
         self.n = len(self.trace)
         t = self.trace
         self.signals: dict[str, Number] = {
-            "crank_angle": t.crank, "crank_speed": t.crank_speed, "output_angle": t.output,
-            "output_speed": t.output_speed, "temperature": t.temperature, "twist_rate": t.twist_rate,
-            "crank_direction": t.crank_direction, "output_direction": t.output_direction, "ratio": t.ratio,
-            "twist": t.twist, "twist_direction": 0.0, "elastic_torque": 0.0,
+            "crank_angle": t.crank,
+            "crank_speed": t.crank_speed,
+            "output_angle": t.output,
+            "output_speed": t.output_speed,
+            "temperature": t.temperature,
+            "twist_rate": t.twist_rate,
+            "crank_direction": t.crank_direction,
+            "output_direction": t.output_direction,
+            "ratio": t.ratio,
+            "twist": t.twist,
+            "twist_direction": 0.0,
+            "elastic_torque": 0.0,
         }
         self.states: list[list[Number]] = [[0.0] * len(k.effect.states) for k in predictor.kernels]
         self.state_tangents: list[list[Tangent]] = [[{} for _ in k.effect.states] for k in predictor.kernels]
@@ -169,12 +178,18 @@ class _Run:
                 else:
                     way = steps({Along.TWIST: path, Along.CRANK: t.crank, Along.OUTPUT: t.output}[state.along], begin)
                 # A constant shift of the twist moves no path.
-                moving = {} if state.along is not Along.TWIST else {
-                    i: np.sign(way) * steps(v, begin) for i, v in twist_tangent.items() if isinstance(v, np.ndarray)}
+                moving = (
+                    {}
+                    if state.along is not Along.TWIST
+                    else {
+                        i: np.sign(way) * steps(v, begin) for i, v in twist_tangent.items() if isinstance(v, np.ndarray)
+                    }
+                )
                 self._advance(index, s, begin, np.abs(way), moving, twist_tangent)
 
-    def _advance(self, index: int, s: int, begin: NDArray[np.bool_], length: Array, moving: Tangent,
-                 twist_tangent: Tangent) -> None:
+    def _advance(
+        self, index: int, s: int, begin: NDArray[np.bool_], length: Array, moving: Tangent, twist_tangent: Tangent
+    ) -> None:
         k, first = self.of.kernels[index], self.of.slices[index].start
         a, b = k.equations[s](self.signals, self._parameters(index), self.states[index])
         decay, mean, mean_slope = exponentials(a.value * length)
@@ -196,8 +211,12 @@ class _Run:
     # -- contacts -------------------------------------------------------------------------------------------
 
     def _contacts(self, twist: _Dual, clearance: _Dual) -> tuple[_Dual, Array]:
-        slow = [(i, s) for i, k in enumerate(self.of.kernels) for s in range(len(k.effect.states))
-                if k.equations[s].feels_torque]
+        slow = [
+            (i, s)
+            for i, k in enumerate(self.of.kernels)
+            for s in range(len(k.effect.states))
+            if k.equations[s].feels_torque
+        ]
         if slow:
             for i, s in slow:
                 self.states[i][s] = np.zeros(self.n)
@@ -252,10 +271,16 @@ class _Run:
 
     def _solve(self, twist: _Dual, clearance: _Dual) -> tuple[_Dual, Array]:
         """Elastic torque with tangents, and stiffness with the series compliance."""
-        pairs = [self._contribution(i, twist.tangent) for i, k in enumerate(self.of.kernels)
-                 if k.effect.place is Place.SERIES]
-        lost = [self._contribution(i, twist.tangent) for i, k in enumerate(self.of.kernels)
-                if k.effect.place is Place.ELEMENT]
+        pairs = [
+            self._contribution(i, twist.tangent)
+            for i, k in enumerate(self.of.kernels)
+            if k.effect.place is Place.SERIES
+        ]
+        lost = [
+            self._contribution(i, twist.tangent)
+            for i, k in enumerate(self.of.kernels)
+            if k.effect.place is Place.ELEMENT
+        ]
         modulus = self._total(Place.MODULUS, twist.tangent)
         if not pairs:
             return self._contact(np.asarray(twist.value), twist.tangent, clearance, lost, modulus)
@@ -281,8 +306,9 @@ class _Run:
         accumulate(tangent, compliance.tangent, -stiffness * torque.value)
         return _Dual(torque.value, scaled(tangent, soft)), stiffness * soft
 
-    def _contact(self, at: Array, twist_tangent: Tangent | None, clearance: _Dual, lost: list[list[_Dual]],
-                 modulus: _Dual) -> tuple[_Dual, Array]:
+    def _contact(
+        self, at: Array, twist_tangent: Tangent | None, clearance: _Dual, lost: list[list[_Dual]], modulus: _Dual
+    ) -> tuple[_Dual, Array]:
         """Torque and stiffness at a twist of the contacts themselves; no tangents if twist_tangent is None."""
         base = self.of.base
         self.contact, self.clearance = at, clearance.value

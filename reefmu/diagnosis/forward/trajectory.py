@@ -40,7 +40,8 @@ def recurrence(decay: Array, gains: Sequence[Array], begin: NDArray[np.bool_]) -
     band = np.ones((2, n), order="F")
     band[1, :-1] = np.where(begin, 0.0, -decay)[1:]
     x, info = lapack.dtbtrs(  # type: ignore[attr-defined]
-        band, right, uplo="L", diag="U", overwrite_b=True)
+        band, right, uplo="L", diag="U", overwrite_b=True
+    )
     assert info == 0
     return [np.ascontiguousarray(x[:, k]) for k in range(len(gains))]
 

@@ -52,7 +52,7 @@ def isolability(study: Study, base: Fit, traces: dict[str, list[Direction]]) -> 
     names = list(visible)
     twins = []
     for i, first in enumerate(names):
-        for second in names[i + 1:]:
+        for second in names[i + 1 :]:
             if kernel(first).effect.identification.sign_pair == second:
                 continue  # one quantity; the sign that fits is the name
             like = max(_alike(a, b) for a in visible[first] for b in visible[second])

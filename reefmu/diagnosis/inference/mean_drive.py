@@ -48,8 +48,9 @@ def ripple(study: Study, individuals: Array) -> float | None:
             continue
         order = np.arange(1, SMOOTH_ORDERS + 1) * crank[here][:, None]
         index = np.linspace(-1, 1, len(here))
-        smooth = np.concatenate([np.cos(order), np.sin(order), np.polynomial.legendre.legvander(index, SMOOTH_DEGREE)],
-                                axis=1)
+        smooth = np.concatenate(
+            [np.cos(order), np.sin(order), np.polynomial.legendre.legvander(index, SMOOTH_DEGREE)], axis=1
+        )
         basis = np.linalg.qr(smooth)[0]
         part = rows[:, here]
         parts.append(part - part @ basis @ basis.T)

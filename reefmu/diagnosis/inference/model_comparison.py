@@ -41,8 +41,9 @@ BEND, CURVED = 0.003, 100.0
 curve alone may be."""
 FEW = 3
 """Sets of every size that are held up again."""
-STATIC = frozenset(e.name for e in EFFECTS.values()
-                   if e.identification.likeness is Likeness.CURVE and e.place is not Place.SENSOR)
+STATIC = frozenset(
+    e.name for e in EFFECTS.values() if e.identification.likeness is Likeness.CURVE and e.place is not Place.SENSOR
+)
 """Effects that only change the drive's curve of torque over twist."""
 TOLERATED, EVEN_SHARE = 1.8, 0.1
 """Standard deviations of the population, and even over odd part (mean squares) where it is no noise, within which a
@@ -91,8 +92,9 @@ def contest(study: Study, found: Search, best: Fit) -> Contest:
     top = min(f.cost - r.gain for f, r in joint)
     alike = [(f, r) for f, r in joint if f.cost - r.gain < top + margin]
     # Among those alike the set that stood without a rival comes first.
-    kept, rival = min(alike, key=lambda item: (len(item[0].names), item[0].names != best.names,
-                                               item[0].cost - item[1].gain))
+    kept, rival = min(
+        alike, key=lambda item: (len(item[0].names), item[0].names != best.names, item[0].cost - item[1].gain)
+    )
     if rival.family.place != CURVE:
         # A rival that holds a name as a special case is always as good: what is left must be more than a remainder.
         if rest < FORM_ERROR * gain:

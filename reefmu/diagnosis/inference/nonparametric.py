@@ -179,8 +179,7 @@ def _wave(phase: Array) -> Array:
     return np.stack([np.cos(phase), np.sin(phase)], axis=1)
 
 
-def _strongest(study: Study, x: Array, residual: Array, near: NDArray[np.bool_], highest: float
-               ) -> tuple[float, float]:
+def _strongest(study: Study, x: Array, residual: Array, near: NDArray[np.bool_], highest: float) -> tuple[float, float]:
     """Frequency of the wave over x (n,) that the whitened residual holds most of, and how many differ; looked for
     `near` (n,), up to `highest` cycles per unit of x."""
     span = max(float(np.ptp(x[near])), 1e-9)

@@ -77,8 +77,9 @@ def left(study: Study, fit: Fit) -> float:
     return max(0.0, excess)
 
 
-def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Mapping[frozenset[str], Fit]
-            ) -> Justified:
+def justify(
+    study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Mapping[frozenset[str], Fit]
+) -> Justified:
     """Leave out each effect in turn, refit, and see whether it is missed."""
     rest, size, louder = left(study, fit), fit.weighting.size, dispersion(study, fit)
     shares, reasons, left_out = {}, {}, {}
@@ -100,8 +101,10 @@ def justify(study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Ma
             reasons[name] = f"removes {100 * shares[name]:.0f} % of what is left without it"
         elif material(study, change) < (MATERIAL if others else MATERIAL_FIRST) * study.base.full_torque:
             reasons[name] = "changes no run visibly"
-        elif may_scatter(study, fit, base, smaller, name, louder) \
-                and (over := over_scatter(study, fit, change)) < OVER_SCATTER:
+        elif (
+            may_scatter(study, fit, base, smaller, name, louder)
+            and (over := over_scatter(study, fit, change)) < OVER_SCATTER
+        ):
             reasons[name] = f"is {over:.1f} times what single drives of the population make of the kind by themselves"
     if not reasons and size >= INDIVIDUAL:
         reasons = _idle(study, fit, {name: left_out[name] for name in fit.names if name in LIKE_SCATTER})
@@ -154,8 +157,11 @@ def choose(study: Study, found: Search, thresholds: Thresholds) -> tuple[Justifi
 def _idle(study: Study, fit: Fit, left_out: Mapping[str, Fit]) -> dict[str, str]:
     """Names that do what parts do, but not in runs that were not fitted; left_out: the fits without each name."""
     shares = {name: shrinks(study, smaller, fit) for name, smaller in left_out.items()}
-    return {name: f"leaves {100 * share:.0f} % of the gap in runs that were not fitted"
-            for name, share in shares.items() if share > IDLE}
+    return {
+        name: f"leaves {100 * share:.0f} % of the gap in runs that were not fitted"
+        for name, share in shares.items()
+        if share > IDLE
+    }
 
 
 def _worth_its_size(study: Study, fit: Fit, found: Search) -> bool:

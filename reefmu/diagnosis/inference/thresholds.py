@@ -47,12 +47,14 @@ class Thresholds:
         return self.noise[name] + share * max(self.individuals[name] - self.noise[name], 0.0)
 
 
-def calibrate(study: Study, base: Fit, fresh: Array, traces: Mapping[str, Sequence[Direction]], seed: int = 0
-              ) -> Thresholds:
+def calibrate(
+    study: Study, base: Fit, fresh: Array, traces: Mapping[str, Sequence[Direction]], seed: int = 0
+) -> Thresholds:
     """Thresholds from individuals `fresh` (m, n), N.m, that no component was made of, with this record's noise;
     traces: variants of every candidate."""
-    noise = {name: NOISE_GAIN + NOISE_GAIN_PER_PARAMETER * len(kernel(name).effect.parameters)
-             for name in study.candidates}
+    noise = {
+        name: NOISE_GAIN + NOISE_GAIN_PER_PARAMETER * len(kernel(name).effect.parameters) for name in study.candidates
+    }
     if not len(fresh):
         return Thresholds(noise, noise)
     weights = study.weights.with_size(1.0)

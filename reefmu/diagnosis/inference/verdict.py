@@ -53,8 +53,9 @@ class Finding:
     curve: float = 0.0
 
 
-def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]] = ()
-           ) -> tuple[Study, Finding]:
+def decide(
+    study: Study, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]] = ()
+) -> tuple[Study, Finding]:
     """The verdict on a search, and the study that it stands on: of the mean drive where the record shows it to be."""
     best, examined = choose(study, found, thresholds)
     fit = as_mean(study, found.base if best is None else best.fit)
@@ -66,8 +67,15 @@ def decide(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[
     return study, _finding(study, found, thresholds, twins, fit, best, examined)
 
 
-def _finding(study: Study, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]], fit: Fit,
-             best: Justified | None, examined: Sequence[Justified]) -> Finding:
+def _finding(
+    study: Study,
+    found: Search,
+    thresholds: Thresholds,
+    twins: Sequence[tuple[str, str]],
+    fit: Fit,
+    best: Justified | None,
+    examined: Sequence[Justified],
+) -> Finding:
     """What is said of the set that is justified, `best` with its fit, or of the base alone."""
     base = found.base
     if fit.weighting.size <= SMALL_SCATTER:
@@ -94,8 +102,12 @@ def _finding(study: Study, found: Search, thresholds: Thresholds, twins: Sequenc
     gain = base.cost - best.fit.cost
     rest = remainder(study, best.fit)
     least = _visible(study, best.fit)
-    more = left(study, best.fit) > 0 and rest > least and _repeats(study, best.fit) and (
-        left(study, best.fit) > REMAINDER_SHARE * gain or rest > 2 * least)
+    more = (
+        left(study, best.fit) > 0
+        and rest > least
+        and _repeats(study, best.fit)
+        and (left(study, best.fit) > REMAINDER_SHARE * gain or rest > 2 * least)
+    )
     if not more and (foreign := _foreign(study, best.fit)) > 0:
         more, rest = True, foreign
     alternatives = _alternatives(study, best.fit, found, thresholds, twins)
@@ -105,8 +117,15 @@ def _finding(study: Study, found: Search, thresholds: Thresholds, twins: Sequenc
     return Finding(verdict, best.fit, dict(best.shares), alternatives, rest, tuple(examined))
 
 
-def _within_tolerances(study: Study, found: Search, thresholds: Thresholds, kept: Fit, rival: Rival,
-                       best: Justified | None, examined: Sequence[Justified]) -> Finding:
+def _within_tolerances(
+    study: Study,
+    found: Search,
+    thresholds: Thresholds,
+    kept: Fit,
+    rival: Rival,
+    best: Justified | None,
+    examined: Sequence[Justified],
+) -> Finding:
     """The drive's own curve is off, as those of single drives are: alone that is nothing, beside names it is said to be
     left, for it may as well be an effect without a name."""
     curve = float(np.sqrt(np.mean(rival.part**2)))
@@ -164,8 +183,9 @@ def _noise_uncertainty(study: Study) -> float:
     return max(NOISE_UNCERTAINTY, NOISE_DEVIATIONS * deviation)
 
 
-def _alternatives(study: Study, chosen: Fit, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]]
-                  ) -> tuple[tuple[str, ...], ...]:
+def _alternatives(
+    study: Study, chosen: Fit, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]]
+) -> tuple[tuple[str, ...], ...]:
     """Sets of no more effects that explain the record as well."""
     known = {frozenset(f.names): f.cost for fits in found.best.values() for f in fits}
     fits: Sequence[Fit] = [f for size, fits in found.best.items() if 0 < size <= len(chosen.names) for f in fits]

@@ -63,20 +63,30 @@ def audit(record: Record, ratio: float) -> Audit:
         problems.append(f"the torque never changes by more than {SENSOR:g} N.m or its own rounding")
     top = max(float(np.mean(torque >= levels[-1] - 1e-12)), float(np.mean(torque <= levels[0] + 1e-12)))
     if levels.size > 20 and top > SATURATED:
-        notes.append(f"{100 * top:.0f} % of the samples stand at the torque's extreme: a saturated sensor or a "
-                     "limited load")
+        notes.append(
+            f"{100 * top:.0f} % of the samples stand at the torque's extreme: a saturated sensor or a limited load"
+        )
     angles = float(np.abs(record.crank_angle / ratio).max() + np.abs(record.output_angle).max())
     if not changes(twist, ENCODER, angles):
         problems.append(f"the twist never changes by more than {ENCODER:.2g} rad or its own rounding")
     elif np.ptp(twist) > WIDEST:
-        problems.append(f"the twist spans {np.ptp(twist):.3g} rad, and no gear's spans more than {WIDEST:g}: a unit "
-                        f"or the ratio, {ratio:g}, is wrong (twist = crank angle/ratio - output angle)")
+        problems.append(
+            f"the twist spans {np.ptp(twist):.3g} rad, and no gear's spans more than {WIDEST:g}: a unit "
+            f"or the ratio, {ratio:g}, is wrong (twist = crank angle/ratio - output angle)"
+        )
     elif loaded and np.corrcoef(twist, torque)[0, 1] < -0.5:
-        problems.append("the torque falls as the twist grows: the twist, or the torque, has the wrong sign "
-                        "(twist = crank angle/ratio - output angle)")
+        problems.append(
+            "the torque falls as the twist grows: the twist, or the torque, has the wrong sign "
+            "(twist = crank angle/ratio - output angle)"
+        )
     for name in record.missing:
-        notes.append({"crank_angle": "no crank angle: the crank counts as locked", "run": "no run column: one run",
-                      "temperature": "no temperature: 20 degC throughout"}.get(name, f"no column {name}"))
+        notes.append(
+            {
+                "crank_angle": "no crank angle: the crank counts as locked",
+                "run": "no run column: one run",
+                "temperature": "no temperature: 20 degC throughout",
+            }.get(name, f"no column {name}")
+        )
     return Audit(n, len(record.starts), rate, smallest if quantised else 0.0, tuple(notes), tuple(problems))
 
 

@@ -44,7 +44,7 @@ def autocorrelation(pieces: list[Array], least: int = 24) -> Autocorrelation:
     (4.0, 0.0)
     """
     length = min(LONGEST, int(np.median([len(p) for p in pieces])))
-    parts = [p[k:k + length] for p in pieces for k in range(0, len(p) - length + 1, length)]
+    parts = [p[k : k + length] for p in pieces for k in range(0, len(p) - length + 1, length)]
     if not parts:
         length = min(len(p) for p in pieces)
         parts = [p[:length] for p in pieces]
@@ -61,8 +61,9 @@ def autocorrelation(pieces: list[Array], least: int = 24) -> Autocorrelation:
     for _ in range(STEPS):
         # Likelihood of energies about their expectations, climbed by multiplicative steps; shares stay positive.
         expected = np.einsum("pc,pci->pi", share, parts_of)
-        share = share * (np.einsum("pci,pi->pc", parts_of, energy / expected**2)
-                         / np.einsum("pci,pi->pc", parts_of, 1 / expected))
+        share = share * (
+            np.einsum("pci,pi->pc", parts_of, energy / expected**2) / np.einsum("pci,pi->pc", parts_of, 1 / expected)
+        )
     expected = np.einsum("pc,pci->pi", share, parts_of)
     likelihood = -0.5 * len(block) * (np.log(expected) + energy / expected).sum(axis=1)
     integral = (share * (1 + rho) / (1 - rho)).sum(axis=1)

@@ -71,8 +71,8 @@ def path_of(angle: Array, noise: float) -> Array:
     turns = turning_points(angle, least)
     path = np.empty_like(angle)
     for a, b in itertools.pairwise(turns):
-        piece = angle[a:b + 1]
-        path[a:b + 1] = isotonic_regression(piece, increasing=bool(piece[-1] >= piece[0])).x
+        piece = angle[a : b + 1]
+        path[a : b + 1] = isotonic_regression(piece, increasing=bool(piece[-1] >= piece[0])).x
     for before, k, after in zip(turns, turns[1:], turns[2:], strict=False):
         top = angle[k] >= angle[after]
         near = np.abs(angle - angle[k]) < least
@@ -80,9 +80,9 @@ def path_of(angle: Array, noise: float) -> Array:
         last = min([after, *(np.flatnonzero(~near[k:after]) + k - 1)])
         if last - first >= PLATEAU:
             # The farthest sample of a stand is its noisiest; it stood at their median.
-            level = float(np.median(angle[first:last + 1]))
-            part = path[before:after + 1]
-            path[before:after + 1] = np.minimum(part, level) if top else np.maximum(part, level)
+            level = float(np.median(angle[first : last + 1]))
+            part = path[before : after + 1]
+            path[before : after + 1] = np.minimum(part, level) if top else np.maximum(part, level)
     return path
 
 

@@ -60,8 +60,14 @@ def estimate_noise(trace: Trace, slope: Array) -> Noise:
     rough = _parts(np.concatenate([d**2 for d, _ in pairs]), np.concatenate([s for _, s in pairs]))
     units = [np.sqrt(rough[0] + rough[1] * s**2) for _, s in pairs]
     found = autocorrelation([_detrended(d / unit) for (d, _), unit in zip(pairs, units, strict=True)], LEAST_CYCLE)
-    return Noise(float(np.sqrt(rough[0] * found.variance)), float(np.sqrt(rough[1] * found.variance)),
-                 found.integral, found.lag_one, len(pairs), repeated)
+    return Noise(
+        float(np.sqrt(rough[0] * found.variance)),
+        float(np.sqrt(rough[1] * found.variance)),
+        found.integral,
+        found.lag_one,
+        len(pairs),
+        repeated,
+    )
 
 
 def _alike(pairs: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
@@ -120,7 +126,7 @@ def _matching(trace: Trace, a: int, b: int) -> list[tuple[NDArray[np.intp], NDAr
     # The first loop starts from rest: what friction does there does not come again.
     first = period // 2 if n >= 2.4 * period else period // 4
     apart = np.abs(twist[period:] - twist[:-period])
-    turned = np.abs(trace.crank[a + period:b] - trace.crank[a:b - period])
+    turned = np.abs(trace.crank[a + period : b] - trace.crank[a : b - period])
     alike = (apart <= 0.5 * ALIKE * float(np.ptp(twist))) & (turned <= 0.05)
     alike[:first] = False
     edges = np.flatnonzero(np.diff(np.concatenate([[0], alike.astype(int), [0]])))

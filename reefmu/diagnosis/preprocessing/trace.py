@@ -82,8 +82,22 @@ def trace_of(record: Record, ratio: float) -> Trace:
         path[name] = np.concatenate([path_of(angle[p], noise[name]) for p in parts])
         speed[name] = np.concatenate([speed_of(angle[p], record.time[p], noise[name]) for p in parts])
     step = np.maximum(np.diff(record.time, prepend=record.time[0]), 0.0)
-    return Trace(record.time, record.run, start, step, path["crank"], speed["crank"], path["output"], speed["output"],
-                 record.temperature, twist, path["twist"], speed["twist"], record.output_torque, ratio)
+    return Trace(
+        record.time,
+        record.run,
+        start,
+        step,
+        path["crank"],
+        speed["crank"],
+        path["output"],
+        speed["output"],
+        record.temperature,
+        twist,
+        path["twist"],
+        speed["twist"],
+        record.output_torque,
+        ratio,
+    )
 
 
 @dataclass(frozen=True)

@@ -94,29 +94,49 @@ def _solved(key: _Key) -> Responses:
     beyond = int(np.ceil(FARTHEST * deviation / step))
     solved = np.asarray(step * np.arange(-cells_each - beyond, cells_each + beyond + 1), float)
     single = np.stack([_torque(drive, twist, position, shift) for shift in solved])
-    clearance = solved[beyond:len(solved) - beyond]
+    clearance = solved[beyond : len(solved) - beyond]
     z = step * np.arange(-beyond, beyond + 1) / deviation
-    weight = np.exp(-z**2 / 2)
+    weight = np.exp(-(z**2) / 2)
     weight /= weight.sum()
-    hermite = {"mean": np.ones_like(z), "linear": z, "quadratic": (z**2 - 1) / np.sqrt(2),
-               "cubic": (z**3 - 3 * z) / np.sqrt(6)}
-    tables = {name: np.stack([np.tensordot(weight * h, single[k:k + len(z)], 1) for k in range(len(clearance))])
-              for name, h in hermite.items()}
+    hermite = {
+        "mean": np.ones_like(z),
+        "linear": z,
+        "quadratic": (z**2 - 1) / np.sqrt(2),
+        "cubic": (z**3 - 3 * z) / np.sqrt(6),
+    }
+    tables = {
+        name: np.stack([np.tensordot(weight * h, single[k : k + len(z)], 1) for k in range(len(clearance))])
+        for name, h in hermite.items()
+    }
     bore = drive.tolerances["cage"].sigma
-    tables["bore"] = np.stack([(_torque(drive, twist, position, shift, bore)
-                                - _torque(drive, twist, position, shift, -bore)) / 2 for shift in clearance])
+    tables["bore"] = np.stack(
+        [
+            (_torque(drive, twist, position, shift, bore) - _torque(drive, twist, position, shift, -bore)) / 2
+            for shift in clearance
+        ]
+    )
     shares = {part: (s / deviation) ** 2 for part, s in sigma.items()}
     return Responses(twist, position, clearance, solved, deviation, single, tables, shares)
 
 
 def _torque(drive: Drive, twist: Array, position: Array, clearance: float, bore: float = 0.0) -> Array:
     """Torque of one element with all parts at their means, (twist, position), N.m; bore: m, added to the cage's."""
+
     def radius(part: str, nominal: float, more: float = 0.0) -> Array:
         return np.full(position.shape, nominal + drive.tolerances[part].offset + more)
 
     r = drive.element_radius
-    contacts = build_contacts(drive, Deviations(position, radius("element", r), radius("crank", drive.crank_radius),
-                                                radius("cage", r, bore), radius("gear", r)), clearance)
+    contacts = build_contacts(
+        drive,
+        Deviations(
+            position,
+            radius("element", r),
+            radius("crank", drive.crank_radius),
+            radius("cage", r, bore),
+            radius("gear", r),
+        ),
+        clearance,
+    )
     return solve(contacts, twist * drive.ratio).output_torque
 
 

@@ -105,7 +105,7 @@ class Scatter:
         drive = self.drive
         answers, ends = self._answers(twist, np.broadcast_to(np.asarray(clearance, float), twist.shape))
         fast = self.turning.span > FAST
-        at_once = (answers["linear"]**2).sum(axis=1)
+        at_once = (answers["linear"] ** 2).sum(axis=1)
         for answer in answers.values():
             # Over a turn and more all places count alike; what single samples make of it is rough.
             answer[fast] = answer[fast].mean(axis=1, keepdims=True)
@@ -116,7 +116,7 @@ class Scatter:
         rough = (0.0 if self.stands else REST**2) * (columns**2).sum(axis=0)
         rough[fast] += (at_once / self.turning.count)[fast]
         moving = self.turning.span > STANDING * 2 * np.pi / drive.elements
-        power = (ends["mean"]**2 + ends["linear"]**2).sum(axis=0)
+        power = (ends["mean"] ** 2 + ends["linear"] ** 2).sum(axis=0)
         rough[moving] += (PASSING * power / self.turning.count)[moving]
         return columns, rough
 
@@ -150,21 +150,26 @@ class Scatter:
     def _own(self, answers: dict[str, Array]) -> list[Array]:
         """Columns of what goes with the elements, and of the eccentrics."""
         drive, shares, linear = self.drive, self.responses.shares, answers["linear"]
-        bore = [answers["bore"].T] if (answers["bore"]**2).sum() > BORES * (linear**2).sum() else []
+        bore = [answers["bore"].T] if (answers["bore"] ** 2).sum() > BORES * (linear**2).sum() else []
         if drive.crank_deviation == "eccentric":
             rows, share = np.arange(drive.elements) % drive.eccentrics, shares["crank"]
             # All elements of an eccentric bend the same way: what single ones average out, these do not.
             bent = (share**0.5 * linear, share * answers["quadratic"], share**1.5 * answers["cubic"])
-            return [*bore, shares["element"]**0.5 * linear.T,
-                    *(np.stack([v[:, rows == k].sum(axis=1) for k in range(drive.eccentrics)]) for v in bent)]
-        return [*bore, (shares["element"] + shares["crank"])**0.5 * linear.T]
+            return [
+                *bore,
+                shares["element"] ** 0.5 * linear.T,
+                *(np.stack([v[:, rows == k].sum(axis=1) for k in range(drive.eccentrics)]) for v in bent),
+            ]
+        return [*bore, (shares["element"] + shares["crank"]) ** 0.5 * linear.T]
 
     def _lobes(self, answers: dict[str, Array]) -> list[Array]:
         """Columns of what stays in the gear; what bends is counted here, whoever deviates."""
         n_lobes, n = self.drive.lobes * self.drive.eccentrics, len(self.twist)
         index = (self._places[1] + n_lobes * np.arange(n)[:, None]).ravel()
-        return [np.bincount(index, v.ravel(), n_lobes * n).astype(float).reshape(n, n_lobes).T
-                for v in (self.responses.shares["gear"]**0.5 * answers["linear"], answers["quadratic"])]
+        return [
+            np.bincount(index, v.ravel(), n_lobes * n).astype(float).reshape(n, n_lobes).T
+            for v in (self.responses.shares["gear"] ** 0.5 * answers["linear"], answers["quadratic"])
+        ]
 
     @cached_property
     def _places(self) -> tuple[Array, NDArray[np.intp], Array]:
@@ -177,7 +182,7 @@ class Scatter:
         if drive.crank_deviation != "eccentric":
             return []
         # What the eccentrics make adds up by chance.
-        return self._edges((self.responses.shares["crank"] * drive.eccentrics)**0.5 * ends, self.turning.row_waves)
+        return self._edges((self.responses.shares["crank"] * drive.eccentrics) ** 0.5 * ends, self.turning.row_waves)
 
     def _edges(self, ends: Array, waves: Array) -> list[Array]:
         """Columns of what comes or goes at either end of the usable profile; ends: (2, n) N.m, one element there."""

@@ -38,9 +38,17 @@ def conditioned(trace: Trace, zero: float) -> tuple[Record, Array]:
     if np.ptp(trace.output) == 0 and np.ptp(crank) > 0:
         # A locked output stands still, however its twist is told from its noise.
         crank, output = trace.ratio * (trace.smooth_twist + trace.output), trace.output
-    record = make_record({"time": trace.time, "run": trace.run.astype(float), "crank_angle": crank,
-                          "output_angle": output + zero, "output_torque": trace.torque,
-                          "temperature": trace.temperature}, "conditioned record")
+    record = make_record(
+        {
+            "time": trace.time,
+            "run": trace.run.astype(float),
+            "crank_angle": crank,
+            "output_angle": output + zero,
+            "output_torque": trace.torque,
+            "temperature": trace.temperature,
+        },
+        "conditioned record",
+    )
     # No effect asks for the crank's own speed, so that those of twist and output are both as they were fitted.
     speeds = np.stack([trace.ratio * (trace.output_speed + trace.twist_rate), trace.output_speed], axis=1)
     return replace(record, speeds=speeds), trace.twist - trace.smooth_twist

@@ -19,6 +19,7 @@ from .corrected_model import corrected_model, simulated_torque
 
 Array = NDArray[np.float64]
 
+
 def gap_of(study: Study, base: Fit, chosen: Fit, held: Sequence[Fit]) -> Gap:
     """Root mean squares over all samples, N.m; held: `held_fits` of both, none where nothing is named."""
     samples = np.repeat(held_out(study), study.blocks.count.astype(int))
@@ -30,8 +31,14 @@ def gap_of(study: Study, base: Fit, chosen: Fit, held: Sequence[Fit]) -> Gap:
         after = residual(study, chosen)
         held_before, held_after = (_rms(residual(study, found)[samples]) for found in held)
     own = own_scatter(study, chosen)
-    return Gap(_rms(before), _rms(after), noise, held_before, held_after,
-               after_own_scatter=None if own is None else _rms(after - own))
+    return Gap(
+        _rms(before),
+        _rms(after),
+        noise,
+        held_before,
+        held_after,
+        after_own_scatter=None if own is None else _rms(after - own),
+    )
 
 
 def own_scatter(study: Study, found: Fit) -> Array | None:

@@ -25,9 +25,13 @@ def coordinates(study: Study) -> dict[str, tuple[Array, str]]:
     travel = np.cumsum(np.abs(np.diff(t.crank, prepend=t.crank[0])))
     torque = study.torque
     found = {
-        "torque": (torque, "N.m"), "time": (mean(t.time), "s"), "rate": (mean(t.twist_rate) * 1e3, "mrad/s"),
-        "speed": (mean(t.output_speed) * 1e3, "mrad/s at the output"), "temperature": (mean(t.temperature), "degC"),
-        "travel": (mean(travel), "rad of the crank"), "twist": (mean(t.twist) / ARCMIN, "arcmin"),
+        "torque": (torque, "N.m"),
+        "time": (mean(t.time), "s"),
+        "rate": (mean(t.twist_rate) * 1e3, "mrad/s"),
+        "speed": (mean(t.output_speed) * 1e3, "mrad/s at the output"),
+        "temperature": (mean(t.temperature), "degC"),
+        "travel": (mean(travel), "rad of the crank"),
+        "twist": (mean(t.twist) / ARCMIN, "arcmin"),
     }
     return {name: v for name, v in found.items() if np.ptp(v[0]) > 1e-9 * (1 + np.abs(v[0]).max())}
 
@@ -66,8 +70,16 @@ def _means(groups: NDArray[np.intp], values: Array) -> Array:
     return np.bincount(groups, values) / count
 
 
-def _place(name: str, groups: NDArray[np.intp], residual: Array, noise: Array, systematic: float, x: Array, unit: str,
-           direction: Array | None = None) -> Place:
+def _place(
+    name: str,
+    groups: NDArray[np.intp],
+    residual: Array,
+    noise: Array,
+    systematic: float,
+    x: Array,
+    unit: str,
+    direction: Array | None = None,
+) -> Place:
     count = np.bincount(groups).astype(float)
     mean = _means(groups, residual)
     # What the noise alone puts into the means does not count.

@@ -42,10 +42,14 @@ def report_html(found: Examined | Diagnosis) -> str:
     """The page, as text."""
     d = found.diagnosis if isinstance(found, Examined) else found
     source = found.record.source if isinstance(found, Examined) else ""
-    parts = [f"<h1>Diagnosis{' of ' + escape(file_name(source)) if source else ''}</h1>",
-             f"<div><span class='verdict {d.verdict}'>{d.verdict}</span>"
-             f"<span class=meaning>{MEANING[d.verdict]}</span></div>",
-             f"<p class=lead>{escape(d.sentence)}</p>", _cards(d), _cautions(d)]
+    parts = [
+        f"<h1>Diagnosis{' of ' + escape(file_name(source)) if source else ''}</h1>",
+        f"<div><span class='verdict {d.verdict}'>{d.verdict}</span>"
+        f"<span class=meaning>{MEANING[d.verdict]}</span></div>",
+        f"<p class=lead>{escape(d.sentence)}</p>",
+        _cards(d),
+        _cautions(d),
+    ]
     if isinstance(found, Examined):
         parts += _pictures(found)
     parts += [_effect(effect) for effect in d.effects]
@@ -57,9 +61,11 @@ def report_html(found: Examined | Diagnosis) -> str:
     parts += _details(d)
     if isinstance(found, Examined):
         parts += _workings(found)
-    return ("<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>"
-            f"<title>Diagnosis: {d.verdict}</title><style>{_STYLE}</style></head>"
-            f"<body>{''.join(parts)}</body></html>\n")
+    return (
+        "<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>"
+        f"<title>Diagnosis: {d.verdict}</title><style>{_STYLE}</style></head>"
+        f"<body>{''.join(parts)}</body></html>\n"
+    )
 
 
 def _names(names: Sequence[str]) -> str:
@@ -78,21 +84,33 @@ def _cards(d: Diagnosis) -> str:
             lines.append(f"<p>on runs held out {gap.held_out_before:.3g} &rarr; {gap.held_out_after:.3g} N.m</p>")
         cards.append(("Gap between model and record, rms", lines))
     if d.effects:
-        cards.append(("One of several that fit" if d.verdict == "ambiguous" else "What is missing", [
-            f"<p><b>{escape(kernel(e.name).effect.title)}</b><br>{escape(main_size(e))}</p>" for e in d.effects]))
+        cards.append(
+            (
+                "One of several that fit" if d.verdict == "ambiguous" else "What is missing",
+                [f"<p><b>{escape(kernel(e.name).effect.title)}</b><br>{escape(main_size(e))}</p>" for e in d.effects],
+            )
+        )
     elif d.remainder > 0 and d.verdict == "unknown":
         place = f"<p>mostly at {escape(reading(d.remainder_where[0]))}</p>" if d.remainder_where else ""
         cards.append(("What is missing has no name here", [f"<p class=big>{d.remainder:.3g} N.m</p>{place}"]))
     if d.next_experiment and d.verdict != "insufficient":
         cards.append(("Measure next", [f"<p>{escape(d.next_experiment[0])}</p>"]))
-    return "<div class=cards>" + "".join(
-        f"<div class=card><h3>{title}</h3>{''.join(lines)}</div>" for title, lines in cards) + "</div>"
+    return (
+        "<div class=cards>"
+        + "".join(f"<div class=card><h3>{title}</h3>{''.join(lines)}</div>" for title, lines in cards)
+        + "</div>"
+    )
 
 
 def _cautions(d: Diagnosis) -> str:
     lines = cautions(d)
-    return "" if not lines else ("<div class=caution><b>Mind</b><ul>"
-                                 + "".join(f"<li>{escape(line)}</li>" for line in lines) + "</ul></div>")
+    return (
+        ""
+        if not lines
+        else (
+            "<div class=caution><b>Mind</b><ul>" + "".join(f"<li>{escape(line)}</li>" for line in lines) + "</ul></div>"
+        )
+    )
 
 
 def _pictures(found: Examined) -> list[str]:
@@ -103,14 +121,21 @@ def _pictures(found: Examined) -> list[str]:
     place = f", {100 * d.where[0].share:.0f} % of it over the {reading(d.where[0])}" if d.where else ""
     return [
         "<div class=row>",
-        _figure(pictures.curve_picture(study, base, chosen),
-                f"Torque over twist in run {pictures.widest_run(study)[0]}, the widest."),
-        _figure(pictures.loop_picture(study, base, chosen),
-                "The same run less the model without effects: what the model does not know."),
+        _figure(
+            pictures.curve_picture(study, base, chosen),
+            f"Torque over twist in run {pictures.widest_run(study)[0]}, the widest.",
+        ),
+        _figure(
+            pictures.loop_picture(study, base, chosen),
+            "The same run less the model without effects: what the model does not know.",
+        ),
         _figure(pictures.residual_picture(study, base, chosen, where), f"Where the gap lies{escape(place)}."),
-        _figure(pictures.gap_picture(d.gap, bool(chosen.names)), "The gap against the noise. Held out: runs that a "
-                "second fit did not see."),
-        "</div>", _figure(pictures.time_picture(study, base, chosen), "The gap through the record, run after run."),
+        _figure(
+            pictures.gap_picture(d.gap, bool(chosen.names)),
+            "The gap against the noise. Held out: runs that a second fit did not see.",
+        ),
+        "</div>",
+        _figure(pictures.time_picture(study, base, chosen), "The gap through the record, run after run."),
     ]
 
 
@@ -123,12 +148,21 @@ def _figure(picture: str, caption: str) -> str:
 
 def _effect(effect: NamedEffect) -> str:
     e = kernel(effect.name).effect
-    rows = [[name.replace("_", " "), quantity(value.value, value.unit), interval(value),
-             f"<span class=warn>{escape(value.warning)}</span>"] for name, value in effect.parameters.items()]
-    return (f"<h2>{escape(e.title)} <span class=small>({effect.name}; removes {100 * effect.share:.0f} % "
-            f"of the gap)</span></h2><p><code>{escape(e.equation)}</code></p>"
-            + _table(["parameter", "value", "95 % interval", ""], rows)
-            + f"<p class=small>{escape(e.source)}</p>")
+    rows = [
+        [
+            name.replace("_", " "),
+            quantity(value.value, value.unit),
+            interval(value),
+            f"<span class=warn>{escape(value.warning)}</span>",
+        ]
+        for name, value in effect.parameters.items()
+    ]
+    return (
+        f"<h2>{escape(e.title)} <span class=small>({effect.name}; removes {100 * effect.share:.0f} % "
+        f"of the gap)</span></h2><p><code>{escape(e.equation)}</code></p>"
+        + _table(["parameter", "value", "95 % interval", ""], rows)
+        + f"<p class=small>{escape(e.source)}</p>"
+    )
 
 
 # -- details --------------------------------------------------------------------------------------------------------
@@ -141,17 +175,23 @@ def _details(d: Diagnosis) -> list[str]:
     if d.remainder_where:
         parts += [f"<h2>What is left: {d.remainder:.3g} N.m</h2>", _places(d.remainder_where)]
     if d.not_candidates:
-        parts += ["<h2>What this record cannot show</h2>",
-                  _table(["effect", "why"], [[n, escape(t)] for n, t in d.not_candidates.items()])]
+        parts += [
+            "<h2>What this record cannot show</h2>",
+            _table(["effect", "why"], [[n, escape(t)] for n, t in d.not_candidates.items()]),
+        ]
     if d.twins:
-        parts += ["<h2>What this record cannot tell apart</h2>",
-                  _table(["one", "the other", "what splits them"], [[a, b, escape(t)] for a, b, t in d.twins])]
+        parts += [
+            "<h2>What this record cannot tell apart</h2>",
+            _table(["one", "the other", "what splits them"], [[a, b, escape(t)] for a, b, t in d.twins]),
+        ]
     return parts + _list("Notes", d.notes)
 
 
 def _places(places: Sequence[Place]) -> str:
-    return _table(["coordinate", "strongest at", "share of the gap"],
-                  [[p.coordinate.replace("_", " "), escape(p.region), f"{100 * p.share:.0f} %"] for p in places])
+    return _table(
+        ["coordinate", "strongest at", "share of the gap"],
+        [[p.coordinate.replace("_", " "), escape(p.region), f"{100 * p.share:.0f} %"] for p in places],
+    )
 
 
 def _list(title: str, lines: Iterable[str]) -> list[str]:
@@ -169,17 +209,26 @@ def _workings(found: Examined) -> list[str]:
     """How it was found: noise, scatter, the best sets with their costs, why sets were refused."""
     study, search, n = found.study, found.search, found.study.noise
     kind = f"differences of {n.pairs} pairs of cycles" if n.repeated else "smoothness alone"
-    lines = [f"{len(found.record)} samples in {len(found.record.starts)} runs; base curve: {study.base.kind} "
-             f"{file_name(study.base.source)}",
-             f"noise {n.torque:.3g} N.m and {quantity(n.twist, 'rad')}, integrated autocorrelation "
-             f"{n.correlation:.3g} samples, from {kind}"]
+    lines = [
+        f"{len(found.record)} samples in {len(found.record.starts)} runs; base curve: {study.base.kind} "
+        f"{file_name(study.base.source)}",
+        f"noise {n.torque:.3g} N.m and {quantity(n.twist, 'rad')}, integrated autocorrelation "
+        f"{n.correlation:.3g} samples, from {kind}",
+    ]
     if study.scatter is not None:
-        lines.append(f"size of the tolerance scatter: {found.diagnosis.base.get('scatter_size', 0):.2g} of the "
-                     "population's")
-    rows = [[", ".join(f.names) or "none", f"{search.base.cost - f.cost:.0f}", f"{study.excess(f):.0f}"]
-            for size in sorted(search.best) for f in search.best[size][:4]]
-    reasons = [f"{', '.join(j.fit.names)}: {name} {why}" for j in found.finding.examined
-               for name, why in j.reasons.items()]
-    return [*_list("How it was found", lines),
-            _table(["set of effects", "gain (-2 log likelihood)", "excess left"], rows),
-            *_list("Sets refused", reasons)]
+        lines.append(
+            f"size of the tolerance scatter: {found.diagnosis.base.get('scatter_size', 0):.2g} of the population's"
+        )
+    rows = [
+        [", ".join(f.names) or "none", f"{search.base.cost - f.cost:.0f}", f"{study.excess(f):.0f}"]
+        for size in sorted(search.best)
+        for f in search.best[size][:4]
+    ]
+    reasons = [
+        f"{', '.join(j.fit.names)}: {name} {why}" for j in found.finding.examined for name, why in j.reasons.items()
+    ]
+    return [
+        *_list("How it was found", lines),
+        _table(["set of effects", "gain (-2 log likelihood)", "excess left"], rows),
+        *_list("Sets refused", reasons),
+    ]

@@ -105,8 +105,16 @@ def _with(chosen: Fit) -> str:
 
 def _legend(axes: Axes) -> None:
     """Above the axes, where it covers no data."""
-    axes.legend(fontsize=9, frameon=False, ncols=4, loc="lower left", bbox_to_anchor=(0, 1), columnspacing=1.0,
-                handlelength=1.4, borderaxespad=0.2)
+    axes.legend(
+        fontsize=9,
+        frameon=False,
+        ncols=4,
+        loc="lower left",
+        bbox_to_anchor=(0, 1),
+        columnspacing=1.0,
+        handlelength=1.4,
+        borderaxespad=0.2,
+    )
 
 
 def _label(axes: Axes, x: str, y: str) -> None:
@@ -119,7 +127,8 @@ def residual_picture(study: Study, base: Fit, chosen: Fit, coordinate: str) -> s
     places = coordinates(study)
     crank = np.degrees(study.blocks.mean(study.trace.crank)) % 360
     x, unit = {"crank_angle": (crank, "deg"), "direction": (study.torque, "N.m")}.get(
-        coordinate, places.get(coordinate, (study.torque, "N.m")))
+        coordinate, places.get(coordinate, (study.torque, "N.m"))
+    )
     before, after = study.torque - base.prediction.torque, study.torque - chosen.prediction.torque
     noise = np.sqrt(study.block_variance)
     going = np.sign(study.blocks.mean(study.trace.twist_rate))
@@ -132,8 +141,14 @@ def residual_picture(study: Study, base: Fit, chosen: Fit, coordinate: str) -> s
         if coordinate == "direction":
             for sign, mark in ((1, "^"), (-1, "v")):
                 some = np.flatnonzero(going == sign)[::step]
-                axes.plot(x[some], before[some], mark, ms=2.5, color=BEFORE,
-                          label=f"before, twist {'growing' if sign > 0 else 'falling'}")
+                axes.plot(
+                    x[some],
+                    before[some],
+                    mark,
+                    ms=2.5,
+                    color=BEFORE,
+                    label=f"before, twist {'growing' if sign > 0 else 'falling'}",
+                )
         else:
             axes.plot(x[::step], before[::step], ".", ms=2.5, color=BEFORE, label="before")
         if chosen.names:
@@ -156,8 +171,13 @@ def time_picture(study: Study, base: Fit, chosen: Fit) -> str:
         if chosen.names:
             axes.plot(k, after, lw=0.6, color=AFTER, label="after")
             if len(chosen.weighting.strength) and chosen.weighting.size > 0.1:
-                axes.plot(k, after - scattered(study, chosen, after), lw=0.5, color=SCATTER,
-                          label="after, without this drive's scatter")
+                axes.plot(
+                    k,
+                    after - scattered(study, chosen, after),
+                    lw=0.5,
+                    color=SCATTER,
+                    label="after, without this drive's scatter",
+                )
         low, high = axes.get_ylim()
         if chosen.names:
             axes.fill_between(k, low, high, where=held.tolist(), color=NOISE, alpha=0.35, lw=0, label="held out")

@@ -19,8 +19,10 @@ def as_play(effect: NamedEffect, base: Base) -> NamedEffect:
         return effect
 
     def turned(v: Value) -> Value:
-        return replace(v, value=v.value / base.lever, low=v.low / base.lever, high=v.high / base.lever,
-                       unit=_UNITS[v.unit])
+        return replace(
+            v, value=v.value / base.lever, low=v.low / base.lever, high=v.high / base.lever, unit=_UNITS[v.unit]
+        )
 
-    return replace(effect, parameters={name: turned(v) if v.unit in _UNITS else v
-                                       for name, v in effect.parameters.items()})
+    return replace(
+        effect, parameters={name: turned(v) if v.unit in _UNITS else v for name, v in effect.parameters.items()}
+    )

@@ -15,8 +15,14 @@ MEANING = {
     "insufficient": "the record does not allow a diagnosis",
 }
 """What each verdict means."""
-_SHOWN = {"m": (MICROMETRE, "um"), "rad": (ARCMIN, "arcmin"), "m/K": (MICROMETRE, "um/K"), "m/rad": (1e-9, "nm/rad"),
-          "rad/(N.m)": (ARCMIN, "arcmin/(N.m)"), "rad/K": (ARCMIN, "arcmin/K")}
+_SHOWN = {
+    "m": (MICROMETRE, "um"),
+    "rad": (ARCMIN, "arcmin"),
+    "m/K": (MICROMETRE, "um/K"),
+    "m/rad": (1e-9, "nm/rad"),
+    "rad/(N.m)": (ARCMIN, "arcmin/(N.m)"),
+    "rad/K": (ARCMIN, "arcmin/K"),
+}
 LARGE_REST = 1.5
 """Gap left over the noise that a reader is told of."""
 
@@ -33,8 +39,10 @@ def quantity(value: float, unit: str) -> str:
 
 def interval(value: Value) -> str:
     """The 95 % interval as text."""
-    return f"{quantity(value.low, '1' if value.unit not in _SHOWN else value.unit).split(' ')[0]} ... " \
-           f"{quantity(value.high, value.unit)}"
+    return (
+        f"{quantity(value.low, '1' if value.unit not in _SHOWN else value.unit).split(' ')[0]} ... "
+        f"{quantity(value.high, value.unit)}"
+    )
 
 
 def main_size(effect: NamedEffect) -> str:
@@ -60,21 +68,38 @@ def file_name(source: str) -> str:
 
 def cautions(d: Diagnosis) -> list[str]:
     """What a reader must mind before believing the numbers."""
-    lines = [f"{effect.name}: {name.replace('_', ' ')} is {value.warning.replace('its bound', 'a bound of its range')}"
-             + (f" ({quantity(value.value, value.unit)}): the true value may lie beyond"
-                if "bound" in value.warning else f" ({interval(value)}): its size is hardly known")
-             for effect in d.effects for name, value in effect.parameters.items() if value.warning]
+    lines = [
+        f"{effect.name}: {name.replace('_', ' ')} is {value.warning.replace('its bound', 'a bound of its range')}"
+        + (
+            f" ({quantity(value.value, value.unit)}): the true value may lie beyond"
+            if "bound" in value.warning
+            else f" ({interval(value)}): its size is hardly known"
+        )
+        for effect in d.effects
+        for name, value in effect.parameters.items()
+        if value.warning
+    ]
     gap = d.gap
     if d.effects and gap.after >= gap.before:
-        lines.append(f"the gap does not shrink ({gap.before:.3g} to {gap.after:.3g} N.m): the effect only shows "
-                     "against the scatter that the tolerances allow")
-    elif d.effects and gap.held_out_after is not None and gap.held_out_before is not None \
-            and gap.held_out_after >= gap.held_out_before:
+        lines.append(
+            f"the gap does not shrink ({gap.before:.3g} to {gap.after:.3g} N.m): the effect only shows "
+            "against the scatter that the tolerances allow"
+        )
+    elif (
+        d.effects
+        and gap.held_out_after is not None
+        and gap.held_out_before is not None
+        and gap.held_out_after >= gap.held_out_before
+    ):
         lines.append("on runs that the fit did not see the gap does not shrink")
     if d.verdict in ("named", "ambiguous", "none") and gap.after > LARGE_REST * gap.noise:
         own = gap.after_own_scatter
-        why = "" if own is None or own > 0.9 * gap.after else \
-            f"; without what this one drive's tolerances likely make, {own:.3g} N.m"
-        lines.append(f"the gap left, {gap.after:.3g} N.m, is {gap.after / max(gap.noise, 1e-300):.1f} times the "
-                     f"noise{why}")
+        why = (
+            ""
+            if own is None or own > 0.9 * gap.after
+            else f"; without what this one drive's tolerances likely make, {own:.3g} N.m"
+        )
+        lines.append(
+            f"the gap left, {gap.after:.3g} N.m, is {gap.after / max(gap.noise, 1e-300):.1f} times the noise{why}"
+        )
     return lines

@@ -34,19 +34,35 @@ class Platform:
     targets: tuple[str, ...]
 
 
-PLATFORMS = {p.name: p for p in (
-    Platform("linux64", "linux64", ".so", ("x86_64-linux-gnu.2.17",)),
-    Platform("linux-arm64", "aarch64-linux", ".so", ("aarch64-linux-gnu.2.17",)),
-    Platform("win64", "win64", ".dll", ("x86_64-windows-gnu",)),
-    Platform("darwin64", "darwin64", ".dylib", ("x86_64-macos.11.0", "aarch64-macos.11.0")),
-)}
+PLATFORMS = {
+    p.name: p
+    for p in (
+        Platform("linux64", "linux64", ".so", ("x86_64-linux-gnu.2.17",)),
+        Platform("linux-arm64", "aarch64-linux", ".so", ("aarch64-linux-gnu.2.17",)),
+        Platform("win64", "win64", ".dll", ("x86_64-windows-gnu",)),
+        Platform("darwin64", "darwin64", ".dylib", ("x86_64-macos.11.0", "aarch64-macos.11.0")),
+    )
+}
 """darwin64 is one library for x86-64 and arm64."""
-_FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off",
-          "-fvisibility=hidden", "-DFMI2_OVERRIDE_FUNCTION_PREFIX", "-DFMI3_OVERRIDE_FUNCTION_PREFIX")
+_FLAGS = (
+    "-std=c99",
+    "-O2",
+    "-fPIC",
+    "-shared",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-ffp-contract=off",
+    "-fvisibility=hidden",
+    "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
+    "-DFMI3_OVERRIDE_FUNCTION_PREFIX",
+)
 """-ffp-contract=off: the same roundings on every platform."""
 _OLD_NAMES = "old_names.h"
-_OLD = "#include <features.h>\n#ifdef __GLIBC__\n" + "".join(
-    f'__asm__(".symver {name},{name}@GLIBC_2.2.5");\n' for name in ("exp", "log", "pow", "exp2", "log2")) + "#endif\n"
+_OLD = (
+    "#include <features.h>\n#ifdef __GLIBC__\n"
+    + "".join(f'__asm__(".symver {name},{name}@GLIBC_2.2.5");\n' for name in ("exp", "log", "pow", "exp2", "log2"))
+    + "#endif\n"
+)
 """For a library compiled here for Linux: newer glibc versions give these a new symbol; the first one serves as well
 and is found everywhere. zig is told a version instead."""
 _ZIG = (sys.executable, "-m", "ziglang")
@@ -74,8 +90,7 @@ def chosen_platforms(name: str) -> tuple[Platform, ...]:
     return (PLATFORMS[known],)
 
 
-def compile_binaries(sources: Mapping[str, bytes], identifier: str,
-                     platforms: Sequence[Platform]) -> dict[str, bytes]:
+def compile_binaries(sources: Mapping[str, bytes], identifier: str, platforms: Sequence[Platform]) -> dict[str, bytes]:
     """Binaries by their name in the archive. Compiled ones are kept in the cache.
 
     Errors: `InputError` without a compiler for one of the platforms, or with what the compiler said.
@@ -108,19 +123,31 @@ def _compiled(sources: Mapping[str, bytes], identifier: str, p: Platform, target
         for name, content in {**sources, _OLD_NAMES: _OLD.encode()}.items():
             (folder / name).write_bytes(content)
         output = f"{identifier}{p.suffix}"
-        link = _LINKER_FLAGS.get(sys.platform, ()) if "zig" not in version else (
-            ("-Wl,-install_name,@rpath/" + output,) if "macos" in target else ("-lm",))
+        link = (
+            _LINKER_FLAGS.get(sys.platform, ())
+            if "zig" not in version
+            else (("-Wl,-install_name,@rpath/" + output,) if "macos" in target else ("-lm",))
+        )
         # The folder's name must not get into the binary: names are relative to it.
-        done = subprocess.run([*command, UNIT, "-o", output, *link], cwd=folder, capture_output=True, text=True,
-                              errors="replace", check=False, env={**os.environ, "TMPDIR": str(folder)})
+        done = subprocess.run(
+            [*command, UNIT, "-o", output, *link],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            check=False,
+            env={**os.environ, "TMPDIR": str(folder)},
+        )
         if done.returncode != 0:
             said = " ".join((done.stderr or done.stdout).split())[-400:]
-            raise InputError(f"{p.name}: expected {command[0]} to compile the model, got status {done.returncode}: "
-                             f"{said}")
+            raise InputError(
+                f"{p.name}: expected {command[0]} to compile the model, got status {done.returncode}: {said}"
+            )
         made = folder / output
         if not made.is_file():
-            raise InputError(f"{p.name}: expected {command[0]} to compile the model, got status 0 and no library: it "
-                             "wrote nothing")
+            raise InputError(
+                f"{p.name}: expected {command[0]} to compile the model, got status 0 and no library: it wrote nothing"
+            )
         content = made.read_bytes()
     try:
         kept.parent.mkdir(parents=True, exist_ok=True)
@@ -151,10 +178,15 @@ def _compiler(p: Platform, target: str) -> tuple[tuple[str, ...], str]:
     program = _program(p)
     if not program:
         own = os.environ.get("CC", "").split()
-        came = "none" if p.name != host_platform() else "neither ziglang nor " + (
-            f"the program that CC names ({own[0]})" if own else "a C compiler on the PATH")
-        raise InputError(f"{p.name}: expected a compiler for it (pip install 'reefmu[native]' brings ziglang), "
-                         f"got {came}")
+        came = (
+            "none"
+            if p.name != host_platform()
+            else "neither ziglang nor "
+            + (f"the program that CC names ({own[0]})" if own else "a C compiler on the PATH")
+        )
+        raise InputError(
+            f"{p.name}: expected a compiler for it (pip install 'reefmu[native]' brings ziglang), got {came}"
+        )
     if program == _ZIG:
         return (*_ZIG, "cc", "-target", target, *_FLAGS, *_ZIG_FLAGS), f"zig {_first_line([*_ZIG, 'version'])}"
     old = ("-include", _OLD_NAMES) if p.name == "linux64" else ()

@@ -51,14 +51,22 @@ def make_pieces(component: Component) -> Pieces:
 
     model = component.model
     stages = make_stages(model.lookup, model.effects, model.individual)
-    x, u, p = (ca.MX.sym(name, len(items)) for name, items in
-               (("x", component.states), ("u", component.inputs), ("p", component.parameters)))
+    x, u, p = (
+        ca.MX.sym(name, len(items))
+        for name, items in (("x", component.states), ("u", component.inputs), ("p", component.parameters))
+    )
     k, c, dt = ca.MX.sym("k", 2), ca.MX.sym("c", len(CONTACT)), ca.MX.sym("dt")
     functions = {"initial": scalar_function("initial", [u, p], component.initial(u, p))}
     if component.kind == "drive":
-        drive = {"geometry": stages.geometry(u, p), "tuned": stages.tuned(p), "point": stages.point(x, u, k, p),
-                 "moved": stages.moved(x, u, k, p), "aged": stages.aged(x, u, k, dt, p, c),
-                 "rate": stages.rate(x, u, k, p, c), "output": stages.output(x, u, k, p, c)}
+        drive = {
+            "geometry": stages.geometry(u, p),
+            "tuned": stages.tuned(p),
+            "point": stages.point(x, u, k, p),
+            "moved": stages.moved(x, u, k, p),
+            "aged": stages.aged(x, u, k, dt, p, c),
+            "rate": stages.rate(x, u, k, p, c),
+            "output": stages.output(x, u, k, p, c),
+        }
         motion = 0
     else:
         from ..model.joint import JointStages
@@ -66,19 +74,31 @@ def make_pieces(component: Component) -> Pieces:
         joint = JointStages(component.model, stages, x, u, p, dt, k, c)
         drive, motion = joint.of_drive(), 4
         functions |= joint.of_motion()
-    inside = {"geometry": [x, u, p], "tuned": [p], "point": [x, u, k, p], "moved": [x, u, k, p],
-              "aged": [x, u, k, dt, p, c], "rate": [x, u, k, p, c], "output": [x, u, k, p, c]}
+    inside = {
+        "geometry": [x, u, p],
+        "tuned": [p],
+        "point": [x, u, k, p],
+        "moved": [x, u, k, p],
+        "aged": [x, u, k, dt, p, c],
+        "rate": [x, u, k, p, c],
+        "output": [x, u, k, p, c],
+    }
     functions |= {name: scalar_function(name, inside[name], drive[name]) for name in drive}
 
     d, dc = ca.MX.sym("d", u.numel() + x.numel() + p.numel()), ca.MX.sym("dc", len(CONTACT))
     du, dx, dp = ca.vertsplit(d, [0, u.numel(), u.numel() + x.numel(), d.numel()])
     at = ca.Function("at", [x, u, p], [functions["point"](x, u, functions["geometry"](x, u, p), p)])
-    gives = ca.Function("gives", [x, u, p, c], [ca.vertcat(
-        *(functions[name](x, u, functions["geometry"](x, u, p), p, c) for name in ("output", "rate")))])
+    gives = ca.Function(
+        "gives",
+        [x, u, p, c],
+        [ca.vertcat(*(functions[name](x, u, functions["geometry"](x, u, p), p, c) for name in ("output", "rate")))],
+    )
     of_point = at.forward(1)(x, u, p, ca.MX(len(stages.points), 1), dx, du, dp)
     of_result = gives.forward(1)(x, u, p, c, ca.MX(*gives.size_out(0)), dx, du, dp, dc)
-    for name, function, arguments, changes in (("initial", functions["initial"], [u, p], [du, dp]),
-                                               ("tuned", functions["tuned"], [p], [dp])):
+    for name, function, arguments, changes in (
+        ("initial", functions["initial"], [u, p], [du, dp]),
+        ("tuned", functions["tuned"], [p], [dp]),
+    ):
         moved = function.forward(1)(*arguments, ca.MX(*function.size_out(0)), *changes)
         functions[f"{name}_change"] = scalar_function(f"{name}_change", [*arguments, d], moved)
     functions["point_change"] = scalar_function("point_change", [x, u, p, d], of_point)

@@ -27,8 +27,24 @@ UNIT = "all.c"
 """The file to compile."""
 MOST_PARTS = 1e7
 """Most parts of one communication step of a component that integrates itself; more are refused."""
-_WRAPPER = ("all.c", "calls.c", "contact.c", "contact_change.c", "cosimulation.c", "derivatives.c", "exchange.c",
-            "fmi2_api.h", "instance.h", "life.c", "log.c", "model.c", "saved.c", "tables.c", "values.c", "variable.h")
+_WRAPPER = (
+    "all.c",
+    "calls.c",
+    "contact.c",
+    "contact_change.c",
+    "cosimulation.c",
+    "derivatives.c",
+    "exchange.c",
+    "fmi2_api.h",
+    "instance.h",
+    "life.c",
+    "log.c",
+    "model.c",
+    "saved.c",
+    "tables.c",
+    "values.c",
+    "variable.h",
+)
 
 
 class _Names(NamedTuple):
@@ -37,8 +53,9 @@ class _Names(NamedTuple):
     standard: Standard
 
 
-def sources(component: Component, interface: Interface, guid: str, identifier: str,
-            standard: Standard = FMI2) -> dict[str, bytes]:
+def sources(
+    component: Component, interface: Interface, guid: str, identifier: str, standard: Standard = FMI2
+) -> dict[str, bytes]:
     """Every file of `sources` by name. interface: with the derivatives (`declare_exchange`). identifier: the model's,
     which all names begin with that are seen from outside."""
     wrapper = importlib.resources.files("reefmu.fmu") / "native"
@@ -53,8 +70,9 @@ def sources(component: Component, interface: Interface, guid: str, identifier: s
 
 def with_guid(files: Mapping[str, bytes], guid: str) -> dict[str, bytes]:
     """The same files for another GUID."""
-    header, changes = re.subn(rb'(?m)^#define MODEL_GUID ".*"$', f'#define MODEL_GUID "{guid}"'.encode(),
-                              files["model.h"])
+    header, changes = re.subn(
+        rb'(?m)^#define MODEL_GUID ".*"$', f'#define MODEL_GUID "{guid}"'.encode(), files["model.h"]
+    )
     assert changes == 1
     return {**files, "model.h": header}
 
@@ -70,15 +88,20 @@ def _equations(pieces: Pieces) -> tuple[str, dict[str, int]]:
     with scratch_folder() as folder:
         text = Path(generator.generate(f"{folder}/")).read_text("utf-8")
     call = list(pieces.functions.values())
-    sizes = {"INTEGERS": 1 + max(f.sz_iw() for f in call), "WORK": 1 + max(f.sz_w() for f in call),
-             "ARGUMENTS": max(f.sz_arg() for f in call), "RESULTS": max(f.sz_res() for f in call)}
+    sizes = {
+        "INTEGERS": 1 + max(f.sz_iw() for f in call),
+        "WORK": 1 + max(f.sz_w() for f in call),
+        "ARGUMENTS": max(f.sz_arg() for f in call),
+        "RESULTS": max(f.sz_res() for f in call),
+    }
     return _kept_inside(_without_queries(text, pieces.functions)), sizes
 
 
 def _kept_inside(text: str) -> str:
     """With CasADi's helpers for this file alone: beside another FMU's they would be there twice."""
-    return re.sub(r"^(?!static\b|CASADI_SYMBOL_EXPORT\b)(?=[A-Za-z][\w* ]*\bcasadi_\w+\()", "static ", text,
-                  flags=re.MULTILINE)
+    return re.sub(
+        r"^(?!static\b|CASADI_SYMBOL_EXPORT\b)(?=[A-Za-z][\w* ]*\bcasadi_\w+\()", "static ", text, flags=re.MULTILINE
+    )
 
 
 def _without_queries(text: str, functions: Iterable[str]) -> str:
@@ -94,8 +117,10 @@ def _prefix(names: _Names) -> str:
     Without it where a host says so, or CMake, by a macro of its own, that it makes a shared library.
     """
     macro = f"FMI{names.standard.version[0]}"
-    return (f"#if !defined({macro}_FUNCTION_PREFIX) && !defined({names.identifier}_EXPORTS)\n"
-            f"#define {macro}_FUNCTION_PREFIX {names.identifier}_\n#endif\n")
+    return (
+        f"#if !defined({macro}_FUNCTION_PREFIX) && !defined({names.identifier}_EXPORTS)\n"
+        f"#define {macro}_FUNCTION_PREFIX {names.identifier}_\n#endif\n"
+    )
 
 
 def _header(component: Component, pieces: Pieces, interface: Interface, names: _Names, sizes: dict[str, int]) -> str:
@@ -105,29 +130,47 @@ def _header(component: Component, pieces: Pieces, interface: Interface, names: _
     n_u, n_y, n_x = len(component.inputs), len(component.outputs), len(component.states)
     stages = pieces.stages
     numbers = {
-        "N_INPUTS": n_u, "N_OUTPUTS": n_y, "N_PARAMETERS": len(component.parameters), "N_STATES": n_x,
-        "N_VALUES": len(interface.variables), "N_UNKNOWNS": n_y + n_x,
+        "N_INPUTS": n_u,
+        "N_OUTPUTS": n_y,
+        "N_PARAMETERS": len(component.parameters),
+        "N_STATES": n_x,
+        "N_VALUES": len(interface.variables),
+        "N_UNKNOWNS": n_y + n_x,
         "N_KNOWNS": n_u + n_x + len(component.parameters),
-        "N_INDICATORS": component.switches, "FIRST_INDICATOR": component.first_switch,
-        "IS_JOINT": int(component.kind == "joint"), "IS_INDIVIDUAL": int(stages.contact is not None),
-        "HAS_PATHS": int(stages.paths), "HAS_AGES": int(stages.ages), "AGED_BY_TORQUE": int(stages.aged_by_torque),
-        "HAS_SERIES": int(stages.series), "N_MOTION": pieces.motion,
+        "N_INDICATORS": component.switches,
+        "FIRST_INDICATOR": component.first_switch,
+        "IS_JOINT": int(component.kind == "joint"),
+        "IS_INDIVIDUAL": int(stages.contact is not None),
+        "HAS_PATHS": int(stages.paths),
+        "HAS_AGES": int(stages.ages),
+        "AGED_BY_TORQUE": int(stages.aged_by_torque),
+        "HAS_SERIES": int(stages.series),
+        "N_MOTION": pieces.motion,
         "DISCRETE_OUTPUT": [s.discrete for s in component.outputs].index(True),
         "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"),
-        "MOST_PARTS": MOST_PARTS, "NEWTON_STEPS": NEWTON_STEPS, "SETTLED": SETTLED,
+        "MOST_PARTS": MOST_PARTS,
+        "NEWTON_STEPS": NEWTON_STEPS,
+        "SETTLED": SETTLED,
         **{f"N_{name}": size for name, size in sizes.items()},
     }
-    orders = {"POINT": stages.points, "TUNED": TUNED, "CONTACT": CONTACT,
-              "TABLE": [f"table_{name}" for name in QUANTITIES]}
-    enums = "".join(f"enum {{ {', '.join(name.upper() for name in names)}, N_{title} }};\n"
-                    for title, names in orders.items())
+    orders = {
+        "POINT": stages.points,
+        "TUNED": TUNED,
+        "CONTACT": CONTACT,
+        "TABLE": [f"table_{name}" for name in QUANTITIES],
+    }
+    enums = "".join(
+        f"enum {{ {', '.join(name.upper() for name in names)}, N_{title} }};\n" for title, names in orders.items()
+    )
     rows = "".join(_row(v, component, interface) for v in interface.variables)
     numbers["FIRST_REFERENCE"] = names.standard.first_reference
     defines = "".join(f"#define {name} {value}\n" for name, value in numbers.items())
-    return (f"/* {interface.kind} {json.dumps(_plain(interface.name))}: sizes and variables. Generated. */\n\n"
-            "#ifndef MODEL_H\n#define MODEL_H\n\n#include \"variable.h\"\n\n"
-            f"{_prefix(names)}#define MODEL_GUID \"{names.guid}\"\n{defines}\n{enums}\n"
-            f"static const Variable VARIABLES[N_VALUES] = {{\n{rows}}};\n\n#endif\n")
+    return (
+        f"/* {interface.kind} {json.dumps(_plain(interface.name))}: sizes and variables. Generated. */\n\n"
+        '#ifndef MODEL_H\n#define MODEL_H\n\n#include "variable.h"\n\n'
+        f'{_prefix(names)}#define MODEL_GUID "{names.guid}"\n{defines}\n{enums}\n'
+        f"static const Variable VARIABLES[N_VALUES] = {{\n{rows}}};\n\n#endif\n"
+    )
 
 
 def _row(v: Variable, component: Component, interface: Interface) -> str:
@@ -150,8 +193,10 @@ def _row(v: Variable, component: Component, interface: Interface) -> str:
     low, high = v.limits if access != "RESULT" else (-sys.float_info.max, sys.float_info.max)
     numbers = ", ".join(repr(float(x)) for x in (v.start or 0.0, low, high, v.nominal or 1.0))
     assert all(math.isfinite(x) for x in (low, high))
-    return f"    {{{json.dumps(_plain(v.name))}, {json.dumps(_plain(v.unit))}, {access}, {numbers}, {stale}, " \
-           f"{known}, {unknown}}},\n"
+    return (
+        f"    {{{json.dumps(_plain(v.name))}, {json.dumps(_plain(v.unit))}, {access}, {numbers}, {stale}, "
+        f"{known}, {unknown}}},\n"
+    )
 
 
 def _plain(text: str) -> str:

@@ -86,8 +86,12 @@ def pythonfmu_location(resources: Path) -> str:
     location = resources.as_uri()
     if "%" in location.replace("%20", ""):
         location = f"file://{'' if resources.as_posix().startswith('/') else '/'}{resources.as_posix()}"
-        expect("%20" not in location, "a folder for temporary files without '%20' in its name (set TMPDIR)",
-               str(resources), "FMU")
+        expect(
+            "%20" not in location,
+            "a folder for temporary files without '%20' in its name (set TMPDIR)",
+            str(resources),
+            "FMU",
+        )
     named = resources / "slavemodule.txt"
     module = named.read_text("utf-8").partition("\n")[0] if named.is_file() else ""
     expect((resources / f"{module}.py").is_file(), "the script that resources/slavemodule.txt names", module, "FMU")

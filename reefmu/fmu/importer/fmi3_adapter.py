@@ -6,9 +6,14 @@ import ctypes
 from typing import Any
 
 _SAME = {
-    "fmi2ExitInitializationMode": "fmi3ExitInitializationMode", "fmi2Reset": "fmi3Reset",
-    "fmi2FreeInstance": "fmi3FreeInstance", "fmi2GetFMUstate": "fmi3GetFMUState", "fmi2SetFMUstate": "fmi3SetFMUState",
-    "fmi2FreeFMUstate": "fmi3FreeFMUState", "fmi2SerializedFMUstateSize": "fmi3SerializedFMUStateSize"}
+    "fmi2ExitInitializationMode": "fmi3ExitInitializationMode",
+    "fmi2Reset": "fmi3Reset",
+    "fmi2FreeInstance": "fmi3FreeInstance",
+    "fmi2GetFMUstate": "fmi3GetFMUState",
+    "fmi2SetFMUstate": "fmi3SetFMUState",
+    "fmi2FreeFMUstate": "fmi3FreeFMUState",
+    "fmi2SerializedFMUstateSize": "fmi3SerializedFMUStateSize",
+}
 """Calls with the same arguments."""
 _LOG_LENGTH = 20
 
@@ -41,8 +46,19 @@ class Slave3:
     def instantiate(self, name: str, token: str, resources: str) -> Any:
         """The instance, or None if the FMU gives none."""
         return self._fmu.fmi3InstantiateCoSimulation(
-            name.encode(), token.encode(), resources.encode(), False, True, False, False, (ctypes.c_uint32 * 0)(), 0,
-            None, self._log, self._update)
+            name.encode(),
+            token.encode(),
+            resources.encode(),
+            False,
+            True,
+            False,
+            False,
+            (ctypes.c_uint32 * 0)(),
+            0,
+            None,
+            self._log,
+            self._update,
+        )
 
     def freeLibrary(self) -> None:
         self._fmu.freeLibrary()
@@ -62,13 +78,16 @@ class Slave3:
     def fmi2DoStep(self, component: Any, time: float, step: float, no_return: bool) -> None:
         flags = [ctypes.c_bool() for _ in range(3)]
         reached = ctypes.c_double()
-        self._fmu.fmi3DoStep(component, time, step, no_return, *(ctypes.byref(flag) for flag in flags),
-                             ctypes.byref(reached))
+        self._fmu.fmi3DoStep(
+            component, time, step, no_return, *(ctypes.byref(flag) for flag in flags), ctypes.byref(reached)
+        )
 
-    def fmi2GetDirectionalDerivative(self, component: Any, unknowns: Any, n_unknowns: int, knowns: Any, n_knowns: int,
-                                     seed: Any, result: Any) -> None:
-        self._fmu.fmi3GetDirectionalDerivative(component, unknowns, n_unknowns, knowns, n_knowns, seed, n_knowns,
-                                               result, n_unknowns)
+    def fmi2GetDirectionalDerivative(
+        self, component: Any, unknowns: Any, n_unknowns: int, knowns: Any, n_knowns: int, seed: Any, result: Any
+    ) -> None:
+        self._fmu.fmi3GetDirectionalDerivative(
+            component, unknowns, n_unknowns, knowns, n_knowns, seed, n_knowns, result, n_unknowns
+        )
 
     def fmi2SerializeFMUstate(self, component: Any, state: Any, content: Any, size: int) -> None:
         self._fmu.fmi3SerializeFMUState(component, state, _bytes(content), size)

@@ -48,8 +48,9 @@ class FmuDrive:
     time: float
     set_values: dict[str, float]
 
-    def __init__(self, path: str | os.PathLike[str], *, parameters: Mapping[str, float] | None = None,
-                 name: str = "drive") -> None:
+    def __init__(
+        self, path: str | os.PathLike[str], *, parameters: Mapping[str, float] | None = None, name: str = "drive"
+    ) -> None:
         """Unpack and instantiate. Errors: `InputError` for a file that is no such FMU, or one that this
         machine cannot run, and for an unknown or refused parameter."""
         import fmpy
@@ -57,10 +58,12 @@ class FmuDrive:
         self._path = Path(path)
         self._complaints: list[str] = []
         archive = read_archive(self._path)
-        expect(archive.fmi_version in ("2.0", "3.0") and archive.model_identifier != "",
-               "an FMU for co-simulation with FMI 2.0 or 3.0",
-               f"one for FMI {archive.fmi_version} by {archive.generation_tool or 'an unnamed tool'}",
-               str(self._path))
+        expect(
+            archive.fmi_version in ("2.0", "3.0") and archive.model_identifier != "",
+            "an FMU for co-simulation with FMI 2.0 or 3.0",
+            f"one for FMI {archive.fmi_version} by {archive.generation_tool or 'an unnamed tool'}",
+            str(self._path),
+        )
         self._loaded = Loaded()
         self._release = weakref.finalize(self, self._loaded.release)
         try:
@@ -71,7 +74,8 @@ class FmuDrive:
             self._references = {v.name: v.valueReference for v in variables}
             self.inputs, self.outputs, self.parameters = (
                 tuple(v.name for v in variables if v.causality == causality)
-                for causality in ("input", "output", "parameter"))
+                for causality in ("input", "output", "parameter")
+            )
             self._starts = {v.name: float(v.start) for v in variables if v.start is not None}
             self._input_block = Block(self._references, self.inputs)
             self._output_block = Block(self._references, self.outputs)
@@ -81,8 +85,9 @@ class FmuDrive:
         except BaseException as error:
             self.close()
             if isinstance(error, Exception) and not isinstance(error, InputError):
-                raise InputError(f"{self._path}: expected an FMU that runs here, got {_one_line(error)}"
-                                 f"{self._logged()}") from None
+                raise InputError(
+                    f"{self._path}: expected an FMU that runs here, got {_one_line(error)}{self._logged()}"
+                ) from None
             raise
 
     # --- life ---------------------------------------------------------------------------------------------
@@ -91,8 +96,12 @@ class FmuDrive:
         from fmpy.fmi2 import FMU2Slave, fmi2CoSimulation
 
         resources = Path(folder, "resources").resolve()
-        names = {"guid": self.guid, "unzipDirectory": str(folder), "modelIdentifier": archive.model_identifier,
-                 "instanceName": name}
+        names = {
+            "guid": self.guid,
+            "unzipDirectory": str(folder),
+            "modelIdentifier": archive.model_identifier,
+            "instanceName": name,
+        }
         if archive.fmi_version == "3.0":
             from .fmi3_adapter import Slave3
 
@@ -107,8 +116,14 @@ class FmuDrive:
             fmu = FMU2Slave(**names)
         fmu.callbacks = callbacks(self._complaints)
         fmu.component = fmu.fmi2Instantiate(
-            name.encode(), fmi2CoSimulation, self.guid.encode(), location.encode(),
-            ctypes.byref(fmu.callbacks), False, True)
+            name.encode(),
+            fmi2CoSimulation,
+            self.guid.encode(),
+            location.encode(),
+            ctypes.byref(fmu.callbacks),
+            False,
+            True,
+        )
         self._keep(fmu)
 
     def _keep(self, fmu: Any) -> None:
@@ -124,8 +139,7 @@ class FmuDrive:
             self._input_block.write(input_name, self._starts.get(input_name, 0.0))
         self.set_parameters(parameters)
 
-    def initialize(self, inputs: Mapping[str, float] | None = None, *,
-                   start_time: float = 0.0) -> dict[str, float]:
+    def initialize(self, inputs: Mapping[str, float] | None = None, *, start_time: float = 0.0) -> dict[str, float]:
         """Initialise with these inputs (others keep their start value); the outputs at `start_time`."""
         expect(math.isnan(self.time), "reset() before a second initialize()", "none", str(self._path))
         self._call("fmi2SetupExperiment", False, 0.0, start_time, False, 0.0)
@@ -147,8 +161,9 @@ class FmuDrive:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     # --- running ------------------------------------------------------------------------------------------
@@ -180,8 +195,15 @@ class FmuDrive:
         unknowns, knowns = self._block(tuple(of)), self._block(tuple(along))
         for name, value in along.items():
             knowns.write(name, value)
-        self._call("fmi2GetDirectionalDerivative", unknowns.references, len(unknowns.names), knowns.references,
-                   len(knowns.names), knowns.values, unknowns.values)
+        self._call(
+            "fmi2GetDirectionalDerivative",
+            unknowns.references,
+            len(unknowns.names),
+            knowns.references,
+            len(knowns.names),
+            knowns.values,
+            unknowns.values,
+        )
         return dict(zip(unknowns.names, unknowns.values, strict=True))
 
     def set_parameters(self, parameters: Mapping[str, float]) -> None:
@@ -214,8 +236,12 @@ class FmuDrive:
         """Back to a state that `save` returned, in this instance or another one of the same FMU."""
         expect(len(saved) > 8, "a state from save()", f"{len(saved)} bytes", str(self._path))
         content, state = saved[8:], ctypes.c_void_p()
-        self._call("fmi2DeSerializeFMUstate", ctypes.create_string_buffer(content, len(content)),
-                   len(content), ctypes.byref(state))
+        self._call(
+            "fmi2DeSerializeFMUstate",
+            ctypes.create_string_buffer(content, len(content)),
+            len(content),
+            ctypes.byref(state),
+        )
         self._call("fmi2SetFMUstate", state)
         self._call("fmi2FreeFMUstate", ctypes.byref(state))
         (self.time,) = struct.unpack_from("<d", saved)
@@ -225,8 +251,10 @@ class FmuDrive:
     def put(self, values: Mapping[str, float]) -> None:
         """Put variables of any kind, states too, to these values; outputs follow with the next step."""
         # Event indicators are read from the derivatives and stand in no place of their own.
-        names = sorted((name for name in self._references if name != "time" and not name.startswith(INDICATOR)),
-                       key=lambda name: self._references[name])
+        names = sorted(
+            (name for name in self._references if name != "time" and not name.startswith(INDICATOR)),
+            key=lambda name: self._references[name],
+        )
         present = list(self.read(names).values())
         saved = self.save()
         self.restore(saved[:8] + with_values(saved[8:], present, {names.index(n): v for n, v in values.items()}))

@@ -20,8 +20,9 @@ INSTANT = 1e-12
 in a drive changes in so short a one."""
 
 
-def replay_record(path: str | os.PathLike[str], record: Record, outputs: Sequence[str] = ("measured.tau", "stiffness")
-                  ) -> dict[str, NDArray[np.float64]]:
+def replay_record(
+    path: str | os.PathLike[str], record: Record, outputs: Sequence[str] = ("measured.tau", "stiffness")
+) -> dict[str, NDArray[np.float64]]:
     """Outputs (n,) of an FMU of kind `drive` over a record, sample by sample, as `reefmu.simulate.simulate_record`.
 
     Each run is a fresh start with a clock of its own. States that never start anew (a wear's, a sensor's drift's) go

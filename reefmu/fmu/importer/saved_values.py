@@ -29,9 +29,9 @@ def with_values(saved: bytes, values: Sequence[float], changes: Mapping[int, flo
         old = struct.pack(f"<{len(values)}d", *values)
         _expect_once(saved.count(old))
         return saved.replace(old, struct.pack(f"<{len(new)}d", *new))
-    places = [k for k in range(len(block) - len(new) + 1) if block[k:k + len(new)] == list(values)]
+    places = [k for k in range(len(block) - len(new) + 1) if block[k : k + len(new)] == list(values)]
     _expect_once(len(places))
-    block[places[0]:places[0] + len(new)] = new
+    block[places[0] : places[0] + len(new)] = new
     return json.dumps(content).encode()
 
 

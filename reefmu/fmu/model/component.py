@@ -76,12 +76,14 @@ class Component:
         derivative."""
         import casadi as ca
 
-        x, u, p = (ca.MX.sym(name, len(items)) for name, items in
-                   (("x", self.states), ("u", self.inputs), ("p", self.parameters)))
+        x, u, p = (
+            ca.MX.sym(name, len(items))
+            for name, items in (("x", self.states), ("u", self.inputs), ("p", self.parameters))
+        )
         d = ca.MX.sym("d", len(self.inputs) + len(self.states))
         together = ca.Function("together", [u, x, p], [ca.vertcat(self.output(x, u, p), self.rate(x, u, p))])
         forward = together.forward(1)
-        change = forward(u, x, p, ca.MX(*together.size_out(0)), d[:u.numel()], d[u.numel():], ca.MX(*p.size()))
+        change = forward(u, x, p, ca.MX(*together.size_out(0)), d[: u.numel()], d[u.numel() :], ca.MX(*p.size()))
         return ca.Function("tangent", [x, u, p, d], [ca.densify(change)], ["x", "u", "p", "d"], ["dy"])
 
     def parameter_vector(self) -> NDArray[np.float64]:
@@ -114,8 +116,12 @@ def component_in(folder: Path) -> Component:
 
     packed = (folder / HEAD_FILE).exists()
     model = load_model(folder / MODEL_FILE, lookup=_packed_lookup(folder) if packed else folder / LOOKUP_FILE)
-    expect(model.individual is not None or model.lookup.coefficients.size > 0,
-           "an individual where there are no tables", "none", str(folder / MODEL_FILE))
+    expect(
+        model.individual is not None or model.lookup.coefficients.size > 0,
+        "an individual where there are no tables",
+        "none",
+        str(folder / MODEL_FILE),
+    )
     masses = folder / JOINT_FILE
     if not masses.exists():
         return drive_component(model)
@@ -154,6 +160,18 @@ def drive_component(model: DriveModel) -> Component:
     from reefmu.model.assembly import carried
     from reefmu.model.drive_model import INPUTS, OUTPUTS
 
-    return Component("drive", model.name, INPUTS, OUTPUTS, model.states, model.parameters, model.initial,
-                     model.advance, model.rate, model.output, model.full_torque, model,
-                     switches=len(carried(model.effects)))
+    return Component(
+        "drive",
+        model.name,
+        INPUTS,
+        OUTPUTS,
+        model.states,
+        model.parameters,
+        model.initial,
+        model.advance,
+        model.rate,
+        model.output,
+        model.full_torque,
+        model,
+        switches=len(carried(model.effects)),
+    )

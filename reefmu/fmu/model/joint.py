@@ -38,37 +38,65 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
         Signal("output.phi", "rad", "Angle of the output and the load"),
         Signal("output.w", "rad/s", "Speed of the output and the load"),
     )
-    inputs = (Signal("motor.tau", "N.m", "Torque of the motor on the crank"),
-              Signal("load.tau", "N.m", "Torque of the load on the output"))
-    states = tuple(Signal(name, signal.unit, f"{signal.description}: the state behind {signal.name}")
-                   for name, signal in zip(("motor.phi", "motor.w", "load.phi", "load.w"), motion, strict=True))
-    start = tuple(ModelParameter(f"start.{s.name}", 0.0, None, None, s.unit, f"{s.description} at the start", False,
-                                 1.0) for s in motion)
+    inputs = (
+        Signal("motor.tau", "N.m", "Torque of the motor on the crank"),
+        Signal("load.tau", "N.m", "Torque of the load on the output"),
+    )
+    states = tuple(
+        Signal(name, signal.unit, f"{signal.description}: the state behind {signal.name}")
+        for name, signal in zip(("motor.phi", "motor.w", "load.phi", "load.w"), motion, strict=True)
+    )
+    start = tuple(
+        ModelParameter(f"start.{s.name}", 0.0, None, None, s.unit, f"{s.description} at the start", False, 1.0)
+        for s in motion
+    )
     parameters = (*model.parameters[:2], *_mass_parameters(masses), *start, *model.parameters[2:])
     system = System(model)
     switches = len(carried(model.effects))
     x, u, p, dt = system.x, system.u, system.p, system.dt
     return Component(
-        "joint", model.name, inputs, (*motion, *OUTPUTS), (*states, *model.states), parameters,
+        "joint",
+        model.name,
+        inputs,
+        (*motion, *OUTPUTS),
+        (*states, *model.states),
+        parameters,
         ca.Function("initial", [u, p], [system.initial()], ["u", "p"], ["x"]),
         ca.Function("advance", [x, u, dt, p], [system.advanced()], ["x", "u", "dt", "p"], ["x_next"]),
         ca.Function("rate", [x, u, p], [system.rate()], ["x", "u", "p"], ["dx"]),
         ca.Function("output", [x, u, p], [ca.vertcat(x[:4], system.drive(x))], ["x", "u", "p"], ["y"]),
-        model.full_torque, model, ca.Function("pace", [p], [system.pace()], ["p"], ["dt"]), 4, switches)
+        model.full_torque,
+        model,
+        ca.Function("pace", [p], [system.pace()], ["p"], ["dt"]),
+        4,
+        switches,
+    )
 
 
 def _mass_parameters(masses: Masses) -> tuple[Any, ...]:
     from reefmu.model.drive_model import ModelParameter
     from reefmu.model.masses import DAMPINGS, INERTIAS, Masses
 
-    texts = {"motor_inertia": "Inertia that turns with the crank", "load_inertia": "Inertia that turns with the output",
-             "motor_damping": "Viscous damping of the crank", "load_damping": "Viscous damping of the output"}
+    texts = {
+        "motor_inertia": "Inertia that turns with the crank",
+        "load_inertia": "Inertia that turns with the output",
+        "motor_damping": "Viscous damping of the crank",
+        "load_damping": "Viscous damping of the output",
+    }
     made = []
     for field in fields(Masses):
         inertia = field.name.endswith("inertia")
-        made.append(ModelParameter(
-            field.name.replace("_", "."), float(getattr(masses, field.name)), *(INERTIAS if inertia else DAMPINGS),
-            "kg.m2" if inertia else "N.m.s/rad", texts[field.name], True, 1.0))
+        made.append(
+            ModelParameter(
+                field.name.replace("_", "."),
+                float(getattr(masses, field.name)),
+                *(INERTIAS if inertia else DAMPINGS),
+                "kg.m2" if inertia else "N.m.s/rad",
+                texts[field.name],
+                True,
+                1.0,
+            )
+        )
     return (*made, ModelParameter("temperature", 20.0, -273.15, 1000.0, "degC", "Temperature of the drive", True, 20.0))
 
 
@@ -87,7 +115,8 @@ class System:
         """The vector of parameters, and what is in it."""
         self.p, self.ratio = p, p[0]
         self.motor_inertia, self.load_inertia, self.motor_damping, self.load_damping, self.temperature = (
-            p[k] for k in range(2, 7))
+            p[k] for k in range(2, 7)
+        )
         self.p_drive = self.ca.vertcat(p[:2], p[11:])
 
     def inputs(self, x: Any) -> Any:
@@ -107,8 +136,10 @@ class System:
     def acceleration(self, x: Any) -> tuple[Any, Any]:
         """Of crank and output, (2,), and the drive's stiffness."""
         y = self.drive(x)  # output.tau, crank.tau, twist, stiffness, ...
-        return self.ca.vertcat((self.u[0] - self.motor_damping * x[1] + y[1]) / self.motor_inertia,
-                               (self.u[1] - self.load_damping * x[3] + y[0]) / self.load_inertia), y[3]
+        return self.ca.vertcat(
+            (self.u[0] - self.motor_damping * x[1] + y[1]) / self.motor_inertia,
+            (self.u[1] - self.load_damping * x[3] + y[0]) / self.load_inertia,
+        ), y[3]
 
     def drive_rate(self, x: Any) -> Any:
         """Rates of the drive's states."""
@@ -212,10 +243,15 @@ class JointStages(System):
         """Expressions of the drive's stages on the joint's vectors."""
         x, k, p, c, s, vertcat = self.x, self.k, self.p_drive, self.c, self.stages, self.ca.vertcat
         u, own = self.inputs(x), x[4:]
-        return {"geometry": s.geometry(u, p), "tuned": s.tuned(p), "point": s.point(own, u, k, p),
-                "moved": vertcat(x[:4], s.moved(own, u, k, p)),
-                "aged": vertcat(x[:4], s.aged(own, u, k, self.dt, p, c)),
-                "rate": self.rate(), "output": vertcat(x[:4], self.drive(x))}
+        return {
+            "geometry": s.geometry(u, p),
+            "tuned": s.tuned(p),
+            "point": s.point(own, u, k, p),
+            "moved": vertcat(x[:4], s.moved(own, u, k, p)),
+            "aged": vertcat(x[:4], s.aged(own, u, k, self.dt, p, c)),
+            "rate": self.rate(),
+            "output": vertcat(x[:4], self.drive(x)),
+        }
 
     def of_motion(self) -> dict[str, Any]:
         """The functions that move the masses."""
@@ -223,9 +259,12 @@ class JointStages(System):
 
         x, u, dt, p, ca = self.x, self.u, self.dt, self.p, self.ca
         g, added = ca.MX.sym("g"), ca.MX.sym("added")
-        bodies = {"coast": ([x, dt], self.coast(x, dt)),
-                  "kick": ([x, u, dt, g, self.k, p, self.c], self.kick(x, dt, g)),
-                  "probe": ([p], ca.vertcat(*self.probes())), "pace": ([p, added], self.pace_with(added))}
+        bodies = {
+            "coast": ([x, dt], self.coast(x, dt)),
+            "kick": ([x, u, dt, g, self.k, p, self.c], self.kick(x, dt, g)),
+            "probe": ([p], ca.vertcat(*self.probes())),
+            "pace": ([p, added], self.pace_with(added)),
+        }
         return {name: scalar_function(name, arguments, result) for name, (arguments, result) in bodies.items()}
 
 

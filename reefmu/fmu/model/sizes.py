@@ -66,8 +66,13 @@ def sized(component: Component) -> Component:
     swing = _frequency(component, _masses(component))
     for side, own in (("crank", "motor"), ("output", "load")):
         angle, speed = angles[side], angles[side] * swing
-        found |= {f"last.{side}": angle, f"{side}.phi": angle, f"{own}.phi": angle, f"{side}.w": speed,
-                  f"{own}.w": speed}
+        found |= {
+            f"last.{side}": angle,
+            f"{side}.phi": angle,
+            f"{own}.phi": angle,
+            f"{side}.w": speed,
+            f"{own}.w": speed,
+        }
     found["last.twist"] = twist
     for effect in component.model.effects:
         values = {q.name: _value(component, f"{effect.name}.{q.name}") or q.nominal for q in effect.parameters}
@@ -113,7 +118,7 @@ def _fastest(component: Component, swing: float) -> float:
     drive = component if component.kind == "drive" else drive_component(component.model)
     names = [s.name for s in component.inputs] + [s.name for s in component.states]
     at, p = np.zeros(len(names)), component.parameter_vector()
-    at[:len(component.inputs)] = [s.start for s in component.inputs]
+    at[: len(component.inputs)] = [s.start for s in component.inputs]
     at[names.index("output.w" if component.kind == "drive" else "load.w")] = -full_twist(drive) * swing
     n = len(component.inputs)
 

@@ -56,42 +56,63 @@ def tables_header(lookup: Lookup) -> str:
         shape = element.coefficients.shape
         planes, words = _packed(element.coefficients[None], [quantum])
         numbers |= {
-            "ELEMENT_ROWS": shape[0], "ELEMENT_COLUMNS": shape[1], "ELEMENT_LAYERS": shape[2],
-            **_axis("ELEMENT_TWIST", element.twist), **_axis("ELEMENT_CLEARANCE", element.clearance),
-            **_axis("ELEMENT_POSITION", element.position), "ELEMENT_LIMIT": float(element.limit), "ELEMENT_EDGE": EDGE,
-            "ELEMENT_QUANTUM": quantum, "ELEMENT_PLANES": planes,
+            "ELEMENT_ROWS": shape[0],
+            "ELEMENT_COLUMNS": shape[1],
+            "ELEMENT_LAYERS": shape[2],
+            **_axis("ELEMENT_TWIST", element.twist),
+            **_axis("ELEMENT_CLEARANCE", element.clearance),
+            **_axis("ELEMENT_POSITION", element.position),
+            "ELEMENT_LIMIT": float(element.limit),
+            "ELEMENT_EDGE": EDGE,
+            "ELEMENT_QUANTUM": quantum,
+            "ELEMENT_PLANES": planes,
         }
         arrays += _array("ELEMENT_WORDS", words)
-    defines = "".join(f"#define {name} {value if isinstance(value, str) else repr(value)}\n"
-                      for name, value in numbers.items())
-    return ("/* The lookup's tables, packed: tables.c says how. Generated. */\n\n#ifndef TABLES_H\n#define TABLES_H\n\n"
-            f"#include <stdint.h>\n\n{defines}\n{arrays}\n#endif\n")
+    defines = "".join(
+        f"#define {name} {value if isinstance(value, str) else repr(value)}\n" for name, value in numbers.items()
+    )
+    return (
+        "/* The lookup's tables, packed: tables.c says how. Generated. */\n\n#ifndef TABLES_H\n#define TABLES_H\n\n"
+        f"#include <stdint.h>\n\n{defines}\n{arrays}\n#endif\n"
+    )
 
 
 def _lookup_part(lookup: Lookup) -> tuple[dict[str, Any], str]:
     half = _half(lookup)
     quanta = [_quantum(lookup.full_torque, _TORQUE_BITS)] * 3 + [
-        _quantum(float(np.abs(table).max()), _OTHER_BITS) for table in half[3:]]
+        _quantum(float(np.abs(table).max()), _OTHER_BITS) for table in half[3:]
+    ]
     planes, words = _packed(half[..., None], quanta)
     n_q, rows, columns = half.shape
     return {
-        "LOOKUP_QUANTITIES": n_q, "LOOKUP_ROWS": rows, "LOOKUP_COLUMNS": columns,
-        "LOOKUP_TWIST_STEP": lookup.twist.step, "LOOKUP_TWIST_CELLS": rows - 3, **_axis("LOOKUP_CLEARANCE",
-                                                                                     lookup.clearance),
-        "LOOKUP_QUANTA": f"{{{', '.join(map(repr, quanta))}}}", "LOOKUP_PLANES": planes,
+        "LOOKUP_QUANTITIES": n_q,
+        "LOOKUP_ROWS": rows,
+        "LOOKUP_COLUMNS": columns,
+        "LOOKUP_TWIST_STEP": lookup.twist.step,
+        "LOOKUP_TWIST_CELLS": rows - 3,
+        **_axis("LOOKUP_CLEARANCE", lookup.clearance),
+        "LOOKUP_QUANTA": f"{{{', '.join(map(repr, quanta))}}}",
+        "LOOKUP_PLANES": planes,
     }, _array("LOOKUP_WORDS", words)
 
 
 def lookup_head(lookup: Lookup) -> str:
     """JSON: all of a lookup that `tables_header` leaves out."""
-    return json.dumps({
-        "full_torque": lookup.full_torque, "error": dict(lookup.error), "drawing": lookup.drawing,
-        "n_drives": lookup.n_drives, "seed": lookup.seed, "version": lookup.version,
-        "twist": astuple(lookup.twist), "clearance": astuple(lookup.clearance),
-        "modulus": None if lookup.modulus is None else asdict(lookup.modulus),
-        "element": None if lookup.element is None else lookup.element.head(),
-        **({} if lookup.coefficients.size else {"tables": False}),
-    })
+    return json.dumps(
+        {
+            "full_torque": lookup.full_torque,
+            "error": dict(lookup.error),
+            "drawing": lookup.drawing,
+            "n_drives": lookup.n_drives,
+            "seed": lookup.seed,
+            "version": lookup.version,
+            "twist": astuple(lookup.twist),
+            "clearance": astuple(lookup.clearance),
+            "modulus": None if lookup.modulus is None else asdict(lookup.modulus),
+            "element": None if lookup.element is None else lookup.element.head(),
+            **({} if lookup.coefficients.size else {"tables": False}),
+        }
+    )
 
 
 def read_tables(header: str, head: str, where: str) -> Lookup:
@@ -124,9 +145,13 @@ def _half(lookup: Lookup) -> Array:
     c = lookup.coefficients
     mirrored = np.stack([-c[0], -c[2], -c[1], c[3], c[4]])[:, ::-1]
     scale = np.abs(c).max(axis=(1, 2), keepdims=True)
-    expect(bool((np.abs(c - mirrored) <= _SYMMETRY * np.maximum(scale, 1e-300)).all()) and c.shape[1] % 2 == 1,
-           "a lookup that mirrors itself in the twist", "one that does not", "lookup")
-    return ((c + mirrored) / 2)[:, c.shape[1] // 2 - 1:]
+    expect(
+        bool((np.abs(c - mirrored) <= _SYMMETRY * np.maximum(scale, 1e-300)).all()) and c.shape[1] % 2 == 1,
+        "a lookup that mirrors itself in the twist",
+        "one that does not",
+        "lookup",
+    )
+    return ((c + mirrored) / 2)[:, c.shape[1] // 2 - 1 :]
 
 
 def _whole(half: Array) -> Array:
@@ -171,7 +196,7 @@ def _unpacked(header: str, name: str, shape: tuple[int, ...], quanta: list[float
     if not 0 <= len(content) - planes * count < 4:
         raise ValueError(f"{len(content)} bytes of {name} for {planes} planes of {count} numbers")
     codes = np.zeros((count, 8), dtype=np.uint8)
-    codes[:, :planes] = np.frombuffer(content, np.uint8)[:planes * count].reshape(planes, count).T
+    codes[:, :planes] = np.frombuffer(content, np.uint8)[: planes * count].reshape(planes, count).T
     code = codes.view("<u8").ravel().astype(np.int64)
     whole = np.where(code & 1, -(code // 2) - 1, code // 2).reshape(shape)
     for axis in (2, 1, 1):
@@ -192,5 +217,5 @@ def _axis(name: str, axis: Axis) -> dict[str, Any]:
 
 def _array(name: str, words: NDArray[np.uint32]) -> str:
     numbers = words.tolist()
-    lines = (",".join(map(str, numbers[k:k + 16])) for k in range(0, len(numbers), 16))
+    lines = (",".join(map(str, numbers[k : k + 16])) for k in range(0, len(numbers), 16))
     return f"static const uint32_t {name}[{len(numbers)}] = {{\n" + ",\n".join(lines) + "};\n"

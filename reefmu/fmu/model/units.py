@@ -60,8 +60,12 @@ def base_unit(unit: str) -> BaseUnit:
     total: dict[str, int] = dict.fromkeys(DIMENSIONS, 0)
     factor = 1.0
     numerator, slash, denominator = unit.partition("/")
-    expect(bool(numerator) and (not slash or bool(denominator)) and "/" not in denominator,
-           "a unit such as 'N.m/rad'", unit, "unit")
+    expect(
+        bool(numerator) and (not slash or bool(denominator)) and "/" not in denominator,
+        "a unit such as 'N.m/rad'",
+        unit,
+        "unit",
+    )
     for part, sign in ((numerator, 1), (denominator, -1)):
         for token in part.strip("()").split(".") if part else ():
             match = _TOKEN.fullmatch(token)

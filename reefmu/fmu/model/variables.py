@@ -79,8 +79,10 @@ class Variable:
     @property
     def limits(self) -> tuple[float, float]:
         """The least and the greatest usable value: min and max where given, never an infinity."""
-        return (-sys.float_info.max if self.minimum is None else self.minimum,
-                sys.float_info.max if self.maximum is None else self.maximum)
+        return (
+            -sys.float_info.max if self.minimum is None else self.minimum,
+            sys.float_info.max if self.maximum is None else self.maximum,
+        )
 
     def refusal(self, value: float) -> str:
         """Why `value` cannot be used here, as one line."""
@@ -139,25 +141,59 @@ def declare(component: Component) -> Interface:
     step, start_inputs, start_parameters = _dependencies(component)
     variables: list[Variable] = []
     for signal in component.inputs:
-        variables.append(Variable(
-            len(variables), signal.name, "input", "continuous", signal.unit, signal.description,
-            float(signal.start), *_limits(signal.minimum, signal.maximum, signal.nominal)))
+        variables.append(
+            Variable(
+                len(variables),
+                signal.name,
+                "input",
+                "continuous",
+                signal.unit,
+                signal.description,
+                float(signal.start),
+                *_limits(signal.minimum, signal.maximum, signal.nominal),
+            )
+        )
     for row, signal in enumerate(component.outputs):
-        variables.append(Variable(
-            len(variables), signal.name, "output", "discrete" if signal.discrete else "continuous", signal.unit,
-            signal.description, None,
-            *_limits(signal.minimum, signal.maximum, signal.nominal),
-            _chosen(inputs, step[row]),
-            _chosen(inputs, start_inputs[row]) + _chosen(parameters, start_parameters[row])))
+        variables.append(
+            Variable(
+                len(variables),
+                signal.name,
+                "output",
+                "discrete" if signal.discrete else "continuous",
+                signal.unit,
+                signal.description,
+                None,
+                *_limits(signal.minimum, signal.maximum, signal.nominal),
+                _chosen(inputs, step[row]),
+                _chosen(inputs, start_inputs[row]) + _chosen(parameters, start_parameters[row]),
+            )
+        )
     for parameter in component.parameters:
-        variables.append(Variable(
-            len(variables), parameter.name, "parameter", "tunable" if parameter.tunable else "fixed",
-            parameter.unit, parameter.description, float(parameter.value),
-            *_limits(parameter.minimum, parameter.maximum, parameter.nominal)))
+        variables.append(
+            Variable(
+                len(variables),
+                parameter.name,
+                "parameter",
+                "tunable" if parameter.tunable else "fixed",
+                parameter.unit,
+                parameter.description,
+                float(parameter.value),
+                *_limits(parameter.minimum, parameter.maximum, parameter.nominal),
+            )
+        )
     for signal in component.states:
-        variables.append(Variable(
-            len(variables), signal.name, "local", "continuous", signal.unit, signal.description, None,
-            *_limits(signal.minimum, signal.maximum, signal.nominal)))
+        variables.append(
+            Variable(
+                len(variables),
+                signal.name,
+                "local",
+                "continuous",
+                signal.unit,
+                signal.description,
+                None,
+                *_limits(signal.minimum, signal.maximum, signal.nominal),
+            )
+        )
     return Interface(component.kind, component.name, tuple(variables))
 
 
@@ -170,19 +206,33 @@ def declare_exchange(component: Component) -> Interface:
     outputs_of_x = _pattern(component.output, 0)
     variables = [
         replace(v, dependencies=v.dependencies + _chosen(states, outputs_of_x[v.reference - len(inputs)]))
-        if v.causality == "output" else v for v in interface.variables]
+        if v.causality == "output"
+        else v
+        for v in interface.variables
+    ]
     of_x, of_u, of_p = (_pattern(component.rate, argument) for argument in range(3))
     initial_u, initial_p = (_pattern(component.initial, argument) for argument in range(2))
     jumping = _jumping(component)
     for row, state in enumerate(interface.block("local")):
         variables[state.reference] = replace(
-            state, reinit=state.name in jumping,
-            initial_dependencies=_chosen(inputs, initial_u[row]) + _chosen(parameters, initial_p[row]))
-        variables.append(Variable(
-            len(variables), f"der({state.name})", "local", "continuous", _per_second(state.unit),
-            f"Derivative of {state.name}", dependencies=_chosen(inputs, of_u[row]) + _chosen(states, of_x[row]),
-            initial_dependencies=_chosen(inputs, (of_u | (of_x @ initial_u))[row])
-            + _chosen(parameters, (of_p | (of_x @ initial_p))[row]), derivative_of=state.name))
+            state,
+            reinit=state.name in jumping,
+            initial_dependencies=_chosen(inputs, initial_u[row]) + _chosen(parameters, initial_p[row]),
+        )
+        variables.append(
+            Variable(
+                len(variables),
+                f"der({state.name})",
+                "local",
+                "continuous",
+                _per_second(state.unit),
+                f"Derivative of {state.name}",
+                dependencies=_chosen(inputs, of_u[row]) + _chosen(states, of_x[row]),
+                initial_dependencies=_chosen(inputs, (of_u | (of_x @ initial_u))[row])
+                + _chosen(parameters, (of_p | (of_x @ initial_p))[row]),
+                derivative_of=state.name,
+            )
+        )
     return replace(interface, variables=tuple(variables))
 
 
@@ -192,9 +242,15 @@ def _jumping(component: Component) -> set[str]:
 
     if component.pace is not None:  # the speeds are its own
         return set()
-    remembered = {s.name for s in component.states[component.first_switch:component.first_switch + component.switches]}
-    return remembered | {f"{effect.name}.{state.name}" for effect in component.model.effects for state in effect.states
-                         if state.along is not Along.TIME}
+    remembered = {
+        s.name for s in component.states[component.first_switch : component.first_switch + component.switches]
+    }
+    return remembered | {
+        f"{effect.name}.{state.name}"
+        for effect in component.model.effects
+        for state in effect.states
+        if state.along is not Along.TIME
+    }
 
 
 def _per_second(unit: str) -> str:
@@ -205,11 +261,13 @@ def _per_second(unit: str) -> str:
     return f"{above}/s2" if below == "s" else f"{above}/({below.strip('()')}.s)"
 
 
-def _limits(minimum: float | None, maximum: float | None,
-            nominal: float | None) -> tuple[float | None, float | None, float | None]:
+def _limits(
+    minimum: float | None, maximum: float | None, nominal: float | None
+) -> tuple[float | None, float | None, float | None]:
     """min, max and nominal as FMI may write them: no infinities, a nominal above zero."""
-    low, high, size = (float(value) if value is not None and math.isfinite(value) else None
-                       for value in (minimum, maximum, nominal))
+    low, high, size = (
+        float(value) if value is not None and math.isfinite(value) else None for value in (minimum, maximum, nominal)
+    )
     return low, high, size if size is not None and size > 0 else None
 
 

@@ -37,5 +37,7 @@ def real_time_note(component: Component, step: float) -> list[str]:
     cost = step_cost(component, step)
     if cost <= step:
         return []
-    return [f"slower than real time: the Python back end computes for {cost:.2g} s over a step of {step:.2g} s, "
-            f"{cost / step:.2g} times as long; expected --backend native, some hundred times faster"]
+    return [
+        f"slower than real time: the Python back end computes for {cost:.2g} s over a step of {step:.2g} s, "
+        f"{cost / step:.2g} times as long; expected --backend native, some hundred times faster"
+    ]

@@ -25,7 +25,11 @@ def dependencies(version: str, casadi: str, pythonfmu: str) -> dict[str, bytes]:
     ['documentation/externalDependencies.html', 'documentation/externalDependencies.txt']
     """
     text = _TEXT.format(version=version, casadi=casadi, pythonfmu=pythonfmu)
-    page = ("<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>External dependencies</title>\n"
-            f"<pre>\n{escape(text)}</pre>\n</html>\n")
-    return {"documentation/externalDependencies.txt": text.encode(),
-            "documentation/externalDependencies.html": page.encode()}
+    page = (
+        '<!DOCTYPE html>\n<html lang="en"><meta charset="utf-8"><title>External dependencies</title>\n'
+        f"<pre>\n{escape(text)}</pre>\n</html>\n"
+    )
+    return {
+        "documentation/externalDependencies.txt": text.encode(),
+        "documentation/externalDependencies.html": page.encode(),
+    }

@@ -59,12 +59,20 @@ def write_equations(component: Component, interface: Interface) -> bytes:
     import casadi as ca
 
     serializer = ca.StringSerializer()
-    serializer.pack([component.initial, component.advance, component.output,
-                     *([] if component.pace is None else [component.pace])])
+    serializer.pack(
+        [component.initial, component.advance, component.output, *([] if component.pace is None else [component.pace])]
+    )
     modules, text = model_modules(), serializer.encode()
-    return json.dumps({
-        "casadi": importlib.metadata.version("casadi"), "modules": modules, "code": code_digest(tuple(modules)),
-        "interface": asdict(interface), "functions": text, "sum": hashlib.sha256(text.encode()).hexdigest()}).encode()
+    return json.dumps(
+        {
+            "casadi": importlib.metadata.version("casadi"),
+            "modules": modules,
+            "code": code_digest(tuple(modules)),
+            "interface": asdict(interface),
+            "functions": text,
+            "sum": hashlib.sha256(text.encode()).hexdigest(),
+        }
+    ).encode()
 
 
 def read_equations(content: bytes, where: str) -> tuple[Equations, Interface]:
@@ -73,8 +81,12 @@ def read_equations(content: bytes, where: str) -> tuple[Equations, Interface]:
     try:
         table = json.loads(content)
         modules, code, interface = tuple(map(str, table["modules"])), table["code"], table["interface"]
-        expect(code_digest(modules) == code, "a package with the equations that the FMU was exported with",
-               "one with other code; export the FMU again, or install the package it came from", where)
+        expect(
+            code_digest(modules) == code,
+            "a package with the equations that the FMU was exported with",
+            "one with other code; export the FMU again, or install the package it came from",
+            where,
+        )
         # CasADi's reader trusts what it reads: damage ends the process there.
         came = hashlib.sha256(table["functions"].encode()).hexdigest()
         expect(came == table["sum"], "functions as they were written", "damaged ones", where)
@@ -143,7 +155,7 @@ def _imported(name: str) -> Iterator[str]:
             base = node.module or ""
             if node.level:
                 parents = package.split(".")
-                base = ".".join([*parents[:len(parents) + 1 - node.level], *([base] if base else [])])
+                base = ".".join([*parents[: len(parents) + 1 - node.level], *([base] if base else [])])
             yield from (base, *(f"{base}.{alias.name}" for alias in node.names))
 
 

@@ -87,8 +87,11 @@ class DriveSlave(Fmi2Slave):
         self._phase = phase
         closed = () if phase == _SETUP else ("fixed",)
         self._settable = {
-            v.reference: v.limits for block in ("input", "parameter") for v in self.interface.block(block)
-            if v.variability not in closed}
+            v.reference: v.limits
+            for block in ("input", "parameter")
+            for v in self.interface.block(block)
+            if v.variability not in closed
+        }
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """False (fmi2Discard) leaves everything as it was: the host may correct a value and step again."""
@@ -137,8 +140,10 @@ class DriveSlave(Fmi2Slave):
     def _forbidden(self, reference: int) -> NoReturn:
         if 0 <= reference < len(self._values):
             variable = self.interface.variables[reference]
-            raise InputError(f"expected a variable that may be set now ({self._phase}), got {variable.name}, "
-                             f"a {variable.variability} {variable.causality}")
+            raise InputError(
+                f"expected a variable that may be set now ({self._phase}), got {variable.name}, "
+                f"a {variable.variability} {variable.causality}"
+            )
         raise InputError(f"expected value references below {len(self._values)}, got {reference}")
 
     def _refresh(self) -> None:
@@ -155,8 +160,13 @@ class DriveSlave(Fmi2Slave):
     # --- state (FMI 2.0.4, section 2.1.8) -----------------------------------------------------------------
 
     def _get_fmu_state(self) -> dict[str, Any]:
-        return {"guid": self.fmu_guid, "phase": self._phase, "stale": self._stale,
-                "refused": list(self._refused.items()), "values": list(self._values)}
+        return {
+            "guid": self.fmu_guid,
+            "phase": self._phase,
+            "stale": self._stale,
+            "refused": list(self._refused.items()),
+            "values": list(self._values),
+        }
 
     @guarded
     def _set_fmu_state(self, state: dict[str, Any]) -> None:

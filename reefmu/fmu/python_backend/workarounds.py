@@ -57,6 +57,7 @@ def guarded(method: Callable[Concatenate[_Slave, _P], _R]) -> Callable[Concatena
     After an exception pythonfmu 0.7 releases the instance, its log and its class, and releases them again
     when the instance is freed. One more reference to each makes that harmless.
     """
+
     @functools.wraps(method)
     def wrapper(self: _Slave, *args: _P.args, **kwargs: _P.kwargs) -> _R:
         try:
@@ -68,4 +69,5 @@ def guarded(method: Callable[Concatenate[_Slave, _P], _R]) -> Callable[Concatena
             for held in (slave, slave.log_queue, type(slave)):
                 hold(held)
             raise
+
     return wrapper

@@ -88,8 +88,12 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
     origin = f"kind {file.kind}" if file.kind else f"one by {file.generation_tool or 'an unnamed tool'}"
     expect(file.kind in KINDS, f"an FMU of kind {' or '.join(KINDS)} that reefmu exported", origin, str(path))
     component = embedded_component(file)
-    findings = [_standard(file), *_rules(file), _declaration(file, declared_variables(file, component)),
-                *_behaviour(file.path, component)]
+    findings = [
+        _standard(file),
+        *_rules(file),
+        _declaration(file, declared_variables(file, component)),
+        *_behaviour(file.path, component),
+    ]
     if file.backend == "native":
         findings.append(_derivatives(file.path, component))
     return CheckReport(file.path, tuple(findings))
@@ -120,8 +124,10 @@ def _standard(file: FmuFile) -> Finding:
 
 
 def _rules(file: FmuFile) -> list[Finding]:
-    return [Finding(name, not problems, len(problems), 0, "; ".join(problems[:3]))
-            for name, problems in broken_rules(file).items()]
+    return [
+        Finding(name, not problems, len(problems), 0, "; ".join(problems[:3]))
+        for name, problems in broken_rules(file).items()
+    ]
 
 
 def declared_variables(file: FmuFile, component: Component) -> tuple[Variable, ...]:
@@ -137,17 +143,22 @@ def _declaration(file: FmuFile, variables: tuple[Variable, ...]) -> Finding:
     try:
         description = read_model_description(str(file.path), validate=False)
     except Exception as error:  # as above
-        raise InputError(f"{file.path}: expected a description that fmpy reads, got {' '.join(str(error).split())}"
-                         ) from None
+        raise InputError(
+            f"{file.path}: expected a description that fmpy reads, got {' '.join(str(error).split())}"
+        ) from None
     beside = {v.name for v in description.modelVariables if v.name.startswith(INDICATOR)}
     declared = {
         v.name: (v.valueReference - first, v.causality, v.variability, v.unit, _number(v.start))
-        for v in description.modelVariables if v.causality != "independent" and v.name not in beside}
+        for v in description.modelVariables
+        if v.causality != "independent" and v.name not in beside
+    }
     expected = {
         v.name: (v.reference, v.causality, v.variability, v.unit, math.nan if v.start is None else v.start)
-        for v in variables}
-    differing = sorted(name for name in declared.keys() | expected.keys()
-                       if repr(declared.get(name)) != repr(expected.get(name)))  # NaN equals NaN here
+        for v in variables
+    }
+    differing = sorted(
+        name for name in declared.keys() | expected.keys() if repr(declared.get(name)) != repr(expected.get(name))
+    )  # NaN equals NaN here
     if _script_guid(file) != file.guid:
         differing.insert(0, "guid")
     return Finding("declaration", not differing, len(differing), 0, ", ".join(differing[:5]))
@@ -191,7 +202,7 @@ def _behaviour(path: Path, component: Component) -> Iterator[Finding]:
         second.initialize(other.at(0))
         second.restore(saved)
         restored = [continue_fmu(drive, trial.part(half, None), names) for drive in (first, second)]
-        yield _same("restore", np.vstack(restored), np.vstack([alone[half + 1:]] * 2))
+        yield _same("restore", np.vstack(restored), np.vstack([alone[half + 1 :]] * 2))
 
         yield _refusal(first, trial, names, alone)
 
@@ -199,8 +210,9 @@ def _behaviour(path: Path, component: Component) -> Iterator[Finding]:
         other_alone = run_fmu(second, other, names)
         first.reset()
         second.reset()
-        yield _same("independence", np.hstack(_in_turn(first, second, trial, other, names)),
-                    np.hstack([alone, other_alone]))
+        yield _same(
+            "independence", np.hstack(_in_turn(first, second, trial, other, names)), np.hstack([alone, other_alone])
+        )
 
         moved = _moved(component)
         first.reset(moved)
@@ -215,8 +227,9 @@ def _derivatives(path: Path, component: Component) -> Finding:
     return Finding("derivatives", figure <= DERIVATIVE_TOLERANCE, figure, DERIVATIVE_TOLERANCE, f"worst in {where}")
 
 
-def _in_turn(first: FmuDrive, second: FmuDrive, trial: Trial, other: Trial,
-             names: tuple[str, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _in_turn(
+    first: FmuDrive, second: FmuDrive, trial: Trial, other: Trial, names: tuple[str, ...]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Both instances over their own signal, one step each in turn."""
     rows: tuple[list[list[float]], list[list[float]]] = ([], [])
     for row in range(len(trial.dt) + 1):
@@ -257,8 +270,9 @@ def _moved(component: Component) -> dict[str, float]:
     return moved
 
 
-def _against(name: str, came: NDArray[np.float64], expected: NDArray[np.float64], component: Component,
-             names: tuple[str, ...]) -> Finding:
+def _against(
+    name: str, came: NDArray[np.float64], expected: NDArray[np.float64], component: Component, names: tuple[str, ...]
+) -> Finding:
     greatest = np.abs(expected).max(axis=0)
     scale = np.where(greatest > 0, greatest, 1.0)
     scale[names.index("output.tau")] = component.full_torque
@@ -266,9 +280,13 @@ def _against(name: str, came: NDArray[np.float64], expected: NDArray[np.float64]
     worst = int(np.argmax(np.where(np.isnan(deviation), np.inf, deviation)))
     figure = float(deviation[worst])
     torque = float(deviation[names.index("output.tau")])
-    return Finding(name, figure <= TOLERANCE, figure, TOLERANCE,
-                   f"worst in {names[worst]}; output.tau {torque:.3g} of {component.full_torque:.4g} N.m, "
-                   f"{len(came) - 1} steps")
+    return Finding(
+        name,
+        figure <= TOLERANCE,
+        figure,
+        TOLERANCE,
+        f"worst in {names[worst]}; output.tau {torque:.3g} of {component.full_torque:.4g} N.m, {len(came) - 1} steps",
+    )
 
 
 def _same(name: str, came: NDArray[np.float64], expected: NDArray[np.float64]) -> Finding:

@@ -70,8 +70,9 @@ def derivative_error(drive: FmuDrive, component: Component, trial: Trial, rows: 
         def values(inputs: Array, x: Array = x) -> Array:
             return np.concatenate([np.asarray(f(x, inputs, p)).ravel() for f in (component.output, component.rate)])
 
-        came = np.array([list(drive.derivative(names, {name: h}).values())
-                         for name, h in zip(trial.names, size, strict=True)]).T
+        came = np.array(
+            [list(drive.derivative(names, {name: h}).values()) for name, h in zip(trial.names, size, strict=True)]
+        ).T
         error = np.full(len(names), np.inf)
         for step in STEPS:
             if error.max() > TOLERANCE:
@@ -86,5 +87,9 @@ def _sizes(component: Component, inputs: Array) -> Array:
     twist = full_twist(component) if component.kind == "drive" else 0.0
     ratio = next(abs(p.value) for p in component.parameters if p.name == "ratio")
     angles = {"crank.phi": 0.1 * ratio * twist, "output.phi": 0.1 * twist}
-    return np.array([angles.get(signal.name, 0.1 * abs(value) or 1e-3)
-                     for signal, value in zip(component.inputs, inputs.tolist(), strict=True)])
+    return np.array(
+        [
+            angles.get(signal.name, 0.1 * abs(value) or 1e-3)
+            for signal, value in zip(component.inputs, inputs.tolist(), strict=True)
+        ]
+    )

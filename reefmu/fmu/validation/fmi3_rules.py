@@ -29,11 +29,18 @@ def broken_rules(file: FmuFile) -> dict[str, list[str]]:
     def listed(tag: str) -> set[str]:
         return {e.get("valueReference", "") for e in root.findall(f"ModelStructure/{tag}")}
 
-    misplaced = [f"{v.get('name')} has {reference}, not {place}"
-                 for place, (reference, v) in enumerate(declared, start=1) if reference != str(place)]
+    misplaced = [
+        f"{v.get('name')} has {reference}, not {place}"
+        for place, (reference, v) in enumerate(declared, start=1)
+        if reference != str(place)
+    ]
     rates = listed("ContinuousStateDerivative")
-    unknown = rates | listed("Output") | {names[r].get("derivative", "") for r in rates & names.keys()} | {
-        r for r, v in names.items() if v.get("causality") == "calculatedParameter"}
+    unknown = (
+        rates
+        | listed("Output")
+        | {names[r].get("derivative", "") for r in rates & names.keys()}
+        | {r for r, v in names.items() if v.get("causality") == "calculatedParameter"}
+    )
     expected = {r for r in unknown & names.keys() if _initial(names[r]) in _OPEN}
     came = listed("InitialUnknown")
 
@@ -41,10 +48,14 @@ def broken_rules(file: FmuFile) -> dict[str, list[str]]:
         return [f"{names[r].get('name') if r in names else r} {what}" for r in sorted(references)]
 
     indicators = came & listed("EventIndicator")
-    return {"references": misplaced,
-            "unknowns": [*texts(indicators, "is an event indicator too"),
-                         *texts(came - expected - indicators, "is no initial unknown"),
-                         *texts(expected - came, "is missing")]}
+    return {
+        "references": misplaced,
+        "unknowns": [
+            *texts(indicators, "is an event indicator too"),
+            *texts(came - expected - indicators, "is no initial unknown"),
+            *texts(expected - came, "is missing"),
+        ],
+    }
 
 
 def _initial(variable: ElementTree.Element) -> str:

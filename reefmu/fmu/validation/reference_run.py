@@ -41,7 +41,7 @@ class Trial:
     def part(self, start: int, stop: int | None) -> Trial:
         """Steps `start` to `stop`; its first row of inputs is the one before them."""
         stop = len(self.dt) if stop is None else stop
-        return Trial(self.names, self.dt[start:stop], self.inputs[start:stop + 1])
+        return Trial(self.names, self.dt[start:stop], self.inputs[start : stop + 1])
 
 
 def make_trial(component: Component, scale: float = 1.0) -> Trial:

@@ -84,8 +84,9 @@ def read_archive(path: str | os.PathLike[str]) -> FmuFile:
             root = parse_xml(_read(archive, DESCRIPTION, where), DESCRIPTION, where)
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
         size = source.stat().st_size
-        raise InputError(f"{where}: expected an FMU (a whole zip archive), got {size} bytes that are none: "
-                         f"{error}") from None
+        raise InputError(
+            f"{where}: expected an FMU (a whole zip archive), got {size} bytes that are none: {error}"
+        ) from None
     except OSError as error:
         raise InputError(f"{where}: expected a readable file, got {error.strerror or error}") from None
     expect(root.tag == "fmiModelDescription", f"fmiModelDescription in {DESCRIPTION}", root.tag, where)

@@ -71,20 +71,23 @@ class Export:
 
 def model_description(interface: Interface, export: Export) -> bytes:
     """The whole file, UTF-8, in the order the schema prescribes. Errors: `InputError` for an unknown unit."""
-    root = Element("fmiModelDescription", {
-        "fmiVersion": "2.0",
-        "modelName": plain_text(interface.name),
-        "guid": export.guid,
-        "description": plain_text(export.description),
-        "author": export.author,
-        "version": export.version,
-        "copyright": export.copyright,
-        "license": export.licence,
-        "generationTool": export.generation_tool,
-        "generationDateAndTime": export.generated,
-        "variableNamingConvention": "structured",
-        "numberOfEventIndicators": str(export.indicators),
-    })
+    root = Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": "2.0",
+            "modelName": plain_text(interface.name),
+            "guid": export.guid,
+            "description": plain_text(export.description),
+            "author": export.author,
+            "version": export.version,
+            "copyright": export.copyright,
+            "license": export.licence,
+            "generationTool": export.generation_tool,
+            "generationDateAndTime": export.generated,
+            "variableNamingConvention": "structured",
+            "numberOfEventIndicators": str(export.indicators),
+        },
+    )
     for tag, capabilities in (("ModelExchange", export.exchange), ("CoSimulation", export.capabilities)):
         if capabilities is not None:
             _kind(root, tag, capabilities, export)
@@ -95,8 +98,7 @@ def model_description(interface: Interface, export: Export) -> bytes:
         SubElement(categories, "Category", {"name": name, "description": meaning})
     SubElement(root, "DefaultExperiment", default_experiment(export))
     tool = SubElement(SubElement(root, "VendorAnnotations"), "Tool", {"name": TOOL})
-    SubElement(tool, "fmu", {
-        "kind": interface.kind, "backend": export.backend, "interface": interface.digest})
+    SubElement(tool, "fmu", {"kind": interface.kind, "backend": export.backend, "interface": interface.digest})
     variables = SubElement(root, "ModelVariables")
     for variable in interface.variables:
         _variable(variables, variable, interface)
@@ -108,16 +110,24 @@ def model_description(interface: Interface, export: Export) -> bytes:
 def default_experiment(export: Export) -> dict[str, str]:
     """Attributes of DefaultExperiment, the same in FMI 3.0."""
     proposed = export.experiment
-    return {"startTime": "0.0", "stopTime": repr(proposed.stop_time), "tolerance": repr(proposed.tolerance),
-            "stepSize": repr(proposed.step_size)}
+    return {
+        "startTime": "0.0",
+        "stopTime": repr(proposed.stop_time),
+        "tolerance": repr(proposed.tolerance),
+        "stepSize": repr(proposed.step_size),
+    }
 
 
 def _kind(root: Element, tag: str, capabilities: Mapping[str, bool], export: Export) -> None:
     """What the FMU can do as this kind, and the sources to build it from (sections 3.3.1 and 4.3.1)."""
-    element = SubElement(root, tag, {
-        "modelIdentifier": export.model_identifier,
-        **{name: str(value).lower() for name, value in capabilities.items()},
-    })
+    element = SubElement(
+        root,
+        tag,
+        {
+            "modelIdentifier": export.model_identifier,
+            **{name: str(value).lower() for name, value in capabilities.items()},
+        },
+    )
     if export.sources:
         files = SubElement(element, "SourceFiles")
         for name in export.sources:
@@ -169,8 +179,12 @@ def _variable(parent: Element, variable: Variable, interface: Interface) -> None
     if variable.unit in TYPES:
         real["declaredType"] = TYPES[variable.unit][0]
     real["unit"] = variable.unit
-    for key, value in (("min", variable.minimum), ("max", variable.maximum), ("nominal", variable.nominal),
-                       ("start", variable.start)):
+    for key, value in (
+        ("min", variable.minimum),
+        ("max", variable.maximum),
+        ("nominal", variable.nominal),
+        ("start", variable.start),
+    ):
         if value is not None:
             real[key] = repr(value)
     if variable.derivative_of:
@@ -193,9 +207,14 @@ def _structure(root: Element, interface: Interface) -> None:
         element = SubElement(structure, tag)
         for variable in variables:
             names = variable.initial_dependencies if tag == "InitialUnknowns" else variable.dependencies
-            SubElement(element, "Unknown", {
-                "index": _index(interface, variable.name),
-                "dependencies": " ".join(_index(interface, name) for name in names)})
+            SubElement(
+                element,
+                "Unknown",
+                {
+                    "index": _index(interface, variable.name),
+                    "dependencies": " ".join(_index(interface, name) for name in names),
+                },
+            )
 
 
 def _index(interface: Interface, name: str) -> str:

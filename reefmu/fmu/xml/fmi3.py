@@ -15,12 +15,23 @@ from ..model.variables import FMI3, INDICATOR, Interface, Variable
 from . import fmi2 as description
 from .fmi2 import LOG_CATEGORIES, TOOL, TYPES, Export, plain_text, type_names, unit_definitions
 
-EXCHANGE = {"needsExecutionTool": False, "canBeInstantiatedOnlyOncePerProcess": False, "canGetAndSetFMUState": True,
-            "canSerializeFMUState": True, "providesDirectionalDerivatives": True,
-            "needsCompletedIntegratorStep": True}
-SIMULATION = {"needsExecutionTool": False, "canBeInstantiatedOnlyOncePerProcess": False, "canGetAndSetFMUState": True,
-              "canSerializeFMUState": True, "providesDirectionalDerivatives": True,
-              "canHandleVariableCommunicationStepSize": True, "hasEventMode": False}
+EXCHANGE = {
+    "needsExecutionTool": False,
+    "canBeInstantiatedOnlyOncePerProcess": False,
+    "canGetAndSetFMUState": True,
+    "canSerializeFMUState": True,
+    "providesDirectionalDerivatives": True,
+    "needsCompletedIntegratorStep": True,
+}
+SIMULATION = {
+    "needsExecutionTool": False,
+    "canBeInstantiatedOnlyOncePerProcess": False,
+    "canGetAndSetFMUState": True,
+    "canSerializeFMUState": True,
+    "providesDirectionalDerivatives": True,
+    "canHandleVariableCommunicationStepSize": True,
+    "hasEventMode": False,
+}
 """What the generated C can do (sections 3.3 and 4.3)."""
 
 
@@ -34,16 +45,28 @@ class Flange(NamedTuple):
 
 FLANGES = {
     "drive": {
-        "crank": Flange("Rotational flange of the crank: angle, speed, and the torque that the drive exerts on it",
-                        {"phi": "crank.phi", "w": "crank.w", "tau": "crank.tau"}, "outflow"),
-        "output": Flange("Rotational flange of the output: angle, speed, and the torque that the drive exerts on it",
-                         {"phi": "output.phi", "w": "output.w", "tau": "output.tau"}, "outflow"),
+        "crank": Flange(
+            "Rotational flange of the crank: angle, speed, and the torque that the drive exerts on it",
+            {"phi": "crank.phi", "w": "crank.w", "tau": "crank.tau"},
+            "outflow",
+        ),
+        "output": Flange(
+            "Rotational flange of the output: angle, speed, and the torque that the drive exerts on it",
+            {"phi": "output.phi", "w": "output.w", "tau": "output.tau"},
+            "outflow",
+        ),
     },
     "joint": {
-        "crank": Flange("Rotational flange of the motor: angle, speed, and the torque on it from outside",
-                        {"phi": "crank.phi", "w": "crank.w", "tau": "motor.tau"}, "inflow"),
-        "output": Flange("Rotational flange of the load: angle, speed, and the torque on it from outside",
-                         {"phi": "output.phi", "w": "output.w", "tau": "load.tau"}, "inflow"),
+        "crank": Flange(
+            "Rotational flange of the motor: angle, speed, and the torque on it from outside",
+            {"phi": "crank.phi", "w": "crank.w", "tau": "motor.tau"},
+            "inflow",
+        ),
+        "output": Flange(
+            "Rotational flange of the load: angle, speed, and the torque on it from outside",
+            {"phi": "output.phi", "w": "output.w", "tau": "load.tau"},
+            "inflow",
+        ),
     },
 }
 """Terminals by the FMU's kind."""
@@ -51,22 +74,31 @@ FLANGES = {
 
 def model_description3(interface: Interface, export: Export) -> bytes:
     """modelDescription.xml, UTF-8, in the order the schema prescribes. interface: with the derivatives."""
-    root = Element("fmiModelDescription", {
-        "fmiVersion": "3.0",
-        "modelName": plain_text(interface.name),
-        "instantiationToken": export.guid,
-        "description": plain_text(export.description),
-        "author": export.author,
-        "version": export.version,
-        "copyright": export.copyright,
-        "license": export.licence,
-        "generationTool": export.generation_tool,
-        "generationDateAndTime": export.generated,
-        "variableNamingConvention": "structured",
-    })
+    root = Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": "3.0",
+            "modelName": plain_text(interface.name),
+            "instantiationToken": export.guid,
+            "description": plain_text(export.description),
+            "author": export.author,
+            "version": export.version,
+            "copyright": export.copyright,
+            "license": export.licence,
+            "generationTool": export.generation_tool,
+            "generationDateAndTime": export.generated,
+            "variableNamingConvention": "structured",
+        },
+    )
     for tag, capabilities in (("ModelExchange", EXCHANGE), ("CoSimulation", SIMULATION)):
-        SubElement(root, tag, {"modelIdentifier": export.model_identifier,
-                               **{name: str(value).lower() for name, value in capabilities.items()}})
+        SubElement(
+            root,
+            tag,
+            {
+                "modelIdentifier": export.model_identifier,
+                **{name: str(value).lower() for name, value in capabilities.items()},
+            },
+        )
     unit_definitions(root, interface)
     types = SubElement(root, "TypeDefinitions")
     for unit, (name, quantity) in type_names(interface).items():
@@ -79,10 +111,18 @@ def model_description3(interface: Interface, export: Export) -> bytes:
     switches = indicators(interface, export.indicators)
     for variable in (*interface.variables, *switches):
         _variable(variables, variable, interface)
-    SubElement(variables, "Float64", {
-        "name": "time", "valueReference": str(len(interface.variables) + len(switches) + FMI3.first_reference),
-        "description": "Simulation time",
-        "causality": "independent", "variability": "continuous", **_unit("s", interface)})
+    SubElement(
+        variables,
+        "Float64",
+        {
+            "name": "time",
+            "valueReference": str(len(interface.variables) + len(switches) + FMI3.first_reference),
+            "description": "Simulation time",
+            "causality": "independent",
+            "variability": "continuous",
+            **_unit("s", interface),
+        },
+    )
     _structure(root, interface, export)
     annotation = SubElement(SubElement(root, "Annotations"), "Annotation", {"type": TOOL})
     SubElement(annotation, "fmu", {"kind": interface.kind, "backend": export.backend, "interface": interface.digest})
@@ -94,12 +134,19 @@ def terminals(interface: Interface) -> bytes:
     root = Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
     parent = SubElement(root, "Terminals")
     for name, flange in FLANGES[interface.kind].items():
-        terminal = SubElement(parent, "Terminal", {"name": name, "matchingRule": "plug",
-                                                   "description": flange.description})
+        terminal = SubElement(
+            parent, "Terminal", {"name": name, "matchingRule": "plug", "description": flange.description}
+        )
         for member, variable in flange.members.items():
-            SubElement(terminal, "TerminalMemberVariable", {
-                "variableName": interface[variable].name, "memberName": member,
-                "variableKind": flange.torque if member == "tau" else "signal"})
+            SubElement(
+                terminal,
+                "TerminalMemberVariable",
+                {
+                    "variableName": interface[variable].name,
+                    "memberName": member,
+                    "variableKind": flange.torque if member == "tau" else "signal",
+                },
+            )
     return _written(root)
 
 
@@ -114,14 +161,22 @@ def build_description(export: Export) -> bytes:
 
 
 def _variable(parent: Element, variable: Variable, interface: Interface) -> None:
-    attributes = {"name": variable.name, "valueReference": _reference(variable),
-                  "description": plain_text(variable.description), "causality": variable.causality,
-                  "variability": variable.variability}
+    attributes = {
+        "name": variable.name,
+        "valueReference": _reference(variable),
+        "description": plain_text(variable.description),
+        "causality": variable.causality,
+        "variability": variable.variability,
+    }
     if variable.initial is not None:
         attributes["initial"] = variable.initial
     attributes |= _unit(variable.unit, interface)
-    for key, value in (("min", variable.minimum), ("max", variable.maximum), ("nominal", variable.nominal),
-                       ("start", variable.start)):
+    for key, value in (
+        ("min", variable.minimum),
+        ("max", variable.maximum),
+        ("nominal", variable.nominal),
+        ("start", variable.start),
+    ):
         if value is not None:
             attributes[key] = repr(value)
     if variable.derivative_of:
@@ -157,9 +212,16 @@ def indicators(interface: Interface, count: int) -> tuple[Variable, ...]:
     (section 2.4.8)."""
     first = [v for v in interface.derivatives if v.derivative_of.startswith("last.")]
     assert len(first) == count
-    return tuple(replace(v, reference=len(interface.variables) + k, name=v.derivative_of.replace("last.", INDICATOR),
-                         description=f"Event indicator: where it passes 0, what follows {v.derivative_of} turns round",
-                         derivative_of="") for k, v in enumerate(first))
+    return tuple(
+        replace(
+            v,
+            reference=len(interface.variables) + k,
+            name=v.derivative_of.replace("last.", INDICATOR),
+            description=f"Event indicator: where it passes 0, what follows {v.derivative_of} turns round",
+            derivative_of="",
+        )
+        for k, v in enumerate(first)
+    )
 
 
 def _reference(variable: Variable) -> str:

@@ -26,8 +26,9 @@ CURVE_FILES = ["curve.csv", "curve.png", "forces.png", "load_share.png"]
 
 
 def call(*args: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "reefmu", *args], cwd=folder, capture_output=True, text=True,
-                          timeout=HANG, check=False)
+    return subprocess.run(
+        [sys.executable, "-m", "reefmu", *args], cwd=folder, capture_output=True, text=True, timeout=HANG, check=False
+    )
 
 
 def preset_text() -> str:
@@ -36,9 +37,11 @@ def preset_text() -> str:
 
 def test_help_loads_nothing_but_python_and_itself(tmp_path: Path) -> None:
     """That is what makes it quick, on any machine."""
-    code = "import sys; before = set(sys.modules); from reefmu.cli import build_parser; " \
-           "build_parser().format_help(); new = set(sys.modules) - before; " \
-           "print(*{name.split('.')[0] for name in new} - sys.stdlib_module_names)"
+    code = (
+        "import sys; before = set(sys.modules); from reefmu.cli import build_parser; "
+        "build_parser().format_help(); new = set(sys.modules) - before; "
+        "print(*{name.split('.')[0] for name in new} - sys.stdlib_module_names)"
+    )
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert loaded.stdout.split() == ["reefmu"]
     done = call("--help", folder=tmp_path)
@@ -55,8 +58,13 @@ def test_curve_prints_a_table_and_writes_its_files(tmp_path: Path) -> None:
     assert sorted(path.name for path in (tmp_path / "drive_1-curve").iterdir()) == CURVE_FILES
     with (tmp_path / "drive_1-curve" / "curve.csv").open(newline="") as file:
         rows = list(csv.reader(file))
-    assert rows[0][:5] == ["twist [arcmin]", "torque_mean [N.m]", "torque_p10 [N.m]", "torque_p90 [N.m]",
-                           "stiffness [N.m/arcmin]"]
+    assert rows[0][:5] == [
+        "twist [arcmin]",
+        "torque_mean [N.m]",
+        "torque_p10 [N.m]",
+        "torque_p90 [N.m]",
+        "stiffness [N.m/arcmin]",
+    ]
     values = np.array(rows[1:], float)
     assert values.shape[0] == 61
     expected = sm.simulate(sm.load_drive("drive_1"), np.linspace(0, 8, 61) * sm.ARCMIN, 32).curve()
@@ -67,52 +75,83 @@ def test_curve_prints_a_table_and_writes_its_files(tmp_path: Path) -> None:
         assert words in done.stdout
 
 
-def test_curve_tells_what_a_switch_changes_and_what_the_forces_mean(tmp_path: Path, capsys: pytest.CaptureFixture[str],
-                                                                    monkeypatch: pytest.MonkeyPatch) -> None:
+def test_curve_tells_what_a_switch_changes_and_what_the_forces_mean(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
-    assert main(["curve", "drive_1", "--drives", "16", "--out", "soft", "--set", "bearing_stiffness=250 N/um", "--set",
-                 "friction_coefficient=0.05", "--set", "bearing_capacity=40 kN", "--set", "crank_speed=1500 rpm"]) == 0
+    assert (
+        main(
+            [
+                "curve",
+                "drive_1",
+                "--drives",
+                "16",
+                "--out",
+                "soft",
+                "--set",
+                "bearing_stiffness=250 N/um",
+                "--set",
+                "friction_coefficient=0.05",
+                "--set",
+                "bearing_capacity=40 kN",
+                "--set",
+                "crank_speed=1500 rpm",
+            ]
+        )
+        == 0
+    )
     with Path("soft/curve.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     soft = sm.load_drive("drive_1", bearing_stiffness="250 N/um")
     expected = sm.simulate(soft, [soft.max_twist], 16)
     assert float(rows[-1]["torque_mean [N.m]"]) == pytest.approx(expected.torque.mean(), rel=1e-7)
     assert float(rows[-1]["pressure_crank [MPa]"]) == pytest.approx(
-        np.percentile(turn_pressures(soft, [soft.max_twist], 16).pressure[..., 1], 90) / 1e6, rel=1e-3)
+        np.percentile(turn_pressures(soft, [soft.max_twist], 16).pressure[..., 1], 90) / 1e6, rel=1e-3
+    )
     assert float(rows[-1]["pressure_safety [1]"]) == pytest.approx(4200 / float(rows[-1]["pressure_crank [MPa]"]))
     assert 0.85 < float(rows[-1]["efficiency [1]"]) < 0.95
     idle = friction_losses(soft, [0.0], 16, coefficient=0.05).loss.mean() * 1e3
     assert float(rows[-1]["bearing_load [N]"]) > 2000
     assert float(rows[-1]["bearing_life [Mrev]"]) > 100
     out = capsys.readouterr().out
-    for words in ("beyond the plain model: bearing_stiffness = 250 N/um", "plain model 28", "static safety 1.0",
-                  "stays above 1 up to", "efficiency 91",
-                  f"no-load torque at the crank {idle:.1f} mN.m", "P = 3.", "no rating life"):
+    for words in (
+        "beyond the plain model: bearing_stiffness = 250 N/um",
+        "plain model 28",
+        "static safety 1.0",
+        "stays above 1 up to",
+        "efficiency 91",
+        f"no-load torque at the crank {idle:.1f} mN.m",
+        "P = 3.",
+        "no rating life",
+    ):
         assert words in out
 
 
 def test_curve_names_the_contacts_without_a_limit_and_a_limit_already_passed(
-        tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["curve", "drive_3", "--drives", "16"]) == 0
     line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("static safety"))
-    assert re.search(r"at the crank \(limit 4200 MPa\).*no limit known at the gear, 3\d\d MPa.*at the cage, \d+ MPa",
-                     line)
+    assert re.search(
+        r"at the crank \(limit 4200 MPa\).*no limit known at the gear, 3\d\d MPa.*at the cage, \d+ MPa", line
+    )
     assert main(["curve", "drive_2", "--drives", "16", "--set", "gear_offset=-40 um"]) == 0
     assert "is 1 or below already at" in capsys.readouterr().out
 
 
 def test_compare_prints_and_writes_the_published_gears(tmp_path: Path) -> None:
     own = tmp_path / "own.toml"
-    own.write_text('[[gear]]\nmaker = "Own"\ntype = "X1"\nsource = "own rig"\nstiffness = "50 N.m/arcmin"\n'
-                   'rated_torque = "120 N.m"\n')
+    own.write_text(
+        '[[gear]]\nmaker = "Own"\ntype = "X1"\nsource = "own rig"\nstiffness = "50 N.m/arcmin"\n'
+        'rated_torque = "120 N.m"\n'
+    )
     done = call("compare", "drive_1", "--drives", "32", "--catalog", "own.toml", "--out", "here/below", folder=tmp_path)
     assert done.returncode == 0
     assert sorted(path.name for path in (tmp_path / "here" / "below").iterdir()) == ["compare.csv", "compare.png"]
     with (tmp_path / "here" / "below" / "compare.csv").open(newline="") as file:
         head, *rows = list(csv.reader(file))
-    assert head[:3] == ["torque [N.m]", "drive_1 twist [arcmin]",
-                        "Harmonic Drive CHA-40A (ratio 50) twist [arcmin]"]
+    assert head[:3] == ["torque [N.m]", "drive_1 twist [arcmin]", "Harmonic Drive CHA-40A (ratio 50) twist [arcmin]"]
     assert head[-1] == "Own X1 twist [arcmin]"
     by_torque = {float(row[0]): row for row in rows}
     assert float(by_torque[100.0][-1]) == pytest.approx(2.0)
@@ -123,12 +162,17 @@ def test_compare_prints_and_writes_the_published_gears(tmp_path: Path) -> None:
         assert words in done.stdout
 
 
-def test_a_drawing_and_fields_set_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str],
-                                                      monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_drawing_and_fields_set_on_the_command_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     Path("mine.toml").write_text(preset_text(), "utf-8")
-    assert main(["curve", "mine.toml", "--drives", "4", "--seed", "7", "--set", "lobes=28", "--set",
-                 "crank_radius=40.5 mm"]) == 0
+    assert (
+        main(
+            ["curve", "mine.toml", "--drives", "4", "--seed", "7", "--set", "lobes=28", "--set", "crank_radius=40.5 mm"]
+        )
+        == 0
+    )
     values = np.loadtxt("mine-curve/curve.csv", delimiter=",", skiprows=1)
     drive = sm.load_drive("drive_1", lobes=28, crank_radius="40.5 mm")
     expected = sm.simulate(drive, np.linspace(0, 8, 61) * sm.ARCMIN, 4, seed=7).curve()
@@ -175,9 +219,9 @@ FAULTY_CALLS = [
 
 
 @pytest.mark.parametrize(("args", "words"), FAULTY_CALLS, ids=[" ".join(args) or "nothing" for args, _ in FAULTY_CALLS])
-def test_a_faulty_call_is_one_line_and_status_2(args: list[str], words: str, tmp_path: Path,
-                                                capsys: pytest.CaptureFixture[str],
-                                                monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_faulty_call_is_one_line_and_status_2(
+    args: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     Path("taken").write_text("a file, not a folder")
     try:
@@ -212,9 +256,14 @@ FAULTY_DRAWINGS = [
 
 @pytest.mark.parametrize("command", ["curve", "compare"])
 @pytest.mark.parametrize(("spoil", "words"), FAULTY_DRAWINGS)
-def test_a_faulty_drawing_is_one_line_and_status_2(command: str, spoil: object, words: str, tmp_path: Path,
-                                                   capsys: pytest.CaptureFixture[str],
-                                                   monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_faulty_drawing_is_one_line_and_status_2(
+    command: str,
+    spoil: object,
+    words: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.chdir(tmp_path)
     assert callable(spoil)
     Path("mine.toml").write_text(spoil(preset_text()), "utf-8")
@@ -227,9 +276,14 @@ def test_a_faulty_drawing_is_one_line_and_status_2(command: str, spoil: object, 
     assert os.listdir() == ["mine.toml"]
 
 
-@pytest.mark.parametrize("args", [
-    ["curve", "drive_1", "--set", "crank_radius=41"], ["compare", "drive_1", "--out", "taken"], ["curve"],
-])
+@pytest.mark.parametrize(
+    "args",
+    [
+        ["curve", "drive_1", "--set", "crank_radius=41"],
+        ["compare", "drive_1", "--out", "taken"],
+        ["curve"],
+    ],
+)
 def test_no_traceback_from_the_real_program(args: list[str], tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("a file")
     done = call(*args, folder=tmp_path)
@@ -239,8 +293,9 @@ def test_no_traceback_from_the_real_program(args: list[str], tmp_path: Path) -> 
     assert [path.name for path in tmp_path.iterdir()] == ["taken"]
 
 
-def test_a_fault_while_writing_leaves_the_folder_as_it_was(tmp_path: Path, capsys: pytest.CaptureFixture[str],
-                                                           monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_while_writing_leaves_the_folder_as_it_was(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     from stiffness_model.plotting import curves as plots
 
     def full(*_: object) -> None:
@@ -267,8 +322,9 @@ def test_a_fault_of_the_program_is_not_hidden(monkeypatch: pytest.MonkeyPatch, t
     assert os.listdir(tmp_path) == []
 
 
-def test_an_interrupt_is_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path,
-                                  capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_interrupt_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     from reefmu.commands import study
 
     def stopped(*_: object) -> None:
@@ -282,8 +338,13 @@ def test_an_interrupt_is_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pipes close otherwise there")
 def test_a_reader_that_leaves_is_no_fault(tmp_path: Path) -> None:
-    with subprocess.Popen([sys.executable, "-m", "reefmu", "compare", "drive_1", "--drives", "4"], cwd=tmp_path,
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        [sys.executable, "-m", "reefmu", "compare", "drive_1", "--drives", "4"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
         assert process.stdout is not None
         assert process.stderr is not None
         process.stdout.close()
@@ -364,8 +425,9 @@ def test_torque_steps_are_few_and_round(greatest: float) -> None:
 
 def test_elements_larger_than_their_bores_are_counted_once_and_the_remedy_told(tmp_path, capsys):
     def told(offset: str) -> str:
-        assert main(["curve", "drive_1", "--drives", "16", "--set", f"cage_offset={offset}", "--out",
-                     str(tmp_path)]) == 0
+        assert (
+            main(["curve", "drive_1", "--drives", "16", "--set", f"cage_offset={offset}", "--out", str(tmp_path)]) == 0
+        )
         return capsys.readouterr().out
 
     # 16 drives of 87 elements at 61 twists: of 1392 elements half, not of 84 912 cases.

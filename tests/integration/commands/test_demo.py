@@ -13,8 +13,16 @@ from reefmu.commands import demo
 from reefmu.model.drive_model import build_model
 from stiffness_model.lookup.build import Lookup, build_lookup
 
-FILES = {"1-gear.png", "2-compare.png", "2-curve.png", "2-forces.png", "5-design.png", "5-joint.png", "curve.csv",
-         "workshop.fmu"}
+FILES = {
+    "1-gear.png",
+    "2-compare.png",
+    "2-curve.png",
+    "2-forces.png",
+    "5-design.png",
+    "5-joint.png",
+    "curve.csv",
+    "workshop.fmu",
+}
 
 
 @pytest.fixture(scope="module")
@@ -45,8 +53,9 @@ def test_demo_walks_the_whole_line(tmp_path: Path, capsys: pytest.CaptureFixture
 
 
 @pytest.mark.usefixtures("_few_drives")
-def test_demo_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-                                        capsys: pytest.CaptureFixture[str]) -> None:
+def test_demo_that_fails_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "file").write_text("in the way")
     assert main(["demo", "--out", str(tmp_path / "file")]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1

@@ -12,8 +12,9 @@ from reefmu.cli import main
 
 def test_draw_writes_pictures_and_says_the_forces(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "out"
-    assert main(["draw", "drive_1", "--twist", "6", "--individual", "5", "--exaggerate", "50", "--out",
-                 str(folder)]) == 0
+    assert (
+        main(["draw", "drive_1", "--twist", "6", "--individual", "5", "--exaggerate", "50", "--out", str(folder)]) == 0
+    )
     assert sorted(path.name for path in folder.iterdir()) == ["drive.png", "forces.png"]
     said = capsys.readouterr()
     drive = sm.load_drive("drive_1")
@@ -25,14 +26,17 @@ def test_draw_writes_pictures_and_says_the_forces(tmp_path: Path, capsys: pytest
     assert "do not fit" in said.err
 
 
-def test_draw_writes_dxf_and_animation(tmp_path: Path, capsys: pytest.CaptureFixture[str],
-                                       monkeypatch: pytest.MonkeyPatch) -> None:
+def test_draw_writes_dxf_and_animation(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("ezdxf", reason="ezdxf (extra dxf) is not installed")
     from reefmu.commands import draw
 
     monkeypatch.setattr(draw, "write_turn", lambda drive, path, twist: path.write_bytes(b"GIF") and 48)
-    assert main(["draw", "drive_1", "--set", "lobes=28", "--dxf", "--chord", "1", "--animate", "--out",
-                 str(tmp_path)]) == 0
+    assert (
+        main(["draw", "drive_1", "--set", "lobes=28", "--dxf", "--chord", "1", "--animate", "--out", str(tmp_path)])
+        == 0
+    )
     assert sorted(path.name for path in tmp_path.iterdir()) == ["drive.png", "forces.png", "profile.dxf", "turn.gif"]
     said = capsys.readouterr().out
     assert "28 lobes, ratio +29" in said
@@ -40,23 +44,29 @@ def test_draw_writes_dxf_and_animation(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 def test_uneven_bores_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["draw", "drive_1", "--set", "elements=60", "--set", "element_radius=4 mm", "--out",
-                 str(tmp_path)]) == 0
+    assert (
+        main(["draw", "drive_1", "--set", "elements=60", "--set", "element_radius=4 mm", "--out", str(tmp_path)]) == 0
+    )
     said = capsys.readouterr()
     assert said.err.splitlines() == [
         "note: 20 elements stand on 20 of the 29 places that the ratio gives, not evenly; the other commands spread "
-        "them evenly (eq. 20), so that their torque is a little different"]
+        "them evenly (eq. 20), so that their torque is a little different"
+    ]
 
 
-@pytest.mark.parametrize(("call", "words"), [
-    (["--twist", "nan"], "--twist: expected a finite twist"),
-    (["--exaggerate", "0"], "--exaggerate: expected a factor of at least 1"),
-    (["--chord", "-1", "--dxf"], "--chord: expected a positive chord error"),
-    (["--set", "elements=90"], "at most 29 elements on one eccentric"),
-    (["--individual", "-1"], "expected a whole number"),
-])
-def test_wrong_calls_are_one_line_and_leave_nothing(call: list[str], words: str, tmp_path: Path,
-                                                    capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (["--twist", "nan"], "--twist: expected a finite twist"),
+        (["--exaggerate", "0"], "--exaggerate: expected a factor of at least 1"),
+        (["--chord", "-1", "--dxf"], "--chord: expected a positive chord error"),
+        (["--set", "elements=90"], "at most 29 elements on one eccentric"),
+        (["--individual", "-1"], "expected a whole number"),
+    ],
+)
+def test_wrong_calls_are_one_line_and_leave_nothing(
+    call: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     try:
         status = main(["draw", "drive_1", *call, "--out", str(tmp_path / "new")])
     except SystemExit as left:

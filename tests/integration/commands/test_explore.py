@@ -71,8 +71,13 @@ def same_designs(a: Path, b: Path) -> None:
 
 def start(*args: str, out: Path, chunks: int) -> subprocess.Popen[str]:
     """The command, which waits after `chunks` of them for the file `go` beside its folder."""
-    return subprocess.Popen([sys.executable, "-c", HELD, str(out.parent / "go"), str(chunks), *args, "--out", str(out)],
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    return subprocess.Popen(
+        [sys.executable, "-c", HELD, str(out.parent / "go"), str(chunks), *args, "--out", str(out)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
 
 
 def wait_for(met: Any, what: str) -> None:
@@ -90,8 +95,23 @@ def chunks(folder: Path) -> list[str]:
 def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """The small study, run whole by one worker, and what it printed."""
     folder = tmp_path_factory.mktemp("explore")
-    made = subprocess.run([sys.executable, "-m", "reefmu", "explore", str(write_study(folder)), "--workers", "1",
-                           "--out", str(folder / "out")], capture_output=True, text=True, timeout=HANG, check=False)
+    made = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "reefmu",
+            "explore",
+            str(write_study(folder)),
+            "--workers",
+            "1",
+            "--out",
+            str(folder / "out"),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=HANG,
+        check=False,
+    )
     assert made.returncode == 0, made.stderr
     assert said(made.stderr) == []
     return folder / "out", made.stdout
@@ -108,17 +128,31 @@ def longer(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 def test_prints_the_front_and_the_choice_and_writes_its_files(done: tuple[Path, str]) -> None:
     folder, printed = done
     assert sorted(path.name for path in folder.iterdir()) == [
-        "chosen.toml", "chunks", "designs.parquet", "effects.png", "pareto.png", "study.json", "trade_off.png"]
-    for words in ("small: 80 designs, 4 virtual drives at 12 twists each, seed 3", "left out: the drawing alone breaks",
-                  "Pareto front", "share of the sample's variance", "chosen, the knee of the front", "written to"):
+        "chosen.toml",
+        "chunks",
+        "designs.parquet",
+        "effects.png",
+        "pareto.png",
+        "study.json",
+        "trade_off.png",
+    ]
+    for words in (
+        "small: 80 designs, 4 virtual drives at 12 twists each, seed 3",
+        "left out: the drawing alone breaks",
+        "Pareto front",
+        "share of the sample's variance",
+        "chosen, the knee of the front",
+        "written to",
+    ):
         assert words in printed
     read = designs(folder)
     assert f"{read['feasible'].sum():6d}  keep within all limits, {read['front'].sum()} of them on the front" in printed
     assert json.loads((folder / "study.json").read_text("utf-8"))["identity"] == study().identity
 
 
-def test_the_chosen_drawing_is_the_chosen_design_and_other_commands_take_it(done: tuple[Path, str], tmp_path: Path
-                                                                            ) -> None:
+def test_the_chosen_drawing_is_the_chosen_design_and_other_commands_take_it(
+    done: tuple[Path, str], tmp_path: Path
+) -> None:
     folder, _ = done
     read = designs(folder)
     k = int(np.flatnonzero(read["chosen"])[0])
@@ -139,8 +173,7 @@ def test_the_chosen_drawing_is_the_chosen_design_and_other_commands_take_it(done
     assert (tmp_path / "curve.csv").exists()
 
 
-def test_more_workers_give_the_same(done: tuple[Path, str], tmp_path: Path,
-                                                     capsys: pytest.CaptureFixture[str]) -> None:
+def test_more_workers_give_the_same(done: tuple[Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder, printed = done
     args = ["explore", str(write_study(tmp_path)), "--workers", "3", "--out", str(tmp_path / "out")]
     assert main(args) == 0
@@ -148,8 +181,9 @@ def test_more_workers_give_the_same(done: tuple[Path, str], tmp_path: Path,
     assert capsys.readouterr().out.replace(str(tmp_path / "out"), "") == printed.replace(str(folder), "")
 
 
-def test_a_choice_may_change_without_new_work_and_none_is_status_1(done: tuple[Path, str], tmp_path: Path,
-                                                                   capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_choice_may_change_without_new_work_and_none_is_status_1(
+    done: tuple[Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     table = tables()
     path, out = tmp_path / "study.toml", tmp_path / "out"
     shutil.copytree(done[0], out)
@@ -165,8 +199,9 @@ def test_a_choice_may_change_without_new_work_and_none_is_status_1(done: tuple[P
     assert "no drawing is chosen" in capsys.readouterr().out
 
 
-def test_no_feasible_design_is_status_1_and_its_designs_are_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]
-                                                                    ) -> None:
+def test_no_feasible_design_is_status_1_and_its_designs_are_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     table = tables(generations=0, designs=8)
     table["constraints"] = {"pressure": {"max": "0.1 GPa"}}
     path = tmp_path / "study.toml"
@@ -177,8 +212,9 @@ def test_no_feasible_design_is_status_1_and_its_designs_are_written(tmp_path: Pa
     assert not (tmp_path / "out" / "chosen.toml").exists()
 
 
-def test_killed_in_the_middle_it_leaves_whole_chunks_and_no_workers_and_goes_on(tmp_path: Path,
-                                                                                longer: dict[str, Any]) -> None:
+def test_killed_in_the_middle_it_leaves_whole_chunks_and_no_workers_and_goes_on(
+    tmp_path: Path, longer: dict[str, Any]
+) -> None:
     path, out = write_study(tmp_path, **LONGER), tmp_path / "out"
     running = start(str(path), "--workers", "2", out=out, chunks=3)
     wait_for(lambda: len(chunks(out)) == 3, "the first chunks")
@@ -220,20 +256,24 @@ def test_a_signal_is_status_128_and_its_number_and_one_line(tmp_path: Path, numb
     _, told = running.communicate(timeout=HANG)
     assert running.returncode == 128 + number
     assert said(told) == [
-        f"reefmu: interrupted; what is done is kept in {out}, and the same command goes on from there"]
+        f"reefmu: interrupted; what is done is kept in {out}, and the same command goes on from there"
+    ]
 
 
-@pytest.mark.parametrize(("args", "message"), [
-    (["nothing"], "unknown study 'nothing'; expected one of geometry, tolerance_field"),
-    (["STUDY", "--workers", "0"], "explore: argument --workers: expected a whole number from 1 to 4096, got '0'"),
-    (["STUDY", "--workers", "1", "--scheduler", "tcp://h:1"], "not allowed with argument"),
-    (["STUDY", "--scheduler", "nonsense://x"], "--scheduler: expected the address of a running dask scheduler"),
-    (["STUDY", "--out", ""], "explore: argument --out: expected a name, got ''"),
-    (["STUDY", "--out", "FILE"], "FILE: expected a folder that can be written"),
-])
-def test_a_wrong_call_is_one_line_and_status_2(args: list[str], message: str, tmp_path: Path,
-                                               monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-                                               ) -> None:
+@pytest.mark.parametrize(
+    ("args", "message"),
+    [
+        (["nothing"], "unknown study 'nothing'; expected one of geometry, tolerance_field"),
+        (["STUDY", "--workers", "0"], "explore: argument --workers: expected a whole number from 1 to 4096, got '0'"),
+        (["STUDY", "--workers", "1", "--scheduler", "tcp://h:1"], "not allowed with argument"),
+        (["STUDY", "--scheduler", "nonsense://x"], "--scheduler: expected the address of a running dask scheduler"),
+        (["STUDY", "--out", ""], "explore: argument --out: expected a name, got ''"),
+        (["STUDY", "--out", "FILE"], "FILE: expected a folder that can be written"),
+    ],
+)
+def test_a_wrong_call_is_one_line_and_status_2(
+    args: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     if "--scheduler" in args and importlib.util.find_spec("distributed") is None:
         pytest.skip("dask.distributed is not installed")
     monkeypatch.chdir(tmp_path)
@@ -256,16 +296,31 @@ def test_a_wrong_call_is_one_line_and_status_2(args: list[str], message: str, tm
 def test_a_scheduler_that_is_none_leaves_nothing_to_complain_at_exit(address: str, tmp_path: Path) -> None:
     if importlib.util.find_spec("distributed") is None:
         pytest.skip("dask.distributed is not installed")
-    made = subprocess.run([sys.executable, "-m", "reefmu", "explore", str(write_study(tmp_path)), "--scheduler",
-                           address, "--out", str(tmp_path / "out")], capture_output=True, text=True, timeout=HANG,
-                          check=False)
+    made = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "reefmu",
+            "explore",
+            str(write_study(tmp_path)),
+            "--scheduler",
+            address,
+            "--out",
+            str(tmp_path / "out"),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=HANG,
+        check=False,
+    )
     assert made.returncode == 2
     assert len(made.stderr.splitlines()) == 1
     assert made.stderr.startswith("reefmu: --scheduler: expected the address of a running dask scheduler")
 
 
-def test_a_folder_of_another_study_is_refused(done: tuple[Path, str], tmp_path: Path,
-                                              capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_folder_of_another_study_is_refused(
+    done: tuple[Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     folder, _ = done
     assert main(["explore", str(write_study(tmp_path, seed=4)), "--workers", "1", "--out", str(folder)]) == 2
     assert "holds a different study" in capsys.readouterr().err
@@ -292,8 +347,9 @@ def test_a_lost_worker_process_is_one_line_and_status_1(tmp_path: Path) -> None:
     assert len(chunks(out)) >= 2
 
 
-def test_without_dask_a_scheduler_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-                                             capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_dask_a_scheduler_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     real = builtins.__import__
 
     def refuse(name: str, *args: Any, **kwargs: Any) -> Any:
@@ -302,8 +358,12 @@ def test_without_dask_a_scheduler_is_refused(tmp_path: Path, monkeypatch: pytest
         return real(name, *args, **kwargs)
 
     monkeypatch.setattr(builtins, "__import__", refuse)
-    assert main(["explore", str(write_study(tmp_path)), "--scheduler", "tcp://127.0.0.1:1", "--out",
-                 str(tmp_path / "out")]) == 2
+    assert (
+        main(
+            ["explore", str(write_study(tmp_path)), "--scheduler", "tcp://127.0.0.1:1", "--out", str(tmp_path / "out")]
+        )
+        == 2
+    )
     assert "pip install 'reefmu[cluster]'" in capsys.readouterr().err
 
 
@@ -315,14 +375,33 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]
     file = tmp_path / "scheduler.json"
     dask = [sys.executable, "-m", "dask"]
     quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    processes = [subprocess.Popen([*dask, "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
-                                   "--scheduler-file", str(file)], **quiet)]
+    processes = [
+        subprocess.Popen(
+            [*dask, "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file)],
+            **quiet,
+        )
+    ]
     try:
         wait_for(file.exists, "the scheduler")
         wait_for(lambda: file.stat().st_size > 0, "the scheduler's file")
         address = json.loads(file.read_text("utf-8"))["address"]
-        processes += [subprocess.Popen([*dask, "worker", address, "--no-nanny", "--nthreads", "1", "--no-dashboard",
-                                        "--local-directory", str(tmp_path / f"worker-{k}")], **quiet) for k in range(2)]
+        processes += [
+            subprocess.Popen(
+                [
+                    *dask,
+                    "worker",
+                    address,
+                    "--no-nanny",
+                    "--nthreads",
+                    "1",
+                    "--no-dashboard",
+                    "--local-directory",
+                    str(tmp_path / f"worker-{k}"),
+                ],
+                **quiet,
+            )
+            for k in range(2)
+        ]
         yield address, processes
     finally:
         for process in reversed(processes):
@@ -330,8 +409,9 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]
             process.wait()
 
 
-def test_a_dask_cluster_gives_the_same_though_a_worker_dies(cluster: tuple[str, list[subprocess.Popen[bytes]]],
-                                                            tmp_path: Path, longer: dict[str, Any]) -> None:
+def test_a_dask_cluster_gives_the_same_though_a_worker_dies(
+    cluster: tuple[str, list[subprocess.Popen[bytes]]], tmp_path: Path, longer: dict[str, Any]
+) -> None:
     address, (_, first, second) = cluster
     path, out = write_study(tmp_path, **LONGER), tmp_path / "out"
     running = start(str(path), "--scheduler", address, out=out, chunks=4)

@@ -26,8 +26,9 @@ pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="fo
 
 def _half_a_result() -> bytes:
     """The worker dies in the middle of writing its result."""
+
     def send(self: Connection, buffer: memoryview) -> None:
-        os.write(self.fileno(), bytes(buffer[:len(buffer) // 2]))
+        os.write(self.fileno(), bytes(buffer[: len(buffer) // 2]))
         os.kill(os.getpid(), signal.SIGKILL)
 
     Connection._send = send  # type: ignore[attr-defined,method-assign]
@@ -54,7 +55,14 @@ def stop_amid_work() -> None:
 @pytest.mark.parametrize("case", ["stop_amid_a_result", "stop_amid_work"])
 def test_an_exception_ends_the_pool_whatever_its_workers_do(case: str) -> None:
     root = Path(__file__).parents[3]
-    done = subprocess.run([sys.executable, "-c", SCRIPT, case], cwd=root, capture_output=True, text=True, timeout=HANG,
-                          env={**os.environ, "PYTHONPATH": str(root)}, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT, case],
+        cwd=root,
+        capture_output=True,
+        text=True,
+        timeout=HANG,
+        env={**os.environ, "PYTHONPATH": str(root)},
+        check=False,
+    )
     assert done.returncode == 3
     assert done.stderr == ""

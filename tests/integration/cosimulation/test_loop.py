@@ -23,8 +23,9 @@ def controller(held: np.ndarray, time: float, motion: np.ndarray) -> tuple[float
 
 def by_loop(joint: JointModel, fmu: Path, step: float, scheme: Scheme) -> Motion:
     start, held = released(joint)
-    return cosimulate(fmu, MASSES, lambda t, m: controller(held, t, m), step=step, duration=0.01, start=start[:4],
-                      scheme=scheme)
+    return cosimulate(
+        fmu, MASSES, lambda t, m: controller(held, t, m), step=step, duration=0.01, start=start[:4], scheme=scheme
+    )
 
 
 def by_system(joint: JointModel, step: float) -> Motion:
@@ -37,8 +38,14 @@ def by_block(joint: JointModel, fmu: Path, step: float, scheme: Scheme) -> np.nd
     assert scheme != "sequential"
     start, held = released(joint)
     names = [name.replace(".", "_") for name in MOTION]
-    law = ct.NonlinearIOSystem(None, lambda t, x, u, _p: controller(held, t, u), inputs=names,
-                               outputs=["motor_tau", "load_tau"], dt=step, name="law")
+    law = ct.NonlinearIOSystem(
+        None,
+        lambda t, x, u, _p: controller(held, t, u),
+        inputs=names,
+        outputs=["motor_tau", "load_tau"],
+        dt=step,
+        name="law",
+    )
     masses = masses_block(MASSES, step, joint.ratio, scheme=scheme)
     with fmu_block(fmu, step, initial=dict(zip(MOTION, start[:4], strict=True))) as block:
         loop = ct.interconnect([masses, block, law], inputs=[], outputs=names, name="loop", check_unused=False)
@@ -47,8 +54,9 @@ def by_block(joint: JointModel, fmu: Path, step: float, scheme: Scheme) -> np.nd
 
 
 @pytest.mark.parametrize(("scheme", "order", "bound"), [("parallel", 1, 5e-2), ("extrapolated", 2, 2e-5)])
-def test_three_ways_agree_and_converge(joint: JointModel, plain_fmu: Path, scheme: Scheme, order: int,
-                                       bound: float) -> None:
+def test_three_ways_agree_and_converge(
+    joint: JointModel, plain_fmu: Path, scheme: Scheme, order: int, bound: float
+) -> None:
     """Loop and block are one thing; both come to the system's motion with the order of their coupling.
 
     bound: of the difference at 50 us, as a share of the output's motion.
@@ -67,29 +75,39 @@ def test_three_ways_agree_and_converge(joint: JointModel, plain_fmu: Path, schem
 @pytest.mark.parametrize(("scheme", "order"), [("sequential", 2), ("extrapolated", 1)])
 def test_order_with_hysteresis(lossy: JointModel, lossy_fmu: Path, scheme: Scheme, order: int) -> None:
     """The stiffness output knows nothing of friction: that part of the torque stays one step late."""
-    errors = [np.abs(by_loop(lossy, lossy_fmu, step, scheme)["output.phi"] - by_system(lossy, step)["output.phi"]).max()
-              for step in (1e-4, 5e-5)]
+    errors = [
+        np.abs(by_loop(lossy, lossy_fmu, step, scheme)["output.phi"] - by_system(lossy, step)["output.phi"]).max()
+        for step in (1e-4, 5e-5)
+    ]
     assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.2)
 
 
 def test_python_control_integrates_the_closed_loop(joint: JointModel) -> None:
     """The controller connected in python-control is continuous; ours is held, and comes to that as steps shrink."""
     start, held = released(joint)
-    law = ct.NonlinearIOSystem(None, lambda t, x, u, _p: controller(held, t, u), outputs=["motor_tau", "load_tau"],
-                               inputs=[name.replace(".", "_") for name in MOTION], name="law")
+    law = ct.NonlinearIOSystem(
+        None,
+        lambda t, x, u, _p: controller(held, t, u),
+        outputs=["motor_tau", "load_tau"],
+        inputs=[name.replace(".", "_") for name in MOTION],
+        name="law",
+    )
     loop = ct.interconnect([joint_system(joint), law], inputs=[], outputs=["output_phi"], check_unused=False)
-    theirs = ct.input_output_response(loop, 1e-3 * np.arange(11), 0, start,
-                                      solve_ivp_kwargs={"max_step": 5e-4, "rtol": 1e-7})
+    theirs = ct.input_output_response(
+        loop, 1e-3 * np.arange(11), 0, start, solve_ivp_kwargs={"max_step": 5e-4, "rtol": 1e-7}
+    )
     expected = np.asarray(theirs.outputs).ravel()
-    errors = [np.abs(by_system(joint, step)["output.phi"][::round(1e-3 / step)] - expected).max()
-              for step in (4e-5, 2e-5)]
+    errors = [
+        np.abs(by_system(joint, step)["output.phi"][:: round(1e-3 / step)] - expected).max() for step in (4e-5, 2e-5)
+    ]
     assert errors[1] < 5e-3 * np.ptp(expected)
     assert errors[0] / errors[1] == pytest.approx(2, abs=0.1)
 
 
 def test_both_back_ends_move_the_masses_alike(plain_fmu: Path, native_fmu: Path) -> None:
     """A compiled FMU may not be read before it is initialised; the master knows the ratio all the same."""
-    first, second = (cosimulate(fmu, MASSES, lambda _t, _m: (0.5, -3.0), step=1e-4, duration=0.01)
-                     for fmu in (plain_fmu, native_fmu))
+    first, second = (
+        cosimulate(fmu, MASSES, lambda _t, _m: (0.5, -3.0), step=1e-4, duration=0.01) for fmu in (plain_fmu, native_fmu)
+    )
     for name in MOTION:
         np.testing.assert_allclose(first[name], second[name], rtol=1e-9, atol=1e-12)

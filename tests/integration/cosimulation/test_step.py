@@ -22,12 +22,19 @@ def free_growth(fmu: Path, joint: JointModel, scheme: Scheme, step: float, cycle
     rest = -start[2]
     start[2] -= 1e-9
     n = max(round(cycles * 2 * math.pi / omega / step), 12)
-    motion = cosimulate(fmu, FREE, lambda _t, _m: (float(held[0]), float(held[1])), step=step, duration=n * step,
-                        start=start[:4], scheme=scheme)
+    motion = cosimulate(
+        fmu,
+        FREE,
+        lambda _t, _m: (float(held[0]), float(held[1])),
+        step=step,
+        duration=n * step,
+        start=start[:4],
+        scheme=scheme,
+    )
     twist = motion["crank.phi"] / joint.ratio - motion["output.phi"] - rest
     amplitude = np.hypot(twist, (motion["crank.w"] / joint.ratio - motion["output.w"]) / omega)
     middle, quarter = n // 2, max(n // 4, 1)
-    early, late = amplitude[middle - quarter:middle].max(), amplitude[-quarter:].max()
+    early, late = amplitude[middle - quarter : middle].max(), amplitude[-quarter:].max()
     return math.log(late / early) / ((n + 1 - middle) * step), growth_rate(step, stiffness, inertia, scheme=scheme)
 
 
@@ -38,8 +45,16 @@ def test_parallel_grows_as_derived(plain_fmu: Path, plain: JointModel, step: flo
     assert simulated == pytest.approx(derived, rel=0.05)
 
 
-@pytest.mark.parametrize(("scheme", "step"), [("sequential", 1e-4), ("sequential", 1e-3), ("extrapolated", 1e-4),
-                                              ("extrapolated", 1e-3), ("extrapolated", 5e-3)])
+@pytest.mark.parametrize(
+    ("scheme", "step"),
+    [
+        ("sequential", 1e-4),
+        ("sequential", 1e-3),
+        ("extrapolated", 1e-4),
+        ("extrapolated", 1e-3),
+        ("extrapolated", 5e-3),
+    ],
+)
 def test_better_schemes_do_not_grow(plain_fmu: Path, plain: JointModel, scheme: Scheme, step: float) -> None:
     simulated, derived = free_growth(plain_fmu, plain, scheme, step, 20)
     assert derived == 0
@@ -51,8 +66,9 @@ def test_large_swings(plain_fmu: Path, plain: JointModel) -> None:
     start, _ = plain.equilibrium(-150.0)
 
     def swing(scheme: Scheme) -> float:
-        motion = cosimulate(plain_fmu, FREE, lambda _t, _m: (0.0, 0.0), step=1e-4, duration=0.02, start=start[:4],
-                            scheme=scheme)
+        motion = cosimulate(
+            plain_fmu, FREE, lambda _t, _m: (0.0, 0.0), step=1e-4, duration=0.02, start=start[:4], scheme=scheme
+        )
         twist = motion["crank.phi"] / plain.ratio - motion["output.phi"]
         return float(np.abs(twist[-80:]).max() / abs(twist[0]))
 

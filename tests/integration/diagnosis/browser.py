@@ -12,8 +12,9 @@ from typing import Any
 
 from tests.patience import HANG
 
-CHROMIUM = next((path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))),
-                None)
+CHROMIUM = next(
+    (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
+)
 _MEASURE = """<script>
 addEventListener('load', () => {
   const box = s => { const e = document.querySelector(s); if (!e) return null;
@@ -72,6 +73,15 @@ def screenshot(page: Path, target: Path, width: int, height: int) -> None:
 
 def _chromium(work: Path, *words: str) -> str:
     assert CHROMIUM is not None
-    call = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--no-first-run",
-            "--disable-background-networking", "--disable-component-update", f"--user-data-dir={work / 'profile'}"]
+    call = [
+        CHROMIUM,
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--hide-scrollbars",
+        "--no-first-run",
+        "--disable-background-networking",
+        "--disable-component-update",
+        f"--user-data-dir={work / 'profile'}",
+    ]
     return subprocess.run([*call, *words], check=True, capture_output=True, text=True, timeout=HANG).stdout

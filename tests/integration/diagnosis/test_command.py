@@ -22,9 +22,14 @@ from tests import diagnosis_rig as rig
 
 
 def write(record: Record, path: Path) -> Path:
-    columns = {"time [s]": record.time, "run": record.run, "crank_angle [rad]": record.crank_angle,
-               "output_angle [rad]": record.output_angle, "output_torque [N.m]": record.output_torque,
-               "temperature [degC]": record.temperature}
+    columns = {
+        "time [s]": record.time,
+        "run": record.run,
+        "crank_angle [rad]": record.crank_angle,
+        "output_angle [rad]": record.output_angle,
+        "output_torque [N.m]": record.output_torque,
+        "temperature [degC]": record.temperature,
+    }
     table = np.stack([np.asarray(v, float) for v in columns.values()], axis=1)
     np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="", fmt="%.12g")
     return path
@@ -32,8 +37,9 @@ def write(record: Record, path: Path) -> Path:
 
 def test_two_states_of_a_drive_give_a_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     tight = write(rig.measured({"hysteresis": {"torque": 4.0}}, seed=6), tmp_path / "tight.csv")
-    loose = write(rig.measured({"hysteresis": {"torque": 4.0}, "backlash": {"clearance": 4e-6}}, seed=7),
-                  tmp_path / "loose.csv")
+    loose = write(
+        rig.measured({"hysteresis": {"torque": 4.0}, "backlash": {"clearance": 4e-6}}, seed=7), tmp_path / "loose.csv"
+    )
     assert main(["diagnose", str(tight), str(loose), "--drive", "drive_1", "--out", str(tmp_path / "out")]) == 0
     found = {name: json.loads((tmp_path / "out" / name / "diagnosis.json").read_text()) for name in ("tight", "loose")}
     assert [e["name"] for e in found["tight"]["effects"]] == ["hysteresis"]
@@ -45,17 +51,24 @@ def test_two_states_of_a_drive_give_a_table(tmp_path: Path, capsys: pytest.Captu
     assert row.split()[2] == "-"
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    (["none.csv", "--drive", "drive_1"], "none.csv: expected a readable CSV file"),
-    (["bad.csv", "--drive", "drive_1"], "bad.csv: expected a column 'output_torque'"),
-    (["bad.csv", "--drive", "drive_9"], "unknown drive 'drive_9'"),
-    (["bad.csv"], "one of the arguments --drive --curve --power-law is required"),
-    (["bad.csv", "--power-law", "--columns", "none.toml"], "none.toml: expected a column map"),
-    (["bad.csv", "bad.csv.gz", "--power-law"], "expected records with different names"),
-])
-def test_wrong_input_is_one_line_and_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-                                                    capsys: pytest.CaptureFixture[str], arguments: list[str],
-                                                    message: str) -> None:
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["none.csv", "--drive", "drive_1"], "none.csv: expected a readable CSV file"),
+        (["bad.csv", "--drive", "drive_1"], "bad.csv: expected a column 'output_torque'"),
+        (["bad.csv", "--drive", "drive_9"], "unknown drive 'drive_9'"),
+        (["bad.csv"], "one of the arguments --drive --curve --power-law is required"),
+        (["bad.csv", "--power-law", "--columns", "none.toml"], "none.toml: expected a column map"),
+        (["bad.csv", "bad.csv.gz", "--power-law"], "expected records with different names"),
+    ],
+)
+def test_wrong_input_is_one_line_and_leaves_nothing(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    arguments: list[str],
+    message: str,
+) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.csv").write_text("time [s],twist [rad]\n0,0\n1,1\n")
     with pytest.raises(SystemExit) if "required" in message else contextlib.nullcontext():
@@ -83,8 +96,13 @@ def test_a_curve_file_serves_where_there_is_no_drawing(tmp_path: Path, capsys: p
 def test_angles_without_a_ratio_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rng = np.random.default_rng(0)
     table = np.stack([np.arange(400.0), rng.uniform(0, 6, 400), rng.uniform(0, 0.1, 400), rng.normal(size=400)], axis=1)
-    np.savetxt(tmp_path / "record.csv", table, delimiter=",", comments="",
-               header="time [s],crank_angle [rad],output_angle [rad],output_torque [N.m]")
+    np.savetxt(
+        tmp_path / "record.csv",
+        table,
+        delimiter=",",
+        comments="",
+        header="time [s],crank_angle [rad],output_angle [rad],output_torque [N.m]",
+    )
     assert main(["diagnose", str(tmp_path / "record.csv"), "--power-law", "--out", str(tmp_path / "out")]) == 2
     assert "show no transmission ratio" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
@@ -106,27 +124,31 @@ def with_line(number: int, text: str) -> str:
     return "\n".join([HEAD, *rows])
 
 
-@pytest.mark.parametrize(("name", "content", "message"), [
-    ("nan.csv", with_line(7, "0.07,0,nan,3"), "expected finite numbers in column 'twist', got nan in data row 8"),
-    ("empty_cell.csv", with_line(7, "0.07,0,,3"), "expected numbers in column 'twist [arcmin]'"),
-    ("backwards.csv", with_line(7, "0.01,0,1,3"), "a step back at data row 8"),
-    ("unit.csv", "\n".join([HEAD.replace("N.m", "N"), *lines()]), "expected a unit of output_torque such as [N.m]"),
-    ("no_unit.csv", "\n".join([HEAD.replace(" [arcmin]", ""), *lines()]), "expected a unit in the header"),
-    ("column.csv", "time [s]\n0\n1\n2", "expected a column 'output_torque'"),
-    ("unknown.csv", "\n".join([HEAD.replace("twist", "twits"), *lines()]), "did you mean 'twist'"),
-    ("short.csv", with_line(7, "0.07,0,1"), "expected 4 values in every row, got 3 in line 9"),
-    ("empty.csv", "", "expected a header and at least two rows"),
-    ("head.csv", HEAD, "expected a header and at least two rows"),
-    ("text.csv", with_line(7, "0.07,0,one,3"), "expected numbers in column"),
-    ("half_run.csv", with_line(7, "0.07,0.5,1,3"), "expected whole numbers in column 'run'"),
-    ("twice.csv", "\n".join([HEAD.replace("run", "time [s]"), *lines()]), "expected each column once"),
-    ("cut.csv.gz", gzip.compress("\n".join([HEAD, *lines()]).encode())[:900], "expected a readable CSV file"),
-    ("no.csv.gz", b"\x1f\x8b broken", "expected a readable CSV file"),
-    ("damaged.csv.gz", b"\x1f\x8b\x08\x00" + bytes(range(200)), "expected a readable CSV file"),
-    ("binary.csv", bytes(range(256)) * 10, "expected a readable CSV file"),
-])
-def test_a_bad_record_is_one_line_and_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str,
-                                                     content: str | bytes, message: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("nan.csv", with_line(7, "0.07,0,nan,3"), "expected finite numbers in column 'twist', got nan in data row 8"),
+        ("empty_cell.csv", with_line(7, "0.07,0,,3"), "expected numbers in column 'twist [arcmin]'"),
+        ("backwards.csv", with_line(7, "0.01,0,1,3"), "a step back at data row 8"),
+        ("unit.csv", "\n".join([HEAD.replace("N.m", "N"), *lines()]), "expected a unit of output_torque such as [N.m]"),
+        ("no_unit.csv", "\n".join([HEAD.replace(" [arcmin]", ""), *lines()]), "expected a unit in the header"),
+        ("column.csv", "time [s]\n0\n1\n2", "expected a column 'output_torque'"),
+        ("unknown.csv", "\n".join([HEAD.replace("twist", "twits"), *lines()]), "did you mean 'twist'"),
+        ("short.csv", with_line(7, "0.07,0,1"), "expected 4 values in every row, got 3 in line 9"),
+        ("empty.csv", "", "expected a header and at least two rows"),
+        ("head.csv", HEAD, "expected a header and at least two rows"),
+        ("text.csv", with_line(7, "0.07,0,one,3"), "expected numbers in column"),
+        ("half_run.csv", with_line(7, "0.07,0.5,1,3"), "expected whole numbers in column 'run'"),
+        ("twice.csv", "\n".join([HEAD.replace("run", "time [s]"), *lines()]), "expected each column once"),
+        ("cut.csv.gz", gzip.compress("\n".join([HEAD, *lines()]).encode())[:900], "expected a readable CSV file"),
+        ("no.csv.gz", b"\x1f\x8b broken", "expected a readable CSV file"),
+        ("damaged.csv.gz", b"\x1f\x8b\x08\x00" + bytes(range(200)), "expected a readable CSV file"),
+        ("binary.csv", bytes(range(256)) * 10, "expected a readable CSV file"),
+    ],
+)
+def test_a_bad_record_is_one_line_and_leaves_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, content: str | bytes, message: str
+) -> None:
     path = tmp_path / name
     path.write_bytes(content.encode() if isinstance(content, str) else content)
     assert main(["diagnose", str(path), "--power-law", "--out", str(tmp_path / "out")]) == 2
@@ -150,24 +172,34 @@ def test_a_twist_in_the_wrong_sign_is_said(tmp_path: Path, capsys: pytest.Captur
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["diagnosis.json", "report.html"]
 
 
-@pytest.mark.parametrize(("factors", "words"), [
-    ((1e-300, 1, 1), "time does not move within the runs by steps above 1e-09 s"),
-    ((1, 1e-300, 1), "the twist never changes by more than 1.5e-09 rad"),
-    ((1, 1e-12, 1), "the twist never changes by more than 1.5e-09 rad"),
-    ((1, 1e6, 1), "no gear's spans more than 1"),
-    ((1, 1, 1e-300), "the torque never changes by more than 1e-09 N.m"),
-    ((1, 1, 0), "the torque never changes by more than 1e-09 N.m"),
-    ((1, 0, 0), "the twist never changes"),
-])
-@pytest.mark.parametrize("options", [["--power-law"], ["--power-law", "--exponent", "shared"],
-                                     ["--curve", "curve.csv"]])
-def test_a_record_without_information_is_insufficient(tmp_path: Path, capsys: pytest.CaptureFixture[str],
-                                                      factors: tuple[float, float, float], words: str,
-                                                      options: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("factors", "words"),
+    [
+        ((1e-300, 1, 1), "time does not move within the runs by steps above 1e-09 s"),
+        ((1, 1e-300, 1), "the twist never changes by more than 1.5e-09 rad"),
+        ((1, 1e-12, 1), "the twist never changes by more than 1.5e-09 rad"),
+        ((1, 1e6, 1), "no gear's spans more than 1"),
+        ((1, 1, 1e-300), "the torque never changes by more than 1e-09 N.m"),
+        ((1, 1, 0), "the torque never changes by more than 1e-09 N.m"),
+        ((1, 0, 0), "the twist never changes"),
+    ],
+)
+@pytest.mark.parametrize(
+    "options", [["--power-law"], ["--power-law", "--exponent", "shared"], ["--curve", "curve.csv"]]
+)
+def test_a_record_without_information_is_insufficient(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    factors: tuple[float, float, float],
+    words: str,
+    options: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.chdir(tmp_path)
     rows = [[float(x) for x in row.split(",")] for row in lines()]
-    Path("record.csv").write_text("\n".join(
-        [HEAD, *(f"{t * factors[0]},0,{w * factors[1]},{y * factors[2]}" for t, _, w, y in rows)]))
+    Path("record.csv").write_text(
+        "\n".join([HEAD, *(f"{t * factors[0]},0,{w * factors[1]},{y * factors[2]}" for t, _, w, y in rows)])
+    )
     Path("curve.csv").write_text("twist [arcmin],torque [N.m]\n0,0\n1,20\n3,90\n6,200\n")
     assert main(["diagnose", "record.csv", *options, "--out", "out"]) == 0
     found = json.loads(Path("out/diagnosis.json").read_text())
@@ -178,8 +210,9 @@ def test_a_record_without_information_is_insufficient(tmp_path: Path, capsys: py
 
 def test_rounding_on_a_large_number_is_no_torque() -> None:
     torque = 1e8 + 1e-8 * (np.arange(400) % 5)
-    record = make_record({"time": 0.01 * np.arange(400), "twist": 1e-3 * np.sin(0.1 * np.arange(400)),
-                          "output_torque": torque})
+    record = make_record(
+        {"time": 0.01 * np.arange(400), "twist": 1e-3 * np.sin(0.1 * np.arange(400)), "output_torque": torque}
+    )
     assert np.ptp(torque) > 0
     assert any("the torque never changes" in problem for problem in audit(record, 1.0).problems)
 
@@ -187,20 +220,25 @@ def test_rounding_on_a_large_number_is_no_torque() -> None:
 @pytest.mark.parametrize("output", [np.zeros(400), np.full(400, 0.3)])
 def test_a_measured_crank_at_a_locked_output_shows_no_ratio(output: np.ndarray) -> None:
     wave = np.sin(0.1 * np.arange(400))
-    record = make_record({"time": 0.01 * np.arange(400), "crank_angle": 0.03 * wave, "output_angle": output,
-                          "output_torque": 100 * wave})
+    record = make_record(
+        {"time": 0.01 * np.arange(400), "crank_angle": 0.03 * wave, "output_angle": output, "output_torque": 100 * wave}
+    )
     with pytest.raises(InputError, match="at an output that stands still: no ratio can be known"):
         diagnose_record(record)
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    (["--exponent", "1.5", "--drive", "drive_1"], "--exponent: expected --exponent with --power-law only"),
-    (["--exponent", "hertz", "--power-law"], "--exponent: expected a number or 'shared', got 'hertz'"),
-    (["--exponent", "9", "--power-law"], "exponent: expected an exponent within 0.3 ... 6"),
-    (["--locked", "output", "--power-law"], "expected a record of a twist without a crank angle"),
-])
-def test_wrong_options_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str],
-                                    message: str) -> None:
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--exponent", "1.5", "--drive", "drive_1"], "--exponent: expected --exponent with --power-law only"),
+        (["--exponent", "hertz", "--power-law"], "--exponent: expected a number or 'shared', got 'hertz'"),
+        (["--exponent", "9", "--power-law"], "exponent: expected an exponent within 0.3 ... 6"),
+        (["--locked", "output", "--power-law"], "expected a record of a twist without a crank angle"),
+    ],
+)
+def test_wrong_options_are_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
+) -> None:
     angles = HEAD.replace("twist", "output_angle").replace("run", "crank_angle [deg]")
     head = angles if "--locked" in arguments else HEAD
     (tmp_path / "record.csv").write_text("\n".join([head, *lines()]))
@@ -240,5 +278,9 @@ def test_progress_says_what_it_does() -> None:
             progress._shown = -np.inf  # as if time had passed
             progress.reach(share, now)
     shown = [line.removesuffix("\033[K") for line in stream.getvalue().split("\r")]
-    assert shown[1:5] == ["diagnosing: 0 %, base curve", "diagnosing: 40 %, sets of 1", "diagnosing: 40 %, sets of 2",
-                          "diagnosing: 100 %, result"]
+    assert shown[1:5] == [
+        "diagnosing: 0 %, base curve",
+        "diagnosing: 40 %, sets of 1",
+        "diagnosing: 40 %, sets of 2",
+        "diagnosing: 100 %, result",
+    ]

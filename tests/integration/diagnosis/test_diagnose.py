@@ -24,10 +24,13 @@ def test_nothing_missing() -> None:
     assert not found.effects
 
 
-@pytest.mark.parametrize(("name", "size"), [
-    ("backlash", {"clearance": 3e-6}),
-    ("kinematic_error", {"amplitude_1": 6e-5, "phase_1": 1.0}),
-])
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [
+        ("backlash", {"clearance": 3e-6}),
+        ("kinematic_error", {"amplitude_1": 6e-5, "phase_1": 1.0}),
+    ],
+)
 def test_single_effects(name: str, size: dict[str, float]) -> None:
     found = diagnose_record(rig.measured({name: size}, seed=2), drive=rig.drive())
     assert (found.verdict, names(found)) == ("named", {name})
@@ -67,10 +70,19 @@ def test_what_no_effect_explains_is_unknown() -> None:
     record = rig.measured({}, noise=0.3)
     twist = record.twist(rig.drive().ratio)
     bump = 9.0 * np.sin(14 * np.pi * twist / rig.drive().max_twist)
-    found = diagnose_record(make_record({
-        "time": record.time, "run": record.run.astype(float), "crank_angle": record.crank_angle,
-        "output_angle": record.output_angle, "temperature": record.temperature,
-        "output_torque": record.output_torque + bump}), drive=rig.drive())
+    found = diagnose_record(
+        make_record(
+            {
+                "time": record.time,
+                "run": record.run.astype(float),
+                "crank_angle": record.crank_angle,
+                "output_angle": record.output_angle,
+                "temperature": record.temperature,
+                "output_torque": record.output_torque + bump,
+            }
+        ),
+        drive=rig.drive(),
+    )
     assert found.verdict in ("unknown", "partly")
     assert found.remainder > 2.0
 

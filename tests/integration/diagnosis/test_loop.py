@@ -49,8 +49,9 @@ def free() -> Examined:
 
 
 @pytest.mark.parametrize("which", ["found", "free"])
-def test_the_model_file_leaves_the_gap_that_is_reported(which: str, tmp_path: Path, request: pytest.FixtureRequest
-                                                        ) -> None:
+def test_the_model_file_leaves_the_gap_that_is_reported(
+    which: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     found = request.getfixturevalue(which)
     write_results(found, tmp_path / "out")
     model, trace = load_model(tmp_path / "out" / "model.toml"), found.study.trace
@@ -69,11 +70,17 @@ def test_the_fast_engine_fits_what_the_model_simulates(which: str, request: pyte
     assert rms(predictor(chosen.parameters).torque - slow) < 0.1 * found.diagnosis.gap.after
 
 
-@pytest.mark.parametrize(("which", "backend"), [
-    ("found", "python"), pytest.param("found", "native", marks=COMPILED),
-    pytest.param("free", "native", marks=COMPILED)])
-def test_the_record_through_the_fmu(which: str, backend: str, tmp_path: Path, request: pytest.FixtureRequest,
-                                    capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("which", "backend"),
+    [
+        ("found", "python"),
+        pytest.param("found", "native", marks=COMPILED),
+        pytest.param("free", "native", marks=COMPILED),
+    ],
+)
+def test_the_record_through_the_fmu(
+    which: str, backend: str, tmp_path: Path, request: pytest.FixtureRequest, capsys: pytest.CaptureFixture[str]
+) -> None:
     found = request.getfixturevalue(which)
     write_results(found, tmp_path / "out")
     fmu = tmp_path / "found.fmu"
@@ -91,10 +98,18 @@ def test_an_encoders_noise_is_no_rate(lookup: Lookup) -> None:
     time = 1e-3 * np.arange(3000)
     output, twist = 1.4 * time, 1e-3 + 2e-4 * np.sin(time)
     seen = output + noise * np.random.default_rng(1).standard_normal(len(time))
-    measured = make_record({"time": time, "crank_angle": drive.ratio * (output + twist), "output_angle": seen,
-                            "output_torque": np.zeros(len(time))})
-    damped, bare = (simulated_torque(build_model(drive, effects, lookup=lookup), trace_of(measured, drive.ratio), 0.0)
-                    for effects in ({"damping": {"coefficient": coefficient}}, {}))
+    measured = make_record(
+        {
+            "time": time,
+            "crank_angle": drive.ratio * (output + twist),
+            "output_angle": seen,
+            "output_torque": np.zeros(len(time)),
+        }
+    )
+    damped, bare = (
+        simulated_torque(build_model(drive, effects, lookup=lookup), trace_of(measured, drive.ratio), 0.0)
+        for effects in ({"damping": {"coefficient": coefficient}}, {})
+    )
     assert rms(damped - bare - coefficient * 2e-4 * np.cos(time)) < 0.1 * coefficient * noise / 1e-3
 
 
@@ -106,13 +121,15 @@ def test_the_example_on_a_blind_record(tmp_path: Path, capsys: pytest.CaptureFix
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    sealed = make(Case(31, "pair", (("hysteresis", 8.0), ("backlash", 12.0)), protocol="one_speed",
-                       sensors=Sensors(0.003, 0.5)))
+    sealed = make(
+        Case(31, "pair", (("hysteresis", 8.0), ("backlash", 12.0)), protocol="one_speed", sensors=Sensors(0.003, 0.5))
+    )
     record, _ = sealed.write(tmp_path)  # its drawing is drive_1 by another name
     gaps = module.main([str(tmp_path / "out"), "--record", str(record), "--drive", "drive_1"])
     capsys.readouterr()
     after = gaps["diagnosis.json, after"]
     assert after < 0.3 * gaps["diagnosis.json, before"]
     assert [gap for name, gap in gaps.items() if "model.toml" in name or "FMU" in name] == pytest.approx(
-        [after] * (3 if any(map(shutil.which, ("cc", "gcc", "clang"))) else 2), rel=1e-5)
+        [after] * (3 if any(map(shutil.which, ("cc", "gcc", "clang"))) else 2), rel=1e-5
+    )
     assert gaps["model as drawn, reefmu.simulate"] > 3 * after

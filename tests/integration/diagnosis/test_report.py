@@ -18,10 +18,20 @@ from tests import diagnosis_rig as rig
 from tests.integration.diagnosis import browser
 
 BROWSER = pytest.mark.skipif(browser.CHROMIUM is None, reason="no Chromium on the PATH")
-HYSTERESIS = NamedEffect("hysteresis", {"torque": Value(4.0, 3.9, 4.1, "N.m"),
-                                        "presliding": Value(1e-7, 1e-7, 1e-4, "rad", "at its bound")}, 0.9)
-MADE = Diagnosis("named", "What is missing is friction.", (HYSTERESIS,), (), (Place("direction", "growing", 0.9),),
-                 Gap(5.0, 1.0, 0.9, 5.1, 1.1), ())
+HYSTERESIS = NamedEffect(
+    "hysteresis",
+    {"torque": Value(4.0, 3.9, 4.1, "N.m"), "presliding": Value(1e-7, 1e-7, 1e-4, "rad", "at its bound")},
+    0.9,
+)
+MADE = Diagnosis(
+    "named",
+    "What is missing is friction.",
+    (HYSTERESIS,),
+    (),
+    (Place("direction", "growing", 0.9),),
+    Gap(5.0, 1.0, 0.9, 5.1, 1.1),
+    (),
+)
 
 
 @pytest.fixture(scope="module")

@@ -44,8 +44,9 @@ def knocked(record: Record) -> Array:
     return record.output_torque + 4.0 * (record.run > 8)
 
 
-@pytest.mark.parametrize(("change", "place"), [
-    (soft_when_warm, "temperature"), (stiffer_flank, "torque"), (knocked, "a jump before run 9")])
+@pytest.mark.parametrize(
+    ("change", "place"), [(soft_when_warm, "temperature"), (stiffer_flank, "torque"), (knocked, "a jump before run 9")]
+)
 def test_disguises_are_seen_through(change: Callable[[Record], Array], place: str) -> None:
     clean = rig.measured({}, seed=11)
     found = diagnose_record(replace(clean, output_torque=change(clean)), drive=rig.drive())

@@ -43,8 +43,11 @@ def full_individual(drive: sm.Drive, lookup: Lookup) -> DriveModel:
 
 
 def at_nominal(model: DriveModel, **values: float) -> DriveModel:
-    sizes = {p.name: float(np.clip(p.nominal, p.minimum, p.maximum)) for p in model.parameters
-             if p.tunable and p.minimum is not None and p.maximum is not None}
+    sizes = {
+        p.name: float(np.clip(p.nominal, p.minimum, p.maximum))
+        for p in model.parameters
+        if p.tunable and p.minimum is not None and p.maximum is not None
+    }
     return model.with_parameters({**sizes, **values})
 
 
@@ -99,6 +102,7 @@ def description(fmu: Path) -> ElementTree.Element:
 @pytest.fixture
 def rewritten(fmu: Path, tmp_path: Path) -> Callable[[Callable[[str, bytes], bytes | None]], Path]:
     """Copy the FMU with `change` applied to each member; None leaves a member out."""
+
     def rewrite(change: Callable[[str, bytes], bytes | None]) -> Path:
         target = tmp_path / "rewritten.fmu"
         with zipfile.ZipFile(fmu) as source, zipfile.ZipFile(target, "w") as copy:
@@ -107,4 +111,5 @@ def rewritten(fmu: Path, tmp_path: Path) -> Callable[[Callable[[str, bytes], byt
                 if content is not None:
                     copy.writestr(name, content)
         return target
+
     return rewrite

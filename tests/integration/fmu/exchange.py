@@ -20,12 +20,18 @@ class Exchange:
         description = fmpy.read_model_description(str(folder), validate=False)
         self.references = {v.name: v.valueReference for v in description.modelVariables}
         self.names = tuple(v.name for v in description.modelVariables)
-        self.inputs, self.outputs = ([v.name for v in description.modelVariables if v.causality == causality]
-                                     for causality in ("input", "output"))
+        self.inputs, self.outputs = (
+            [v.name for v in description.modelVariables if v.causality == causality]
+            for causality in ("input", "output")
+        )
         self.derivatives = [unknown.variable.name for unknown in description.derivatives]
         self.states = [unknown.variable.derivative.name for unknown in description.derivatives]
-        self.fmu = FMU2Model(guid=description.guid, unzipDirectory=str(folder), instanceName="exchange",
-                             modelIdentifier=description.modelExchange.modelIdentifier)
+        self.fmu = FMU2Model(
+            guid=description.guid,
+            unzipDirectory=str(folder),
+            instanceName="exchange",
+            modelIdentifier=description.modelExchange.modelIdentifier,
+        )
         self.fmu.instantiate()
         self.fmu.setupExperiment(stopTime=stop)
         self.set(values)
@@ -41,8 +47,9 @@ class Exchange:
         return np.array(self.fmu.getReal([self.references[name] for name in names]))
 
     def set_states(self, states: NDArray[np.float64]) -> None:
-        self.fmu.setContinuousStates(np.ascontiguousarray(states).ctypes.data_as(ctypes.POINTER(ctypes.c_double)),
-                                     len(states))
+        self.fmu.setContinuousStates(
+            np.ascontiguousarray(states).ctypes.data_as(ctypes.POINTER(ctypes.c_double)), len(states)
+        )
 
     def completed(self) -> tuple[bool, bool]:
         """After a step: whether an event comes, and whether the end."""
@@ -50,13 +57,17 @@ class Exchange:
         return bool(event), bool(terminate)
 
     def tangent(self, of: Sequence[str], along: Sequence[str], direction: Sequence[float]) -> NDArray[np.float64]:
-        return np.array(self.fmu.getDirectionalDerivative([self.references[name] for name in of],
-                                                          [self.references[name] for name in along], list(direction)))
+        return np.array(
+            self.fmu.getDirectionalDerivative(
+                [self.references[name] for name in of], [self.references[name] for name in along], list(direction)
+            )
+        )
 
     def __enter__(self) -> Exchange:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.fmu.terminate()
         self.fmu.freeInstance()

@@ -21,13 +21,23 @@ HEADERS = Path(__import__("reefmu").__file__).parent / "fmu" / "native"
 
 def build_replay(target: Path, compiler: Sequence[str] = ("gcc",), libraries: Sequence[str] = ("-ldl",)) -> Path:
     """The host as a program."""
-    subprocess.run([*compiler, "-w", "-O1", "-std=gnu99", "-I", str(HEADERS), "-o", str(target), str(SOURCE),
-                    *libraries], check=True)
+    subprocess.run(
+        [*compiler, "-w", "-O1", "-std=gnu99", "-I", str(HEADERS), "-o", str(target), str(SOURCE), *libraries],
+        check=True,
+    )
     return target
 
 
-def replay(command: Sequence[str], library: Path | str, guid: str, component: Component, trial: Trial, folder: Path, *,
-           rounds: int = 1) -> Array:
+def replay(
+    command: Sequence[str],
+    library: Path | str,
+    guid: str,
+    component: Component,
+    trial: Trial,
+    folder: Path,
+    *,
+    rounds: int = 1,
+) -> Array:
     """Outputs and states, (n, n_outputs + n_states): of every row for one round, else of every round's end.
 
     command: what runs the host. The first row is that after initialisation.
@@ -37,8 +47,13 @@ def replay(command: Sequence[str], library: Path | str, guid: str, component: Co
     rows = np.column_stack([np.concatenate([[0.0], trial.dt]), trial.inputs])
     head = np.array([len(component.inputs), len(rows), len(references), float(rounds == 1), *references])
     np.concatenate([head, rows.ravel()]).tofile(folder / "signal.bin")
-    done = subprocess.run([*command, str(library), guid, "signal.bin", "result.bin", str(rounds)], cwd=folder,
-                          capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [*command, str(library), guid, "signal.bin", "result.bin", str(rounds)],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, f"status {done.returncode}: {done.stderr[-1000:]}"
     return np.fromfile(folder / "result.bin").reshape(-1, len(references))
 
@@ -46,8 +61,15 @@ def replay(command: Sequence[str], library: Path | str, guid: str, component: Co
 def repeat_model(component: Component, trial: Trial, parameters: Array, rounds: int) -> Array:
     """The same by the Python model, its states carried from round to round."""
     n, p = len(trial.dt), np.tile(parameters[:, None], len(trial.dt))
-    x, u, dt, q = (ca.MX.sym(name, size) for name, size in
-                   (("x", len(component.states)), ("u", len(component.inputs)), ("dt", 1), ("p", len(parameters))))
+    x, u, dt, q = (
+        ca.MX.sym(name, size)
+        for name, size in (
+            ("x", len(component.states)),
+            ("u", len(component.inputs)),
+            ("dt", 1),
+            ("p", len(parameters)),
+        )
+    )
     one = ca.Function("one", [x, u, dt, q], [component.advance(x, u, dt, q)])
     whole = one.mapaccum("round", n, [0], [0], {"base": 10})
     u, dt, last = trial.inputs[1:].T, trial.dt[None, :], trial.inputs[-1]

@@ -24,8 +24,10 @@ def test_the_same_model_gives_the_same_bytes(model, fmu, tmp_path):
 def test_another_model_gives_other_names(model, fmu, tmp_path):
     hysteresis = model.with_parameters(**{"hysteresis.torque": 4.5})
     renamed = replace(model, name="gear_box")
-    files = [read_archive(fmu), *(read_archive(export_fmu(m, tmp_path / "other.fmu", backend="python"))
-                                  for m in (hysteresis, renamed))]
+    files = [
+        read_archive(fmu),
+        *(read_archive(export_fmu(m, tmp_path / "other.fmu", backend="python")) for m in (hysteresis, renamed)),
+    ]
     assert len({file.guid for file in files}) == 3
     assert [file.model_identifier for file in files] == ["drive_1", "drive_1", "gear_box"]
     assert len({name for file in files for name in file.members if name.endswith(".py")}) == 3  # the modules' names
@@ -44,8 +46,13 @@ def test_any_name_becomes_an_identifier(model, name, tmp_path):
 def test_description_says_what_it_can_do(description):
     simulation = description.find("CoSimulation")
     assert simulation is not None
-    expected = {"needsExecutionTool": "true", "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true",
-                "canHandleVariableCommunicationStepSize": "true", "canBeInstantiatedOnlyOncePerProcess": "false"}
+    expected = {
+        "needsExecutionTool": "true",
+        "canGetAndSetFMUstate": "true",
+        "canSerializeFMUstate": "true",
+        "canHandleVariableCommunicationStepSize": "true",
+        "canBeInstantiatedOnlyOncePerProcess": "false",
+    }
     assert {key: simulation.get(key) for key in expected} == expected
     assert description.get("fmiVersion") == "2.0"
     assert re.fullmatch(r"\{[0-9a-f-]{36}\}", description.get("guid", ""))
@@ -69,8 +76,7 @@ def test_every_variable_has_a_defined_unit(description):
         if real.get("declaredType"):
             assert types[real.get("declaredType")].get("unit") == real.get("unit")
     stiffness = units["N.m/rad"]
-    assert {key: stiffness.get(key) for key in ("kg", "m", "s", "rad")} == {
-        "kg": "1", "m": "2", "s": "-2", "rad": "-1"}
+    assert {key: stiffness.get(key) for key in ("kg", "m", "s", "rad")} == {"kg": "1", "m": "2", "s": "-2", "rad": "-1"}
 
 
 def test_parameters_can_be_tuned_within_limits(description, model):

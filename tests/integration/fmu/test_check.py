@@ -109,7 +109,7 @@ def test_what_is_no_zip_archive(content, tmp_path):
 def test_a_truncated_fmu(fmu, part, tmp_path):
     path = tmp_path / "cut.fmu"
     content = fmu.read_bytes()
-    path.write_bytes(content[:int(part * len(content))])
+    path.write_bytes(content[: int(part * len(content))])
     with pytest.raises(InputError, match=r"cut\.fmu: expected an FMU \(a whole zip archive\)"):
         check_fmu(path)
 
@@ -118,7 +118,7 @@ def test_a_damaged_fmu(fmu, tmp_path):
     path = tmp_path / "damaged.fmu"
     content = bytearray(fmu.read_bytes())
     middle = len(content) // 2
-    content[middle:middle + 50] = bytes(50)
+    content[middle : middle + 50] = bytes(50)
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"damaged\.fmu: expected"):
         check_fmu(path)
@@ -127,9 +127,11 @@ def test_a_damaged_fmu(fmu, tmp_path):
 def test_a_foreign_fmu(tmp_path):
     path = tmp_path / "foreign.fmu"
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml",
-                         '<fmiModelDescription fmiVersion="2.0" modelName="x" guid="g" generationTool="Other 1">'
-                         '<CoSimulation modelIdentifier="x"/></fmiModelDescription>')
+        archive.writestr(
+            "modelDescription.xml",
+            '<fmiModelDescription fmiVersion="2.0" modelName="x" guid="g" generationTool="Other 1">'
+            '<CoSimulation modelIdentifier="x"/></fmiModelDescription>',
+        )
     with pytest.raises(InputError, match=r"of kind drive or joint that reefmu exported, got 'one by Other 1'"):
         check_fmu(path)
     with pytest.raises(InputError, match="expected an FMU that runs here"):
@@ -183,9 +185,11 @@ def test_a_step_too_coarse_for_the_spring_is_named_with_the_one_that_would_do(so
     assert check("--inertia", "0.08", "--step", str(0.99 * limit))[0] == 0
     assert check("--inertia", "0.08", "--step", str(1.01 * limit))[0] == 1
     assert check("--inertia", str(0.08 * 1e4), "--step", str(1e4 * limit))[0] == 0  # limit ~ inertia/stiffness
-    for words, message in ((("--step", "1"), "expected --inertia beside --step"),
-                           (("--inertia", "-1"), "--inertia: expected a positive inertia"),
-                           (("--inertia", "1", "--step", "nan"), "--step: expected a positive communication step")):
+    for words, message in (
+        (("--step", "1"), "expected --inertia beside --step"),
+        (("--inertia", "-1"), "--inertia: expected a positive inertia"),
+        (("--inertia", "1", "--step", "nan"), "--step: expected a positive communication step"),
+    ):
         status, _, err = check(*words)
         assert status == 2
         assert message in err

@@ -20,7 +20,8 @@ from reefmu.model.stages import make_stages
 from stiffness_model.lookup.build import Lookup
 
 needs_compiler = pytest.mark.skipif(
-    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH")
+    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH"
+)
 
 
 def drawn(component: Component, rng: np.random.Generator) -> dict[str, float]:
@@ -36,10 +37,12 @@ def drawn(component: Component, rng: np.random.Generator) -> dict[str, float]:
 
 
 @needs_compiler
-@pytest.mark.parametrize(("name", "fmu"), [("full_model", "full_native"),
-                                           ("full_individual", "full_native_individual")])
-def test_outputs_and_directional_derivatives_are_the_models(name: str, fmu: str,
-                                                            request: pytest.FixtureRequest) -> None:
+@pytest.mark.parametrize(
+    ("name", "fmu"), [("full_model", "full_native"), ("full_individual", "full_native_individual")]
+)
+def test_outputs_and_directional_derivatives_are_the_models(
+    name: str, fmu: str, request: pytest.FixtureRequest
+) -> None:
     """To 1e-12 of the greatest, in and beyond the tables, with random parameters, by inputs and states together."""
     # The tables as they stand in the FMU: what their rounding does is held in test_packed.
     full_model, path = request.getfixturevalue(name), request.getfixturevalue(fmu)
@@ -59,9 +62,13 @@ def test_outputs_and_directional_derivatives_are_the_models(name: str, fmu: str,
             crank = rng.uniform(-7, 7)
             start = {"crank.phi": crank, "output.phi": crank / ratio, "temperature": 20.0}
             drive.initialize(start)
-            u = {**start, "crank.w": rng.normal(), "output.w": 0.05 * rng.normal(),
-                 "output.phi": crank / ratio - rng.uniform(-1.3, 1.3) * reach,
-                 "temperature": 20 + rng.uniform(-30, 30) * (case % 3 > 0)}
+            u = {
+                **start,
+                "crank.w": rng.normal(),
+                "output.w": 0.05 * rng.normal(),
+                "output.phi": crank / ratio - rng.uniform(-1.3, 1.3) * reach,
+                "temperature": 20 + rng.uniform(-30, 30) * (case % 3 > 0),
+            }
             came = drive.step(0.01, u)
             x = np.array(list(drive.read(states).values()))
             u_vector = np.array([u[name] for name in drive.inputs])
@@ -84,8 +91,16 @@ def test_outputs_and_directional_derivatives_are_the_models(name: str, fmu: str,
 
 def test_an_effect_that_the_pieces_cannot_hold_is_refused(lookup: Lookup) -> None:
     """A compliance that follows the temperature is no parameter's alone: better no FMU than a wrong one."""
-    soft = Effect("soft", "", Place.SERIES, (Parameter("c", "rad/(N.m)", 0.0, 0.0, 1.0, 1e-6, ""),),
-                  lambda signals, p, x: (p["c"] * signals.temperature, 0.0), "", "", "")
+    soft = Effect(
+        "soft",
+        "",
+        Place.SERIES,
+        (Parameter("c", "rad/(N.m)", 0.0, 0.0, 1.0, 1e-6, ""),),
+        lambda signals, p, x: (p["c"] * signals.temperature, 0.0),
+        "",
+        "",
+        "",
+    )
     with pytest.raises(NotImplementedError, match=r"tuned: expected .* got one that also needs u"):
         make_stages(lookup, (soft,))
 
@@ -99,7 +114,7 @@ def test_stages_together_are_the_model(full_model: DriveModel) -> None:
         u = np.array([rng.uniform(-4, 4), rng.normal(), 0.0, 0.1 * rng.normal(), rng.uniform(0, 40)])
         u[2] = u[0] / full_model.drive.ratio - rng.uniform(-1, 1) * 2e-3
         x = np.array(full_model.initial(u, p)).ravel()
-        x[len(x) - 2:] = rng.uniform(0, 1e-6)
+        x[len(x) - 2 :] = rng.uniform(0, 1e-6)
         whole = np.array(full_model.output(x, u, p)).ravel()
         k = stages.geometry(u, p)
         # What the contacts give, taken back out of the outputs: the states above build up no friction.
@@ -109,8 +124,9 @@ def test_stages_together_are_the_model(full_model: DriveModel) -> None:
         found = (whole[1] - at_zero) / slope
         y = np.array(stages.output(x, u, k, p, [found, 0, whole[4], whole[5], whole[6]])).ravel()
         assert math.isclose(slope, -lever, rel_tol=0.2)
-        np.testing.assert_allclose(y[[0, 1, 2, 4, 5, 6, 7]], whole[[0, 1, 2, 4, 5, 6, 7]], rtol=1e-9,
-                                   atol=1e-9 * full_model.full_torque)
+        np.testing.assert_allclose(
+            y[[0, 1, 2, 4, 5, 6, 7]], whole[[0, 1, 2, 4, 5, 6, 7]], rtol=1e-9, atol=1e-9 * full_model.full_torque
+        )
 
 
 def test_every_effect_has_stages(full_model: DriveModel) -> None:
@@ -129,6 +145,7 @@ def test_the_slope_at_a_node_of_the_tables_is_that_of_differences(drive: object,
 
     def at(h: float) -> np.ndarray:
         return np.array(model.output([], u + h * np.eye(5)[4], p)).ravel()
+
     h = 0.02
     differences = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h)
     exact = np.array(model.jacobian([], u, p))[:, 4]

@@ -29,15 +29,31 @@ from reefmu.model.masses import Masses
 from tests.integration.fmu.exchange import Exchange
 
 Array = NDArray[np.float64]
-SIZES = {"crank.phi": 1e-2, "crank.w": 1.0, "output.phi": 3e-4, "output.w": 0.05, "temperature": 10.0,
-         "motor.tau": 1.0, "load.tau": 10.0, "motor.phi": 1e-2, "motor.w": 1.0, "load.phi": 3e-4, "load.w": 0.05,
-         "last.twist": 1e-4, "last.crank": 1e-2, "last.output": 1e-4, "creep.twist": 1e-4, "wear.travel": 100.0}
+SIZES = {
+    "crank.phi": 1e-2,
+    "crank.w": 1.0,
+    "output.phi": 3e-4,
+    "output.w": 0.05,
+    "temperature": 10.0,
+    "motor.tau": 1.0,
+    "load.tau": 10.0,
+    "motor.phi": 1e-2,
+    "motor.w": 1.0,
+    "load.phi": 3e-4,
+    "load.w": 0.05,
+    "last.twist": 1e-4,
+    "last.crank": 1e-2,
+    "last.output": 1e-4,
+    "creep.twist": 1e-4,
+    "wear.travel": 100.0,
+}
 """How far each of the knowns moves in a run; a share built up, 1."""
 SHORT = 3e-4
 """Of these, the step of a difference."""
 TOLERANCE = 1e-8
-has_compiler = pytest.mark.skipif(not any(shutil.which(n) for n in ("cc", "gcc", "clang")),
-                                  reason="no C compiler on the PATH")
+has_compiler = pytest.mark.skipif(
+    not any(shutil.which(n) for n in ("cc", "gcc", "clang")), reason="no C compiler on the PATH"
+)
 
 
 def moved(function: Callable[[Array], Array], at: Array, size: Array) -> Array:
@@ -64,8 +80,15 @@ def points(model: DriveModel, count: int) -> Iterator[tuple[Array, Array]]:
     component, p = drive_component(model), model.parameter_vector()
     for _ in range(count):
         crank = rng.uniform(-9, 9)
-        u = np.array([crank, rng.uniform(1, 20) * rng.choice([-1, 1]), crank / p[0] - rng.uniform(-1.5e-3, 1.5e-3),
-                      rng.uniform(0.02, 0.5) * rng.choice([-1, 1]), rng.uniform(0, 60)])
+        u = np.array(
+            [
+                crank,
+                rng.uniform(1, 20) * rng.choice([-1, 1]),
+                crank / p[0] - rng.uniform(-1.5e-3, 1.5e-3),
+                rng.uniform(0.02, 0.5) * rng.choice([-1, 1]),
+                rng.uniform(0, 60),
+            ]
+        )
         if abs(u[1] / p[0] - u[3]) < 0.05:
             u[3] = -u[3]
         x = component.initial(u, p)
@@ -77,8 +100,9 @@ def points(model: DriveModel, count: int) -> Iterator[tuple[Array, Array]]:
 def values_of(component: Component, p: Array) -> Callable[[Array], Array]:
     """Outputs and rates over inputs and states in one vector."""
     n = len(component.inputs)
-    return lambda z: np.concatenate([np.array(component.output(z[n:], z[:n], p)).ravel(),
-                                     np.array(component.rate(z[n:], z[:n], p)).ravel()])
+    return lambda z: np.concatenate(
+        [np.array(component.output(z[n:], z[:n], p)).ravel(), np.array(component.rate(z[n:], z[:n], p)).ravel()]
+    )
 
 
 def tangents(component: Component, u: Array, x: Array, p: Array, size: Array) -> Array:
@@ -123,20 +147,28 @@ def test_of_the_native_fmu(full_model: DriveModel, unpacked: tuple[Path, Path, s
             assert worst(came, expected) < TOLERANCE
             assert worst(came, tangents(component, u, x, p, size)) < 1e-10
             # All at once is the sum of one at a time.
-            np.testing.assert_allclose(fmu.tangent(unknowns, knowns, size.tolist()), came.sum(axis=1), rtol=1e-9,
-                                       atol=1e-12 * np.abs(came).max())
+            np.testing.assert_allclose(
+                fmu.tangent(unknowns, knowns, size.tolist()),
+                came.sum(axis=1),
+                rtol=1e-9,
+                atol=1e-12 * np.abs(came).max(),
+            )
             # The missing element stays where the crank has it (windup 1), so that the output only twists.
-            stiffness, by_output, tau = (fmu.get(["stiffness"])[0],
-                                         fmu.tangent(["output.tau"], ["output.phi"], [1.0])[0],
-                                         fmu.get(["output.tau", "crank.tau"]))
+            stiffness, by_output, tau = (
+                fmu.get(["stiffness"])[0],
+                fmu.tangent(["output.tau"], ["output.phi"], [1.0])[0],
+                fmu.get(["output.tau", "crank.tau"]),
+            )
             assert -by_output == pytest.approx(stiffness, rel=TOLERANCE, abs=1e-9 * abs(tau[0]))
 
 
 def lever(model: DriveModel, u: Array) -> float:
     """Twist of the contacts per angle of the crank: 1/ratio less the slope of the kinematic error."""
     values = {q.name: q.value for q in model.parameters}
-    slope = sum(k * values[f"kinematic_error.amplitude_{k}"] * np.cos(k * u[0] + values[f"kinematic_error.phase_{k}"])
-                for k in range(1, 5))
+    slope = sum(
+        k * values[f"kinematic_error.amplitude_{k}"] * np.cos(k * u[0] + values[f"kinematic_error.phase_{k}"])
+        for k in range(1, 5)
+    )
     return 1 / values["ratio"] - slope
 
 
@@ -158,21 +190,37 @@ def test_stiffness_is_the_slope_along_the_contacts_twist(full_model: DriveModel,
 
 @has_compiler
 @pytest.mark.parametrize("kind", ["drive", "joint", "individual"])
-def test_at_initialisation_by_inputs_and_parameters(full_model: DriveModel, full_individual: DriveModel, kind: str,
-                                                    tmp_path: Path) -> None:
+def test_at_initialisation_by_inputs_and_parameters(
+    full_model: DriveModel, full_individual: DriveModel, kind: str, tmp_path: Path
+) -> None:
     """Of outputs, states and rates, against differences of the FMU itself; states are no knowns there."""
-    inside = {"missing_ball.size": 0.4, "kinematic_error.phase_1": 0.3, "band": 0.0 if kind == "individual" else 0.3,
-              "missing_ball.windup": 0.5, "load_dependent_hysteresis.fraction": 0.1, "backlash.clearance": 2e-6}
+    inside = {
+        "missing_ball.size": 0.4,
+        "kinematic_error.phase_1": 0.3,
+        "band": 0.0 if kind == "individual" else 0.3,
+        "missing_ball.windup": 0.5,
+        "load_dependent_hysteresis.fraction": 0.1,
+        "backlash.clearance": 2e-6,
+    }
     model = (full_individual if kind == "individual" else full_model).with_parameters(inside)
     masses = Masses(2e-4, 0.7, 1e-3, 0.2) if kind == "joint" else None
     path = export_fmu(model, tmp_path / "d.fmu", backend="native", masses=masses)
     before, outside = ("start.", {"motor.tau": 0.3, "load.tau": -5.0}) if masses else ("", {"temperature": 41.0})
-    start = {f"{before}crank.phi": 0.3, f"{before}crank.w": 2.0, f"{before}output.phi": 0.3 / -29 - 1.5e-3,
-             f"{before}output.w": 0.1, **outside}
+    start = {
+        f"{before}crank.phi": 0.3,
+        f"{before}crank.w": 2.0,
+        f"{before}output.phi": 0.3 / -29 - 1.5e-3,
+        f"{before}output.w": 0.1,
+        **outside,
+    }
     description = fmpy.read_model_description(str(path))
     variables = {v.name: v for v in description.modelVariables}
-    fmu = FMU2Slave(guid=description.guid, unzipDirectory=fmpy.extract(str(path), str(tmp_path / "out")),
-                    instanceName="x", modelIdentifier=description.coSimulation.modelIdentifier)
+    fmu = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=fmpy.extract(str(path), str(tmp_path / "out")),
+        instanceName="x",
+        modelIdentifier=description.coSimulation.modelIdentifier,
+    )
     fmu.instantiate()
     fmu.setupExperiment()
     fmu.enterInitializationMode()
@@ -180,8 +228,11 @@ def test_at_initialisation_by_inputs_and_parameters(full_model: DriveModel, full
     unknowns = [u.variable for u in description.initialUnknowns]
     assert {"creep.twist", "der(last.twist)" if kind != "joint" else "der(motor.w)"} <= {v.name for v in unknowns}
     references = [v.valueReference for v in unknowns]
-    names = [v.name for v in variables.values() if v.causality in ("input", "parameter")
-             and (v.name != "band" or kind != "individual")]
+    names = [
+        v.name
+        for v in variables.values()
+        if v.causality in ("input", "parameter") and (v.name != "band" or kind != "individual")
+    ]
     for name in names:
         reference, value = variables[name].valueReference, fmu.getReal([variables[name].valueReference])[0]
         size = abs(value) or 1.0

@@ -14,17 +14,26 @@ from reefmu.model.drive_model import DriveModel
 from tests.benchmarks.bench_drift import closed
 from tests.integration.fmu.replay import build_replay, repeat_model, replay
 
-pytestmark = pytest.mark.skipif(shutil.which("gcc") is None or not sys.platform.startswith("linux"),
-                                reason="needs gcc on Linux")
+pytestmark = pytest.mark.skipif(
+    shutil.which("gcc") is None or not sys.platform.startswith("linux"), reason="needs gcc on Linux"
+)
 
 
-def test_rounds_of_a_loop_leave_no_drift(full_model: DriveModel, unpacked: tuple[Path, Path, str],
-                                         tmp_path: Path) -> None:
+def test_rounds_of_a_loop_leave_no_drift(
+    full_model: DriveModel, unpacked: tuple[Path, Path, str], tmp_path: Path
+) -> None:
     component = drive_component(full_model)
     trial = closed(component, 400)
     rounds = 20
-    came = replay([str(build_replay(tmp_path / "host"))], next(unpacked[1].rglob("*.so")), unpacked[2], component,
-                  trial, tmp_path, rounds=rounds)
+    came = replay(
+        [str(build_replay(tmp_path / "host"))],
+        next(unpacked[1].rglob("*.so")),
+        unpacked[2],
+        component,
+        trial,
+        tmp_path,
+        rounds=rounds,
+    )
     expected = repeat_model(component, trial, full_model.parameter_vector(), rounds)
     names = [s.name for s in (*component.outputs, *component.states)]
     assert came.shape == (rounds + 1, len(names))

@@ -29,7 +29,8 @@ from reefmu.model.masses import Masses
 from stiffness_model.errors import InputError, UnknownNameError
 
 pytestmark = pytest.mark.skipif(
-    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH")
+    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH"
+)
 SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi3"
 OUTPUTS = ["output.tau", "crank.tau", "twist", "stiffness", "max_contact_force", "load_share", "measured.tau"]
 
@@ -41,8 +42,13 @@ def three(full_model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> P
 
 @pytest.fixture(scope="module")
 def joint(model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return export_fmu(model, tmp_path_factory.mktemp("fmi3") / "joint.fmu", backend="native", fmi="3.0",
-                      masses=Masses(1e-4, 1.0, 1e-3, 2.0))
+    return export_fmu(
+        model,
+        tmp_path_factory.mktemp("fmi3") / "joint.fmu",
+        backend="native",
+        fmi="3.0",
+        masses=Masses(1e-4, 1.0, 1e-3, 2.0),
+    )
 
 
 def member(path: Path, name: str) -> bytes:
@@ -67,9 +73,12 @@ def test_the_same_numbers_as_for_fmi_2(kind: str, three: Path, unpacked: tuple[P
     output = crank / -29 - 1e-3 * np.sin(70 * t)
     signals = np.rec.fromarrays(
         [t, crank, np.gradient(crank, t), output, np.gradient(output, t), 20 + 100 * t],
-        names=["time", "crank.phi", "crank.w", "output.phi", "output.w", "temperature"])
-    two, came = (fmpy.simulate_fmu(str(path), fmi_type=kind, stop_time=0.1, output_interval=1e-3, input=signals,
-                                   output=OUTPUTS) for path in (unpacked[0], three))
+        names=["time", "crank.phi", "crank.w", "output.phi", "output.w", "temperature"],
+    )
+    two, came = (
+        fmpy.simulate_fmu(str(path), fmi_type=kind, stop_time=0.1, output_interval=1e-3, input=signals, output=OUTPUTS)
+        for path in (unpacked[0], three)
+    )
     assert np.ptp(two["output.tau"]) > 50
     for name in ("time", *OUTPUTS):
         np.testing.assert_allclose(came[name], two[name], rtol=0, atol=1e-12 * np.abs(two[name]).max())
@@ -112,8 +121,11 @@ def test_units_states_and_indicators_stand_in_the_description(three: Path, full_
 
 
 def test_an_indicator_has_the_value_of_the_rate_it_watches(three: Path) -> None:
-    names = [f"{kind}.{path}{end}" for kind, end in (("indicator", ""), ("der(last", ")"))
-             for path in ("twist", "crank", "output")]
+    names = [
+        f"{kind}.{path}{end}"
+        for kind, end in (("indicator", ""), ("der(last", ")"))
+        for path in ("twist", "crank", "output")
+    ]
     with FmuDrive(three) as drive:
         drive.initialize()
         drive.step(1e-3, {"crank.w": 3.0, "output.w": -0.2})
@@ -137,17 +149,34 @@ def doctored(path: Path, target: Path, pattern: str, by: str) -> Path:
     return target
 
 
-@pytest.mark.parametrize(("rule", "pattern", "by", "said"), [
-    # The last derivative is an event indicator in place of a variable of its own.
-    ("unknowns", r'(<EventIndicator valueReference=)"\d+"(.*)(?=\s*</ModelStructure>)', r'\1"68"\2',
-     "der(torque_sensor_drift.grown) is an event indicator too"),
-    ("unknowns", r'<InitialUnknown valueReference="6" .*/>', "", "output.tau is missing"),
-    ("unknowns", r"</ModelStructure>", '<InitialUnknown valueReference="1" dependencies=""/></ModelStructure>',
-     "crank.phi is no initial unknown"),
-    ("references", r'valueReference="(\d+)"', lambda match: f'valueReference="{int(match[1]) - 1}"',
-     "crank.phi has 0, not 1")])
-def test_check_knows_the_rules_of_other_hosts(three: Path, tmp_path: Path, rule: str, pattern: str, by: str,
-                                              said: str) -> None:
+@pytest.mark.parametrize(
+    ("rule", "pattern", "by", "said"),
+    [
+        # The last derivative is an event indicator in place of a variable of its own.
+        (
+            "unknowns",
+            r'(<EventIndicator valueReference=)"\d+"(.*)(?=\s*</ModelStructure>)',
+            r'\1"68"\2',
+            "der(torque_sensor_drift.grown) is an event indicator too",
+        ),
+        ("unknowns", r'<InitialUnknown valueReference="6" .*/>', "", "output.tau is missing"),
+        (
+            "unknowns",
+            r"</ModelStructure>",
+            '<InitialUnknown valueReference="1" dependencies=""/></ModelStructure>',
+            "crank.phi is no initial unknown",
+        ),
+        (
+            "references",
+            r'valueReference="(\d+)"',
+            lambda match: f'valueReference="{int(match[1]) - 1}"',
+            "crank.phi has 0, not 1",
+        ),
+    ],
+)
+def test_check_knows_the_rules_of_other_hosts(
+    three: Path, tmp_path: Path, rule: str, pattern: str, by: str, said: str
+) -> None:
     assert set(broken_rules(read_archive(three))) == {"references", "unknowns"}
     path = doctored(three, tmp_path / "doctored.fmu", pattern, by)
     assert said in "; ".join(broken_rules(read_archive(path))[rule])
@@ -159,16 +188,22 @@ def test_flanges_are_terminals(three: Path, joint: Path) -> None:
         text = member(path, "terminalsAndIcons/terminalsAndIcons.xml")
         etree.XMLSchema(file=str(SCHEMA / "fmi3TerminalsAndIcons.xsd")).assertValid(etree.fromstring(text))
         description = ElementTree.fromstring(member(path, "modelDescription.xml"))
-        units = {v.get("name"): (v.get("unit"), v.get("causality"))
-                 for v in description.findall("ModelVariables/Float64")}
+        units = {
+            v.get("name"): (v.get("unit"), v.get("causality")) for v in description.findall("ModelVariables/Float64")
+        }
         terminals = ElementTree.fromstring(text).findall("Terminals/Terminal")
         assert [t.get("name") for t in terminals] == ["crank", "output"]
         for terminal in terminals:
-            members = {m.get("memberName"): (*units[m.get("variableName")], m.get("variableKind"))
-                       for m in terminal.findall("TerminalMemberVariable")}
+            members = {
+                m.get("memberName"): (*units[m.get("variableName")], m.get("variableKind"))
+                for m in terminal.findall("TerminalMemberVariable")
+            }
             angle, torque, flow = ("input", "output", "outflow") if path == three else ("output", "input", "inflow")
-            assert members == {"phi": ("rad", angle, "signal"), "w": ("rad/s", angle, "signal"),
-                               "tau": ("N.m", torque, flow)}
+            assert members == {
+                "phi": ("rad", angle, "signal"),
+                "w": ("rad/s", angle, "signal"),
+                "tau": ("N.m", torque, flow),
+            }
 
 
 def test_a_state_goes_from_one_instance_to_another(three: Path) -> None:
@@ -201,7 +236,8 @@ def test_refusals_speak_of_calls_of_fmi_3(three: Path) -> None:
         for log, said in ((True, "fmi3InstantiateCoSimulation: expected eventModeUsed = false"), (False, "nothing")):
             drive._complaints[:] = ["nothing"]
             assert not reference.fmi3InstantiateCoSimulation(
-                b"x", drive.guid.encode(), b"", False, log, True, False, None, 0, None, slave._log, slave._update)
+                b"x", drive.guid.encode(), b"", False, log, True, False, None, 0, None, slave._log, slave._update
+            )
             assert drive._complaints[-1].startswith(said)
         assert not slave.instantiate("x", "{wrong}", "")
         assert drive._complaints[-1].startswith("fmi3Instantiate: expected GUID")
@@ -217,8 +253,16 @@ def test_sources_compile_with_fmpy(joint: Path, tmp_path: Path) -> None:
     shutil.rmtree(folder / "binaries")
     (tmp_path / "build").mkdir()
     build_platform_binary(folder, tmp_path / "build")
-    results = [fmpy.simulate_fmu(str(path), stop_time=0.01, output_interval=1e-3, output=["output.tau"],
-                                 start_values={"start.output.phi": -1e-3}) for path in (folder, joint)]
+    results = [
+        fmpy.simulate_fmu(
+            str(path),
+            stop_time=0.01,
+            output_interval=1e-3,
+            output=["output.tau"],
+            start_values={"start.output.phi": -1e-3},
+        )
+        for path in (folder, joint)
+    ]
     np.testing.assert_allclose(results[0]["output.tau"], results[1]["output.tau"], rtol=1e-9)
 
 

@@ -56,16 +56,25 @@ def test_eighty_damaged_fmus(bases: dict[str, dict[str, bytes]], tmp_path: Path)
     assert findings(bases, 7, 80, tmp_path) == []
 
 
-@pytest.mark.parametrize("content", [
-    b"<a>" * 20000, b"<a>" * 20000 + b"</a>" * 20000, b"<?xml version='1.0' encoding='klingon'?><a/>",
-    b"<?xml version='1.0' encoding='rot13'?><a/>", b"<?xml version='1.0' encoding='utf-7'?><a/>", b"", b"<a>",
-    b"\xff\xfe",
-])
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"<a>" * 20000,
+        b"<a>" * 20000 + b"</a>" * 20000,
+        b"<?xml version='1.0' encoding='klingon'?><a/>",
+        b"<?xml version='1.0' encoding='rot13'?><a/>",
+        b"<?xml version='1.0' encoding='utf-7'?><a/>",
+        b"",
+        b"<a>",
+        b"\xff\xfe",
+    ],
+)
 def test_whatever_is_no_xml_is_one_line(content: bytes, bases: dict[str, dict[str, bytes]], tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"^here: expected XML in a\.xml"):
         parse_xml(content, "a.xml", "here")
     assert "expected XML in modelDescription.xml" in refused(
-        written(bases["python"], tmp_path, modelDescription_xml=content))
+        written(bases["python"], tmp_path, modelDescription_xml=content)
+    )
 
 
 def test_xml_that_is_deep_below_a_good_root(bases: dict[str, dict[str, bytes]], tmp_path: Path) -> None:
@@ -85,19 +94,22 @@ def test_toml_and_json_nested_too_deep(bases: dict[str, dict[str, bytes]], tmp_p
         load_model(tmp_path / "model.toml")
 
 
-@pytest.mark.parametrize(("change", "words"), [
-    (lambda head: [1], "expected an object in JSON"),
-    (lambda head: {k: v for k, v in head.items() if k != "twist"}, "expected a key 'twist'"),
-    (lambda head: head | {"twist": ["a", "b", "c"]}, "twist: expected a whole number of cells"),
-    (lambda head: head | {"twist": [0.0, 1e-3, 10**12]}, "1 to 10000"),
-    (lambda head: head | {"full_torque": "280"}, "expected a full torque above zero"),
-    (lambda head: head | {"full_torque": 0.0}, "expected a full torque above zero"),
-    (lambda head: head | {"full_torque": float("nan")}, "expected a full torque above zero"),
-    (lambda head: head | {"error": {}}, "error: expected a key 'torque_mean'"),
-    (lambda head: head | {"modulus": [1, 2]}, "modulus: expected an object"),
-    (lambda head: head | {"element": {"axes": 3}}, "expected packed tables"),
-    (lambda head: head | {"drawing": None}, "drawing: expected an object"),
-])
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda head: [1], "expected an object in JSON"),
+        (lambda head: {k: v for k, v in head.items() if k != "twist"}, "expected a key 'twist'"),
+        (lambda head: head | {"twist": ["a", "b", "c"]}, "twist: expected a whole number of cells"),
+        (lambda head: head | {"twist": [0.0, 1e-3, 10**12]}, "1 to 10000"),
+        (lambda head: head | {"full_torque": "280"}, "expected a full torque above zero"),
+        (lambda head: head | {"full_torque": 0.0}, "expected a full torque above zero"),
+        (lambda head: head | {"full_torque": float("nan")}, "expected a full torque above zero"),
+        (lambda head: head | {"error": {}}, "error: expected a key 'torque_mean'"),
+        (lambda head: head | {"modulus": [1, 2]}, "modulus: expected an object"),
+        (lambda head: head | {"element": {"axes": 3}}, "expected packed tables"),
+        (lambda head: head | {"drawing": None}, "drawing: expected an object"),
+    ],
+)
 def test_a_head_of_no_use(change, words: str, bases: dict[str, dict[str, bytes]], tmp_path: Path) -> None:
     head = json.loads(bases["native"]["resources/lookup.json"])
     assert words in refused(written(bases["native"], tmp_path, lookup_json=json.dumps(change(head)).encode()))
@@ -110,11 +122,13 @@ def test_a_head_of_no_use(change, words: str, bases: dict[str, dict[str, bytes]]
 
 
 @pytest.mark.parametrize("stated", ["LOOKUP_ROWS", "LOOKUP_COLUMNS", "LOOKUP_PLANES", "ELEMENT_LAYERS"])
-def test_tables_that_state_another_size_take_no_memory(stated: str, bases: dict[str, dict[str, bytes]], tmp_path: Path
-                                                       ) -> None:
+def test_tables_that_state_another_size_take_no_memory(
+    stated: str, bases: dict[str, dict[str, bytes]], tmp_path: Path
+) -> None:
     """100 000 000 rows would have been 138 GiB."""
-    header = re.sub(rf"#define {stated} .*".encode(), f"#define {stated} 100000000".encode(),
-                    bases["native"]["sources/tables.h"])
+    header = re.sub(
+        rf"#define {stated} .*".encode(), f"#define {stated} 100000000".encode(), bases["native"]["sources/tables.h"]
+    )
     path = written(bases["native"], tmp_path, tables_h=header)
     tracemalloc.start()
     try:
@@ -124,10 +138,19 @@ def test_tables_that_state_another_size_take_no_memory(stated: str, bases: dict[
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("change", [
-    lambda a: a.astype(complex), lambda a: a.astype(str), lambda a: a.astype(np.float32), lambda a: a[0],
-    lambda a: a[..., :-1], lambda a: a * np.nan, lambda a: a * 1e300, lambda a: a.astype(object),
-])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda a: a.astype(complex),
+        lambda a: a.astype(str),
+        lambda a: a.astype(np.float32),
+        lambda a: a[0],
+        lambda a: a[..., :-1],
+        lambda a: a * np.nan,
+        lambda a: a * 1e300,
+        lambda a: a.astype(object),
+    ],
+)
 def test_arrays_of_no_use(change, lookup: Lookup, tmp_path: Path) -> None:
     lookup.save(tmp_path / "lookup.npz")
     with np.load(tmp_path / "lookup.npz") as data:
@@ -168,26 +191,47 @@ def test_another_guid_in_the_description_of_a_python_fmu_is_found(fmu: Path, tmp
     with zipfile.ZipFile(fmu) as source, zipfile.ZipFile(tmp_path / "other.fmu", "w") as copy:
         for name in source.namelist():
             content = source.read(name)
-            copy.writestr(name, content.replace(guid.encode(), b"{00000000-0000-5000-8000-000000000000}")
-                          if name == "modelDescription.xml" else content)
+            copy.writestr(
+                name,
+                content.replace(guid.encode(), b"{00000000-0000-5000-8000-000000000000}")
+                if name == "modelDescription.xml"
+                else content,
+            )
     report = check_fmu(tmp_path / "other.fmu")
     assert not report["declaration"].passed
     assert "guid" in report["declaration"].detail
 
 
-@pytest.mark.parametrize("words", [
-    ["--step", "0"], ["--step", "1e-300"], ["--step", "nan"], ["--step", "1e300"], ["--motor-inertia", "1e-300"],
-    ["--load-inertia", "1e308"], ["--motor-inertia", "1e-300", "--kind", "joint"], ["--load-damping", "1e300"],
-])
-def test_export_refuses_what_no_drive_can_be(words: list[str], tmp_path: Path,
-                                             capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--step", "0"],
+        ["--step", "1e-300"],
+        ["--step", "nan"],
+        ["--step", "1e300"],
+        ["--motor-inertia", "1e-300"],
+        ["--load-inertia", "1e308"],
+        ["--motor-inertia", "1e-300", "--kind", "joint"],
+        ["--load-damping", "1e300"],
+    ],
+)
+def test_export_refuses_what_no_drive_can_be(
+    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["export", "drive_1", "-o", str(tmp_path / "d.fmu"), "--drives", "8", *words]) == 2
     assert "within" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("words", [["--inertia", "0.08", "--step", "1e300"], ["--inertia", "0.08", "--step", "1e-300"],
-                                   ["--inertia", "1e-300"], ["--inertia", "1e308", "--step", "1e-3"]])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--inertia", "0.08", "--step", "1e300"],
+        ["--inertia", "0.08", "--step", "1e-300"],
+        ["--inertia", "1e-300"],
+        ["--inertia", "1e308", "--step", "1e-3"],
+    ],
+)
 def test_check_refuses_the_same(words: list[str], fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", str(fmu), *words]) == 2
     out, err = capsys.readouterr()
@@ -209,8 +253,9 @@ def test_a_joint_states_the_bounds_that_python_refuses_by(model: DriveModel) -> 
 
 
 @pytest.mark.parametrize("epoch", ["abc", "1e9", "1e26", "-5", " 5", "4354819199", "9" * 5000])
-def test_a_date_of_no_use_is_one_line(epoch: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-                                      capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_date_of_no_use_is_one_line(
+    epoch: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """Whatever the command: libraries read the variable too."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
     for words in (["export", "drive_1", "-o", str(tmp_path / "d.fmu")], ["curve", "drive_1", "--out", str(tmp_path)]):

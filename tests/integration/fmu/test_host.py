@@ -263,11 +263,16 @@ def test_an_instance_that_nobody_closed_goes_with_its_folder(fmu, tmp_path, monk
 
 
 def test_fmpys_own_simulation_runs_it(fmu):
-    signals = np.array([(0.0, 0.0), (0.5, 0.05), (1.0, -0.05)],
-                       dtype=[("time", float), ("crank.phi", float)])
+    signals = np.array([(0.0, 0.0), (0.5, 0.05), (1.0, -0.05)], dtype=[("time", float), ("crank.phi", float)])
     with FmuDrive(fmu):  # the first library stays in the process, and only we know how to let it go
-        result = fmpy.simulate_fmu(str(fmu), stop_time=1.0, output_interval=1 / 60, input=signals,
-                                   start_values={"band": 0.5}, output=["output.tau", "twist"])
+        result = fmpy.simulate_fmu(
+            str(fmu),
+            stop_time=1.0,
+            output_interval=1 / 60,
+            input=signals,
+            start_values={"band": 0.5},
+            output=["output.tau", "twist"],
+        )
     assert len(result) == 61
     assert np.isfinite(result["output.tau"]).all()
     assert np.ptp(result["output.tau"]) > 10

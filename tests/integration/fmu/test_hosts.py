@@ -29,8 +29,9 @@ from tests.integration.fmu.conftest import EFFECTS
 from tests.integration.fmu.replay import build_replay, replay
 from tests.patience import HANG
 
-pytestmark = pytest.mark.skipif(shutil.which("gcc") is None or not sys.platform.startswith("linux"),
-                                reason="needs gcc on Linux")
+pytestmark = pytest.mark.skipif(
+    shutil.which("gcc") is None or not sys.platform.startswith("linux"), reason="needs gcc on Linux"
+)
 WRAPPER = Path(__import__("reefmu").__file__).parent / "fmu" / "native"
 SANITIZERS = ("-g", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
 
@@ -42,8 +43,16 @@ def build(target: Path, *words: str) -> Path:
 
 @pytest.fixture(scope="module")
 def host(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build(tmp_path_factory.mktemp("host") / "host", "-O1", "-I", str(WRAPPER),
-                 str(Path(__file__).parent / "host" / "host.c"), "-ldl", "-lm", "-lpthread")
+    return build(
+        tmp_path_factory.mktemp("host") / "host",
+        "-O1",
+        "-I",
+        str(WRAPPER),
+        str(Path(__file__).parent / "host" / "host.c"),
+        "-ldl",
+        "-lm",
+        "-lpthread",
+    )
 
 
 @pytest.fixture(scope="module")
@@ -55,17 +64,34 @@ def sanitized(unpacked: tuple[Path, Path, str], tmp_path_factory: pytest.TempPat
 def instrumented(flags: tuple[str, ...], fmu: Path, folder: Path, host: str = "host.c") -> tuple[Path, Path]:
     """Host and the library of an unpacked FMU, both compiled with these checks."""
     try:
-        library = build(folder / "fmu.so", *flags, "-fPIC", "-shared", "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
-                        "-DFMI3_OVERRIDE_FUNCTION_PREFIX", str(fmu / "sources" / "all.c"), "-lm")
-        return build(folder / "host", *flags, "-I", str(WRAPPER), str(Path(__file__).parent / "host" / host), "-ldl",
-                     "-lm", "-lpthread"), library
+        library = build(
+            folder / "fmu.so",
+            *flags,
+            "-fPIC",
+            "-shared",
+            "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
+            "-DFMI3_OVERRIDE_FUNCTION_PREFIX",
+            str(fmu / "sources" / "all.c"),
+            "-lm",
+        )
+        return build(
+            folder / "host",
+            *flags,
+            "-I",
+            str(WRAPPER),
+            str(Path(__file__).parent / "host" / host),
+            "-ldl",
+            "-lm",
+            "-lpthread",
+        ), library
     except subprocess.CalledProcessError:
         pytest.skip("gcc without sanitizers")
 
 
 def call(host: Path, library: Path, guid: str, *words: str) -> str:
-    done = subprocess.run([str(host), str(library), guid, *words], capture_output=True, text=True, timeout=HANG,
-                          check=False)
+    done = subprocess.run(
+        [str(host), str(library), guid, *words], capture_output=True, text=True, timeout=HANG, check=False
+    )
     assert done.returncode == 0, f"status {done.returncode}: {done.stderr[-1500:]}"
     return done.stdout
 
@@ -104,8 +130,14 @@ def test_no_races_between_threads(unpacked: tuple[Path, Path, str], tmp_path: Pa
 def test_any_call_to_the_others(fmi: str, kind: str, model: DriveModel, drive: sm.Drive, tmp_path: Path) -> None:
     """In any order, with any values, under the checks: the wrapper for FMI 3.0, the joint, an individual."""
     one = build_model(drive, EFFECTS, lookup=model.lookup, individual=3) if kind == "individual" else model
-    path = export_fmu(one, tmp_path / "other.fmu", backend="native", platform="none", fmi=fmi,
-                      masses=Masses(1e-4, 1.0) if kind == "joint" else None)
+    path = export_fmu(
+        one,
+        tmp_path / "other.fmu",
+        backend="native",
+        platform="none",
+        fmi=fmi,
+        masses=Masses(1e-4, 1.0) if kind == "joint" else None,
+    )
     with zipfile.ZipFile(path) as archive:
         archive.extractall(tmp_path / "out")
     header = tmp_path / "out" / "sources" / "model.h"
@@ -122,35 +154,56 @@ def test_model_exchange_in_fmpy(tmp_path: Path, drive: object, lookup: Lookup) -
     """A joint by fmpy's CVode against the joint's own steps."""
     model = build_model(drive, {"creep": {"compliance": 1e-7, "time": 0.05}}, lookup=lookup)  # type: ignore[arg-type]
     path = export_fmu(model, tmp_path / "joint.fmu", backend="native", masses=Masses(1e-4, 1.0, 1e-3, 2.0))
-    results = [fmpy.simulate_fmu(str(path), fmi_type=kind, stop_time=0.05, output_interval=1e-3, solver="CVode",
-                                 relative_tolerance=1e-9, start_values={"start.output.phi": -1e-3, "load.tau": 2.0},
-                                 output=["output.phi", "output.tau"]) for kind in ("CoSimulation", "ModelExchange")]
+    results = [
+        fmpy.simulate_fmu(
+            str(path),
+            fmi_type=kind,
+            stop_time=0.05,
+            output_interval=1e-3,
+            solver="CVode",
+            relative_tolerance=1e-9,
+            start_values={"start.output.phi": -1e-3, "load.tau": 2.0},
+            output=["output.phi", "output.tau"],
+        )
+        for kind in ("CoSimulation", "ModelExchange")
+    ]
     for name, tolerance in (("output.phi", 1e-7), ("output.tau", 0.3)):
         np.testing.assert_allclose(results[0][name][1:51], results[1][name][1:51], atol=tolerance)
 
 
-def system_structure(path: Path, fmus: dict[str, tuple[Path, dict[str, str]]], outside: dict[str, str],
-                     wires: list[tuple[str, str]]) -> Path:
+def system_structure(
+    path: Path, fmus: dict[str, tuple[Path, dict[str, str]]], outside: dict[str, str], wires: list[tuple[str, str]]
+) -> Path:
     """An SSP. fmus: by component, with its connectors and their kinds; a wire joins "component/connector" with another;
     "/connector" is one of the system's own."""
+
     def connectors(kinds: dict[str, str]) -> str:
-        return "<ssd:Connectors>" + "".join(
-            f'<ssd:Connector name="{name}" kind="{kind}"><ssc:Real/></ssd:Connector>' for name, kind in kinds.items()
-        ) + "</ssd:Connectors>"
+        return (
+            "<ssd:Connectors>"
+            + "".join(
+                f'<ssd:Connector name="{name}" kind="{kind}"><ssc:Real/></ssd:Connector>'
+                for name, kind in kinds.items()
+            )
+            + "</ssd:Connectors>"
+        )
 
     def end(which: str, place: str) -> str:
         element, _, connector = place.partition("/")
         return (f'{which}Element="{element}" ' if element else "") + f'{which}Connector="{connector}"'
 
-    components = "".join(f'<ssd:Component name="{name}" type="application/x-fmu-sharedlibrary" '
-                         f'source="resources/{fmu.name}">{connectors(kinds)}</ssd:Component>'
-                         for name, (fmu, kinds) in fmus.items())
+    components = "".join(
+        f'<ssd:Component name="{name}" type="application/x-fmu-sharedlibrary" '
+        f'source="resources/{fmu.name}">{connectors(kinds)}</ssd:Component>'
+        for name, (fmu, kinds) in fmus.items()
+    )
     connections = "".join(f"<ssd:Connection {end('start', a)} {end('end', b)}/>" for a, b in wires)
-    text = ('<?xml version="1.0" encoding="UTF-8"?><ssd:SystemStructureDescription name="two" version="1.0" '
-            'xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" '
-            'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"><ssd:System name="two">'
-            f"{connectors(outside) if outside else ''}<ssd:Elements>{components}</ssd:Elements><ssd:Connections>"
-            f"{connections}</ssd:Connections></ssd:System></ssd:SystemStructureDescription>")
+    text = (
+        '<?xml version="1.0" encoding="UTF-8"?><ssd:SystemStructureDescription name="two" version="1.0" '
+        'xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" '
+        'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"><ssd:System name="two">'
+        f"{connectors(outside) if outside else ''}<ssd:Elements>{components}</ssd:Elements><ssd:Connections>"
+        f"{connections}</ssd:Connections></ssd:System></ssd:SystemStructureDescription>"
+    )
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("SystemStructure.ssd", text)
         for fmu in {fmu for fmu, _ in fmus.values()}:
@@ -164,9 +217,16 @@ def test_an_ssp_with_two_drives_in_fmpy(unpacked: tuple[Path, Path, str], tmp_pa
 
     drive = (unpacked[0], {"output.phi": "input", "output.tau": "output"})
     path = system_structure(
-        tmp_path / "two.ssp", {"left": drive, "right": drive}, {"phi": "input", "left": "output", "right": "output"},
-        [("/phi", "left/output.phi"), ("/phi", "right/output.phi"), ("left/output.tau", "/left"),
-         ("right/output.tau", "/right")])
+        tmp_path / "two.ssp",
+        {"left": drive, "right": drive},
+        {"phi": "input", "left": "output", "right": "output"},
+        [
+            ("/phi", "left/output.phi"),
+            ("/phi", "right/output.phi"),
+            ("left/output.tau", "/left"),
+            ("right/output.tau", "/right"),
+        ],
+    )
     result = simulate_ssp(str(path), stop_time=0.02, step_size=1e-3, input={"phi": lambda t: -1e-3})
     assert result["left"][-1] > 0
     np.testing.assert_array_equal(result["left"], result["right"])
@@ -198,8 +258,11 @@ def test_libcosimpy_runs_it(unpacked: tuple[Path, Path, str], full_model: DriveM
     override.slave_real_values(slave_index=index, variable_references=[2], values=[LOAD["output.phi"]])
     run.step(10)
     # It initialises without the load and sets it before the first step.
-    assert last.last_real_values(slave_index=index, variable_references=[5])[0] == \
-        stepped(unpacked[0], {})["output.tau"] > 0
+    assert (
+        last.last_real_values(slave_index=index, variable_references=[5])[0]
+        == stepped(unpacked[0], {})["output.tau"]
+        > 0
+    )
 
 
 def test_ecospy_runs_it(unpacked: tuple[Path, Path, str]) -> None:
@@ -213,8 +276,9 @@ def test_ecospy_runs_it(unpacked: tuple[Path, Path, str]) -> None:
             assert simulation.get_real("drive::output.tau") == stepped(unpacked[0], LOAD)["output.tau"] > 0
 
 
-def test_ecospy_runs_an_ssp_with_a_joint_and_a_drive_that_watches_it(drive: object, lookup: Lookup,
-                                                                     tmp_path: Path) -> None:
+def test_ecospy_runs_an_ssp_with_a_joint_and_a_drive_that_watches_it(
+    drive: object, lookup: Lookup, tmp_path: Path
+) -> None:
     """Ecos steps both at once, so the watching drive has the torque that the joint had one step before."""
     ecospy = foreign_ecospy()
     model = build_model(drive, lookup=lookup)  # type: ignore[arg-type]
@@ -223,9 +287,13 @@ def test_ecospy_runs_an_ssp_with_a_joint_and_a_drive_that_watches_it(drive: obje
     angles = ("crank.phi", "crank.w", "output.phi", "output.w")
     path = system_structure(
         tmp_path / "watched.ssp",
-        {"joint": (joint, {"load.tau": "input", **dict.fromkeys((*angles, "output.tau"), "output")}),
-         "drive": (watching, {**dict.fromkeys(angles, "input"), "output.tau": "output"})}, {},
-        [(f"joint/{name}", f"drive/{name}") for name in angles])
+        {
+            "joint": (joint, {"load.tau": "input", **dict.fromkeys((*angles, "output.tau"), "output")}),
+            "drive": (watching, {**dict.fromkeys(angles, "input"), "output.tau": "output"}),
+        },
+        {},
+        [(f"joint/{name}", f"drive/{name}") for name in angles],
+    )
     torques = []
     with ecospy.EcosSimulation(ssp_path=str(path), step_size=1e-3) as simulation:
         simulation.init()
@@ -250,8 +318,9 @@ def zig(*words: str) -> tuple[str, ...]:
 
 
 @pytest.mark.skipif(shutil.which("wine") is None, reason="foreign host wine")
-def test_the_windows_binary_runs_under_wine(full_model: DriveModel, tmp_path: Path,
-                                            monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_windows_binary_runs_under_wine(
+    full_model: DriveModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Loops, a turning crank and uneven steps: as the Python model, to 1e-12 of full torque."""
     pytest.importorskip("ziglang", reason="foreign host wine: no ziglang to build for it")
     monkeypatch.setenv("WINEPREFIX", str(tmp_path / "wine"))
@@ -278,7 +347,7 @@ def replays_as_the_model(command: list[str], model: DriveModel, platform: str, f
         archive.extract(member, folder)
     component = drive_component(model)
     trial = make_trial(component)
-    came = replay(command, member, read_archive(path).guid, component, trial, folder)[:, :len(component.outputs)]
+    came = replay(command, member, read_archive(path).guid, component, trial, folder)[:, : len(component.outputs)]
     expected = run_model(component, trial, model.parameter_vector())
     scale = np.maximum(np.abs(expected).max(axis=0), 1.0)
     scale[0] = model.full_torque

@@ -12,8 +12,17 @@ CONTRACT = {
     "input": ["crank.phi", "crank.w", "output.phi", "output.w", "temperature"],
     "output": ["output.tau", "crank.tau", "twist", "stiffness", "max_contact_force", "load_share"],
 }
-UNITS = {"crank.phi": "rad", "crank.w": "rad/s", "output.phi": "rad", "output.w": "rad/s", "output.tau": "N.m",
-         "crank.tau": "N.m", "twist": "rad", "stiffness": "N.m/rad", "max_contact_force": "N"}
+UNITS = {
+    "crank.phi": "rad",
+    "crank.w": "rad/s",
+    "output.phi": "rad",
+    "output.w": "rad/s",
+    "output.tau": "N.m",
+    "crank.tau": "N.m",
+    "twist": "rad",
+    "stiffness": "N.m/rad",
+    "max_contact_force": "N",
+}
 
 
 def test_names_and_units_of_the_contract(model):
@@ -23,7 +32,11 @@ def test_names_and_units_of_the_contract(model):
     parameters = [v.name for v in interface.block("parameter")]
     assert parameters[:2] == ["ratio", "band"]
     assert {name.split(".")[0] for name in parameters[2:]} == {
-        "backlash", "structural_compliance", "hysteresis", "kinematic_error"}
+        "backlash",
+        "structural_compliance",
+        "hysteresis",
+        "kinematic_error",
+    }
     assert {name: interface[name].unit for name in UNITS} == UNITS
     assert interface["temperature"].unit in ("K", "degC")
 
@@ -31,8 +44,12 @@ def test_names_and_units_of_the_contract(model):
 def test_blocks_are_the_vectors_of_the_model(model):
     interface = declare_drive(model)
     assert [v.reference for v in interface.variables] == list(range(len(interface.variables)))
-    for causality, size in (("input", len(INPUTS)), ("output", len(OUTPUTS)),
-                            ("parameter", len(model.parameters)), ("local", len(model.states))):
+    for causality, size in (
+        ("input", len(INPUTS)),
+        ("output", len(OUTPUTS)),
+        ("parameter", len(model.parameters)),
+        ("local", len(model.states)),
+    ):
         span = interface.span(causality)
         assert span.stop - span.start == size
     starts = [v.start for v in interface.block("parameter")]
@@ -75,10 +92,13 @@ def test_the_digest_changes_with_the_variables(model, soft_model):
     assert declare_drive(model).digest != declare_drive(soft_model).digest
 
 
-@pytest.mark.parametrize("module", ["model.variables", "xml.fmi2", "xml.archive", "export", "importer.instance",
-                                    "validation.check"])
+@pytest.mark.parametrize(
+    "module", ["model.variables", "xml.fmi2", "xml.archive", "export", "importer.instance", "validation.check"]
+)
 def test_importing_loads_no_fmi_library(module):
-    code = (f"import sys, reefmu.fmu.{module}\n"
-            "print([m for m in ('pythonfmu', 'fmpy', 'casadi', 'control', 'lxml') if m in sys.modules])")
+    code = (
+        f"import sys, reefmu.fmu.{module}\n"
+        "print([m for m in ('pythonfmu', 'fmpy', 'casadi', 'control', 'lxml') if m in sys.modules])"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -51,8 +51,11 @@ def energy(component: Component, p: np.ndarray, x: np.ndarray) -> float:
     states = np.zeros((len(x), len(at)))
     states[2] = -at
     torque = np.array(component.output.map(len(at))(states, np.zeros((2, len(at))), np.tile(p[:, None], len(at))))[4]
-    return float(0.5 * motor * x[1]**2 + 0.5 * load * x[3]**2
-                 + np.sum(torque * np.outer(weights, np.diff(edges) / 2).ravel()))
+    return float(
+        0.5 * motor * x[1] ** 2
+        + 0.5 * load * x[3] ** 2
+        + np.sum(torque * np.outer(weights, np.diff(edges) / 2).ravel())
+    )
 
 
 @pytest.mark.parametrize("step", [1e-5, 1e-3, 1 / 60, 0.1])
@@ -123,8 +126,11 @@ def test_the_order_is_four(plain: DriveModel) -> None:
 def test_the_rate_is_that_of_the_joint_under_control(drive: object, lookup: Lookup) -> None:
     """The same equations as in reefmu.joint, written for a step of their own."""
     model = build_model(drive, {n: {} for n in EFFECTS}, lookup=lookup)  # type: ignore[arg-type]
-    sizes = {q.name: float(np.clip(q.nominal, q.minimum, q.maximum)) for q in model.parameters
-             if q.tunable and q.minimum is not None and q.maximum is not None}
+    sizes = {
+        q.name: float(np.clip(q.nominal, q.minimum, q.maximum))
+        for q in model.parameters
+        if q.tunable and q.minimum is not None and q.maximum is not None
+    }
     model = model.with_parameters({**sizes, "band": 0.0})
     masses = Masses(2e-4, 0.7, 1e-3, 0.2)
     component = joint_component(model, masses)
@@ -137,16 +143,23 @@ def test_the_rate_is_that_of_the_joint_under_control(drive: object, lookup: Look
         x[-own:] += 1e-6 * rng.normal(size=own)
     came = np.array(component.rate(x, [0.3, -5.0], started(component))).ravel()
     p = np.array(list(equations.parameters.values()))
-    inner = np.concatenate([x[:4], x[len(x) - own:]])
+    inner = np.concatenate([x[:4], x[len(x) - own :]])
     expected = np.array(equations.rate(inner, [0.3, -5.0], p)).ravel()
-    np.testing.assert_allclose(np.concatenate([came[:4], came[len(came) - own:]]), expected, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(np.concatenate([came[:4], came[len(came) - own :]]), expected, rtol=1e-9, atol=1e-12)
 
 
 @pytest.fixture(scope="module")
 def sluggish(drive: object, lookup: Lookup) -> tuple[DriveModel, Masses]:
     """Dampings a hundred times what a step of the spring's own would bear, and friction."""
-    model = build_model(drive, {"damping": {"coefficient": 1e4}, "viscous_friction": {"coefficient": 100.0},
-                                "coulomb_friction": {"torque": 5.0}}, lookup=lookup)  # type: ignore[arg-type]
+    model = build_model(
+        drive,
+        {
+            "damping": {"coefficient": 1e4},
+            "viscous_friction": {"coefficient": 100.0},
+            "coulomb_friction": {"torque": 5.0},
+        },
+        lookup=lookup,
+    )  # type: ignore[arg-type]
     return model, Masses(1e-4, 0.1, 1.0, 10.0)
 
 
@@ -185,15 +198,18 @@ def test_against_an_integrator_of_scipy(plain: DriveModel) -> None:
     p = started(component)
     x = np.array(component.initial([0, 0], p)).ravel()
     u = [0.2, -2.0]
-    exact = solve_ivp(lambda _, y: np.array(component.rate(y, u, p)).ravel(), (0, 0.02), x, rtol=1e-10, atol=1e-14,
-                      method="DOP853").y[:, -1]
+    exact = solve_ivp(
+        lambda _, y: np.array(component.rate(y, u, p)).ravel(), (0, 0.02), x, rtol=1e-10, atol=1e-14, method="DOP853"
+    ).y[:, -1]
     came = np.array(component.step(x, u, 0.02, p)).ravel()
     np.testing.assert_allclose(came[3], exact[3], atol=1e-4 * np.abs(exact[3]))
     np.testing.assert_allclose(came[2], exact[2], atol=1e-5 * TWIST)
 
 
-@pytest.mark.parametrize("backend", ["python", pytest.param("native", marks=pytest.mark.skipif(
-    not HAS_COMPILER, reason="no C compiler on the PATH"))])
+@pytest.mark.parametrize(
+    "backend",
+    ["python", pytest.param("native", marks=pytest.mark.skipif(not HAS_COMPILER, reason="no C compiler on the PATH"))],
+)
 def test_both_back_ends(model: DriveModel, plain: DriveModel, backend: str, tmp_path: Path) -> None:
     # With effects the Python back end is right as well, but slow.
     path = export_fmu(model if backend == "native" else plain, tmp_path / "joint.fmu", backend=backend, masses=MASSES)
@@ -201,10 +217,12 @@ def test_both_back_ends(model: DriveModel, plain: DriveModel, backend: str, tmp_
     assert report.passed, str(report)
     with FmuDrive(path, parameters={"motor.inertia": 2e-4}) as joint:
         assert joint.inputs == ("motor.tau", "load.tau")
-        assert {"crank.phi", "crank.w", "output.phi", "output.w", "output.tau", "twist",
-                "stiffness"} <= set(joint.outputs)
-        assert {"motor.inertia", "load.inertia", "motor.damping", "load.damping", "band",
-                "ratio"} <= set(joint.parameters)
+        assert {"crank.phi", "crank.w", "output.phi", "output.w", "output.tau", "twist", "stiffness"} <= set(
+            joint.outputs
+        )
+        assert {"motor.inertia", "load.inertia", "motor.damping", "load.damping", "band", "ratio"} <= set(
+            joint.parameters
+        )
         joint.initialize()
         outputs = joint.step(0.5, {"motor.tau": 0.05, "load.tau": 0.0})
         # Both masses turn together under the motor's torque.

@@ -21,7 +21,8 @@ from reefmu.model.masses import Masses
 from tests.integration.fmu.exchange import Exchange
 
 pytestmark = pytest.mark.skipif(
-    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH")
+    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH"
+)
 FMI = ["2.0", "3.0"]
 
 
@@ -43,8 +44,12 @@ def described(folder: Path) -> ElementTree.Element:
 def slave(folder: Path, fmi: str, said: list[str], stop: float | None, log: bool = True) -> FMU2Slave | FMU3Slave:
     """Initialised, with the end of the experiment given."""
     description = fmpy.read_model_description(str(folder), validate=False)
-    names = {"guid": description.guid, "unzipDirectory": str(folder), "instanceName": "x",
-             "modelIdentifier": description.coSimulation.modelIdentifier}
+    names = {
+        "guid": description.guid,
+        "unzipDirectory": str(folder),
+        "instanceName": "x",
+        "modelIdentifier": description.coSimulation.modelIdentifier,
+    }
     if fmi == "2.0":
         fmu = FMU2Slave(**names)
         fmu.instantiate(callbacks=callbacks(said), loggingOn=log)
@@ -87,8 +92,14 @@ def test_no_time_beyond_the_stop_time_in_model_exchange(exported: dict[str, Path
             with pytest.raises(FMICallException) as refused:
                 call()
             assert refused.value.status == fmi2Error
-    result = fmpy.simulate_fmu(str(exported["2.0"]), fmi_type="ModelExchange", stop_time=0.5, solver="CVode",
-                               relative_tolerance=1e-9, output=["output.tau"])
+    result = fmpy.simulate_fmu(
+        str(exported["2.0"]),
+        fmi_type="ModelExchange",
+        stop_time=0.5,
+        solver="CVode",
+        relative_tolerance=1e-9,
+        output=["output.tau"],
+    )
     assert result["time"][-1] == pytest.approx(0.5)
 
 
@@ -115,8 +126,12 @@ def test_one_state_is_set_by_its_reference(exported: dict[str, Path], fmi: str) 
         return
     description = fmpy.read_model_description(str(exported[fmi]), validate=False)
     references = {v.name: v.valueReference for v in description.modelVariables}
-    fmu = FMU3Model(guid=description.guid, unzipDirectory=str(exported[fmi]), instanceName="x",
-                    modelIdentifier=description.modelExchange.modelIdentifier)
+    fmu = FMU3Model(
+        guid=description.guid,
+        unzipDirectory=str(exported[fmi]),
+        instanceName="x",
+        modelIdentifier=description.modelExchange.modelIdentifier,
+    )
     fmu.instantiate()
     fmu.enterInitializationMode()
     with pytest.raises(FMICallException):

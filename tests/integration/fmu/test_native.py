@@ -26,7 +26,8 @@ from reefmu.model.drive_model import OUTPUTS, DriveModel
 from stiffness_model.errors import InputError, UnknownNameError
 
 pytestmark = pytest.mark.skipif(
-    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH")
+    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH"
+)
 NAMES = tuple(signal.name for signal in OUTPUTS)
 
 
@@ -42,8 +43,9 @@ def test_check_passes(native: Path, full_native: Path) -> None:
         assert report.passed, str(report)
 
 
-def test_native_python_and_model_agree_with_all_effects(full_model: DriveModel, full_native: Path,
-                                                        tmp_path: Path) -> None:
+def test_native_python_and_model_agree_with_all_effects(
+    full_model: DriveModel, full_native: Path, tmp_path: Path
+) -> None:
     """To 1e-12 of full torque, over reversals and uneven steps, after a reset and a restore in mid-loop."""
     component = drive_component(full_model)
     trial = make_trial(component)
@@ -65,8 +67,9 @@ def test_native_python_and_model_agree_with_all_effects(full_model: DriveModel, 
         assert (deviation.max(axis=0) <= 1e-12 * np.maximum(np.abs(expected).max(axis=0), 1)).all()
 
 
-def test_the_same_model_gives_the_same_bytes(model: DriveModel, native: Path, tmp_path: Path,
-                                             monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_same_model_gives_the_same_bytes(
+    model: DriveModel, native: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("REEFMU_CACHE", str(tmp_path / "empty"))
     again = export_fmu(model, tmp_path / "again.fmu", backend="native")
     assert again.read_bytes() == native.read_bytes()
@@ -92,8 +95,9 @@ def test_the_linux_binary_needs_little(full_native: Path, tmp_path: Path) -> Non
     dynamic = subprocess.run(["readelf", "-dW", str(binary)], capture_output=True, text=True, check=True).stdout
     needed = {line.split("[")[1].rstrip("]") for line in dynamic.splitlines() if "NEEDED" in line}
     assert needed <= {"libc.so.6", "libm.so.6"}
-    symbols = subprocess.run(["readelf", "--dyn-syms", "-W", str(binary)], capture_output=True, text=True,
-                             check=True).stdout
+    symbols = subprocess.run(
+        ["readelf", "--dyn-syms", "-W", str(binary)], capture_output=True, text=True, check=True
+    ).stdout
     versions = {tuple(map(int, part.split()[0].rstrip(")").split("."))) for part in symbols.split("GLIBC_")[1:]}
     assert max(versions) <= (2, 17)
     defined = {line.split()[7] for line in symbols.splitlines() if line.split()[6:7] not in ([], ["UND"], ["Ndx"])}
@@ -114,10 +118,16 @@ def test_sources_compile_with_fmpy(native: Path, model: DriveModel, tmp_path: Pa
     folder = fmpy.extract(str(copy), str(tmp_path / "out"))
     (tmp_path / "build").mkdir()
     build_platform_binary(folder, tmp_path / "build")
-    result = fmpy.simulate_fmu(folder, stop_time=0.01, output_interval=1e-3, start_values={"output.phi": -1e-3},
-                               output=["output.tau"])
-    expected = np.asarray(model.output(model.initial([0, 0, -1e-3, 0, 20], model.parameter_vector()),
-                                       [0, 0, -1e-3, 0, 20], model.parameter_vector())).ravel()[0]
+    result = fmpy.simulate_fmu(
+        folder, stop_time=0.01, output_interval=1e-3, start_values={"output.phi": -1e-3}, output=["output.tau"]
+    )
+    expected = np.asarray(
+        model.output(
+            model.initial([0, 0, -1e-3, 0, 20], model.parameter_vector()),
+            [0, 0, -1e-3, 0, 20],
+            model.parameter_vector(),
+        )
+    ).ravel()[0]
     assert result["output.tau"][0] == pytest.approx(expected, rel=1e-12)
 
 
@@ -160,8 +170,15 @@ def test_a_wrong_guid_is_refused(native: Path, tmp_path: Path) -> None:
         FmuDrive(other)
 
 
-@pytest.mark.parametrize("change", [lambda s: s[:-1], lambda s: s + b"x", lambda s: s[:8] + bytes(len(s) - 8),
-                                    lambda s: s[:60] + b"\xff" * (len(s) - 60)])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda s: s[:-1],
+        lambda s: s + b"x",
+        lambda s: s[:8] + bytes(len(s) - 8),
+        lambda s: s[:60] + b"\xff" * (len(s) - 60),
+    ],
+)
 def test_a_damaged_state_is_refused(slave: FmuDrive, change: Callable[[bytes], bytes]) -> None:
     slave.initialize()
     saved = slave.save()
@@ -209,12 +226,14 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
 
 def test_a_library_for_two_processors() -> None:
     """The table of a fat Mach-O: big-endian, slices on pages of 16 kB."""
-    slices = [struct.pack("<III", 0xFEEDFACF, processor, 3) + bytes(size) for processor, size in
-              ((0x01000007, 100), (0x0100000C, 20000))]
+    slices = [
+        struct.pack("<III", 0xFEEDFACF, processor, 3) + bytes(size)
+        for processor, size in ((0x01000007, 100), (0x0100000C, 20000))
+    ]
     whole = platforms.universal_library(slices)
     assert struct.unpack_from(">II", whole) == (0xCAFEBABE, 2)
     for k, content in enumerate(slices):
         processor, _, at, size, page = struct.unpack_from(">IIIII", whole, 8 + 20 * k)
-        assert whole[at:at + size] == content
+        assert whole[at : at + size] == content
         assert processor == struct.unpack_from("<I", content, 4)[0]
         assert at % (1 << page) == 0

@@ -27,7 +27,8 @@ from stiffness_model.errors import InputError
 from stiffness_model.lookup.build import Lookup
 
 needs_compiler = pytest.mark.skipif(
-    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH")
+    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH"
+)
 NAMES = tuple(signal.name for signal in OUTPUTS)
 MASSES = Masses(1e-4, 1.0)
 
@@ -38,8 +39,9 @@ def one(drive: sm.Drive, lookup: Lookup) -> DriveModel:
 
 
 @needs_compiler
-def test_native_python_and_model_agree(full_individual: DriveModel, full_model: DriveModel,
-                                       full_native_individual: Path, tmp_path: Path) -> None:
+def test_native_python_and_model_agree(
+    full_individual: DriveModel, full_model: DriveModel, full_native_individual: Path, tmp_path: Path
+) -> None:
     """With all effects to 1e-12 of full torque, over reversals and uneven steps; and it is not the mean drive."""
     component = drive_component(full_individual)
     trial = make_trial(component)
@@ -65,8 +67,12 @@ def test_check_passes(one: DriveModel, fmi: str, masses: Masses | None, tmp_path
 @needs_compiler
 def test_check_passes_with_effects(drive: sm.Drive, lookup: Lookup, tmp_path: Path) -> None:
     """With every table that an individual reads: modulus, a missing element."""
-    effects = {"modulus_error": {"error": -0.1}, "missing_ball": {"size": 0.7}, "backlash": {"clearance": 3e-6},
-               "structural_compliance": {"compliance": 2e-6}}
+    effects = {
+        "modulus_error": {"error": -0.1},
+        "missing_ball": {"size": 0.7},
+        "backlash": {"clearance": 3e-6},
+        "structural_compliance": {"compliance": 2e-6},
+    }
     model = build_model(drive, effects, lookup=lookup, individual=3)
     report = check_fmu(export_fmu(model, tmp_path / "one.fmu", backend="native"))
     assert report.passed, str(report)
@@ -104,14 +110,19 @@ def test_what_is_packed_of_an_individuals_lookup_is_read_back(full_individual: D
     again = read_tables(tables_header(carried), lookup_head(carried), "here")
     assert again.coefficients.shape == (5, 0, 0)
     assert (again.axes, again.full_torque, again.drawing, again.modulus) == (
-        lookup.axes, lookup.full_torque, {**lookup.drawing}, lookup.modulus)
+        lookup.axes,
+        lookup.full_torque,
+        {**lookup.drawing},
+        lookup.modulus,
+    )
     assert again.element is not None
     assert lookup.element is not None
     assert np.abs(again.element.coefficients - lookup.element.coefficients).max() < 1e-13 * lookup.full_torque
 
 
-def test_a_mean_drive_without_tables_is_refused(one: DriveModel, lookup: Lookup, drive: sm.Drive,
-                                                tmp_path: Path) -> None:
+def test_a_mean_drive_without_tables_is_refused(
+    one: DriveModel, lookup: Lookup, drive: sm.Drive, tmp_path: Path
+) -> None:
     carried = carried_lookup(one)
     (tmp_path / TABLES).write_text(tables_header(carried))
     (tmp_path / "lookup.json").write_text(lookup_head(carried))
@@ -127,19 +138,20 @@ def test_the_pace_of_a_joint_is_that_of_its_own_spring(one: DriveModel) -> None:
     assert one.individual is not None
     rng = np.random.default_rng(5)
     twist, clearance = (rng.uniform(axis.start, axis.stop, 3000) for axis in one.lookup.axes)
-    slope = np.asarray(individual_function(one.individual, one.lookup).map(3000)(
-        twist, clearance, rng.uniform(0, 2 * np.pi, 3000))[1])
+    slope = np.asarray(
+        individual_function(one.individual, one.lookup).map(3000)(twist, clearance, rng.uniform(0, 2 * np.pi, 3000))[1]
+    )
     assert 0.8 * steepest(one) < slope.max() < 1.01 * steepest(one)
     component = joint_component(one, MASSES)
     softness = 1 / (MASSES.motor_inertia * one.drive.ratio**2) + 1 / MASSES.load_inertia
     assert component.pace is not None
-    assert float(component.pace(component.parameter_vector())) == pytest.approx(
-        0.1 / np.sqrt(steepest(one) * softness))
+    assert float(component.pace(component.parameter_vector())) == pytest.approx(0.1 / np.sqrt(steepest(one) * softness))
 
 
 @needs_compiler
-def test_command_line(lookup: Lookup, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-                      capsys: pytest.CaptureFixture[str]) -> None:
+def test_command_line(
+    lookup: Lookup, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setattr("reefmu.model.drive_model.cached_lookup", lambda *_: lookup)
     target = tmp_path / "seven.fmu"
     words = ["export", "drive_1", "-o", str(target), "--backend", "native", "--individual", "7"]

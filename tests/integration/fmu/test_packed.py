@@ -44,8 +44,10 @@ def test_the_torque_changes_by_rounding_only(full: Lookup) -> None:
     rng = np.random.default_rng(3)
     twist, clearance = rng.uniform(-1.2, 1.2, 500) * full.twist.stop, rng.uniform(-1.2, 1.2, 500) * full.clearance.stop
     for band in (-1.0, 0.0, 0.7):
-        assert np.abs(again.torque(twist, clearance, band)
-                      - full.torque(twist, clearance, band)).max() <= 1e-12 * full.full_torque
+        assert (
+            np.abs(again.torque(twist, clearance, band) - full.torque(twist, clearance, band)).max()
+            <= 1e-12 * full.full_torque
+        )
         slope = full.stiffness(twist, clearance, band)
         assert np.abs(again.stiffness(twist, clearance, band) - slope).max() <= 1e-12 * slope.max()
 
@@ -57,19 +59,26 @@ def test_tables_that_do_not_mirror_themselves_are_refused(lookup: Lookup) -> Non
         tables_header(replace(lookup, coefficients=bent))
 
 
-@pytest.mark.parametrize("change", [
-    lambda text: text.replace("LOOKUP_WORDS", "OTHER"), lambda text: text[:5000],
-    lambda text: text.replace("LOOKUP_ROWS", "LOOKUP_LINES"),
-    lambda text: text.replace("LOOKUP_COLUMNS 3", "LOOKUP_COLUMNS 9"),
-    lambda text: "", lambda text: text.replace(",", ";", 100)])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("LOOKUP_WORDS", "OTHER"),
+        lambda text: text[:5000],
+        lambda text: text.replace("LOOKUP_ROWS", "LOOKUP_LINES"),
+        lambda text: text.replace("LOOKUP_COLUMNS 3", "LOOKUP_COLUMNS 9"),
+        lambda text: "",
+        lambda text: text.replace(",", ";", 100),
+    ],
+)
 def test_damaged_tables_are_refused(lookup: Lookup, change) -> None:
     with pytest.raises(InputError, match=r"^here: expected") as refused:
         read_tables(change(tables_header(lookup)), lookup_head(lookup), "here")
     assert "\n" not in str(refused.value)
 
 
-def test_a_native_fmu_is_small_and_holds_its_tables_once(drive: object, lookup: Lookup, full_model: DriveModel,
-                                                         tmp_path: Path) -> None:
+def test_a_native_fmu_is_small_and_holds_its_tables_once(
+    drive: object, lookup: Lookup, full_model: DriveModel, tmp_path: Path
+) -> None:
     """Under 300 kB with a binary for one platform, a joint with all effects too."""
     plain = build_model(drive, lookup=lookup)  # type: ignore[arg-type]
     for model in (plain, full_model):
@@ -80,6 +89,9 @@ def test_a_native_fmu_is_small_and_holds_its_tables_once(drive: object, lookup: 
             names = archive.namelist()
             header = archive.read(f"sources/{TABLES}")
             assert any(len(archive.read(n)) > 0.8 * len(header) / 2.6 for n in names if n.startswith("binaries/"))
-            others = sum(i.file_size for i in archive.infolist()
-                         if not i.filename.startswith("binaries/") and i.filename != f"sources/{TABLES}")
+            others = sum(
+                i.file_size
+                for i in archive.infolist()
+                if not i.filename.startswith("binaries/") and i.filename != f"sources/{TABLES}"
+            )
         assert others < 200e3

@@ -58,8 +58,15 @@ fmu.freeInstance()
 
 def run(fmu: Path, folder: Path, code: str = RUN, **environment: str) -> subprocess.CompletedProcess[str]:
     """An FMU in a plain host of its own process, which then tells the packages that were loaded."""
-    return subprocess.run([sys.executable, "-c", code, str(fmu), str(folder)], capture_output=True, text=True,
-                          timeout=HANG, env=os.environ | environment, cwd=folder.parent, check=False)
+    return subprocess.run(
+        [sys.executable, "-c", code, str(fmu), str(folder)],
+        capture_output=True,
+        text=True,
+        timeout=HANG,
+        env=os.environ | environment,
+        cwd=folder.parent,
+        check=False,
+    )
 
 
 def joint_of(model: DriveModel) -> Component:
@@ -74,8 +81,9 @@ def test_a_running_fmu_loads_no_scipy(fmu: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("make", [drive_component, joint_of])
-def test_the_carried_equations_are_those_of_the_model(make: Callable[[DriveModel], Component], full_model: DriveModel
-                                                      ) -> None:
+def test_the_carried_equations_are_those_of_the_model(
+    make: Callable[[DriveModel], Component], full_model: DriveModel
+) -> None:
     """To the last bit, over steps of one part and of several."""
     component = make(full_model)
     content = write_equations(component, declare(component))
@@ -103,18 +111,23 @@ def test_a_package_with_another_equation_is_refused(fmu: Path, tmp_path: Path) -
     changed.write_text(text.replace("vertcat(total - friction,", "vertcat(total + friction,"), "utf-8")
     assert changed.read_text("utf-8") != text
     assert run(fmu, tmp_path / "bare", PYTHONPATH=str(tmp_path)).returncode != 0
-    other = run(fmu, tmp_path / "other",
-                "import sys\nfrom reefmu.fmu.importer.instance import FmuDrive\nFmuDrive(sys.argv[1])",
-                PYTHONPATH=str(tmp_path))
+    other = run(
+        fmu,
+        tmp_path / "other",
+        "import sys\nfrom reefmu.fmu.importer.instance import FmuDrive\nFmuDrive(sys.argv[1])",
+        PYTHONPATH=str(tmp_path),
+    )
     assert "expected a package with the equations that the FMU was exported with" in other.stderr
     assert "export the FMU again" in other.stderr
 
 
 def test_the_digest_is_over_all_that_an_export_loads_of_the_model() -> None:
     """What the imports reach on paper holds what building and stepping a joint loads in fact."""
-    code = ("import sys, warnings\nwarnings.simplefilter('ignore')\nimport reefmu.fmu.model.joint\n"
-            "import reefmu.model, reefmu.fmu.model.kernel\n"
-            "print(*(n for n in sys.modules if n.split('.')[0] in ('reefmu', 'stiffness_model')))")
+    code = (
+        "import sys, warnings\nwarnings.simplefilter('ignore')\nimport reefmu.fmu.model.joint\n"
+        "import reefmu.model, reefmu.fmu.model.kernel\n"
+        "print(*(n for n in sys.modules if n.split('.')[0] in ('reefmu', 'stiffness_model')))"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANG, check=True)
     modules = set(carried.model_modules())
     packages = {name for name in done.stdout.split() if (carried._source(name) or Path()).name == "__init__.py"}
@@ -122,11 +135,17 @@ def test_the_digest_is_over_all_that_an_export_loads_of_the_model() -> None:
     assert modules >= {"reefmu.model.assembly", "reefmu.effects.creep", "stiffness_model.rotation.placed"}
 
 
-@pytest.mark.parametrize("spoil", [
-    lambda table: [], lambda table: table | {"functions": "nonsense"}, lambda table: table | {"functions": 7},
-    lambda table: table | {"interface": {"kind": "drive"}}, lambda table: table | {"modules": 3},
-    lambda table: {k: v for k, v in table.items() if k != "code"},
-])
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda table: [],
+        lambda table: table | {"functions": "nonsense"},
+        lambda table: table | {"functions": 7},
+        lambda table: table | {"interface": {"kind": "drive"}},
+        lambda table: table | {"modules": 3},
+        lambda table: {k: v for k, v in table.items() if k != "code"},
+    ],
+)
 def test_other_equations_are_one_line(spoil: Callable[[dict[str, object]], object], model: DriveModel) -> None:
     component = drive_component(model)
     table = json.loads(write_equations(component, declare(component)))
@@ -159,16 +178,18 @@ def test_a_native_fmu_needs_no_tool(native: Path) -> None:
 
 
 @COMPILER
-def test_the_default_is_native_where_a_compiler_is(model: DriveModel, tmp_path: Path,
-                                                   capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_default_is_native_where_a_compiler_is(
+    model: DriveModel, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert read_archive(export_fmu(model, tmp_path / "d.fmu")).backend == "native"
     assert main(["export", "drive_1", "-o", str(tmp_path / "e.fmu"), "--drives", "8"]) == 0
     assert read_archive(tmp_path / "e.fmu").backend == "native"
     assert "needs Python" not in "".join(capsys.readouterr())
 
 
-def test_without_a_compiler_python_is_told(model: DriveModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-                                           capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_compiler_python_is_told(
+    model: DriveModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setattr(platforms, "_program", lambda p: ())
     with pytest.warns(UserWarning, match="no C compiler here: the FMU runs in Python"):
         assert read_archive(export_fmu(model, tmp_path / "d.fmu")).backend == "python"
@@ -184,12 +205,16 @@ def test_without_a_compiler_python_is_told(model: DriveModel, tmp_path: Path, mo
         assert "pip install 'reefmu[native]'" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("compiler", "words"), [
-    ("true", "expected true to compile the model, got status 0 and no library: it wrote nothing"),
-    ("no-such-compiler", r"neither ziglang nor the program that CC names \(no-such-compiler\)"),
-])
-def test_a_compiler_of_no_use(compiler: str, words: str, model: DriveModel, tmp_path: Path,
-                              monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("compiler", "words"),
+    [
+        ("true", "expected true to compile the model, got status 0 and no library: it wrote nothing"),
+        ("no-such-compiler", r"neither ziglang nor the program that CC names \(no-such-compiler\)"),
+    ],
+)
+def test_a_compiler_of_no_use(
+    compiler: str, words: str, model: DriveModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("REEFMU_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("CC", compiler)
     monkeypatch.setattr(platforms.importlib.util, "find_spec", lambda name: None)
@@ -209,8 +234,9 @@ def test_an_unknown_machine_has_no_compiler(monkeypatch: pytest.MonkeyPatch) -> 
     assert not platforms.has_compiler()
 
 
-def test_a_step_slower_than_real_time_is_told(full_model: DriveModel, model: DriveModel,
-                                              monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_step_slower_than_real_time_is_told(
+    full_model: DriveModel, model: DriveModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """By a clock of the test's own, on which every step takes 1 ms; a joint's parts are counted."""
     clock = itertools.count(0.0, 1e-3)
     monkeypatch.setattr(cost, "clock", lambda: next(clock))
@@ -245,6 +271,12 @@ def test_a_host_in_c_with_libpython_ends_well(fmu: Path, tmp_path: Path) -> None
     assert "Py_" in alone.stderr
     for _ in range(4):
         for more in ([], ["free"]):
-            done = subprocess.run([*words, *more], capture_output=True, text=True, timeout=HANG, check=False,
-                                  env=os.environ | {"LD_PRELOAD": str(library), "PYTHONPATH": path})
+            done = subprocess.run(
+                [*words, *more],
+                capture_output=True,
+                text=True,
+                timeout=HANG,
+                check=False,
+                env=os.environ | {"LD_PRELOAD": str(library), "PYTHONPATH": path},
+            )
             assert done.returncode == 0, done.stderr

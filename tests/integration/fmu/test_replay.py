@@ -33,8 +33,11 @@ def inside(request: pytest.FixtureRequest, drive: sm.Drive, lookup: Lookup) -> D
     return build_model(drive, EFFECTS[request.param], lookup=lookup)
 
 
-@pytest.fixture(scope="module", params=[("python", "2.0"), *(
-    pytest.param(("native", fmi), marks=COMPILED) for fmi in ("2.0", "3.0"))], ids=" ".join)
+@pytest.fixture(
+    scope="module",
+    params=[("python", "2.0"), *(pytest.param(("native", fmi), marks=COMPILED) for fmi in ("2.0", "3.0"))],
+    ids=" ".join,
+)
 def fmu(request: pytest.FixtureRequest, inside: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("replay") / "drive.fmu"
     backend, fmi = request.param
@@ -48,13 +51,23 @@ def record_of(clocks: list[np.ndarray]) -> Record:
         way = np.linspace(0.0, 1.0, len(time))
         twist = (1 + 0.3 * run) * 1e-3 * np.sin(7 * way + run)
         output = 0.3 * run + 0.5 * way
-        parts.append({"time": time, "run": np.full(len(time), run), "crank_angle": -29 * (twist + output),
-                      "output_angle": output, "output_torque": np.zeros(len(time))})
+        parts.append(
+            {
+                "time": time,
+                "run": np.full(len(time), run),
+                "crank_angle": -29 * (twist + output),
+                "output_angle": output,
+                "output_torque": np.zeros(len(time)),
+            }
+        )
     return make_record({name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
 
 
-@pytest.mark.parametrize(("pause", "repeat"), [(None, False), (None, True), (2.0, False), (0.0, False)],
-                         ids=["the clock starts anew", "the clock stands still", "a pause", "no pause"])
+@pytest.mark.parametrize(
+    ("pause", "repeat"),
+    [(None, False), (None, True), (2.0, False), (0.0, False)],
+    ids=["the clock starts anew", "the clock stands still", "a pause", "no pause"],
+)
 def test_runs_as_the_model(fmu: Path, inside: DriveModel, pause: float | None, repeat: bool) -> None:
     clock = 0.01 * np.arange(60.0)
     if repeat:

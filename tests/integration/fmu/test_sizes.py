@@ -27,7 +27,8 @@ from stiffness_model.lookup.build import Lookup
 from tests.integration.fmu.exchange import Exchange
 
 needs_compiler = pytest.mark.skipif(
-    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH")
+    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH"
+)
 
 
 def description(path: Path) -> ElementTree.Element:
@@ -72,13 +73,26 @@ def test_creep_at_a_coarse_tolerance(drive: sm.Drive, lookup: Lookup, tmp_path: 
     model = build_model(drive, {"creep": {"compliance": 1e-6, "time": 0.05}}, lookup=lookup)
     component, p = drive_component(model), model.parameter_vector()
     u = np.array([0, 0, -2e-3, 0, 20])
-    exact = solve_ivp(lambda _, x: np.array(component.rate(x, u, p)).ravel(), (0, 0.3),
-                      np.array(component.initial(u, p)).ravel(), rtol=1e-11, atol=1e-16, method="LSODA",
-                      dense_output=True)
+    exact = solve_ivp(
+        lambda _, x: np.array(component.rate(x, u, p)).ravel(),
+        (0, 0.3),
+        np.array(component.initial(u, p)).ravel(),
+        rtol=1e-11,
+        atol=1e-16,
+        method="LSODA",
+        dense_output=True,
+    )
     path = export_fmu(model, tmp_path / "creep.fmu", backend="native", fmi=fmi)
-    came = fmpy.simulate_fmu(str(path), fmi_type="ModelExchange", solver="CVode", relative_tolerance=1e-4,
-                             stop_time=0.3, output_interval=1e-2, start_values={"output.phi": -2e-3},
-                             output=["output.tau"])
+    came = fmpy.simulate_fmu(
+        str(path),
+        fmi_type="ModelExchange",
+        solver="CVode",
+        relative_tolerance=1e-4,
+        stop_time=0.3,
+        output_interval=1e-2,
+        start_values={"output.phi": -2e-3},
+        output=["output.tau"],
+    )
     expected = np.array([float(component.output(exact.sol(t), u, p)[0]) for t in came["time"]])
     assert np.ptp(expected) > 10
     assert np.abs(came["output.tau"] - expected).max() < 3e-4 * np.abs(expected).max()
@@ -103,7 +117,8 @@ def test_euler_s_method_stays_sane_at_the_proposed_step(drive: sm.Drive, lookup:
 
 @pytest.mark.parametrize("masses", [None, TYPICAL])
 def test_the_proposed_step_passes_the_package_s_own_check(
-        drive: sm.Drive, lookup: Lookup, tmp_path: Path, capsys: pytest.CaptureFixture[str], masses: object) -> None:
+    drive: sm.Drive, lookup: Lookup, tmp_path: Path, capsys: pytest.CaptureFixture[str], masses: object
+) -> None:
     path = export_fmu(build_model(drive, lookup=lookup), tmp_path / "d.fmu", masses=masses)  # type: ignore[arg-type]
     proposed = description(path).find("DefaultExperiment")
     assert proposed is not None
@@ -173,7 +188,10 @@ def test_with_speeds_nothing_is_caught_up(full_model: DriveModel, unpacked: tupl
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
 def test_states_that_may_jump_say_so(full_model: DriveModel, tmp_path: Path, fmi: str) -> None:
     path = export_fmu(full_model, tmp_path / "d.fmu", backend="native", platform="none", fmi=fmi)
-    jumping = {v.get("name") for v in description(path).iterfind("ModelVariables/*")
-               if "true" in (v.get("reinit"), *(child.get("reinit") for child in v))}
+    jumping = {
+        v.get("name")
+        for v in description(path).iterfind("ModelVariables/*")
+        if "true" in (v.get("reinit"), *(child.get("reinit") for child in v))
+    }
     assert {"last.twist", "last.crank", "last.output", "hysteresis.deflection", "wear.travel"} <= jumping
     assert "creep.twist" not in jumping

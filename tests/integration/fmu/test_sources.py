@@ -20,12 +20,18 @@ from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import Masses
 from tests.patience import HANG
 
-pytestmark = pytest.mark.skipif(shutil.which("gcc") is None or not sys.platform.startswith("linux"),
-                                reason="needs gcc on Linux")
+pytestmark = pytest.mark.skipif(
+    shutil.which("gcc") is None or not sys.platform.startswith("linux"), reason="needs gcc on Linux"
+)
 HOST = Path(__file__).parent / "host" / "linked.c"
 WRAPPER = Path(__import__("reefmu").__file__).parent / "fmu" / "native"
-COMPILERS = ["gcc", pytest.param("musl-gcc", marks=pytest.mark.skipif(
-    shutil.which("musl-gcc") is None, reason="foreign host musl-gcc (Debian: musl-tools)"))]
+COMPILERS = [
+    "gcc",
+    pytest.param(
+        "musl-gcc",
+        marks=pytest.mark.skipif(shutil.which("musl-gcc") is None, reason="foreign host musl-gcc (Debian: musl-tools)"),
+    ),
+]
 TRIAL = {"drive": ("output.phi", -1e-3, "output.tau"), "joint": ("load.tau", -5.0, "output.w")}
 """Input, its value and an output, by kind."""
 
@@ -44,13 +50,29 @@ def linked(fmus: list[Path], fmi: str, compiler: str, folder: Path) -> list[str]
         sources = unpacked_sources(path, folder / str(k))
         objects.append(folder / f"{k}.o")
         subprocess.run([compiler, "-std=c99", "-O1", "-c", "-o", objects[-1], sources / "all.c"], check=True)
-        references = {v.name: v.valueReference
-                      for v in fmpy.read_model_description(str(path), validate=False).modelVariables}
+        references = {
+            v.name: v.valueReference for v in fmpy.read_model_description(str(path), validate=False).modelVariables
+        }
         source, value, result = TRIAL[file.kind]
         rows.append(f'X({file.model_identifier}_, "{file.guid}", {references[source]}, {value}, {references[result]})')
     (folder / "linked.h").write_text("\n".join(rows) + "\n", "utf-8")
-    subprocess.run([compiler, "-static", f"-DFMI={fmi[0]}", "-I", folder, "-I", WRAPPER, "-o", folder / "host", HOST,
-                    *objects, "-lm"], check=True)
+    subprocess.run(
+        [
+            compiler,
+            "-static",
+            f"-DFMI={fmi[0]}",
+            "-I",
+            folder,
+            "-I",
+            WRAPPER,
+            "-o",
+            folder / "host",
+            HOST,
+            *objects,
+            "-lm",
+        ],
+        check=True,
+    )
     done = subprocess.run([folder / "host"], capture_output=True, text=True, timeout=HANG, check=False)
     assert done.returncode == 0, f"status {done.returncode}: {done.stdout}"
     return done.stdout.splitlines()
@@ -59,11 +81,14 @@ def linked(fmus: list[Path], fmi: str, compiler: str, folder: Path) -> list[str]
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("fmi", list(STANDARDS))
 def test_two_drives_and_a_joint_link_into_one_static_program(
-        fmi: str, compiler: str, full_model: DriveModel, soft_model: DriveModel, tmp_path: Path) -> None:
+    fmi: str, compiler: str, full_model: DriveModel, soft_model: DriveModel, tmp_path: Path
+) -> None:
     """With nothing that is there twice, the numbers of the library, and a log that takes no text for a format."""
     masses = Masses(1e-4, 1.0)
-    fmus = [export_fmu(model, tmp_path / f"{k}.fmu", backend="native", fmi=fmi, masses=given)
-            for k, (model, given) in enumerate([(full_model, None), (soft_model, None), (soft_model, masses)])]
+    fmus = [
+        export_fmu(model, tmp_path / f"{k}.fmu", backend="native", fmi=fmi, masses=given)
+        for k, (model, given) in enumerate([(full_model, None), (soft_model, None), (soft_model, masses)])
+    ]
     said = linked(fmus, fmi, compiler, tmp_path)
     for path, number, complaint in zip(fmus, said[::2], said[1::2], strict=True):
         source, value, result = TRIAL[read_archive(path).kind]
@@ -81,11 +106,15 @@ def test_every_name_from_outside_begins_with_the_identifier(fmi: str, model: Dri
     path = export_fmu(model, tmp_path / "d.fmu", backend="native", platform="none", fmi=fmi)
     sources = unpacked_sources(path, tmp_path / "out")
     assert not [file.name for file in sources.iterdir() if ".symver" in file.read_text("utf-8")]
-    for flags, prefix in (((), f"drive_1_fmi{fmi[0]}"), ((f"-DFMI{fmi[0]}_OVERRIDE_FUNCTION_PREFIX",), f"fmi{fmi[0]}"),
-                          ((f"-DFMI{fmi[0]}_FUNCTION_PREFIX=mine_",), f"mine_fmi{fmi[0]}")):
+    for flags, prefix in (
+        ((), f"drive_1_fmi{fmi[0]}"),
+        ((f"-DFMI{fmi[0]}_OVERRIDE_FUNCTION_PREFIX",), f"fmi{fmi[0]}"),
+        ((f"-DFMI{fmi[0]}_FUNCTION_PREFIX=mine_",), f"mine_fmi{fmi[0]}"),
+    ):
         subprocess.run(["gcc", "-c", *flags, "-o", tmp_path / "d.o", sources / "all.c"], check=True)
-        listed = subprocess.run(["nm", "-g", "--defined-only", tmp_path / "d.o"], capture_output=True, text=True,
-                                check=True).stdout
+        listed = subprocess.run(
+            ["nm", "-g", "--defined-only", tmp_path / "d.o"], capture_output=True, text=True, check=True
+        ).stdout
         names = [line.split()[-1] for line in listed.splitlines()]
         assert names
         assert all(name.startswith(prefix) for name in names), names

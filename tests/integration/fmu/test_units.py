@@ -4,16 +4,19 @@ from reefmu.fmu.model.units import base_unit
 from stiffness_model.errors import InputError, UnknownNameError
 
 
-@pytest.mark.parametrize(("unit", "exponents"), [
-    ("1", ()),
-    ("rad", (("rad", 1),)),
-    ("N.m", (("kg", 1), ("m", 2), ("s", -2))),
-    ("N.m/rad", (("kg", 1), ("m", 2), ("s", -2), ("rad", -1))),
-    ("rad/(N.m)", (("kg", -1), ("m", -2), ("s", 2), ("rad", 1))),
-    ("N.m.s/rad", (("kg", 1), ("m", 2), ("s", -1), ("rad", -1))),
-    ("kg.m2", (("kg", 1), ("m", 2))),
-    ("1/K", (("K", -1),)),
-])
+@pytest.mark.parametrize(
+    ("unit", "exponents"),
+    [
+        ("1", ()),
+        ("rad", (("rad", 1),)),
+        ("N.m", (("kg", 1), ("m", 2), ("s", -2))),
+        ("N.m/rad", (("kg", 1), ("m", 2), ("s", -2), ("rad", -1))),
+        ("rad/(N.m)", (("kg", -1), ("m", -2), ("s", 2), ("rad", 1))),
+        ("N.m.s/rad", (("kg", 1), ("m", 2), ("s", -1), ("rad", -1))),
+        ("kg.m2", (("kg", 1), ("m", 2))),
+        ("1/K", (("K", -1),)),
+    ],
+)
 def test_exponents(unit, exponents):
     base = base_unit(unit)
     assert base.exponents == exponents

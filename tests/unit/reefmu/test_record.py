@@ -56,20 +56,23 @@ def test_column_map_renames_and_drops(tmp_path: Path) -> None:
     assert record.twist(10.0) == pytest.approx([0, np.pi, 2 * np.pi])
 
 
-@pytest.mark.parametrize(("text", "message"), [
-    ("time [s],twist [arcmin]\n0,0\n1,1\n", "expected a column 'output_torque'"),
-    ("time [s],output_torque [N.m]\n0,0\n1,1\n", "expected a column 'twist' or 'output_angle'"),
-    ("time [s],twist [N],output_torque [N.m]\n0,0,0\n1,1,1\n", "expected a unit of twist such as [rad], got [N]"),
-    ("time,twist [rad],output_torque [N.m]\n0,0,0\n1,1,1\n", "expected a unit in the header"),
-    ("time [s],twits [rad],output_torque [N.m]\n0,0,0\n1,1,1\n", "did you mean 'twist'"),
-    ("time [s],twist [rad],output_torque [N.m]\n0,0,0\n1,nan,1\n", "expected finite numbers in column 'twist'"),
-    ("time [s],twist [rad],output_torque [N.m]\n0,0,0\n1,x,1\n", "expected numbers in column"),
-    ("time [s],twist [rad],output_torque [N.m]\n1,0,0\n0,1,1\n", "time that does not run backwards"),
-    ("time [s],twist [rad],output_torque [N.m]\n0,0,0\n1,1\n", "expected 3 values in every row, got 2 in line 3"),
-    ("time [s]\n0\n1\n", "expected a column"),
-    ("", "expected a header and at least two rows"),
-    ("time [s],run,twist [rad],output_torque [N.m]\n0,0.5,0,0\n1,1,1,1\n", "whole numbers in column 'run'"),
-])
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("time [s],twist [arcmin]\n0,0\n1,1\n", "expected a column 'output_torque'"),
+        ("time [s],output_torque [N.m]\n0,0\n1,1\n", "expected a column 'twist' or 'output_angle'"),
+        ("time [s],twist [N],output_torque [N.m]\n0,0,0\n1,1,1\n", "expected a unit of twist such as [rad], got [N]"),
+        ("time,twist [rad],output_torque [N.m]\n0,0,0\n1,1,1\n", "expected a unit in the header"),
+        ("time [s],twits [rad],output_torque [N.m]\n0,0,0\n1,1,1\n", "did you mean 'twist'"),
+        ("time [s],twist [rad],output_torque [N.m]\n0,0,0\n1,nan,1\n", "expected finite numbers in column 'twist'"),
+        ("time [s],twist [rad],output_torque [N.m]\n0,0,0\n1,x,1\n", "expected numbers in column"),
+        ("time [s],twist [rad],output_torque [N.m]\n1,0,0\n0,1,1\n", "time that does not run backwards"),
+        ("time [s],twist [rad],output_torque [N.m]\n0,0,0\n1,1\n", "expected 3 values in every row, got 2 in line 3"),
+        ("time [s]\n0\n1\n", "expected a column"),
+        ("", "expected a header and at least two rows"),
+        ("time [s],run,twist [rad],output_torque [N.m]\n0,0.5,0,0\n1,1,1,1\n", "whole numbers in column 'run'"),
+    ],
+)
 def test_bad_records_are_refused_in_one_line(tmp_path: Path, text: str, message: str) -> None:
     path = write(tmp_path, text)
     with pytest.raises(sm.InputError) as error:
@@ -82,11 +85,20 @@ def test_bad_records_are_refused_in_one_line(tmp_path: Path, text: str, message:
 ROWS = [(0.01 * k, 3.0 * np.sin(0.1 * k), 40.0 * np.sin(0.1 * k)) for k in range(200)]
 
 
-@pytest.mark.parametrize(("column", "unit", "value"), [
-    (0, "s", 1e100), (1, "arcmin", 1e200), (1, "rad", -1e15), (2, "N.m", 1e200), (2, "N.m", -1e154), (2, "kN.m", 1e7),
-])
-def test_what_no_gear_and_no_rig_has_is_refused_when_it_is_read(tmp_path: Path, column: int, unit: str, value: float
-                                                                ) -> None:
+@pytest.mark.parametrize(
+    ("column", "unit", "value"),
+    [
+        (0, "s", 1e100),
+        (1, "arcmin", 1e200),
+        (1, "rad", -1e15),
+        (2, "N.m", 1e200),
+        (2, "N.m", -1e154),
+        (2, "kN.m", 1e7),
+    ],
+)
+def test_what_no_gear_and_no_rig_has_is_refused_when_it_is_read(
+    tmp_path: Path, column: int, unit: str, value: float
+) -> None:
     """Squares of such numbers are infinite, and linear algebra stops at them."""
     names, units = ["time", "twist", "output_torque"], ["s", "arcmin", "N.m"]
     units[column] = unit
@@ -105,7 +117,7 @@ def test_a_micro_radian_is_resolved_at_the_greatest_angle() -> None:
     """Beyond it a twist in double precision comes in steps that a diagnosis would see."""
     assert np.spacing(ANGLE_LIMIT) <= 1e-6 < np.spacing(4 * ANGLE_LIMIT)
     for low, high in RANGES.values():
-        assert np.isfinite(1e9 * max(low**2, high**2)**2)
+        assert np.isfinite(1e9 * max(low**2, high**2) ** 2)
 
 
 @pytest.mark.parametrize("unit", ["9**9**9**9", "s**9**9", "N.m**1e9", "\\", "1/0", "((((", "s^99"])
@@ -129,8 +141,15 @@ def test_not_a_text_file(tmp_path: Path) -> None:
 def test_speeds_stay_within_runs() -> None:
     time = np.concatenate([np.linspace(0, 1, 11), np.linspace(0, 1, 11)])
     crank = np.concatenate([3 * time[:11], 100 - 5 * time[11:]])
-    record = make_record({"time": time, "run": np.repeat([1, 2], 11), "crank_angle": crank,
-                          "output_angle": np.zeros(22), "output_torque": np.zeros(22)})
+    record = make_record(
+        {
+            "time": time,
+            "run": np.repeat([1, 2], 11),
+            "crank_angle": crank,
+            "output_angle": np.zeros(22),
+            "output_torque": np.zeros(22),
+        }
+    )
     assert record_inputs(record)[:, 1] == pytest.approx(np.repeat([3.0, -5.0], 11))
 
 
@@ -138,7 +157,13 @@ def test_record_of_the_model_itself_leaves_no_gap(model: DriveModel) -> None:
     time = np.linspace(0, 1, 50)
     twist = 0.001 * np.sin(6 * time)
     torque = model.lookup.torque(twist)
-    record = make_record({"time": np.tile(time, 2), "run": np.repeat([0, 1], 50), "twist": np.tile(twist, 2),
-                          "output_torque": np.tile(torque, 2)})
+    record = make_record(
+        {
+            "time": np.tile(time, 2),
+            "run": np.repeat([0, 1], 50),
+            "twist": np.tile(twist, 2),
+            "output_torque": np.tile(torque, 2),
+        }
+    )
     response = simulate_record(model, record)
     assert response["output.tau"] == pytest.approx(record.output_torque, abs=1e-9)

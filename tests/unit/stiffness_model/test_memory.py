@@ -25,8 +25,12 @@ def test_ten_million_drives_under_a_limit_of_the_address_space_are_one_line(tmp_
     limit = 1_500_000_000
     done = subprocess.run(
         [sys.executable, "-m", "reefmu", "curve", "drive_1", "--drives", "10000000", "--out", str(tmp_path / "c")],
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)), capture_output=True, text=True,
-        check=False, env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"})
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)),
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+    )
     assert done.returncode == 2, done.stderr
     assert done.stderr.count("\n") == 1
     assert "10000000 virtual drives at 61 twists" in done.stderr
@@ -36,11 +40,18 @@ def test_ten_million_drives_under_a_limit_of_the_address_space_are_one_line(tmp_
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the address space in use is read from /proc")
 def test_the_address_space_that_is_left_counts() -> None:
-    code = ("import resource; resource.setrlimit(resource.RLIMIT_AS, (2**31, 2**31)); "
-            "from stiffness_model.memory import available; a = available(); b = bytearray(200_000_000); "
-            "print(a, a - available())")
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True,
-                          env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"})
+    code = (
+        "import resource; resource.setrlimit(resource.RLIMIT_AS, (2**31, 2**31)); "
+        "from stiffness_model.memory import available; a = available(); b = bytearray(200_000_000); "
+        "print(a, a - available())"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+    )
     left, taken = (float(text) for text in done.stdout.split())
     assert 0 < left < 2**31
     assert taken == pytest.approx(200e6, rel=0.05)

@@ -15,8 +15,21 @@ from .sensors import Sensors
 from .sizing import EFFECTS
 
 WEIGHTS = {
-    "single": 22, "single_1": 9, "floor": 3, "none": 9, "scatter": 7, "base": 3, "outside": 6, "outside_and": 2,
-    "pair": 10, "three": 3, "poor": 8, "autocorrelated": 3, "missing": 2, "individual": 8, "sweep": 5,
+    "single": 22,
+    "single_1": 9,
+    "floor": 3,
+    "none": 9,
+    "scatter": 7,
+    "base": 3,
+    "outside": 6,
+    "outside_and": 2,
+    "pair": 10,
+    "three": 3,
+    "poor": 8,
+    "autocorrelated": 3,
+    "missing": 2,
+    "individual": 8,
+    "sweep": 5,
 }
 """Cases of each category in every hundred."""
 SWEEP_TRACE = 0.02
@@ -26,8 +39,18 @@ _NOT_TOGETHER = ({"backlash", "preload"}, {"modulus_error", "structural_complian
 # What leaves a trace on every poor protocol.
 _EVERYWHERE = tuple(e for e in EFFECTS if e not in ("thermal_clearance", "wear", "missing_ball", "kinematic_error"))
 _WITHOUT_TEMPERATURE = tuple(e for e in EFFECTS if e != "thermal_clearance")
-_WHEN_LOCKED = ("backlash", "preload", "modulus_error", "structural_compliance", "creep", "hysteresis",
-                "load_dependent_hysteresis", "damping", "torque_sensor_offset", "torque_sensor_drift")
+_WHEN_LOCKED = (
+    "backlash",
+    "preload",
+    "modulus_error",
+    "structural_compliance",
+    "creep",
+    "hysteresis",
+    "load_dependent_hysteresis",
+    "damping",
+    "torque_sensor_offset",
+    "torque_sensor_drift",
+)
 
 Rng = np.random.Generator
 
@@ -40,8 +63,9 @@ def case(number: int, seed: int = 0) -> Case:
     # Every category starts elsewhere in the lists of effects.
     earlier = block * WEIGHTS[category] + order[:place].count(category) + 3 * list(WEIGHTS).index(category)
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number, 1)))
-    return _MAKERS[category](partial(Case, number, category, drawing=int(rng.integers(len(DRAWINGS))), seed=seed),
-                             rng, earlier)
+    return _MAKERS[category](
+        partial(Case, number, category, drawing=int(rng.integers(len(DRAWINGS))), seed=seed), rng, earlier
+    )
 
 
 def cases(count: int, seed: int = 0, first: int = 0) -> list[Case]:
@@ -55,11 +79,13 @@ def _order(block: int, seed: int) -> list[str]:
     return [names[k] for k in rng.permutation(len(names))]
 
 
-def _sensors(rng: Rng, correlations: tuple[float, ...] = (0.0, 0.3, 0.6, 0.8, 0.9), noise: float | None = None
-             ) -> Sensors:
+def _sensors(
+    rng: Rng, correlations: tuple[float, ...] = (0.0, 0.3, 0.6, 0.8, 0.9), noise: float | None = None
+) -> Sensors:
     share = float(np.exp(rng.uniform(np.log(0.001), np.log(0.008)))) if noise is None else noise
-    return Sensors(share, float(rng.choice(correlations)), float(rng.uniform(0.05, 0.5)),
-                   float(rng.choice([0.0, 0.02, 0.05])))
+    return Sensors(
+        share, float(rng.choice(correlations)), float(rng.uniform(0.05, 0.5)), float(rng.choice([0.0, 0.02, 0.05]))
+    )
 
 
 def _size(rng: Rng, low: float = 3.0, high: float = 12.0) -> float:
@@ -109,8 +135,9 @@ def _outside(new: Maker, rng: Rng, earlier: int) -> Case:
 
 
 def _outside_and(new: Maker, rng: Rng, earlier: int) -> Case:
-    return new(((_turned(KINDS, earlier), _size(rng)), (_turned(EFFECTS, 3 * earlier), _size(rng))),
-               sensors=_sensors(rng))
+    return new(
+        ((_turned(KINDS, earlier), _size(rng)), (_turned(EFFECTS, 3 * earlier), _size(rng))), sensors=_sensors(rng)
+    )
 
 
 def _several(count: int, new: Maker, rng: Rng, earlier: int) -> Case:
@@ -132,10 +159,15 @@ def _autocorrelated(new: Maker, rng: Rng, earlier: int) -> Case:
 
 def _missing(new: Maker, rng: Rng, earlier: int) -> Case:
     if earlier % 2:
-        return new(((_turned(_WHEN_LOCKED, earlier // 2), _size(rng)),), sensors=_sensors(rng), protocol="locked",
-                   missing=("crank_angle", "run"))
-    return new(((_turned(_WITHOUT_TEMPERATURE, earlier // 2), _size(rng)),), sensors=_sensors(rng),
-               missing=("temperature",))
+        return new(
+            ((_turned(_WHEN_LOCKED, earlier // 2), _size(rng)),),
+            sensors=_sensors(rng),
+            protocol="locked",
+            missing=("crank_angle", "run"),
+        )
+    return new(
+        ((_turned(_WITHOUT_TEMPERATURE, earlier // 2), _size(rng)),), sensors=_sensors(rng), missing=("temperature",)
+    )
 
 
 def _individual(new: Maker, rng: Rng, earlier: int) -> Case:
@@ -148,8 +180,19 @@ def _sweep(new: Maker, rng: Rng, earlier: int) -> Case:
 
 
 _MAKERS: dict[str, Callable[[Maker, Rng, int], Case]] = {
-    "single": _single, "single_1": _single_1, "floor": _floor, "none": _none, "scatter": _scatter, "base": _base,
-    "outside": _outside, "outside_and": _outside_and, "pair": partial(_several, 2), "three": partial(_several, 3),
-    "poor": _poor, "autocorrelated": _autocorrelated, "missing": _missing, "individual": _individual,
+    "single": _single,
+    "single_1": _single_1,
+    "floor": _floor,
+    "none": _none,
+    "scatter": _scatter,
+    "base": _base,
+    "outside": _outside,
+    "outside_and": _outside_and,
+    "pair": partial(_several, 2),
+    "three": partial(_several, 3),
+    "poor": _poor,
+    "autocorrelated": _autocorrelated,
+    "missing": _missing,
+    "individual": _individual,
     "sweep": _sweep,
 }

@@ -71,8 +71,9 @@ def mean_law(tables: Tables, modulus: float = 1.0, missing: float | None = None)
     return ContactLaw(tables, torque[None], tables.c, less, missing or 0.0)
 
 
-def individual_law(tables: Tables, one: Individual, clearances: tuple[float, float], modulus: float = 1.0,
-                   missing: float | None = None) -> ContactLaw:
+def individual_law(
+    tables: Tables, one: Individual, clearances: tuple[float, float], modulus: float = 1.0, missing: float | None = None
+) -> ContactLaw:
     """One individual, solved at clearances (m) over the range it will meet; modulus as in `mean_law`."""
     drive, low, high = tables.drive, *clearances
     nodes = np.array([low]) if high - low < 1e-9 else np.linspace(low, high, 4)
@@ -149,8 +150,12 @@ def _at(nodes: Array, table: Array, clearance: Array) -> Array:
 
 def _cubic_weights(u: Array) -> tuple[Array, Array, Array, Array]:
     """Lagrange weights of four nodes 0, 1, 2, 3 at u."""
-    return (-(u - 1) * (u - 2) * (u - 3) / 6, u * (u - 2) * (u - 3) / 2,
-            -u * (u - 1) * (u - 3) / 2, u * (u - 1) * (u - 2) / 6)
+    return (
+        -(u - 1) * (u - 2) * (u - 3) / 6,
+        u * (u - 2) * (u - 3) / 2,
+        -u * (u - 1) * (u - 3) / 2,
+        u * (u - 1) * (u - 2) / 6,
+    )
 
 
 def _finer(few: Array, values: Array, x: Array) -> Array:

@@ -78,17 +78,26 @@ def _variation(number: int) -> Drawing:
     base = (_GROUND, _MILLED, _PRINTED, _MILLED)[number]
     ratio = int(rng.choice([25, 29, 33]))
     return replace(
-        base, preset="", ratio=ratio, lobes=ratio + int(rng.choice([-1, 1])), elements=3 * int(rng.integers(20, 30)),
-        element_radius=round(7.0 * rng.uniform(0.9, 1.1), 2), crank_radius=round(41.0 * rng.uniform(0.95, 1.1), 1),
+        base,
+        preset="",
+        ratio=ratio,
+        lobes=ratio + int(rng.choice([-1, 1])),
+        elements=3 * int(rng.integers(20, 30)),
+        element_radius=round(7.0 * rng.uniform(0.9, 1.1), 2),
+        crank_radius=round(41.0 * rng.uniform(0.95, 1.1), 1),
         # Fewer lobes allow a greater eccentricity before the profile cuts itself.
         eccentricity=round(0.7 * 29 / ratio * rng.uniform(0.9, 1.05), 3),
-        cage_grade=base.cage_grade + int(rng.integers(-1, 2)), gear_grade=base.gear_grade + int(rng.integers(-1, 2)),
+        cage_grade=base.cage_grade + int(rng.integers(-1, 2)),
+        gear_grade=base.gear_grade + int(rng.integers(-1, 2)),
         crank_deviation=str(rng.choice(["element", "eccentric"])),
     )
 
 
 DRAWINGS: tuple[Drawing, ...] = (
-    _GROUND, _MILLED, _PRINTED, *(replace(d, lobes=28) for d in (_GROUND, _MILLED, _PRINTED)),
+    _GROUND,
+    _MILLED,
+    _PRINTED,
+    *(replace(d, lobes=28) for d in (_GROUND, _MILLED, _PRINTED)),
     *(_variation(k) for k in range(N_VARIATIONS)),
 )
 

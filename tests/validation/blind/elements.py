@@ -35,7 +35,7 @@ def element_torques(drive: Drive, deviations: Deviations, twist: Array, clearanc
     step = max(1, CHUNK // len(twist))
     for group, size in ((np.flatnonzero(~tight), step), (np.flatnonzero(tight), 50 * step)):
         for first in range(0, len(group), size):
-            part = group[first:first + size]
+            part = group[first : first + size]
             out[part] = solve(contacts[part], twist * drive.ratio).output_torque.T
     return out
 
@@ -46,7 +46,7 @@ def spread_elements(drive: Drive, count: int, beta: float | None = None) -> Devi
     """
     low = 1 if beta is not None else 0
     points = qmc.Sobol(5, scramble=False).random(count)[:, low:] + 0.5 / count
-    normal = ndtri(points[:, 1 - low:])
+    normal = ndtri(points[:, 1 - low :])
     place = (2 * points[:, 0] - 1) * drive.usable_limit if beta is None else np.full(count, beta)
     return Deviations(place, *_radii(drive, normal.T))
 
@@ -92,8 +92,9 @@ def draw_individual(drive: Drive, rng: np.random.Generator) -> Individual:
     return Individual(start, element, crank, cage, lobe)
 
 
-def individual_torque(drive: Drive, one: Individual, turn: Array, twist: Array, clearance: float,
-                      missing: int | None = None) -> Array:
+def individual_torque(
+    drive: Drive, one: Individual, turn: Array, twist: Array, clearance: float, missing: int | None = None
+) -> Array:
     """Torque, N.m, (n_turn, n_twist), of an individual whose crank has turned by `turn` rad past the cage.
 
     Every element keeps its ball, crank and bore while its position moves on by `turn`; with every turn it meets

@@ -79,7 +79,7 @@ class Motion:
 def clearances(behaviour: Behaviour, test: Schedule) -> Array:
     """Gear clearance beyond the drawing's at every sample, m."""
     travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(test.crank)))])
-    return (behaviour.clearance + behaviour.thermal * (test.temperature - REFERENCE) + behaviour.wear * travel)
+    return behaviour.clearance + behaviour.thermal * (test.temperature - REFERENCE) + behaviour.wear * travel
 
 
 def law_of(tables: Tables, behaviour: Behaviour, test: Schedule, one: Individual | None) -> ContactLaw:

@@ -39,8 +39,9 @@ Piece = tuple[Array, Array, Array]
 """Steps of time (s), crank (rad) and load of part of a run."""
 
 
-def _loops(crank: float, amplitudes: tuple[float, ...], period: float, cycles: int = 2, samples: int = 100,
-           offset: float = 0.0) -> Piece:
+def _loops(
+    crank: float, amplitudes: tuple[float, ...], period: float, cycles: int = 2, samples: int = 100, offset: float = 0.0
+) -> Piece:
     """Loops about `offset` with the crank locked; load as a triangle with slightly rounded tips."""
     phase = 2 * np.pi * np.arange(1, cycles * samples + 1) / samples
     shape = np.arcsin(0.985 * np.sin(phase)) / np.arcsin(0.985)
@@ -61,8 +62,12 @@ def _turn(start: float, turns: float, speed: float, load: float, samples: int) -
     return np.full(samples, duration / samples), start + turns * 2 * np.pi * way, np.full(samples, load)
 
 
-def _assemble(runs: list[list[Piece]], rng: np.random.Generator, warm: dict[int, tuple[float, float]] | None = None,
-              pause: float = 20.0) -> Schedule:
+def _assemble(
+    runs: list[list[Piece]],
+    rng: np.random.Generator,
+    warm: dict[int, tuple[float, float]] | None = None,
+    pause: float = 20.0,
+) -> Schedule:
     """Runs in their order; warm: temperatures at the start and end of some runs (by number from 0)."""
     times, numbers, cranks, loads, temperatures = [], [], [], [], []
     now, room = 0.0, rng.uniform(19.5, 21.0)
@@ -105,8 +110,12 @@ def full(rng: np.random.Generator, ratio: int = 29) -> Schedule:
 def _holds(crank: float, dwell: float) -> list[Piece]:
     pieces = []
     for load in (0.8, -0.8):
-        pieces += [_ramp(crank, 0, load, 4.0, 20), _ramp(crank, load, load, dwell, 190),
-                   _ramp(crank, load, 0, 4.0, 20), _ramp(crank, 0, 0, 0.6 * dwell, 110)]
+        pieces += [
+            _ramp(crank, 0, load, 4.0, 20),
+            _ramp(crank, load, load, dwell, 190),
+            _ramp(crank, load, 0, 4.0, 20),
+            _ramp(crank, 0, 0, 0.6 * dwell, 110),
+        ]
     return pieces
 
 
@@ -119,10 +128,15 @@ def one_sign(rng: np.random.Generator, ratio: int = 29) -> Schedule:
     """Poor: load in one direction only; loops at four angles, a hold and slow and fast rotation."""
     angles = rng.uniform(0, 2 * np.pi) + np.pi / 2 * np.arange(4)
     # From -pi/2 on, the loop starts unloaded and never pulls.
-    runs = [[_ramp(a, 0, 0.05, 1.0, 10),
-             *(_pushes(a, s, 25.0) for s in (0.4, 0.7, 1.0))] for a in angles]
-    runs.append([_ramp(angles[0], 0, 0.8, 4.0, 20), _ramp(angles[0], 0.8, 0.8, 120.0, 190),
-                 _ramp(angles[0], 0.8, 0.05, 4.0, 20), _ramp(angles[0], 0.05, 0.05, 80.0, 110)])
+    runs = [[_ramp(a, 0, 0.05, 1.0, 10), *(_pushes(a, s, 25.0) for s in (0.4, 0.7, 1.0))] for a in angles]
+    runs.append(
+        [
+            _ramp(angles[0], 0, 0.8, 4.0, 20),
+            _ramp(angles[0], 0.8, 0.8, 120.0, 190),
+            _ramp(angles[0], 0.8, 0.05, 4.0, 20),
+            _ramp(angles[0], 0.05, 0.05, 80.0, 110),
+        ]
+    )
     for speed in (0.5, 20.0):
         there = angles[0] + 4 * np.pi
         runs.append([_ramp(angles[0], 0, 0.5, 4.0, 30), _turn(angles[0], 2, speed, 0.5, 270)])

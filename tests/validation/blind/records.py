@@ -87,8 +87,15 @@ class Sealed:
         record, drawing = folder / f"record_{self.truth.case.number:04d}.csv", folder / "drive.toml"
         drawing.write_text(DRAWINGS[self.truth.case.drawing].toml, encoding="utf-8")
         formats = ["%d" if title == "run" else "%.10g" for title in self.table]
-        np.savetxt(record, np.stack(list(self.table.values()), -1), formats, ",", header=",".join(self.table),
-                   comments="", encoding="utf-8")
+        np.savetxt(
+            record,
+            np.stack(list(self.table.values()), -1),
+            formats,
+            ",",
+            header=",".join(self.table),
+            comments="",
+            encoding="utf-8",
+        )
         return record, drawing
 
 
@@ -113,8 +120,9 @@ def make(case: Case) -> Sealed:
         share = scatter_along(table, test, plain, trace) if rms(trace) else float("inf")
         if one is not None and 1 < share * wanted < np.inf and name != "missing_ball":
             # On an individual, sigmas count above noise and scatter, whichever is greater.
-            size, trace = find_size(name, put, start, table, plain, test,
-                                    min(share * wanted * rms(trace), LARGEST * full))
+            size, trace = find_size(
+                name, put, start, table, plain, test, min(share * wanted * rms(trace), LARGEST * full)
+            )
             share = scatter_along(table, test, plain, trace)
         over_scatter[name] = 1 / share
         behaviour, traces[name] = put(behaviour, size), trace
@@ -124,8 +132,15 @@ def make(case: Case) -> Sealed:
     sigmas = {name: rms(trace) / noise_rms if noise_rms else np.inf for name, trace in traces.items()}
     names = [name for name, _ in case.effects]
     truth = Truth(
-        case, tuple(sorted(n for n in names if n not in KINDS)), tuple(n for n in names if n in KINDS), sigmas,
-        over_scatter, {n: parameters(n, behaviour, test) for n in names if n not in KINDS}, noise_rms, full)
+        case,
+        tuple(sorted(n for n in names if n not in KINDS)),
+        tuple(n for n in names if n in KINDS),
+        sigmas,
+        over_scatter,
+        {n: parameters(n, behaviour, test) for n in names if n not in KINDS},
+        noise_rms,
+        full,
+    )
     return Sealed(truth, _columns(reading, test, case, table.drive.ratio), test, motion, reading)
 
 
@@ -134,14 +149,23 @@ def parameters(name: str, b: Behaviour, test: Schedule) -> dict[str, float]:
     seconds = test.time[-1] - test.time[0]
     orders = {f"amplitude_{k}": b.kinematic * w for k, w, _ in b.orders}
     return {
-        "backlash": {"clearance": b.clearance}, "preload": {"clearance": -b.clearance},
-        "thermal_clearance": {"rate": b.thermal}, "wear": {"rate": b.wear},
-        "modulus_error": {"error": b.modulus - 1}, "structural_compliance": {"compliance": b.compliance},
-        "creep": {"compliance": b.creep}, "kinematic_error": orders, "hysteresis": {"torque": b.hysteresis},
-        "load_dependent_hysteresis": {"fraction": b.load_hysteresis}, "damping": {"coefficient": b.damping},
-        "coulomb_friction": {"torque": b.coulomb}, "viscous_friction": {"coefficient": b.viscous},
-        "stribeck_friction": {"torque": b.stribeck}, "torque_sensor_offset": {"torque": b.offset},
-        "torque_sensor_drift": {"rate": float(b.drift / seconds)}, "missing_ball": {},
+        "backlash": {"clearance": b.clearance},
+        "preload": {"clearance": -b.clearance},
+        "thermal_clearance": {"rate": b.thermal},
+        "wear": {"rate": b.wear},
+        "modulus_error": {"error": b.modulus - 1},
+        "structural_compliance": {"compliance": b.compliance},
+        "creep": {"compliance": b.creep},
+        "kinematic_error": orders,
+        "hysteresis": {"torque": b.hysteresis},
+        "load_dependent_hysteresis": {"fraction": b.load_hysteresis},
+        "damping": {"coefficient": b.damping},
+        "coulomb_friction": {"torque": b.coulomb},
+        "viscous_friction": {"coefficient": b.viscous},
+        "stribeck_friction": {"torque": b.stribeck},
+        "torque_sensor_offset": {"torque": b.offset},
+        "torque_sensor_drift": {"rate": float(b.drift / seconds)},
+        "missing_ball": {},
     }[name]
 
 

@@ -16,10 +16,18 @@ CLEAN = ("none", "scatter", "base")
 _UNITS = {"": 1.0, "1": 1.0, "um": 1e-6, "µm": 1e-6, "mm": 1e-3, "arcmin": math.pi / 10800, "mrad": 1e-3, "%": 0.01}
 # Sizes that mean the same in the generator and in a diagnosis, though their constitutive forms differ.
 COVERED = {
-    "backlash": ("clearance",), "preload": ("clearance",), "thermal_clearance": ("rate",), "wear": ("rate",),
-    "modulus_error": ("error",), "hysteresis": ("torque",), "load_dependent_hysteresis": ("fraction",),
-    "coulomb_friction": ("torque",), "viscous_friction": ("coefficient",), "damping": ("coefficient",),
-    "torque_sensor_offset": ("torque",), "structural_compliance": ("compliance",),
+    "backlash": ("clearance",),
+    "preload": ("clearance",),
+    "thermal_clearance": ("rate",),
+    "wear": ("rate",),
+    "modulus_error": ("error",),
+    "hysteresis": ("torque",),
+    "load_dependent_hysteresis": ("fraction",),
+    "coulomb_friction": ("torque",),
+    "viscous_friction": ("coefficient",),
+    "damping": ("coefficient",),
+    "torque_sensor_offset": ("torque",),
+    "structural_compliance": ("compliance",),
     "kinematic_error": ("amplitude_1", "amplitude_2", "amplitude_3", "amplitude_4"),
 }
 
@@ -65,10 +73,16 @@ def judge(truth: Truth, answer: Mapping[str, Any], seconds: float) -> Outcome:
     after = gap.get("held_out_after")
     exact = nothing or (finding and bool(hidden) and named == hidden)
     return Outcome(
-        truth, verdict, tuple(sorted(named)), exact,
+        truth,
+        verdict,
+        tuple(sorted(named)),
+        exact,
         exact or (verdict in (*WITH_NAMES, "ambiguous") and bool(hidden) and hidden in sets),
-        finding and not named <= hidden, None if after is None else float(after) / truth.noise,
-        _covered(truth, effects) if exact else {}, seconds)
+        finding and not named <= hidden,
+        None if after is None else float(after) / truth.noise,
+        _covered(truth, effects) if exact else {},
+        seconds,
+    )
 
 
 def failed(truth: Truth, error: str, seconds: float) -> Outcome:
@@ -124,40 +138,77 @@ def _detected(o: Outcome) -> bool:
 
 _SINGLE = ("single", "sweep")
 FIGURES: tuple[tuple[str, str, Pick, Pick], ...] = (
-    ("single, separable, >= 3 sigma: exact", ">= 97 %",
-     lambda o: _is(*_SINGLE)(o) and _shown(o, 3), lambda o: o.exact),
-    ("  of these, >= 3 times the scatter", "",
-     lambda o: _is(*_SINGLE)(o) and _shown(o, 3) and o.weakest_over_scatter >= 3, lambda o: o.exact),
-    ("single, separable, 1 sigma: exact", ">= 90 %",
-     lambda o: _is("single_1")(o) and _shown(o, 1), lambda o: o.exact),
-    ("  of these, >= 1 times the scatter", "",
-     lambda o: _is("single_1")(o) and _shown(o, 1) and o.weakest_over_scatter >= 1, lambda o: o.exact),
-    ("autocorrelation 0.93 to 0.97: exact", "", lambda o: _is("autocorrelated")(o) and o.truth.separable,
-     lambda o: o.exact),
-    ("truth within the reported set, any protocol", ">= 98 %",
-     lambda o: not _is(*CLEAN, "floor", "outside", "outside_and")(o) and o.weakest >= 0.97, lambda o: o.within),
-    ("  or abstained (insufficient, none, unknown)", "",
-     lambda o: not _is(*CLEAN, "floor", "outside", "outside_and")(o) and o.weakest >= 0.97,
-     lambda o: o.within or o.verdict in ("insufficient", "none", "unknown")),
+    ("single, separable, >= 3 sigma: exact", ">= 97 %", lambda o: _is(*_SINGLE)(o) and _shown(o, 3), lambda o: o.exact),
+    (
+        "  of these, >= 3 times the scatter",
+        "",
+        lambda o: _is(*_SINGLE)(o) and _shown(o, 3) and o.weakest_over_scatter >= 3,
+        lambda o: o.exact,
+    ),
+    ("single, separable, 1 sigma: exact", ">= 90 %", lambda o: _is("single_1")(o) and _shown(o, 1), lambda o: o.exact),
+    (
+        "  of these, >= 1 times the scatter",
+        "",
+        lambda o: _is("single_1")(o) and _shown(o, 1) and o.weakest_over_scatter >= 1,
+        lambda o: o.exact,
+    ),
+    (
+        "autocorrelation 0.93 to 0.97: exact",
+        "",
+        lambda o: _is("autocorrelated")(o) and o.truth.separable,
+        lambda o: o.exact,
+    ),
+    (
+        "truth within the reported set, any protocol",
+        ">= 98 %",
+        lambda o: not _is(*CLEAN, "floor", "outside", "outside_and")(o) and o.weakest >= 0.97,
+        lambda o: o.within,
+    ),
+    (
+        "  or abstained (insufficient, none, unknown)",
+        "",
+        lambda o: not _is(*CLEAN, "floor", "outside", "outside_and")(o) and o.weakest >= 0.97,
+        lambda o: o.within or o.verdict in ("insufficient", "none", "unknown"),
+    ),
     ("false alarm: clean", "<= 1 %", _is("none"), _alarm),
     ("false alarm: tolerance scatter alone", "<= 1 %", _is("scatter"), _alarm),
     ("false alarm: base law within tolerance", "", _is("base"), _alarm),
     ("outside the vocabulary: detected", ">= 95 %", _is("outside", "outside_and"), _detected),
-    ("known ones called unknown", "<= 3 %", lambda o: _is(*_SINGLE, "pair", "three")(o) and _shown(o, 3),
-     lambda o: o.verdict == "unknown"),
-    ("known ones called partly", "", lambda o: _is(*_SINGLE, "pair", "three")(o) and _shown(o, 3),
-     lambda o: o.verdict == "partly"),
+    (
+        "known ones called unknown",
+        "<= 3 %",
+        lambda o: _is(*_SINGLE, "pair", "three")(o) and _shown(o, 3),
+        lambda o: o.verdict == "unknown",
+    ),
+    (
+        "known ones called partly",
+        "",
+        lambda o: _is(*_SINGLE, "pair", "three")(o) and _shown(o, 3),
+        lambda o: o.verdict == "partly",
+    ),
     ("two effects: both exact", ">= 90 %", lambda o: _is("pair")(o) and o.truth.separable, lambda o: o.exact),
-    ("two effects: at least one right", ">= 99 %", lambda o: _is("pair")(o) and o.truth.separable,
-     lambda o: bool(set(o.named) & set(o.truth.effects))),
-    ("  two, each >= 3 times the scatter: exact", "",
-     lambda o: _is("pair")(o) and o.truth.separable and o.weakest_over_scatter >= 3, lambda o: o.exact),
+    (
+        "two effects: at least one right",
+        ">= 99 %",
+        lambda o: _is("pair")(o) and o.truth.separable,
+        lambda o: bool(set(o.named) & set(o.truth.effects)),
+    ),
+    (
+        "  two, each >= 3 times the scatter: exact",
+        "",
+        lambda o: _is("pair")(o) and o.truth.separable and o.weakest_over_scatter >= 3,
+        lambda o: o.exact,
+    ),
     ("three effects: exact", "", lambda o: _is("three")(o) and o.truth.separable, lambda o: o.exact),
     ("misnamed over the noise sweep, 0.05 to 2 %", "<= 3 %", _is("sweep"), lambda o: o.wrong),
     ("misnamed, all cases", "", lambda o: True, lambda o: o.wrong),
     ("misnamed, poor protocols and missing channels", "", _is("poor", "missing"), lambda o: o.wrong),
-    ("on an individual, >= 3 times the scatter: exact", ">= 90 %",
-     lambda o: _is("individual")(o) and _shown(o, 3) and o.weakest_over_scatter >= 2.9, lambda o: o.exact),
+    (
+        "on an individual, >= 3 times the scatter: exact",
+        ">= 90 %",
+        lambda o: _is("individual")(o) and _shown(o, 3) and o.weakest_over_scatter >= 2.9,
+        lambda o: o.exact,
+    ),
     ("failed with an error", "0 %", lambda o: True, lambda o: bool(o.error)),
 )
 
@@ -172,42 +223,61 @@ def figures(rows: Rows) -> str:
         rate = f"{100 * count / len(some):6.1f}%  {100 * low:5.1f} .. {100 * high:5.1f}" if some else "   none"
         lines.append(f"{title:50s} {reach:>8s} {count:4d}/{len(some):<4d} {rate}")
     # An individual keeps its scatter besides the noise.
-    gaps = sorted(o.held_out for o in rows if o.held_out is not None and o.exact and o.truth.effects
-                  and not o.truth.case.individual)
+    gaps = sorted(
+        o.held_out
+        for o in rows
+        if o.held_out is not None and o.exact and o.truth.effects and not o.truth.case.individual
+    )
     if gaps:
-        lines.append(f"{'held-out gap over the true noise, exact, mean drive':50s} {'<= 1.1':>8s}  "
-                     f"median {_at(gaps, 0.5):.3f}, 90 % {_at(gaps, 0.9):.3f}, greatest {gaps[-1]:.3f}")
+        lines.append(
+            f"{'held-out gap over the true noise, exact, mean drive':50s} {'<= 1.1':>8s}  "
+            f"median {_at(gaps, 0.5):.3f}, 90 % {_at(gaps, 0.9):.3f}, greatest {gaps[-1]:.3f}"
+        )
     inside = [c for o in rows for c in o.covered.values()]
     low, high = wilson(sum(inside), len(inside))
     if inside:
-        lines.append(f"{'coverage of the 95 % intervals':50s} {'92..97 %':>8s} {sum(inside):4d}/{len(inside):<4d} "
-                     f"{100 * sum(inside) / len(inside):6.1f}%  {100 * low:5.1f} .. {100 * high:5.1f}")
+        lines.append(
+            f"{'coverage of the 95 % intervals':50s} {'92..97 %':>8s} {sum(inside):4d}/{len(inside):<4d} "
+            f"{100 * sum(inside) / len(inside):6.1f}%  {100 * low:5.1f} .. {100 * high:5.1f}"
+        )
     times = sorted(o.seconds for o in rows if o.truth.case.protocol == "full")
     if times:
-        lines.append(f"{'time of a record on the full protocol, s':50s} {'':>8s}  median {_at(times, 0.5):.1f}, "
-                     f"90 % {_at(times, 0.9):.1f}, longest {times[-1]:.1f}")
+        lines.append(
+            f"{'time of a record on the full protocol, s':50s} {'':>8s}  median {_at(times, 0.5):.1f}, "
+            f"90 % {_at(times, 0.9):.1f}, longest {times[-1]:.1f}"
+        )
     return "\n".join(lines)
 
 
 def by_effect(rows: Rows) -> str:
     """Single effects on the full protocol one by one, with the parameters' coverage."""
-    lines = [f"{'single effect, full protocol, >= 3 sigma':40s} {'n':>4s} {'exact':>6s} {'within':>7s} {'silent':>7s} "
-             f"{'wrong':>6s} {'covered':>9s}"]
-    some = [o for o in rows if len(o.truth.effects) == 1 and not o.truth.outside and o.truth.case.protocol == "full"
-            and o.weakest >= 2.9]
+    lines = [
+        f"{'single effect, full protocol, >= 3 sigma':40s} {'n':>4s} {'exact':>6s} {'within':>7s} {'silent':>7s} "
+        f"{'wrong':>6s} {'covered':>9s}"
+    ]
+    some = [
+        o
+        for o in rows
+        if len(o.truth.effects) == 1 and not o.truth.outside and o.truth.case.protocol == "full" and o.weakest >= 2.9
+    ]
     for name in sorted({o.truth.effects[0] for o in some}):
         own = [o for o in some if o.truth.effects[0] == name]
         silent = sum(o.verdict in ("none", "insufficient", "unknown") for o in own)
         inside = [c for o in own for c in o.covered.values()]
-        lines.append(f"{name:40s} {len(own):4d} {sum(o.exact for o in own):6d} {sum(o.within for o in own):7d} "
-                     f"{silent:7d} {sum(o.wrong for o in own):6d} {sum(inside):4d}/{len(inside):<4d}")
+        lines.append(
+            f"{name:40s} {len(own):4d} {sum(o.exact for o in own):6d} {sum(o.within for o in own):7d} "
+            f"{silent:7d} {sum(o.wrong for o in own):6d} {sum(inside):4d}/{len(inside):<4d}"
+        )
     return "\n".join(lines)
 
 
 def confusions(rows: Rows, limit: int = 60) -> str:
     """What was said instead of the truth, most frequent first, with case numbers."""
-    wanted = [o for o in rows if not o.exact and o.truth.case.category != "floor"
-              and not (o.truth.outside and _detected(o) and not o.wrong)]
+    wanted = [
+        o
+        for o in rows
+        if not o.exact and o.truth.case.category != "floor" and not (o.truth.outside and _detected(o) and not o.wrong)
+    ]
     groups = Counter(_said(o) for o in wanted)
     lines = ["truth -> said (cases)"]
     for said, count in groups.most_common(limit):

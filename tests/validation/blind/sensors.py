@@ -59,8 +59,11 @@ def read(tables: Tables, test: Schedule, motion: Motion, sensors: Sensors, rng: 
     crank_step = max(angle_noise, 1e-7) * abs(tables.drive.ratio) / 10
     temperature = test.temperature + 0.1 * rng.standard_normal(len(crank))
     return Reading(
-        time=_stamps(test, sensors.jitter, rng), crank=_rounded(crank, crank_step), output=output + angle_error + zero,
-        torque=torque + torque_error, temperature=_rounded(temperature, 0.1),
+        time=_stamps(test, sensors.jitter, rng),
+        crank=_rounded(crank, crank_step),
+        output=output + angle_error + zero,
+        torque=torque + torque_error,
+        temperature=_rounded(temperature, 0.1),
         noise=torque_error + motion.stiffness * angle_error,
     )
 

@@ -19,16 +19,34 @@ Setter = Callable[[Behaviour, float], Behaviour]
 """(behaviour, size) -> the behaviour with one effect of that size, which is not negative."""
 
 _FIELDS = {
-    "backlash": "clearance", "preload": "clearance", "thermal_clearance": "thermal", "wear": "wear",
-    "structural_compliance": "compliance", "creep": "creep", "kinematic_error": "kinematic",
-    "hysteresis": "hysteresis", "load_dependent_hysteresis": "load_hysteresis", "damping": "damping",
-    "coulomb_friction": "coulomb", "viscous_friction": "viscous", "stribeck_friction": "stribeck",
-    "torque_sensor_offset": "offset", "torque_sensor_drift": "drift",
+    "backlash": "clearance",
+    "preload": "clearance",
+    "thermal_clearance": "thermal",
+    "wear": "wear",
+    "structural_compliance": "compliance",
+    "creep": "creep",
+    "kinematic_error": "kinematic",
+    "hysteresis": "hysteresis",
+    "load_dependent_hysteresis": "load_hysteresis",
+    "damping": "damping",
+    "coulomb_friction": "coulomb",
+    "viscous_friction": "viscous",
+    "stribeck_friction": "stribeck",
+    "torque_sensor_offset": "offset",
+    "torque_sensor_drift": "drift",
 }
 EFFECTS = (*list(_FIELDS)[:4], "modulus_error", "missing_ball", *list(_FIELDS)[4:])
 """The contract's seventeen names."""
-BOTH_SIGNS = ("thermal_clearance", "modulus_error", "torque_sensor_offset", "torque_sensor_drift", "asymmetric",
-              "soft_when_warm", "zero_jump", "sensor_bend")
+BOTH_SIGNS = (
+    "thermal_clearance",
+    "modulus_error",
+    "torque_sensor_offset",
+    "torque_sensor_drift",
+    "asymmetric",
+    "soft_when_warm",
+    "zero_jump",
+    "sensor_bend",
+)
 
 
 def shapes(tables: Tables, rng: np.random.Generator) -> Behaviour:
@@ -36,8 +54,10 @@ def shapes(tables: Tables, rng: np.random.Generator) -> Behaviour:
     twist = tables.full_twist
     orders = rng.choice([1, 2, 3, 4], 2, replace=False)
     return Behaviour(
-        creep_time=rng.uniform(5, 20), presliding=twist * rng.uniform(0.01, 0.04),
-        rubbing=twist * rng.uniform(0.01, 0.04), turnover=rng.uniform(0.05, 0.25),
+        creep_time=rng.uniform(5, 20),
+        presliding=twist * rng.uniform(0.01, 0.04),
+        rubbing=twist * rng.uniform(0.01, 0.04),
+        turnover=rng.uniform(0.05, 0.25),
         orders=tuple((int(k), w, rng.uniform(0, 2 * np.pi)) for k, w in zip(orders, (1.0, 0.4), strict=True)),
     )
 
@@ -67,18 +87,28 @@ def greatest(name: str, tables: Tables, test: Schedule) -> float:
     full, twist, clearance = tables.full_torque, tables.full_twist, 0.9 * tables.c[-1]
     if name in KINDS and name != "hardening":
         return 0.5
-    return float({
-        "backlash": clearance, "preload": clearance, "modulus_error": np.log(1.9), "missing_ball": 1.0,
-        "thermal_clearance": clearance / max(np.ptp(test.temperature), 1.0),
-        "wear": clearance / max(np.abs(np.diff(test.crank)).sum(), 1.0),
-        "structural_compliance": 0.5 * twist / full, "creep": 0.5 * twist / full, "kinematic_error": 0.3 * twist,
-        "load_dependent_hysteresis": 0.5, "damping": 100 * full, "viscous_friction": 10 * full,
-        "hardening": 4 * twist / full,
-    }.get(name, full))
+    return float(
+        {
+            "backlash": clearance,
+            "preload": clearance,
+            "modulus_error": np.log(1.9),
+            "missing_ball": 1.0,
+            "thermal_clearance": clearance / max(np.ptp(test.temperature), 1.0),
+            "wear": clearance / max(np.abs(np.diff(test.crank)).sum(), 1.0),
+            "structural_compliance": 0.5 * twist / full,
+            "creep": 0.5 * twist / full,
+            "kinematic_error": 0.3 * twist,
+            "load_dependent_hysteresis": 0.5,
+            "damping": 100 * full,
+            "viscous_friction": 10 * full,
+            "hardening": 4 * twist / full,
+        }.get(name, full)
+    )
 
 
-def find_size(name: str, put: Setter, start: Behaviour, tables: Tables, plain: Motion, test: Schedule,
-              wanted: float) -> tuple[float, Array]:
+def find_size(
+    name: str, put: Setter, start: Behaviour, tables: Tables, plain: Motion, test: Schedule, wanted: float
+) -> tuple[float, Array]:
     """The size whose trace has the rms `wanted`, N.m, or the greatest sensible one; and the trace, N.m: what the
     effect alone adds to the gap of the mean drive on this test. A missing ball has one size.
     """

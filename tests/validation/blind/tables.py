@@ -95,15 +95,28 @@ def _make(drive: Drive) -> Tables:
     softer = np.stack([_odd(_other_modulus(drive, factor, half, coarse)) for factor in MODULI])
     beta = np.linspace(-1, 1, 61) * drive.usable_limit
     few = np.linspace(-RANGE, RANGE, 73) * full
-    element = np.stack([
-        np.stack([element_torques(drive, spread_elements(drive, 64, b), few, s).mean(axis=0) for s in coarse], -1)
-        for b in beta])
+    element = np.stack(
+        [
+            np.stack([element_torques(drive, spread_elements(drive, 64, b), few, s).mean(axis=0) for s in coarse], -1)
+            for b in beta
+        ]
+    )
     middle = mean[:, len(c) // 2]
     full_torque = float(np.interp(full, x, middle))
     population = simulate(drive, [full], 200, seed=1).torque[:, 0]
-    return Tables(drive, x, c, mean, absolute, CubicSpline(coarse, softer, axis=2)(c), beta,
-                  CubicSpline(few, element, axis=1)(x), float(population.std() / full_torque),
-                  _scatter(drive, x, few, middle), full_torque)
+    return Tables(
+        drive,
+        x,
+        c,
+        mean,
+        absolute,
+        CubicSpline(coarse, softer, axis=2)(c),
+        beta,
+        CubicSpline(few, element, axis=1)(x),
+        float(population.std() / full_torque),
+        _scatter(drive, x, few, middle),
+        full_torque,
+    )
 
 
 def _odd(half: Array) -> Array:
@@ -116,8 +129,10 @@ def _even(half: Array) -> Array:
 
 def _other_modulus(drive: Drive, factor: float, x: Array, c: Array) -> Array:
     """Torque with gear and cage of another modulus less the drawn one, from the same elements, (nx, nc)."""
-    materials = {part: replace(m, youngs_modulus=factor * m.youngs_modulus) if part in ("gear", "cage") else m
-                 for part, m in drive.materials.items()}
+    materials = {
+        part: replace(m, youngs_modulus=factor * m.youngs_modulus) if part in ("gear", "cage") else m
+        for part, m in drive.materials.items()
+    }
     other = replace(drive, materials=materials)
     return np.stack([mean_torque(other, x, s, 1024)[0] - mean_torque(drive, x, s, 1024)[0] for s in c], -1)
 

@@ -102,8 +102,15 @@ def test_judging_counts_what_the_table_says():
     truth = make(Case(10, "single", (("backlash", 4.0),), protocol="one_speed")).truth
     size = truth.parameters["backlash"]["clearance"] * 1e6
     interval = {"clearance": {"value": size, "low": 0.9 * size, "high": 1.1 * size, "unit": "um"}}
-    right = judge(truth, {"verdict": "named", "effects": [{"name": "backlash", "parameters": interval}],
-                          "gap": {"held_out_after": truth.noise}}, 1.0)
+    right = judge(
+        truth,
+        {
+            "verdict": "named",
+            "effects": [{"name": "backlash", "parameters": interval}],
+            "gap": {"held_out_after": truth.noise},
+        },
+        1.0,
+    )
     assert right.exact
     assert right.within
     assert right.covered == {"backlash.clearance": True}

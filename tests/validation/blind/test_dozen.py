@@ -37,10 +37,12 @@ DOZEN = (
     case(18, seed=121),
     # An individual whose play is larger in the runs that are fitted than in those held out; and a play so small that
     # a drive which scatters less than any single one could pass for the rest of it.
-    case(72, seed=131), case(110, seed=131),
+    case(72, seed=131),
+    case(110, seed=131),
     # A bend within the tolerances whose small even part is noise; and a stiffer flank beside wear, on the mean drive,
     # which a modulus error on a drive that scatters would imitate.
-    case(44, seed=161), case(139, seed=161),
+    case(44, seed=161),
+    case(139, seed=161),
     # A creep whose fastest part looks like a spring.
     case(61, seed=171),
 )

@@ -51,8 +51,13 @@ def test_an_individual_keeps_its_parts_while_it_turns():
     start, pattern = (individual_torque(drive, one, np.array([t]), twist, 0.0) for t in (0.1, round_later))
     np.testing.assert_allclose(pattern, start, rtol=1e-9)
     # Without deviations a pitch further looks the same; with them it does not.
-    same = replace(one, element=np.full(drive.elements, drive.element_radius), crank=0 * one.crank + drive.crank_radius,
-                   cage=0 * one.cage + drive.element_radius, lobe=0 * one.lobe + drive.element_radius)
+    same = replace(
+        one,
+        element=np.full(drive.elements, drive.element_radius),
+        crank=0 * one.crank + drive.crank_radius,
+        cage=0 * one.cage + drive.element_radius,
+        lobe=0 * one.lobe + drive.element_radius,
+    )
     before, after = individual_torque(drive, same, np.array([0.1, 0.1 + pitch]), twist, 0.0)
     np.testing.assert_allclose(after, before, rtol=1e-9)
     before, after = individual_torque(drive, one, np.array([0.1, 0.1 + pitch]), twist, 0.0)
@@ -67,7 +72,7 @@ def test_a_clean_drive_leaves_no_gap(plain, table):
 
 
 def _ramp(motion: Motion, test: Schedule, run_number: int) -> slice:
-    return slice(*test.starts[run_number:run_number + 2])
+    return slice(*test.starts[run_number : run_number + 2])
 
 
 @pytest.mark.parametrize("shift", [2e-6, -2e-6])
@@ -95,8 +100,10 @@ def test_warmth_and_wear_open_the_clearance(table, test):
 
 def test_a_stiffer_modulus_raises_the_torque_as_the_solver_says(table, test):
     motion = run(table, Behaviour(modulus=1.3), test)
-    materials = {p: replace(m, youngs_modulus=1.3 * m.youngs_modulus) if p in ("gear", "cage") else m
-                 for p, m in table.drive.materials.items()}
+    materials = {
+        p: replace(m, youngs_modulus=1.3 * m.youngs_modulus) if p in ("gear", "cage") else m
+        for p, m in table.drive.materials.items()
+    }
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         stiffer = replace(table.drive, materials=materials)
@@ -135,8 +142,11 @@ def test_springs_give_way_with_the_torque_and_creep_follows_it(table, test, plai
 
 def test_the_contacts_see_the_twist_less_the_kinematic_error(table, test, plain):
     motion = run(table, Behaviour(kinematic=1e-4, orders=((2, 1.0, 0.7),)), test)
-    np.testing.assert_allclose(motion.torque, mean_torque_at(table, motion.twist - 1e-4 * np.sin(2 * test.crank + 0.7)),
-                               atol=1e-4 * table.full_torque)
+    np.testing.assert_allclose(
+        motion.torque,
+        mean_torque_at(table, motion.twist - 1e-4 * np.sin(2 * test.crank + 0.7)),
+        atol=1e-4 * table.full_torque,
+    )
 
 
 def test_hysteresis_follows_the_direction_of_the_twist(table, test):

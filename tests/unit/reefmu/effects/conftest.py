@@ -39,15 +39,18 @@ def ride(drive: sm.Drive) -> Ride:
     output = crank / drive.ratio - twist
     warm = 20 + 15 * np.sin(0.05 * time)
     speed = rng.normal(0, 1, (2, n)) * [[2.0], [0.05]]
-    return Ride(time, np.stack([crank, speed[0], output, speed[1], warm], axis=1), crank, output,
-                crank / drive.ratio - output)
+    return Ride(
+        time, np.stack([crank, speed[0], output, speed[1], warm], axis=1), crank, output, crank / drive.ratio - output
+    )
 
 
 @pytest.fixture(scope="session")
 def build(drive: sm.Drive, lookup: Lookup) -> Build:
     """(effects) -> model, on the small lookup."""
+
     def make(effects: Mapping[str, Mapping[str, float]] | None = None, **named: Mapping[str, float]) -> DriveModel:
         return build_model(drive, {**(effects or {}), **named}, lookup=lookup)
+
     return make
 
 

@@ -30,8 +30,13 @@ def arguments(everything: DriveModel, ride: Ride) -> dict[str, list[np.ndarray]]
     """Arguments of every function, somewhere on the ride."""
     states = simulate_signal(everything, ride.time, ride.inputs).states
     x, u, p = states[150], ride.inputs[151], everything.parameter_vector()
-    return {"initial": [u, p], "advance": [x, u, np.array([0.05]), p], "rate": [x, u, p], "output": [x, u, p],
-            "jacobian": [x, u, p]}
+    return {
+        "initial": [u, p],
+        "advance": [x, u, np.array([0.05]), p],
+        "rate": [x, u, p],
+        "output": [x, u, p],
+        "jacobian": [x, u, p],
+    }
 
 
 def hold(exact: np.ndarray, function: ca.Function, arguments: list[np.ndarray], which: int, steps: np.ndarray) -> None:
@@ -43,7 +48,8 @@ def hold(exact: np.ndarray, function: ca.Function, arguments: list[np.ndarray], 
         change[k] = step
         up, down = (
             np.array(function(*[a + sign * change if i == which else a for i, a in enumerate(arguments)])).ravel()
-            for sign in (1, -1))
+            for sign in (1, -1)
+        )
         columns.append((up - down) / (2 * step))
     rounding = 1e-15 * (value + 1e-6) / steps
     expected = np.stack(columns, axis=1)
@@ -70,8 +76,9 @@ def test_sensitivities_by_parameters(name: str, everything: DriveModel, argument
 
 @pytest.mark.skipif(COMPILER is None, reason="no C compiler on the PATH")
 @pytest.mark.parametrize("effects", [[], list(EFFECTS)], ids=["plain", "everything"])
-def test_generated_c_gives_the_same_numbers(effects: list[str], build: Build, typical, ride: Ride, tmp_path: Path,
-                                            monkeypatch: pytest.MonkeyPatch) -> None:
+def test_generated_c_gives_the_same_numbers(
+    effects: list[str], build: Build, typical, ride: Ride, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     model = build({name: typical[name] for name in effects})
     monkeypatch.chdir(tmp_path)  # CasADi writes to the working folder
     generator = ca.CodeGenerator("model.c", {"verbose_runtime": False})

@@ -40,8 +40,11 @@ def test_modulus_against_a_lookup_of_the_other_drawing(error: float, build: Buil
 
 def test_missing_ball_against_one_element_solved(model: DriveModel, lookup: Lookup) -> None:
     """A drive without tolerances, turned through; one of its elements has fallen out."""
-    fine = sm.load_drive("drive_1", **{f"{part}_tolerance": "0.01 um" for part in ("element", "crank", "cage", "gear")},
-                         cage_offset="2 um")
+    fine = sm.load_drive(
+        "drive_1",
+        **{f"{part}_tolerance": "0.01 um" for part in ("element", "crank", "cage", "gear")},
+        cage_offset="2 um",
+    )
     # The lookup with tolerances cancels in the dip; one without would take long to build.
     lacking = build_model(fine, {"missing_ball": {"size": 1.0, "phase": 0.4}}, lookup=lookup)
     twist = 0.7 * fine.max_twist
@@ -69,8 +72,7 @@ def test_the_next_element_meets_the_same_profile(lobes: int) -> None:
     drive = sm.load_drive("drive_1", lobes=lobes)
     pitch = 2 * np.pi / drive.transmission_ratio
     signals = Signals(*[0.0] * len(Signals._fields))._replace(ratio=drive.ratio, output_angle=pitch)
-    _, turned = EFFECTS["missing_ball"].contribution(
-        signals, {"size": 1.0, "phase": 0.7, "windup": 0.0}, {})
+    _, turned = EFFECTS["missing_ball"].contribution(signals, {"size": 1.0, "phase": 0.7, "windup": 0.0}, {})
     # Before, the neighbour stood a pitch ahead on the cage: the eccentric is a pitch less past it.
     assert (turned - (0.7 - pitch)) / (2 * np.pi) == pytest.approx(round((turned - (0.7 - pitch)) / (2 * np.pi)))
 
@@ -99,14 +101,17 @@ def test_size_scales_the_dip_and_stiffness_follows(build: Build, drive: sm.Drive
     def at(size: float, twist: float):
         model = build(missing_ball={"size": size, "phase": 1.2}, structural_compliance={"compliance": 2e-6})
         return simulate_signal(model, [0.0], inputs_of([twist], model))
+
     full, half, none = (at(size, 0.5 * drive.max_twist)["output.tau"][0] for size in (1.0, 0.5, 0.0))
     assert full < half < none
     assert at(1.0, -0.5 * drive.max_twist)["output.tau"][0] == pytest.approx(
-        at(0.0, -0.5 * drive.max_twist)["output.tau"][0], rel=1e-4), "it carried this direction only"
+        at(0.0, -0.5 * drive.max_twist)["output.tau"][0], rel=1e-4
+    ), "it carried this direction only"
 
 
-def test_lookup_and_model_files_carry_what_the_effects_need(drive: sm.Drive, lookup: Lookup, tmp_path: Path,
-                                                            monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lookup_and_model_files_carry_what_the_effects_need(
+    drive: sm.Drive, lookup: Lookup, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     effects = {"modulus_error": {"error": -0.2}, "missing_ball": {"size": 1.0, "phase": 2.0}}
     model = build_model(drive, effects, lookup=lookup)
     assert (lookup.modulus, lookup.element) == (None, None)

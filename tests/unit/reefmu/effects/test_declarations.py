@@ -13,9 +13,23 @@ from stiffness_model.errors import InputError
 from stiffness_model.lookup.build import Lookup
 
 CONTRACT = {
-    "backlash", "preload", "thermal_clearance", "wear", "modulus_error", "missing_ball", "structural_compliance",
-    "creep", "kinematic_error", "hysteresis", "load_dependent_hysteresis", "damping", "coulomb_friction",
-    "viscous_friction", "stribeck_friction", "torque_sensor_offset", "torque_sensor_drift",
+    "backlash",
+    "preload",
+    "thermal_clearance",
+    "wear",
+    "modulus_error",
+    "missing_ball",
+    "structural_compliance",
+    "creep",
+    "kinematic_error",
+    "hysteresis",
+    "load_dependent_hysteresis",
+    "damping",
+    "coulomb_friction",
+    "viscous_friction",
+    "stribeck_friction",
+    "torque_sensor_offset",
+    "torque_sensor_drift",
 }
 SIGNED = {"thermal_clearance", "modulus_error", "torque_sensor_offset", "torque_sensor_drift"}
 

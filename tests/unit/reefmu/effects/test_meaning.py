@@ -31,13 +31,16 @@ def built_up(path: Array, presliding: float) -> Array:
     return z
 
 
-@pytest.mark.parametrize(("name", "values", "clearance"), [
-    ("backlash", {"clearance": 6e-6}, lambda r: 6e-6 + 0 * r.time),
-    ("preload", {"clearance": 6e-6}, lambda r: -6e-6 + 0 * r.time),
-    ("thermal_clearance", {"rate": 4e-7}, lambda r: 4e-7 * (r.inputs[:, 4] - 20)),
-    ("thermal_clearance", {"rate": -4e-7}, lambda r: -4e-7 * (r.inputs[:, 4] - 20)),
-    ("wear", {"rate": 3e-7}, lambda r: 3e-7 * np.concatenate([[0], np.cumsum(np.abs(np.diff(r.crank)))])),
-])
+@pytest.mark.parametrize(
+    ("name", "values", "clearance"),
+    [
+        ("backlash", {"clearance": 6e-6}, lambda r: 6e-6 + 0 * r.time),
+        ("preload", {"clearance": 6e-6}, lambda r: -6e-6 + 0 * r.time),
+        ("thermal_clearance", {"rate": 4e-7}, lambda r: 4e-7 * (r.inputs[:, 4] - 20)),
+        ("thermal_clearance", {"rate": -4e-7}, lambda r: -4e-7 * (r.inputs[:, 4] - 20)),
+        ("wear", {"rate": 3e-7}, lambda r: 3e-7 * np.concatenate([[0], np.cumsum(np.abs(np.diff(r.crank)))])),
+    ],
+)
 def test_clearances(name: str, values: dict[str, float], clearance, build: Build, ride: Ride, lookup: Lookup) -> None:
     found = response(build, ride, **{name: values})["output.tau"]
     assert found == pytest.approx(lookup.torque(ride.twist, clearance(ride)), abs=NM)
@@ -86,7 +89,7 @@ def test_frictions_are_taken_off_in_the_outputs_direction(build: Build, ride: Ri
     assert wet == pytest.approx(elastic - 8.0 * speed, abs=NM)
     values = {"torque": 3.0, "speed": 0.04, "presliding": 3e-5}
     falling = response(build, ride, stribeck_friction=values)["output.tau"]
-    assert falling == pytest.approx(elastic - 3.0 * np.exp(-(speed / 0.04) ** 2) * z, abs=NM)
+    assert falling == pytest.approx(elastic - 3.0 * np.exp(-((speed / 0.04) ** 2)) * z, abs=NM)
 
 
 def test_friction_at_the_output_does_not_reach_the_crank(build: Build, ride: Ride) -> None:
@@ -125,8 +128,9 @@ def test_creep_relaxes_and_comes_to_rest(build: Build, lookup: Lookup, drive: sm
     twist, compliance = 0.8 * drive.max_twist, 1e-6
     time = np.linspace(0, 400, 4001)
     still = np.array([0.0, 0.0, -twist, 0.0, 20.0])
-    tau = simulate_signal(build(creep={"compliance": compliance, "time": 20.0}), time,
-                          np.tile(still, (len(time), 1)))["output.tau"]
+    tau = simulate_signal(build(creep={"compliance": compliance, "time": 20.0}), time, np.tile(still, (len(time), 1)))[
+        "output.tau"
+    ]
     assert tau[0] == pytest.approx(float(lookup.torque(twist)), abs=NM)
     assert (np.diff(tau) <= 1e-12).all(), "at a held twist the torque falls"
     rest = brentq(lambda q: compliance * float(lookup.torque(twist - q)) - q, 0, twist)

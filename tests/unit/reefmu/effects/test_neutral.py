@@ -22,8 +22,10 @@ def test_neutral_effects_change_nothing(names: list[str], build: Build, model: D
 @pytest.mark.parametrize("name", EFFECTS)
 def test_only_the_first_parameter_must_be_neutral(name: str, build: Build, model: DriveModel, ride: Ride) -> None:
     first = EFFECTS[name].parameters[0].name
-    values = {p.name: p.neutral if p.name == first or p.name.startswith("amplitude") else p.nominal
-              for p in EFFECTS[name].parameters}
+    values = {
+        p.name: p.neutral if p.name == first or p.name.startswith("amplitude") else p.nominal
+        for p in EFFECTS[name].parameters
+    }
     found = simulate_signal(build({name: values}), ride.time, ride.inputs).outputs
     assert np.array_equal(found, simulate_signal(model, ride.time, ride.inputs).outputs)
 

@@ -69,8 +69,9 @@ def test_travel_and_drift_go_on_from_run_to_run(build: Build, drive: sm.Drive) -
     run = np.array([1, 1, 1, 1, 2, 2, 2, 3, 3, 3])
     crank = np.array([0.0, 1, 2, 1, 11, 11, 12, 12, 12, 12])
     output = crank / drive.ratio - np.array([0, 1, 2, 1, 0, 1, 2, 0, 1, 2]) * 5e-4
-    record = make_record({"time": time, "run": run, "crank_angle": crank, "output_angle": output,
-                          "output_torque": np.zeros(10)})
+    record = make_record(
+        {"time": time, "run": run, "crank_angle": crank, "output_angle": output, "output_torque": np.zeros(10)}
+    )
     model = build(wear={"rate": 1e-7}, torque_sensor_drift={"rate": 0.5}, hysteresis={"torque": 4.0})
     response = simulate_record(model, record)
     named = {s.name: response.states[:, k] for k, s in enumerate(model.states)}
@@ -86,8 +87,16 @@ def test_travel_and_drift_go_on_from_run_to_run(build: Build, drive: sm.Drive) -
 def test_runs_do_not_matter_where_nothing_goes_on(build: Build, ride: Ride) -> None:
     model = build(hysteresis={"torque": 4.0}, creep={"compliance": 1e-6})
     assert model.resets.all()
-    record = make_record({"time": ride.time, "run": np.arange(400) // 100, "crank_angle": ride.crank,
-                          "output_angle": ride.output, "output_torque": ride.twist, "temperature": ride.inputs[:, 4]})
+    record = make_record(
+        {
+            "time": ride.time,
+            "run": np.arange(400) // 100,
+            "crank_angle": ride.crank,
+            "output_angle": ride.output,
+            "output_torque": ride.twist,
+            "temperature": ride.inputs[:, 4],
+        }
+    )
     whole = simulate_record(model, record).outputs
     alone = simulate_signal(model, ride.time[100:200], record_inputs(record)[100:200]).outputs
     assert np.array_equal(whole[100:200], alone)

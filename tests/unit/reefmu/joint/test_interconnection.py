@@ -21,8 +21,9 @@ SOLVER = {"max_step": 5e-4, "rtol": 1e-11, "atol": 1e-13}
 
 @pytest.fixture(scope="module")
 def soft(drive: sm.Drive, lookup: Lookup) -> JointModel:
-    return JointModel(build_model(drive, {"hysteresis": {"torque": 3.0, "presliding": 5e-5}}, lookup=lookup), HEAVY,
-                      30.0)
+    return JointModel(
+        build_model(drive, {"hysteresis": {"torque": 3.0, "presliding": 5e-5}}, lookup=lookup), HEAVY, 30.0
+    )
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +40,14 @@ def loaded(system: ct.NonlinearIOSystem, torque: float, params: dict[str, float]
 def side_by_side(left: JointModel, right: JointModel) -> ct.InterconnectedSystem:
     systems = [joint_system(left, name="left"), joint_system(right, name="right")]
     outputs = [f"{s.name}.{label}" for s in systems for label in s.output_labels]
-    return ct.interconnect(systems, inplist=["left.load_tau", "right.load_tau"], outlist=outputs, check_unused=False,
-                           inputs=["left_load", "right_load"], outputs=[o.replace(".", "_") for o in outputs])
+    return ct.interconnect(
+        systems,
+        inplist=["left.load_tau", "right.load_tau"],
+        outlist=outputs,
+        check_unused=False,
+        inputs=["left_load", "right_load"],
+        outputs=[o.replace(".", "_") for o in outputs],
+    )
 
 
 def close(found: np.ndarray, alone: np.ndarray) -> bool:
@@ -64,9 +71,14 @@ def test_two_joints_run_as_each_alone(plain: JointModel, soft: JointModel) -> No
 def test_an_interconnection_within_another(plain: JointModel, soft: JointModel) -> None:
     inner = side_by_side(plain, soft)
     third = joint_system(JointModel(plain.drive, HEAVY), name="third")
-    outer = ct.interconnect([inner, third], inplist=[f"{inner.name}.left_load", "third.load_tau"],
-                            inputs=["load_1", "load_2"], outlist=[f"{inner.name}.left_output_phi", "third.output_phi"],
-                            outputs=["one", "two"], check_unused=False)
+    outer = ct.interconnect(
+        [inner, third],
+        inplist=[f"{inner.name}.left_load", "third.load_tau"],
+        inputs=["load_1", "load_2"],
+        outlist=[f"{inner.name}.left_output_phi", "third.output_phi"],
+        outputs=["one", "two"],
+        check_unused=False,
+    )
     x, u = np.zeros(outer.nstates), np.array([20.0, 20.0])
     rate = outer.dynamics(0.0, x, u, {"left.load.inertia": 4.0})
     assert rate[outer.state_labels.index(f"{inner.name}_left_output_w")] == pytest.approx(20 / 4)
@@ -95,10 +107,20 @@ def test_unknown_parameters_are_refused(plain: JointModel, soft: JointModel, mod
 
 def test_parameters_of_foreign_systems_pass(plain: JointModel) -> None:
     """Also one that is called as one of the joint's is without its prefix, and one that its system does not declare."""
-    law = ct.nlsys(None, lambda t, x, u, params: params["ratio"] * u[0] + params.get("more", 0.0),
-                   inputs=["output_phi"], outputs=["motor_tau"], params={"ratio": 3.0}, name="law")
-    loop = ct.interconnect([joint_system(plain, name="joint"), law], inputs=["load_tau"],
-                           outputs=["motor_tau", "crank_w"], check_unused=False)
+    law = ct.nlsys(
+        None,
+        lambda t, x, u, params: params["ratio"] * u[0] + params.get("more", 0.0),
+        inputs=["output_phi"],
+        outputs=["motor_tau"],
+        params={"ratio": 3.0},
+        name="law",
+    )
+    loop = ct.interconnect(
+        [joint_system(plain, name="joint"), law],
+        inputs=["load_tau"],
+        outputs=["motor_tau", "crank_w"],
+        check_unused=False,
+    )
     x = np.array([0.0, 0.0, 1e-3, 0.0])
     assert loop.output(0, x, [0.0])[0] == pytest.approx(3e-3)
     assert loop.output(0, x, [0.0], {"ratio": 4.0, "more": 0.5, "joint.band": 1.0})[0] == pytest.approx(0.504)
@@ -106,8 +128,9 @@ def test_parameters_of_foreign_systems_pass(plain: JointModel) -> None:
 
 def test_two_systems_of_one_name(plain: JointModel, soft: JointModel) -> None:
     def joined(*joints: JointModel) -> ct.InterconnectedSystem:
-        return ct.interconnect([joint_system(joint) for joint in joints], inplist=[], outlist=[], check_unused=False,
-                               warn_duplicate=False)
+        return ct.interconnect(
+            [joint_system(joint) for joint in joints], inplist=[], outlist=[], check_unused=False, warn_duplicate=False
+        )
 
     with pytest.raises(InputError, match="expected systems of different names, got two called 'drive_1_joint'"):
         joined(plain, soft)

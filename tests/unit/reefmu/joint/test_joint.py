@@ -47,8 +47,11 @@ def energy(joint: JointModel, elastic: DriveModel, motion: np.ndarray) -> np.nda
     """Kinetic energy and that of the drive's springs, J; the potential is integrated from the torque itself."""
     values = {q.name: q.value for q in joint.drive.parameters}
     crank, crank_w, output, output_w = motion
-    error = sum(values.get(f"kinematic_error.amplitude_{k}", 0.0)
-                * np.sin(k * crank + values.get(f"kinematic_error.phase_{k}", 0.0)) for k in (1, 2))
+    error = sum(
+        values.get(f"kinematic_error.amplitude_{k}", 0.0)
+        * np.sin(k * crank + values.get(f"kinematic_error.phase_{k}", 0.0))
+        for k in (1, 2)
+    )
     twist = crank / joint.ratio - output - error
     grid = np.linspace(-1.2, 1.2, 4001) * np.abs(twist).max()
     inputs = np.zeros((5, len(grid)))
@@ -144,8 +147,7 @@ def test_differences_of_an_interconnection_stay_close(joint: JointModel) -> None
     """python-control linearises what it connects by differences of 1e-6: a thousandth of the stiffness."""
     gain = ct.StateSpace([], [], [], [[2.0]], inputs=["crank_phi"], outputs=["motor_tau"], name="gain")
     system = joint_system(joint)
-    loop = ct.interconnect([system, gain], inputs=["load_tau"], outputs=["output_phi"], name="loop",
-                           check_unused=False)
+    loop = ct.interconnect([system, gain], inputs=["load_tau"], outputs=["output_phi"], name="loop", check_unused=False)
     x, u = joint.equilibrium(-100.0)
     exact, near = ct.linearize(system, x, u).A, ct.linearize(loop, x, [u[1]]).A
     exact = exact + np.outer(linearize(joint, x, u).B[:, 0], [2.0, 0, 0, 0])
@@ -185,8 +187,9 @@ def test_python_control_integrates_as_our_own_integrator(lossy: JointModel) -> N
     start[3] += 0.05
     own = simulate_joint(lossy, lambda _t, _x: (float(u[0]), -80.0), step=2e-4, duration=0.01, start=start)
     held = np.repeat(u[:, None], len(own.time), axis=1)
-    theirs = ct.input_output_response(joint_system(lossy), own.time, held, start,
-                                      solve_ivp_kwargs={"max_step": 2e-4, "rtol": 1e-8, "atol": 1e-11})
+    theirs = ct.input_output_response(
+        joint_system(lossy), own.time, held, start, solve_ivp_kwargs={"max_step": 2e-4, "rtol": 1e-8, "atol": 1e-11}
+    )
     scale = np.ptp(own.values, axis=0)
     assert np.abs(np.asarray(theirs.outputs).T - own.values).max(axis=0) == pytest.approx(0, abs=2e-5 * scale.max())
     assert np.abs(np.asarray(theirs.outputs)[2] - own["output.phi"]).max() < 1e-5 * np.ptp(own["output.phi"])
@@ -194,8 +197,9 @@ def test_python_control_integrates_as_our_own_integrator(lossy: JointModel) -> N
 
 def test_runge_kutta_converges_with_order_four(joint: JointModel) -> None:
     start, _ = joint.equilibrium(-100.0)
-    ends = [simulate_joint(joint, free, step=1e-3, duration=1e-2, start=start, substeps=n).values[-1, 2]
-            for n in (4, 8, 64)]
+    ends = [
+        simulate_joint(joint, free, step=1e-3, duration=1e-2, start=start, substeps=n).values[-1, 2] for n in (4, 8, 64)
+    ]
     order = np.log2(abs(ends[0] - ends[2]) / abs(ends[1] - ends[2]))
     assert 3.3 < order < 5.0
 
@@ -219,8 +223,9 @@ def test_unknown_names_are_refused(model: DriveModel, joint: JointModel) -> None
         ct.linearize(drive_system(model), [], np.zeros(4))
 
 
-@pytest.mark.parametrize("bad", [{"motor_inertia": 0.0}, {"load_inertia": -1.0}, {"motor_damping": np.nan},
-                                 {"load_damping": -1e-9}])
+@pytest.mark.parametrize(
+    "bad", [{"motor_inertia": 0.0}, {"load_inertia": -1.0}, {"motor_damping": np.nan}, {"load_damping": -1e-9}]
+)
 def test_masses_refuse_what_cannot_be(bad: dict[str, float]) -> None:
     with pytest.raises(InputError, match=next(iter(bad))):
         Masses(**({"motor_inertia": 1e-4, "load_inertia": 2.0} | bad))

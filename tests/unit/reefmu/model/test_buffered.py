@@ -26,8 +26,14 @@ from stiffness_model.numerics.bspline import Axis, evaluate
 def places(axis: Axis, beyond: float) -> np.ndarray:
     """Nodes, both ends, what lies between and beyond them."""
     rng = np.random.default_rng(1)
-    return np.concatenate([axis.nodes[::7], [axis.start, axis.stop, 0.0], rng.uniform(axis.start, axis.stop, 60),
-                           [(1 + beyond) * axis.start, (1 + beyond) * axis.stop]])
+    return np.concatenate(
+        [
+            axis.nodes[::7],
+            [axis.start, axis.stop, 0.0],
+            rng.uniform(axis.start, axis.stop, 60),
+            [(1 + beyond) * axis.start, (1 + beyond) * axis.stop],
+        ]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -45,8 +51,9 @@ def test_the_lookup_is_that_of_the_physics(lookup: Lookup, band: float) -> None:
     values, slopes = (evaluate(axes, lookup.coefficients, twist, clearance, slope=s) for s in (False, True))
     force, share = values[3:]
     blended = [v[0] + max(band, 0) * (v[2] - v[0]) + max(-band, 0) * (v[1] - v[0]) for v in (values, slopes)]
-    for name, got, expected in zip(("torque", "stiffness", "force", "share"), found, (*blended, force, share),
-                                   strict=False):
+    for name, got, expected in zip(
+        ("torque", "stiffness", "force", "share"), found, (*blended, force, share), strict=False
+    ):
         assert np.abs(got - expected).max() < 1e-13 * np.abs(expected).max(), name
     inside = (np.abs(twist) <= lookup.twist.stop) & (np.abs(clearance) <= lookup.clearance.stop)
     np.testing.assert_array_equal(found[4].astype(bool), inside)

@@ -59,8 +59,9 @@ def test_band_and_clearance_reach_the_lookup(drive: sm.Drive, lookup: Lookup) ->
 
 
 @pytest.mark.parametrize("name", sorted(EFFECTS))
-def test_neutral_effect_changes_nothing_bit_for_bit(name: str, drive: sm.Drive, lookup: Lookup,
-                                                    model: DriveModel) -> None:
+def test_neutral_effect_changes_nothing_bit_for_bit(
+    name: str, drive: sm.Drive, lookup: Lookup, model: DriveModel
+) -> None:
     u = wander(300)
     time = np.cumsum(np.random.default_rng(1).uniform(1e-4, 0.1, 300))
     with_effect = build_model(drive, {name: {}}, lookup=lookup)
@@ -89,8 +90,7 @@ def test_all_places_against_a_plain_loop(loaded: DriveModel, lookup: Lookup) -> 
 
 @settings(max_examples=40, deadline=None)
 @given(softness=st.floats(0, 3), share=st.floats(-2, 2), clearance=st.floats(-1, 1))
-def test_series_twists_add_up(drive: sm.Drive, lookup: Lookup, softness: float, share: float,
-                              clearance: float) -> None:
+def test_series_twists_add_up(drive: sm.Drive, lookup: Lookup, softness: float, share: float, clearance: float) -> None:
     compliance = softness / float(lookup.stiffness(drive.max_twist))
     shift = {"backlash" if clearance > 0 else "preload": {"clearance": abs(clearance) * lookup.clearance.stop}}
     model = build_model(drive, {"structural_compliance": {"compliance": compliance}, **shift}, lookup=lookup)
@@ -150,8 +150,15 @@ def test_jacobian_and_stiffness_are_the_derivatives(loaded: DriveModel) -> None:
 
 def test_power_balance_without_losses(drive: sm.Drive, lookup: Lookup) -> None:
     """Virtual work: crank and output torque together return what turning put in, over any closed path."""
-    model = build_model(drive, {"kinematic_error": LOADED["kinematic_error"], "backlash": LOADED["backlash"],
-                                "structural_compliance": LOADED["structural_compliance"]}, lookup=lookup)
+    model = build_model(
+        drive,
+        {
+            "kinematic_error": LOADED["kinematic_error"],
+            "backlash": LOADED["backlash"],
+            "structural_compliance": LOADED["structural_compliance"],
+        },
+        lookup=lookup,
+    )
     s = np.linspace(0, 2 * np.pi, 20001)
     crank = 2.0 * np.sin(s)
     output = crank / -29 - 0.002 * np.cos(2 * s)
@@ -187,8 +194,14 @@ def test_parameters_are_checked(loaded: DriveModel) -> None:
 
 def test_signal_names_are_the_contract() -> None:
     assert [s.name for s in INPUTS] == ["crank.phi", "crank.w", "output.phi", "output.w", "temperature"]
-    assert [s.name for s in OUTPUTS][:6] == ["output.tau", "crank.tau", "twist", "stiffness", "max_contact_force",
-                                             "load_share"]
+    assert [s.name for s in OUTPUTS][:6] == [
+        "output.tau",
+        "crank.tau",
+        "twist",
+        "stiffness",
+        "max_contact_force",
+        "load_share",
+    ]
 
 
 def test_functions_generate_c_code_without_casadi(loaded: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> None:

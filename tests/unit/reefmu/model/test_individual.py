@@ -23,8 +23,15 @@ from stiffness_model.lookup.build import Lookup
 from stiffness_model.rotation import Individual, draw_individual, loaded_turn, turning_map
 from stiffness_model.units import ARCMIN
 
-SMALL = {"transmission_ratio": 9, "lobes": 10, "elements": 27, "eccentricity": "2 mm", "max_twist": "20 arcmin",
-         "element_radius": "6 mm", "name": "small"}
+SMALL = {
+    "transmission_ratio": 9,
+    "lobes": 10,
+    "elements": 27,
+    "eccentricity": "2 mm",
+    "max_twist": "20 arcmin",
+    "element_radius": "6 mm",
+    "name": "small",
+}
 
 
 @pytest.fixture(scope="module")
@@ -49,22 +56,30 @@ def worst(drive: sm.Drive, lookup: Lookup, one: Individual) -> tuple[float, floa
         solved = turning_map(one, twist, angle, gear_shift=clearance)
         t, a = np.meshgrid(twist, angle)
         torque, _, force, share, in_range = (
-            np.asarray(v).reshape(t.shape) for v in function.map(t.size)(t.ravel(), clearance, a.ravel()))
-        off.append((float(np.abs(torque - solved.torque).max() / np.abs(solved.torque).max()),
-                    float(np.abs(force - solved.max_force).max() / solved.max_force.max())))
+            np.asarray(v).reshape(t.shape) for v in function.map(t.size)(t.ravel(), clearance, a.ravel())
+        )
+        off.append(
+            (
+                float(np.abs(torque - solved.torque).max() / np.abs(solved.torque).max()),
+                float(np.abs(force - solved.max_force).max() / solved.max_force.max()),
+            )
+        )
         assert in_range.all()
         assert (share > 1 / drive.elements).all()
         assert (share <= 1).all()
     return max(o[0] for o in off), max(o[1] for o in off)
 
 
-@pytest.mark.parametrize(("fields", "limit"), [
-    pytest.param({}, 5e-7, id="reversing"),
-    pytest.param({"lobes": 28, "gear_tolerance": "IT9"}, 5e-7, id="turning together, milled"),
-    pytest.param({"element": "roller", "element_length": "10 mm"}, 1e-6, id="rollers"),
-    pytest.param({"element_radius": "3 mm", "crank_radius": "45 mm"}, 5e-7, id="whole profile"),
-    pytest.param({"elements": 63}, 5e-7, id="fewer balls than places"),
-])
+@pytest.mark.parametrize(
+    ("fields", "limit"),
+    [
+        pytest.param({}, 5e-7, id="reversing"),
+        pytest.param({"lobes": 28, "gear_tolerance": "IT9"}, 5e-7, id="turning together, milled"),
+        pytest.param({"element": "roller", "element_length": "10 mm"}, 1e-6, id="rollers"),
+        pytest.param({"element_radius": "3 mm", "crank_radius": "45 mm"}, 5e-7, id="whole profile"),
+        pytest.param({"elements": 63}, 5e-7, id="fewer balls than places"),
+    ],
+)
 def test_the_expressions_are_the_solver(fields: dict[str, object], limit: float, lookup: Lookup) -> None:
     drive = sm.load_drive("drive_1", **fields)
     torque, force = worst(drive, lookup, seed_of(drive, tight=False))
@@ -78,8 +93,11 @@ def test_a_ball_larger_than_its_bore_counts_as_one_that_fits(drive: sm.Drive, lo
 
 def test_derivatives_and_the_way_beyond_the_range(drive: sm.Drive, lookup: Lookup) -> None:
     function = individual_function(draw_individual(drive, 3), lookup)
-    by = function.factory("by", ["twist", "clearance", "angle"],
-                          ["torque", "stiffness", "jac:torque:twist", "jac:torque:clearance", "jac:torque:angle"])
+    by = function.factory(
+        "by",
+        ["twist", "clearance", "angle"],
+        ["torque", "stiffness", "jac:torque:twist", "jac:torque:clearance", "jac:torque:angle"],
+    )
     step = np.array([1e-8, 1e-11, 1e-8])
     for point in np.array([[0.7, 1e-6, 0.3], [-0.4, 0.0, 5.0], [0.02, -1e-6, 1.0]]):
         point[0] *= drive.max_twist
@@ -113,8 +131,11 @@ def test_the_model_turns_with_its_output(one: DriveModel, drive: sm.Drive) -> No
 
 def test_an_individual_goes_with_effects(drive: sm.Drive, lookup: Lookup) -> None:
     """A backlash is a clearance of its every lobe, a compliance lies in series with its contacts."""
-    effects = {"backlash": {"clearance": 4e-6}, "structural_compliance": {"compliance": 4e-6},
-               "hysteresis": {"torque": 3.0, "presliding": 4e-5}}
+    effects = {
+        "backlash": {"clearance": 4e-6},
+        "structural_compliance": {"compliance": 4e-6},
+        "hysteresis": {"torque": 3.0, "presliding": 4e-5},
+    }
     whole = build_model(drive, effects, lookup=lookup, individual=3)
     assert whole.individual is not None
     twist, angle = 0.8 * drive.max_twist, 0.7
@@ -150,10 +171,12 @@ def test_model_file_keeps_the_seed(one: DriveModel, lookup: Lookup, tmp_path: Pa
     u, p = [0.3, 0, -0.012, 0, 20], one.parameter_vector()
     assert (np.asarray(again.output([], u, p)) == np.asarray(one.output([], u, p))).all()
     text = model_text(one)
-    for wrong, said in (("individual = -1", "individual: expected a whole number"),
-                        ('individual = "3"', "individual: expected a whole number"),
-                        ("individual = 3\nband = 0.5", "no band beside an individual"),
-                        ("individuals = 3", "did you mean 'individual'")):
+    for wrong, said in (
+        ("individual = -1", "individual: expected a whole number"),
+        ('individual = "3"', "individual: expected a whole number"),
+        ("individual = 3\nband = 0.5", "no band beside an individual"),
+        ("individuals = 3", "did you mean 'individual'"),
+    ):
         (tmp_path / "model.toml").write_text(text.replace("individual = 3", wrong))
         with pytest.raises(InputError, match=said):
             load_model(tmp_path / "model.toml", lookup=tmp_path / "lookup.npz")
@@ -185,12 +208,20 @@ def test_curve_command_writes_an_individual(tmp_path: Path, capsys: pytest.Captu
     assert main(["curve", str(drawing), "--individual", "2", "--drives", "8", "--out", str(tmp_path / "out")]) == 0
     assert "repeats after one turn of the output, 9 of the crank" in capsys.readouterr().out
     names = {path.name for path in (tmp_path / "out").glob("individual*")}
-    assert names == {f"individual_{name}" for name in ("map.csv", "turn.csv", "orders.csv", "map.png", "error.png",
-                                                       "orders.png", "fan.png")}
+    assert names == {
+        f"individual_{name}"
+        for name in ("map.csv", "turn.csv", "orders.csv", "map.png", "error.png", "orders.png", "fan.png")
+    }
     with (tmp_path / "out" / "individual_map.csv").open(newline="") as file:
         head, *rows = list(csv.reader(file))
-    assert head == ["output_angle [deg]", "crank_turns [1]", "twist [arcmin]", "torque [N.m]", "crank_torque [N.m]",
-                    "max_force [N]"]
+    assert head == [
+        "output_angle [deg]",
+        "crank_turns [1]",
+        "twist [arcmin]",
+        "torque [N.m]",
+        "crank_torque [N.m]",
+        "max_force [N]",
+    ]
     angle, turns, twist, torque, *_ = np.array(rows[1000], float)
     one = draw_individual(sm.load_drive(drawing), 2)
     assert turning_map(one, [twist * ARCMIN], [np.radians(angle)]).torque[0, 0] == pytest.approx(torque, rel=1e-6)
@@ -201,9 +232,9 @@ def test_curve_command_writes_an_individual(tmp_path: Path, capsys: pytest.Captu
     assert [row[-1] for row in rows[:11]] == ["mean", *["both"] * 8, "lobes", "elements"]
 
 
-def test_export_command_takes_an_individual(one: DriveModel, lookup: Lookup, tmp_path: Path,
-                                            monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-                                            ) -> None:
+def test_export_command_takes_an_individual(
+    one: DriveModel, lookup: Lookup, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setattr("reefmu.model.drive_model.cached_lookup", lambda *_: lookup)
     target = tmp_path / "three.fmu"
     assert main(["export", "drive_1", "-o", str(target), "--individual", "3"]) == 0

@@ -41,22 +41,24 @@ def test_units_of_a_drawing_are_understood(rich: DriveModel, saved: Path, tmp_pa
     assert values["hysteresis.presliding"] == pytest.approx(0.2 * sm.ARCMIN)
 
 
-@pytest.mark.parametrize(("old", "new", "message"), [
-    ("[effects.backlash]", "[effects.backlach]", "unknown effect 'backlach'; did you mean 'backlash'"),
-    ("clearance = ", "clearence = ", "did you mean 'clearance'"),
-    ('"0.30000000000000004 N.m"', '"0.3"', "expected a torque with its unit"),
-    ('"0.30000000000000004 N.m"', '"-1 N.m"', "expected a value within 0"),
-    ('"0.30000000000000004 N.m"', '"0.3 Nmm"', "unknown unit of torque 'Nmm'"),
-    ('"0.30000000000000004 N.m"', "0.3", "expected a text with its unit"),
-    ("schema = 1", "schema = 7", "expected schema = 1, got 7"),
-    ("[lookup]", "[lookups]", "did you mean 'lookup'"),
-    ("seed = 0", "sead = 0", "did you mean 'seed'"),
-    ("band = -0.3", "band = 3", "expected a value within -1"),
-    ("lobes = 30", "lobes = 31", "lobes: expected"),
-    ("[model]", "[model", "expected a model in TOML"),
-])
-def test_what_is_wrong_is_said(rich: DriveModel, saved: Path, tmp_path: Path, old: str, new: str,
-                               message: str) -> None:
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[effects.backlash]", "[effects.backlach]", "unknown effect 'backlach'; did you mean 'backlash'"),
+        ("clearance = ", "clearence = ", "did you mean 'clearance'"),
+        ('"0.30000000000000004 N.m"', '"0.3"', "expected a torque with its unit"),
+        ('"0.30000000000000004 N.m"', '"-1 N.m"', "expected a value within 0"),
+        ('"0.30000000000000004 N.m"', '"0.3 Nmm"', "unknown unit of torque 'Nmm'"),
+        ('"0.30000000000000004 N.m"', "0.3", "expected a text with its unit"),
+        ("schema = 1", "schema = 7", "expected schema = 1, got 7"),
+        ("[lookup]", "[lookups]", "did you mean 'lookup'"),
+        ("seed = 0", "sead = 0", "did you mean 'seed'"),
+        ("band = -0.3", "band = 3", "expected a value within -1"),
+        ("lobes = 30", "lobes = 31", "lobes: expected"),
+        ("[model]", "[model", "expected a model in TOML"),
+    ],
+)
+def test_what_is_wrong_is_said(rich: DriveModel, saved: Path, tmp_path: Path, old: str, new: str, message: str) -> None:
     text = model_text(rich)
     assert old in text
     (tmp_path / "model.toml").write_text(text.replace(old, new))

@@ -69,8 +69,11 @@ def test_twist_grows_by_the_segment_s_stiffness(torque: float, step: float) -> N
 
 def test_own_rows_come_after_the_published_ones(tmp_path: Path) -> None:
     file = tmp_path / "own.toml"
-    file.write_text(OWN + 'ratio = 30\nt1 = "10 N.m"\nt2 = "0.03 kN.m"\nk1 = "2 N.m/arcmin"\nk2 = "10 kN.m/rad"\n'
-                          'k3 = "2e4 N.m/rad"\nsecond_hand = true\n', "utf-8")
+    file.write_text(
+        OWN + 'ratio = 30\nt1 = "10 N.m"\nt2 = "0.03 kN.m"\nk1 = "2 N.m/arcmin"\nk2 = "10 kN.m/rad"\n'
+        'k3 = "2e4 N.m/rad"\nsecond_hand = true\n',
+        "utf-8",
+    )
     gears = catalog(file)
     assert gears[:-1] == catalog()
     assert gears[-1].label == "Own X1 (ratio 30)"
@@ -78,29 +81,34 @@ def test_own_rows_come_after_the_published_ones(tmp_path: Path) -> None:
     assert float(gears[-1].twist_at(10)) == pytest.approx(5 * ARCMIN)
 
 
-@pytest.mark.parametrize(("text", "words"), [
-    (OWN + 'ratoi = "30"', "gear 1: unknown field 'ratoi'; did you mean 'ratio'"),
-    (OWN + 'k4 = "1 kN.m/rad"', "gear 1: unknown field 'k4'; expected one of .*k1, k2, k3"),
-    ('[[gears]]\nmaker = "A"', "unknown table 'gears'; did you mean 'gear'"),
-    ("", "expected one table \\[\\[gear\\]\\] or more, got 'none'"),
-    ("gear = 3", "expected one table \\[\\[gear\\]\\] or more, got 3"),
-    ('[[gear]]\nmaker = "A"\ntype = "B"', "gear 1: expected the field 'source'"),
-    ('[[gear]]\nmaker = "A"\ntype = ""\nsource = "s"', "type: expected a text that is not empty"),
-    (OWN + "stiffness = 100", "stiffness: expected a torsional stiffness with its unit.*got '100'"),
-    (OWN + 'stiffness = "100"', "stiffness: expected a torsional stiffness with its unit.*got '100'"),
-    (OWN + 'stiffness = "100 N.m/arcmni"', "unknown unit of torsional stiffness 'N.m/arcmni'; did you mean"),
-    (OWN + 'stiffness = "100 N.m"', "unknown unit of torsional stiffness 'N.m'"),
-    (OWN + 'stiffness = "-1 N.m/arcmin"', "stiffness: expected a positive value"),
-    (OWN + 'stiffness = "0 N.m/arcmin"', "stiffness: expected a positive value"),
-    (OWN + "stiffness = nan", "stiffness: expected a torsional stiffness with its unit.*got 'nan'"),
-    (OWN + 'k1 = "1 kN.m/rad"\nstiffness = "1 kN.m/rad"', "expected either one stiffness or t1"),
-    (OWN + 't1 = "1 N.m"\nk1 = "1 kN.m/rad"', "expected t1, t2, k1, k2 and k3 together, got 't1, k1'"),
-    (OWN + 't1 = "3 N.m"\nt2 = "2 N.m"\nk1 = "1 kN.m/rad"\nk2 = "1 kN.m/rad"\nk3 = "1 kN.m/rad"',
-     "expected t1 below t2, got '3 and 2 N.m'"),
-    (OWN + "ratio = true", "ratio: expected a text, got True"),
-    (OWN + 'second_hand = "yes"', "second_hand: expected true or false, got 'yes'"),
-    ("[[gear", "expected a TOML catalogue, got a syntax error"),
-])
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (OWN + 'ratoi = "30"', "gear 1: unknown field 'ratoi'; did you mean 'ratio'"),
+        (OWN + 'k4 = "1 kN.m/rad"', "gear 1: unknown field 'k4'; expected one of .*k1, k2, k3"),
+        ('[[gears]]\nmaker = "A"', "unknown table 'gears'; did you mean 'gear'"),
+        ("", "expected one table \\[\\[gear\\]\\] or more, got 'none'"),
+        ("gear = 3", "expected one table \\[\\[gear\\]\\] or more, got 3"),
+        ('[[gear]]\nmaker = "A"\ntype = "B"', "gear 1: expected the field 'source'"),
+        ('[[gear]]\nmaker = "A"\ntype = ""\nsource = "s"', "type: expected a text that is not empty"),
+        (OWN + "stiffness = 100", "stiffness: expected a torsional stiffness with its unit.*got '100'"),
+        (OWN + 'stiffness = "100"', "stiffness: expected a torsional stiffness with its unit.*got '100'"),
+        (OWN + 'stiffness = "100 N.m/arcmni"', "unknown unit of torsional stiffness 'N.m/arcmni'; did you mean"),
+        (OWN + 'stiffness = "100 N.m"', "unknown unit of torsional stiffness 'N.m'"),
+        (OWN + 'stiffness = "-1 N.m/arcmin"', "stiffness: expected a positive value"),
+        (OWN + 'stiffness = "0 N.m/arcmin"', "stiffness: expected a positive value"),
+        (OWN + "stiffness = nan", "stiffness: expected a torsional stiffness with its unit.*got 'nan'"),
+        (OWN + 'k1 = "1 kN.m/rad"\nstiffness = "1 kN.m/rad"', "expected either one stiffness or t1"),
+        (OWN + 't1 = "1 N.m"\nk1 = "1 kN.m/rad"', "expected t1, t2, k1, k2 and k3 together, got 't1, k1'"),
+        (
+            OWN + 't1 = "3 N.m"\nt2 = "2 N.m"\nk1 = "1 kN.m/rad"\nk2 = "1 kN.m/rad"\nk3 = "1 kN.m/rad"',
+            "expected t1 below t2, got '3 and 2 N.m'",
+        ),
+        (OWN + "ratio = true", "ratio: expected a text, got True"),
+        (OWN + 'second_hand = "yes"', "second_hand: expected true or false, got 'yes'"),
+        ("[[gear", "expected a TOML catalogue, got a syntax error"),
+    ],
+)
 def test_a_faulty_row_is_named_in_one_line(text: str, words: str) -> None:
     with pytest.raises(InputError, match=words) as caught:
         read_rows(text, "own.toml")

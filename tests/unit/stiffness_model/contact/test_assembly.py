@@ -35,8 +35,9 @@ def eq_23(compliance: float, *curvatures: float) -> float:
 @pytest.mark.parametrize("k", [0, 40, 100, 250])
 def test_stiffness_follows_eq_23(drive, deviations, k):
     contacts = build_contacts(drive, deviations)
-    ball, crank, bore, q = (values.ravel()[k] for values in (
-        deviations.element, deviations.crank, deviations.cage, deviations.gear))
+    ball, crank, bore, q = (
+        values.ravel()[k] for values in (deviations.element, deviations.crank, deviations.cage, deviations.gear)
+    )
     steel, plastic = 2 * STEEL_100CR6.compliance, STEEL_100CR6.compliance + PLA.compliance
     # Across the plane crank and gear are straight, and so is the bore along its axis.
     assert contacts.stiffness_crank[k] == pytest.approx(eq_23(steel, 1 / ball, 1 / crank, 1 / ball, 0), rel=1e-8)
@@ -75,8 +76,9 @@ def test_capped_where_ball_and_bore_nearly_fit():
     close = contacts.cage_gap < 0.35e-6
     assert (contacts.capped == close).mean() > 0.995
     assert 0.6 < contacts.capped.mean() < 0.9
-    np.testing.assert_allclose(contacts.stiffness_cage[contacts.capped], contacts.stiffness_cage[contacts.capped][0],
-                               rtol=1e-4)
+    np.testing.assert_allclose(
+        contacts.stiffness_cage[contacts.capped], contacts.stiffness_cage[contacts.capped][0], rtol=1e-4
+    )
 
 
 def test_some_of_the_elements(drive, deviations):

@@ -20,20 +20,26 @@ def refused(**fields) -> str:
     return str(error.value)
 
 
-@pytest.mark.parametrize(("fields", "parts"), [
-    ({"cage_offset": "-8 mm"}, ["cage_offset", "bore radius above zero", "7 mm -8 mm"]),
-    ({"element_offset": "-8 mm"}, ["element_offset", "element radius above zero"]),
-    ({"crank_offset": "-42 mm"}, ["crank_offset", "crank radius above zero"]),
-    ({"gear_offset": "-7.1 mm"}, ["gear_offset", "gear profile's distance above zero"]),
-    ({"element_tolerance": "30 mm"}, ["element_offset", "element radius above zero", "+-7.5 mm"]),
-    ({"lobes": 200, "transmission_ratio": 199}, ["lobes", "200 lobes", "cuts itself 2.4 deg", "fewer lobes"]),
-    ({"lobes": 200, "transmission_ratio": 199, "elements": 597, "gear_tolerance": "0 um"}, ["lobes", "cuts itself"]),
-    ({"gear_offset": "-0.6 mm"}, ["gear_offset", "0.14 mm", "0.6 mm", "Hertz"]),
-    ({"crank_offset": "0.6 mm"}, ["gear_offset", "0.6 mm", "Hertz"]),
-    ({"gear_offset": "1.4 mm"}, ["gear_offset", "play", "1.4 mm", "clear the lobes"]),
-    ({"cage_offset": "-0.1 mm"}, ["cage_offset", "70 um", "0.1 mm", "Hertz"]),
-    ({"cage_offset": "6 mm"}, ["cage_offset", "half the lobes' pitch", "6 mm", "next lobe"]),
-])
+@pytest.mark.parametrize(
+    ("fields", "parts"),
+    [
+        ({"cage_offset": "-8 mm"}, ["cage_offset", "bore radius above zero", "7 mm -8 mm"]),
+        ({"element_offset": "-8 mm"}, ["element_offset", "element radius above zero"]),
+        ({"crank_offset": "-42 mm"}, ["crank_offset", "crank radius above zero"]),
+        ({"gear_offset": "-7.1 mm"}, ["gear_offset", "gear profile's distance above zero"]),
+        ({"element_tolerance": "30 mm"}, ["element_offset", "element radius above zero", "+-7.5 mm"]),
+        ({"lobes": 200, "transmission_ratio": 199}, ["lobes", "200 lobes", "cuts itself 2.4 deg", "fewer lobes"]),
+        (
+            {"lobes": 200, "transmission_ratio": 199, "elements": 597, "gear_tolerance": "0 um"},
+            ["lobes", "cuts itself"],
+        ),
+        ({"gear_offset": "-0.6 mm"}, ["gear_offset", "0.14 mm", "0.6 mm", "Hertz"]),
+        ({"crank_offset": "0.6 mm"}, ["gear_offset", "0.6 mm", "Hertz"]),
+        ({"gear_offset": "1.4 mm"}, ["gear_offset", "play", "1.4 mm", "clear the lobes"]),
+        ({"cage_offset": "-0.1 mm"}, ["cage_offset", "70 um", "0.1 mm", "Hertz"]),
+        ({"cage_offset": "6 mm"}, ["cage_offset", "half the lobes' pitch", "6 mm", "next lobe"]),
+    ],
+)
 def test_one_line_for_what_is_no_drive(fields, parts):
     message = refused(**fields)
     assert all(part in message for part in parts), message
@@ -57,15 +63,23 @@ def test_what_is_just_allowed_presses_less_than_the_bound_says():
 @pytest.mark.parametrize("name", ["drive_1", "drive_2", "drive_3"])
 def test_every_way_to_a_drive_is_checked(name):
     drive = sm.load_drive(name)
-    for change in ({"lobes": 200, "transmission_ratio": 199},
-                   {"tolerances": {**drive.tolerances, "cage": sm.Tolerance(5e-6, -8e-3)}}):
+    for change in (
+        {"lobes": 200, "transmission_ratio": 199},
+        {"tolerances": {**drive.tolerances, "cage": sm.Tolerance(5e-6, -8e-3)}},
+    ):
         with pytest.raises(sm.InputError):
             dataclasses.replace(drive, **change)
 
 
 def test_numpy_s_integers_count():
-    drive = sm.load_drive("drive_1", lobes=np.int64(28), elements=np.int32(60), eccentrics=np.uint8(2),
-                          transmission_ratio=np.int64(29), crank_radius=np.float32(0.0410))
+    drive = sm.load_drive(
+        "drive_1",
+        lobes=np.int64(28),
+        elements=np.int32(60),
+        eccentrics=np.uint8(2),
+        transmission_ratio=np.int64(29),
+        crank_radius=np.float32(0.0410),
+    )
     for name in ("lobes", "elements", "eccentrics", "transmission_ratio"):
         assert type(getattr(drive, name)) is int
     assert type(drive.crank_radius) is float
@@ -76,13 +90,28 @@ def test_numpy_s_integers_count():
 def test_quantities_of_a_units_library_are_converted():
     pint = pytest.importorskip("pint")
     unit = pint.UnitRegistry()
-    drive = sm.load_drive("drive_1", crank_radius=41 * unit.mm, max_twist=8 * unit.arcmin, cage_offset=2 * unit.um,
-                          bearing_stiffness=250 * unit.N / unit.um, housing_stiffness=2e5 * unit.N * unit.m / unit.rad,
-                          bearing_capacity=40 * unit.kN, crank_speed=1500 * unit.rpm,
-                          gear_pressure_limit=4.2 * unit.GPa, crank_tolerance=13 * unit.um)
-    same = sm.load_drive("drive_1", crank_radius="41 mm", cage_offset="2 um", bearing_stiffness="250 N/um",
-                         housing_stiffness="200 kN.m/rad", bearing_capacity="40 kN", crank_speed="1500 rpm",
-                         gear_pressure_limit="4.2 GPa")
+    drive = sm.load_drive(
+        "drive_1",
+        crank_radius=41 * unit.mm,
+        max_twist=8 * unit.arcmin,
+        cage_offset=2 * unit.um,
+        bearing_stiffness=250 * unit.N / unit.um,
+        housing_stiffness=2e5 * unit.N * unit.m / unit.rad,
+        bearing_capacity=40 * unit.kN,
+        crank_speed=1500 * unit.rpm,
+        gear_pressure_limit=4.2 * unit.GPa,
+        crank_tolerance=13 * unit.um,
+    )
+    same = sm.load_drive(
+        "drive_1",
+        crank_radius="41 mm",
+        cage_offset="2 um",
+        bearing_stiffness="250 N/um",
+        housing_stiffness="200 kN.m/rad",
+        bearing_capacity="40 kN",
+        crank_speed="1500 rpm",
+        gear_pressure_limit="4.2 GPa",
+    )
     assert drive.crank_radius == pytest.approx(same.crank_radius, rel=1e-12)
     assert drive.max_twist == pytest.approx(same.max_twist, rel=1e-12)
     for name in options.QUANTITIES:

@@ -45,13 +45,16 @@ def test_ratio_is_signed():
     assert sm.load_drive("drive_1", lobes=28).orientation == 1
 
 
-@pytest.mark.parametrize("changes", [
-    {},
-    {"lobes": 28, "crank_deviation": "eccentric"},
-    {"element": "roller", "element_length": "12.5 mm", "crank_radius": "40.123456789 mm"},
-    {"cage_offset": "-3.3 um", "gear_tolerance": "17 um", "max_twist": "0.3 deg"},
-    {"gear_material": sm.Material("POM", 2.8e9, 0.35, 1410.0)},
-])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"lobes": 28, "crank_deviation": "eccentric"},
+        {"element": "roller", "element_length": "12.5 mm", "crank_radius": "40.123456789 mm"},
+        {"cage_offset": "-3.3 um", "gear_tolerance": "17 um", "max_twist": "0.3 deg"},
+        {"gear_material": sm.Material("POM", 2.8e9, 0.35, 1410.0)},
+    ],
+)
 @pytest.mark.parametrize("name", ["drive_1", "drive_3"])
 def test_round_trip_through_toml(tmp_path, name, changes):
     drive = sm.load_drive(name, **changes)
@@ -69,8 +72,9 @@ def test_overrides_take_texts_and_si():
 
 
 def test_own_material(tmp_path):
-    drive = sm.load_drive(edited(tmp_path, ("[materials]", OWN + "[materials]"), ('gear_material = "100Cr6"',
-                                                                                  'gear_material = "POM"')))
+    drive = sm.load_drive(
+        edited(tmp_path, ("[materials]", OWN + "[materials]"), ('gear_material = "100Cr6"', 'gear_material = "POM"'))
+    )
     assert drive.materials["gear"].youngs_modulus == pytest.approx(2.8e9)
     assert drive.materials["cage"].name == "100Cr6"
 
@@ -104,8 +108,11 @@ BAD = {
     "bare angle": ('"8 arcmin"', "8", ["max_twist", "with its unit", "got 8"]),
     "bare tolerance": ('"IT4"', "5", ["cage_tolerance", "with its unit", "got 5"]),
     "bare offset": ('"3 sigma"', "5", ["cage_offset", "with its unit", "got 5"]),
-    "bare modulus": ("[materials]", OWN.replace('"2.8 GPa"', "2.8e9") + "[materials]",
-                     ["material.POM", "youngs_modulus", "with its unit", "2800000000"]),
+    "bare modulus": (
+        "[materials]",
+        OWN.replace('"2.8 GPa"', "2.8e9") + "[materials]",
+        ["material.POM", "youngs_modulus", "with its unit", "2800000000"],
+    ),
     "unknown unit": ('"41 mm"', '"41 mmm"', ["crank_radius", "'mmm'", "did you mean 'mm'"]),
     "unit of something else": ('"41 mm"', '"41 GPa"', ["crank_radius", "unit of length", "'GPa'"]),
     "negative": ('"41 mm"', '"-41 mm"', ["crank_radius", "positive", "-0.041"]),
@@ -119,28 +126,46 @@ BAD = {
     "a ratio without lobe count": ("lobes = 30", "lobes = 31", ["lobes", "28", "30", "31"]),
     "a ratio that is not whole": ("transmission_ratio = 29", "transmission_ratio = 29.5", ["lobes", "28.5", "got 30"]),
     "a negative ratio": ("transmission_ratio = 29", "transmission_ratio = -29", ["transmission_ratio", "-29"]),
-    "a ratio that is not a number": ("transmission_ratio = 29", "transmission_ratio = nan",
-                                     ["transmission_ratio", "nan"]),
+    "a ratio that is not a number": (
+        "transmission_ratio = 29",
+        "transmission_ratio = nan",
+        ["transmission_ratio", "nan"],
+    ),
     "a text for a count": ("lobes = 30", 'lobes = "30"', ["lobes", "whole number", "'30'"]),
     "a truth value for a count": ("elements = 87", "elements = true", ["elements", "whole number", "True"]),
     "no elements": ("elements = 87", "elements = 0", ["elements", "at least 1", "0"]),
     "elements that do not divide": ("elements = 87", "elements = 86", ["elements", "multiple of the 3", "86"]),
     "no such element": ('"ball"', '"needle"', ["element", "'ball' or 'roller'", "'needle'"]),
     "a roller without length": ('"ball"', '"roller"', ["element_length", "positive", "0.0"]),
-    "no such material": ('cage_material = "100Cr6"', 'cage_material = "100Cr7"',
-                         ["cage_material", "did you mean '100Cr6'"]),
-    "a number for a material": ('cage_material = "100Cr6"', "cage_material = 3",
-                                ["cage_material", "material's name", "3"]),
+    "no such material": (
+        'cage_material = "100Cr6"',
+        'cage_material = "100Cr7"',
+        ["cage_material", "did you mean '100Cr6'"],
+    ),
+    "a number for a material": (
+        'cage_material = "100Cr6"',
+        "cage_material = 3",
+        ["cage_material", "material's name", "3"],
+    ),
     "a material that is no table": ("[materials]", "[material]\nPOM = 3\n[materials]", ["material.POM", "table", "3"]),
-    "a material without a ratio": ("[materials]", OWN.replace("poisson_ratio = 0.35\n", "") + "[materials]",
-                                   ["material.POM", "'poisson_ratio'", "none"]),
-    "an impossible material": ("[materials]", OWN.replace("0.35", "0.7") + "[materials]",
-                               ["POM", "Poisson's ratio between -1 and 0.5", "0.7"]),
+    "a material without a ratio": (
+        "[materials]",
+        OWN.replace("poisson_ratio = 0.35\n", "") + "[materials]",
+        ["material.POM", "'poisson_ratio'", "none"],
+    ),
+    "an impossible material": (
+        "[materials]",
+        OWN.replace("0.35", "0.7") + "[materials]",
+        ["POM", "Poisson's ratio between -1 and 0.5", "0.7"],
+    ),
     "no such grade": ('"IT4"', '"IT44"', ["cage_tolerance", "IT1 to IT16", "IT44"]),
     "a negative tolerance": ('"IT4"', '"-5 um"', ["cage_tolerance", "not negative", "e-06"]),
     "an offset in words": ('"3 sigma"', '"three sigma"', ["cage_offset", "'3 sigma'", "'three sigma'"]),
-    "no such deviation": ('crank_deviation = "element"', 'crank_deviation = "drive"',
-                          ["crank_deviation", "'element' or 'eccentric'", "'drive'"]),
+    "no such deviation": (
+        'crank_deviation = "element"',
+        'crank_deviation = "drive"',
+        ["crank_deviation", "'element' or 'eccentric'", "'drive'"],
+    ),
     "a field missing": ('eccentricity = "0.7 mm"', "", ["'eccentricity'", "none"]),
     "a number for a name": ('name = "drive_1"', "name = 3", ["name", "text", "3"]),
     "a section that is no table": ("[operation]\n", "[[operation]]\n", ["operation", "table"]),
@@ -159,24 +184,30 @@ def test_bad_drawings_say_what_was_expected_what_came_and_where(tmp_path, case):
     assert "\n" not in message
 
 
-@pytest.mark.parametrize(("fields", "parts"), [
-    ({"lobs": 28}, ["drive_1", "'lobs'", "did you mean 'lobes'"]),
-    ({"crank_radius": math.nan}, ["drive_1", "crank_radius", "nan"]),
-    ({"crank_radius": -0.04}, ["drive_1", "crank_radius", "positive", "-0.04"]),
-    ({"lobes": 31}, ["drive_1", "lobes", "31"]),
-    ({"cage_offset": math.inf}, ["drive_1", "cage_offset", "inf"]),
-    ({"max_twist": 0.0}, ["drive_1", "max_twist", "positive"]),
-])
+@pytest.mark.parametrize(
+    ("fields", "parts"),
+    [
+        ({"lobs": 28}, ["drive_1", "'lobs'", "did you mean 'lobes'"]),
+        ({"crank_radius": math.nan}, ["drive_1", "crank_radius", "nan"]),
+        ({"crank_radius": -0.04}, ["drive_1", "crank_radius", "positive", "-0.04"]),
+        ({"lobes": 31}, ["drive_1", "lobes", "31"]),
+        ({"cage_offset": math.inf}, ["drive_1", "cage_offset", "inf"]),
+        ({"max_twist": 0.0}, ["drive_1", "max_twist", "positive"]),
+    ],
+)
 def test_bad_overrides(fields, parts):
     with pytest.raises(sm.InputError) as error:
         sm.load_drive("drive_1", **fields)
     assert all(part in str(error.value) for part in parts), str(error.value)
 
 
-@pytest.mark.parametrize(("source", "parts"), [
-    ("drive_4", ["'drive_4'", "did you mean"]),
-    ("nowhere/mine.toml", ["mine.toml", "expected a TOML drawing", "no such file"]),
-])
+@pytest.mark.parametrize(
+    ("source", "parts"),
+    [
+        ("drive_4", ["'drive_4'", "did you mean"]),
+        ("nowhere/mine.toml", ["mine.toml", "expected a TOML drawing", "no such file"]),
+    ],
+)
 def test_no_such_drawing(source, parts):
     with pytest.raises(sm.InputError) as error:
         sm.load_drive(source)
@@ -196,8 +227,10 @@ def test_a_first_drawing_has_bores_that_let_its_elements_run(changes):
     table = sm.drive_to_dict(sm.load_drive("drive_1", **changes))
     del table["tolerances"]["cage_offset"]
     drive = sm.drive_from_dict(table)
-    clearance, sigma = (drive.tolerances["cage"].offset - drive.tolerances["element"].offset,
-                        math.hypot(drive.tolerances["cage"].sigma, drive.tolerances["element"].sigma))
+    clearance, sigma = (
+        drive.tolerances["cage"].offset - drive.tolerances["element"].offset,
+        math.hypot(drive.tolerances["cage"].sigma, drive.tolerances["element"].sigma),
+    )
     assert clearance == pytest.approx(3 * sigma, rel=1e-12)
     population = sm.simulate(drive, [0.0], 200)
     # 0.135 % of 17 400 elements are 23.5 with a standard deviation of 4.8.

@@ -80,15 +80,19 @@ def test_an_angle_at_which_places_are_lost_is_refused(value: float) -> None:
         turning_map(draw_individual(drive, 0), [0.0], [value])
 
 
-@pytest.mark.parametrize(("call", "words"), [
-    (["--twist", "1e308"], "--twist: expected twists within +-32 arcmin"),
-    (["--twist", "-3600"], "--twist: expected twists within +-32 arcmin"),
-    (["--angle", "1e308"], "--angle: expected a crank angle within"),
-    (["--exaggerate", "1e308"], "--exaggerate: expected a factor of at most 1"),
-    (["--exaggerate", "1e308", "--twist", "0"], "--exaggerate: expected a factor of at most"),
-])
-def test_draw_refuses_what_no_drive_can_be(call: list[str], words: str, tmp_path: Path,
-                                           capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (["--twist", "1e308"], "--twist: expected twists within +-32 arcmin"),
+        (["--twist", "-3600"], "--twist: expected twists within +-32 arcmin"),
+        (["--angle", "1e308"], "--angle: expected a crank angle within"),
+        (["--exaggerate", "1e308"], "--exaggerate: expected a factor of at most 1"),
+        (["--exaggerate", "1e308", "--twist", "0"], "--exaggerate: expected a factor of at most"),
+    ],
+)
+def test_draw_refuses_what_no_drive_can_be(
+    call: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["draw", "drive_1", *call, "--out", str(tmp_path / "new")]) == 2
     err = capsys.readouterr().err
     assert words in err
@@ -110,8 +114,9 @@ def test_elements_without_an_equilibrium_are_told_once(who: str, stopped: sm.Dri
     assert len(caught) == 1
 
 
-def test_the_count_is_the_populations_and_a_command_says_it(stopped: sm.Drive, tmp_path: Path,
-                                                            capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_count_is_the_populations_and_a_command_says_it(
+    stopped: sm.Drive, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.warns(NotConvergedWarning) as caught:
         population = sm.simulate(stopped, [stopped.max_twist], 8)
     lost = population.status_counts[Status.NOT_CONVERGED.name.lower()]

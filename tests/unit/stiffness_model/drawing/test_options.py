@@ -18,10 +18,20 @@ from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.lookup import build as lookup
 from stiffness_model.lookup import element_table
 
-ALL = {"bearing_stiffness": "250 N/um", "cage_wall_stiffness": "60 N/um", "ring_stiffness": "0.4 kN/mm",
-       "housing_stiffness": "80 N.m/arcmin", "gear_contact": "exact", "cage_contact": "lamina", "inertia": "on",
-       "crank_speed": "3000 rpm", "friction_coefficient": 0.05, "gear_pressure_limit": "4 GPa",
-       "bearing_capacity": "40 kN", "bearing_type": "roller"}
+ALL = {
+    "bearing_stiffness": "250 N/um",
+    "cage_wall_stiffness": "60 N/um",
+    "ring_stiffness": "0.4 kN/mm",
+    "housing_stiffness": "80 N.m/arcmin",
+    "gear_contact": "exact",
+    "cage_contact": "lamina",
+    "inertia": "on",
+    "crank_speed": "3000 rpm",
+    "friction_coefficient": 0.05,
+    "gear_pressure_limit": "4 GPa",
+    "bearing_capacity": "40 kN",
+    "bearing_type": "roller",
+}
 
 
 def test_round_trip(tmp_path) -> None:
@@ -32,8 +42,14 @@ def test_round_trip(tmp_path) -> None:
     again = sm.load_drive(tmp_path / "mine.toml", bearing_stiffness="rigid")
     assert again.beyond == dataclasses.replace(drive.beyond, bearing_stiffness=math.inf)
     text = (tmp_path / "mine.toml").read_text()
-    for words in ('[bodies]', 'bearing_stiffness = "250 N/um"', '[contacts]', 'gear_contact = "exact"',
-                  'crank_speed = "3000 rpm"', 'bearing_capacity = "40000 N"'):
+    for words in (
+        "[bodies]",
+        'bearing_stiffness = "250 N/um"',
+        "[contacts]",
+        'gear_contact = "exact"',
+        'crank_speed = "3000 rpm"',
+        'bearing_capacity = "40000 N"',
+    ):
         assert words in text
 
 
@@ -42,14 +58,17 @@ def test_an_allowable_pressure_and_its_source_round_trip(tmp_path) -> None:
     mine = drawing.replace('gear_material = "PLA"', 'gear_material = "PA12"')
     table = '[material.PA12]\nyoungs_modulus = "1.7 GPa"\npoisson_ratio = 0.4\n'
     (tmp_path / "mine.toml").write_text(
-        mine + table + 'allowable_pressure = "80 MPa"\nallowable_source = "1.6 x yield, data sheet"\n', "utf-8")
+        mine + table + 'allowable_pressure = "80 MPa"\nallowable_source = "1.6 x yield, data sheet"\n', "utf-8"
+    )
     drive = sm.load_drive(tmp_path / "mine.toml")
     assert drive.materials["gear"].allowable("ball") == 80e6
     sm.save_drive(drive, tmp_path / "again.toml")
     assert sm.load_drive(tmp_path / "again.toml") == drive
-    for more, words in (('allowable_pressure = "80 MPa"', "allowable_source, a text that says where"),
-                        ('allowable_pressure = 80', "a pressure with its unit, such as '90 MPa'"),
-                        ('allowable_presure = "80 MPa"', "did you mean 'allowable_pressure'")):
+    for more, words in (
+        ('allowable_pressure = "80 MPa"', "allowable_source, a text that says where"),
+        ("allowable_pressure = 80", "a pressure with its unit, such as '90 MPa'"),
+        ('allowable_presure = "80 MPa"', "did you mean 'allowable_pressure'"),
+    ):
         (tmp_path / "mine.toml").write_text(mine + table + more, "utf-8")
         with pytest.raises(sm.InputError) as error:
             sm.load_drive(tmp_path / "mine.toml")
@@ -64,21 +83,24 @@ def test_a_plain_drawing_stays_as_it_was() -> None:
     assert sm.load_drive("drive_1").beyond.plain
 
 
-@pytest.mark.parametrize(("fields", "words"), [
-    ({"bearing_stifness": "1 N/um"}, "did you mean 'bearing_stiffness'"),
-    ({"gear_contact": "exat"}, "unknown gear_contact 'exat'; did you mean 'exact'?"),
-    ({"cage_contact": "persson"}, "unknown cage_contact 'persson'; expected one of hertz, lamina"),
-    ({"cage_contact": 3}, "cage_contact: expected 'hertz' or 'lamina', got 3"),
-    ({"inertia": "onn"}, "unknown inertia 'onn'; did you mean 'on'?"),
-    ({"bearing_stiffness": "250"}, "bearing_stiffness: expected a stiffness with its unit"),
-    ({"bearing_stiffness": "250 N/nm"}, "unknown unit of stiffness 'N/nm'"),
-    ({"bearing_stiffness": "-3 N/um"}, "bearing_stiffness: expected a positive stiffness or 'rigid'"),
-    ({"housing_stiffness": "0 N.m/rad"}, "housing_stiffness: expected a positive stiffness or 'rigid'"),
-    ({"ring_stiffness": math.nan}, "ring_stiffness: expected a positive stiffness"),
-    ({"crank_speed": "3000 rpn"}, "unknown unit of speed 'rpn'"),
-    ({"friction_coefficient": 1.5}, "expected a coefficient of friction from 0 to below 1, got 1.5"),
-    ({"bearing_type": "balls"}, "did you mean 'ball'?"),
-])
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"bearing_stifness": "1 N/um"}, "did you mean 'bearing_stiffness'"),
+        ({"gear_contact": "exat"}, "unknown gear_contact 'exat'; did you mean 'exact'?"),
+        ({"cage_contact": "persson"}, "unknown cage_contact 'persson'; expected one of hertz, lamina"),
+        ({"cage_contact": 3}, "cage_contact: expected 'hertz' or 'lamina', got 3"),
+        ({"inertia": "onn"}, "unknown inertia 'onn'; did you mean 'on'?"),
+        ({"bearing_stiffness": "250"}, "bearing_stiffness: expected a stiffness with its unit"),
+        ({"bearing_stiffness": "250 N/nm"}, "unknown unit of stiffness 'N/nm'"),
+        ({"bearing_stiffness": "-3 N/um"}, "bearing_stiffness: expected a positive stiffness or 'rigid'"),
+        ({"housing_stiffness": "0 N.m/rad"}, "housing_stiffness: expected a positive stiffness or 'rigid'"),
+        ({"ring_stiffness": math.nan}, "ring_stiffness: expected a positive stiffness"),
+        ({"crank_speed": "3000 rpn"}, "unknown unit of speed 'rpn'"),
+        ({"friction_coefficient": 1.5}, "expected a coefficient of friction from 0 to below 1, got 1.5"),
+        ({"bearing_type": "balls"}, "did you mean 'ball'?"),
+    ],
+)
 def test_refused(fields: dict[str, object], words: str) -> None:
     with pytest.raises(sm.InputError, match=r"^drive_1") as error:
         sm.load_drive("drive_1", **fields)
@@ -87,9 +109,11 @@ def test_refused(fields: dict[str, object], words: str) -> None:
 
 def test_bare_numbers_and_unknown_fields_in_a_file(tmp_path) -> None:
     drawing = (Path(sm.__file__).parent / "presets" / "drive_1.toml").read_text("utf-8")
-    for more, words in (("[bodies]\nbearing_stiffness = 250\n", "a stiffness with its unit, such as '250 N/um'"),
-                        ("[bodies]\nbearing_stiff = '250 N/um'\n", "did you mean 'bearing_stiffness' or"),
-                        ("[contact]\ngear_contact = 'exact'\n", "did you mean 'contacts'?")):
+    for more, words in (
+        ("[bodies]\nbearing_stiffness = 250\n", "a stiffness with its unit, such as '250 N/um'"),
+        ("[bodies]\nbearing_stiff = '250 N/um'\n", "did you mean 'bearing_stiffness' or"),
+        ("[contact]\ngear_contact = 'exact'\n", "did you mean 'contacts'?"),
+    ):
         (tmp_path / "mine.toml").write_text(drawing + more, "utf-8")
         with pytest.raises(sm.InputError) as error:
             sm.load_drive(tmp_path / "mine.toml")

@@ -41,12 +41,28 @@ def test_mean_offsets_of_section_iv(drive):
     assert [tolerances[part].offset for part in ("element", "crank", "gear")] == [0, 0, 0]
 
 
-@pytest.mark.parametrize(("grade", "size_mm", "window"), [
-    # Sizes lie in the row that ends with them: above 10 up to and including 18, and so on.
-    (5, 10, 6), (5, 10.001, 8), (5, 18, 8), (5, 18.001, 9),
-    (11, 80, 190), (11, 80.001, 220), (11, 120, 220), (11, 120.001, 250),
-    (1, 0.5, 0.8), (1, 3, 0.8), (6, 3.001, 8), (7, 500, 63), (16, 500, 4000), (4, 14, 5), (13, 14, 270), (9, 96, 87),
-])
+@pytest.mark.parametrize(
+    ("grade", "size_mm", "window"),
+    [
+        # Sizes lie in the row that ends with them: above 10 up to and including 18, and so on.
+        (5, 10, 6),
+        (5, 10.001, 8),
+        (5, 18, 8),
+        (5, 18.001, 9),
+        (11, 80, 190),
+        (11, 80.001, 220),
+        (11, 120, 220),
+        (11, 120.001, 250),
+        (1, 0.5, 0.8),
+        (1, 3, 0.8),
+        (6, 3.001, 8),
+        (7, 500, 63),
+        (16, 500, 4000),
+        (4, 14, 5),
+        (13, 14, 270),
+        (9, 96, 87),
+    ],
+)
 def test_iso_286(grade, size_mm, window):
     assert iso_286(grade, size_mm * 1e-3) == pytest.approx(window * UM, rel=1e-12)
 
@@ -72,41 +88,81 @@ def test_iso_286_grows_with_grade_and_size():
     assert all(row == sorted(row) for row in rows)
 
 
-@pytest.mark.parametrize(("size_mm", "window"), [
-    (18, 8), (18.01, 9), (30, 9), (50, 11), (80, 13), (80.01, 15), (82, 15), (120, 15), (120.01, 18), (500, 45),
-])
+@pytest.mark.parametrize(
+    ("size_mm", "window"),
+    [
+        (18, 8),
+        (18.01, 9),
+        (30, 9),
+        (50, 11),
+        (80, 13),
+        (80.01, 15),
+        (82, 15),
+        (120, 15),
+        (120.01, 18),
+        (500, 45),
+    ],
+)
 def test_iso_492(size_mm, window):
     assert iso_492_normal(size_mm * 1e-3) == pytest.approx(window * UM, rel=1e-12)
 
 
-@pytest.mark.parametrize(("grade", "window"), [(3, 0.13), (5, 0.25), (10, 0.5), (16, 0.8), (20, 1.0), (24, 1.2),
-                                             (28, 1.4), (40, 2.0), (60, 3.0), (100, 5), (200, 10)])
+@pytest.mark.parametrize(
+    ("grade", "window"),
+    [
+        (3, 0.13),
+        (5, 0.25),
+        (10, 0.5),
+        (16, 0.8),
+        (20, 1.0),
+        (24, 1.2),
+        (28, 1.4),
+        (40, 2.0),
+        (60, 3.0),
+        (100, 5),
+        (200, 10),
+    ],
+)
 def test_iso_3290(grade, window):
     assert iso_3290(grade) == pytest.approx(window * UM, rel=1e-12)
 
 
-@pytest.mark.parametrize(("text", "size_mm", "window"), [
-    ("13 um", 82, 13), ("0.013 mm", 82, 13), ("IT5", 96, 15), ("IT 5", 96, 15), ("ISO 286 IT5", 96, 15),
-    ("ISO 492 Normal", 82, 15), ("ISO 492", 82, 15), ("ISO 3290 G10", 14, 0.5), ("G10", 14, 0.5), (2e-6, 14, 2),
-    ("0 um", 14, 0),
-])
+@pytest.mark.parametrize(
+    ("text", "size_mm", "window"),
+    [
+        ("13 um", 82, 13),
+        ("0.013 mm", 82, 13),
+        ("IT5", 96, 15),
+        ("IT 5", 96, 15),
+        ("ISO 286 IT5", 96, 15),
+        ("ISO 492 Normal", 82, 15),
+        ("ISO 492", 82, 15),
+        ("ISO 3290 G10", 14, 0.5),
+        ("G10", 14, 0.5),
+        (2e-6, 14, 2),
+        ("0 um", 14, 0),
+    ],
+)
 def test_reading_windows(text, size_mm, window):
     assert read_window(text, size_mm * 1e-3, "here") == pytest.approx(window * UM, rel=1e-12)
 
 
-@pytest.mark.parametrize(("text", "size", "parts"), [
-    ("IT17", 0.1, ["cage_tolerance", "IT1 to IT16", "IT17"]),
-    ("IT0", 0.1, ["cage_tolerance", "IT1 to IT16", "IT0"]),
-    ("G11", 0.014, ["cage_tolerance", "G10", "G11"]),
-    ("IT5", 0.6, ["cage_tolerance", "up to 500 mm", "600 mm"]),
-    ("ISO 492", 5e-3, ["cage_tolerance", "above 6", "5 mm"]),
-    ("fine", 0.1, ["cage_tolerance", "'13 um'", "'fine'"]),
-    ("13", 0.1, ["cage_tolerance", "with its unit", "'13'"]),
-    ("-13 um", 0.1, ["cage_tolerance", "not negative", "-1.3e-05"]),
-    ("13 umm", 0.1, ["cage_tolerance", "did you mean 'um'", "'umm'"]),
-    (None, 0.1, ["cage_tolerance", "None"]),
-    (float("nan"), 0.1, ["cage_tolerance", "nan"]),
-])
+@pytest.mark.parametrize(
+    ("text", "size", "parts"),
+    [
+        ("IT17", 0.1, ["cage_tolerance", "IT1 to IT16", "IT17"]),
+        ("IT0", 0.1, ["cage_tolerance", "IT1 to IT16", "IT0"]),
+        ("G11", 0.014, ["cage_tolerance", "G10", "G11"]),
+        ("IT5", 0.6, ["cage_tolerance", "up to 500 mm", "600 mm"]),
+        ("ISO 492", 5e-3, ["cage_tolerance", "above 6", "5 mm"]),
+        ("fine", 0.1, ["cage_tolerance", "'13 um'", "'fine'"]),
+        ("13", 0.1, ["cage_tolerance", "with its unit", "'13'"]),
+        ("-13 um", 0.1, ["cage_tolerance", "not negative", "-1.3e-05"]),
+        ("13 umm", 0.1, ["cage_tolerance", "did you mean 'um'", "'umm'"]),
+        (None, 0.1, ["cage_tolerance", "None"]),
+        (float("nan"), 0.1, ["cage_tolerance", "nan"]),
+    ],
+)
 def test_bad_windows_say_what_and_where(text, size, parts):
     with pytest.raises(sm.InputError) as error:
         read_window(text, size, "cage_tolerance")

@@ -38,8 +38,11 @@ def numerical_force(approach: float, clearance: float, n_arc: int = 41, n_width:
         return v * np.arcsinh(u / np.abs(v)) + u * np.arcsinh(v / np.abs(u))
 
     ds, dy = s[:, None] - s, y[:, None] - y
-    influence = STEEL / math.pi * (corner(ds + a, dy + b) - corner(ds - a, dy + b)
-                                   - corner(ds + a, dy - b) + corner(ds - a, dy - b))
+    influence = (
+        STEEL
+        / math.pi
+        * (corner(ds + a, dy + b) - corner(ds - a, dy + b) - corner(ds + a, dy - b) + corner(ds - a, dy - b))
+    )
     active = overlap > 0
     for _ in range(60):
         pressure = np.zeros(len(s))

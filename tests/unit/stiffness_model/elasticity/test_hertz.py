@@ -22,14 +22,17 @@ TABLE = {0.0: 1.0, 0.9: 0.6799, 0.99: 0.3839, 0.999: 0.2059, 0.9999: 0.10735}
 
 def integrals(k: float) -> tuple[float, float]:
     """Complete elliptic integrals K and E of m = 1 - 1/k^2, by quadrature of their definitions."""
+
     def root(x: float) -> float:
         return math.sqrt(math.cos(x) ** 2 + (math.sin(x) / k) ** 2)
 
     # The integrand of K peaks at the end; the substitution would hide the definition, so the interval is split.
     parts = [0.0, *(math.pi / 2 - 10.0**-e for e in range(6)), math.pi / 2]
     pairs = list(itertools.pairwise(parts))
-    return (sum(quad(lambda x: 1 / root(x), a, b, epsabs=0, epsrel=1e-12)[0] for a, b in pairs),
-            sum(quad(root, a, b, epsabs=0, epsrel=1e-12)[0] for a, b in pairs))
+    return (
+        sum(quad(lambda x: 1 / root(x), a, b, epsabs=0, epsrel=1e-12)[0] for a, b in pairs),
+        sum(quad(root, a, b, epsabs=0, epsrel=1e-12)[0] for a, b in pairs),
+    )
 
 
 def cos_tau_of(k: float) -> float:
@@ -157,4 +160,5 @@ def test_point_stiffness_scales(cos_tau, softer, larger):
     base = float(hertz.point_stiffness(STEEL, r1, r2))
     assert float(hertz.point_stiffness(softer * STEEL, r1, r2)) == pytest.approx(base / softer, rel=1e-12)
     assert float(hertz.point_stiffness(STEEL, r1 / larger, r2 / larger)) == pytest.approx(
-        base * math.sqrt(larger), rel=1e-9)
+        base * math.sqrt(larger), rel=1e-9
+    )

@@ -33,11 +33,18 @@ CASES = {
 
 def drawn(drive: sm.Drive, n: int, seed: int) -> Contacts:
     """Contacts of n random usable elements."""
-    parts = [build_contacts(drive, d)[usable(drive, d.beta).ravel()]
-             for d in (sampling.draw(drive, block, sampling.BLOCK, seed) for block in range(1 + n // 600))]
-    joined = dataclasses.replace(parts[0], **{
-        f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in dataclasses.fields(Contacts)
-        if isinstance(getattr(parts[0], f.name), np.ndarray)})
+    parts = [
+        build_contacts(drive, d)[usable(drive, d.beta).ravel()]
+        for d in (sampling.draw(drive, block, sampling.BLOCK, seed) for block in range(1 + n // 600))
+    ]
+    joined = dataclasses.replace(
+        parts[0],
+        **{
+            f.name: np.concatenate([getattr(p, f.name) for p in parts])
+            for f in dataclasses.fields(Contacts)
+            if isinstance(getattr(parts[0], f.name), np.ndarray)
+        },
+    )
     assert len(joined) >= n
     return joined[np.random.default_rng(seed).permutation(len(joined))[:n]]
 
@@ -58,8 +65,11 @@ def test_agrees_with_the_papers_own_way(case):
         group = contacts[slice(50 * k, 50 * k + 50)]
         # The reference starts at the wall to which the element is pushed; near beta = 0 the other wall may hold
         # a second, equally good equilibrium, and comparing with that one would say nothing.
-        pairs += zip(_columns(solve(group, twist)),
-                     (reference.equilibrium_of(group, j, float(twist)) for j in range(len(group))), strict=True)
+        pairs += zip(
+            _columns(solve(group, twist)),
+            (reference.equilibrium_of(group, j, float(twist)) for j in range(len(group))),
+            strict=True,
+        )
     assert len(pairs) == 1250
     assert all(b.method != "none" for _, b in pairs)
     assert all(a["status"] != Status.NOT_CONVERGED for a, _ in pairs)
@@ -130,8 +140,10 @@ def test_play_is_room_without_force():
         assert not np.any(getattr(result, name)[0, play])
     # Where the solver leaves the element, it touches gear and wall and stands clear of the crank.
     angle = contacts.beta + twist
-    distance = np.hypot(contacts.path_radius - contacts.eccentricity * np.cos(angle) + result.radial[0],
-                        -contacts.eccentricity * np.sin(angle) + result.tangential[0])
+    distance = np.hypot(
+        contacts.path_radius - contacts.eccentricity * np.cos(angle) + result.radial[0],
+        -contacts.eccentricity * np.sin(angle) + result.tangential[0],
+    )
     assert np.all(distance[play] >= contacts.reach[play] - 1e-15)
     np.testing.assert_allclose(np.abs(result.tangential[0, play]), contacts.cage_gap[play], rtol=1e-9)
 
@@ -165,8 +177,13 @@ def test_positive_twist_gives_positive_torque(lobes):
 
 
 @settings(max_examples=25, deadline=None)
-@given(seed=st.integers(0, 10**6), lobes=st.sampled_from([28, 30]), share=st.floats(-1, 1),
-       name=st.sampled_from(["drive_1", "drive_2", "drive_3"]), tight=st.booleans())
+@given(
+    seed=st.integers(0, 10**6),
+    lobes=st.sampled_from([28, 30]),
+    share=st.floats(-1, 1),
+    name=st.sampled_from(["drive_1", "drive_2", "drive_3"]),
+    tight=st.booleans(),
+)
 def test_symmetries(seed, lobes, share, name, tight):
     drive = sm.load_drive(name, lobes=lobes, **(TIGHT if tight else {}))
     contacts = drawn(drive, 60, seed)
@@ -183,8 +200,9 @@ def test_symmetries(seed, lobes, share, name, tight):
         np.testing.assert_allclose(getattr(mirror, one), -values, atol=1e-9 * np.abs(values).max() + 1e-300)
 
     # Stiffer contacts throughout: the same displacements, forces in proportion.
-    stiffer = dataclasses.replace(contacts, **{f"stiffness_{c}": 3 * getattr(contacts, f"stiffness_{c}")
-                                               for c in ("gear", "crank", "cage")})
+    stiffer = dataclasses.replace(
+        contacts, **{f"stiffness_{c}": 3 * getattr(contacts, f"stiffness_{c}") for c in ("gear", "crank", "cage")}
+    )
     threefold = solve(stiffer, twist)
     for force in FORCES:
         np.testing.assert_allclose(getattr(threefold, force), 3 * getattr(result, force), atol=1e-9 * size)
@@ -199,8 +217,9 @@ def test_symmetries(seed, lobes, share, name, tight):
 
 
 @settings(max_examples=15, deadline=None)
-@given(seed=st.integers(0, 10**6), lobes=st.sampled_from([28, 30]),
-       name=st.sampled_from(["drive_1", "drive_2", "drive_3"]))
+@given(
+    seed=st.integers(0, 10**6), lobes=st.sampled_from([28, 30]), name=st.sampled_from(["drive_1", "drive_2", "drive_3"])
+)
 def test_torque_of_a_drive_rises_with_its_twist(seed, lobes, name):
     drive = sm.load_drive(name, lobes=lobes)
     deviations = sampling.draw(drive, 0, 1, seed)
@@ -274,12 +293,15 @@ def test_one_bad_element_does_not_spoil_the_others():
     np.testing.assert_allclose(result.gear[0, others], expected.gear[0, others], rtol=1e-9)
 
 
-@pytest.mark.parametrize(("twist", "extra", "parts"), [
-    (math.nan, None, ["twist", "finite", "nan"]),
-    ([[0.0]], None, ["twist", "one dimension"]),
-    (0.01, (1.0, 2.0, 3.0), ["extra_force", "shape (2,) or (2, 5)", "(3,)"]),
-    (0.01, (math.inf, 0.0), ["extra_force", "finite"]),
-])
+@pytest.mark.parametrize(
+    ("twist", "extra", "parts"),
+    [
+        (math.nan, None, ["twist", "finite", "nan"]),
+        ([[0.0]], None, ["twist", "one dimension"]),
+        (0.01, (1.0, 2.0, 3.0), ["extra_force", "shape (2,) or (2, 5)", "(3,)"]),
+        (0.01, (math.inf, 0.0), ["extra_force", "finite"]),
+    ],
+)
 def test_bad_input(twist, extra, parts):
     contacts = drawn(sm.load_drive("drive_1"), 5, seed=1)
     with pytest.raises(sm.InputError) as error:

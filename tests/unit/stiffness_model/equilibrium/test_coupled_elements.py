@@ -35,8 +35,10 @@ CASES = {
     "lamina": ("drive_1", {"cage_contact": "lamina"}),
     "exact gear": ("drive_3", {"gear_contact": "exact"}),
     "inertia": ("drive_3", MOVING),
-    "everything": ("drive_1", {**SOFT, **HOUSING, **SPRINGS, **MOVING, "cage_contact": "lamina",
-                               "gear_contact": "exact"}),
+    "everything": (
+        "drive_1",
+        {**SOFT, **HOUSING, **SPRINGS, **MOVING, "cage_contact": "lamina", "gear_contact": "exact"},
+    ),
 }
 
 
@@ -73,10 +75,12 @@ class WholeDrive:
         radius, gap = c.element_radius[j], max(c.cage_gap[j], 1e-9 * c.element_radius[j])
         arc = 2 * math.asin(math.sqrt(delta / (2 * (gap + delta))))
         line = 1 / ((2 * arc * radius) ** (1 / 9) * 3.81 ** (10 / 9) * c.cage_compliance / math.pi)
+
         def slices(v: float) -> float:
             a = arc * math.sin(v)  # falls to nothing smoothly
             overlap = max(delta * math.cos(a) - 2 * gap * math.sin(a / 2) ** 2, 0)
             return overlap ** (10 / 9) * math.cos(a) * arc * math.cos(v)
+
         value, _ = integrate.quad(slices, 0, math.pi / 2, epsabs=0, epsrel=1e-9)
         return 2 * line * radius * value
 
@@ -93,12 +97,15 @@ class WholeDrive:
             angle = side * (at - beta) / path.lobes
             return path.radius(at) * np.array([math.cos(angle), math.sin(angle)])
 
-        found = optimize.minimize_scalar(lambda at: ((centre - point(at)) ** 2).sum() * 1e12,
-                                         (beta - 0.05, beta + 0.05), tol=1e-12)
+        found = optimize.minimize_scalar(
+            lambda at: ((centre - point(at)) ** 2).sum() * 1e12, (beta - 0.05, beta + 0.05), tol=1e-12
+        )
+
         # A minimum is known to the root of the precision only: the root of its slope is better.
         def slope(at: float) -> float:
             h = 1e-6
             return float((centre - point(at)) @ (point(at + h) - point(at - h)))
+
         at = optimize.brentq(slope, found.x - 1e-3, found.x + 1e-3, xtol=1e-15)
         tangent = point(at + 1e-6) - point(at - 1e-6)
         normal = np.array([tangent[1], -tangent[0]]) / math.hypot(*tangent)
@@ -119,8 +126,10 @@ class WholeDrive:
         delta, normal, stiffness = self.gear(j, x)
         gear = self.with_spring(lambda v: stiffness * max(v, 0.0) ** c.exponent, delta, o.ring_stiffness)
         crank = c.stiffness_crank[j] * max(c.reach[j] - distance, 0.0) ** c.exponent * d / distance
-        plus, minus = (self.with_spring(lambda v: self.cage(j, v), side * x[1] - c.cage_gap[j], o.cage_wall_stiffness)
-                       for side in (1, -1))
+        plus, minus = (
+            self.with_spring(lambda v: self.cage(j, v), side * x[1] - c.cage_gap[j], o.cage_wall_stiffness)
+            for side in (1, -1)
+        )
         total = crank - gear * normal + np.array([0, minus - plus]) + c.load[j]
         return total, crank, (c.path_radius[j] + x[0]) * (plus - minus)
 
@@ -155,8 +164,9 @@ def test_agrees_with_the_root_of_the_whole_system(case: str) -> None:
     cos, sin = np.cos(some.beta[0]), np.sin(some.beta[0])
     places = np.stack([ours.radial[0, held], ours.tangential[0, held]], axis=1)
     shift = ours.centre_shift[:, 0, held[0]]
-    start = np.concatenate([[(shift[0] * cos + shift[1] * sin) * 1e6, (shift[1] * cos - shift[0] * sin) * 1e6, 0.0],
-                            places.ravel() * 1e6])
+    start = np.concatenate(
+        [[(shift[0] * cos + shift[1] * sin) * 1e6, (shift[1] * cos - shift[0] * sin) * 1e6, 0.0], places.ravel() * 1e6]
+    )
     if whole.housed:
         start[2] = 1e3 * drive.ratio * ours.output_torque.sum() / drive.beyond.housing_stiffness
         start[:2] = 0.0
@@ -181,9 +191,15 @@ def test_agrees_with_the_root_of_the_whole_system(case: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["drive_1", "drive_2", "drive_3"])
-@pytest.mark.parametrize("stiff", [{"bearing_stiffness": 1e30}, {"housing_stiffness": 1e30},
-                                   {"ring_stiffness": 1e30, "cage_wall_stiffness": 1e30},
-                                   {"bearing_stiffness": 1e30, "housing_stiffness": 1e30, "ring_stiffness": 1e30}])
+@pytest.mark.parametrize(
+    "stiff",
+    [
+        {"bearing_stiffness": 1e30},
+        {"housing_stiffness": 1e30},
+        {"ring_stiffness": 1e30, "cage_wall_stiffness": 1e30},
+        {"bearing_stiffness": 1e30, "housing_stiffness": 1e30, "ring_stiffness": 1e30},
+    ],
+)
 def test_without_end_stiffness_gives_the_plain_model(name: str, stiff: dict[str, float]) -> None:
     twist = np.linspace(-1, 1, 9) * sm.load_drive(name).max_twist
     plain = sm.simulate(sm.load_drive(name), twist, 32)
@@ -198,8 +214,9 @@ def test_switched_off_is_the_plain_model_bit_for_bit() -> None:
     drive = sm.load_drive("drive_2")
     contacts = one_drive(drive, n_drives=4)
     twist = np.linspace(-1, 1, 5) * drive.max_twist * drive.ratio
-    rigid = one_drive(sm.load_drive("drive_2", bearing_stiffness="rigid", gear_contact="linear", inertia="on"),
-                      n_drives=4)
+    rigid = one_drive(
+        sm.load_drive("drive_2", bearing_stiffness="rigid", gear_contact="linear", inertia="on"), n_drives=4
+    )
     for field in ("output_torque", "gear", "status"):
         np.testing.assert_array_equal(getattr(solve(rigid, twist), field), getattr(solve(contacts, twist), field))
 
@@ -215,8 +232,9 @@ def test_one_ball_on_one_eccentric_is_its_contacts_and_the_bearing_in_series() -
     assert force > 50
     shift = math.hypot(*result.centre_shift[:, 0, 0])  # type: ignore[attr-defined]
     assert shift == pytest.approx(force / 2.5e8, rel=1e-9)
-    rigid = dataclasses.replace(contacts, reach=contacts.reach - shift,
-                                beyond=dataclasses.replace(contacts.beyond, bearing_stiffness=math.inf))
+    rigid = dataclasses.replace(
+        contacts, reach=contacts.reach - shift, beyond=dataclasses.replace(contacts.beyond, bearing_stiffness=math.inf)
+    )
     assert float(solve(rigid, [twist]).crank[0, 0]) == pytest.approx(force, rel=2e-6)
 
 
@@ -237,8 +255,11 @@ def test_bodies_and_elements_balance(case: str) -> None:
     turned = angle - lost[:, c.eccentric // c.eccentrics]
     by_housing = c.eccentricity * np.stack([np.cos(turned) - np.cos(angle), np.sin(turned) - np.sin(angle)])
     by_bearing = result.centre_shift - by_housing
-    d = np.stack([c.path_radius + result.radial, result.tangential]) - c.eccentricity * np.stack(
-        [np.cos(angle), np.sin(angle)]) - result.centre_shift
+    d = (
+        np.stack([c.path_radius + result.radial, result.tangential])
+        - c.eccentricity * np.stack([np.cos(angle), np.sin(angle)])
+        - result.centre_shift
+    )
     force = result.crank * d / np.hypot(*d)
     # In the crank's frame every element of an eccentric sees one shift, and k times it carries their forces.
     y = np.stack([by_bearing[0] * cos + by_bearing[1] * sin, by_bearing[1] * cos - by_bearing[0] * sin])
@@ -256,8 +277,9 @@ def test_mirror_image(case: str) -> None:
     name, changes = CASES[case]
     drive = sm.load_drive(name, **changes)
     contacts = one_drive(drive, n_drives=2)
-    mirrored = dataclasses.replace(contacts, beta=-contacts.beta, normal_t=-contacts.normal_t,
-                                   load=contacts.load * [1, -1])
+    mirrored = dataclasses.replace(
+        contacts, beta=-contacts.beta, normal_t=-contacts.normal_t, load=contacts.load * [1, -1]
+    )
     twist = np.array([0.25, 0.9]) * drive.max_twist * drive.ratio
     one, other = solve(contacts, twist), solve(mirrored, -twist)
     size = float(one.crank.max())
@@ -271,7 +293,7 @@ def test_drives_do_not_feel_each_other() -> None:
     twist = np.array([0.4, 1.0]) * drive.max_twist * drive.ratio
     together = solve(one_drive(drive, n_drives=3), twist).output_torque
     alone = solve(one_drive(drive), twist).output_torque
-    np.testing.assert_allclose(together[:, :alone.shape[1]], alone, atol=1e-10 * alone.max())
+    np.testing.assert_allclose(together[:, : alone.shape[1]], alone, atol=1e-10 * alone.max())
 
 
 @pytest.mark.parametrize("lobes", [30, 28])
@@ -279,8 +301,10 @@ def test_the_bearing_adds_what_its_energy_says(lobes: int) -> None:
     """Castigliano: at a given crank torque a stiff bearing adds d(its energy)/d(crank torque) to the crank's twist."""
     twist = np.linspace(1, 8, 43) * ARCMIN
     stiff = sm.load_drive("drive_1", lobes=lobes, bearing_stiffness="4000 N/um")
-    rigid, yielding = (np.abs(sm.simulate(d, twist, 48).crank_torque).mean(axis=0)
-                       for d in (sm.load_drive("drive_1", lobes=lobes), stiff))
+    rigid, yielding = (
+        np.abs(sm.simulate(d, twist, 48).crank_torque).mean(axis=0)
+        for d in (sm.load_drive("drive_1", lobes=lobes), stiff)
+    )
     middle = 0.7 * yielding[-1]
     torque = middle * np.linspace(0.9, 1.1, 5)
     crank = twist * abs(stiff.ratio)
@@ -300,8 +324,9 @@ def test_what_a_bearing_of_250_newtons_per_micrometre_adds() -> None:
     twist = np.linspace(1, 14, 40) * ARCMIN
     rigid, soft = (sm.simulate(d, twist, 48) for d in (drive, sm.load_drive("drive_1", max_twist="14 arcmin", **SOFT)))
     added = float(soft.curve().twist_at(300.0) - rigid.curve().twist_at(300.0)) / ARCMIN
-    force = np.interp(300.0, soft.torque.mean(axis=0),
-                      np.abs(soft.crank_torque).mean(axis=0) / (3 * drive.eccentricity))
+    force = np.interp(
+        300.0, soft.torque.mean(axis=0), np.abs(soft.crank_torque).mean(axis=0) / (3 * drive.eccentricity)
+    )
     assert force == pytest.approx(4.9e3, rel=0.07)
     across = force / 2.5e8 / drive.eccentricity / 29 / ARCMIN
     assert across == pytest.approx(3.3, rel=0.07)
@@ -323,10 +348,16 @@ def _bearing_energy(drive: sm.Drive, twist: np.ndarray, n_drives: int) -> np.nda
 
 def test_a_stiffer_body_never_makes_a_softer_drive() -> None:
     twist = np.array([2.0, 5.0, 8.0]) * ARCMIN
-    for field, unit in (("bearing_stiffness", "N/um"), ("ring_stiffness", "N/um"), ("cage_wall_stiffness", "N/um"),
-                        ("housing_stiffness", "N.m/arcmin")):
-        torque = [sm.simulate(sm.load_drive("drive_1", **{field: f"{k} {unit}"}), twist, 16).torque
-                  for k in (20, 100, 500, 1e9)]
+    for field, unit in (
+        ("bearing_stiffness", "N/um"),
+        ("ring_stiffness", "N/um"),
+        ("cage_wall_stiffness", "N/um"),
+        ("housing_stiffness", "N.m/arcmin"),
+    ):
+        torque = [
+            sm.simulate(sm.load_drive("drive_1", **{field: f"{k} {unit}"}), twist, 16).torque
+            for k in (20, 100, 500, 1e9)
+        ]
         for softer, stiffer in itertools.pairwise(torque):
             assert (stiffer > softer).all()
 

@@ -33,6 +33,7 @@ def steps(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, float]]:
         def wrapped(force: np.ndarray, hessian: np.ndarray, damping: np.ndarray, unit: np.ndarray) -> np.ndarray:
             taken.append((force.shape[1], float(damping.max())))
             return step(force, hessian, damping, unit)
+
         return wrapped
 
     monkeypatch.setattr(newton, "_newton_step", counted(newton._newton_step))  # pyright: ignore[reportPrivateUsage]
@@ -54,7 +55,8 @@ def test_one_without_an_equilibrium_costs_the_others_nothing(tight: Contacts, st
 
 
 def test_damping_ends_where_steps_are_below_the_rounding_of_the_place(
-        tight: Contacts, monkeypatch: pytest.MonkeyPatch, steps: list[tuple[int, float]]) -> None:
+    tight: Contacts, monkeypatch: pytest.MonkeyPatch, steps: list[tuple[int, float]]
+) -> None:
     """An energy that never falls: every step is refused."""
     at = newton._ForceField.at  # pyright: ignore[reportPrivateUsage]
     calls = iter(range(10**6))

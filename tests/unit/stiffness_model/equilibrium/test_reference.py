@@ -50,11 +50,19 @@ def test_jacobian_is_the_derivative_of_the_force():
 
     element = _element(elements("drive_3"), 7, -0.1, (3.0, -2.0))
     x, h = (4e-5, 9e-5), 1e-10
-    columns = [(np.array(element.total_force((x[0] + h * a, x[1] + h * b)))
-                - element.total_force((x[0] - h * a, x[1] - h * b))) / (2 * h) for a, b in ((1, 0), (0, 1))]
+    columns = [
+        (
+            np.array(element.total_force((x[0] + h * a, x[1] + h * b)))
+            - element.total_force((x[0] - h * a, x[1] - h * b))
+        )
+        / (2 * h)
+        for a, b in ((1, 0), (0, 1))
+    ]
     np.testing.assert_allclose(element.jacobian(x), np.array(columns).T, rtol=1e-6)
-    slope = [-(element.energy((x[0] + h * a, x[1] + h * b)) - element.energy((x[0] - h * a, x[1] - h * b))) / (2 * h)
-             for a, b in ((1, 0), (0, 1))]
+    slope = [
+        -(element.energy((x[0] + h * a, x[1] + h * b)) - element.energy((x[0] - h * a, x[1] - h * b))) / (2 * h)
+        for a, b in ((1, 0), (0, 1))
+    ]
     np.testing.assert_allclose(element.total_force(x), slope, rtol=1e-5)
 
 
@@ -63,8 +71,15 @@ def test_two_equilibria_where_crank_and_gear_are_parallel():
     base = elements(n=1)
     one = np.ones(1)
     contacts = dataclasses.replace(
-        base, beta=1e-5 * one, path_radius=48.7e-3 * one, normal_r=one, normal_t=-1.5e-5 * one,
-        gear_gap=-8e-6 * one, cage_gap=3e-6 * one, reach=48e-3 * one)
+        base,
+        beta=1e-5 * one,
+        path_radius=48.7e-3 * one,
+        normal_r=one,
+        normal_t=-1.5e-5 * one,
+        gear_gap=-8e-6 * one,
+        cage_gap=3e-6 * one,
+        reach=48e-3 * one,
+    )
     left, right = (equilibrium_of(contacts, 0, 0.0, start=(-4e-6, side * 3e-6)) for side in (-1, 1))
     assert left.cage_minus > 0 == left.cage_plus
     assert right.cage_plus > 0 == right.cage_minus

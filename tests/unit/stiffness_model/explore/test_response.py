@@ -24,13 +24,18 @@ def at_torque(mean: np.ndarray, values: np.ndarray, torque: float) -> float:
     return float(np.interp(torque, mean, values.mean(axis=0)))
 
 
-@pytest.mark.parametrize(("name", "fields"), [
-    ("drive_1", {"cage_offset": "6 sigma"}), ("drive_2", {"cage_offset": "6 sigma", "lobes": 28}),
-    ("drive_1", {"cage_offset": "6 sigma", "element": "roller", "element_length": "12 mm"}),
-    ("drive_1", {"cage_offset": "6 sigma", "crank_deviation": "eccentric", "gear_offset": "8 um"}),
-])
-def test_same_numbers_as_the_full_simulation_where_all_balls_fit_their_bores(name: str, fields: dict[str, object]
-                                                                             ) -> None:
+@pytest.mark.parametrize(
+    ("name", "fields"),
+    [
+        ("drive_1", {"cage_offset": "6 sigma"}),
+        ("drive_2", {"cage_offset": "6 sigma", "lobes": 28}),
+        ("drive_1", {"cage_offset": "6 sigma", "element": "roller", "element_length": "12 mm"}),
+        ("drive_1", {"cage_offset": "6 sigma", "crank_deviation": "eccentric", "gear_offset": "8 um"}),
+    ],
+)
+def test_same_numbers_as_the_full_simulation_where_all_balls_fit_their_bores(
+    name: str, fields: dict[str, object]
+) -> None:
     drive = sm.load_drive(name, **fields)
     found = respond(drive, drive.usable_limit, TORQUE, DRIVES, TWISTS, 5)
     assert found is not None
@@ -43,7 +48,7 @@ def test_same_numbers_as_the_full_simulation_where_all_balls_fit_their_bores(nam
     np.testing.assert_allclose(found.force[0], greatest[:, 0], rtol=1e-9, atol=1e-9)
     assert found.force[1].mean() == pytest.approx(at_torque(found.curve.torque, greatest, TORQUE), rel=1e-9)
     k = int(np.searchsorted(found.curve.torque, TORQUE))
-    between = np.sort(whole.load_share[:, k - 1:k + 1], axis=1)
+    between = np.sort(whole.load_share[:, k - 1 : k + 1], axis=1)
     assert (found.share >= between[:, 0] - 1e-12).all()
     assert (found.share <= between[:, 1] + 1e-12).all()
     # Elements that the crank leaves were dropped on the way, or the comparison shows nothing.
@@ -60,8 +65,9 @@ def test_sum_of_forces_without_load_is_that_of_all_contacts() -> None:
     one = sm.load_drive("drive_2", elements=1, eccentrics=1, cage_offset="6 sigma")
     alone = respond(one, one.usable_limit, 2.0, 6, 12, 0)
     assert alone is not None
-    np.testing.assert_allclose(np.sort(alone.force_sum), np.sort(
-        sm.simulate(one, [0.0, 1e-3], 6).contact_force[:, 0].sum(axis=1)), rtol=1e-9)
+    np.testing.assert_allclose(
+        np.sort(alone.force_sum), np.sort(sm.simulate(one, [0.0, 1e-3], 6).contact_force[:, 0].sum(axis=1)), rtol=1e-9
+    )
     assert (found.force_sum >= found.force[0]).all()
 
 
@@ -74,12 +80,13 @@ def test_balls_larger_than_their_bores_change_the_metrics_by_less_than_a_hundred
     whole = sm.simulate(drive, found.curve.twist, DRIVES, 0)
     exact = replace(whole.curve(), torque=found.curve.torque - found.torque.mean(axis=1) + whole.torque.mean(axis=0))
     greatest = whole.contact_force.max(axis=2)
-    for here, there in ((found.curve.twist_at(TORQUE), exact.twist_at(TORQUE)),
-                        (found.curve.lost_motion(TORQUE), exact.lost_motion(TORQUE)),
-                        (found.curve.stiffness_at(found.curve.twist_at(TORQUE)),
-                         exact.stiffness_at(exact.twist_at(TORQUE))),
-                        (found.force[0].mean(), greatest[:, 0].mean()),
-                        (found.force[1].mean(), at_torque(found.curve.torque, greatest, TORQUE))):
+    for here, there in (
+        (found.curve.twist_at(TORQUE), exact.twist_at(TORQUE)),
+        (found.curve.lost_motion(TORQUE), exact.lost_motion(TORQUE)),
+        (found.curve.stiffness_at(found.curve.twist_at(TORQUE)), exact.stiffness_at(exact.twist_at(TORQUE))),
+        (found.force[0].mean(), greatest[:, 0].mean()),
+        (found.force[1].mean(), at_torque(found.curve.torque, greatest, TORQUE)),
+    ):
         assert float(here) == pytest.approx(float(there), rel=0.01)
 
 

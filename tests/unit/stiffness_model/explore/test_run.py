@@ -54,10 +54,14 @@ def whole(small: Study, tmp_path_factory: pytest.TempPathFactory) -> tuple[Evalu
     return run_study(small, tmp_path_factory.mktemp("whole"), Counting())
 
 
-@pytest.mark.parametrize("make", [lambda: ProcessPoolExecutor(1), lambda: ProcessPoolExecutor(3),
-                                  lambda: ThreadPoolExecutor(2)], ids=["1 process", "3 processes", "2 threads"])
-def test_the_numbers_do_not_depend_on_the_workers(make: Callable[[], Executor], small: Study,
-                                                  whole: tuple[Evaluations, Any], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "make",
+    [lambda: ProcessPoolExecutor(1), lambda: ProcessPoolExecutor(3), lambda: ThreadPoolExecutor(2)],
+    ids=["1 process", "3 processes", "2 threads"],
+)
+def test_the_numbers_do_not_depend_on_the_workers(
+    make: Callable[[], Executor], small: Study, whole: tuple[Evaluations, Any], tmp_path: Path
+) -> None:
     with make() as executor:
         same(run_study(small, tmp_path, executor), whole)
 
@@ -70,8 +74,9 @@ def test_the_numbers_of_a_design_do_not_depend_on_its_neighbours(small: Study, w
 
 
 @pytest.mark.parametrize("stop", [0, 1, 3, 4])
-def test_a_stopped_study_goes_on_where_it_was(stop: int, small: Study, whole: tuple[Evaluations, Any], tmp_path: Path
-                                              ) -> None:
+def test_a_stopped_study_goes_on_where_it_was(
+    stop: int, small: Study, whole: tuple[Evaluations, Any], tmp_path: Path
+) -> None:
     with pytest.raises(KeyboardInterrupt):
         run_study(small, tmp_path, Counting(stop))
     assert len(list((tmp_path / CHUNK_FOLDER).iterdir())) == stop
@@ -83,8 +88,9 @@ def test_a_stopped_study_goes_on_where_it_was(stop: int, small: Study, whole: tu
     same(run_study(small, tmp_path, Counting(0)), whole)
 
 
-def test_a_damaged_chunk_or_one_of_other_designs_is_done_again(small: Study, whole: tuple[Evaluations, Any],
-                                                               tmp_path: Path) -> None:
+def test_a_damaged_chunk_or_one_of_other_designs_is_done_again(
+    small: Study, whole: tuple[Evaluations, Any], tmp_path: Path
+) -> None:
     run_study(small, tmp_path, Counting())
     files = sorted((tmp_path / CHUNK_FOLDER).iterdir())
     files[0].write_bytes(files[0].read_bytes()[:200])
@@ -110,8 +116,9 @@ def test_a_larger_sample_begins_with_the_smaller_one() -> None:
     assert 0 <= sample(study()).min() <= sample(study()).max() < 1
 
 
-def test_the_optimiser_moves_the_front_and_asks_for_no_design_twice(small: Study, whole: tuple[Evaluations, Any]
-                                                                    ) -> None:
+def test_the_optimiser_moves_the_front_and_asks_for_no_design_twice(
+    small: Study, whole: tuple[Evaluations, Any]
+) -> None:
     found, generation = whole
     assert np.bincount(generation).tolist() == [48, 16, 16]
     np.testing.assert_array_equal(snap(small, found.positions), found.positions)
@@ -147,8 +154,9 @@ def test_the_search_finds_a_known_front_far_better_than_the_sample() -> None:
     assert min(excess[-3:]) < 0.1 * excess[0]
 
 
-def test_without_pymoo_the_sample_alone_runs_and_generations_are_refused(monkeypatch: pytest.MonkeyPatch,
-                                                                         tmp_path: Path) -> None:
+def test_without_pymoo_the_sample_alone_runs_and_generations_are_refused(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     for name in [name for name in sys.modules if name.split(".")[0] == "pymoo"]:
         monkeypatch.delitem(sys.modules, name)
     _forbid(monkeypatch, "pymoo")
@@ -164,8 +172,9 @@ def test_without_pymoo_the_sample_alone_runs_and_generations_are_refused(monkeyp
 
 
 @pytest.mark.parametrize("arrow", [True, False])
-def test_results_are_one_columnar_file(arrow: bool, small: Study, whole: tuple[Evaluations, Any], tmp_path: Path,
-                                       monkeypatch: pytest.MonkeyPatch) -> None:
+def test_results_are_one_columnar_file(
+    arrow: bool, small: Study, whole: tuple[Evaluations, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     results = judge(small, *whole)
     if arrow:
         parquet = pytest.importorskip("pyarrow.parquet")

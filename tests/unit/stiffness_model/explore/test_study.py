@@ -45,8 +45,10 @@ def test_a_design_is_the_base_drawing_with_its_values() -> None:
 
 def test_steps_are_sizes_as_a_drawing_writes_them() -> None:
     table = tables()
-    table["parameters"] = {"crank_radius": {"from": "38 mm", "to": "39 mm", "step": "0.1 mm"},
-                           "cage_offset": {"from": "0 sigma", "to": "3 sigma"}}
+    table["parameters"] = {
+        "crank_radius": {"from": "38 mm", "to": "39 mm", "step": "0.1 mm"},
+        "cage_offset": {"from": "0 sigma", "to": "3 sigma"},
+    }
     radius, offset = study_from_dict(table).parameters
     assert [radius.at(x) for x in (0.0, 0.31, 1.0)] == [38e-3, 38.3e-3, 39e-3]
     assert offset.at(0.5) == "1.5 sigma"
@@ -72,15 +74,21 @@ def test_balls_on_seats_stand_apart_and_leave_the_web() -> None:
 
 def test_designs_that_cannot_be_are_told_apart_and_not_simulated() -> None:
     table = tables()
-    table["parameters"] = {"element_radius": {"from": "2 mm", "to": "60 mm"},
-                           "eccentricity": {"from": "0.3 mm", "to": "3 mm"}}
+    table["parameters"] = {
+        "element_radius": {"from": "2 mm", "to": "60 mm"},
+        "eccentricity": {"from": "0.3 mm", "to": "3 mm"},
+    }
     table["fixed"] = {"elements_per_row": 21}
     table["constraints"] = {"packs": True, "undercut": {"max": 0.5}}
     read = study_from_dict(table)
     element = [(x - 2e-3) / 58e-3 for x in (4e-3, 4e-3, 9e-3, 55e-3)]
     found = evaluate(read, np.array([[element[0], 0.2], [element[1], 1.0], [element[2], 0.1], [element[3], 0.1]]))
-    assert [Outcome(k) for k in found.outcome] == [Outcome.SIMULATED, Outcome.OUT_OF_LIMITS, Outcome.DOES_NOT_PACK,
-                                                   Outcome.NO_DRIVE]
+    assert [Outcome(k) for k in found.outcome] == [
+        Outcome.SIMULATED,
+        Outcome.OUT_OF_LIMITS,
+        Outcome.DOES_NOT_PACK,
+        Outcome.NO_DRIVE,
+    ]
     assert np.isfinite(found.metrics[0]).all()
     assert found.column("undercut")[1] > 0.5
     assert np.isnan(found.column("stiffness")[1:]).all()
@@ -114,8 +122,13 @@ def test_identity_is_that_of_the_numbers() -> None:
     same = tables()
     same["name"], same["description"], same["choose"] = "other", "words", {"rule": "best", "objective": "stiffness"}
     assert study_from_dict(same).identity == study().identity
-    for change in ({"base": "drive_2"}, {"objectives": {"twist": "min", "scatter": "min"}}, {"constraints": {}},
-                   {"fixed": {}}, {"parameters": {"lobes": {"from": 24, "to": 34}}}):
+    for change in (
+        {"base": "drive_2"},
+        {"objectives": {"twist": "min", "scatter": "min"}},
+        {"constraints": {}},
+        {"fixed": {}},
+        {"parameters": {"lobes": {"from": 24, "to": 34}}},
+    ):
         assert study_from_dict({**tables(), **change}).identity != study().identity
     assert study(seed=4).identity != study().identity
 
@@ -123,11 +136,11 @@ def test_identity_is_that_of_the_numbers() -> None:
 def test_a_study_finds_its_drawing_beside_it_and_knows_its_materials(tmp_path: Path) -> None:
     text = (Path(sm.__file__).parent / "presets" / "drive_1.toml").read_text("utf-8")
     (tmp_path / "mine.toml").write_text(
-        text + '\n[material.brass]\nyoungs_modulus = "100 GPa"\npoisson_ratio = 0.35\n', "utf-8")
+        text + '\n[material.brass]\nyoungs_modulus = "100 GPa"\npoisson_ratio = 0.35\n', "utf-8"
+    )
     import tomli_w
 
-    table = {**tables(), "base": "mine.toml",
-             "parameters": {"cage_material": {"choices": ["100Cr6", "brass", "PLA"]}}}
+    table = {**tables(), "base": "mine.toml", "parameters": {"cage_material": {"choices": ["100Cr6", "brass", "PLA"]}}}
     (tmp_path / "study.toml").write_text(tomli_w.dumps(table), "utf-8")
     read = load_study(tmp_path / "study.toml")
     assert drive_at(read, np.array([0.5])).materials["cage"].youngs_modulus == 100e9

@@ -122,11 +122,14 @@ def test_profile_is_the_equidistant():
     np.testing.assert_allclose(on_path[:, 0] + 1j * on_path[:, 1], cartesian(30, BETA), atol=1e-17)
 
 
-@pytest.mark.parametrize(("radius", "surface"), [
-    (10.0, -1 / 17),  # hollow: the gear's groove has the radius rho + q
-    (-10.0, 1 / 3),  # humped: |rho| - q
-    (math.inf, 0.0),
-])
+@pytest.mark.parametrize(
+    ("radius", "surface"),
+    [
+        (10.0, -1 / 17),  # hollow: the gear's groove has the radius rho + q
+        (-10.0, 1 / 3),  # humped: |rho| - q
+        (math.inf, 0.0),
+    ],
+)
 def test_profile_curvature_of_circles_and_the_straight(radius, surface):
     assert float(profile_curvature(1 / radius, 7.0)) == pytest.approx(surface, rel=1e-14)
 

@@ -99,8 +99,9 @@ def test_inertia_is_mass_times_the_acceleration_of_the_orbit(lobes: int) -> None
 
 def test_inertia_goes_with_the_square_of_the_speed_and_needs_its_switch() -> None:
     beta, radius = np.array([0.3, 1.0]), np.full(2, 7e-3)
-    slow, fast = (inertia_force(sm.load_drive("drive_2", inertia="on", crank_speed=v), beta, radius)
-                  for v in (100.0, 300.0))
+    slow, fast = (
+        inertia_force(sm.load_drive("drive_2", inertia="on", crank_speed=v), beta, radius) for v in (100.0, 300.0)
+    )
     np.testing.assert_allclose(fast, 9 * slow, rtol=1e-12)
     assert not np.any(inertia_force(sm.load_drive("drive_2", crank_speed=300.0), beta, radius))
 
@@ -109,7 +110,8 @@ def test_a_roller_as_long_as_it_is_thick_weighs_three_halves_of_its_ball() -> No
     """Archimedes, On the Sphere and Cylinder; and a ball of 14 mm and 7810 kg/m3 weighs 11.2 g."""
     radius = np.array([5e-3, 7e-3])
     ball = element_mass(sm.load_drive("drive_1"), radius)
-    roller = [element_mass(sm.load_drive("drive_1", element="roller", element_length=2 * r), np.array(r))
-              for r in radius]
+    roller = [
+        element_mass(sm.load_drive("drive_1", element="roller", element_length=2 * r), np.array(r)) for r in radius
+    ]
     np.testing.assert_allclose(roller, 1.5 * ball, rtol=1e-12)
     assert ball[1] == pytest.approx(11.22e-3, rel=1e-3)

@@ -124,13 +124,15 @@ with staged_folder(sys.argv[1]) as stage, whole_file(sys.argv[1] + "/b.txt") as 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="foreign host: locks of Linux")
 def test_what_a_killed_process_left_is_cleared_away_and_a_living_one_s_work_is_not(
-        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     out, scratch = tmp_path / "out", tmp_path / "scratch"
     scratch.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(scratch))
     environment = {**os.environ, "TMPDIR": str(scratch), "PYTHONPATH": str(Path(__file__).parents[4])}
-    with subprocess.Popen([sys.executable, "-c", HELD, str(out)], env=environment, stdout=subprocess.PIPE,
-                          text=True) as owner:
+    with subprocess.Popen(
+        [sys.executable, "-c", HELD, str(out)], env=environment, stdout=subprocess.PIPE, text=True
+    ) as owner:
         assert owner.stdout is not None
         assert owner.stdout.readline() == "ready\n"
         theirs = contents(tmp_path)

@@ -18,19 +18,24 @@ from stiffness_model.drawing.drive import HOLES, PARTS
 NAMES = st.one_of(st.sampled_from(["100Cr6", "PLA", "100Cr6 2", "POM", ""]), st.text(max_size=6))
 OWN = st.builds(sm.Material, NAMES, st.floats(1e8, 1e12), st.floats(-0.9, 0.49), st.floats(100, 2e4))
 MATERIAL = st.one_of(st.sampled_from(list(sm.MATERIALS)), OWN)
-WIDTHS = st.one_of(st.sampled_from(["IT4", "IT 7", "ISO 286 IT9", "13 um", "0.011 mm", "ISO 3290 G10"]),
-                   st.floats(0, 40e-6))
+WIDTHS = st.one_of(
+    st.sampled_from(["IT4", "IT 7", "ISO 286 IT9", "13 um", "0.011 mm", "ISO 3290 G10"]), st.floats(0, 40e-6)
+)
 OFFSETS = st.one_of(st.none(), st.sampled_from(["3 sigma", "-0.3 sigma", "1.7 um"]), st.floats(-5e-6, 5e-6))
-LIMITS = st.builds("{}/{} um".format, st.sampled_from(["0", "+7.5", "+21", "-3"]),
-                   st.sampled_from(["-15", "0", "-0.1"]))
+LIMITS = st.builds(
+    "{}/{} um".format, st.sampled_from(["0", "+7.5", "+21", "-3"]), st.sampled_from(["-15", "0", "-0.1"])
+)
 HOLE_FITS = st.sampled_from(["H7", "G 6", "K6", "JS7", "N8", "P7", "M6", "F8"])
 SHAFT_FITS = st.sampled_from(["h6", "g5", "k6", "js7", "p6", "f7", "ISO 492 Normal"])
-BEYOND = st.fixed_dictionaries({}, optional={
-    **{name: st.one_of(st.floats(1e6, 1e10), st.just("rigid")) for name in options.STIFFNESSES},
-    **{name: st.sampled_from(words) for name, words in options.WORDS.items()},
-    **{name: st.floats(0, 1e10) for name in (*options.PRESSURE_LIMITS, "crank_speed", "bearing_capacity")},
-    "friction_coefficient": st.floats(0, 0.99),
-})
+BEYOND = st.fixed_dictionaries(
+    {},
+    optional={
+        **{name: st.one_of(st.floats(1e6, 1e10), st.just("rigid")) for name in options.STIFFNESSES},
+        **{name: st.sampled_from(words) for name, words in options.WORDS.items()},
+        **{name: st.floats(0, 1e10) for name in (*options.PRESSURE_LIMITS, "crank_speed", "bearing_capacity")},
+        "friction_coefficient": st.floats(0, 0.99),
+    },
+)
 
 
 @st.composite
@@ -50,11 +55,16 @@ def drawings(draw: st.DrawFn) -> sm.Drive:
     element_radius = draw(st.floats(2e-3, 12e-3))
     ratio, rows = draw(st.integers(9, 40)), draw(st.integers(1, 3))
     fields |= {
-        "name": draw(st.text(max_size=8)), "description": draw(st.text(max_size=8)),
-        "element_radius": element_radius, "crank_radius": element_radius * draw(st.floats(3, 8)),
-        "eccentricity": element_radius * draw(st.floats(0.02, 0.1)), "transmission_ratio": ratio,
-        "lobes": np.int64(ratio + draw(st.sampled_from([-1, 1]))), "eccentrics": rows,
-        "elements": rows * draw(st.integers(1, ratio)), "max_twist": draw(st.floats(1e-5, 0.02)),
+        "name": draw(st.text(max_size=8)),
+        "description": draw(st.text(max_size=8)),
+        "element_radius": element_radius,
+        "crank_radius": element_radius * draw(st.floats(3, 8)),
+        "eccentricity": element_radius * draw(st.floats(0.02, 0.1)),
+        "transmission_ratio": ratio,
+        "lobes": np.int64(ratio + draw(st.sampled_from([-1, 1]))),
+        "eccentrics": rows,
+        "elements": rows * draw(st.integers(1, ratio)),
+        "max_twist": draw(st.floats(1e-5, 0.02)),
         "crank_deviation": draw(st.sampled_from(["element", "eccentric"])),
     }
     if fields.get("cage_contact") != "lamina" and draw(st.booleans()):

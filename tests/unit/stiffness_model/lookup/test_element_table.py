@@ -24,8 +24,9 @@ def table(drive: sm.Drive) -> ElementTable:
 @pytest.mark.parametrize("clearance", [0.0, 8e-6, -8e-6])
 def test_mean_of_virtual_elements(position: float, clearance: float, drive: sm.Drive, table: ElementTable) -> None:
     drawn = [sampling.draw(drive, block, 16, 5) for block in range(6)]
-    radii = {part: np.concatenate([getattr(d, part).ravel() for d in drawn])
-             for part in ("element", "crank", "cage", "gear")}
+    radii = {
+        part: np.concatenate([getattr(d, part).ravel() for d in drawn]) for part in ("element", "crank", "cage", "gear")
+    }
     elements = Deviations(np.full(radii["gear"].shape, position), **radii)
     twist = np.array([-1.0, -0.4, 0.4, 1.0, 1.8]) * drive.max_twist
     torque = solve(build_contacts(drive, elements, clearance), twist * drive.ratio).output_torque

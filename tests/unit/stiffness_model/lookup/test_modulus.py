@@ -9,9 +9,17 @@ import stiffness_model as sm
 from stiffness_model.lookup.modulus import BOUNDS, modulus_shares, with_modulus
 
 
-@pytest.mark.parametrize(("preset", "fields"), [
-    ("drive_1", {}), ("drive_2", {"lobes": 28}), ("drive_3", {}),
-    ("drive_1", {"element": "roller", "element_length": "10 mm"}), ("drive_1", {"cage_material": "PLA"})], ids=str)
+@pytest.mark.parametrize(
+    ("preset", "fields"),
+    [
+        ("drive_1", {}),
+        ("drive_2", {"lobes": 28}),
+        ("drive_3", {}),
+        ("drive_1", {"element": "roller", "element_length": "10 mm"}),
+        ("drive_1", {"cage_material": "PLA"}),
+    ],
+    ids=str,
+)
 def test_against_the_solver(preset: str, fields: dict) -> None:
     drive = sm.load_drive(preset, **fields)
     shares = modulus_shares(drive)

@@ -29,8 +29,9 @@ def two_sided() -> TwistTorqueCurve:
 
 def made(twist: np.ndarray, torque: np.ndarray) -> TwistTorqueCurve:
     """A curve through given points; what else it carries does not matter here."""
-    return TwistTorqueCurve(twist, torque, torque, torque, np.gradient(torque, twist), np.zeros((len(twist), 4)),
-                            np.zeros(len(twist)))
+    return TwistTorqueCurve(
+        twist, torque, torque, torque, np.gradient(torque, twist), np.zeros((len(twist), 4)), np.zeros(len(twist))
+    )
 
 
 def test_stiffness_is_the_derivative_of_the_torque(curve: TwistTorqueCurve) -> None:
@@ -129,8 +130,13 @@ def test_csv_has_the_contract_s_columns(curve: TwistTorqueCurve, tmp_path: Path)
     curve.write_csv(tmp_path / "curve.csv")
     with (tmp_path / "curve.csv").open(newline="") as file:
         head, *rows = list(csv.reader(file))
-    assert head[:5] == ["twist [arcmin]", "torque_mean [N.m]", "torque_p10 [N.m]", "torque_p90 [N.m]",
-                        "stiffness [N.m/arcmin]"]
+    assert head[:5] == [
+        "twist [arcmin]",
+        "torque_mean [N.m]",
+        "torque_p10 [N.m]",
+        "torque_p90 [N.m]",
+        "stiffness [N.m/arcmin]",
+    ]
     assert len(rows) == len(curve.twist)
     values = np.array(rows, float)
     expected = (curve.twist / ARCMIN, curve.torque, curve.torque_p10, curve.torque_p90, curve.stiffness * ARCMIN)

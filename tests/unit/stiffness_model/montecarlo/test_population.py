@@ -20,23 +20,29 @@ from stiffness_model.montecarlo.population import Population
 
 N = 1000
 TWISTS = {"drive_1": (0, 3, 6, 8), "drive_2": (0, 3, 6, 8), "drive_3": (0, 10, 20, 40)}
-NO_TOLERANCES = {f"{part}_{kind}": "0 um" for part in ("element", "crank", "cage", "gear")
-                 for kind in ("tolerance", "offset")}
+NO_TOLERANCES = {
+    f"{part}_{kind}": "0 um" for part in ("element", "crank", "cage", "gear") for kind in ("tolerance", "offset")
+}
 
 
 @pytest.fixture(scope="module")
 def study() -> dict[tuple[int, str], Population]:
     """The paper's three drives with 30 and 28 lobes, 1000 each, at few twists; by (lobes, name)."""
-    return {(lobes, name): sm.simulate(sm.load_drive(name, lobes=lobes), ARCMIN * np.array(twists), N)
-            for lobes in (30, 28) for name, twists in TWISTS.items()}
+    return {
+        (lobes, name): sm.simulate(sm.load_drive(name, lobes=lobes), ARCMIN * np.array(twists), N)
+        for lobes in (30, 28)
+        for name, twists in TWISTS.items()
+    }
 
 
 @pytest.fixture(scope="module")
 def sweeps() -> dict[tuple[int, str], Population]:
     """The same over 25 twists and 250 drives, for what is said of whole curves."""
-    return {(lobes, name): sm.simulate(sm.load_drive(name, lobes=lobes),
-                                       ARCMIN * np.linspace(0, twists[-1], 25), 250)
-            for lobes in (30, 28) for name, twists in TWISTS.items()}
+    return {
+        (lobes, name): sm.simulate(sm.load_drive(name, lobes=lobes), ARCMIN * np.linspace(0, twists[-1], 25), 250)
+        for lobes in (30, 28)
+        for name, twists in TWISTS.items()
+    }
 
 
 # Mean torque N.m and load share at the three twists; independent computation, design section 3.
@@ -49,8 +55,9 @@ ANCHORS = [
 
 
 @pytest.mark.parametrize(("lobes", "name", "torque", "share"), ANCHORS)
-def test_means_of_an_independent_computation(study: dict[tuple[int, str], Population], lobes: int, name: str,
-                                             torque: tuple[float, ...], share: tuple[float, ...]) -> None:
+def test_means_of_an_independent_computation(
+    study: dict[tuple[int, str], Population], lobes: int, name: str, torque: tuple[float, ...], share: tuple[float, ...]
+) -> None:
     population = study[lobes, name]
     # Two samples of 1000 drives and the table's rounding: three standard errors of a difference.
     scatter = 3 * population.torque[:, 1:].std(axis=0) * np.sqrt(2 / N) + 0.1
@@ -61,8 +68,9 @@ def test_means_of_an_independent_computation(study: dict[tuple[int, str], Popula
 
 
 @pytest.mark.parametrize(("name", "low", "high"), [("drive_1", 60, 69), ("drive_2", 52, 86)])
-def test_bands_of_an_independent_computation(study: dict[tuple[int, str], Population], name: str, low: float,
-                                             high: float) -> None:
+def test_bands_of_an_independent_computation(
+    study: dict[tuple[int, str], Population], name: str, low: float, high: float
+) -> None:
     assert np.percentile(study[30, name].torque[:, 1], (10, 90)) == pytest.approx((low, high), abs=1.5)
 
 
@@ -86,8 +94,10 @@ def test_the_printed_drive_is_far_softer(study: dict[tuple[int, str], Population
 
 @pytest.mark.parametrize("lobes", [30, 28])
 def test_contact_forces_without_twist_in_drives_2_and_3(study: dict[tuple[int, str], Population], lobes: int) -> None:
-    at_rest = {name: study[lobes, name].contact_force[:, 0, 0].mean() / study[lobes, name].contact_force[:, 3, 0].mean()
-               for name in TWISTS}
+    at_rest = {
+        name: study[lobes, name].contact_force[:, 0, 0].mean() / study[lobes, name].contact_force[:, 3, 0].mean()
+        for name in TWISTS
+    }
     assert at_rest["drive_1"] < 0.03
     assert at_rest["drive_2"] > 0.15
     assert at_rest["drive_3"] > 0.05
@@ -96,21 +106,27 @@ def test_contact_forces_without_twist_in_drives_2_and_3(study: dict[tuple[int, s
 
 
 @pytest.mark.parametrize("lobes", [30, 28])
-def test_larger_tolerances_give_higher_and_more_variable_forces(study: dict[tuple[int, str], Population],
-                                                                lobes: int) -> None:
+def test_larger_tolerances_give_higher_and_more_variable_forces(
+    study: dict[tuple[int, str], Population], lobes: int
+) -> None:
     for contact in range(3):  # gear, crank, loaded cage wall
         first, second = (study[lobes, name].contact_force[..., contact] for name in ("drive_1", "drive_2"))
         assert (second.mean(axis=0) > 1.15 * first.mean(axis=0)).all()
-        assert (np.ptp(np.percentile(second, (10, 90), axis=0), axis=0)
-                > 3 * np.ptp(np.percentile(first, (10, 90), axis=0), axis=0)).all()
+        assert (
+            np.ptp(np.percentile(second, (10, 90), axis=0), axis=0)
+            > 3 * np.ptp(np.percentile(first, (10, 90), axis=0), axis=0)
+        ).all()
 
 
 @pytest.mark.parametrize("lobes", [30, 28])
-def test_forces_of_the_printed_drive_are_considerably_lower(study: dict[tuple[int, str], Population],
-                                                            lobes: int) -> None:
+def test_forces_of_the_printed_drive_are_considerably_lower(
+    study: dict[tuple[int, str], Population], lobes: int
+) -> None:
     for metal in ("drive_1", "drive_2"):  # each at its full twist
-        assert (study[lobes, "drive_3"].contact_force[:, 3, :3].mean(axis=0)
-                < 0.7 * study[lobes, metal].contact_force[:, 3, :3].mean(axis=0)).all()
+        assert (
+            study[lobes, "drive_3"].contact_force[:, 3, :3].mean(axis=0)
+            < 0.7 * study[lobes, metal].contact_force[:, 3, :3].mean(axis=0)
+        ).all()
 
 
 @pytest.mark.parametrize("lobes", [30, 28])
@@ -134,8 +150,9 @@ def test_load_shares_approach_10_to_20_percent_with_30_lobes_only(study: dict[tu
 
 
 @pytest.mark.parametrize("lobes", [30, 28])
-def test_load_share_of_drive_1_is_lowest_and_least_scattered(sweeps: dict[tuple[int, str], Population],
-                                                             lobes: int) -> None:
+def test_load_share_of_drive_1_is_lowest_and_least_scattered(
+    sweeps: dict[tuple[int, str], Population], lobes: int
+) -> None:
     first = sweeps[lobes, "drive_1"]
     torque_1 = first.torque.mean(axis=0)
     for other in (sweeps[lobes, "drive_2"], sweeps[lobes, "drive_3"]):
@@ -267,16 +284,19 @@ def test_results_of_a_drive_hang_together(drive: sm.Drive) -> None:
     assert walls[0, 1] > 100 * walls[0, 0]
 
 
-@pytest.mark.parametrize(("twist", "options", "words"), [
-    ([[0.0, 1.0]], {}, "one-dimensional array of finite twists"),
-    ([], {}, "one-dimensional array of finite twists"),
-    ([0.0, float("nan")], {}, "one-dimensional array of finite twists"),
-    ([0.001], {"n_drives": 0}, "at least one drive, got 0"),
-    ([0.001], {"n_drives": 2.5}, "at least one drive, got 2.5"),
-    ([0.001], {"n_drives": True}, "at least one drive, got True"),
-    ([0.001], {"seed": -1}, "a whole number not below 0, got -1"),
-    ([0.001], {"gear_shift": float("nan")}, "a finite clearance in m, got nan"),
-])
+@pytest.mark.parametrize(
+    ("twist", "options", "words"),
+    [
+        ([[0.0, 1.0]], {}, "one-dimensional array of finite twists"),
+        ([], {}, "one-dimensional array of finite twists"),
+        ([0.0, float("nan")], {}, "one-dimensional array of finite twists"),
+        ([0.001], {"n_drives": 0}, "at least one drive, got 0"),
+        ([0.001], {"n_drives": 2.5}, "at least one drive, got 2.5"),
+        ([0.001], {"n_drives": True}, "at least one drive, got True"),
+        ([0.001], {"seed": -1}, "a whole number not below 0, got -1"),
+        ([0.001], {"gear_shift": float("nan")}, "a finite clearance in m, got nan"),
+    ],
+)
 def test_bad_input_is_named(drive: sm.Drive, twist: Any, options: dict[str, Any], words: str) -> None:
     with pytest.raises(sm.InputError, match=words) as caught:
         sm.simulate(drive, twist, **{"n_drives": 2, **options})

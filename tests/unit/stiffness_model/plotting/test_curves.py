@@ -122,7 +122,7 @@ def test_contact_forces_draw_mean_and_percentiles_of_the_drives(populations: lis
     assert sorted(text.get_text() for text in ax.texts) == sorted(plots.CONTACT_NAMES)
     for k, box in enumerate(boxes):
         assert box.x0 >= ax.get_window_extent().x1  # beside the data
-        assert not any(box.overlaps(other) for other in boxes[k + 1:])
+        assert not any(box.overlaps(other) for other in boxes[k + 1 :])
 
 
 def test_names_at_the_ends_of_close_curves_are_pushed_apart() -> None:
@@ -168,8 +168,9 @@ def test_twists_in_any_order_give_the_same_curve(populations: list[Population]) 
     mixed = sm.simulate(populations[0].drive, np.concatenate([twist[8:], twist[:8]]), 48)
     for function in (plots.contact_forces, plots.load_share):
         name = "gear" if function is plots.contact_forces else "drive 1"
-        np.testing.assert_allclose(data(function(mixed), name), data(function(populations[0]), name), rtol=1e-6,
-                                   atol=1e-6)
+        np.testing.assert_allclose(
+            data(function(mixed), name), data(function(populations[0]), name), rtol=1e-6, atol=1e-6
+        )
 
 
 @pytest.mark.parametrize("lobes", [28, 30])

@@ -22,18 +22,30 @@ def check_contacts(drive: sm.Drive, layout: Layout) -> None:
     reach = np.hypot(*np.moveaxis(layout.centre - layout.eccentric[:, None], -1, 0))
     np.testing.assert_allclose(reach, drive.path.centre_distance, rtol=1e-13)
     in_gear = layout.bore - layout.gear[:, None]
-    np.testing.assert_allclose(np.hypot(*np.moveaxis(layout.centre, -1, 0)), drive.path.radius(drive.lobes * in_gear),
-                               rtol=1e-12)
+    np.testing.assert_allclose(
+        np.hypot(*np.moveaxis(layout.centre, -1, 0)), drive.path.radius(drive.lobes * in_gear), rtol=1e-12
+    )
 
 
 @settings(max_examples=60, deadline=None)
-@given(ratio=st.integers(5, 60), together=st.booleans(), rows=st.integers(1, 4), taken=st.floats(0.3, 1),
-       angle=st.floats(-50, 50))
-def test_elements_rest_on_eccentric_and_profile(ratio: int, together: bool, rows: int, taken: float,
-                                                angle: float) -> None:
+@given(
+    ratio=st.integers(5, 60),
+    together=st.booleans(),
+    rows=st.integers(1, 4),
+    taken=st.floats(0.3, 1),
+    angle=st.floats(-50, 50),
+)
+def test_elements_rest_on_eccentric_and_profile(
+    ratio: int, together: bool, rows: int, taken: float, angle: float
+) -> None:
     count = max(1, int(taken * ratio))
-    drive = sm.load_drive("drive_1", transmission_ratio=ratio, lobes=ratio - 1 if together else ratio + 1,
-                          eccentrics=rows, elements=rows * count)
+    drive = sm.load_drive(
+        "drive_1",
+        transmission_ratio=ratio,
+        lobes=ratio - 1 if together else ratio + 1,
+        eccentrics=rows,
+        elements=rows * count,
+    )
     layout = place(drive, angle)
     check_contacts(drive, layout)
     assert layout.beta.shape == (rows, count)
@@ -49,6 +61,7 @@ def test_elements_rest_on_eccentric_and_profile(ratio: int, together: bool, rows
 
 def test_a_turn_closes_on_itself(drawn: sm.Drive) -> None:
     """Elements as a set; and no earlier."""
+
     def picture(angle: float) -> np.ndarray:
         centres = place(drawn, angle).centre.reshape(-1, 2)
         return centres[np.lexsort(np.round(centres.T, 9))]

@@ -12,8 +12,11 @@ from reefmu.cli import main
 from stiffness_model.plotting.loads import Loads, solve_loads
 from stiffness_model.rotation import draw_individual, standing, turning_map
 
-FIELDS = {"drive_1": {}, "together": {"lobes": 28},
-          "every second place": {"transmission_ratio": 20, "lobes": 21, "elements": 3 * 10, "eccentricity": "1.5 mm"}}
+FIELDS = {
+    "drive_1": {},
+    "together": {"lobes": 28},
+    "every second place": {"transmission_ratio": 20, "lobes": 21, "elements": 3 * 10, "eccentricity": "1.5 mm"},
+}
 
 
 def at_angle(drive: sm.Drive, seed: int, twist: float, angle: float) -> Loads:
@@ -35,7 +38,7 @@ def test_a_drawn_individual_is_the_one_that_turns(fields: str, seed: int, angle:
     np.testing.assert_allclose(np.exp(1j * drawn.beta[0]), np.exp(1j * beta), atol=1e-9)
     # Every element faces a lobe of its own row, and no lobe is left out while another has two.
     for row in range(drive.eccentrics):
-        facing = drawn.gear[0, row::drive.eccentrics]
+        facing = drawn.gear[0, row :: drive.eccentrics]
         assert set(facing) <= set(one.lobe[row])
         assert len(set(facing)) == min(len(facing), drive.lobes)
     turned = turning_map(one, [loads.twist], [angle / drive.ratio])

@@ -36,7 +36,7 @@ def test_outline_keeps_its_chord_error(drawn: sm.Drive, chord: float) -> None:
     """Vertices lie q from the path to 1e-9; between them the polygon is off by the chord error at the most."""
     outline, q = gear_outline(drawn, chord), gear_offset(drawn)
     per_lobe = len(outline.points) // drawn.lobes
-    lobe = outline.points[:per_lobe + 1]
+    lobe = outline.points[: per_lobe + 1]
     np.testing.assert_allclose(distance_from_path(drawn.path, lobe), q, rtol=0, atol=1e-9)
     middles = (lobe[1:] + lobe[:-1]) / 2
     off = np.abs(distance_from_path(drawn.path, middles) - q)
@@ -125,13 +125,14 @@ def test_dxf_reads_back(drawn: sm.Drive, tmp_path: Path) -> None:
         bores = document.modelspace().query(f'CIRCLE[layer=="BORES{end}"]')
         centres = 1e-3 * np.array([tuple(bore.dxf.center)[:2] for bore in bores])
         assert len(centres) == drawn.elements_per_row
-        np.testing.assert_allclose(np.exp(1j * np.arctan2(centres[:, 1], centres[:, 0])), np.exp(1j * layout.bore[row]),
-                                   atol=1e-9)
+        np.testing.assert_allclose(
+            np.exp(1j * np.arctan2(centres[:, 1], centres[:, 0])), np.exp(1j * layout.bore[row]), atol=1e-9
+        )
         if row and turn == 0:
             continue
         points = rotated(polyline(document, f"PROFILE{end}"), -turn)
         np.testing.assert_allclose(points, written.points, atol=1e-12)
-        lobe = points[:len(points) // drawn.lobes]
+        lobe = points[: len(points) // drawn.lobes]
         assert np.abs(distance_from_path(drawn.path, (lobe[1:] + lobe[:-1]) / 2) - q).max() <= chord + 1e-9
         path = rotated(polyline(document, f"BALL_PATH{end}"), -turn)
         angle = np.arctan2(path[:, 1], path[:, 0])

@@ -67,8 +67,9 @@ def test_arrows_end_where_element_and_partner_touch(drawn: sm.Drive) -> None:
     """Tips at the elements' edges, and at the crank's: within the displacements of some um."""
     loads = loaded(drawn)
     middle = loads.layout.centre[:, :, None]
-    np.testing.assert_allclose(np.hypot(*np.moveaxis(loads.point - middle, -1, 0))[loads.usable], drawn.element_radius,
-                               atol=1e-4)
+    np.testing.assert_allclose(
+        np.hypot(*np.moveaxis(loads.point - middle, -1, 0))[loads.usable], drawn.element_radius, atol=1e-4
+    )
     from_crank = loads.point[:, :, 1] - loads.layout.eccentric[:, None]
     np.testing.assert_allclose(np.hypot(*np.moveaxis(from_crank, -1, 0))[loads.usable], drawn.crank_radius, atol=1e-4)
 
@@ -103,7 +104,7 @@ def test_parts_are_drawn_to_scale(roomy: sm.Drive) -> None:
     assert {ball.radius for ball in balls} == {4.0}
     centres = np.array([ball.center for ball in balls])
     profile = np.asarray(gear.get_path().vertices)
-    profile = profile[-np.flatnonzero(gear.get_path().codes[::-1] == 1)[0] - 1:-1]
+    profile = profile[-np.flatnonzero(gear.get_path().codes[::-1] == 1)[0] - 1 : -1]
     gap = distances(centres, profile) - 4.0
     assert np.abs(gap[loads.usable[0]]).max() < 2e-3  # mm
     assert gap.min() > -2e-3
@@ -116,8 +117,14 @@ def test_parts_are_drawn_to_scale(roomy: sm.Drive) -> None:
     radius = np.hypot(*profile.T)
     assert ((radius > np.roll(radius, 1)) & (radius >= np.roll(radius, -1))).sum() == roomy.lobes
     text = "\n".join(text.get_text() for text in ax.texts)
-    for size in ("ratio -29", "30 lobes", "eccentricity 0.7 mm", "pitch radius 48 mm", "ball diameter 8 mm",
-                 "crank radius 44 mm"):
+    for size in (
+        "ratio -29",
+        "30 lobes",
+        "eccentricity 0.7 mm",
+        "pitch radius 48 mm",
+        "ball diameter 8 mm",
+        "crank radius 44 mm",
+    ):
         assert size in text
     assert "cage bars of 2.38 mm" in figure.axes[1].get_title(loc="left")
 

@@ -51,8 +51,9 @@ def test_input_is_output_and_losses(lobes: int, changes: dict[str, str]) -> None
     # Normal forces at gear and crank that go with the cage's as it was: the balance of each element.
     push_r = -p_gear * -n_t - p_crank * -u_t - (p_plus + p_minus)
     push_t = -p_gear * n_r - p_crank * u_r - (force[2] - force[3])
-    _, crank = np.linalg.solve(np.stack([np.stack([-n_r, u_r], -1), np.stack([-n_t, u_t], -1)], 1),
-                                  -np.stack([push_r, push_t], -1)[..., None])[..., 0].T
+    _, crank = np.linalg.solve(
+        np.stack([np.stack([-n_r, u_r], -1), np.stack([-n_t, u_t], -1)], 1), -np.stack([push_r, push_t], -1)[..., None]
+    )[..., 0].T
     centre_r, centre_t = (e[0] for e in block.centre())
     on_crank_r, on_crank_t = -crank * u_r - p_crank * u_t, -crank * u_t + p_crank * u_r
     torque_in = -(centre_r * on_crank_t - centre_t * on_crank_r).sum()
@@ -78,8 +79,13 @@ def test_losses_lie_between_nothing_and_all_that_slides(name: str) -> None:
         slip = slip.copy()
         slip[1] += by_ring * (ring + other)
         radius = block.contacts.element_radius
-        best = np.min([(force * np.abs(slip + by_turn[:, None, None] * radius * (-s / by_turn[k] / radius)
-                                       )).sum(axis=0) for k, s in enumerate(slip)], axis=0)
+        best = np.min(
+            [
+                (force * np.abs(slip + by_turn[:, None, None] * radius * (-s / by_turn[k] / radius))).sum(axis=0)
+                for k, s in enumerate(slip)
+            ],
+            axis=0,
+        )
         assert best.sum() > least.sum()
 
 
@@ -100,8 +106,10 @@ def test_efficiency_falls_with_friction_and_holds_its_definitions() -> None:
 def test_play_and_preload() -> None:
     loose = sm.load_drive("drive_1", gear_offset="30 um")
     assert not np.any(friction_losses(loose, [0.0], 8, coefficient=0.1).loss)
-    tight = [friction_losses(sm.load_drive("drive_1", gear_offset=f"-{size} um"), [0.0], 8, coefficient=0.1).loss.mean()
-             for size in (3, 6, 12)]
+    tight = [
+        friction_losses(sm.load_drive("drive_1", gear_offset=f"-{size} um"), [0.0], 8, coefficient=0.1).loss.mean()
+        for size in (3, 6, 12)
+    ]
     assert 0 < tight[0] < tight[1] < tight[2]
 
 

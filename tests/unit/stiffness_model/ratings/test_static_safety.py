@@ -52,10 +52,12 @@ def test_safety_over_torque() -> None:
     assert check_strength(drive, [at], 24).least()[0] == pytest.approx(1, abs=0.01)
 
 
-@pytest.mark.parametrize(("name", "tenth", "middle"), [("drive_1", (208, 220), (213, 229)),
-                                                       ("drive_2", (75, 92), (100, 120))])
-def test_torque_at_the_limit_is_that_of_the_most_loaded_ball(name: str, tenth: tuple[float, float],
-                                                             middle: tuple[float, float]) -> None:
+@pytest.mark.parametrize(
+    ("name", "tenth", "middle"), [("drive_1", (208, 220), (213, 229)), ("drive_2", (75, 92), (100, 120))]
+)
+def test_torque_at_the_limit_is_that_of_the_most_loaded_ball(
+    name: str, tenth: tuple[float, float], middle: tuple[float, float]
+) -> None:
     """Individuals turned by an independent computation reach 4200 MPa at the crank at 213 to 224 N.m (drive 1) and 90
     to 114 (drive 2); standing at one random angle each, the mean drive seemed to reach it at 257 and 185."""
     drive = sm.load_drive(name)
@@ -71,8 +73,10 @@ def test_never_and_already_are_told_apart() -> None:
     drive = sm.load_drive("drive_1")
     torque = sm.simulate(drive, TWIST, 24).torque.mean(axis=0)
     strength = check_strength(drive, TWIST, 24)
-    low, high = (dataclasses.replace(strength, twist=TWIST[part], pressure=strength.pressure[:, part])
-                 for part in (slice(1, 3), slice(4, 5)))
+    low, high = (
+        dataclasses.replace(strength, twist=TWIST[part], pressure=strength.pressure[:, part])
+        for part in (slice(1, 3), slice(4, 5))
+    )
     never, already = low.permissible(torque[1:3]), high.permissible(torque[4:])
     assert (never.status, never.torque) == ("not reached", torque[2])
     assert str(never) == f"stays above 1 up to {torque[2]:.0f} N.m"
@@ -163,12 +167,14 @@ def test_bearing_forces_are_the_reaction_to_the_crank_s_torque() -> None:
 
 
 def test_life_of_iso_281() -> None:
-    ball, roller = (sm.load_drive("drive_1", bearing_capacity="40 kN", bearing_type=kind, crank_speed="1500 rpm")
-                    for kind in ("ball", "roller"))
+    ball, roller = (
+        sm.load_drive("drive_1", bearing_capacity="40 kN", bearing_type=kind, crank_speed="1500 rpm")
+        for kind in ("ball", "roller")
+    )
     life = bearing_life(ball, TWIST[1:], 24)
     assert life.revolutions * life.relative_turns == pytest.approx(1e6 * (40e3 / life.load) ** 3)
     assert life.hours == pytest.approx(life.together / (1500 * 60))
-    assert life.together == pytest.approx(life.revolutions * 3 ** -0.9)
+    assert life.together == pytest.approx(life.revolutions * 3**-0.9)
     rolling = bearing_life(roller, TWIST[1:], 24)
     assert rolling.revolutions * rolling.relative_turns == pytest.approx(1e6 * (40e3 / rolling.load) ** (10 / 3))
     # The mean of order 3 is above the plain mean, and half the load lives eight times as long.
@@ -201,8 +207,9 @@ def test_damage_adds_up_and_bearings_survive_together(kind: str, order: float, w
 def test_a_life_counts_the_turns_of_the_rings_against_each_other(lobes: int, relative: float) -> None:
     """How far the outer ring turns, by kinematics in the fixed frame: places after a small turn of the crank, less
     those before, give the velocities; the least power that sliding loses, by a linear programme, gives the turns."""
-    exact = {f"{part}_{kind}": "0 um" for part in ("element", "crank", "cage", "gear") for kind in
-             ("tolerance", "offset")}
+    exact = {
+        f"{part}_{kind}": "0 um" for part in ("element", "crank", "cage", "gear") for kind in ("tolerance", "offset")
+    }
     drive = sm.load_drive("drive_1", lobes=lobes, bearing_capacity="40 kN", crank_speed="1500 rpm", **exact)
     twist, h = 0.3 * drive.max_twist, 1e-5
     block = next(solved_blocks(drive, [twist], 1, 0))
@@ -213,8 +220,10 @@ def test_a_life_counts_the_turns_of_the_rings_against_each_other(lobes: int, rel
     def places(crank: float) -> tuple[np.ndarray, np.ndarray]:
         """Elements and eccentrics as complex numbers, each seen by an element whose bore stands at angle 0."""
         bore = crank * cage
-        return (drive.path.radius(c.beta + crank - bore) * np.exp(1j * bore),
-                drive.eccentricity * np.exp(1j * (c.beta + crank + twist * drive.ratio)))
+        return (
+            drive.path.radius(c.beta + crank - bore) * np.exp(1j * bore),
+            drive.eccentricity * np.exp(1j * (c.beta + crank + twist * drive.ratio)),
+        )
 
     (after, centre_after), (before, centre_before) = places(h), places(-h)
     element, centre = (after - before) / (2 * h), (centre_after - centre_before) / (2 * h)
@@ -225,10 +234,14 @@ def test_a_life_counts_the_turns_of_the_rings_against_each_other(lobes: int, rel
         return np.real(velocity * direction.conjugate())
 
     # Velocity of the element's surface less that of its partner: still, + by the element's turn w, + by the ring's W.
-    slips = [(along(element, 1j * normal), r, 0 * r, force.gear),
-             (along(element - centre, 1j * to_element), -r, -(np.abs(here - pin) - r), force.crank),
-             *((element.real + side * cage * r, -side * r, 0 * r, wall)
-               for side, wall in ((1, force.cage_plus), (-1, force.cage_minus)))]
+    slips = [
+        (along(element, 1j * normal), r, 0 * r, force.gear),
+        (along(element - centre, 1j * to_element), -r, -(np.abs(here - pin) - r), force.crank),
+        *(
+            (element.real + side * cage * r, -side * r, 0 * r, wall)
+            for side, wall in ((1, force.cage_plus), (-1, force.cage_minus))
+        ),
+    ]
     turns = []
     for row in range(3):
         some = np.flatnonzero(block.eccentric == row)
@@ -236,7 +249,7 @@ def test_a_life_counts_the_turns_of_the_rings_against_each_other(lobes: int, rel
         # Unknowns: the elements' turns, the ring's, and the magnitude of every sliding.
         cost, upper, bound = np.zeros(n + 1 + 4 * n), [], []
         for k, (still, by_element, by_ring, pressed) in enumerate(slips):
-            cost[n + 1 + k * n:n + 1 + (k + 1) * n] = pressed[0, some]
+            cost[n + 1 + k * n : n + 1 + (k + 1) * n] = pressed[0, some]
             for sign in (1, -1):
                 part = np.zeros((n, len(cost)))
                 part[np.arange(n), np.arange(n)] = sign * by_element[some]

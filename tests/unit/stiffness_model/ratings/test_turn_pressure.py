@@ -27,10 +27,10 @@ def virtual_drive(drive: sm.Drive, seed: int) -> Individual:
     tight, rows = tightest_lobes(drive, drawn, 0, seed)[0], drive.eccentrics
     lobe = np.empty((rows, drive.lobes))
     for row in range(rows):
-        near = np.abs(drawn.beta[0, row::rows]).argsort(kind="stable")[:drive.lobes]
+        near = np.abs(drawn.beta[0, row::rows]).argsort(kind="stable")[: drive.lobes]
         faced = drawn.gear[0, row::rows][near]
-        lobe[row, :len(faced)] = faced
-        lobe[row, len(faced):] = tight[row] if tight[row] < faced.min() else faced.max()
+        lobe[row, : len(faced)] = faced
+        lobe[row, len(faced) :] = tight[row] if tight[row] < faced.min() else faced.max()
     return Individual(drive, float(drawn.beta[0, 0]), drawn.element[0], drawn.crank[0], drawn.cage[0], lobe)
 
 
@@ -39,8 +39,9 @@ def turned_through(drive: sm.Drive, seed: int, twist: float, angles: int) -> np.
     one, found = virtual_drive(drive, seed), []
     for angle in np.array_split(scattered(angles), max(1, angles // 300)):
         at = places(one, Window(math.pi, math.pi, drive.elements), angle)
-        parts = Deviations(at.beta, one.element[at.element], one.crank[at.element], one.cage[at.element],
-                           one.lobe[at.row, at.lobe])
+        parts = Deviations(
+            at.beta, one.element[at.element], one.crank[at.element], one.cage[at.element], one.lobe[at.row, at.lobe]
+        )
         keep = usable(drive, at.beta)
         contacts = build_contacts(drive, parts)[keep.ravel()]
         some = Deviations(*(getattr(parts, f.name)[keep] for f in fields(Deviations)))
@@ -60,10 +61,13 @@ def test_worst_meeting_is_that_of_a_whole_turn(name: str, lobes: int) -> None:
     assert found[2] == pytest.approx(turned[2], rel=0.015)
 
 
-@pytest.mark.parametrize(("name", "extra"), [
-    ("drive_1", {"bearing_stiffness": "250 N/um"}),
-    ("drive_2", {"bearing_stiffness": "250 N/um", "housing_stiffness": "80 N.m/arcmin"}),
-])
+@pytest.mark.parametrize(
+    ("name", "extra"),
+    [
+        ("drive_1", {"bearing_stiffness": "250 N/um"}),
+        ("drive_2", {"bearing_stiffness": "250 N/um", "housing_stiffness": "80 N.m/arcmin"}),
+    ],
+)
 def test_coupled_elements_are_rated_on_the_safe_side(name: str, extra: dict[str, str]) -> None:
     drive = sm.load_drive(name, **extra)
     worst = turned_through(drive, 1, drive.max_twist, 600)
@@ -72,11 +76,19 @@ def test_coupled_elements_are_rated_on_the_safe_side(name: str, extra: dict[str,
     assert (found[:2] < 1.07 * worst[:2]).all()
 
 
-@pytest.mark.parametrize(("name", "extra"), [
-    ("drive_1", {}), ("drive_2", {"lobes": 28}), ("drive_3", {}), ("drive_2", {"cage_offset": 0.0}),
-    ("drive_1", {"element": "roller", "element_length": "12 mm"}), ("drive_1", {"crank_deviation": "eccentric"}),
-    ("drive_1", {"cage_contact": "lamina", "ring_stiffness": "500 N/um"}), ("drive_2", {"elements": 42}),
-])
+@pytest.mark.parametrize(
+    ("name", "extra"),
+    [
+        ("drive_1", {}),
+        ("drive_2", {"lobes": 28}),
+        ("drive_3", {}),
+        ("drive_2", {"cage_offset": 0.0}),
+        ("drive_1", {"element": "roller", "element_length": "12 mm"}),
+        ("drive_1", {"crank_deviation": "eccentric"}),
+        ("drive_1", {"cage_contact": "lamina", "ring_stiffness": "500 N/um"}),
+        ("drive_2", {"elements": 42}),
+    ],
+)
 def test_no_drive_stands_at_a_higher_pressure_than_it_turns_through(name: str, extra: dict[str, object]) -> None:
     drive = sm.load_drive(name, **extra)
     twist = np.array([0.0, 0.2, 0.6, 1.0]) * drive.max_twist
@@ -110,8 +122,9 @@ def test_the_tightest_of_a_row_s_lobes(lobes: int, expected: float) -> None:
 
 
 def test_a_drive_without_tolerances_turns_through_the_envelope_of_its_places() -> None:
-    exact = {f"{part}_{kind}": "0 um" for part in ("element", "crank", "cage", "gear") for kind in
-             ("tolerance", "offset")}
+    exact = {
+        f"{part}_{kind}": "0 um" for part in ("element", "crank", "cage", "gear") for kind in ("tolerance", "offset")
+    }
     drive = sm.load_drive("drive_1", **exact)
     many = sm.contact_pressures(drive, [drive.max_twist], 100).pressure.max(axis=0)  # of 4400 places
     found = turn_pressures(drive, [drive.max_twist], 3).pressure

@@ -26,8 +26,16 @@ from stiffness_model.rotation.fan import fan
 @pytest.fixture(scope="module")
 def small() -> sm.Drive:
     """Ratio 9: a turn has 270 passings, and all orders are few."""
-    return sm.load_drive("drive_1", transmission_ratio=9, lobes=10, elements=27, eccentricity="2 mm",
-                         max_twist="20 arcmin", element_radius="6 mm", name="small")
+    return sm.load_drive(
+        "drive_1",
+        transmission_ratio=9,
+        lobes=10,
+        elements=27,
+        eccentricity="2 mm",
+        max_twist="20 arcmin",
+        element_radius="6 mm",
+        name="small",
+    )
 
 
 @pytest.mark.parametrize("name", ["drive_1", "drive_2", "drive_3"])

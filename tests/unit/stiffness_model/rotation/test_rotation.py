@@ -102,8 +102,9 @@ def test_places_and_torque_from_the_drawing_board(name: str, fields: dict[str, o
             row, j = k % drive.eccentrics, k // drive.eccentrics
             # Bores stand evenly round the cage; every row's gear and eccentric are phased for its elements.
             in_gear = angle - 2 * np.pi * j / drive.elements_per_row
-            in_pitches = (drive.orientation * drive.lobes * in_gear + one.start
-                          + 2 * np.pi * row / drive.elements) / (2 * np.pi)
+            in_pitches = (drive.orientation * drive.lobes * in_gear + one.start + 2 * np.pi * row / drive.elements) / (
+                2 * np.pi
+            )
             crest = round(in_pitches)
             elements.append((2 * np.pi * (in_pitches - crest), k, row, crest % drive.lobes))
         beta = np.array([e[0] for e in elements])
@@ -111,14 +112,16 @@ def test_places_and_torque_from_the_drawing_board(name: str, fields: dict[str, o
             continue
         keep = [e for e in elements if abs(e[0]) < drive.usable_limit]
         place, k, row, lobe = (np.array(column) for column in zip(*keep, strict=True))
-        contacts = build_contacts(drive, Deviations(place, one.element[k], one.crank[k], one.cage[k],
-                                                    one.lobe[row, lobe]))
+        contacts = build_contacts(
+            drive, Deviations(place, one.element[k], one.crank[k], one.cage[k], one.lobe[row, lobe])
+        )
         found = [equilibrium_of(contacts, index, crank_twist) for index in range(len(keep))]
         torque = turning_map(one, [0.7 * drive.max_twist], [angle])
         assert torque.torque[0, 0] == pytest.approx(sum(e.output_torque for e in found), rel=3e-6)
         assert torque.crank_torque[0, 0] == pytest.approx(sum(e.crank_torque for e in found), rel=3e-6)
         assert torque.max_force[0, 0] == pytest.approx(
-            max(max(e.gear, e.crank, e.cage_plus, e.cage_minus) for e in found), rel=1e-4)
+            max(max(e.gear, e.crank, e.cage_plus, e.cage_minus) for e in found), rel=1e-4
+        )
         checked += 1
     assert checked >= 1
 
@@ -127,8 +130,12 @@ def test_places_and_torque_from_the_drawing_board(name: str, fields: dict[str, o
 def test_individuals_have_the_mean_of_the_population(name: str) -> None:
     drive = sm.load_drive(name)
     twist = np.array([0.25, 0.5, 1.0]) * drive.max_twist
-    means = np.array([turning_map(draw_individual(drive, seed), twist, anywhere(24, seed)).torque.mean(axis=0)
-                      for seed in range(160)])
+    means = np.array(
+        [
+            turning_map(draw_individual(drive, seed), twist, anywhere(24, seed)).torque.mean(axis=0)
+            for seed in range(160)
+        ]
+    )
     error = means.std(axis=0) / np.sqrt(len(means))
     population = mean_torque(drive, twist)
     assert (error < 0.01 * population).all()
@@ -173,9 +180,14 @@ def test_energy_that_is_missing_leaves_at_the_cut() -> None:
     sizes = [np.full(2, getattr(one, part)[0]) for part in SIZES] + [np.full(2, one.lobe[0, 0])]
     contacts = build_contacts(drive, Deviations(edge, *sizes))
     at_cut = solve(contacts, twist * drive.ratio)
-    stored = sum(f * (f / k) ** (2 / 3) * 2 / 5 for f, k in (
-        (at_cut.gear, contacts.stiffness_gear), (at_cut.crank, contacts.stiffness_crank),
-        (at_cut.cage_plus + at_cut.cage_minus, contacts.stiffness_cage)))
+    stored = sum(
+        f * (f / k) ** (2 / 3) * 2 / 5
+        for f, k in (
+            (at_cut.gear, contacts.stiffness_gear),
+            (at_cut.crank, contacts.stiffness_crank),
+            (at_cut.cage_plus + at_cut.cage_minus, contacts.stiffness_cage),
+        )
+    )
     leaves = (stored[:, 0] - stored[:, 1]) * drive.lobes * drive.elements
     work = 2 * np.pi * found.torque.mean(axis=0)
     assert (missing > 0.008 * work).all()
@@ -233,11 +245,14 @@ def test_one_crank_radius_per_eccentric_where_the_drawing_says_so() -> None:
     assert len(set(rows[0])) == 3
 
 
-@pytest.mark.parametrize(("change", "said"), [
-    ({"lobe": np.full((3, 29), 7e-3)}, "lobe: expected positive lengths in m of shape"),
-    ({"cage": np.full(87, -7e-3)}, "cage: expected positive lengths"),
-    ({"start": float("nan")}, "start: expected a finite angle"),
-])
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"lobe": np.full((3, 29), 7e-3)}, "lobe: expected positive lengths in m of shape"),
+        ({"cage": np.full(87, -7e-3)}, "cage: expected positive lengths"),
+        ({"start": float("nan")}, "start: expected a finite angle"),
+    ],
+)
 def test_an_individual_that_cannot_be_is_refused(change: dict[str, object], said: str) -> None:
     with pytest.raises(InputError, match=said):
         replace(draw_individual(sm.load_drive("drive_1"), 0), **change)

@@ -30,8 +30,14 @@ def quieter(study: Study, fit: Fit, factor: float) -> tuple[Study, Fit]:
     """The same where the noise is believed to be smaller by a factor."""
 
     def own(weights: Weighting) -> Weighting:
-        parts = {k: replace(getattr(weights, k), scale=factor * getattr(weights, k).scale,
-                            strength=factor**2 * getattr(weights, k).strength) for k in ("mean", "individual")}
+        parts = {
+            k: replace(
+                getattr(weights, k),
+                scale=factor * getattr(weights, k).scale,
+                strength=factor**2 * getattr(weights, k).strength,
+            )
+            for k in ("mean", "individual")
+        }
         return replace(weights, **parts)
 
     believed = replace(study, variance=study.variance / factor**2, block_variance=study.block_variance / factor**2)

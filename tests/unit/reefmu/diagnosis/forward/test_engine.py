@@ -48,8 +48,11 @@ def test_every_effect_is_covered() -> None:
 @pytest.mark.parametrize("time", [1e-3, 0.1, 10.0, 1e6])
 def test_creep_too_soft_for_the_steps_stays_finite(time: float) -> None:
     # Steps longer than such a state allows would run away; a fit may come by, and must be able to turn back.
-    predictor = Predictor(trace_of(rig.protocol(), rig.drive().ratio),
-                          drawing_base(rig.drive(), cached_lookup(rig.drive())), ("creep", "damping"))
+    predictor = Predictor(
+        trace_of(rig.protocol(), rig.drive().ratio),
+        drawing_base(rig.drive(), cached_lookup(rig.drive())),
+        ("creep", "damping"),
+    )
     found = predictor(np.array([0.0, 1e-3, time, 0.0]))
     assert np.isfinite(found.torque).all()
     assert np.isfinite(found.sensitivities).all()

@@ -52,7 +52,7 @@ def test_a_single_drive_is_like_the_population(number: int) -> None:
 @pytest.mark.parametrize("less", [True, False])
 def test_more_and_less_than_any_single_drive_is_not(less: bool) -> None:
     """A misfit of another form than the scatter's may be small: an individual would differ by more."""
-    each = np.sqrt(np.mean(study().individuals**2, axis=1))
+    each = np.sqrt(np.mean(study().individuals ** 2, axis=1))
     rest = each.min() / 1.5 if less else each.max() * 1.5
     size = np.sqrt(rest**2 + np.mean(study().block_variance))
     of, fit = with_residual(np.sqrt(2) * size * np.sin(np.arange(study().individuals.shape[1])))

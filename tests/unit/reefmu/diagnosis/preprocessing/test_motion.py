@@ -9,8 +9,17 @@ from hypothesis import strategies as st
 
 from reefmu.diagnosis.preprocessing.motion import angle_noise, path_of, speed_of, turning_points
 
-TRUE = np.concatenate([np.linspace(0, 1, 30), np.full(190, 1.0), np.linspace(1, 0, 20), np.full(100, 0.0),
-                       np.linspace(0, -1, 25), np.linspace(-1, 1, 50), np.linspace(1, -1, 50)])
+TRUE = np.concatenate(
+    [
+        np.linspace(0, 1, 30),
+        np.full(190, 1.0),
+        np.linspace(1, 0, 20),
+        np.full(100, 0.0),
+        np.linspace(0, -1, 25),
+        np.linspace(-1, 1, 50),
+        np.linspace(1, -1, 50),
+    ]
+)
 TIME = np.linspace(0, 0.01 * (len(TRUE) - 1), len(TRUE))
 
 
@@ -49,7 +58,7 @@ def test_between_turning_points_nothing_comes_back(values: list[float], least: f
     inner = turns[1:-1]
     assert np.all(np.abs(np.diff(angle[inner])) > least)
     for a, b in itertools.pairwise(inner):
-        piece = np.sign(angle[b] - angle[a]) * angle[a:b + 1]
+        piece = np.sign(angle[b] - angle[a]) * angle[a : b + 1]
         assert (np.maximum.accumulate(piece) - piece).max() <= least
 
 
@@ -59,7 +68,7 @@ def test_a_clock_that_was_late_makes_no_speed(late: int, gap: float, noise: floa
     """Stamps that stand still for some samples and go on a microsecond later, where the steps get shorter."""
     true = np.concatenate([np.arange(50) * 0.14, 49 * 0.14 + 1e-3 * np.arange(1, 200)])
     stamps = true.copy()
-    stamps[49:50 + late] = stamps[49 + late] - gap
+    stamps[49 : 50 + late] = stamps[49 + late] - gap
     speed = speed_of(2.0 * true + noise * np.random.default_rng(0).standard_normal(len(true)), stamps, noise)
     assert np.delete(speed, np.arange(46 - late, 54 + 2 * late)) == pytest.approx(2.0, rel=0.05)
     # A stamp that stands for many samples holds their middle.

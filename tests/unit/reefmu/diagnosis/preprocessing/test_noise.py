@@ -26,8 +26,13 @@ def test_without_repeats_it_says_so() -> None:
     some = slice(0, 150)
     from dataclasses import replace
 
-    short = replace(record, **{name: getattr(record, name)[some] for name in
-                               ("time", "run", "crank_angle", "output_angle", "output_torque", "temperature")})
+    short = replace(
+        record,
+        **{
+            name: getattr(record, name)[some]
+            for name in ("time", "run", "crank_angle", "output_angle", "output_torque", "temperature")
+        },
+    )
     trace = trace_of(short, rig.drive().ratio)
     found = estimate_noise(trace, cached_lookup(rig.drive()).stiffness(trace.twist))
     assert not found.repeated

@@ -55,7 +55,7 @@ def test_a_turning_individual_of_the_solver_is_one_of_these(study: Study, scatte
         solved = turning_map(one, nodes, [angle / drive.ratio]).torque
         torque[here] = np.interp(scatter.twist[here], nodes, np.ravel(solved))
     for k in np.flatnonzero(~standing):
-        torque[k] = turning_map(one, scatter.twist[k:k + 1], crank[k:k + 1] / drive.ratio).torque[0, 0]
+        torque[k] = turning_map(one, scatter.twist[k : k + 1], crank[k : k + 1] / drive.ratio).torque[0, 0]
     gap = torque - mean
     raw = float(((gap * weights.scale) ** 2).sum())
     left = float((weights.white(gap) ** 2).sum())
