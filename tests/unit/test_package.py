@@ -45,7 +45,7 @@ def test_tests_of_records_outside_the_repository_skip_with_their_reason(tmp_path
     shutil.copytree(ROOT / "examples", copy / "examples")
     paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-n", "0", "-rs", "-k", "cycloidal_records", "tests"],
+        [sys.executable, "-m", "pytest", "-n", "0", "-rs", "-m", "", "-k", "cycloidal_records", "tests"],
         cwd=copy,
         capture_output=True,
         text=True,
