@@ -178,11 +178,12 @@ def _add_export(commands: Commands) -> None:
     )
     parser.add_argument(
         "--effect",
-        metavar="NAME",
+        metavar="NAME[.PARAMETER=VALUE]",
         action="append",
         default=[],
-        help="put an effect inside, neutral until its parameters are set; repeatable",
+        help="put an effect inside, neutral or with a value: --effect creep --effect backlash.clearance='5 um'",
     )
+    _add_set(parser)
     parser.add_argument(
         "--individual",
         metavar="SEED",
@@ -348,6 +349,11 @@ def _add_drawing_options(parser: argparse.ArgumentParser, name: str) -> None:
     parser.add_argument(
         "drive", metavar="DRIVE", help="a preset (drive_1, drive_2, drive_3, workshop) or a TOML drawing"
     )
+    _add_set(parser)
+    parser.add_argument("--out", metavar="DIR", type=_name, help=f"folder for the files (default DRIVE-{name})")
+
+
+def _add_set(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set",
         metavar="FIELD=VALUE",
@@ -357,7 +363,6 @@ def _add_drawing_options(parser: argparse.ArgumentParser, name: str) -> None:
         default=[],
         help="override a field of the drawing: --set lobes=28 --set crank_radius='41 mm'",
     )
-    parser.add_argument("--out", metavar="DIR", type=_name, help=f"folder for the files (default DRIVE-{name})")
 
 
 def _whole(low: int, high: int | None = None) -> Callable[[str], int]:

@@ -20,7 +20,7 @@ from . import study
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, print the twists at several torques, and write compare.csv and compare.png."""
-    drive, notes = study.load(args)
+    drive, notes = study.load(args.drive, args.fields)
     gears = catalog(args.catalog)
     drawn = [gear for gear in gears if gear.has_curve]
     folder = study.out_folder(args, "compare")

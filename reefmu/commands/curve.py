@@ -19,7 +19,7 @@ ROWS = 13
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, print, and write curve.csv, curve.png, forces.png and load_share.png."""
-    drive, notes = study.load(args)
+    drive, notes = study.load(args.drive, args.fields)
     folder = study.out_folder(args, "curve")
     with staged_folder(folder) as stage:
         population = study.run_population(drive, args)

@@ -27,7 +27,7 @@ from . import study
 
 def run(args: argparse.Namespace) -> int:
     """Draw, print the sizes and the forces, and write the files that were asked for."""
-    drive, notes = study.load(args)
+    drive, notes = study.load(args.drive, args.fields)
     twist = drive.max_twist
     if args.twist is not None:
         twist = float(expect_twists(drive, args.twist * ARCMIN, "--twist", in_rad=False)[0])

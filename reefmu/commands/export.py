@@ -21,6 +21,7 @@ from stiffness_model.units import ARCMIN
 
 from . import study
 from .coupling import step_notes
+from .effect_values import effect_values
 
 
 def run(args: argparse.Namespace) -> int:
@@ -94,11 +95,13 @@ def load(args: argparse.Namespace) -> tuple[DriveModel, list[str]]:
                 args.individual,
                 "--individual",
             )
+            expect(not args.fields, "no --set beside a model file, whose drawing is inside it", args.fields, "--set")
             return load_model(args.source, executor=executor), []
-        drive, notes = study.read_drawing(args.source)
+        effects = effect_values(args.effect)
+        drive, notes = study.load(args.source, args.fields)
         return build_model(
             drive,
-            {name: {} for name in args.effect},
+            effects,
             n_drives=args.drives or N_DRIVES,
             seed=args.seed,
             executor=executor,

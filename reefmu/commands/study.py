@@ -27,10 +27,9 @@ _NUMBERS = ("elements", "eccentrics", "lobes", "transmission_ratio", "friction_c
 """Fields that are bare numbers in a drawing; all others are texts, sizes with their units."""
 
 
-def load(args: argparse.Namespace) -> tuple[Drive, list[str]]:
+def load(source: str, fields: Sequence[tuple[str, str]]) -> tuple[Drive, list[str]]:
     """The drawing with the fields of `--set`, and notes on it, such as that its elements do not fit."""
-    fields = {name: _number(text) if name in _NUMBERS else text for name, text in args.fields}
-    return read_drawing(args.drive, **fields)
+    return read_drawing(source, **{name: _number(text) if name in _NUMBERS else text for name, text in fields})
 
 
 def read_drawing(source: str, **fields: object) -> tuple[Drive, list[str]]:

@@ -1,0 +1,47 @@
+"""`reefmu export --effect NAME.PARAMETER=VALUE --set FIELD=VALUE`: values from the command line reach the FMU."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from reefmu.cli import main
+from reefmu.fmu.importer.instance import FmuDrive
+from stiffness_model import load_drive
+
+
+def test_values_and_fields_are_those_of_the_fmu(tmp_path: Path) -> None:
+    path = tmp_path / "d.fmu"
+    words = ["--effect", "backlash.clearance=5 um", "--effect", "hysteresis.torque=2 N.m", "--effect", "creep"]
+    fields = ["--set", "lobes=28", "--set", "gear_tolerance=IT7", "--set", "cage_offset=5 um"]
+    assert main(["export", "drive_1", "-o", str(path), "--backend", "python", "--drives", "8", *words, *fields]) == 0
+    with FmuDrive(path) as drive:
+        read = drive.read(("backlash.clearance", "hysteresis.torque", "creep.compliance", "ratio"))
+    assert read["backlash.clearance"] == pytest.approx(5e-6, rel=1e-12)
+    assert read["hysteresis.torque"] == 2.0
+    assert read["creep.compliance"] == 0.0
+    assert read["ratio"] == load_drive("drive_1", lobes=28).ratio == 29
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--effect", "backlsh.clearance=5 um"], "unknown effect 'backlsh'"),
+        (["--effect", "backlash.clearence=5 um"], "did you mean 'clearance'?"),
+        (["--effect", "backlash.clearance=5"], "--effect backlash.clearance: expected"),
+        (["--effect", "backlash.clearance"], "NAME or NAME.PARAMETER=VALUE, such as backlash.clearance='5e-06 m'"),
+        (["--effect", "backlash=5 um"], "NAME or NAME.PARAMETER=VALUE"),
+        (["--effect", "backlash.clearance=5 um", "--effect", "backlash.clearance=6 um"], "once"),
+        (["--effect", "backlash.clearance=2 m"], "backlash.clearance: expected a value within"),
+        (["--set", "lobs=28"], "did you mean 'lobes'"),
+    ],
+)
+def test_a_wrong_value_is_one_line_and_leaves_nothing(
+    words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["export", "drive_1", "-o", str(tmp_path / "d.fmu"), "--drives", "8", *words]) == 2
+    lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("note: ")]
+    assert len(lines) == 1
+    assert said in lines[0]
+    assert not list(tmp_path.iterdir())
