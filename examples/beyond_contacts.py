@@ -15,18 +15,16 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 import stiffness_model as sm
 from stiffness_model.elasticity import hertz
 from stiffness_model.elasticity.conformal import Lamina
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.plotting import style
 from stiffness_model.ratings.bearing_life import bearing_life
 from stiffness_model.ratings.efficiency import friction_losses
 from stiffness_model.ratings.static_safety import check_strength
 from stiffness_model.units import ARCMIN
-
-Array = NDArray[np.float64]
 
 DRIVES = 64
 PARTS: dict[str, dict[str, str]] = {

@@ -26,16 +26,15 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 import stiffness_model as sm
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.joint import JointModel, Masses
 from reefmu.model.drive_model import build_model
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, PURPLE, RED, dress
 
-Array = NDArray[np.float64]
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0)
 DURATION = 0.5  # s
 SMALL = 1e-8  # rad

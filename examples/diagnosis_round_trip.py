@@ -19,7 +19,6 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from reefmu.cli import main as reefmu
 from reefmu.diagnosis.preprocessing.trace import trace_of
@@ -29,10 +28,9 @@ from reefmu.model.drive_model import build_model
 from reefmu.model.model_file import load_model
 from reefmu.record import Record, read_record
 from reefmu.simulate import Response, simulate_record
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.plotting.style import BLUE, INK, RED, dress
 from stiffness_model.units import ARCMIN
-
-Array = NDArray[np.float64]
 
 
 def run(*words: str) -> None:

@@ -19,7 +19,6 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS
@@ -27,9 +26,8 @@ from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.record import Record, make_record
 from reefmu.simulate import simulate_record
 from stiffness_model.lookup.build import Lookup
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, dress
-
-Array = NDArray[np.float64]
 
 ARCMIN = np.pi / 10800
 TURN = 2 * np.pi

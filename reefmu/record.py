@@ -18,9 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffness_model.errors import InputError, expect, unknown_name
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import REFERENCE_TEMPERATURE
-
-Array = NDArray[np.float64]
 
 COLUMNS: dict[str, str] = {
     "time": "s",

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stiffness_model.errors import expect
+from stiffness_model.numerics.arrays import Array
 
 from .model.drive_model import INPUTS, OUTPUTS, DriveModel
 from .record import REFERENCE_TEMPERATURE, Record
 from .speed import central_speed
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

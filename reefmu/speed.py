@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-Array = NDArray[np.float64]
+from stiffness_model.numerics.arrays import Array
 
 AROUND = 31
 """Samples over which the usual step of time is taken."""

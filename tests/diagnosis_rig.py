@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from reefmu.model.drive_model import build_model
@@ -15,8 +14,8 @@ from reefmu.model.tables import cached_lookup
 from reefmu.record import Record, make_record
 from reefmu.simulate import simulate_record
 from stiffness_model import Drive, load_drive
+from stiffness_model.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 STEP = 0.05
 
 

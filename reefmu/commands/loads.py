@@ -6,17 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffness_model.contact.assembly import PARTNERS
 from stiffness_model.drawing.options import STIFFNESSES, Beyond, write_options
 from stiffness_model.montecarlo.population import Population, simulate
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.ratings.bearing_life import BearingLife, bearing_life
 from stiffness_model.ratings.efficiency import Losses, friction_losses
 from stiffness_model.ratings.static_safety import Strength, check_strength
 from stiffness_model.units import ARCMIN
-
-Array = NDArray[np.float64]
 
 MOST_DRIVES = 64
 """Drives behind these figures. The 90th percentile of their greatest pressures is right to some 0.3 % (a standard

@@ -9,9 +9,9 @@ from concurrent.futures import Executor
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffness_model.drawing.drive import Drive
+from stiffness_model.numerics.arrays import Array
 
 from ..effects import find_effect, separating_test
 from ..model.tables import cached_lookup
@@ -40,7 +40,6 @@ from .report.location import locate
 from .report.play import as_play
 from .result import Diagnosis, Gap, Place
 
-Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 MOST_EFFECTS = 3

@@ -11,9 +11,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffness_model.errors import expect
+from stiffness_model.numerics.arrays import Array
 
 from ..record import Record
 from .estimation.least_squares import Fit
@@ -22,8 +22,6 @@ from .forward.elastic import Elastic
 from .forward.vectorised import Number
 from .preprocessing.audit import audit
 from .preprocessing.trace import Trace, trace_of
-
-Array = NDArray[np.float64]
 
 LEAST, MOST = 1.0, 2.0
 """Bounds of a shared exponent: a spring 1, a line contact 10/9, a ball 3/2; no contact softens under load."""

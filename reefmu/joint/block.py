@@ -22,17 +22,15 @@ from typing import Any, Literal, Self
 
 import control as ct
 import numpy as np
-from numpy.typing import NDArray
 
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.model.masses import STATES, Masses
 from stiffness_model.errors import InputError, expect_number, unknown_name
+from stiffness_model.numerics.arrays import Array
 
 from .cosimulation import ANSWERS, extrapolate
 from .parameters import NamedSystem
 from .systems import python_name, python_names
-
-Array = NDArray[np.float64]
 
 
 @dataclass

@@ -6,12 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stiffness_model.numerics.arrays import Array
 
 from .equations import JointModel
 from .systems import linearize
-
-Array = NDArray[np.float64]
 
 TWIST_STATES = 4
 """Mechanical states in front of a joint's effects: what the controller measures."""

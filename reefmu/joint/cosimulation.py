@@ -25,15 +25,15 @@ from collections.abc import Callable, Mapping
 from typing import get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.model.masses import STATES, Masses, Scheme
 from stiffness_model.errors import InputError, expect, unknown_name
+from stiffness_model.numerics.arrays import Array
 
 from .simulate import Controller, Motion, commanded, samples
 
-Array = NDArray[np.float64]
 ANSWERS = ("crank.tau", "output.tau", "twist", "stiffness")
 """Outputs of the FMU that the loop uses; they lead its answers."""
 

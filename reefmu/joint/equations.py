@@ -15,13 +15,11 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from reefmu.model.drive_model import INPUTS, OUTPUTS, DriveModel
 from reefmu.model.masses import STATES, Masses
 from stiffness_model.errors import InputError, expect_number
-
-Array = NDArray[np.float64]
+from stiffness_model.numerics.arrays import Array
 
 JOINT_INPUTS = ("motor.tau", "load.tau")
 DRIVE_INPUTS = tuple(signal.name for signal in INPUTS)

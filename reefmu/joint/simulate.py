@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from reefmu.model.buffered import Buffered
 from stiffness_model.errors import InputError, expect, expect_number
+from stiffness_model.numerics.arrays import Array
 
 from .equations import JOINT_OUTPUTS, JointModel
 
-Array = NDArray[np.float64]
 Controller = Callable[[float, Array], tuple[float, float]]
 """(time s, [crank.phi, crank.w, output.phi, output.w]) -> (motor.tau, load.tau), N.m, held until the next sample.
 The second torque is what the surroundings do to the load."""

@@ -16,16 +16,15 @@ from typing import Any
 
 import control as ct
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from reefmu.model.buffered import Buffered
 from reefmu.model.drive_model import DriveModel
 from stiffness_model.errors import InputError, expect
+from stiffness_model.numerics.arrays import Array
 
 from .equations import Equations, JointModel, drive_equations
 from .parameters import NamedSystem
-
-Array = NDArray[np.float64]
 
 
 def drive_system(model: DriveModel, *, name: str | None = None) -> ct.NonlinearIOSystem:

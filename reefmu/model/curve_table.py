@@ -10,14 +10,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from stiffness_model.errors import InputError, expect, refuse_unknown
 from stiffness_model.lookup.build import QUANTITIES, Lookup
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.bspline import Axis, fit
-
-Array = NDArray[np.float64]
 
 CURVE_FIELDS = ("name", "ratio", "lever [m/rad]", "twist [rad]", "torque [N.m]")
 """What `Lookup.drawing` holds under "curve", and model.toml in its section [curve]."""

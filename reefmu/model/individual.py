@@ -16,17 +16,15 @@ import math
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffness_model.lookup.build import Lookup
 from stiffness_model.lookup.element_table import EDGE
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.bspline import Axis, fit, weights
 from stiffness_model.rotation.individual import Individual, meetings
 from stiffness_model.rotation.placed import Parts
 
 from .tables import locate
-
-Array = NDArray[np.float64]
 
 PASSES = 2
 """Refreshes of the crank's direction: right to 1e-6 of the full torque, 5e-7 on the steel drives."""

@@ -7,11 +7,10 @@ from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffness_model.errors import expect_number
+from stiffness_model.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 Scheme = Literal["parallel", "sequential", "extrapolated"]
 """How a master couples the masses with a drive that it can only step; see `cosimulate`."""
 

@@ -14,13 +14,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import InputError, expect, expect_number, refuse_unknown
 from ..io.atomic_files import parse_toml
+from ..numerics.arrays import Array
 from ..units import parse_quantity
-
-Array = NDArray[np.float64]
 
 _TEXTS = ("maker", "type", "kind", "size", "ratio", "source", "page", "note")
 _QUANTITIES = {

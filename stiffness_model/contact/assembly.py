@@ -14,9 +14,8 @@ from ..elasticity import hertz
 from ..errors import expect
 from ..geometry.ball_path import profile_curvature
 from ..geometry.exact_profile import Profile
+from ..numerics.arrays import Array
 from .inertia import inertia_force
-
-Array = NDArray[np.float64]
 
 CONTACTS = ("gear", "crank", "cage t+", "cage t-")
 """The contacts C1 to C4, in the order of the last axis of `Population.contact_force`."""

@@ -19,11 +19,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..drawing.drive import Drive
-
-Array = NDArray[np.float64]
+from ..numerics.arrays import Array
 
 
 def element_mass(drive: Drive, radius: Array) -> Array:

@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..elasticity.conformal import Lamina
+from ..numerics.arrays import Array
 
 if TYPE_CHECKING:
     from .assembly import Contacts
-
-Array = NDArray[np.float64]
 
 
 class Law(Protocol):

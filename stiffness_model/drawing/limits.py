@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import InputError, expect
+from ..numerics.arrays import Array
 from ..units import ARCMIN
 from .drive import Drive
-
-Array = NDArray[np.float64]
 
 FAR = 4.0
 """Times the drawing's max_twist. A contact's approach grows with the twist, its load with the power 3/2 and its

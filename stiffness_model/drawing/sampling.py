@@ -10,12 +10,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import expect
+from ..numerics.arrays import Array
 from .drive import Drive
-
-Array = NDArray[np.float64]
 
 BLOCK = 16
 """Drives in one seeded block."""

@@ -28,12 +28,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
+from ..numerics.arrays import Array
 from .hertz import LINE_EXPONENT, line_stiffness
-
-Array = NDArray[np.float64]
 
 LEAST_CLEARANCE = 1e-9
 """Of the ball's radius: closer bores, and balls larger than theirs, count as this close."""

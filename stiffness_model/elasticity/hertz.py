@@ -14,13 +14,12 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipe, ellipkm1
 
+from ..numerics.arrays import Array
 from ..numerics.roots import bracketed_root
-
-Array = NDArray[np.float64]
 
 POINT_EXPONENT = 3 / 2
 LINE_EXPONENT = 10 / 9

@@ -26,12 +26,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..contact.assembly import Contacts
 from ..errors import expect
+from ..numerics.arrays import Array
 from .coupled_elements import solve_beyond
 from .newton import BLOCK as NEWTON_BLOCK
 from .newton import iterate
 from .result import NAMES, Equilibrium, Status, root
-
-Array = NDArray[np.float64]
 
 PASSES = 3
 MOST_PASSES = 12

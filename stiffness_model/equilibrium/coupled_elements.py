@@ -27,12 +27,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..contact.assembly import Contacts
 from ..errors import expect
+from ..numerics.arrays import Array
 from .elements import ClosedForm, Motion
 from .external_load import Pull, Special
 from .frame import Centres, Frame, Seat
 from .result import NAMES, Equilibrium, Status
-
-Array = NDArray[np.float64]
 
 MOST_PASSES = 60
 BLOCK = 16384

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from ..contact.assembly import Contacts
 from ..contact.laws import bore
+from ..numerics.arrays import Array
 from .frame import Centres, Seat, Sums
 from .result import Status, root
-
-Array = NDArray[np.float64]
 
 TURN = 2e-10
 """Greatest turn of the crank's normal, rad, in the last pass; the next is a hundred times smaller."""

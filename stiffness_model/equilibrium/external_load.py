@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contact.assembly import Contacts
+from ..numerics.arrays import Array
 from .elements import Motion
 from .frame import Centres, Seat, Sums
 from .newton import BLOCK, crank_tangent, iterate
 from .result import Status
-
-Array = NDArray[np.float64]
 
 FOOT_SETTLED = 1e-9
 """rad: greatest last move of the nearest point along an exact profile."""

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contact.assembly import Contacts
-
-Array = NDArray[np.float64]
+from ..numerics.arrays import Array
 
 
 @dataclass(frozen=True)

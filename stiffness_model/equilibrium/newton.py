@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from ..contact.assembly import Contacts
 from ..contact.laws import Law, laws
-
-Array = NDArray[np.float64]
+from ..numerics.arrays import Array
 
 MOST_STEPS = 200
 TOLERANCE = 1e-11

@@ -19,12 +19,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize, root
 
 from ..contact.assembly import Contacts
+from ..numerics.arrays import Array
 
-Array = NDArray[np.float64]
 Vector = tuple[float, float]
 
 TOLERANCE = 1e-9

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..numerics.arrays import Array
 from .evaluate import Outcome
 from .results import Results
-
-Array = NDArray[np.float64]
 
 BINS = 20
 LEAST = 16

@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 from ..drawing.drive import Drive
 from ..errors import InputError
 from ..montecarlo.curve import BAND
+from ..numerics.arrays import Array
 from .cost import cost_class
 from .design import design_drive
 from .metrics import METRICS
 from .parameters import Value
 from .response import Response, respond
 from .study import Limit, Study
-
-Array = NDArray[np.float64]
 
 
 class Outcome(IntEnum):

@@ -11,14 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..drawing.drive import PARTS
 from ..errors import InputError, expect, refuse_unknown, unknown_name
 from ..units import format_quantity, parse_quantity
 
-Array = NDArray[np.float64]
 Value = float | int | str
 
 SIZES = (

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..numerics.arrays import Array
 from .evaluate import Evaluations, Outcome, excess
 from .metrics import METRICS
 from .study import BEST, SENSES, Limit, Study
-
-Array = NDArray[np.float64]
 
 NOT_SIMULATED = 10.0
 """Violation on top of the rest for a design without metrics: every simulated one ranks before it."""

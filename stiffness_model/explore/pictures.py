@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..numerics.arrays import Array
 from ..plotting.style import BLUE, INK, RED, SHADE, caption, dress, legend_above, new_axes
 from .effects import effect_of, sampled
 from .metrics import METRICS
@@ -19,7 +19,6 @@ from .study import torque_text
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 COLOURS = "viridis"
 WIDE = 30.0

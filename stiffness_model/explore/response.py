@@ -5,18 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..contact.assembly import build_contacts
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations
 from ..equilibrium.closed_form import closed_form
 from ..montecarlo.curve import BAND, TwistTorqueCurve
+from ..numerics.arrays import Array
 from ..ratings.pressure import wall_forces
 from ..ratings.turn_pressure import turn_pressures
 from .sweep import Elements, Row, at, draw_elements, sweep
-
-Array = NDArray[np.float64]
 
 MOST_CRANK_TWIST = 0.5
 """Crank twist, rad, up to which the study's torque is looked for. The paper's drives reach 0.07 to 0.34."""

@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..io.atomic_files import whole_file
+from ..numerics.arrays import Array
 from .evaluate import Evaluations, Outcome
 from .metrics import METRICS
 from .pareto import choose, front, violations
 from .study import Study, describe
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..io.atomic_files import whole_file
+from ..numerics.arrays import Array
 from .evaluate import Evaluations, evaluate, join
 from .metrics import METRICS
 from .search import search
 from .study import Study, describe
-
-Array = NDArray[np.float64]
 
 CHUNK = 16
 """Designs in one task and one file: some tenths of a second."""

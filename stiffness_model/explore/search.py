@@ -11,14 +11,12 @@ from collections.abc import Callable, Generator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..numerics.arrays import Array
 from .evaluate import Evaluations
 from .pareto import losses, violations
 from .study import Study
-
-Array = NDArray[np.float64]
 
 WORST = 1e30
 """Stands for the objectives of a design that was not simulated; its violation ranks it last anyway."""

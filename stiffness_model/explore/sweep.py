@@ -24,8 +24,8 @@ from ..drawing import sampling
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations
 from ..equilibrium.closed_form import Equilibrium, Status, closed_form, solve
+from ..numerics.arrays import Array
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 _STAGES = (0.13, 0.4)

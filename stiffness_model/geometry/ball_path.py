@@ -13,11 +13,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..numerics.arrays import Array
 from ..numerics.roots import bracketed_root
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -17,12 +17,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..elasticity.hertz import point_stiffness
+from ..numerics.arrays import Array
 from .ball_path import Path, profile_curvature
-
-Array = NDArray[np.float64]
 
 
 class Foot(NamedTuple):

@@ -24,10 +24,9 @@ from ..errors import expect
 from ..io.drawing_toml import AnyDrive, as_drive, drive_to_dict
 from ..montecarlo.curve import BAND
 from ..montecarlo.population import Population, simulate
+from ..numerics.arrays import Array
 from ..numerics.bspline import Axis, evaluate, fit
 from .table import QUANTITIES, Lookup, describe
-
-Array = NDArray[np.float64]
 
 __all__ = ["ERROR_BOUND", "N_DRIVES", "N_SPREAD", "QUANTITIES", "Lookup", "build_lookup", "describe", "mean_torque"]
 

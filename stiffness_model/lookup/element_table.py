@@ -17,7 +17,7 @@ from dataclasses import astuple, dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtri
 from scipy.stats import qmc
 
@@ -28,10 +28,9 @@ from ..equilibrium.closed_form import solve
 from ..errors import expect, expect_number
 from ..geometry.ball_path import wrap
 from ..io.atomic_files import whole_file
+from ..numerics.arrays import Array
 from ..numerics.bspline import Axis, fit, locate, slope_weights, weights
 from .stored import axis_from, expect_table, load_tables, take
-
-Array = NDArray[np.float64]
 
 N_SAMPLES = 256
 """Elements behind each mean: evenly spread over the tolerances of the four parts, right to 4e-4 of the value."""

@@ -18,15 +18,13 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..drawing.drive import Drive
 from ..elasticity import hertz
 from ..errors import expect, expect_number, refuse_unknown
 from ..montecarlo.population import simulate
+from ..numerics.arrays import Array
 from .stored import take
-
-Array = NDArray[np.float64]
 
 BOUNDS = (-0.6, 1.5)
 """Least and greatest relative error of the modulus that `scale` is held against."""

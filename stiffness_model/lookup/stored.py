@@ -20,9 +20,8 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from ..errors import InputError, expect, expect_number
+from ..numerics.arrays import Array
 from ..numerics.bspline import Axis
-
-Array = NDArray[np.float64]
 
 MOST_BYTES = 1 << 26
 """Of one table: 64 MiB. The greatest of the presets takes 0.2."""

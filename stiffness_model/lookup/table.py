@@ -17,13 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import expect, expect_number
 from ..io.atomic_files import whole_file
+from ..numerics.arrays import Array
 from ..numerics.bspline import Axis, evaluate
 from ..units import ARCMIN, MICROMETRE
 from .element_table import ElementTable
 from .modulus import ModulusShares
 from .stored import MOST, axis_from, expect_table, load_tables, take
-
-Array = NDArray[np.float64]
 
 QUANTITIES = ("torque_mean", "torque_p10", "torque_p90", "max_contact_force", "load_share")
 """First axis of `Lookup.coefficients`."""

@@ -9,16 +9,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 
 from ..contact.assembly import CONTACTS
 from ..errors import InputError, expect
 from ..io.atomic_files import whole_file
+from ..numerics.arrays import Array
 from ..numerics.roots import bracketed_root
 from ..units import ARCMIN
-
-Array = NDArray[np.float64]
 
 LOST_MOTION_SHARE = 0.03
 """Lost motion is the twist between plus and minus this share of the named torque (makers' catalogues)."""

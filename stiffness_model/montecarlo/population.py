@@ -20,9 +20,8 @@ from ..equilibrium.closed_form import AT_ONCE, Equilibrium, Status, solve_parts
 from ..errors import expect, expect_number, warn_not_converged
 from ..io.drawing_toml import AnyDrive, as_drive
 from ..memory import expect_room
+from ..numerics.arrays import Array
 from .curve import BAND, TwistTorqueCurve
-
-Array = NDArray[np.float64]
 
 LOW_TORQUE = 0.08
 """Share of the greatest torque below which load shares are not representative."""

@@ -17,8 +17,7 @@ from ..equilibrium.coupled_elements import CoupledEquilibrium
 from ..equilibrium.result import Equilibrium, Status
 from ..errors import expect, warn_not_converged
 from ..memory import expect_room
-
-Array = NDArray[np.float64]
+from ..numerics.arrays import Array
 
 _PER_PAIR = 500.0
 """Bytes for an element at a twist: its equilibrium, and the arrays of those who read it (`friction`: 4 contacts, 8

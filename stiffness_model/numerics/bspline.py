@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import make_interp_spline
 
-Array = NDArray[np.float64]
+from .arrays import Array
 
 
 @dataclass(frozen=True)

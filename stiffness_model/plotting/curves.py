@@ -17,6 +17,7 @@ from ..catalog.gears import CatalogGear
 from ..errors import expect
 from ..montecarlo.curve import BAND, TwistTorqueCurve
 from ..montecarlo.population import LOW_TORQUE, Population
+from ..numerics.arrays import Array
 from ..units import ARCMIN
 from .profile import gear_profile
 from .style import (
@@ -39,7 +40,6 @@ from .style import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 __all__ = [
     "against_catalog",

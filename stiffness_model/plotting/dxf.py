@@ -6,7 +6,6 @@ import os
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..drawing.drive import HOLES, Drive
 from ..drawing.fits import field_text
@@ -15,8 +14,6 @@ from ..io.atomic_files import whole_file
 from ..units import MICROMETRE
 from .layout import Layout, place, towards
 from .outline import CHORD_ERROR, Outline, equidistant, gear_offset, gear_outline, rotated
-
-Array = NDArray[np.float64]
 
 MILLIMETRES = 4
 """$INSUNITS of a drawing in mm."""

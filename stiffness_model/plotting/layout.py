@@ -23,8 +23,7 @@ from ..drawing.drive import Drive
 from ..drawing.limits import expect_turned
 from ..errors import expect, expect_number
 from ..geometry.ball_path import wrap
-
-Array = NDArray[np.float64]
+from ..numerics.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,8 @@ from ..drawing.limits import expect_twists
 from ..drawing.sampling import Deviations
 from ..equilibrium.closed_form import Status, solve
 from ..errors import warn_not_converged
+from ..numerics.arrays import Array
 from .layout import Layout, place, towards
-
-Array = NDArray[np.float64]
 
 CARRIES, LEAST_FORCE = 1e-6, 1e-6
 """A contact carries above this share of the greatest force, and above this force, N."""

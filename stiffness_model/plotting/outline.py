@@ -11,13 +11,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..drawing.drive import Drive
 from ..errors import expect_number
 from ..geometry.ball_path import Path, usable_limit
-
-Array = NDArray[np.float64]
+from ..numerics.arrays import Array
 
 CHORD_ERROR = 1e-7
 """Greatest distance between curve and polygon, m, unless asked for otherwise."""

@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..drawing.drive import Drive
+from ..numerics.arrays import Array
 from .style import BLUE, FAINT, INK, METAL, RED, dress, legend_above, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
 
 
 def gear_profile(drive: Drive, ax: Axes | None = None, lobes: int = 2) -> Axes:

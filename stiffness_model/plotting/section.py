@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..contact.assembly import CONTACTS
 from ..drawing.drive import Drive
+from ..numerics.arrays import Array
 from ..units import ARCMIN
 from .layout import towards
 from .loads import Loads
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 
 GEAR_FILL, CRANK_FILL, CAGE_FILL = METAL, "#f3e3da", "#cfe8df"
 RIM = 2.2

@@ -12,16 +12,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..drawing.drive import Drive
 from ..geometry.ball_path import Path
+from ..numerics.arrays import Array
 from ..numerics.roots import bracketed_root
 from .layout import towards
 from .loads import Loads
 from .outline import rotated
-
-Array = NDArray[np.float64]
 
 CAGE_CLEARANCE = 0.1
 """Of the room between crank and gear, left free by the cage on either side. A drawing says nothing of its rings."""

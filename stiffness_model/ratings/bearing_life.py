@@ -32,9 +32,8 @@ from ..drawing.drive import Drive
 from ..errors import expect
 from ..io.drawing_toml import AnyDrive, as_drive
 from ..montecarlo.solved_blocks import Solved, solved_blocks, sum_over
+from ..numerics.arrays import Array
 from .efficiency import least_sliding
-
-Array = NDArray[np.float64]
 
 EXPONENT = {"ball": 3.0, "roller": 10 / 3}
 WEIBULL = {"ball": 10 / 9, "roller": 9 / 8}

@@ -21,14 +21,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..drawing.drive import Drive
 from ..errors import expect
 from ..io.drawing_toml import AnyDrive, as_drive
 from ..montecarlo.solved_blocks import Solved, solved_blocks, sum_over
-
-Array = NDArray[np.float64]
+from ..numerics.arrays import Array
 
 _GOLDEN = (5**0.5 - 1) / 2
 _STEPS = 60

@@ -19,8 +19,7 @@ from ..equilibrium.result import Equilibrium, Status
 from ..errors import expect, warn_not_converged
 from ..io.drawing_toml import AnyDrive, as_drive
 from ..memory import expect_room
-
-Array = NDArray[np.float64]
+from ..numerics.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -18,15 +18,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..contact.assembly import PARTNERS
 from ..drawing.drive import Drive
 from ..io.drawing_toml import AnyDrive, as_drive
 from ..montecarlo.curve import BAND
+from ..numerics.arrays import Array
 from .turn_pressure import turn_pressures
-
-Array = NDArray[np.float64]
 
 LOAD_POWER = {"ball": 3, "roller": 2}
 """Loads go with this power of the pressure."""

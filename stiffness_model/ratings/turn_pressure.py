@@ -36,9 +36,9 @@ from ..equilibrium.closed_form import closed_form, solve
 from ..equilibrium.coupled_elements import CoupledEquilibrium, solve_beyond
 from ..equilibrium.result import Equilibrium, Status
 from ..errors import expect, warn_not_converged
+from ..numerics.arrays import Array
 from .pressure import Pressures, element_pressures, expect_room_for, greatest, wall_forces
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 PLACES = 33

@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..drawing.drive import Drive
 from ..errors import expect
 from ..io.drawing_toml import AnyDrive, as_drive
 from ..lookup.build import mean_torque
+from ..numerics.arrays import Array
 from .individual import draw_individual, scattered
 from .maps import turning_map
-
-Array = NDArray[np.float64]
 
 TWISTS = 61
 ANGLES = 180

@@ -28,8 +28,8 @@ from ..errors import expect, expect_number
 from ..geometry.ball_path import wrap
 from ..io.drawing_toml import AnyDrive, as_drive
 from ..lookup.element_table import EDGE
+from ..numerics.arrays import Array
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 _SPAWN_KEY = (0, 0)

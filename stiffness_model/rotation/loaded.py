@@ -10,15 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..drawing.limits import most_twist
 from ..errors import InputError, expect, expect_number
 from ..montecarlo.curve import PLAY_SHARE
+from ..numerics.arrays import Array
 from .individual import Individual, scattered
 from .maps import Stand, finite, stands, turning_map
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-8
 """Greatest remaining difference to the wanted torque, as a share of the torque at the drawing's max_twist."""

@@ -10,16 +10,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..contact.assembly import Contacts
 from ..drawing.limits import FARTHEST, expect_twists
 from ..equilibrium.closed_form import Equilibrium, Status, solve
 from ..errors import expect, expect_number, warn_not_converged
+from ..numerics.arrays import Array
 from .individual import Individual, Places, places
 from .placed import Parts
-
-Array = NDArray[np.float64]
 
 AT_ONCE = 6000
 """Contacts placed and solved at once: their arrays fit a core's cache."""

@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..drawing.drive import Drive
 from ..errors import expect
-
-Array = NDArray[np.float64]
+from ..numerics.arrays import Array
 
 
 @dataclass(frozen=True)

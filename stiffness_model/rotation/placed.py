@@ -10,15 +10,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..contact.assembly import Contacts, build_contacts
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations
+from ..numerics.arrays import Array
 from ..numerics.bspline import Axis, fit, locate, weights
 from .individual import Individual, Places, Window
-
-Array = NDArray[np.float64]
 
 CELLS = 96
 """Cells of the table along half the profile. The stiffness is right to 2e-5, the torque to 3e-6: the deviation of the

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 import stiffness_model as sm
 from reefmu.record import Record, read_record
 from stiffness_model.lookup.build import Lookup, build_lookup
+from stiffness_model.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 MICROMETRE = 1e-6
 MATERIAL = 0.003
 """Least rms of an effect's torque, over full torque, in the methods that have a threshold."""

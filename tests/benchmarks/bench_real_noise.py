@@ -22,7 +22,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
@@ -30,11 +29,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from reefmu.diagnosis import diagnose_record
 from reefmu.record import read_record
 from stiffness_model import DoesNotFitWarning
+from stiffness_model.numerics.arrays import Array
 from tests.validation.blind.records import Case, make
 from tests.validation.blind.scoring import judge, wilson
 from tests.validation.blind.sensors import Sensors
 
-Array = NDArray[np.float64]
 DATA = Path(__file__).resolve().parents[3] / "shared/data/cycloidal"
 COLUMNS = {"TIME": "time [s]", "POSITION": "twist [rev]", "TORQUE": "output_torque [N.m]", "test_nr": "run"}
 NOISE = 0.004

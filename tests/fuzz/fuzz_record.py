@@ -18,12 +18,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from reefmu.cli import main
+from stiffness_model.numerics.arrays import Array
 from tests.fuzz import show
 
-Array = NDArray[np.float64]
 Table = dict[str, Array]
 
 LEGAL = (0, 1, 2)

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from .least_squares import Fit, fit
 from .problem import Study, make_weights
 
-Array = NDArray[np.float64]
-
 UNCONFIRMED = 1.2
 """What is left of runs that were not fitted, over that before, rms, from which they speak against the names."""
 SHOWN = 0.3

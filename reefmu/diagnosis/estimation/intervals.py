@@ -9,7 +9,8 @@ J. Human Resources 50, 2015), and the wider of the two counts.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stiffness_model.numerics.arrays import Array
 
 from ..forward.effect_functions import kernel
 from ..result import NamedEffect, Value
@@ -17,8 +18,6 @@ from .least_squares import Fit
 from .overdispersion import stretches
 from .problem import Study
 from .search import without
-
-Array = NDArray[np.float64]
 
 FORM = 0.005
 """Standard deviation, as a share of a size, that stems from the form of its law."""

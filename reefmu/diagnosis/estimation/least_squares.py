@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffness_model.numerics.arrays import Array
+
 from ...effects import Parameter
 from ..forward.predictor import Prediction, Predictor, effects_of
 from .weighting import Weighting
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import dct
 
+from stiffness_model.numerics.arrays import Array
+
 from .least_squares import Fit
 from .problem import Study
-
-Array = NDArray[np.float64]
 
 LONGEST = 60
 """Blocks of a stretch at most."""

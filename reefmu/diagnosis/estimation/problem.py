@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stiffness_model.numerics.arrays import Array
 
 from ...effects import EFFECTS, Effect, Need
 from ..forward.base_curve import Base
@@ -18,8 +19,6 @@ from ..preprocessing.trace import Blocks, Trace, blocks_of
 from ..random_effects.scatter import Scatter
 from .least_squares import Box, Fit, box_of, fit, is_logarithmic, never
 from .weighting import Weighting, bare, is_bare, weighting
-
-Array = NDArray[np.float64]
 
 PHASES = 12
 """Phases at which a missing ball is looked for."""

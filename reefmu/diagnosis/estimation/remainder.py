@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffness_model.numerics.arrays import Array
+
 from ..preprocessing.noise import matching
 from .least_squares import Fit
 from .problem import Study
-
-Array = NDArray[np.float64]
 
 CERTAIN = 3.0
 """Standard errors by which cycles must share something."""

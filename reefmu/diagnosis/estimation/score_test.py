@@ -10,14 +10,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stiffness_model.numerics.arrays import Array
 
 from ..forward.effect_functions import kernel
 from .least_squares import Fit
 from .problem import Study, amplitudes, shape_starts
 from .weighting import Weighting
-
-Array = NDArray[np.float64]
 
 STEP = 0.02
 """Size at which slopes by phases are taken, in nominal sizes."""

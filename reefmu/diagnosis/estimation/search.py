@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stiffness_model.numerics.arrays import Array
 
 from ...effects import find_effect
 from ..forward.effect_functions import kernel
@@ -16,8 +17,6 @@ from .problem import Study, amplitudes
 from .score_test import Direction, directions, screen
 from .weighting import SIZES
 from .worker_pool import Crew
-
-Array = NDArray[np.float64]
 
 BEAM = 4
 """Sets of each size that the next effect is added to."""

@@ -15,13 +15,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError, expect
 from stiffness_model.lookup.build import Lookup
 from stiffness_model.lookup.element_table import ElementTable
 from stiffness_model.lookup.modulus import ModulusShares
+from stiffness_model.numerics.arrays import Array
 
 from ...effects import EFFECTS
 from ...model.contact import completed
@@ -31,8 +31,6 @@ from ..preprocessing.audit import ENCODER, changes
 from ..preprocessing.trace import Trace
 from .elastic import Elastic, LookupElastic, PowerElastic
 from .vectorised import Number
-
-Array = NDArray[np.float64]
 
 NO_LEVER = 0.01
 """m/rad, where no drawing gives eccentricity and ratio."""

@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffness_model.lookup.build import Lookup
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.bspline import Axis, locate, slope_weights, weights
 
 from .vectorised import Number
-
-Array = NDArray[np.float64]
 
 
 class Elastic(Protocol):

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffness_model.lookup.element_table import EDGE, ElementTable
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.bspline import locate, slope_weights, weights
 
 from .elastic import SplineTable
 from .vectorised import Number
-
-Array = NDArray[np.float64]
 
 
 def element_torque(

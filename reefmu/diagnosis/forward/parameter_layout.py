@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stiffness_model.numerics.arrays import Array
 
 from ...effects import Parameter, find_effect
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffness_model.numerics.arrays import Array
+
 from ...effects import Along, Effect, Place, State
 from ..preprocessing.trace import Blocks, Trace
 from .base_curve import Base
@@ -21,8 +23,6 @@ from .element import element_torque
 from .parameter_layout import ParameterLayout
 from .trajectory import exponentials, propagated, recurrence, steps
 from .vectorised import Number
-
-Array = NDArray[np.float64]
 
 NEWTON_STEPS = 12
 RELAXATIONS = 8

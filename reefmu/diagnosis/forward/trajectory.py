@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from .effect_functions import Tangent
+from stiffness_model.numerics.arrays import Array
 
-Array = NDArray[np.float64]
+from .effect_functions import Tangent
 
 
 def steps(path: Array, begin: NDArray[np.bool_]) -> Array:

@@ -6,15 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stiffness_model.numerics.arrays import Array
 
 from ...effects import separating_test
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Study
 from ..estimation.score_test import Direction, projector
 from ..forward.effect_functions import kernel
-
-Array = NDArray[np.float64]
 
 NO_TRACE = 0.03
 """Share of a candidate's trace that the base parameters must leave, or it is called invisible."""

@@ -8,12 +8,11 @@ the mean drive (a simulated one, or one far better than its tolerances), and the
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stiffness_model.numerics.arrays import Array
 
 from ..estimation.overdispersion import CHI_SQUARE_MEDIAN
 from ..estimation.problem import Study
-
-Array = NDArray[np.float64]
 
 LEAST_TURN, LEAST_BLOCKS = np.pi, 40
 """Way of the crank, rad, and blocks of a run that shows ripple."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...effects import EFFECTS, Likeness, Place
 from ..estimation.least_squares import Fit
@@ -21,8 +20,6 @@ from ..estimation.search import Search, degenerate, part_of
 from ..estimation.weighting import SIZES, SMALL_SCATTER
 from .nonparametric import CURVE, Family, Rival, curve_over_torque, rivals
 from .population import over_scatter
-
-Array = NDArray[np.float64]
 
 SIGNIFICANT = 30.0
 """Gain that noise does not give a rival; simulated and blind clean records stay under 7."""

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
+from stiffness_model.numerics.arrays import Array
+
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Study
 from ..estimation.score_test import projector
-
-Array = NDArray[np.float64]
 
 Columns = Callable[[Array], Array]
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stiffness_model.numerics.arrays import Array
 
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Study
 from ..estimation.weighting import INDIVIDUAL, SIZES
-
-Array = NDArray[np.float64]
 
 FARTHEST = 3.0
 """Standard deviations from the mean drive to which single drives reach."""

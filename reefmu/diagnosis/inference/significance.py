@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stiffness_model.numerics.arrays import Array
 
 from ...effects import EFFECTS, find_effect
 from ..estimation.held_out import shrinks
@@ -24,8 +25,6 @@ from .model_comparison import FORM_ERROR
 from .population import over_scatter
 from .single_drive import LIKE_SCATTER, may_scatter, of_these_tolerances
 from .thresholds import NOISE_GAIN, Thresholds
-
-Array = NDArray[np.float64]
 
 FIRST_SHARE, FURTHER_SHARE = 0.5, 0.35
 """Share of the excess left without it that an effect must remove: a set's as a whole, and each effect's."""

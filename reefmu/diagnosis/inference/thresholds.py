@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stiffness_model.numerics.arrays import Array
 
 from ...effects import Place
 from ..estimation.least_squares import Fit
@@ -14,8 +15,6 @@ from ..estimation.problem import Study
 from ..estimation.score_test import Direction, gains, projector
 from ..estimation.weighting import SMALL_SCATTER
 from ..forward.effect_functions import kernel
-
-Array = NDArray[np.float64]
 
 NOISE_GAIN, NOISE_GAIN_PER_PARAMETER = 16.0, 4.0
 """Gain that noise alone does not reach."""

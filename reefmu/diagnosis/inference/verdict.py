@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...effects import find_effect
 from ..estimation.least_squares import Fit
@@ -21,8 +20,6 @@ from .population import unlike_population
 from .significance import Justified, choose, left
 from .single_drive import LIKE_SCATTER, TOO_WIDE
 from .thresholds import Thresholds
-
-Array = NDArray[np.float64]
 
 ALIKE_SHARE, ALIKE_COST = 0.004, 9.0
 """Other sets as good as this are alternatives: by the share of the gain, and by what chance makes."""

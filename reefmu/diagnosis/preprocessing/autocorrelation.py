@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from stiffness_model.numerics.arrays import Array
 
 LAG_ONES = (0.0, 0.2, 0.35, 0.5, 0.6, 0.7, 0.77, 0.83, 0.88, 0.91, 0.935, 0.955, 0.97, 0.98)
 """Lag-one correlations of the parts."""

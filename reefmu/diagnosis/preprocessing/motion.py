@@ -11,13 +11,12 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 from scipy.signal import savgol_filter
 
-from ...speed import central_speed, usual_step
+from stiffness_model.numerics.arrays import Array
 
-Array = NDArray[np.float64]
+from ...speed import central_speed, usual_step
 
 TURN = 8.0
 """Way back, in standard deviations of the noise, that makes a turning point: some hundred samples of noise span 6."""

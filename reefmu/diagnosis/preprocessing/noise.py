@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from stiffness_model.numerics.arrays import Array
+
 from .autocorrelation import autocorrelation
 from .trace import Trace
-
-Array = NDArray[np.float64]
 
 LEAST_CYCLE = 24
 """Samples below which a cycle says nothing."""

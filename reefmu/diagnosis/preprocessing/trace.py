@@ -13,10 +13,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffness_model.numerics.arrays import Array
+
 from ...record import Record
 from .motion import angle_noise, path_of, speed_of
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

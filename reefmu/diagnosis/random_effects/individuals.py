@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffness_model.numerics.arrays import Array
+
 from .responses import cells
 from .scatter import FAST, Scatter, places
-
-Array = NDArray[np.float64]
 
 INDIVIDUALS = 48
 

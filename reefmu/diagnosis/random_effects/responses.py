@@ -20,8 +20,7 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.io.drawing_toml import drive_to_dict
-
-Array = NDArray[np.float64]
+from stiffness_model.numerics.arrays import Array
 
 TWISTS, POSITIONS = 49, 49
 REACH = 1.4

@@ -17,11 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffness_model.drawing.drive import Drive
+from stiffness_model.numerics.arrays import Array
 
 from ..preprocessing.trace import Blocks, Trace
 from .responses import Responses, cells
-
-Array = NDArray[np.float64]
 
 NEIGHBOURS = 0.3
 """Clearances this close, in standard deviations of single elements, are taken as one."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stiffness_model.numerics.arrays import Array
 
 from ...model.drive_model import DriveModel, build_curve_model, build_model
 from ...record import Record, make_record
@@ -14,8 +15,6 @@ from ..estimation.least_squares import Fit
 from ..estimation.problem import Study
 from ..forward.base_curve import lookup_of
 from ..preprocessing.trace import Trace
-
-Array = NDArray[np.float64]
 
 
 def corrected_model(study: Study, chosen: Fit) -> DriveModel:

@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stiffness_model.numerics.arrays import Array
 
 from ..estimation.held_out import held_out
 from ..estimation.least_squares import Fit
@@ -16,8 +17,6 @@ from ..estimation.problem import Study
 from ..estimation.remainder import scattered
 from ..result import Gap
 from .corrected_model import corrected_model, simulated_torque
-
-Array = NDArray[np.float64]
 
 
 def gap_of(study: Study, base: Fit, chosen: Fit, held: Sequence[Fit]) -> Gap:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import ARCMIN
 
 from ..estimation.problem import Study
 from ..result import Place
-
-Array = NDArray[np.float64]
 
 BINS, FINE_BINS = 10, 40
 """Groups along a coordinate; along the twist, where teeth and play show."""

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import ARCMIN
 
 from ..estimation.least_squares import Fit
@@ -20,8 +21,6 @@ from ..estimation.remainder import scattered
 from ..result import Gap
 from .gap import held_out
 from .location import coordinates
-
-Array = NDArray[np.float64]
 
 MEASURED, BEFORE, AFTER, NOISE, SCATTER = "#333333", "#c2452d", "#1f6fb2", "#bbbbbb", "#55a868"
 MOST_POINTS = 1500

@@ -7,16 +7,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from reefmu.model.masses import TYPICAL, Masses
+from stiffness_model.numerics.arrays import Array
 
 if TYPE_CHECKING:
     from reefmu.model.drive_model import Signal
 
     from .component import Component
 
-Array = NDArray[np.float64]
 TOLERANCE = 1e-6
 """Relative, for who integrates: to this a joint's own steps keep its energy."""
 GROWTH = 1.0

@@ -23,12 +23,12 @@ from stiffness_model.errors import InputError, expect
 from stiffness_model.lookup.build import QUANTITIES, Lookup
 from stiffness_model.lookup.element_table import EDGE
 from stiffness_model.lookup.stored import axis_from, parse_json, take
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.bspline import Axis
 
 if TYPE_CHECKING:
     from reefmu.model.drive_model import DriveModel
 
-Array = NDArray[np.float64]
 TABLES = "tables.h"
 """The file's name among the sources."""
 _TORQUE_BITS, _OTHER_BITS = 46, 45

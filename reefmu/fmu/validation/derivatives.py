@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stiffness_model.numerics.arrays import Array
 
 from ..importer.instance import FmuDrive
 from ..model.sizes import full_twist
@@ -15,7 +16,6 @@ from .reference_run import Trial
 if TYPE_CHECKING:
     from ..model.component import Component
 
-Array = NDArray[np.float64]
 TOLERANCE = 1e-6
 """Greatest deviation of a variable's derivatives, as a part of its greatest. Differences that cross a knot of the
 lookup's splines err by this much; elsewhere the two agree to 1e-8."""

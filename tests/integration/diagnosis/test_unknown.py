@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.held_out import held_fits, held_out, spoken_against
@@ -22,9 +21,8 @@ from reefmu.diagnosis.preprocessing.trace import trace_of
 from reefmu.diagnosis.random_effects.individuals import individuals_along
 from reefmu.model.tables import cached_lookup
 from reefmu.record import Record
+from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
-
-Array = NDArray[np.float64]
 
 
 def study_of(record: Record) -> Study:

@@ -8,13 +8,12 @@ from pathlib import Path
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from reefmu.fmu.model.component import Component
 from reefmu.fmu.model.variables import declare_exchange
 from reefmu.fmu.validation.reference_run import Trial
+from stiffness_model.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 SOURCE = Path(__file__).parent / "host" / "replay.c"
 HEADERS = Path(__import__("reefmu").__file__).parent / "fmu" / "native"
 

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
-from numpy.typing import NDArray
 
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
@@ -26,9 +25,9 @@ from reefmu.fmu.validation.derivatives import differences
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import Masses
+from stiffness_model.numerics.arrays import Array
 from tests.integration.fmu.exchange import Exchange
 
-Array = NDArray[np.float64]
 SIZES = {
     "crank.phi": 1e-2,
     "crank.w": 1.0,

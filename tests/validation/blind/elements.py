@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 from scipy.stats import qmc
 
@@ -13,8 +12,7 @@ from stiffness_model import Drive
 from stiffness_model.contact.assembly import build_contacts
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
-
-Array = NDArray[np.float64]
+from stiffness_model.numerics.arrays import Array
 
 CHUNK = 6000
 """Elements times twists solved at once: their arrays fit a core's cache."""

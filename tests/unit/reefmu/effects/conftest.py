@@ -7,14 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS
 from reefmu.model.drive_model import DriveModel, build_model
 from stiffness_model.lookup.build import Lookup
+from stiffness_model.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 Build = Callable[..., DriveModel]
 
 

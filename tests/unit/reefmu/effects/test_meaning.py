@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 import stiffness_model as sm
 from reefmu.simulate import Response, simulate_signal
 from stiffness_model.lookup.build import Lookup
+from stiffness_model.numerics.arrays import Array
 
 from .conftest import Build, Ride
 
-Array = NDArray[np.float64]
 NM = 1e-8
 """Agreement asked for, N.m; full torque is some 280 N.m."""
 

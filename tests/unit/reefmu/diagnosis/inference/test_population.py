@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.least_squares import Fit
@@ -22,9 +21,8 @@ from reefmu.diagnosis.pipeline import prepare
 from reefmu.diagnosis.preprocessing.trace import trace_of
 from reefmu.diagnosis.result import Diagnosis
 from reefmu.model.tables import cached_lookup
+from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
-
-Array = NDArray[np.float64]
 
 
 @functools.cache
