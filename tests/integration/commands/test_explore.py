@@ -37,8 +37,8 @@ from stiffness_model.explore import run
 kept, go, write = [], pathlib.Path(sys.argv[1]), run._write
 
 def held(file, part):
+    kept.append(file)  # before the file is there: an interruption from then on meets no second wait
     write(file, part)
-    kept.append(file)
     while len(kept) == int(sys.argv[2]) and not go.exists():
         time.sleep(0.01)
 
