@@ -69,7 +69,8 @@ def solve_loads(
     part of the profile that exists count whole. Raises `InputError` for a twist or
     an angle that is not finite or far from what a drive can be (`limits`); warns with `NotConvergedWarning`.
 
-    >>> from stiffness_model import load_drive, sampling
+    >>> from stiffness_model import load_drive
+    >>> from stiffness_model.drawing import sampling
     >>> drive = load_drive("drive_1")
     >>> loads = solve_loads(drive, sampling.nominal(drive), drive.max_twist)
     >>> bool(loads.torque.sum() > 0), bool((np.abs(loads.force.sum(axis=2)) < 1e-6 * loads.size.max()).all())

@@ -177,7 +177,7 @@ def _script_guid(file: FmuFile) -> str:
     if SCRIPT_NAME not in file.members:
         return file.guid
     script = f"resources/{read_members(file, [SCRIPT_NAME])[SCRIPT_NAME].decode('utf-8', 'replace')}.py"
-    expect(script in file.members, f"{script}, which {SCRIPT_NAME} names", "none", str(file.path))
+    expect(script in file.members, f"the script {script}, which {SCRIPT_NAME} names", "none", str(file.path))
     found = re.search(rb'^ *fmu_guid = "(.*)"$', read_members(file, [script])[script], re.MULTILINE)
     return "" if found is None else found[1].decode("utf-8", "replace")
 

@@ -106,7 +106,7 @@ def test_a_package_with_another_equation_is_refused(fmu: Path, tmp_path: Path) -
         shutil.copytree(source, tmp_path / source.name, ignore=shutil.ignore_patterns("__pycache__"))
     same = run(fmu, tmp_path / "same", PYTHONPATH=str(tmp_path))
     assert same.returncode == 0, same.stderr
-    changed = tmp_path / "reefmu" / "assembly.py"
+    changed = tmp_path / "reefmu" / "model" / "assembly.py"
     text = changed.read_text("utf-8")
     changed.write_text(text.replace("vertcat(total - friction,", "vertcat(total + friction,"), "utf-8")
     assert changed.read_text("utf-8") != text
