@@ -14,6 +14,8 @@ import pytest
 
 from tests.patience import HANG
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 RECORDS = Path(__file__).resolve().parents[3] / "shared/data/cycloidal"
 """Measured records of other makers, under a licence of their own."""

@@ -11,6 +11,8 @@ import pytest
 
 from tests.fuzz import fuzz_record, kill_commands
 
+pytestmark = pytest.mark.slow
+
 linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="foreign host: processes of Linux")
 
 

@@ -25,6 +25,8 @@ from tests.diagnosis_rig import Array
 from tests.validation.blind.records import Case, make
 from tests.validation.blind.sensors import Sensors
 
+pytestmark = pytest.mark.slow
+
 COMPILED = pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler on the PATH")
 
 

@@ -17,6 +17,8 @@ from reefmu.diagnosis.result import VERDICTS
 from tests import diagnosis_rig as rig
 from tests.integration.diagnosis import browser
 
+pytestmark = pytest.mark.slow
+
 BROWSER = pytest.mark.skipif(browser.CHROMIUM is None, reason="no Chromium on the PATH")
 HYSTERESIS = NamedEffect(
     "hysteresis",

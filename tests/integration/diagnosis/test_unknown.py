@@ -24,6 +24,8 @@ from reefmu.record import Record
 from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
 
+pytestmark = pytest.mark.slow
+
 
 def study_of(record: Record) -> Study:
     trace = trace_of(record, rig.drive().ratio)

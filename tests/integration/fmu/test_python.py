@@ -108,7 +108,7 @@ def test_a_package_with_another_equation_is_refused(fmu: Path, tmp_path: Path) -
     assert same.returncode == 0, same.stderr
     changed = tmp_path / "reefmu" / "model" / "assembly.py"
     text = changed.read_text("utf-8")
-    changed.write_text(text.replace("vertcat(total - friction,", "vertcat(total + friction,"), "utf-8")
+    changed.write_text(text.replace("total - friction", "total + friction"), "utf-8")
     assert changed.read_text("utf-8") != text
     assert run(fmu, tmp_path / "bare", PYTHONPATH=str(tmp_path)).returncode != 0
     other = run(

@@ -11,6 +11,8 @@ from tests.validation.blind.outcome import outcome
 from tests.validation.blind.records import Case
 from tests.validation.blind.sensors import Sensors
 
+pytestmark = pytest.mark.slow
+
 _CALM, _SLOW = Sensors(0.002, 0.5), Sensors(0.003, 0.9)
 # Most on one drawing, the others on two more: their tables are made once each.
 DOZEN = (
