@@ -36,6 +36,7 @@ def test_the_wheel_leaves_out_no_marker() -> None:
     assert ignored.stdout == ""
 
 
+@pytest.mark.slow
 def test_tests_of_records_outside_the_repository_skip_with_their_reason(tmp_path: Path) -> None:
     """In a copy of the tree that has nothing beside it. In CI, where other skips are holes, this one is none."""
     copy = tmp_path / "copy"

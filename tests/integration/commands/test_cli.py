@@ -75,6 +75,7 @@ def test_curve_prints_a_table_and_writes_its_files(tmp_path: Path) -> None:
         assert words in done.stdout
 
 
+@pytest.mark.slow
 def test_curve_tells_what_a_switch_changes_and_what_the_forces_mean(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -127,6 +128,7 @@ def test_curve_tells_what_a_switch_changes_and_what_the_forces_mean(
         assert words in out
 
 
+@pytest.mark.slow
 def test_curve_names_the_contacts_without_a_limit_and_a_limit_already_passed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -140,6 +142,7 @@ def test_curve_names_the_contacts_without_a_limit_and_a_limit_already_passed(
     assert "is 1 or below already at" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_compare_prints_and_writes_the_published_gears(tmp_path: Path) -> None:
     own = tmp_path / "own.toml"
     own.write_text(
@@ -423,6 +426,7 @@ def test_torque_steps_are_few_and_round(greatest: float) -> None:
     np.testing.assert_allclose(np.diff(steps), steps[0])
 
 
+@pytest.mark.slow
 def test_elements_larger_than_their_bores_are_counted_once_and_the_remedy_told(tmp_path, capsys):
     def told(offset: str) -> str:
         assert (

@@ -13,6 +13,8 @@ from reefmu.commands import demo
 from reefmu.model.drive_model import build_model
 from stiffness_model.lookup.build import Lookup, build_lookup
 
+pytestmark = pytest.mark.slow
+
 FILES = {
     "1-gear.png",
     "2-compare.png",

@@ -27,6 +27,8 @@ from stiffness_model.explore.run import CHUNK_FOLDER, run_study
 from tests.patience import HANG, said
 from tests.small_study import study, tables
 
+pytestmark = pytest.mark.slow
+
 LONGER: dict[str, Any] = {"designs": 256, "drives": 40, "generations": 1}
 """Long enough to be disturbed: 17 chunks."""
 HELD = """

@@ -11,6 +11,7 @@ from reefmu.fmu.importer.instance import FmuDrive
 from stiffness_model import load_drive
 
 
+@pytest.mark.slow
 def test_values_and_fields_are_those_of_the_fmu(tmp_path: Path) -> None:
     path = tmp_path / "d.fmu"
     words = ["--effect", "backlash.clearance=5 um", "--effect", "hysteresis.torque=2 N.m", "--effect", "creep"]

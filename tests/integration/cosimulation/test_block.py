@@ -12,6 +12,8 @@ from reefmu.joint import cosimulate, fmu_block, masses_block
 from stiffness_model.errors import InputError, UnknownNameError
 from tests.integration.cosimulation.joints import MASSES
 
+pytestmark = pytest.mark.slow
+
 
 def test_block_is_a_pure_function(lossy_fmu: Path) -> None:
     """Repeated, branched and restarted calls give what a fresh FMU gives; outputs lag one sample."""

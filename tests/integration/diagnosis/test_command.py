@@ -35,6 +35,7 @@ def write(record: Record, path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_two_states_of_a_drive_give_a_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     tight = write(rig.measured({"hysteresis": {"torque": 4.0}}, seed=6), tmp_path / "tight.csv")
     loose = write(
@@ -79,6 +80,7 @@ def test_wrong_input_is_one_line_and_leaves_nothing(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_curve_file_serves_where_there_is_no_drawing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The ratio then comes from the turning of crank and output."""
     assert main(["curve", "drive_1", "--drives", "200", "--out", str(tmp_path / "curve")]) == 0
@@ -249,6 +251,7 @@ def test_wrong_options_are_one_line(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_locked_output_has_no_friction_of_its_own(tmp_path: Path) -> None:
     """What moves decides what can be missing: friction inside the drive then has no twin at the output. Time stamps
     may jitter and repeat, and rates differ from run to run."""

@@ -24,6 +24,7 @@ def test_nothing_missing() -> None:
     assert not found.effects
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "size"),
     [
@@ -42,6 +43,7 @@ def test_single_effects(name: str, size: dict[str, float]) -> None:
         assert value.value == pytest.approx(truth, rel=0.25, abs=0.3 if parameter.startswith("phase") else 0.0)
 
 
+@pytest.mark.slow
 def test_pair_with_files(tmp_path: Path) -> None:
     record = rig.measured({"backlash": {"clearance": 4e-6}, "hysteresis": {"torque": 4.0}}, seed=4)
     found = diagnose_record(record, drive=rig.drive(), out=tmp_path / "out")
@@ -66,6 +68,7 @@ def test_twins_are_reported_with_what_splits_them() -> None:
     assert any("rotate" in line for line in found.next_experiment)
 
 
+@pytest.mark.slow
 def test_what_no_effect_explains_is_unknown() -> None:
     record = rig.measured({}, noise=0.3)
     twist = record.twist(rig.drive().ratio)

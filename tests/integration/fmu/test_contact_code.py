@@ -36,6 +36,7 @@ def drawn(component: Component, rng: np.random.Generator) -> dict[str, float]:
     return values
 
 
+@pytest.mark.slow
 @needs_compiler
 @pytest.mark.parametrize(
     ("name", "fmu"), [("full_model", "full_native"), ("full_individual", "full_native_individual")]

@@ -187,6 +187,7 @@ def test_stiffness_is_the_slope_along_the_contacts_twist(full_model: DriveModel,
             assert -slopes[2] == pytest.approx(stiffness, rel=TOLERANCE)
 
 
+@pytest.mark.slow
 @has_compiler
 @pytest.mark.parametrize("kind", ["drive", "joint", "individual"])
 def test_at_initialisation_by_inputs_and_parameters(

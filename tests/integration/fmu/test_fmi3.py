@@ -56,6 +56,7 @@ def member(path: Path, name: str) -> bytes:
         return archive.read(name)
 
 
+@pytest.mark.slow
 def test_valid_and_as_the_model(three: Path, joint: Path) -> None:
     for path in (three, joint):
         assert validate_fmu(str(path)) == []
@@ -244,6 +245,7 @@ def test_refusals_speak_of_calls_of_fmi_3(three: Path) -> None:
         assert np.isfinite(drive.step(1e-3)["output.tau"])
 
 
+@pytest.mark.slow
 def test_sources_compile_with_fmpy(joint: Path, tmp_path: Path) -> None:
     if shutil.which("cmake") is None:
         pytest.skip("no cmake")
@@ -278,6 +280,7 @@ def test_only_fmi_3_leaves_the_library(three: Path, tmp_path: Path) -> None:
     assert {"fmi3GetVersion", "fmi3DoStep", "fmi3GetAdjointDerivative", "fmi3ActivateModelPartition"} <= exported
 
 
+@pytest.mark.slow
 def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str], model: DriveModel) -> None:
     target = tmp_path / "d.fmu"
     words = ["export", "drive_3", "-o", str(target), "--drives", "8"]

@@ -52,6 +52,7 @@ def refused(path: Path) -> str:
     return str(error.value)
 
 
+@pytest.mark.slow
 def test_eighty_damaged_fmus(bases: dict[str, dict[str, bytes]], tmp_path: Path) -> None:
     assert findings(bases, 7, 80, tmp_path) == []
 
@@ -173,6 +174,7 @@ def test_a_claimed_shape_takes_no_memory(load, lookup: Lookup, tmp_path: Path) -
         load(tmp_path / "lied.npz")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["modelDescription_xml", "model_toml", "lookup_npz"])
 def test_a_member_of_400_mb_is_refused_unread(name: str, bases: dict[str, dict[str, bytes]], tmp_path: Path) -> None:
     size = 400 << 20

@@ -122,10 +122,12 @@ def test_no_leak_in_loading_and_unloading(sanitized: tuple[Path, Path], unpacked
     call(*sanitized, unpacked[2], "loop", "300", "1000000")
 
 
+@pytest.mark.slow
 def test_no_races_between_threads(unpacked: tuple[Path, Path, str], tmp_path: Path) -> None:
     call(*instrumented(("-g", "-O1", "-fsanitize=thread"), unpacked[1], tmp_path), unpacked[2], "threads", "200")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fmi", "kind"), [("3.0", "drive"), ("3.0", "joint"), ("2.0", "joint"), ("2.0", "individual")])
 def test_any_call_to_the_others(fmi: str, kind: str, model: DriveModel, drive: sm.Drive, tmp_path: Path) -> None:
     """In any order, with any values, under the checks: the wrapper for FMI 3.0, the joint, an individual."""

@@ -75,6 +75,7 @@ def test_energy_is_conserved(plain: DriveModel, step: float) -> None:
         assert turned > 20
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not HAS_COMPILER, reason="no C compiler on the PATH")
 def test_the_native_joint_conserves_energy(plain: DriveModel, tmp_path: Path) -> None:
     """To 1e-6 over 80 cycles."""
@@ -172,6 +173,7 @@ def test_strong_damping_never_drives(sluggish: tuple[DriveModel, Masses]) -> Non
         assert np.abs(x[[1, 3]]).max() <= 110.0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not HAS_COMPILER, reason="no C compiler on the PATH")
 def test_strong_damping_and_friction_come_to_rest(sluggish: tuple[DriveModel, Masses], tmp_path: Path) -> None:
     """The spring unwinds against the dampers: the decay is slow (half a second), steady, and the same at any step."""
@@ -206,6 +208,7 @@ def test_against_an_integrator_of_scipy(plain: DriveModel) -> None:
     np.testing.assert_allclose(came[2], exact[2], atol=1e-5 * TWIST)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "backend",
     ["python", pytest.param("native", marks=pytest.mark.skipif(not HAS_COMPILER, reason="no C compiler on the PATH"))],
@@ -232,6 +235,7 @@ def test_both_back_ends(model: DriveModel, plain: DriveModel, backend: str, tmp_
         assert outputs["twist"] == pytest.approx(outputs["crank.phi"] / ratio - outputs["output.phi"], abs=1e-15)
 
 
+@pytest.mark.slow
 def test_export_warns_of_a_step_too_long_for_the_spring(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["export", "drive_1", "-o", str(tmp_path / "d.fmu"), "--drives", "8", "--load-inertia", "2"]
     assert main(words) == 0

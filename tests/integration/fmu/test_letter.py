@@ -174,6 +174,7 @@ def test_the_description_names_author_copyright_and_licence(exported: dict[str, 
         assert root.find("ModelExchange").get("needsCompletedIntegratorStep") == "true"  # type: ignore[union-attr]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("masses", [None, Masses(1e-4, 1.0)])
 def test_an_fmu_for_fmi_3_speaks_of_fmi_3(model: DriveModel, masses: Masses | None, tmp_path: Path) -> None:
     """In its description, its documentation and what its binary can say."""

@@ -105,6 +105,7 @@ def test_the_linux_binary_needs_little(full_native: Path, tmp_path: Path) -> Non
     assert all(name.startswith("fmi2") for name in defined)
 
 
+@pytest.mark.slow
 def test_sources_compile_with_fmpy(native: Path, model: DriveModel, tmp_path: Path) -> None:
     if shutil.which("cmake") is None:
         pytest.skip("no cmake")

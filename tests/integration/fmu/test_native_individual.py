@@ -26,6 +26,8 @@ from reefmu.model.model_file import save_model
 from stiffness_model.errors import InputError
 from stiffness_model.lookup.build import Lookup
 
+pytestmark = pytest.mark.slow
+
 needs_compiler = pytest.mark.skipif(
     not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH"
 )

@@ -76,6 +76,7 @@ def test_damaged_tables_are_refused(lookup: Lookup, change) -> None:
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_a_native_fmu_is_small_and_holds_its_tables_once(
     drive: object, lookup: Lookup, full_model: DriveModel, tmp_path: Path
 ) -> None:

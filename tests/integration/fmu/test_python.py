@@ -121,6 +121,7 @@ def test_a_package_with_another_equation_is_refused(fmu: Path, tmp_path: Path) -
     assert "export the FMU again" in other.stderr
 
 
+@pytest.mark.slow
 def test_the_digest_is_over_all_that_an_export_loads_of_the_model() -> None:
     """What the imports reach on paper holds what building and stepping a joint loads in fact."""
     code = (
@@ -187,6 +188,7 @@ def test_the_default_is_native_where_a_compiler_is(
     assert "needs Python" not in "".join(capsys.readouterr())
 
 
+@pytest.mark.slow
 def test_without_a_compiler_python_is_told(
     model: DriveModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -251,6 +253,7 @@ def test_a_step_slower_than_real_time_is_told(
     assert "--backend native" in line
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("gcc") is None or not sys.platform.startswith("linux"), reason="needs gcc on Linux")
 def test_a_host_in_c_with_libpython_ends_well(fmu: Path, tmp_path: Path) -> None:
     """It ends Python when CasADi's library has already gone; nothing of ours may be freed then."""

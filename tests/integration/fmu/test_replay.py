@@ -19,6 +19,8 @@ from reefmu.simulate import simulate_record
 from stiffness_model.errors import InputError
 from stiffness_model.lookup.build import Lookup
 
+pytestmark = pytest.mark.slow
+
 COMPILED = pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler on the PATH")
 EFFECTS = {
     "fresh": {"hysteresis": {"torque": 3.0, "presliding": 5e-5}, "creep": {"compliance": 1e-6, "time": 0.5}},

@@ -66,6 +66,7 @@ def test_a_joint_s_speeds_are_those_of_its_oscillation(model: DriveModel) -> Non
         assert 0.3 * found[name] < greatest[row] < 2.5 * found[name]
 
 
+@pytest.mark.slow
 @needs_compiler
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
 def test_creep_at_a_coarse_tolerance(drive: sm.Drive, lookup: Lookup, tmp_path: Path, fmi: str) -> None:
@@ -98,6 +99,7 @@ def test_creep_at_a_coarse_tolerance(drive: sm.Drive, lookup: Lookup, tmp_path: 
     assert np.abs(came["output.tau"] - expected).max() < 3e-4 * np.abs(expected).max()
 
 
+@pytest.mark.slow
 def test_euler_s_method_stays_sane_at_the_proposed_step(drive: sm.Drive, lookup: Lookup) -> None:
     """An undamped swing with friction over the whole of the proposed experiment: it grows by exp(1/2) a second."""
     for effects in ({}, {"hysteresis": {"torque": 4.0}, "coulomb_friction": {"torque": 2.0}}):

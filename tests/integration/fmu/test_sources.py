@@ -20,9 +20,12 @@ from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import Masses
 from tests.patience import HANG
 
-pytestmark = pytest.mark.skipif(
-    shutil.which("gcc") is None or not sys.platform.startswith("linux"), reason="needs gcc on Linux"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        shutil.which("gcc") is None or not sys.platform.startswith("linux"), reason="needs gcc on Linux"
+    ),
+]
 HOST = Path(__file__).parent / "host" / "linked.c"
 WRAPPER = Path(__import__("reefmu").__file__).parent / "fmu" / "native"
 COMPILERS = [

@@ -19,6 +19,7 @@ from tests.validation.blind.sizing import EFFECTS, rms
 # -- what the diagnosis gets ---------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_files_hold_the_contracts_columns_and_no_label(tmp_path):
     headers = set()
     for name in (None, "hysteresis", "wobble"):

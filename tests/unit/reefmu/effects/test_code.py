@@ -74,6 +74,7 @@ def test_sensitivities_by_parameters(name: str, everything: DriveModel, argument
     hold(exact, function, arguments[name], len(symbols) - 1, steps)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(COMPILER is None, reason="no C compiler on the PATH")
 @pytest.mark.parametrize("effects", [[], list(EFFECTS)], ids=["plain", "everything"])
 def test_generated_c_gives_the_same_numbers(

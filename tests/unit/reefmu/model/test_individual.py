@@ -202,6 +202,7 @@ def test_a_joint_leans_as_the_individual_does(one: DriveModel, drive: sm.Drive) 
     assert np.ptp(twists) > 0.02 * ARCMIN
 
 
+@pytest.mark.slow
 def test_curve_command_writes_an_individual(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     drawing = tmp_path / "small.toml"
     sm.save_drive(sm.load_drive("drive_1", **SMALL), drawing)

@@ -83,6 +83,7 @@ def again(drive: sm.Drive) -> sm.Drive:
     return sm.drive_from_dict(tomllib.loads(tomli_w.dumps(sm.drive_to_dict(drive))))
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
 @given(drawings(), st.floats(0.9, 1.1))
 def test_save_load_equal(drive, scale):

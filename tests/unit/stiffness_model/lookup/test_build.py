@@ -15,6 +15,7 @@ from stiffness_model.lookup.build import ERROR_BOUND, QUANTITIES, Lookup, build_
 from stiffness_model.numerics.bspline import Axis, evaluate, fit
 
 
+@pytest.mark.slow
 def test_mean_torque_within_the_stated_bound_of_the_solver(drive: sm.Drive, lookup: Lookup) -> None:
     rng = np.random.default_rng(7)
     twist = rng.uniform(-2, 2, 25) * drive.max_twist
@@ -34,6 +35,7 @@ def test_evenly_spread_elements_give_the_mean_of_drawn_drives(name: str) -> None
     assert np.abs(mean_torque(drive, twist) + mean_torque(drive, -twist)).max() < 3e-4 * torque[:, -1].mean()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["drive_2", "drive_3"])
 def test_stated_error_meets_the_bound(name: str) -> None:
     lookup = build_lookup(sm.load_drive(name), n_drives=64)

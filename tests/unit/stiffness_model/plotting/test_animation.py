@@ -37,6 +37,7 @@ def test_balls_touch_the_profile_in_all_frames(roomy: sm.Drive) -> None:
         assert np.abs(loads.shift[loads.usable]).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_gif_loops_without_a_seam(roomy: sm.Drive, tmp_path: Path) -> None:
     """From the last picture to the first is a step like any other, though the cage never turns back."""
     small = replace(roomy, eccentrics=1, elements=29)

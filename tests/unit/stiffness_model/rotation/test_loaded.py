@@ -136,6 +136,7 @@ def test_a_crank_radius_per_eccentric_repeats_with_every_row_passing(small: sm.D
     assert np.abs(rows[0, :4] - rows[0, 4:8]).max() > 1e-3
 
 
+@pytest.mark.slow
 def test_the_fan_is_centred_on_the_mean_drive(small: sm.Drive) -> None:
     found = fan(small, range(12))
     assert found.middle.shape == (12, len(found.torque))
@@ -146,6 +147,7 @@ def test_the_fan_is_centred_on_the_mean_drive(small: sm.Drive) -> None:
     assert (np.abs(found.middle.mean(axis=0))[loaded] < 4 * error[loaded]).all()
 
 
+@pytest.mark.slow
 def test_pictures(small: sm.Drive, tmp_path: object) -> None:
     one, angle = draw_individual(small, 1), turn(small, per_pass=2)
     full = float(turning_map(one, [small.max_twist], angle[:20]).torque.mean())

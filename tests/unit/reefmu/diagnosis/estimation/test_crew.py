@@ -6,6 +6,8 @@ import pickle
 from concurrent.futures import Future, ProcessPoolExecutor
 from typing import Any
 
+import pytest
+
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
@@ -25,6 +27,7 @@ class Counting(ProcessPoolExecutor):
         return super().submit(*args, **kwargs)
 
 
+@pytest.mark.slow
 def test_processes_change_nothing() -> None:
     record = rig.measured({"coulomb_friction": {"torque": 5.0}, "backlash": {"clearance": 4e-6}}, full=False)
     here = diagnose_record(record, drive=rig.drive()).to_dict()

@@ -17,6 +17,8 @@ from reefmu.diagnosis.preprocessing.trace import trace_of
 from reefmu.model.tables import cached_lookup
 from tests import diagnosis_rig as rig
 
+pytestmark = pytest.mark.slow
+
 
 def clean(correlation: float = 0.0) -> tuple[Study, Fit]:
     """A clean record under its own noise."""

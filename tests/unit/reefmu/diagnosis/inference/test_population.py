@@ -24,6 +24,8 @@ from reefmu.model.tables import cached_lookup
 from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
 
+pytestmark = pytest.mark.slow
+
 
 @functools.cache
 def study() -> Study:
