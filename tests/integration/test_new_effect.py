@@ -1,0 +1,66 @@
+"""A new effect is one declaration: model, FMUs, command line and diagnosis know it from there."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from reefmu.cli import main
+from reefmu.diagnosis import diagnose_record
+from reefmu.diagnosis.forward.effect_functions import kernel
+from reefmu.effects import EFFECTS, Effect, Identification, Parameter, Place
+from reefmu.fmu.importer.instance import FmuDrive
+from reefmu.fmu.validation.check import check_fmu
+from tests import diagnosis_rig as rig
+
+COMPILER = pytest.mark.skipif(
+    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH"
+)
+CUBIC_SPRING = Effect(
+    name="cubic_spring",
+    title="A spring beside the contacts that hardens",
+    place=Place.PARALLEL,
+    parameters=(Parameter("rate", "N.m/rad", 0.0, 0.0, 1e8, 1e6, "Torque per cubed ratio of twist to 1 mrad"),),
+    contribution=lambda signals, p, x: 1e-3 * p["rate"] * (signals.twist / 1e-3) ** 3,
+    equation="torque += 1 mrad * cubic_spring.rate * (twist/1 mrad)^3",
+    excitation="Loops to several torque levels.",
+    source="Made up for this test.",
+    identification=Identification(),
+)
+
+
+@pytest.fixture(autouse=True)
+def _declared(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the one line in `reefmu.effects` would."""
+    monkeypatch.setitem(EFFECTS, CUBIC_SPRING.name, CUBIC_SPRING)
+
+
+@pytest.mark.slow
+@COMPILER
+@pytest.mark.parametrize("fmi", ["2", "3"])
+def test_fmus_and_command_line_know_it(fmi: str, tmp_path: Path) -> None:
+    path = tmp_path / "d.fmu"
+    words = ["--backend", "native", "--fmi", fmi, "--drives", "8", "--effect", "cubic_spring.rate=100 N.m/rad"]
+    assert main(["export", "drive_1", "-o", str(path), *words]) == 0
+    with FmuDrive(path) as drive:
+        drive.initialize({})
+        assert drive.read(("cubic_spring.rate",)) == {"cubic_spring.rate": 100.0}
+    report = check_fmu(path)
+    assert report.passed, str(report)
+
+
+def test_a_wrong_name_is_answered_with_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["export", "drive_1", "-o", str(tmp_path / "d.fmu"), "--effect", "cubic_sprin"]) == 2
+    assert "did you mean 'cubic_spring'" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_diagnosis_names_it() -> None:
+    kernel.cache_clear()
+    record = rig.measured({"cubic_spring": {"rate": 1500.0}, "damping": {"coefficient": 0.0}})
+    found = diagnose_record(record, rig.drive())
+    assert "cubic_spring" in {
+        name for names in ([e.name for e in found.effects], *found.alternatives) for name in names
+    }
