@@ -9,13 +9,58 @@
 * `commands`, `cli`: the command line; `progress`, `interrupt`, `source_date`: what its commands share.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .diagnosis import diagnose_record
+    from .fmu.export import export_fmu
+    from .fmu.validation.check import check_fmu
+    from .joint import JointModel, Masses, joint_system
+    from .model import DriveModel, build_model
+    from .model.model_file import load_model, save_model
+    from .record import read_record
+    from .simulate import simulate_record, simulate_signal
+
 __version__: str
+__all__ = [
+    "DriveModel",
+    "JointModel",
+    "Masses",
+    "build_model",
+    "check_fmu",
+    "diagnose_record",
+    "export_fmu",
+    "joint_system",
+    "load_model",
+    "read_record",
+    "save_model",
+    "simulate_record",
+    "simulate_signal",
+]
+_HOMES = {
+    "diagnosis": ("diagnose_record",),
+    "fmu.export": ("export_fmu",),
+    "fmu.validation.check": ("check_fmu",),
+    "joint": ("JointModel", "Masses", "joint_system"),
+    "model": ("DriveModel", "build_model"),
+    "model.model_file": ("load_model", "save_model"),
+    "record": ("read_record",),
+    "simulate": ("simulate_record", "simulate_signal"),
+}
+"""Module -> the names that it gives to the package, loaded when they are first used."""
 
 
-def __getattr__(name: str) -> str:
-    # Looked up when asked for: reading the package's metadata would slow down the command line's start.
+def __getattr__(name: str) -> Any:
     if name == "__version__":
+        # Looked up when asked for: reading the package's metadata would slow down the command line's start.
         from importlib.metadata import version
 
         return version("reefmu")
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    home = next((module for module, names in _HOMES.items() if name in names), None)
+    if home is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f".{home}", __name__), name)

@@ -115,6 +115,11 @@ class DriveModel:
     parameters: tuple[ModelParameter, ...]
     individual: Individual | None = None
 
+    def __repr__(self) -> str:
+        """One line: the drive, its effects and the torque at the lookup's end."""
+        inside = ", ".join(effect.name for effect in self.effects) or "no effects"
+        return f"DriveModel({self.name!r}, {inside}, {self.full_torque:.4g} N.m at full twist)"
+
     @property
     def drive(self) -> Drive:
         """The drawing behind the lookup. Raises `InputError` where a curve lies behind it."""

@@ -144,6 +144,18 @@ class Drive:
         give = {part: (own + self.materials[part].compliance) ** (1 / exponent) for part in ("gear", "crank")}
         check_mesh(self.path, self.element_radius, self.tolerances, give, at)
 
+    def __repr__(self) -> str:
+        """One line; `drive_to_dict` has every field.
+
+        >>> from stiffness_model import load_drive
+        >>> load_drive("workshop")
+        Drive('workshop', 3 x 25 balls of 10 mm, 26 lobes, ratio -25)
+        """
+        return (
+            f"Drive({self.name!r}, {self.eccentrics} x {self.elements_per_row} {self.element}s of "
+            f"{format_quantity(2 * self.element_radius, 'length')}, {self.lobes} lobes, ratio {self.ratio:g})"
+        )
+
     @property
     def orientation(self) -> int:
         """+1 where crank and cage turn together, -1 where they reverse."""

@@ -21,7 +21,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import reefmu
 import stiffness_model
 from stiffness_model.errors import InputError, expect
 
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
 
 EQUATIONS_FILE = "equations.json"
 """The name among the resources."""
-_PACKAGES = {package.__name__: Path(str(package.__file__)).parent for package in (reefmu, stiffness_model)}
+_PACKAGES = {"reefmu": Path(__file__).parents[2], "stiffness_model": Path(str(stiffness_model.__file__)).parent}
 _ROOTS = ("reefmu.model.drive_model", "reefmu.fmu.model.joint", "reefmu.fmu.model.kernel")
 """Where the equations of either kind, and of a step, are put together."""
 
