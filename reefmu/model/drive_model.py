@@ -192,25 +192,7 @@ class DriveModel:
 
         Raises `UnknownNameError`, or `InputError` for a value outside the parameter's bounds.
         """
-        wanted = {**(values or {}), **named}
-        known = {p.name: p for p in self.parameters}
-        for name, value in wanted.items():
-            if name not in known:
-                raise unknown_name("parameter", name, known, self.name)
-            p = known[name]
-            number = expect_number(value, f"a finite number in {p.unit}", f"{self.name}: {name}")
-            if not p.tunable and number != p.value:
-                raise unknown_name("tunable parameter", name, [q.name for q in self.parameters if q.tunable], self.name)
-            low, high = -np.inf if p.minimum is None else p.minimum, np.inf if p.maximum is None else p.maximum
-            expect_number(
-                number,
-                f"a value within {low:g} ... {high:g} {p.unit}",
-                f"{self.name}: {name}",
-                low=np.nextafter(low, -np.inf),
-                high=np.nextafter(high, np.inf),
-            )
-        changed = tuple(p._replace(value=float(wanted.get(p.name, p.value))) for p in self.parameters)
-        return replace(self, parameters=changed)
+        return replace(self, parameters=_with_values(self.name, self.parameters, {**(values or {}), **named}))
 
 
 def build_model(
@@ -234,10 +216,12 @@ def build_model(
     drive = as_drive(drive)
     chosen = dict(effects or {})
     ordered = _in_order(chosen)
-    table = lookup if lookup is not None else cached_lookup(drive, n_drives, seed, executor)
     one = None if individual is None else draw_individual(drive, individual)
     name = drive.name if one is None else f"{drive.name} individual {one.seed}"
-    return _assembled(name, drive.ratio, completed(table, drive, ordered), ordered, chosen, one)
+    # Before the tables, which may take some seconds: a wrong value is told at once.
+    parameters = _parameters(name, drive.ratio, ordered, chosen, _band() if one is None else _no_band())
+    table = lookup if lookup is not None else cached_lookup(drive, n_drives, seed, executor)
+    return DriveModel(name, completed(table, drive, ordered), ordered, parameters, one)
 
 
 def build_curve_model(table: Lookup, effects: Mapping[str, Mapping[str, float]] | None = None) -> DriveModel:
@@ -252,7 +236,8 @@ def build_curve_model(table: Lookup, effects: Mapping[str, Mapping[str, float]] 
     for effect in ordered:
         if effect.place in (Place.MODULUS, Place.ELEMENT):
             raise InputError(f"{curve['name']}: expected effects that do without a drawing, got {effect.name}")
-    return _assembled(curve["name"], curve["ratio"], table, ordered, chosen)
+    parameters = _parameters(curve["name"], curve["ratio"], ordered, chosen, _band())
+    return DriveModel(curve["name"], table, ordered, parameters)
 
 
 def _in_order(names: Mapping[str, Any]) -> tuple[Effect, ...]:
@@ -260,27 +245,51 @@ def _in_order(names: Mapping[str, Any]) -> tuple[Effect, ...]:
     return tuple(sorted((find_effect(name) for name in names), key=lambda e: (places.index(e.place), e.name)))
 
 
-def _assembled(
+def _parameters(
     name: str,
     ratio: float,
-    table: Lookup,
     ordered: tuple[Effect, ...],
     chosen: Mapping[str, Mapping[str, float]],
-    individual: Individual | None = None,
-) -> DriveModel:
-    parameters = [
+    band: ModelParameter,
+) -> tuple[ModelParameter, ...]:
+    """Ratio, band and the effects' parameters, with the chosen values; `name` is the model's, for errors."""
+    parameters = (
         ModelParameter(
             "ratio", ratio, None, None, "1", "Transmission ratio, crank to output, signed", False, abs(ratio)
         ),
-        _band() if individual is None else _no_band(),
-    ]
-    parameters += [
-        ModelParameter(f"{e.name}.{p.name}", p.neutral, p.minimum, p.maximum, p.unit, p.description, True, p.nominal)
-        for e in ordered
-        for p in e.parameters
-    ]
-    model = DriveModel(name, table, ordered, tuple(parameters), individual)
-    return model.with_parameters({f"{e}.{p}": v for e, values in chosen.items() for p, v in values.items()})
+        band,
+        *(
+            ModelParameter(
+                f"{e.name}.{p.name}", p.neutral, p.minimum, p.maximum, p.unit, p.description, True, p.nominal
+            )
+            for e in ordered
+            for p in e.parameters
+        ),
+    )
+    return _with_values(name, parameters, {f"{e}.{p}": v for e, values in chosen.items() for p, v in values.items()})
+
+
+def _with_values(
+    where: str, parameters: tuple[ModelParameter, ...], wanted: Mapping[str, float]
+) -> tuple[ModelParameter, ...]:
+    """Parameters with other values, each checked against its bounds."""
+    known = {p.name: p for p in parameters}
+    for name, value in wanted.items():
+        if name not in known:
+            raise unknown_name("parameter", name, known, where)
+        p = known[name]
+        number = expect_number(value, f"a finite number in {p.unit}", f"{where}: {name}")
+        if not p.tunable and number != p.value:
+            raise unknown_name("tunable parameter", name, [q.name for q in parameters if q.tunable], where)
+        low, high = -np.inf if p.minimum is None else p.minimum, np.inf if p.maximum is None else p.maximum
+        expect_number(
+            number,
+            f"a value within {low:g} ... {high:g} {p.unit}",
+            f"{where}: {name}",
+            low=np.nextafter(low, -np.inf),
+            high=np.nextafter(high, np.inf),
+        )
+    return tuple(p._replace(value=float(wanted.get(p.name, p.value))) for p in parameters)
 
 
 def _band() -> ModelParameter:

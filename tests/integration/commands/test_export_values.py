@@ -39,8 +39,13 @@ def test_values_and_fields_are_those_of_the_fmu(tmp_path: Path) -> None:
     ],
 )
 def test_a_wrong_value_is_one_line_and_leaves_nothing(
-    words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    words: list[str],
+    said: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setattr("reefmu.model.drive_model.cached_lookup", lambda *_: pytest.fail("tables before the check"))
     assert main(["export", "drive_1", "-o", str(tmp_path / "d.fmu"), "--drives", "8", *words]) == 2
     lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("note: ")]
     assert len(lines) == 1
