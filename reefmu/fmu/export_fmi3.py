@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.resources
 from collections.abc import Mapping
 
-from .codegen.sources import UNIT
+from .codegen.sources import UNIT, UNIT_FMI2, UNIT_FMI3, wrapper_files
 from .model.variables import Interface
 from .xml.archive import DESCRIPTION
 from .xml.fmi2 import Export
 from .xml.fmi3 import build_description, model_description3, terminals
 
-CORE = "core.c"
-"""Name of the unit for FMI 2.0 inside that for FMI 3.0."""
-_WRAPPER = ("fmi3_absent.c", "fmi3_api.h", "fmi3_life.c", "fmi3_simulation.c", "fmi3_values.c")
 _FOLDERS = {
     "linux64": ("x86_64-linux",),
     "aarch64-linux": ("aarch64-linux",),
@@ -25,10 +21,9 @@ _FOLDERS = {
 
 def sources3(sources: Mapping[str, bytes]) -> dict[str, bytes]:
     """The files of a native FMU with the wrapper for FMI 3.0 around them; still `UNIT` is what is compiled."""
-    wrapper = importlib.resources.files("reefmu.fmu") / "native"
-    files = {name: content for name, content in sources.items() if name != UNIT}
-    files |= {name: (wrapper / name).read_bytes() for name in _WRAPPER}
-    return {**files, CORE: sources[UNIT], UNIT: (wrapper / "fmi3_all.c").read_bytes()}
+    files = {**sources, **wrapper_files("fmi3"), UNIT_FMI2: sources[UNIT]}
+    files[UNIT] = files.pop(UNIT_FMI3)
+    return files
 
 
 def members3(members: Mapping[str, bytes], interface: Interface, export: Export) -> dict[str, bytes]:

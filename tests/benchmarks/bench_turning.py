@@ -36,7 +36,7 @@ from stiffness_model.rotation.placed import Parts
 
 TWISTS, ANGLES = 61, 120
 HOST = Path(__file__).parent.parent / "integration" / "fmu" / "host" / "host.c"
-WRAPPER = Path(reefmu.__file__).parent / "fmu" / "native"
+WRAPPER = Path(reefmu.__file__).parent / "fmu" / "native" / "fmi2"
 
 
 def main() -> None:

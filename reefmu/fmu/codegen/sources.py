@@ -1,7 +1,8 @@
 """C sources of a native FMU: the component's functions and tables, generated, beside the wrapper as it stands.
 
 The wrapper in `native/` is the same for every FMU. Generated are `equations.c`, the functions as CasADi writes
-them, and `model.h`, sizes and the table of variables. `all.c` includes the rest, so one file is compiled.
+them, and `model.h`, sizes and the table of variables. In an FMU all of them are in one folder, and `all.c` includes
+the rest, so one file is compiled.
 """
 
 from __future__ import annotations
@@ -25,26 +26,10 @@ from .functions import Pieces, make_pieces
 
 UNIT = "all.c"
 """The file to compile."""
+UNIT_FMI2, UNIT_FMI3 = "fmi2_all.c", "fmi3_all.c"
+"""That file in `native/`; in an FMU for FMI 3.0 the first stands beside the second, which includes it."""
 MOST_PARTS = 1e7
 """Most parts of one communication step of a component that integrates itself; more are refused."""
-_WRAPPER = (
-    "all.c",
-    "calls.c",
-    "contact.c",
-    "contact_change.c",
-    "cosimulation.c",
-    "derivatives.c",
-    "exchange.c",
-    "fmi2_api.h",
-    "instance.h",
-    "life.c",
-    "log.c",
-    "model.c",
-    "saved.c",
-    "tables.c",
-    "values.c",
-    "variable.h",
-)
 
 
 class _Names(NamedTuple):
@@ -58,14 +43,25 @@ def sources(
 ) -> dict[str, bytes]:
     """Every file of `sources` by name. interface: with the derivatives (`declare_exchange`). identifier: the model's,
     which all names begin with that are seen from outside."""
-    wrapper = importlib.resources.files("reefmu.fmu") / "native"
-    files = {name: (wrapper / name).read_bytes() for name in _WRAPPER}
+    files = wrapper_files("fmi2", "model", "numerics")
+    files[UNIT] = files.pop(UNIT_FMI2)
     pieces = make_pieces(component)
     equations, sizes = _equations(pieces)
     files["equations.c"] = equations.encode()
     files["model.h"] = _header(component, pieces, interface, _Names(guid, identifier, standard), sizes).encode()
     files[TABLES] = tables_header(carried_lookup(component.model)).encode()
     return files
+
+
+def wrapper_files(*folders: str) -> dict[str, bytes]:
+    """The C files in these folders of `native/`, by name: in an FMU they are all in one folder."""
+    native = importlib.resources.files("reefmu.fmu") / "native"
+    return {
+        file.name: file.read_bytes()
+        for folder in folders
+        for file in sorted((native / folder).iterdir(), key=lambda file: file.name)
+        if file.name.endswith((".c", ".h"))
+    }
 
 
 def with_guid(files: Mapping[str, bytes], guid: str) -> dict[str, bytes]:

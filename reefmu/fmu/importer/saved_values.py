@@ -1,7 +1,8 @@
 """Other values in the saved state of an FMU of ours: what FMI has no call for between two runs of one test.
 
 FMI 2.0 sets a state only while an FMU initialises, and then from its inputs. Both back ends save all their values in
-one block, by value reference (`reefmu.fmu.python_backend.slave`, `native/saved.c`), which is found here by its content.
+one block, by value reference (`reefmu.fmu.python_backend.slave`, `native/fmi2/fmi2_state.c`), which is found
+here by its content.
 """
 
 from __future__ import annotations

@@ -4,8 +4,9 @@ Numbers of tables hardly compress, and a binary and its sources both hold them. 
 of a quantum, 3e-14 of full torque and 6e-14 of the greatest force at most; of what mirrors itself in the twist, one
 half; and of what follows smoothly from its neighbours, differences: twice along the twist, once along the clearance.
 Signs go into the lowest bit, and the bytes into planes, the lowest of all numbers first: the upper ones are nearly
-all zero, and no more planes are written than needed. `native/tables.c` unpacks them. Against the lookup's own error
-bound, 1e-4, the rounding is nothing. An individual reads no tables but that of a missing element: `carried_lookup`.
+all zero, and no more planes are written than needed. `native/numerics/spline_tables.c` unpacks them. Against the
+lookup's own error bound, 1e-4, the rounding is nothing. An individual reads no tables but that of a missing element:
+`carried_lookup`.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from reefmu.fmu.validation.reference_run import Trial
 from stiffness_model.numerics.arrays import Array
 
 SOURCE = Path(__file__).parent / "host" / "replay.c"
-HEADERS = Path(__import__("reefmu").__file__).parent / "fmu" / "native"
+HEADERS = Path(__import__("reefmu").__file__).parent / "fmu" / "native" / "fmi2"
 
 
 def build_replay(target: Path, compiler: Sequence[str] = ("gcc",), libraries: Sequence[str] = ("-ldl",)) -> Path:

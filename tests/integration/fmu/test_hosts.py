@@ -46,8 +46,7 @@ def host(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build(
         tmp_path_factory.mktemp("host") / "host",
         "-O1",
-        "-I",
-        str(WRAPPER),
+        f"-I{WRAPPER / 'fmi2'}",
         str(Path(__file__).parent / "host" / "host.c"),
         "-ldl",
         "-lm",
@@ -77,8 +76,8 @@ def instrumented(flags: tuple[str, ...], fmu: Path, folder: Path, host: str = "h
         return build(
             folder / "host",
             *flags,
-            "-I",
-            str(WRAPPER),
+            f"-I{WRAPPER / 'fmi2'}",
+            f"-I{WRAPPER / 'fmi3'}",
             str(Path(__file__).parent / "host" / host),
             "-ldl",
             "-lm",

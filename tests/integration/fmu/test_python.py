@@ -261,7 +261,10 @@ def test_a_host_in_c_with_libpython_ends_well(fmu: Path, tmp_path: Path) -> None
     library = Path(str(folder), str(name))
     if library.suffix != ".so" or not library.exists():
         pytest.skip("this Python has no libpython to load")
-    here, wrapper = Path(__file__).parent / "host" / "once.c", Path(str(reefmu.__file__)).parent / "fmu" / "native"
+    here, wrapper = (
+        Path(__file__).parent / "host" / "once.c",
+        Path(str(reefmu.__file__)).parent / "fmu" / "native" / "fmi2",
+    )
     host = tmp_path / "once"
     subprocess.run(["gcc", "-w", "-I", str(wrapper), "-o", str(host), str(here), "-ldl"], check=True)
     with zipfile.ZipFile(fmu) as archive:

@@ -3,10 +3,10 @@
 
 #define FMI2_EXPORT static
 #define IS_FMI3
-#include "core.c"
+#include "fmi2_all.c"
 
 #include "fmi3_api.h"
-#include "fmi3_life.c"
-#include "fmi3_values.c"
+#include "fmi3_instance.c"
+#include "fmi3_variables.c"
 #include "fmi3_simulation.c"
-#include "fmi3_absent.c"
+#include "fmi3_unsupported.c"

@@ -46,7 +46,7 @@ typedef struct {
     double stop;
     double next_discrete; /* of the discrete output, which changes at events only */
     double values[N_VALUES]; /* by value reference: inputs, outputs, parameters, states, derivatives */
-    double remembered[N_INDICATORS + 1], told[N_INDICATORS + 1]; /* of angles, see exchange.c */
+    double remembered[N_INDICATORS + 1], told[N_INDICATORS + 1]; /* of angles, see fmi2_model_exchange.c */
     Contact contact; /* of the last step: where the next one starts to search */
 } Content;
 
