@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from stiffness_model.drawing.tolerances import free_offset
+from stiffness_model.drawing.tolerances import clearance_offset
 from stiffness_model.io.atomic_files import staged_folder
 from stiffness_model.montecarlo.curve import LOST_MOTION_SHARE, PLAY_SHARE, TwistTorqueCurve
 from stiffness_model.montecarlo.population import Population
@@ -80,7 +80,7 @@ def _motion(curve: TwistTorqueCurve) -> str:
 def _remedy(population: Population) -> str:
     """What to draw where the clearance is less than three sigma; a tenth of a bore's sigma does not matter."""
     drive = population.drive
-    offset = free_offset(drive.tolerances["cage"].window, drive.tolerances["element"])
+    offset = clearance_offset(drive.tolerances["cage"].window, drive.tolerances["element"])
     if drive.tolerances["cage"].offset > offset - 0.1 * drive.tolerances["cage"].sigma:
         return ""
     return (

@@ -11,7 +11,7 @@ from stiffness_model import rotation as turning
 from stiffness_model.contact.assembly import CONTACTS
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.drive import Drive
-from stiffness_model.drawing.limits import expect_turned, expect_twists
+from stiffness_model.drawing.twist_limits import expect_crank_angle, expect_twists
 from stiffness_model.errors import expect, expect_number
 from stiffness_model.io.atomic_files import staged_folder
 from stiffness_model.plotting.animation import write_turn
@@ -32,7 +32,7 @@ def run(args: argparse.Namespace) -> int:
     if args.twist is not None:
         twist = float(expect_twists(drive, args.twist * ARCMIN, "--twist", in_rad=False)[0])
     angle = math.radians(expect_number(args.angle, "a finite angle", "--angle"))
-    expect_turned(drive, angle, "--angle")
+    expect_crank_angle(drive, angle, "--angle")
     larger = expect_number(args.exaggerate, "a factor of at least 1", "--exaggerate", low=1 - 1e-12)
     chord = expect_number(args.chord, "a positive chord error", "--chord", low=0) * MICROMETRE
     folder = study.out_folder(args, "draw")

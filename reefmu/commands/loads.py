@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffness_model.contact.assembly import PARTNERS
-from stiffness_model.drawing.options import STIFFNESSES, Beyond, write_options
+from stiffness_model.drawing.options import STIFFNESSES, ModelOptions, write_options
 from stiffness_model.montecarlo.population import Population, simulate
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.ratings.bearing_life import BearingLife, bearing_life
@@ -131,9 +131,9 @@ def measure(population: Population) -> Loads:
     count = min(population.n_drives, MOST_DRIVES)
     options = drive.beyond
     plain = None
-    if not options.plain:
-        kept = {name: getattr(options, name) for name in Beyond.__dataclass_fields__ if name not in _SWITCHES}
-        without = simulate(replace(drive, beyond=Beyond(**kept)), [drive.max_twist], count, seed).torque.mean()
+    if not options.is_plain:
+        kept = {name: getattr(options, name) for name in ModelOptions.__dataclass_fields__ if name not in _SWITCHES}
+        without = simulate(replace(drive, beyond=ModelOptions(**kept)), [drive.max_twist], count, seed).torque.mean()
         plain = float(without), float(population.torque[:count, int(twist.argmax())].mean())
     return Loads(
         population,

@@ -21,7 +21,7 @@ import tomli_w
 
 from stiffness_model.drawing.sampling import check_seed
 from stiffness_model.errors import InputError, expect, expect_number, refuse_unknown, unknown_name
-from stiffness_model.io.atomic_files import parse_toml, whole_file
+from stiffness_model.io.atomic_files import atomic_file, parse_toml
 from stiffness_model.io.drawing_toml import drive_from_dict
 from stiffness_model.lookup.build import N_DRIVES, Lookup
 from stiffness_model.units import parse_quantity
@@ -36,7 +36,7 @@ _SECTIONS = ("schema", "drawing", "lookup", "curve", "model", "effects")
 
 def save_model(model: DriveModel, path: str | os.PathLike[str]) -> None:
     """Write model.toml, whole or not at all. `load_model` gives back a model with the same numbers."""
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(model_text(model), encoding="utf-8")
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..drawing.drive import Drive
-from ..drawing.options import Beyond
+from ..drawing.options import ModelOptions
 from ..drawing.sampling import Deviations
 from ..elasticity import hertz
 from ..errors import expect
@@ -55,7 +55,7 @@ class Contacts:
     eccentrics: int
     ratio: float
     cage_compliance: float
-    beyond: Beyond
+    beyond: ModelOptions
     profile: Profile | None
 
     def __len__(self) -> int:
@@ -119,7 +119,7 @@ def _eccentrics(drive: Drive, deviations: Deviations) -> NDArray[np.intp]:
     """Elements k, k + eccentrics, ... of a drive, a row of the deviations, share an eccentric."""
     beta = np.atleast_2d(deviations.beta)
     expect(
-        not drive.beyond.couples or beta.shape[1] == drive.elements,
+        not drive.beyond.couples_elements or beta.shape[1] == drive.elements,
         f"whole drives of {drive.elements} elements, for bearing or housing couple them",
         beta.shape[1],
         "elements in a row",

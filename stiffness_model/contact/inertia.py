@@ -46,7 +46,7 @@ def inertia_force(drive: Drive, beta: Array, radius: Array) -> Array:
     array([[ 0.91, -0.  ]])
     """
     crank = drive.beyond.crank_speed
-    if not drive.beyond.moves:
+    if not drive.beyond.has_inertia_forces:
         return np.zeros((len(beta), 2))
     cage = crank / drive.ratio
     along = crank - cage

@@ -11,9 +11,9 @@ from ..errors import expect, expect_number, expect_whole
 from ..geometry.ball_path import Path, usable_limit
 from ..geometry.seats import Seats
 from ..units import format_quantity
-from .buildable import check_flank, check_mesh, check_radii
+from .assembly_checks import check_flank, check_mesh, check_radii
 from .materials import Material
-from .options import Beyond
+from .options import ModelOptions
 from .tolerances import Tolerance
 
 PARTS = ("element", "crank", "cage", "gear")
@@ -63,7 +63,7 @@ class Drive:
     element_length: float = 0.0
     eccentrics: int = 1
     crank_deviation: str = "element"
-    beyond: Beyond = field(default_factory=Beyond)
+    beyond: ModelOptions = field(default_factory=ModelOptions)
     description: str = ""
     where: str = field(default="", compare=False, repr=False)
 
@@ -135,14 +135,14 @@ class Drive:
         self._check_assembled(at)
 
     def _check_assembled(self, at: str) -> None:
-        """The bounds of `buildable`: what no part shows by itself."""
+        """The bounds of `assembly_checks`: what no part shows by itself."""
         radii = {part: self.crank_radius if part == "crank" else self.element_radius for part in PARTS}
         check_radii(radii, self.tolerances, at)
         check_flank(self.path, self.usable_limit, self.element_radius, at)
         exponent = POINT_EXPONENT if self.element == "ball" else LINE_EXPONENT
         own = self.materials["element"].compliance
-        give = {part: (own + self.materials[part].compliance) ** (1 / exponent) for part in ("gear", "crank")}
-        check_mesh(self.path, self.element_radius, self.tolerances, give, at)
+        compliance = {part: (own + self.materials[part].compliance) ** (1 / exponent) for part in ("gear", "crank")}
+        check_mesh(self.path, self.element_radius, self.tolerances, compliance, at)
 
     def __repr__(self) -> str:
         """One line; `drive_to_dict` has every field.

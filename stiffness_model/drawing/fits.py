@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from ..errors import InputError, expect, unknown_name
 from ..units import MICROMETRE, UNITS, format_quantity
-from .tolerances import ISO_286_SIZES, SIZE_SLACK, Tolerance, iso_286, read_offset, read_window
+from .tolerances import ISO_286_SIZES, SIZE_ROUNDING, Tolerance, iso_286, read_offset, read_window
 
 # ISO 286-1:2010, tables 4 and 5: fundamental deviations of shafts, um, over the steps of `ISO_286_SIZES`: upper limit
 # es for d to h, lower limit ei for k to p. Tables 2 and 3 for holes follow from them (`_hole`).
@@ -36,19 +36,19 @@ _LIMITS = re.compile(r"(?P<one>[+-]?\d+(?:\.\d+)?) ?/ ?(?P<two>[+-]?\d+(?:\.\d+)
 
 
 @dataclass(frozen=True)
-class Field:
+class ToleranceZone:
     """A tolerance field of a diameter: its width, m, and the mean offset of the *radius*, m, where it states one."""
 
     window: float
     offset: float | None = None
 
 
-def lower_limit(letter: str, grade: int, size: float, where: str = "tolerance") -> float:
+def lower_limit_deviation(letter: str, grade: int, size: float, where: str = "tolerance") -> float:
     """Lower limit deviation of a diameter with the fit `letter` and `grade` at a nominal `size` in m, m.
 
     A capital letter is a hole. Raises `InputError` for letters and grades that are not in the tables.
 
-    >>> [round(1e6 * lower_limit(letter, 7, 14e-3)) for letter in ("H", "h", "K", "p")]
+    >>> [round(1e6 * lower_limit_deviation(letter, 7, 14e-3)) for letter in ("H", "h", "K", "p")]
     [0, -18, -12, 18]
     """
     width = iso_286(grade, size, where) / MICROMETRE
@@ -57,7 +57,7 @@ def lower_limit(letter: str, grade: int, size: float, where: str = "tolerance") 
         raise unknown_name("fit", letter, (*LETTERS, *(name.upper() for name in LETTERS)), where)
     if small == "js":
         return -width / 2 * MICROMETRE
-    row = next(i for i, limit in enumerate(ISO_286_SIZES[1:]) if size * 1e3 <= limit * SIZE_SLACK)
+    row = next(i for i, limit in enumerate(ISO_286_SIZES[1:]) if size * 1e3 <= limit * SIZE_ROUNDING)
     low = _shaft(small, grade, width, row) if letter == small else _hole(small, grade, width, size, row, where)
     return low * MICROMETRE
 
@@ -85,23 +85,23 @@ def _hole(letter: str, grade: int, width: float, size: float, row: int, where: s
     return upper - width
 
 
-def read_field(value: object, size: float, hole: bool, where: str) -> Field:
+def read_zone(value: object, size: float, hole: bool, where: str) -> ToleranceZone:
     """The field of a diameter from a drawing's text, for the nominal `size` in m of a hole or of a shaft.
 
     "14 H7" or "H7": a fit of ISO 286; "0/-15 um", "+21/0 um": limits; "ISO 492 Normal": 0/-w, a bearing's outer ring.
     "IT5", "13 um", "ISO 3290 G10" or a number in m say the width alone ("G10" is a hole's fit or a ball's grade).
     Raises `InputError`, also for a fit of another size than the part's, and for a shaft's letter on a hole.
 
-    >>> field = read_field("14 H7", 14e-3, True, "cage_tolerance")
+    >>> field = read_zone("14 H7", 14e-3, True, "cage_tolerance")
     >>> f"{1e6 * field.window:g} um, mean radius {1e6 * field.offset:+g} um"
     '18 um, mean radius +4.5 um'
-    >>> read_field("0/-13 um", 80e-3, False, "crank_tolerance").offset
+    >>> read_zone("0/-13 um", 80e-3, False, "crank_tolerance").offset
     -3.25e-06
-    >>> read_field("IT5", 96e-3, True, "gear_tolerance").offset is None
+    >>> read_zone("IT5", 96e-3, True, "gear_tolerance").offset is None
     True
     """
     if not isinstance(value, str):
-        return Field(read_window(value, size, where))
+        return ToleranceZone(read_window(value, size, where))
     text = " ".join(value.split())
     if match := _LIMITS.fullmatch(text):
         return _limits(match, where)
@@ -110,20 +110,20 @@ def read_field(value: object, size: float, hole: bool, where: str) -> Field:
     if match and match["letter"] != "IT" and not ball_grade:
         return _fit(match, size, hole, value, where)
     window = read_window(value, size, where)
-    return Field(window, -window / 4 if text.upper().startswith("ISO 492") else None)
+    return ToleranceZone(window, -window / 4 if text.upper().startswith("ISO 492") else None)
 
 
-def _limits(match: re.Match[str], where: str) -> Field:
+def _limits(match: re.Match[str], where: str) -> ToleranceZone:
     if match["unit"] not in UNITS["length"]:
         raise unknown_name("unit of length", match["unit"], UNITS["length"], where)
     high, low = sorted((float(match["one"]), float(match["two"])), reverse=True)
     unit = UNITS["length"][match["unit"]]
-    return Field((high - low) * unit, (high + low) / 4 * unit)
+    return ToleranceZone((high - low) * unit, (high + low) / 4 * unit)
 
 
-def _fit(match: re.Match[str], size: float, hole: bool, value: str, where: str) -> Field:
+def _fit(match: re.Match[str], size: float, hole: bool, value: str, where: str) -> ToleranceZone:
     letter, grade = match["letter"], int(match["grade"])
-    low = lower_limit(letter, grade, size, where)
+    low = lower_limit_deviation(letter, grade, size, where)
     expect(
         hole == letter.isupper(),
         "a hole's fit in a capital letter, such as 'H7'" if hole else "a shaft's fit in a small letter, such as 'h6'",
@@ -136,47 +136,49 @@ def _fit(match: re.Match[str], size: float, hole: bool, value: str, where: str) 
             f"'{1e3 * size:.6g} {letter}{grade}' or '{letter}{grade}', got {value!r}"
         )
     window = iso_286(grade, size, where)
-    return Field(window, (low + window / 2) / 2)
+    return ToleranceZone(window, (low + window / 2) / 2)
 
 
-def tolerance_of(field: Field, offset: object, value: object, where: str, default: float = 0.0) -> Tolerance:
+def tolerance_from_zone(
+    zone: ToleranceZone, offset: object, value: object, where: str, default: float = 0.0
+) -> Tolerance:
     """Window and mean offset of a radius, from its field, which the drawing wrote as `value`, and its stated offset.
 
     offset: m or a text as `read_offset` takes it, None where none is stated; default: m, where neither states one;
     where: "FILE: PART". Raises `InputError` where a fit or limits say one offset and `offset` another.
 
-    >>> tolerance_of(Field(18e-6), "3 sigma", "IT7", "drawing: cage").offset
+    >>> tolerance_from_zone(ToleranceZone(18e-6), "3 sigma", "IT7", "drawing: cage").offset
     4.5e-06
     """
     text = value if isinstance(value, str) else ""
-    stated = None if offset is None else read_offset(offset, Tolerance(field.window).sigma, f"{where}_offset")
-    if field.offset is None:
-        return Tolerance(field.window, default if stated is None else stated, text)
-    if stated is not None and abs(stated - field.offset) > 1e-12:
+    stated = None if offset is None else read_offset(offset, Tolerance(zone.window).sigma, f"{where}_offset")
+    if zone.offset is None:
+        return Tolerance(zone.window, default if stated is None else stated, text)
+    if stated is not None and abs(stated - zone.offset) > 1e-12:
         raise InputError(
             f"{where}_offset: expected none beside the field {value!r}, which puts the mean radius "
-            f"{_signed(field.offset)} off, got {offset!r}; leave it out, or give the width alone, "
-            f"{format_quantity(field.window, 'length')!r}, with the offset"
+            f"{_signed(zone.offset)} off, got {offset!r}; leave it out, or give the width alone, "
+            f"{format_quantity(zone.window, 'length')!r}, with the offset"
         )
-    return Tolerance(field.window, field.offset, text)
+    return Tolerance(zone.window, zone.offset, text)
 
 
-def field_text(tolerance: Tolerance, size: float, hole: bool) -> tuple[str, bool]:
+def zone_text(tolerance: Tolerance, size: float, hole: bool) -> tuple[str, bool]:
     """The field as a drawing writes it, and whether that states the offset too.
 
     The text it was read from, if at this size it still means this tolerance; else the width.
 
     >>> drawn = Tolerance(iso_286(5, 10e-3), 0.0, "IT5")
-    >>> field_text(drawn, 10e-3, True), field_text(drawn, 96e-3, True)
+    >>> zone_text(drawn, 10e-3, True), zone_text(drawn, 96e-3, True)
     (('IT5', False), ('6 um', False))
     """
     if tolerance.text:
         try:
-            field = read_field(tolerance.text, size, hole, "tolerance")
+            zone = read_zone(tolerance.text, size, hole, "tolerance")
         except InputError:
-            field = None
-        if field is not None and field.window == tolerance.window and field.offset in (None, tolerance.offset):
-            return tolerance.text, field.offset is not None
+            zone = None
+        if zone is not None and zone.window == tolerance.window and zone.offset in (None, tolerance.offset):
+            return tolerance.text, zone.offset is not None
     return format_quantity(tolerance.window, "length"), False
 
 

@@ -93,10 +93,10 @@ def find_material(name: str, own: dict[str, Material], where: str = "") -> Mater
     return known[name]
 
 
-def labelled(materials: Iterable[Material]) -> dict[Material, str]:
+def material_labels(materials: Iterable[Material]) -> dict[Material, str]:
     """What a drawing calls each material: its name, and a label of its own where two of them share one.
 
-    >>> list(labelled([Material("100Cr6", 104e9, 0.3, 7800.0), STEEL_100CR6]).values())
+    >>> list(material_labels([Material("100Cr6", 104e9, 0.3, 7800.0), STEEL_100CR6]).values())
     ['100Cr6', '100Cr6 2']
     """
     labels: dict[Material, str] = {}

@@ -22,7 +22,7 @@ RIGID = "rigid"
 
 
 @dataclass(frozen=True)
-class Beyond:
+class ModelOptions:
     """What a drawing switches on beside the paper's model.
 
     bearing_stiffness: radial, of each eccentric's bearing, N/m; cage_wall_stiffness: of the wall beside each bore,
@@ -66,27 +66,27 @@ class Beyond:
                 raise unknown_name(name, value, known)
 
     @property
-    def plain(self) -> bool:
+    def is_plain(self) -> bool:
         """Whether the equilibrium is that of the paper's model."""
         return (
             self.gear_contact == "linear"
             and self.cage_contact == "hertz"
-            and not self.moves
+            and not self.has_inertia_forces
             and all(getattr(self, name) == math.inf for name in STIFFNESSES)
         )
 
     @property
-    def moves(self) -> bool:
+    def has_inertia_forces(self) -> bool:
         """Whether forces of inertia act."""
         return self.inertia == "on" and self.crank_speed > 0
 
     @property
-    def couples(self) -> bool:
+    def couples_elements(self) -> bool:
         """Whether elements of a drive feel each other: then only whole drives have an equilibrium."""
         return math.isfinite(self.bearing_stiffness) or math.isfinite(self.housing_stiffness)
 
 
-def _keep(options: Beyond, name: str, expected: str, low: float, high: float = math.inf) -> None:
+def _keep(options: ModelOptions, name: str, expected: str, low: float, high: float = math.inf) -> None:
     """The field as a plain float, whatever kind of number came; raises `InputError` out of its bounds."""
     object.__setattr__(options, name, expect_number(getattr(options, name), expected, name, low=low, high=high))
 
@@ -117,7 +117,7 @@ SECTIONS = {
 """Where a drawing writes them."""
 
 
-def read_options(values: Mapping[str, Any], where: str) -> Beyond:
+def read_options(values: Mapping[str, Any], where: str) -> ModelOptions:
     """The switches from a drawing's fields; those that are missing stay off. Raises `InputError`.
 
     >>> read_options({"bearing_stiffness": "250 N/um"}, "drawing").bearing_stiffness
@@ -138,13 +138,13 @@ def read_options(values: Mapping[str, Any], where: str) -> Beyond:
             f"{where}: {name}",
         )
     try:
-        return Beyond(**read)
+        return ModelOptions(**read)
     except ValueError as error:
         # The same one line, with the drawing's name before it.
         raise type(error)(f"{where}: {error}") from None
 
 
-def write_options(options: Beyond, section: str) -> dict[str, Any]:
+def write_options(options: ModelOptions, section: str) -> dict[str, Any]:
     """What differs from the defaults in one section, as a drawing writes it."""
     return {
         name: _text(name, getattr(options, name))
@@ -157,4 +157,4 @@ def _text(name: str, value: Any) -> Any:
     return format_quantity(value, QUANTITIES[name]) if name in QUANTITIES else value
 
 
-_DEFAULTS = {f.name: f.default for f in fields(Beyond)}
+_DEFAULTS = {f.name: f.default for f in fields(ModelOptions)}

@@ -80,7 +80,7 @@ def draw(drive: Drive, block: int, n_drives: int, seed: int) -> Deviations:
     )
 
 
-def spread(drive: Drive, count: int) -> Deviations:
+def quasi_random_elements(drive: Drive, count: int) -> Deviations:
     """`count` elements spread evenly over deviations and usable positions (Sobol's sequence), shape (1, count).
 
     The mean of an element's torque over them, times the drive's elements and the usable share of the profile
@@ -110,7 +110,7 @@ def spread(drive: Drive, count: int) -> Deviations:
     )
 
 
-def spread_drives(drive: Drive, count: int) -> Deviations:
+def quasi_random_drives(drive: Drive, count: int) -> Deviations:
     """`count` whole drives that stand for all of the drawing, shape (count, n_elements): for what couples elements.
 
     Starts are spread evenly over a pitch; the deviations of the k-th elements together with it by Sobol's sequence,

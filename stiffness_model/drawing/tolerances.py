@@ -33,7 +33,7 @@ _ISO_286_UM: dict[int, tuple[float, ...]] = {
     15: (400, 480, 580, 700, 840, 1000, 1200, 1400, 1600, 1850, 2100, 2300, 2500),
     16: (600, 750, 900, 1100, 1300, 1600, 1900, 2200, 2500, 2900, 3200, 3600, 4000),
 }
-SIZE_SLACK = 1 + 1e-12
+SIZE_ROUNDING = 1 + 1e-12
 """A size such as 0.08 m must fall in the row that ends at 80 mm."""
 # ISO 492, radial bearings, class Normal, outer ring: mean outside diameter, width of the field.
 _ISO_492_SIZES = (6, 18, 30, 50, 80, 120, 150, 180, 250, 315, 400, 500)
@@ -50,7 +50,7 @@ class Tolerance:
     """The deviation of a radius: normal with `sigma` m about `offset` m.
 
     window: width of the diameter's tolerance field, m; text: as the drawing wrote it. The text is a note: two
-    tolerances are equal if their numbers are, and `fits.field_text` writes it only where it still means them.
+    tolerances are equal if their numbers are, and `fits.zone_text` writes it only where it still means them.
     """
 
     window: float
@@ -106,12 +106,12 @@ def iso_3290(grade: int, where: str = "tolerance") -> float:
 
 def _step(sizes: tuple[float, ...], widths: tuple[float, ...], size: float, standard: str, where: str) -> float:
     size_mm = size * 1e3
-    if not sizes[0] < size_mm <= sizes[-1] * SIZE_SLACK:
+    if not sizes[0] < size_mm <= sizes[-1] * SIZE_ROUNDING:
         raise InputError(
             f"{where}: expected a nominal size in {standard}'s range, above {sizes[0]} and up to "
             f"{sizes[-1]} mm, got {size_mm:g} mm"
         )
-    row = next(i for i, limit in enumerate(sizes[1:]) if size_mm <= limit * SIZE_SLACK)
+    row = next(i for i, limit in enumerate(sizes[1:]) if size_mm <= limit * SIZE_ROUNDING)
     return widths[row] * MICROMETRE
 
 
@@ -152,12 +152,12 @@ def read_offset(value: object, sigma: float, where: str) -> float:
     return expect_number(parse_quantity(value, "length", where), "a finite offset", where)
 
 
-def free_offset(window: float, element: Tolerance) -> float:
+def clearance_offset(window: float, element: Tolerance) -> float:
     """Mean offset, m, of bores with a `window`, m, in which elements run freely but for 0.13 % of them.
 
     The clearance varies with bore and element, sigma^2 = sigma_bore^2 + sigma_element^2; its mean is three sigma.
 
-    >>> f"{1e6 * free_offset(5e-6, Tolerance(0.5e-6)):.3f} um"
+    >>> f"{1e6 * clearance_offset(5e-6, Tolerance(0.5e-6)):.3f} um"
     '1.256 um'
     """
     return element.offset + SIGMAS_IN_WINDOW / 2 * math.hypot(Tolerance(window).sigma, element.sigma)

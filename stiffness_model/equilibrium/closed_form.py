@@ -52,7 +52,7 @@ def solve(contacts: Contacts, crank_twist: ArrayLike, extra_force: ArrayLike | N
     """
     twist = np.atleast_1d(np.asarray(crank_twist, float))
     expect(twist.ndim == 1 and bool(np.isfinite(twist).all()), "finite twists in one dimension", crank_twist, "twist")
-    if not contacts.beyond.plain:
+    if not contacts.beyond.is_plain:
         return solve_beyond(contacts, twist, extra_force)
     result = closed_form(contacts, twist)
     special = np.ones(len(contacts), bool)

@@ -127,7 +127,7 @@ class Frame:
     def __init__(self, contacts: Contacts) -> None:
         options = contacts.beyond
         self.bearing, self.housing = options.bearing_stiffness, options.housing_stiffness
-        self.couples = options.couples
+        self.couples = options.couples_elements
         self.numbers, self.group = np.unique(contacts.eccentric, return_inverse=True)
         self.drives, self.drive_of_group = np.unique(self.numbers // contacts.eccentrics, return_inverse=True)
         self.n_groups, self.n_drives = len(self.numbers), len(self.drives)

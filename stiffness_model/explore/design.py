@@ -84,7 +84,7 @@ def refuse_more(drive: Drive, where: str) -> None:
     """
     for f in fields(drive):
         value = getattr(drive, f.name)
-        if f.name not in _PLAIN and value != f.default and not getattr(value, "plain", False):
+        if f.name not in _PLAIN and value != f.default and not getattr(value, "is_plain", False):
             raise InputError(
                 f"{where}: expected a drawing of the plain contact model, for a study knows no other, got "
                 f"{f.name} = {value!r}"

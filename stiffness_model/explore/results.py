@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..io.atomic_files import whole_file
+from ..io.atomic_files import atomic_file
 from ..numerics.arrays import Array
 from .evaluate import Evaluations, Outcome
 from .metrics import METRICS
@@ -78,13 +78,13 @@ def write_results(results: Results, folder: Path) -> str:
         import pyarrow
         from pyarrow import parquet
     except ImportError:
-        with whole_file(folder / "designs.npz") as temporary, temporary.open("wb") as stream:
+        with atomic_file(folder / "designs.npz") as temporary, temporary.open("wb") as stream:
             save: Any = np.savez_compressed
             save(stream, **made)
         return "designs.npz"
     arrow: Any = pyarrow
     writer: Any = parquet
     table = arrow.table({name: arrow.array(values) for name, values in made.items()})
-    with whole_file(folder / "designs.parquet") as temporary:
+    with atomic_file(folder / "designs.parquet") as temporary:
         writer.write_table(table.replace_schema_metadata({"study": json.dumps(describe(results.study))}), temporary)
     return "designs.parquet"

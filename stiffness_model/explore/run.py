@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..io.atomic_files import whole_file
+from ..io.atomic_files import atomic_file
 from ..numerics.arrays import Array
 from .evaluate import Evaluations, evaluate, join
 from .metrics import METRICS
@@ -71,7 +71,7 @@ def claim(study: Study, folder: Path) -> None:
                 f"{folder}: expected an empty folder or one of this study, got one that holds a different "
                 f"study ({name!r}; another drawing, range, limit, objective, number or version)"
             )
-    with whole_file(mark) as temporary:
+    with atomic_file(mark) as temporary:
         temporary.write_text(json.dumps(describe(study), indent=1) + "\n", encoding="utf-8")
     (folder / CHUNK_FOLDER).mkdir(exist_ok=True)
 
@@ -108,7 +108,7 @@ def _generation(
 
 
 def _write(file: Path, part: Evaluations) -> None:
-    with whole_file(file) as temporary, temporary.open("wb") as stream:
+    with atomic_file(file) as temporary, temporary.open("wb") as stream:
         np.savez(stream, positions=part.positions, metrics=part.metrics, outcome=part.outcome)
 
 

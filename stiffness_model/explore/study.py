@@ -50,7 +50,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Choice:
-    """Which member of the front becomes the drawing: the "knee", or the "best" in `objective` within `limits`."""
+    """Which member of the front becomes the drawing: the "knee", or the "best" in `objective` within `twist_limits`."""
 
     rule: str = KNEE
     objective: str = ""

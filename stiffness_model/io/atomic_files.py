@@ -24,9 +24,9 @@ try:
 except ImportError:  # Windows: there nothing is known of an owner, and nothing is cleared away
     fcntl = None
 
-UNFINISHED = ".unfinished-"
+STAGING_PREFIX = ".unfinished-"
 """How the names of temporary folders begin beside results."""
-SCRATCH = "stiffness-model-work-"
+SCRATCH_PREFIX = "stiffness-model-work-"
 """How they begin in the system's folder for temporary files."""
 
 _cleared: set[tuple[Path, int]] = set()
@@ -50,7 +50,7 @@ def parse_toml(text: str, where: str, what: str = "TOML") -> dict[str, Any]:
 
 
 @contextlib.contextmanager
-def whole_file(path: str | os.PathLike[str]) -> Generator[Path]:
+def atomic_file(path: str | os.PathLike[str]) -> Generator[Path]:
     """A temporary name for `path`, renamed to it when the block ends well and removed when it does not.
 
     The block makes the file. Raises `InputError` where the folder does not exist or cannot be written.
@@ -58,7 +58,7 @@ def whole_file(path: str | os.PathLike[str]) -> Generator[Path]:
     target = Path(path)
     with contextlib.ExitStack() as work:
         try:
-            folder = work.enter_context(_work_folder(target.parent, UNFINISHED))
+            folder = work.enter_context(_work_folder(target.parent, STAGING_PREFIX))
         except OSError as error:
             raise _not_writable(target, error) from None
         # The same name: some writers choose the format by it, or append to it.
@@ -90,7 +90,7 @@ def staged_folder(folder: str | os.PathLike[str]) -> Generator[Path]:
         with contextlib.ExitStack() as work:
             with _refuse_unwritable(target):
                 target.mkdir(parents=True, exist_ok=True)
-                stage = work.enter_context(_work_folder(target, UNFINISHED))
+                stage = work.enter_context(_work_folder(target, STAGING_PREFIX))
             yield stage
             with _refuse_unwritable(target):
                 _move_files(stage, target)
@@ -104,7 +104,7 @@ def staged_folder(folder: str | os.PathLike[str]) -> Generator[Path]:
 @contextlib.contextmanager
 def scratch_folder() -> Generator[Path]:
     """A folder for what nobody keeps, in the system's place for temporary files; gone when the block ends."""
-    with _work_folder(Path(tempfile.gettempdir()), SCRATCH) as folder:
+    with _work_folder(Path(tempfile.gettempdir()), SCRATCH_PREFIX) as folder:
         yield folder
 
 
@@ -112,7 +112,7 @@ def scratch_folder() -> Generator[Path]:
 def _work_folder(place: Path, start: str) -> Generator[Path]:
     """A new folder in `place` for the owner alone; removed with all that is in it. Raises `OSError`."""
     if (place, os.getpid()) not in _cleared:
-        clear_abandoned(place, start)
+        remove_abandoned(place, start)
         _cleared.add((place, os.getpid()))
     folder, lock = _make_held(place, start)
     try:
@@ -140,7 +140,7 @@ def _make_held(place: Path, start: str) -> tuple[Path, int | None]:
             return folder, None
 
 
-def clear_abandoned(place: Path, start: str = UNFINISHED) -> None:
+def remove_abandoned(place: Path, start: str = STAGING_PREFIX) -> None:
     """Remove the folders in `place` whose names begin with `start` and whose owners are gone. Never raises for one
     that cannot be read or removed: it is somebody else's."""
     for folder in _named(place, start):

@@ -12,9 +12,9 @@ from typing import Any
 
 from ..drawing import options
 from ..drawing.drive import COUNTS, HOLES, PARTS, Drive, diameters
-from ..drawing.fits import field_text, read_field, tolerance_of
-from ..drawing.materials import MATERIALS, Material, find_material, labelled
-from ..drawing.tolerances import Tolerance, free_offset
+from ..drawing.fits import read_zone, tolerance_from_zone, zone_text
+from ..drawing.materials import MATERIALS, Material, find_material, material_labels
+from ..drawing.tolerances import Tolerance, clearance_offset
 from ..errors import (
     DoesNotFitWarning,
     InputError,
@@ -25,7 +25,7 @@ from ..errors import (
     unknown_name,
 )
 from ..units import format_quantity, parse_quantity
-from .atomic_files import parse_toml, whole_file
+from .atomic_files import atomic_file, parse_toml
 
 _SECTIONS: dict[str, tuple[str, ...]] = {
     "geometry": (
@@ -55,13 +55,13 @@ _DEFAULTS: dict[str, Any] = {
     "element": "ball",
     "element_length": 0.0,
     "eccentrics": 1,
-    # None: what the field states; else 0, and for the cage the clearance of `free_offset`.
+    # None: what the field states; else 0, and for the cage the clearance of `clearance_offset`.
     **dict.fromkeys(f"{part}_offset" for part in PARTS),
     "crank_deviation": "element",
 }
 
 
-AnyDrive = Drive | str | os.PathLike[str]
+DriveLike = Drive | str | os.PathLike[str]
 """What the public functions take for a drive: the drive itself, a preset's name, or a drawing's path (`as_drive`)."""
 
 
@@ -94,7 +94,7 @@ def load_drive(source: str | os.PathLike[str], **fields: Any) -> Drive:
     return drive
 
 
-def as_drive(drive: AnyDrive) -> Drive:
+def as_drive(drive: DriveLike) -> Drive:
     """The drive itself, or that of a preset's name or a drawing's path: what every function takes for a drive.
 
     Raises `InputError` for anything else.
@@ -218,11 +218,11 @@ def _tolerance(
     text, mean = (
         _with_unit(flat[name], name, name in fields, where) for name in (f"{part}_tolerance", f"{part}_offset")
     )
-    field = read_field(text, size, part in HOLES, f"{where}: {part}_tolerance")
+    field = read_zone(text, size, part in HOLES, f"{where}: {part}_tolerance")
     if f"{part}_tolerance" in fields and f"{part}_offset" not in fields and field.offset is not None:
         mean = None  # A fit that overrides the drawing's field overrides its offset too.
-    default = free_offset(field.window, element) if part == "cage" and element is not None else 0.0
-    return tolerance_of(field, mean, text, f"{where}: {part}", default)
+    default = clearance_offset(field.window, element) if part == "cage" and element is not None else 0.0
+    return tolerance_from_zone(field, mean, text, f"{where}: {part}", default)
 
 
 def _own_materials(tables: Any, where: str) -> dict[str, Material]:
@@ -270,7 +270,7 @@ def _material(value: Any, own: dict[str, Material], where: str) -> Material:
 def drive_to_dict(drive: Drive) -> dict[str, Any]:
     """The drawing as nested tables, such that `drive_from_dict` gives it back."""
     values: dict[str, Any] = {"name": drive.name, "description": drive.description}
-    labels = labelled(drive.materials[part] for part in PARTS)
+    labels = material_labels(drive.materials[part] for part in PARTS)
     own = {label: m for m, label in labels.items() if MATERIALS.get(label) != m}
     if own:
         values["material"] = {
@@ -309,7 +309,7 @@ def _tolerance_texts(drive: Drive) -> dict[str, str]:
     """The fields of the tolerances; no offset where a fit or limits state it."""
     texts: dict[str, str] = {}
     for part, tolerance in drive.tolerances.items():
-        texts[f"{part}_tolerance"], states_offset = field_text(tolerance, drive.size(part), part in HOLES)
+        texts[f"{part}_tolerance"], states_offset = zone_text(tolerance, drive.size(part), part in HOLES)
         if not states_offset:
             texts[f"{part}_offset"] = format_quantity(tolerance.offset, "length")
     return texts
@@ -319,5 +319,5 @@ def save_drive(drive: Drive, path: str | os.PathLike[str]) -> None:
     """Write the drawing as TOML, whole or not at all; `load_drive` gives back an equal drive."""
     import tomli_w
 
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(tomli_w.dumps(drive_to_dict(drive)), encoding="utf-8")

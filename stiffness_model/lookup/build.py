@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from ..contact.assembly import build_contacts, usable
 from ..drawing.drive import Drive
-from ..drawing.limits import expect_twists
-from ..drawing.sampling import spread, spread_drives
+from ..drawing.sampling import quasi_random_drives, quasi_random_elements
+from ..drawing.twist_limits import expect_twists
 from ..equilibrium.closed_form import solve
 from ..errors import expect
-from ..io.drawing_toml import AnyDrive, as_drive, drive_to_dict
+from ..io.drawing_toml import DriveLike, as_drive, drive_to_dict
 from ..montecarlo.curve import BAND
 from ..montecarlo.population import Population, simulate
 from ..numerics.arrays import Array
@@ -40,7 +40,7 @@ N_SPREAD_DRIVES = 256
 """Evenly spread drives behind it where their elements feel each other."""
 
 
-def build_lookup(drive: AnyDrive, n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> Lookup:
+def build_lookup(drive: DriveLike, n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> Lookup:
     """Solve the drawing over twist x clearance and lay splines through the mean, and the band of `n_drives` drives.
 
     Twist reaches to twice the drawing's max_twist, clearance to half of what max_twist closes. The grids follow
@@ -50,7 +50,7 @@ def build_lookup(drive: AnyDrive, n_drives: int = N_DRIVES, seed: int = 0, execu
     """
     drive = as_drive(drive)
     expect(
-        not drive.beyond.moves,
+        not drive.beyond.has_inertia_forces,
         "inertia 'off': tables over twist and clearance do not know the crank's speed",
         drive.beyond.inertia,
         drive.name,
@@ -115,16 +115,16 @@ def _tables(drive: Drive, twist: Array, n_drives: int, seed: int, clearance: flo
 
 
 def mean_torque(drive: Drive, twist: Array, clearance: float = 0.0) -> Array:
-    """Mean torque, (n_twist,) N.m, of all drives of the drawing, by elements spread evenly (`sampling.spread`).
+    """Mean torque, (n_twist,) N.m, of all drives of the drawing, by `sampling.quasi_random_elements`.
 
-    Where a bearing or the housing couples the elements, by whole drives (`sampling.spread_drives`).
+    Where a bearing or the housing couples the elements, by whole drives (`sampling.quasi_random_drives`).
     """
     twist = expect_twists(drive, twist)
-    if drive.beyond.couples:
-        drives = spread_drives(drive, N_SPREAD_DRIVES)
+    if drive.beyond.couples_elements:
+        drives = quasi_random_drives(drive, N_SPREAD_DRIVES)
         contacts = build_contacts(drive, drives, clearance)[usable(drive, drives.beta).ravel()]
         return solve(contacts, twist * drive.ratio).output_torque.sum(axis=1) / N_SPREAD_DRIVES
-    elements = spread(drive, N_SPREAD)
+    elements = quasi_random_elements(drive, N_SPREAD)
     contacts = build_contacts(drive, elements, clearance)
     mean = [solve(contacts, [angle * drive.ratio]).output_torque.mean() for angle in twist]
     return np.array(mean) * drive.elements * drive.usable_limit / np.pi

@@ -23,11 +23,11 @@ from scipy.stats import qmc
 
 from ..contact.assembly import build_contacts, usable
 from ..drawing.drive import Drive
-from ..drawing.sampling import Deviations, spread_drives
+from ..drawing.sampling import Deviations, quasi_random_drives
 from ..equilibrium.closed_form import solve
 from ..errors import expect, expect_number
 from ..geometry.ball_path import wrap
-from ..io.atomic_files import whole_file
+from ..io.atomic_files import atomic_file
 from ..numerics.arrays import Array
 from ..numerics.bspline import Axis, fit, locate, slope_weights, weights
 from .stored import axis_from, expect_table, load_tables, take
@@ -84,7 +84,7 @@ class ElementTable:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to one .npz file, whole or not at all."""
-        with whole_file(path) as temporary, open(temporary, "wb") as file:
+        with atomic_file(path) as temporary, open(temporary, "wb") as file:
             np.savez(file, head=np.array(json.dumps(self.head())), coefficients=self.coefficients)
 
     @staticmethod
@@ -158,7 +158,7 @@ def build_element_table(drive: Drive) -> ElementTable:
 
 def _solved(drive: Drive, twist: Array, clearance: Array, position: Array) -> Array:
     """Mean torque, (n_twist, n_clearance, n_position), N.m."""
-    if drive.beyond.couples:
+    if drive.beyond.couples_elements:
         return _lost(drive, twist, clearance, position)
     shape = (len(position), N_SAMPLES)
     # A half step off zero the points of the sequence lie in the middles of their intervals.
@@ -182,7 +182,7 @@ def _lost(drive: Drive, twist: Array, clearance: Array, position: Array) -> Arra
     """What whole drives lose without an element at `position`, like `_solved`: where the bodies yield, the others take
     over a part of its load.
     """
-    parts = spread_drives(drive, N_DRIVES)
+    parts = quasi_random_drives(drive, N_DRIVES)
     shape = (len(position), N_DRIVES, drive.elements)
     beta = wrap(position[:, None, None] + 2 * np.pi / drive.elements * np.arange(drive.elements))
     rows = {

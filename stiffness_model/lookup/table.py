@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import expect, expect_number
-from ..io.atomic_files import whole_file
+from ..io.atomic_files import atomic_file
 from ..numerics.arrays import Array
 from ..numerics.bspline import Axis, evaluate
 from ..units import ARCMIN, MICROMETRE
@@ -130,7 +130,7 @@ class Lookup:
         tables = {"coefficients": self.coefficients}
         if self.element is not None:
             head["element"], tables["element"] = self.element.head(), self.element.coefficients
-        with whole_file(path) as temporary, open(temporary, "wb") as file:
+        with atomic_file(path) as temporary, open(temporary, "wb") as file:
             np.savez(file, head=np.array(json.dumps(head)), **tables)  # type: ignore[arg-type]
 
     @staticmethod

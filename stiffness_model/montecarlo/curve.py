@@ -14,7 +14,7 @@ from scipy.interpolate import PchipInterpolator
 
 from ..contact.assembly import CONTACTS
 from ..errors import InputError, expect
-from ..io.atomic_files import whole_file
+from ..io.atomic_files import atomic_file
 from ..numerics.arrays import Array
 from ..numerics.roots import bracketed_root
 from ..units import ARCMIN
@@ -153,7 +153,7 @@ class TwistTorqueCurve:
             },
             **(further or {}),
         }
-        with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        with atomic_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(columns)
             writer.writerows(zip(*([f"{v:.9g}" for v in values] for values in columns.values()), strict=True))

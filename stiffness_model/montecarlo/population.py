@@ -15,10 +15,10 @@ from scipy.interpolate import PchipInterpolator
 from ..contact.assembly import CONTACTS, build_contacts, usable
 from ..drawing import sampling
 from ..drawing.drive import Drive
-from ..drawing.limits import expect_twists
+from ..drawing.twist_limits import expect_twists
 from ..equilibrium.closed_form import AT_ONCE, Equilibrium, Status, solve_parts
 from ..errors import expect, expect_number, warn_not_converged
-from ..io.drawing_toml import AnyDrive, as_drive
+from ..io.drawing_toml import DriveLike, as_drive
 from ..memory import expect_room
 from ..numerics.arrays import Array
 from .curve import BAND, TwistTorqueCurve
@@ -95,7 +95,7 @@ class Population:
 
 
 def simulate(
-    drive: AnyDrive,
+    drive: DriveLike,
     twist: ArrayLike,
     n_drives: int = 1000,
     seed: int = 0,
@@ -108,8 +108,8 @@ def simulate(
     drive: itself, a preset's name or a drawing's path. twist: 1-D, rad at the output. gear_shift: m, added to the
     gear's clearance in all drives (positive: play). executor: any concurrent.futures executor to share the blocks of
     drives among; the numbers do not depend on it. Raises `InputError` for twists that are not finite or far beyond the
-    drawing's max_twist (`limits`), and for less than one drive. Warns with `NotConvergedWarning` of elements without an
-    equilibrium (`status_counts`).
+    drawing's max_twist (`twist_limits`), and for less than one drive. Warns with `NotConvergedWarning` of elements
+    without an equilibrium (`status_counts`).
 
     >>> from stiffness_model import load_drive
     >>> population = simulate(load_drive("drive_1"), [0.0, 0.002], n_drives=50)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..contact.assembly import Contacts, build_contacts, usable
 from ..drawing import sampling
 from ..drawing.drive import Drive
-from ..drawing.limits import expect_twists
+from ..drawing.twist_limits import expect_twists
 from ..equilibrium.closed_form import solve
 from ..equilibrium.coupled_elements import CoupledEquilibrium
 from ..equilibrium.result import Equilibrium, Status
@@ -61,7 +61,8 @@ class Solved:
 def solved_blocks(drive: Drive, twist: ArrayLike, n_drives: int, seed: int) -> Iterator[Solved]:
     """The first `n_drives` virtual drives at twists (m,), rad at the output, a block at a time.
 
-    Raises `InputError` for twists that are not finite or far beyond max_twist (`limits`), or for less than one drive.
+    Raises `InputError` for twists that are not finite or far beyond max_twist (`twist_limits`), or for less than one
+    drive.
     """
     angles = expect_twists(drive, twist)
     expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")

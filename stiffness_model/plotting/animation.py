@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..drawing import sampling
 from ..drawing.drive import Drive
 from ..errors import expect
-from ..io.atomic_files import whole_file
+from ..io.atomic_files import atomic_file
 from .layout import turns_to_repeat
 from .loads import Loads, solve_loads
 from .section import ARROW_COLOURS, colour_elements, draw_arrows, draw_row
@@ -49,7 +49,7 @@ def write_turn(drive: Drive, path: str | os.PathLike[str], twist: float = 0.0, f
     palette = _palette(pictures[0])
     # No dithering: its dots would crawl.
     first, *further = [_image(picture).quantize(palette=palette, dither=0) for picture in pictures]
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         first.save(temporary, save_all=True, append_images=further, duration=FRAME_TIME, loop=0, optimize=False)
     return count
 

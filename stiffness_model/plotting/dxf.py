@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..drawing.drive import HOLES, Drive
-from ..drawing.fits import field_text
+from ..drawing.fits import zone_text
 from ..errors import InputError
-from ..io.atomic_files import whole_file
+from ..io.atomic_files import atomic_file
 from ..units import MICROMETRE
 from .layout import Layout, place, towards
 from .outline import CHORD_ERROR, Outline, equidistant, gear_offset, gear_outline, rotated
@@ -64,14 +64,14 @@ def write_dxf(drive: Drive, path: str | os.PathLike[str], chord_error: float = C
             "insert": (-radius / 2, radius / 4),
         },
     )
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         document.saveas(temporary)
     return profile
 
 
 def notes(drive: Drive, profile: Outline, layout: Layout) -> list[str]:
     """What a workshop must know beside the lines, a line each."""
-    field, _ = field_text(drive.tolerances["gear"], drive.size("gear"), "gear" in HOLES)
+    field, _ = zone_text(drive.tolerances["gear"], drive.size("gear"), "gear" in HOLES)
     lines = [
         f"{drive.name}: {drive.lobes} lobes, ratio {drive.ratio:+g}, all sizes in mm",
         f"profile {1e3 * gear_offset(drive):.6g} outside the path of the centres, middle of the field "

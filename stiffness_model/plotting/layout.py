@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..drawing.drive import Drive
-from ..drawing.limits import expect_turned
+from ..drawing.twist_limits import expect_crank_angle
 from ..errors import expect, expect_number
 from ..geometry.ball_path import wrap
 from ..numerics.arrays import Array
@@ -57,7 +57,7 @@ def place(drive: Drive, angle: float = 0.0, start: float = 0.0) -> Layout:
     >>> [np.degrees(place(load_drive("drive_1", lobes=z)).gear).round(9).tolist() for z in (30, 28)]
     [[0.0, -4.0, 4.0], [0.0, 0.0, 0.0]]
     """
-    expect_turned(drive, expect_number(angle, "a finite crank angle in rad", "angle"))
+    expect_crank_angle(drive, expect_number(angle, "a finite crank angle in rad", "angle"))
     rows, lobes, ratio = drive.eccentrics, drive.lobes, _places(drive)
     row = np.arange(rows)
     first = 2 * np.pi / ratio * ((row * _step(drive) / rows)[:, None] + occupied(drive)) + start

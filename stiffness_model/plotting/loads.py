@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ..contact.assembly import build_contacts, usable
 from ..drawing.drive import Drive
-from ..drawing.limits import expect_twists
 from ..drawing.sampling import Deviations
+from ..drawing.twist_limits import expect_twists
 from ..equilibrium.closed_form import Status, solve
 from ..errors import warn_not_converged
 from ..numerics.arrays import Array
@@ -67,7 +67,7 @@ def solve_loads(
     layout with its first element at `start`, rad, of the profile (`layout.place`). weight: (1, n) share of every
     element in the torque, as `rotation.standing` gives it; an element with none carries nothing. Without it, all on the
     part of the profile that exists count whole. Raises `InputError` for a twist or
-    an angle that is not finite or far from what a drive can be (`limits`); warns with `NotConvergedWarning`.
+    an angle that is not finite or far from what a drive can be (`twist_limits`); warns with `NotConvergedWarning`.
 
     >>> from stiffness_model import load_drive
     >>> from stiffness_model.drawing import sampling

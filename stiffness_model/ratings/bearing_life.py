@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..drawing.drive import Drive
 from ..errors import expect
-from ..io.drawing_toml import AnyDrive, as_drive
+from ..io.drawing_toml import DriveLike, as_drive
 from ..montecarlo.solved_blocks import Solved, solved_blocks, sum_over
 from ..numerics.arrays import Array
 from .efficiency import least_sliding
@@ -60,7 +60,7 @@ class BearingLife:
     valid: NDArray[np.bool_]
 
 
-def bearing_forces(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> tuple[Array, Array]:
+def bearing_forces(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> tuple[Array, Array]:
     """Force on every crank bearing, (n_drives, eccentrics, n_twist) N, and the drives' torques (n_drives, n_twist).
 
     >>> from stiffness_model import load_drive
@@ -100,7 +100,7 @@ def _per_bearing(drive: Drive, block: Solved, values: Array) -> Array:
     return sum_over(values, block.eccentric, count).T.reshape(block.n_drives, drive.eccentrics, -1)
 
 
-def bearing_life(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> BearingLife:
+def bearing_life(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> BearingLife:
     """Basic rating life of the crank's bearings at twists (n_twist,), rad at the output.
 
     Raises `InputError` where the drawing states no `bearing_capacity`.

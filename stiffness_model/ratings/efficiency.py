@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 
 from ..drawing.drive import Drive
 from ..errors import expect
-from ..io.drawing_toml import AnyDrive, as_drive
+from ..io.drawing_toml import DriveLike, as_drive
 from ..montecarlo.solved_blocks import Solved, solved_blocks, sum_over
 from ..numerics.arrays import Array
 
@@ -73,7 +73,7 @@ def _driven(useful: Array, loss: Array) -> Array:
 
 
 def friction_losses(
-    drive: AnyDrive, twist: ArrayLike, n_drives: int = 32, seed: int = 0, coefficient: float | None = None
+    drive: DriveLike, twist: ArrayLike, n_drives: int = 32, seed: int = 0, coefficient: float | None = None
 ) -> Losses:
     """Losses at twists (n_twist,), rad at the output, with the drawing's coefficient of friction or another.
 

@@ -11,13 +11,13 @@ from ..contact.assembly import PARTNERS, Contacts, build_contacts, compliances, 
 from ..contact.laws import bore
 from ..drawing import sampling
 from ..drawing.drive import Drive
-from ..drawing.limits import expect_twists
 from ..drawing.sampling import Deviations
+from ..drawing.twist_limits import expect_twists
 from ..elasticity import hertz
 from ..equilibrium.closed_form import solve_parts
 from ..equilibrium.result import Equilibrium, Status
 from ..errors import expect, warn_not_converged
-from ..io.drawing_toml import AnyDrive, as_drive
+from ..io.drawing_toml import DriveLike, as_drive
 from ..memory import expect_room
 from ..numerics.arrays import Array
 
@@ -37,7 +37,7 @@ class Pressures:
     minor: Array
 
 
-def contact_pressures(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> Pressures:
+def contact_pressures(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> Pressures:
     """Greatest pressures at twists (n_twist,), rad at the output, of the first `n_drives` virtual drives.
 
     Every drive stands still at its own random angle, as in `simulate`. The greatest over a turn, which ratings

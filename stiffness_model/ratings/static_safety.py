@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from ..contact.assembly import PARTNERS
 from ..drawing.drive import Drive
-from ..io.drawing_toml import AnyDrive, as_drive
+from ..io.drawing_toml import DriveLike, as_drive
 from ..montecarlo.curve import BAND
 from ..numerics.arrays import Array
 from .turn_pressure import turn_pressures
@@ -171,7 +171,7 @@ def pressure_limits(drive: Drive) -> Array:
     return np.array(limits)
 
 
-def check_strength(drive: AnyDrive, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> Strength:
+def check_strength(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> Strength:
     """Pressures of the first `n_drives` virtual drives at twists (n_twist,), rad, against their limits.
 
     Raises `InputError` as `turn_pressures` does.

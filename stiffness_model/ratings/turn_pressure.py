@@ -30,8 +30,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..contact.assembly import PARTNERS, build_contacts, usable
 from ..drawing import sampling
 from ..drawing.drive import Drive
-from ..drawing.limits import expect_twists
 from ..drawing.sampling import Deviations
+from ..drawing.twist_limits import expect_twists
 from ..equilibrium.closed_form import closed_form, solve
 from ..equilibrium.coupled_elements import CoupledEquilibrium, solve_beyond
 from ..equilibrium.result import Equilibrium, Status
@@ -95,7 +95,7 @@ def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int, cag
     owner, place, element = worst_meetings(alone, facing, beta, twist if len(twist) <= len(trials) else trials, cage)
     some = replace(Deviations(*(getattr(facing, f.name)[owner, element] for f in fields(Deviations))), beta=beta[place])
     contacts = replace(build_contacts(alone, some), eccentric=owner * drive.eccentrics + row[element])
-    held = _standing(drive, drawn, twist) if drive.beyond.couples else None
+    held = _standing(drive, drawn, twist) if drive.beyond.couples_elements else None
     step, found, lost = max(1, AT_ONCE // max(1, len(contacts))), [], 0
     for first in range(0, len(twist), step):
         part = slice(first, first + step)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..drawing.drive import Drive
 from ..errors import expect
-from ..io.drawing_toml import AnyDrive, as_drive
+from ..io.drawing_toml import DriveLike, as_drive
 from ..lookup.build import mean_torque
 from ..numerics.arrays import Array
 from .individual import draw_individual, scattered
@@ -37,7 +37,7 @@ class Fan:
     high: Array
 
 
-def fan(drive: AnyDrive, seeds: Sequence[int]) -> Fan:
+def fan(drive: DriveLike, seeds: Sequence[int]) -> Fan:
     """The individuals of some seeds, up to the mean torque at nine tenths of the drawing's max_twist.
 
     >>> from stiffness_model import ARCMIN, load_drive

@@ -26,7 +26,7 @@ from ..drawing.drive import PARTS, Drive
 from ..drawing.sampling import Deviations, check_seed
 from ..errors import expect, expect_number
 from ..geometry.ball_path import wrap
-from ..io.drawing_toml import AnyDrive, as_drive
+from ..io.drawing_toml import DriveLike, as_drive
 from ..lookup.element_table import EDGE
 from ..numerics.arrays import Array
 
@@ -71,7 +71,7 @@ class Individual:
         )
 
 
-def draw_individual(drive: AnyDrive, seed: int) -> Individual:
+def draw_individual(drive: DriveLike, seed: int) -> Individual:
     """The drive that `seed` stands for, by the drawing's tolerances; the same seed gives the same drive.
 
     >>> from stiffness_model import load_drive
@@ -82,7 +82,7 @@ def draw_individual(drive: AnyDrive, seed: int) -> Individual:
     drive = as_drive(drive)
     check_seed(seed)
     expect(
-        drive.beyond.plain,
+        drive.beyond.is_plain,
         "a drawing of the plain contact model (an individual's parts are solved one by one)",
         "switches beyond it",
         drive.name,
@@ -96,7 +96,7 @@ def draw_individual(drive: AnyDrive, seed: int) -> Individual:
     return _of_deviates(drive, start, normal, int(seed))
 
 
-def mean_individual(drive: AnyDrive, start: float = 0.0) -> Individual:
+def mean_individual(drive: DriveLike, start: float = 0.0) -> Individual:
     """A drive whose every part sits in the middle of its tolerance: no deviations but the drawing's mean offsets."""
     drive = as_drive(drive)
     n = np.zeros(drive.elements)

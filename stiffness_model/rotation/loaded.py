@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..drawing.limits import most_twist
+from ..drawing.twist_limits import twist_limit
 from ..errors import InputError, expect, expect_number
 from ..montecarlo.curve import PLAY_SHARE
 from ..numerics.arrays import Array
@@ -70,7 +70,7 @@ class NoLoad:
 def loaded_turn(individual: Individual, torque: float, output_angle: ArrayLike) -> LoadedTurn:
     """The twist that carries `torque`, N.m, at every output angle, (n,) rad, and the stiffness there.
 
-    Raises `InputError` for a torque that no twist within `limits.most_twist` carries.
+    Raises `InputError` for a torque that no twist within `twist_limits.twist_limit` carries.
 
     >>> from stiffness_model import ARCMIN, load_drive
     >>> from stiffness_model.rotation import draw_individual
@@ -115,7 +115,7 @@ class _Guess:
     @staticmethod
     def of(individual: Individual, torque: float) -> _Guess:
         """Raises `InputError` for a torque out of reach."""
-        reach = most_twist(individual.drive)
+        reach = twist_limit(individual.drive)
         trial = np.linspace(-reach, reach, _TRIAL)
         mean = turning_map(individual, trial, scattered(_ANGLES)).torque.mean(axis=0)
         if not mean[0] < torque < mean[-1]:

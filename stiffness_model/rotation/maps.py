@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact.assembly import Contacts
-from ..drawing.limits import FARTHEST, expect_twists
+from ..drawing.twist_limits import MAX_OUTPUT_ANGLE, expect_twists
 from ..equilibrium.closed_form import Equilibrium, Status, solve
 from ..errors import expect, expect_number, warn_not_converged
 from ..numerics.arrays import Array
@@ -53,7 +53,7 @@ def turning_map(
     """Solve an individual at every pair of output angle, (n_angle,) rad, and twist, (n_twist,) rad at the output.
 
     gear_shift: m, added to the gear's clearance (positive: play). Raises `InputError` for angles that are not
-    finite and one-dimensional, and for twists far beyond the drawing's max_twist (`limits`); warns with
+    finite and one-dimensional, and for twists far beyond the drawing's max_twist (`twist_limits`); warns with
     `NotConvergedWarning` of elements without an equilibrium.
 
     >>> from stiffness_model import ARCMIN, load_drive
@@ -95,7 +95,7 @@ class Stand:
 
 
 def finite(values: ArrayLike, name: str) -> Array:
-    """One-dimensional finite floats within what can be told apart (`limits.FARTHEST`), or `InputError`."""
+    """One-dimensional finite floats within +-`twist_limits.MAX_OUTPUT_ANGLE`, or `InputError`."""
     try:
         array = np.asarray(values, float)
     except (TypeError, ValueError):
@@ -106,7 +106,7 @@ def finite(values: ArrayLike, name: str) -> Array:
         values,
         name,
     )
-    expect(float(np.abs(array).max()) <= FARTHEST, f"angles within +-{FARTHEST:g} rad", values, name)
+    expect(float(np.abs(array).max()) <= MAX_OUTPUT_ANGLE, f"angles within +-{MAX_OUTPUT_ANGLE:g} rad", values, name)
     return array
 
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 from reefmu.progress import Progress
 from stiffness_model.errors import InputError, unknown_name
-from stiffness_model.io.atomic_files import scratch_folder, whole_file
+from stiffness_model.io.atomic_files import atomic_file, scratch_folder
 
 from .sources import UNIT
 
@@ -151,7 +151,7 @@ def _compiled(sources: Mapping[str, bytes], identifier: str, p: Platform, target
         content = made.read_bytes()
     try:
         kept.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(kept) as temporary:
+        with atomic_file(kept) as temporary:
             temporary.write_bytes(content)
     except (OSError, InputError):
         pass  # a cache that cannot be written is no error

@@ -13,7 +13,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from stiffness_model.errors import InputError, expect
-from stiffness_model.io.atomic_files import whole_file
+from stiffness_model.io.atomic_files import atomic_file
 
 from .fmi2 import TOOL
 
@@ -52,7 +52,7 @@ def write_archive(path: str | os.PathLike[str], members: Mapping[str, bytes], wh
     stamp = max(when.astimezone(UTC), datetime(1980, 1, 1, tzinfo=UTC))
     date = (stamp.year, stamp.month, stamp.day, stamp.hour, stamp.minute, stamp.second // 2 * 2)
     try:
-        with whole_file(target) as temporary, zipfile.ZipFile(temporary, "w") as archive:
+        with atomic_file(target) as temporary, zipfile.ZipFile(temporary, "w") as archive:
             for member in sorted(members):
                 info = zipfile.ZipInfo(member, date)
                 info.create_system = 3  # Unix, so that the mode below means the same wherever it is written

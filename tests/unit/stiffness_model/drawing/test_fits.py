@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stiffness_model as sm
-from stiffness_model.drawing.fits import LETTERS, lower_limit, read_field
+from stiffness_model.drawing.fits import LETTERS, lower_limit_deviation, read_zone
 from stiffness_model.drawing.tolerances import iso_286
 
 UM = 1e-6
@@ -57,9 +57,9 @@ UM = 1e-6
 )
 def test_printed_limit_deviations(fit, size_mm, upper, lower):
     letter, grade = fit.rstrip("0123456789"), int(fit.lstrip("DEFGHJKMNPSdefghjkmnps"))
-    assert lower_limit(letter, grade, size_mm * 1e-3) == pytest.approx(lower * UM, abs=1e-12)
+    assert lower_limit_deviation(letter, grade, size_mm * 1e-3) == pytest.approx(lower * UM, abs=1e-12)
     assert iso_286(grade, size_mm * 1e-3) == pytest.approx((upper - lower) * UM, rel=1e-12)
-    field = read_field(f"{size_mm} {fit}", size_mm * 1e-3, letter.isupper(), "here")
+    field = read_zone(f"{size_mm} {fit}", size_mm * 1e-3, letter.isupper(), "here")
     assert field.window == pytest.approx((upper - lower) * UM, rel=1e-12)
     # The radius lies half of the diameter's middle off.
     assert field.offset == pytest.approx((upper + lower) / 4 * UM, abs=1e-12)
@@ -68,7 +68,7 @@ def test_printed_limit_deviations(fit, size_mm, upper, lower):
 @given(st.sampled_from([name for name in LETTERS if name not in ("js",)]), st.integers(5, 8), st.floats(1e-3, 0.5))
 def test_a_hole_mirrors_its_shaft(letter, grade, size):
     """ISO 286-1, 4.3.2: the limits mirror each other, but for K to P, which are moved by less than a grade."""
-    hole, shaft = lower_limit(letter.upper(), grade, size), lower_limit(letter, grade, size)
+    hole, shaft = lower_limit_deviation(letter.upper(), grade, size), lower_limit_deviation(letter, grade, size)
     mirrored = -shaft - iso_286(grade, size)
     if letter in "defgh":
         assert hole == pytest.approx(mirrored, abs=1e-12)
@@ -89,20 +89,20 @@ def test_a_hole_mirrors_its_shaft(letter, grade, size):
 )
 def test_limits(text, window, offset):
     for hole in (True, False):
-        field = read_field(text, 14e-3, hole, "here")
+        field = read_zone(text, 14e-3, hole, "here")
         assert (field.window, field.offset) == pytest.approx((window * UM, offset * UM), abs=1e-15)
 
 
 def test_a_grade_alone_lies_about_the_size_and_a_bearing_ring_below_it():
     for text in ("IT5", "13 um", "ISO 3290 G10", 13e-6):
-        assert read_field(text, 82e-3, False, "here").offset is None
-    ring = read_field("ISO 492 Normal", 82e-3, False, "here")
+        assert read_zone(text, 82e-3, False, "here").offset is None
+    ring = read_zone("ISO 492 Normal", 82e-3, False, "here")
     assert (ring.window, ring.offset) == pytest.approx((15e-6, -3.75e-6))
 
 
 def test_g_is_a_fit_of_a_hole_and_a_grade_of_balls():
-    assert read_field("G10", 14e-3, False, "here").window == pytest.approx(0.5e-6)
-    assert read_field("G10", 14e-3, True, "here").window == pytest.approx(70e-6)
+    assert read_zone("G10", 14e-3, False, "here").window == pytest.approx(0.5e-6)
+    assert read_zone("G10", 14e-3, True, "here").window == pytest.approx(70e-6)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import stiffness_model as sm
 from reefmu.model.tables import fingerprint
 from stiffness_model.contact.assembly import build_contacts, usable
 from stiffness_model.drawing import sampling
-from stiffness_model.drawing.options import Beyond
+from stiffness_model.drawing.options import ModelOptions
 from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.lookup import build as lookup
 from stiffness_model.lookup import element_table
@@ -79,8 +79,8 @@ def test_a_plain_drawing_stays_as_it_was() -> None:
     table = sm.drive_to_dict(sm.load_drive("drive_1"))
     assert set(table) == {"name", "description", "geometry", "materials", "tolerances", "operation"}
     assert table["operation"] == {"max_twist": "8 arcmin"}
-    assert sm.load_drive("drive_1").beyond == Beyond()
-    assert sm.load_drive("drive_1").beyond.plain
+    assert sm.load_drive("drive_1").beyond == ModelOptions()
+    assert sm.load_drive("drive_1").beyond.is_plain
 
 
 @pytest.mark.parametrize(
@@ -130,12 +130,12 @@ def test_every_switch_changes_the_fingerprint() -> None:
 def test_spread_drives_have_the_mean_of_spread_elements(name: str) -> None:
     drive = sm.load_drive(name)
     twist = np.array([0.2, 0.6, 1.0]) * drive.max_twist
-    drives = sampling.spread_drives(drive, 256)
+    drives = sampling.quasi_random_drives(drive, 256)
     contacts = build_contacts(drive, drives)[usable(drive, drives.beta).ravel()]
     mean = solve(contacts, twist * drive.ratio).output_torque.sum(axis=1) / 256
     expected = lookup.mean_torque(drive, twist)
     assert np.abs(mean - expected).max() < 6e-4 * expected[-1]
-    shared = sampling.spread_drives(sm.load_drive(name, crank_deviation="eccentric"), 8).crank
+    shared = sampling.quasi_random_drives(sm.load_drive(name, crank_deviation="eccentric"), 8).crank
     assert all(len(np.unique(row)) == 3 for row in shared)
 
 
@@ -168,7 +168,7 @@ def test_a_lookup_does_not_know_the_crank_s_speed() -> None:
 
 def test_coupled_elements_come_as_whole_drives() -> None:
     soft = sm.load_drive("drive_1", bearing_stiffness="250 N/um")
-    loose = sampling.spread(soft, 64)
+    loose = sampling.quasi_random_elements(soft, 64)
     with pytest.raises(sm.InputError, match="whole drives of 87 elements"):
         build_contacts(soft, loose)
     assert len(build_contacts(sm.load_drive("drive_1"), loose)) == 64
@@ -181,7 +181,7 @@ def test_the_preset_s_comment_shows_every_switch(tmp_path) -> None:
     lines = [line.removeprefix("#").strip() for line in ("# [bodies]" + shown).splitlines()]
     (tmp_path / "mine.toml").write_text(plain + "\n".join(x for x in lines if not x.startswith("crank_speed")), "utf-8")
     options = sm.load_drive(tmp_path / "mine.toml").beyond
-    for field in dataclasses.fields(Beyond):
+    for field in dataclasses.fields(ModelOptions):
         assert f"{field.name} =" in text or field.name in ("crank_pressure_limit", "cage_pressure_limit")
     assert options.bearing_stiffness == 2.5e8
     assert options.gear_contact == "exact"

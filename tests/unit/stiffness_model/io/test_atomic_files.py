@@ -13,12 +13,12 @@ import pytest
 
 from stiffness_model.errors import InputError
 from stiffness_model.io.atomic_files import (
-    SCRATCH,
-    UNFINISHED,
-    clear_abandoned,
+    SCRATCH_PREFIX,
+    STAGING_PREFIX,
+    atomic_file,
+    remove_abandoned,
     scratch_folder,
     staged_folder,
-    whole_file,
 )
 
 
@@ -86,7 +86,7 @@ def test_files_can_be_read_by_whom_the_umask_lets(tmp_path: Path) -> None:
     (tmp_path / "plain").write_text("")
     with staged_folder(tmp_path) as stage:
         (stage / "staged").write_text("")
-    with whole_file(tmp_path / "whole") as temporary:
+    with atomic_file(tmp_path / "whole") as temporary:
         temporary.write_text("")
     modes = {name: (tmp_path / name).stat().st_mode for name in ("plain", "staged", "whole")}
     assert len(set(modes.values())) == 1
@@ -97,7 +97,7 @@ def test_one_file_whole_or_not_at_all(tmp_path: Path) -> None:
     target.write_text("old")
 
     def write(text: str, fault: BaseException | None = None) -> None:
-        with whole_file(target) as temporary:
+        with atomic_file(target) as temporary:
             temporary.write_text(text)
             if fault is not None:
                 raise fault
@@ -113,8 +113,8 @@ def test_one_file_whole_or_not_at_all(tmp_path: Path) -> None:
 
 HELD = """
 import sys, time
-from stiffness_model.io.atomic_files import scratch_folder, staged_folder, whole_file
-with staged_folder(sys.argv[1]) as stage, whole_file(sys.argv[1] + "/b.txt") as one, scratch_folder() as scratch:
+from stiffness_model.io.atomic_files import scratch_folder, staged_folder, atomic_file
+with staged_folder(sys.argv[1]) as stage, atomic_file(sys.argv[1] + "/b.txt") as one, scratch_folder() as scratch:
     for folder in (stage, one.parent, scratch):
         (folder / "half.txt").write_text("half")
     print("ready", flush=True)
@@ -136,8 +136,8 @@ def test_what_a_killed_process_left_is_cleared_away_and_a_living_one_s_work_is_n
         assert owner.stdout is not None
         assert owner.stdout.readline() == "ready\n"
         theirs = contents(tmp_path)
-        for place, start in ((out, UNFINISHED), (scratch, SCRATCH)):
-            clear_abandoned(place, start)
+        for place, start in ((out, STAGING_PREFIX), (scratch, SCRATCH_PREFIX)):
+            remove_abandoned(place, start)
         assert contents(tmp_path) == theirs
         assert theirs.count("half.txt") == 3
         owner.kill()
@@ -149,15 +149,15 @@ def test_what_a_killed_process_left_is_cleared_away_and_a_living_one_s_work_is_n
 
 def test_folders_of_others_stay(tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
-    (tmp_path / f"{UNFINISHED}link").symlink_to(tmp_path / "mine")
-    (tmp_path / f"{UNFINISHED}file").write_text("")
-    (tmp_path / f"{UNFINISHED}old").mkdir()
-    clear_abandoned(tmp_path)
-    assert contents(tmp_path) == [f"{UNFINISHED}file", f"{UNFINISHED}link", "mine"]
+    (tmp_path / f"{STAGING_PREFIX}link").symlink_to(tmp_path / "mine")
+    (tmp_path / f"{STAGING_PREFIX}file").write_text("")
+    (tmp_path / f"{STAGING_PREFIX}old").mkdir()
+    remove_abandoned(tmp_path)
+    assert contents(tmp_path) == [f"{STAGING_PREFIX}file", f"{STAGING_PREFIX}link", "mine"]
 
 
 def test_a_folder_in_the_file_s_place_is_told(tmp_path: Path) -> None:
     (tmp_path / "a.txt").mkdir()
-    with pytest.raises(InputError, match="expected the name of a file"), whole_file(tmp_path / "a.txt") as temporary:
+    with pytest.raises(InputError, match="expected the name of a file"), atomic_file(tmp_path / "a.txt") as temporary:
         temporary.write_text("")
     assert contents(tmp_path) == ["a.txt"]

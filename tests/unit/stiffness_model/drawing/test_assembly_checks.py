@@ -9,7 +9,7 @@ import pytest
 
 import stiffness_model as sm
 from stiffness_model.drawing import options
-from stiffness_model.drawing.buildable import MOST_CONTACT, MOST_INDENTATION
+from stiffness_model.drawing.assembly_checks import MAX_CONTACT_RATIO, MAX_INDENTATION_RATIO
 from stiffness_model.elasticity.hertz import point_contact_ellipse, point_stiffness
 
 
@@ -48,9 +48,9 @@ def test_one_line_for_what_is_no_drive(fields, parts):
 def test_the_bound_is_a_tenth_of_the_radius():
     """Hertz for a sphere on a plane: where the contact is a tenth of its radius wide, it is a hundredth deep."""
     radius, compliance = 7e-3, 2 * sm.MATERIALS["100Cr6"].compliance
-    force = float(point_stiffness(compliance, 1 / radius, 1 / radius)) * (MOST_INDENTATION * radius) ** 1.5
+    force = float(point_stiffness(compliance, 1 / radius, 1 / radius)) * (MAX_INDENTATION_RATIO * radius) ** 1.5
     width, _, pressure = point_contact_ellipse(force, compliance, 1 / radius, 1 / radius)
-    assert width == pytest.approx(MOST_CONTACT * radius, rel=1e-3)
+    assert width == pytest.approx(MAX_CONTACT_RATIO * radius, rel=1e-3)
     assert 7.2e9 < pressure < 7.4e9
 
 

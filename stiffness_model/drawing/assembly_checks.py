@@ -1,9 +1,9 @@
 """What every drawing must keep so that the contact model can speak of it: the bounds of an assembled drive's sizes.
 
-One number behind them, `MOST_CONTACT`: Hertz's theory takes both bodies for half-spaces, so a contact must be small
-against the radii (Johnson, Contact Mechanics, section 4.1: a << R). Beyond a tenth, a sphere on a plane is pressed in
-by a^2/R, a hundredth of its radius, under a pressure 2 E* a/(pi R), 7.3 GPa for steel on steel: no bearing steel
-stands that (ISO 76 allows 4.2 GPa), and no elastic model tells what comes of it.
+One number, `MAX_CONTACT_RATIO`, is behind them: Hertz's theory takes both bodies for half-spaces, so a contact must be
+small against the radii (Johnson, Contact Mechanics, section 4.1: a << R). At a tenth, the indentation of a sphere on a
+plane is a^2/R, a hundredth of its radius, and the pressure 2 E* a/(pi R) is 7.3 GPa for steel on steel: no bearing
+steel withstands that (ISO 76 allows 4.2 GPa), and no elastic model describes what follows.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from ..errors import InputError
 from ..geometry.ball_path import Path
 from .tolerances import Tolerance
 
-MOST_CONTACT = 0.1
+MAX_CONTACT_RATIO = 0.1
 """Greatest half width of a contact, as a share of the element's radius."""
-MOST_INDENTATION = MOST_CONTACT**2
+MAX_INDENTATION_RATIO = MAX_CONTACT_RATIO**2
 """The indentation that makes a contact so wide, as a share of the element's radius (Johnson, eq. 4.23: d = a^2/R)."""
 _NAMES = {
     "element": "element radius",
@@ -49,7 +49,7 @@ field, got 7 mm -8 mm +-1.25 um
 def check_flank(path: Path, limit: float, element_radius: float, where: str) -> None:
     """Raise `InputError` where a lobe as far as it exists, |beta| up to `limit` rad, is shorter than half a contact."""
     length = 2 * limit / path.lobes * (path.centre_distance + element_radius)
-    least = MOST_CONTACT * element_radius
+    least = MAX_CONTACT_RATIO * element_radius
     if length < least:
         raise InputError(
             f"{where}lobes: expected lobes that are at least {_length(least)} long, half the widest "
@@ -60,18 +60,18 @@ def check_flank(path: Path, limit: float, element_radius: float, where: str) -> 
 
 
 def check_mesh(
-    path: Path, element_radius: float, tolerances: Mapping[str, Tolerance], give: Mapping[str, float], where: str
+    path: Path, element_radius: float, tolerances: Mapping[str, Tolerance], compliance: Mapping[str, float], where: str
 ) -> None:
     """Raise `InputError` where the mean drive presses its elements deeper than the theory reaches, or lets them pass.
 
-    Without load an element between crank and gear shares its interference among both contacts, by their `give`,
-    indentations under one force; in its bore it has a whole wall's on either side. With a play of 2 e the elements
+    Without load an element between crank and gear shares its interference among both contacts, by their `compliance`,
+    the indentations under one force; in its bore it has a whole wall's on either side. With a play of 2 e the elements
     clear the lobes and the crank turns freely; with a bore wider by half a pitch an element slips into the next lobe.
     """
-    most = MOST_INDENTATION * element_radius
+    most = MAX_INDENTATION_RATIO * element_radius
     offset = {part: tolerance.offset for part, tolerance in tolerances.items()}
     interference = 2 * offset["element"] + offset["crank"] - offset["gear"]
-    share = max(give["gear"], give["crank"]) / (give["gear"] + give["crank"])
+    share = max(compliance["gear"], compliance["crank"]) / (compliance["gear"] + compliance["crank"])
     reason = f"{_length(most)} a contact, a hundredth of the element's radius, which Hertz's theory does not reach"
     if share * interference > most:
         raise InputError(

@@ -12,7 +12,7 @@ import pytest
 import stiffness_model as sm
 from reefmu.cli import main
 from stiffness_model.drawing import sampling
-from stiffness_model.drawing.limits import FAR, FARTHEST, QUARTER_TURN, most_twist
+from stiffness_model.drawing.twist_limits import MAX_OUTPUT_ANGLE, MAX_TWIST_FACTOR, QUARTER_TURN, twist_limit
 from stiffness_model.equilibrium import newton
 from stiffness_model.equilibrium.closed_form import Status
 from stiffness_model.errors import InputError, NotConvergedWarning
@@ -49,7 +49,7 @@ def test_arcmin_forgotten_is_named_and_the_limit_itself_is_computed(who: str, ab
     with pytest.raises(InputError, match=r"within \+-32 arcmin.*did you mean 8 \* ARCMIN") as caught:
         ASKED[who](able, np.linspace(0, 8, 5))
     assert "\n" not in str(caught.value)
-    ASKED[who](able, np.array([most_twist(able)]))
+    ASKED[who](able, np.array([twist_limit(able)]))
     with pytest.raises(InputError, match="a drive for greater twists says so by max_twist"):
         ASKED[who](able, np.array([-60 * ARCMIN]))
 
@@ -57,7 +57,7 @@ def test_arcmin_forgotten_is_named_and_the_limit_itself_is_computed(who: str, ab
 def test_far_is_eight_loads_and_twice_the_pressure() -> None:
     """Hertz without play or scatter in between: load as the twist to 3/2, pressure to 1/2."""
     drive = sm.load_drive("drive_1", **{f"{part}_tolerance": "0 um" for part in ("gear", "crank", "element")})
-    twist = np.array([1.0, FAR]) * drive.max_twist
+    twist = np.array([1.0, MAX_TWIST_FACTOR]) * drive.max_twist
     found = sm.contact_pressures(drive, twist, 8).pressure[..., :2].mean(axis=(0, 2))
     force = sm.simulate(drive, twist, 8).contact_force[..., 1].mean(axis=0)
     assert found[1] / found[0] == pytest.approx(2.0, rel=0.05)
@@ -66,12 +66,12 @@ def test_far_is_eight_loads_and_twice_the_pressure() -> None:
 
 def test_a_quarter_turn_of_the_crank_is_the_end_whatever_the_drawing_says() -> None:
     wide = replace(sm.load_drive("drive_1"), max_twist=2 * QUARTER_TURN / 29)
-    assert most_twist(wide) == pytest.approx(QUARTER_TURN / 29)
+    assert twist_limit(wide) == pytest.approx(QUARTER_TURN / 29)
     with pytest.raises(InputError, match="a quarter turn of the crank"):
         sm.simulate(wide, [wide.max_twist], 1)
 
 
-@pytest.mark.parametrize("value", [2 * FARTHEST * 29, 1e300])
+@pytest.mark.parametrize("value", [2 * MAX_OUTPUT_ANGLE * 29, 1e300])
 def test_an_angle_at_which_places_are_lost_is_refused(value: float) -> None:
     drive = sm.load_drive("drive_1")
     with pytest.raises(InputError, match="angle: expected a crank angle within"):

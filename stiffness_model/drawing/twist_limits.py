@@ -12,31 +12,31 @@ from ..numerics.arrays import Array
 from ..units import ARCMIN
 from .drive import Drive
 
-FAR = 4.0
+MAX_TWIST_FACTOR = 4.0
 """Times the drawing's max_twist. A contact's approach grows with the twist, its load with the power 3/2 and its
 pressure with 1/2 (Hertz): there the contacts carry eight times what they do at max_twist, at twice the pressure."""
 QUARTER_TURN = math.pi / 2
 """Of the crank, rad. The eccentric's way across, e sin(crank twist), grows no further: on its way to the next lobe it
 leaves the flanks that the elements stand on."""
-FARTHEST = 1e12
+MAX_OUTPUT_ANGLE = 1e12
 """rad at the output. Beyond, a floating-point number no longer tells which element stands where."""
 
 
-def most_twist(drive: Drive) -> float:
-    """Greatest twist that is computed, rad at the output: the less of `FAR` max_twist and a `QUARTER_TURN`.
+def twist_limit(drive: Drive) -> float:
+    """Greatest twist that is computed, rad at the output: `MAX_TWIST_FACTOR` max_twist, at most a `QUARTER_TURN`.
 
     >>> from stiffness_model.io.drawing_toml import load_drive
-    >>> [round(most_twist(load_drive(name)) / ARCMIN) for name in ("drive_1", "drive_3")]
+    >>> [round(twist_limit(load_drive(name)) / ARCMIN) for name in ("drive_1", "drive_3")]
     [32, 160]
     """
-    return min(FAR * drive.max_twist, QUARTER_TURN / drive.transmission_ratio)
+    return min(MAX_TWIST_FACTOR * drive.max_twist, QUARTER_TURN / drive.transmission_ratio)
 
 
 def expect_twists(drive: Drive, twist: ArrayLike, where: str = "twist", *, in_rad: bool = True) -> Array:
     """Twists at the output as an array (n,), rad; one number is an array of one.
 
     in_rad: whether the caller passed rad, so that arcmin may have been forgotten. Raises `InputError` for what is not
-    finite, for more than one dimension, and far beyond the drawing's max_twist (`most_twist`).
+    finite, for more than one dimension, and far beyond the drawing's max_twist (`twist_limit`).
 
     >>> from stiffness_model.io.drawing_toml import load_drive
     >>> expect_twists(load_drive("drive_1"), [0.0, 8.0])
@@ -55,11 +55,11 @@ got 2.75e+04 arcmin; twists are in rad: did you mean 8 * ARCMIN?
         twist,
         where,
     )
-    most, worst = most_twist(drive), float(angles[np.abs(angles).argmax()])
+    most, worst = twist_limit(drive), float(angles[np.abs(angles).argmax()])
     # A rounding error beyond is none.
     if abs(worst) > most * (1 + 1e-9):
         reason = (
-            f"{FAR:g} times the max_twist of {drive.name}"
+            f"{MAX_TWIST_FACTOR:g} times the max_twist of {drive.name}"
             if most < QUARTER_TURN / drive.transmission_ratio
             else f"a quarter turn of the crank of {drive.name}"
         )
@@ -76,9 +76,9 @@ got 2.75e+04 arcmin; twists are in rad: did you mean 8 * ARCMIN?
     return angles
 
 
-def expect_turned(drive: Drive, angle: float, where: str = "angle") -> None:
-    """Raise `InputError` for a crank angle, rad, at which the output has turned beyond `FARTHEST`."""
-    most = FARTHEST * drive.transmission_ratio
+def expect_crank_angle(drive: Drive, angle: float, where: str = "angle") -> None:
+    """Raise `InputError` for a crank angle, rad, at which the output has turned beyond `MAX_OUTPUT_ANGLE`."""
+    most = MAX_OUTPUT_ANGLE * drive.transmission_ratio
     expect(
         abs(angle) <= most,
         f"a crank angle within +-{most:.3g} rad, beyond which it is lost where the elements stand",
