@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
-from reefmu.diagnosis.report.wording import quantity
+from reefmu.diagnosis.report.text import quantity_text
 from reefmu.diagnosis.shared_exponent import PLAY, shared_exponent
 from reefmu.model.tables import cached_lookup
 from reefmu.progress import Progress
@@ -130,7 +130,7 @@ def _table(found: dict[str, Diagnosis]) -> str:
                 name,
                 diagnosis.verdict,
                 *play,
-                *(quantity(sizes[n].value, sizes[n].unit) if n in sizes else "-" for n in names),
+                *(quantity_text(sizes[n].value, sizes[n].unit) if n in sizes else "-" for n in names),
                 f"{diagnosis.remainder:.3g} N.m",
             ]
         )

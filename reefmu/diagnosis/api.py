@@ -12,11 +12,11 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import expect
 
 from ..record import Record, read_record, with_output_locked
+from .analysis import Analysis
 from .estimation.worker_pool import trials
-from .examined import Examined
-from .pipeline import examine
-from .result import Diagnosis
-from .shared_exponent import held_power_base
+from .pipeline import analyse
+from .schema import Diagnosis
+from .shared_exponent import fixed_exponent_base
 
 PathLike = str | os.PathLike[str]
 
@@ -59,14 +59,14 @@ def diagnose_record(
     assert drawn is None or isinstance(drawn, Drive)
     if output_locked:
         record = with_output_locked(record, 1.0 if drawn is None else drawn.ratio)
-    base_of = None if exponent is None else held_power_base(exponent)
+    base_of = None if exponent is None else fixed_exponent_base(exponent)
     with trials():
-        found = examine(record, drawn, curve, progress, base_of, executor)
+        found = analyse(record, drawn, curve, progress, base_of, executor)
     if out is not None:
         from .report.files import write_results
 
         write_results(found, out)
-    return found.diagnosis if isinstance(found, Examined) else found
+    return found.diagnosis if isinstance(found, Analysis) else found
 
 
 def _read(paths: PathLike | Sequence[PathLike], columns: Mapping[str, str] | None) -> Record:

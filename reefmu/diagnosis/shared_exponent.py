@@ -75,7 +75,7 @@ class DeadBandElastic:
         return value, by_twist, by_clearance, [*by_shape, self.lever * by_clearance]
 
 
-def held_power_base(exponent: float) -> Callable[[Trace], Base]:
+def fixed_exponent_base(exponent: float) -> Callable[[Trace], Base]:
     """Makes a power law base with a dead band, whose exponent is held at a value within 0.3 ... 6."""
     expect(LOW <= exponent <= HIGH, f"an exponent within {LOW:g} ... {HIGH:g}", exponent, "exponent")
 
@@ -124,10 +124,10 @@ def shared_exponent(records: Sequence[Record], progress: Callable[[str, float], 
 def best_cost(record: Record, trace: Trace, exponent: float) -> float:
     """What the best fit of play and friction to a record with these traces leaves with the exponent held."""
     from .estimation.search import base_fit
-    from .pipeline import prepare
+    from .pipeline import prepare_problem
 
-    base = held_power_base(exponent)(trace)
-    study, _ = prepare(record, trace, base)
+    base = fixed_exponent_base(exponent)(trace)
+    study, _ = prepare_problem(record, trace, base)
     first = base_fit(study)
     fits: list[Fit] = []
     for share in PLAYS:

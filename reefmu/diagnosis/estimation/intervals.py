@@ -13,7 +13,7 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ..forward.effect_functions import kernel
-from ..result import NamedEffect, Value
+from ..schema import NamedEffect, Value
 from .least_squares import Fit
 from .overdispersion import stretches
 from .problem import Study

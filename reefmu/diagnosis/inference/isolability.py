@@ -15,18 +15,19 @@ from ..estimation.problem import Study
 from ..estimation.score_test import Direction, projector
 from ..forward.effect_functions import kernel
 
-NO_TRACE = 0.03
+MIN_TRACE_SHARE = 0.03
 """Share of a candidate's trace that the base parameters must leave, or it is called invisible."""
-TWIN_ANGLE = 0.995
-"""Cosine of the angle between two traces above which they are twins."""
+INDISTINGUISHABLE_COSINE = 0.995
+"""Cosine of the angle between two traces above which they are indistinguishable."""
 
 
 @dataclass(frozen=True)
 class Isolability:
-    """invisible: candidates without a trace, with the reason; twins: pairs that this record cannot tell apart."""
+    """invisible: candidates that leave no trace, by name with the reason; indistinguishable: pairs of candidates that
+    this record cannot tell apart."""
 
     invisible: dict[str, str]
-    twins: tuple[tuple[str, str], ...]
+    indistinguishable: tuple[tuple[str, str], ...]
 
 
 def isolability(study: Study, base: Fit, traces: dict[str, list[Direction]]) -> Isolability:
@@ -42,22 +43,22 @@ def isolability(study: Study, base: Fit, traces: dict[str, list[Direction]]) -> 
             rest = white - basis @ (basis.T @ white)
             sizes = [kernel(name).effect.parameters[k].nominal for k in direction.sizes]
             nominal = np.array(sizes * (2 if direction.paired else 1))
-            if np.linalg.norm(white) > 0 and np.linalg.norm(rest) > NO_TRACE * np.linalg.norm(white):
+            if np.linalg.norm(white) > 0 and np.linalg.norm(rest) > MIN_TRACE_SHARE * np.linalg.norm(white):
                 kept.append(np.linalg.qr(rest * nominal)[0][:, :1] if rest.shape[1] == 1 else _span(rest * nominal))
         if kept:
             visible[name] = kept
         else:
             invisible[name] = "leaves no trace in this record; it would take: " + kernel(name).effect.experiment
     names = list(visible)
-    twins = []
+    indistinguishable = []
     for i, first in enumerate(names):
         for second in names[i + 1 :]:
             if kernel(first).effect.identification.sign_pair == second:
                 continue  # one quantity; the sign that fits is the name
             like = max(_alike(a, b) for a in visible[first] for b in visible[second])
-            if like > TWIN_ANGLE:
-                twins.append((first, second))
-    return Isolability(invisible, tuple(twins))
+            if like > INDISTINGUISHABLE_COSINE:
+                indistinguishable.append((first, second))
+    return Isolability(invisible, tuple(indistinguishable))
 
 
 def _span(columns: Array) -> Array:
@@ -73,7 +74,7 @@ def _alike(a: Array, b: Array) -> float:
     return float(np.linalg.svd(a.T @ b, compute_uv=False)[:small].min(initial=1.0))
 
 
-def splitting(sets: Sequence[Sequence[str]]) -> list[str]:
+def separating_experiments(sets: Sequence[Sequence[str]]) -> list[str]:
     """Experiments that tell the sets apart, one for each pair of effects in which they differ."""
     found: list[str] = []
     best = set(sets[0])

@@ -26,7 +26,7 @@ MEAN_SIZE = 0.2
 drawings at noises of 0.16 to 0.8 % had 0.57 to 1.8, as many mean drives up to 0.13."""
 
 
-def ripple(study: Study, individuals: Array) -> float | None:
+def ripple_size(study: Study, individuals: Array) -> float | None:
     """Size of the record's ripple over that of `individuals` (m, n), N.m; None where this record cannot show it.
 
     The median over the patterns: a cogging motor or a missing ball makes a few of them large, an individual all.
@@ -65,7 +65,7 @@ def ripple(study: Study, individuals: Array) -> float | None:
     return float(np.sqrt(np.median(along**2 / strength[seen]) / CHI_SQUARE_MEDIAN))
 
 
-def is_mean(study: Study, individuals: Array) -> bool:
+def is_mean_drive(study: Study, individuals: Array) -> bool:
     """Whether the record could show an individual's ripple and does not."""
-    size = ripple(study, individuals)
+    size = ripple_size(study, individuals)
     return size is not None and size < MEAN_SIZE

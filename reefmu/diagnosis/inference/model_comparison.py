@@ -18,8 +18,8 @@ from ..estimation.problem import Study
 from ..estimation.score_test import projector
 from ..estimation.search import Search, degenerate, part_of
 from ..estimation.weighting import SIZES, SMALL_SCATTER
-from .nonparametric import CURVE, Family, Rival, curve_over_torque, rivals
-from .population import over_scatter
+from .nonparametric import CURVE, NonparametricTerm, TermFit, curve_over_torque, fit_terms
+from .population_spread import population_deviations
 
 SIGNIFICANT = 30.0
 """Gain that noise does not give a rival; simulated and blind clean records stay under 7."""
@@ -48,59 +48,59 @@ curve is no gap: a scale at the edge of its tolerance and a bend make up to 1.6.
 
 
 @dataclass(frozen=True)
-class Contest:
+class Comparison:
     """kept: fit of the names that stand, the base fit if none; rival: what is left beside them, None if nothing;
     tolerated: whether that is a curve such as drives of the population have."""
 
     kept: Fit
-    rival: Rival | None
-    tolerated: bool = False
+    unnamed: TermFit | None
+    within_tolerances: bool = False
 
 
-def as_mean(study: Study, fit: Fit) -> Fit:
+def as_mean_drive(study: Study, fit: Fit) -> Fit:
     """The fit as one of the mean drive, where that and a curve beside it are likelier than scatter; else as it is.
 
     Where the crank stands a smooth curve says nothing: an individual's is smooth too.
     """
-    if fit.weighting.size <= SMALL_SCATTER or stands(study):
+    if fit.weighting.size <= SMALL_SCATTER or crank_stands(study):
         return fit
     smooth = study.fit_from(fit.names, fit.parameters, study.weights.of_the_mean())
-    curve = rivals(study, smooth, [Family(CURVE, curve_over_torque)])
+    curve = fit_terms(study, smooth, [NonparametricTerm(CURVE, curve_over_torque)])
     likelier = smooth.cost - curve[0].gain < fit.cost - SIGNIFICANT
     return smooth if likelier and _stands(study, smooth, curve, SIGNIFICANT) else fit
 
 
-def contest(study: Study, found: Search, best: Fit) -> Contest:
+def compare_models(study: Study, found: Search, best: Fit) -> Comparison:
     """Hold the best set of names against rivals."""
     base = found.base if best.names else best
     gain = max(base.cost - best.cost, 0.0)
-    beside = rivals(study, best)
+    beside = fit_terms(study, best)
     rest = beside[0].gain if beside else 0.0
     if (base_law := _base_law(study, base, best)) is not None:
         return base_law
     if not _stands(study, best, beside, max(SIGNIFICANT, FORM * gain)):
-        return Contest(best, None)
-    known: list[Family] = [r.family for r in beside[:4]]
-    alone = rivals(study, base) if best.names else beside
-    known += [r.family for r in alone[:2] if r.family.place not in {f.place for f in known}]
+        return Comparison(best, None)
+    known: list[NonparametricTerm] = [r.term for r in beside[:4]]
+    alone = fit_terms(study, base) if best.names else beside
+    known += [r.term for r in alone[:2] if r.term.coordinate not in {f.coordinate for f in known}]
     margin = max(REPLACED, REPLACED_SHARE * rest)
     sets = _sets(study, found, best)
     joint = [_joint(study, f, known) for f in sets]
     top = min(f.cost - r.gain for f, r in joint)
     alike = [(f, r) for f, r in joint if f.cost - r.gain < top + margin]
     # Among those alike the set that stood without a rival comes first.
-    kept, rival = min(
+    kept, unnamed = min(
         alike, key=lambda item: (len(item[0].names), item[0].names != best.names, item[0].cost - item[1].gain)
     )
-    if rival.family.place != CURVE:
+    if unnamed.term.coordinate != CURVE:
         # A rival that holds a name as a special case is always as good: what is left must be more than a remainder.
         if rest < FORM_ERROR * gain:
-            kept, rival = next(pair for pair in joint if pair[0].names == best.names)
-        return Contest(kept, rival)
-    return _curved(study, base, kept, rival, gain, rest)
+            kept, unnamed = next(pair for pair in joint if pair[0].names == best.names)
+        return Comparison(kept, unnamed)
+    return _curved(study, base, kept, unnamed, gain, rest)
 
 
-def _base_law(study: Study, base: Fit, best: Fit) -> Contest | None:
+def _base_law(study: Study, base: Fit, best: Fit) -> Comparison | None:
     """The set without its names of the curve, where they only make a curve of the population, whose law may be off by
     that much: several names where a curve of any form does it as well, one where it does it better."""
     static = tuple(n for n in best.names if n in STATIC)
@@ -108,17 +108,17 @@ def _base_law(study: Study, base: Fit, best: Fit) -> Contest | None:
         return None
     worse = CURVED if len(static) > 1 else 0.0
     others = _without(study, base, best)
-    fit, curve = _joint(study, others, [Family(CURVE, curve_over_torque)])
+    fit, curve = _joint(study, others, [NonparametricTerm(CURVE, curve_over_torque)])
     alike = fit.cost - curve.gain < best.cost + worse
-    return Contest(others, curve, True) if alike and _tolerated(study, fit, curve) else None
+    return Comparison(others, curve, True) if alike and _tolerated(study, fit, curve) else None
 
 
-def _joint(study: Study, fit: Fit, known: list[Family]) -> tuple[Fit, Rival]:
+def _joint(study: Study, fit: Fit, known: list[NonparametricTerm]) -> tuple[Fit, TermFit]:
     """A set with the rival that helps it most. With one beside it, the drive may be surer the mean one than without."""
-    pairs = [(fit, rivals(study, fit, known)[0])]
+    pairs = [(fit, fit_terms(study, fit, known)[0])]
     if fit.weighting.size > SIZES[0]:
         sure = study.fit_from(fit.names, fit.parameters, study.weights.of_the_mean(), refit_size=False)
-        pairs.append((sure, rivals(study, sure, known)[0]))
+        pairs.append((sure, fit_terms(study, sure, known)[0]))
     return min(pairs, key=lambda pair: pair[0].cost - pair[1].gain)
 
 
@@ -128,30 +128,30 @@ def _without(study: Study, base: Fit, fit: Fit) -> Fit:
     return study.fit_from(*part_of(study, fit, others)) if others else base
 
 
-def _curved(study: Study, base: Fit, kept: Fit, rival: Rival, gain: float, rest: float) -> Contest:
+def _curved(study: Study, base: Fit, kept: Fit, unnamed: TermFit, gain: float, rest: float) -> Comparison:
     """The curve itself is off. A bend that the names of the curve leave is more than their form, so the whole may be
     a tolerance, or something else that bends it."""
-    others, curve = _joint(study, _without(study, base, kept), [rival.family])
+    others, curve = _joint(study, _without(study, base, kept), [unnamed.term])
     alone = others.cost - curve.gain
-    alike = alone < kept.cost - rival.gain + CURVED
+    alike = alone < kept.cost - unnamed.gain + CURVED
     if not kept.names and _tolerated(study, others, curve):
-        return Contest(others, curve, True)
+        return Comparison(others, curve, True)
     if alike and rest > BEND * gain and _tolerated(study, others, curve):
-        return Contest(others, curve, True)
+        return Comparison(others, curve, True)
     # Two names for one bend, and the bend itself explains it better than both.
     if len(kept.names) - len(others.names) > 1 and alone < kept.cost:
-        return Contest(others, curve)
-    return Contest(kept, rival)
+        return Comparison(others, curve)
+    return Comparison(kept, unnamed)
 
 
-def _stands(study: Study, best: Fit, beside: list[Rival], least: float) -> bool:
+def _stands(study: Study, best: Fit, beside: list[TermFit], least: float) -> bool:
     """Whether a rival gains enough, also if the noise is louder than estimated, and can be seen."""
     if not beside or beside[0].gain < least:
         return False
-    part = beside[0].part
-    louder = dispersion(study, best, study.torque - best.prediction.torque - part)
+    part = beside[0].torque
+    overdispersion = dispersion(study, best, study.torque - best.prediction.torque - part)
     visible = float(np.sqrt(np.mean(part**2))) > VISIBLE * study.base.full_torque
-    return visible and beside[0].gain > SIGNIFICANT * louder
+    return visible and beside[0].gain > SIGNIFICANT * overdispersion
 
 
 def _sets(study: Study, found: Search, best: Fit) -> list[Fit]:
@@ -163,14 +163,14 @@ def _sets(study: Study, found: Search, best: Fit) -> list[Fit]:
     return list({frozenset(f.names): f for f in reversed(sets)}.values())
 
 
-def stands(study: Study) -> bool:
+def crank_stands(study: Study) -> bool:
     """Whether an individual of the population is as smooth as the mean drive, for the crank stands."""
     return study.scatter is not None and study.scatter.stands
 
 
-def _tolerated(study: Study, fit: Fit, rival: Rival) -> bool:
+def _tolerated(study: Study, fit: Fit, unnamed: TermFit) -> bool:
     """Whether a curve over the torque is one that drives of the population have: as large, and as odd."""
-    torque, part = study.torque, rival.part
+    torque, part = study.torque, unnamed.torque
     order = np.argsort(torque)
     other = np.interp(-torque, torque[order], part[order])
     inside = (-torque > torque.min()) & (-torque < torque.max())
@@ -182,4 +182,4 @@ def _tolerated(study: Study, fit: Fit, rival: Rival) -> bool:
     basis = projector(fit.weighting, fit.prediction.sensitivities)
     seen = seen - basis @ (basis.T @ seen)
     odd = share < EVEN_SHARE or float((seen**2).sum()) < SIGNIFICANT
-    return odd and over_scatter(study, fit, part) < TOLERATED
+    return odd and population_deviations(study, fit, part) < TOLERATED

@@ -1,9 +1,9 @@
 """Anonymous rivals of the named effects: smooth functions of what a record varies, without a physical form.
 
 What is not in the vocabulary disguises itself as what is: a flank that is stiffer than the other as an offset, a
-softening with temperature as a clearance. A rival has no name but a place, such as "temperature times torque", and
+softening with temperature as a clearance. A term has no name but a place, such as "temperature times torque", and
 free coefficients. They count as random effects: with a strength s their marginal likelihood (Rasmussen and Williams,
-Gaussian Processes for Machine Learning, 2006, section 2.7) charges a rival for its freedom, so that a name with
+Gaussian Processes for Machine Learning, 2006, section 2.7) charges a term for its freedom, so that a name with
 fewer parameters wins ties.
 """
 
@@ -26,11 +26,11 @@ from ..estimation.score_test import projector
 Columns = Callable[[Array], Array]
 
 STRENGTHS = tuple(np.geomspace(3e-4, 0.3, 10).tolist())
-"""Sizes of a rival's coefficients that are tried, as shares of full torque."""
+"""Sizes of a term's coefficients that are tried, as shares of full torque."""
 KNOTS = (-1.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6, 1.0)
 """Knots of the curves over the torque, as shares of its greatest."""
 CURVE = "torque"
-"""The family of static curves."""
+"""The term of static curves."""
 ORDERS = 4
 """Orders of the crank whose waves may depend on the torque."""
 HIGHEST_ORDER = 16.0
@@ -43,25 +43,25 @@ PERIODS = 4000
 
 
 @dataclass(frozen=True)
-class Family:
-    """A kind of rival: place in words; columns: (n, k) of its coefficients' effects, as shares of full torque, from
+class NonparametricTerm:
+    """A kind of term: place in words; columns: (n, k) of its coefficients' effects, as shares of full torque, from
     the torque (n,) in the same unit; tried: how many like it were looked at to pick it."""
 
-    place: str
+    coordinate: str
     columns: Columns
-    tried: float = 1.0
+    n_tried: float = 1.0
 
 
 @dataclass(frozen=True)
-class Rival:
-    """A family beside a fit: gain in -2 log marginal likelihood; part: (n,) N.m, that it takes of the residual."""
+class TermFit:
+    """A term beside a fit: gain in -2 log marginal likelihood; part: (n,) N.m, that it takes of the residual."""
 
-    family: Family
+    term: NonparametricTerm
     gain: float
-    part: Array
+    torque: Array
 
 
-def rivals(study: Study, fit: Fit, known: Sequence[Family] = ()) -> list[Rival]:
+def fit_terms(study: Study, fit: Fit, known: Sequence[NonparametricTerm] = ()) -> list[TermFit]:
     """All families beside a fit, or the known ones, the best first. The fit's own parameters stay free, to first
     order."""
     weights, full = fit.weighting, study.base.full_torque
@@ -71,12 +71,12 @@ def rivals(study: Study, fit: Fit, known: Sequence[Family] = ()) -> list[Rival]:
     # The measured torque holds the residual: a curve over it, beside the torque of the fit, would swallow the noise.
     torque = fit.prediction.torque / full
     found = []
-    for family in known or list(families(study, residual)):
-        columns = family.columns(torque)
+    for term in known or list(possible_terms(study, residual)):
+        columns = term.columns(torque)
         white = weights.white(columns * full)
         free = white - basis @ (basis.T @ white)
         gain, coefficients = _marginal(free, white, residual)
-        found.append(Rival(family, gain - 2 * float(np.log(family.tried)), columns @ coefficients * full))
+        found.append(TermFit(term, gain - 2 * float(np.log(term.n_tried)), columns @ coefficients * full))
     return sorted(found, key=lambda r: -r.gain)
 
 
@@ -95,39 +95,39 @@ def _marginal(free: Array, white: Array, residual: Array) -> tuple[float, Array]
     return best, coefficients
 
 
-def families(study: Study, residual: Array) -> Iterator[Family]:
+def possible_terms(study: Study, residual: Array) -> Iterator[NonparametricTerm]:
     """The families that this record can show; residual: (n,) whitened, by which scanned ones are picked."""
     t, mean = study.trace, study.blocks.mean
     crank, clock, warmth = mean(t.crank), mean(t.time), mean(t.temperature) - 20.0
-    yield Family(CURVE, curve_over_torque)
+    yield NonparametricTerm(CURVE, curve_over_torque)
     direction = mean(np.sign(np.where(t.start, 0.0, np.diff(t.smooth_twist, prepend=t.smooth_twist[0]))))
-    yield Family("direction of the twist, by torque", _times(direction[:, None]))
-    yield Family("rate of the twist, by torque", _times(_speeds(mean(t.twist_rate))))
+    yield NonparametricTerm("direction of the twist, by torque", _times(direction[:, None]))
+    yield NonparametricTerm("rate of the twist, by torque", _times(_speeds(mean(t.twist_rate))))
     speed = mean(t.output_speed)
     if np.abs(speed).max() > 0:
-        yield Family("speed of the output, by torque", _times(_speeds(speed)))
+        yield NonparametricTerm("speed of the output, by torque", _times(_speeds(speed)))
     if np.ptp(warmth) > LEAST_WARMING:
         warm = (warmth / np.abs(warmth).max())[:, None]
-        yield Family("temperature, by torque", partial(_curve_times, warm))
+        yield NonparametricTerm("temperature, by torque", partial(_curve_times, warm))
     if np.ptp(crank) > LEAST_TURN:
         for order in range(1, ORDERS + 1):
             waves = np.stack([np.cos(order * crank), np.sin(order * crank)], axis=1)
-            yield Family(f"order {order} of the crank, by torque", _times(waves))
+            yield NonparametricTerm(f"order {order} of the crank, by torque", _times(waves))
         near = np.abs(crank - crank[0]) < 2 * np.pi * NEAR_TURNS
         order, tried = _strongest(study, crank / (2 * np.pi), residual, near, HIGHEST_ORDER)
         yield _fixed(f"order {order:.3g} of the crank at any load", _wave(order * crank) * near[:, None], tried)
     span = max(float(np.ptp(clock)), 1e-9)
     along = 2 * (clock - clock[0]) / span - 1
     yield _fixed("time, smoothly", _splines(along, np.linspace(-1, 1, 7)))
-    yield Family("time, by torque", _times(_splines(along, np.linspace(-1, 1, 5)), 2))
+    yield NonparametricTerm("time, by torque", _times(_splines(along, np.linspace(-1, 1, 5)), 2))
     highest = min(PERIODS / 2 / span, 0.4 / max(float(np.median(np.diff(clock))), 1e-9))
     frequency, tried = _strongest(study, clock, residual, np.ones(len(clock), bool), highest)
     yield _fixed(f"time, period {1 / frequency:.3g} s", _wave(2 * np.pi * frequency * clock), tried)
     yield from _runs(study, residual)
 
 
-def _fixed(place: str, columns: Array, tried: float = 1.0) -> Family:
-    return Family(place, partial(_whatever, columns), tried)
+def _fixed(coordinate: str, columns: Array, n_tried: float = 1.0) -> NonparametricTerm:
+    return NonparametricTerm(coordinate, partial(_whatever, columns), n_tried)
 
 
 def _whatever(columns: Array, torque: Array) -> Array:
@@ -193,7 +193,7 @@ def _strongest(study: Study, x: Array, residual: Array, near: NDArray[np.bool_],
     return float(frequency[best]), max(1.0, highest * span)
 
 
-def _runs(study: Study, residual: Array) -> Iterator[Family]:
+def _runs(study: Study, residual: Array) -> Iterator[NonparametricTerm]:
     """A zero of the torque of its own in every run, a scale, and a jump between two runs."""
     run = study.trace.run[study.blocks.first]
     numbers = np.unique(run)
@@ -201,7 +201,7 @@ def _runs(study: Study, residual: Array) -> Iterator[Family]:
         return
     own = (run[:, None] == numbers).astype(float)
     yield _fixed("zero of each run", own)
-    yield Family("scale of each run", partial(_scales, own))
+    yield NonparametricTerm("scale of each run", partial(_scales, own))
     steps = (run >= numbers[1:, None]).astype(float)
     scale = 1 / np.sqrt(study.variance)
     centred = steps - (steps @ scale**2 / (scale**2).sum())[:, None]

@@ -21,9 +21,9 @@ from ..estimation.problem import Study
 from ..estimation.remainder import comes_again
 from ..estimation.search import Search, degenerate, part_of, without
 from ..estimation.weighting import INDIVIDUAL, SMALL_SCATTER
+from .individual_drive import SCATTER_LIKE, limited_to_tolerances, may_be_individual
 from .model_comparison import FORM_ERROR
-from .population import over_scatter
-from .single_drive import LIKE_SCATTER, may_scatter, of_these_tolerances
+from .population_spread import population_deviations
 from .thresholds import NOISE_GAIN, Thresholds
 
 FIRST_SHARE, FURTHER_SHARE = 0.5, 0.35
@@ -49,7 +49,7 @@ IDLE = 0.9
 
 
 @dataclass(frozen=True)
-class Justified:
+class SignificanceTest:
     """Whether every effect of a set earns its place; shares: of what is unexplained without it; reasons: why not."""
 
     fit: Fit
@@ -58,58 +58,58 @@ class Justified:
     reasons: Mapping[str, str]
 
 
-def slack(study: Study) -> float:
+def chance_excess(study: Study) -> float:
     """Excess within which noise alone may lie."""
     ratio = study.block_variance / study.variance
     return 3.0 * float(np.sqrt(2 * (ratio**2).sum()))
 
 
-def left(study: Study, fit: Fit) -> float:
+def unexplained_excess(study: Study, fit: Fit) -> float:
     """Excess of a fit beyond what chance and a single drive of the population could make.
 
     What is everywhere and does not come again with the cycles is a noise that is louder than estimated.
     """
     share = float(np.clip((fit.weighting.size - SMALL_SCATTER) / 0.35, 0.0, 1.0))
-    excess = study.excess(fit) - slack(study) - share * study.null_excess
+    excess = study.excess(fit) - chance_excess(study) - share * study.null_excess
     if excess > 0 and not comes_again(study, fit):
         excess -= (dispersion(study, fit) - 1) * study.alone(fit.weighting)
     return max(0.0, excess)
 
 
-def justify(
+def assess_set(
     study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Mapping[frozenset[str], Fit]
-) -> Justified:
+) -> SignificanceTest:
     """Leave out each effect in turn, refit, and see whether it is missed."""
-    rest, size, louder = left(study, fit), fit.weighting.size, dispersion(study, fit)
+    rest, size, overdispersion = unexplained_excess(study, fit), fit.weighting.size, dispersion(study, fit)
     shares, reasons, left_out = {}, {}, {}
     for name in fit.names:
         others = tuple(n for n in fit.names if n != name)
         smaller = left_out[name] = _smaller(study, fit, name, others, known) if others else base
-        gain = of_these_tolerances(study, smaller, fit).cost - fit.cost
+        gain = limited_to_tolerances(study, smaller, fit).cost - fit.cost
         family = find_effect(name).identification.family
         kin = [other for other in others if family and find_effect(other).identification.family is family]
         form = FORM_ERROR if rest or SEVERAL_TIMES & set(kin) else FORM_ERROR_ALL
         shares[name] = gain / (gain + rest) if gain > 0 else 0.0
         change = without(study, fit, name) - fit.prediction.torque
-        least = thresholds.of(name, size) * louder
+        least = thresholds.of(name, size) * overdispersion
         if gain < least:
             reasons[name] = f"gains {gain:.0f}, an individual drive up to {least:.0f}"
         elif kin and gain < form * (_plain(others, kin, base, known).cost - smaller.cost):
             reasons[name] = f"gains {gain:.0f}: so much may the form of {' and '.join(kin)} be wrong"
         elif shares[name] < FURTHER_SHARE:
             reasons[name] = f"removes {100 * shares[name]:.0f} % of what is left without it"
-        elif material(study, change) < (MATERIAL if others else MATERIAL_FIRST) * study.base.full_torque:
+        elif largest_run_rms(study, change) < (MATERIAL if others else MATERIAL_FIRST) * study.base.full_torque:
             reasons[name] = "changes no run visibly"
         elif (
-            may_scatter(study, fit, base, smaller, name, louder)
-            and (over := over_scatter(study, fit, change)) < OVER_SCATTER
+            may_be_individual(study, fit, base, smaller, name, overdispersion)
+            and (over := population_deviations(study, fit, change)) < OVER_SCATTER
         ):
             reasons[name] = f"is {over:.1f} times what single drives of the population make of the kind by themselves"
     if not reasons and size >= INDIVIDUAL:
-        reasons = _idle(study, fit, {name: left_out[name] for name in fit.names if name in LIKE_SCATTER})
-    gain = of_these_tolerances(study, base, fit).cost - fit.cost
+        reasons = _idle(study, fit, {name: left_out[name] for name in fit.names if name in SCATTER_LIKE})
+    gain = limited_to_tolerances(study, base, fit).cost - fit.cost
     whole = gain / (gain + rest) if gain > 0 else 0.0
-    return Justified(fit, not reasons and whole >= FIRST_SHARE and _closer(study, fit, base), shares, reasons)
+    return SignificanceTest(fit, not reasons and whole >= FIRST_SHARE and _closer(study, fit, base), shares, reasons)
 
 
 def _plain(names: Sequence[str], kin: Sequence[str], base: Fit, known: Mapping[frozenset[str], Fit]) -> Fit:
@@ -132,19 +132,21 @@ def _smaller(study: Study, fit: Fit, name: str, others: tuple[str, ...], known: 
     return min(fits, key=lambda f: f.cost)
 
 
-def material(study: Study, change: Array) -> float:
+def largest_run_rms(study: Study, change: Array) -> float:
     """Greatest rms of a change (n,) over a run, N.m."""
     runs = study.trace.run[study.blocks.first]
     return max(float(np.sqrt(np.mean(change[runs == r] ** 2))) for r in np.unique(runs))
 
 
-def choose(study: Study, found: Search, thresholds: Thresholds) -> tuple[Justified | None, list[Justified]]:
+def largest_significant_set(
+    study: Study, found: Search, thresholds: Thresholds
+) -> tuple[SignificanceTest | None, list[SignificanceTest]]:
     """The largest set in which every effect is justified, and what was examined."""
     known = {frozenset(f.names): f for fits in found.best.values() for f in fits}
-    examined: list[Justified] = []
+    examined: list[SignificanceTest] = []
     for size in sorted((k for k in found.best if k), reverse=True):
         for fit in _likeliest(study, found.best[size], thresholds):
-            verdict = justify(study, fit, found.base, thresholds, known)
+            verdict = assess_set(study, fit, found.base, thresholds, known)
             if verdict.holds and not _worth_its_size(study, fit, found):
                 verdict = replace(verdict, holds=False, reasons={fit.names[-1]: "a smaller set does as well"})
             examined.append(verdict)

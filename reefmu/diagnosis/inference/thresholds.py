@@ -46,7 +46,7 @@ class Thresholds:
         return self.noise[name] + share * max(self.individuals[name] - self.noise[name], 0.0)
 
 
-def calibrate(
+def calibrate_thresholds(
     study: Study, base: Fit, fresh: Array, traces: Mapping[str, Sequence[Direction]], seed: int = 0
 ) -> Thresholds:
     """Thresholds from individuals `fresh` (m, n), N.m, that no component was made of, with this record's noise;

@@ -14,11 +14,11 @@ from ..estimation.problem import Study
 from ..estimation.remainder import comes_again, remainder
 from ..estimation.search import Search, degenerate, n_parameters
 from ..estimation.weighting import INDIVIDUAL, SIZES, SMALL_SCATTER
-from .model_comparison import as_mean, contest
-from .nonparametric import Rival
-from .population import unlike_population
-from .significance import Justified, choose, left
-from .single_drive import LIKE_SCATTER, TOO_WIDE
+from .individual_drive import IMPLAUSIBLE_SIZE, SCATTER_LIKE
+from .model_comparison import as_mean_drive, compare_models
+from .nonparametric import TermFit
+from .population_spread import residual_outside_population
+from .significance import SignificanceTest, largest_significant_set, unexplained_excess
 from .thresholds import Thresholds
 
 ALIKE_SHARE, ALIKE_COST = 0.004, 9.0
@@ -35,7 +35,7 @@ REMAINDER_SHARE = 0.08
 
 
 @dataclass(frozen=True)
-class Finding:
+class Conclusion:
     """verdict; chosen: the set named, or the base fit; alternatives: other sets, or those which the scatter may hide
     where the verdict is none, named or unknown; remainder: N.m rms; rival: an anonymous part of it, None if there is
     none to be seen; curve: N.m rms, by which the drive's own curve is off within the tolerances."""
@@ -45,73 +45,73 @@ class Finding:
     shares: dict[str, float]
     alternatives: tuple[tuple[str, ...], ...]
     remainder: float
-    examined: tuple[Justified, ...]
-    rival: Rival | None = None
+    examined: tuple[SignificanceTest, ...]
+    unnamed: TermFit | None = None
     curve: float = 0.0
 
 
 def decide(
-    study: Study, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]] = ()
-) -> tuple[Study, Finding]:
+    study: Study, found: Search, thresholds: Thresholds, indistinguishable: Sequence[tuple[str, str]] = ()
+) -> tuple[Study, Conclusion]:
     """The verdict on a search, and the study that it stands on: of the mean drive where the record shows it to be."""
-    best, examined = choose(study, found, thresholds)
-    fit = as_mean(study, found.base if best is None else best.fit)
-    if best is None and fit is not found.base and not contest(study, found, fit).tolerated:
+    best, examined = largest_significant_set(study, found, thresholds)
+    fit = as_mean_drive(study, found.base if best is None else best.fit)
+    if best is None and fit is not found.base and not compare_models(study, found, fit).within_tolerances:
         # A mean drive after all: then no name can be put down to scatter.
         study, found = replace(study, mean=True), Search(fit, found.best)
-        best, examined = choose(study, found, thresholds)
+        best, examined = largest_significant_set(study, found, thresholds)
         fit = fit if best is None else best.fit
-    return study, _finding(study, found, thresholds, twins, fit, best, examined)
+    return study, _finding(study, found, thresholds, indistinguishable, fit, best, examined)
 
 
 def _finding(
     study: Study,
     found: Search,
     thresholds: Thresholds,
-    twins: Sequence[tuple[str, str]],
+    indistinguishable: Sequence[tuple[str, str]],
     fit: Fit,
-    best: Justified | None,
-    examined: Sequence[Justified],
-) -> Finding:
+    best: SignificanceTest | None,
+    examined: Sequence[SignificanceTest],
+) -> Conclusion:
     """What is said of the set that is justified, `best` with its fit, or of the base alone."""
     base = found.base
     if fit.weighting.size <= SMALL_SCATTER:
-        outcome = contest(study, found, fit)
-        kept, rival = outcome.kept, outcome.rival
-        if rival is not None and outcome.tolerated:
-            return _within_tolerances(study, found, thresholds, kept, rival, best, examined)
-        if rival is not None:
+        outcome = compare_models(study, found, fit)
+        kept, unnamed = outcome.kept, outcome.unnamed
+        if unnamed is not None and outcome.within_tolerances:
+            return _within_tolerances(study, found, thresholds, kept, unnamed, best, examined)
+        if unnamed is not None:
             # Beside names that stand, or alone: what is left has a place but no name.
             gain = base.cost - kept.cost
-            shares = {} if best is None else {n: best.shares.get(n, gain / (gain + rival.gain)) for n in kept.names}
+            shares = {} if best is None else {n: best.shares.get(n, gain / (gain + unnamed.gain)) for n in kept.names}
             same = kept.names and kept.names == fit.names
-            alternatives = _alternatives(study, kept, found, thresholds, twins) if same else ()
+            alternatives = _alternatives(study, kept, found, thresholds, indistinguishable) if same else ()
             verdict = "ambiguous" if alternatives else "partly" if kept.names else "unknown"
-            return Finding(verdict, kept, shares, alternatives, remainder(study, kept), tuple(examined), rival)
+            return Conclusion(verdict, kept, shares, alternatives, remainder(study, kept), tuple(examined), unnamed)
     if best is None:
         rest = remainder(study, base)
-        something = left(study, base) > 0 and rest > _visible(study, base) and _repeats(study, base)
+        something = unexplained_excess(study, base) > 0 and rest > _visible(study, base) and _repeats(study, base)
         # With a scatter that other tolerances could make, what helps may be there as well.
         hidden = () if something else _hidden(study, base, found, thresholds)
         if not something and (foreign := _foreign(study, base)) > 0:
             something, rest = True, foreign
-        return Finding("unknown" if something else "none", base, {}, hidden, rest, tuple(examined))
+        return Conclusion("unknown" if something else "none", base, {}, hidden, rest, tuple(examined))
     gain = base.cost - best.fit.cost
     rest = remainder(study, best.fit)
     least = _visible(study, best.fit)
     more = (
-        left(study, best.fit) > 0
+        unexplained_excess(study, best.fit) > 0
         and rest > least
         and _repeats(study, best.fit)
-        and (left(study, best.fit) > REMAINDER_SHARE * gain or rest > 2 * least)
+        and (unexplained_excess(study, best.fit) > REMAINDER_SHARE * gain or rest > 2 * least)
     )
     if not more and (foreign := _foreign(study, best.fit)) > 0:
         more, rest = True, foreign
-    alternatives = _alternatives(study, best.fit, found, thresholds, twins)
+    alternatives = _alternatives(study, best.fit, found, thresholds, indistinguishable)
     verdict = "ambiguous" if alternatives else "partly" if more else "named"
     if verdict == "named":
         alternatives = _hidden(study, best.fit, found, thresholds)
-    return Finding(verdict, best.fit, dict(best.shares), alternatives, rest, tuple(examined))
+    return Conclusion(verdict, best.fit, dict(best.shares), alternatives, rest, tuple(examined))
 
 
 def _within_tolerances(
@@ -119,38 +119,40 @@ def _within_tolerances(
     found: Search,
     thresholds: Thresholds,
     kept: Fit,
-    rival: Rival,
-    best: Justified | None,
-    examined: Sequence[Justified],
-) -> Finding:
+    unnamed: TermFit,
+    best: SignificanceTest | None,
+    examined: Sequence[SignificanceTest],
+) -> Conclusion:
     """The drive's own curve is off, as those of single drives are: alone that is nothing, beside names it is said to be
     left, for it may as well be an effect without a name."""
-    curve = float(np.sqrt(np.mean(rival.part**2)))
+    curve = float(np.sqrt(np.mean(unnamed.torque**2)))
     shares = {} if best is None else {n: best.shares.get(n, 0.0) for n in kept.names}
     if kept.names and curve > _visible(study, kept):
-        return Finding("partly", kept, shares, (), max(curve, remainder(study, kept)), tuple(examined), rival, curve)
+        return Conclusion(
+            "partly", kept, shares, (), max(curve, remainder(study, kept)), tuple(examined), unnamed, curve
+        )
     verdict, hidden = "named" if kept.names else "none", _hidden(study, kept, found, thresholds)
-    return Finding(verdict, kept, shares, hidden, remainder(study, kept), tuple(examined), curve=curve)
+    return Conclusion(verdict, kept, shares, hidden, remainder(study, kept), tuple(examined), curve=curve)
 
 
-def unconfirmed(study: Study, base: Fit, finding: Finding) -> Finding:
+def unconfirmed_conclusion(study: Study, base: Fit, conclusion: Conclusion) -> Conclusion:
     """A finding whose names make runs worse that were not fitted: something is missing, but not this."""
     rest = remainder(study, base)
-    return replace(finding, verdict="unknown", chosen=base, shares={}, alternatives=(), remainder=rest, curve=0.0)
+    return replace(conclusion, verdict="unknown", chosen=base, shares={}, alternatives=(), remainder=rest, curve=0.0)
 
 
 def _foreign(study: Study, fit: Fit) -> float:
     """Rms, N.m, of what is left where a scatter could explain it, but not that of these tolerances; else 0."""
-    return unlike_population(study, fit) if fit.weighting.size >= SIZES[-1] else 0.0
+    return residual_outside_population(study, fit) if fit.weighting.size >= SIZES[-1] else 0.0
 
 
-def _limiting(other: Fit, chosen: Fit, twins: Sequence[tuple[str, str]]) -> bool:
+def _limiting(other: Fit, chosen: Fit, indistinguishable: Sequence[tuple[str, str]]) -> bool:
     """Whether a set only differs by an effect of which the chosen one is the limit, and which this record shows."""
     mine, theirs = set(chosen.names) - set(other.names), set(other.names) - set(chosen.names)
     if len(mine) != 1 or len(theirs) != 1:
         return False
     (limit,), (general,) = mine, theirs
-    return find_effect(limit).identification.limit_of == general and {limit, general} not in map(set, twins)
+    return find_effect(limit).identification.limit_of == general and {limit, general} not in map(set, indistinguishable)
 
 
 def _visible(study: Study, fit: Fit) -> float:
@@ -181,7 +183,7 @@ def _noise_uncertainty(study: Study) -> float:
 
 
 def _alternatives(
-    study: Study, chosen: Fit, found: Search, thresholds: Thresholds, twins: Sequence[tuple[str, str]]
+    study: Study, chosen: Fit, found: Search, thresholds: Thresholds, indistinguishable: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], ...]:
     """Sets of no more effects that explain the record as well."""
     known = {frozenset(f.names): f.cost for fits in found.best.values() for f in fits}
@@ -199,7 +201,7 @@ def _alternatives(
         if n_parameters(f) > n_parameters(chosen):
             # With more parameters it can imitate; as good as the chosen it must be, and not its limiting case.
             allowance = 2.0
-        if worse < allowance and not degenerate(study, f) and not _limiting(f, chosen, twins):
+        if worse < allowance and not degenerate(study, f) and not _limiting(f, chosen, indistinguishable):
             alike.append(tuple(sorted(f.names)))
     return tuple(alike[:5])
 
@@ -209,13 +211,13 @@ def _hidden(study: Study, chosen: Fit, found: Search, thresholds: Thresholds) ->
     that are as likely with less scatter, where it is wider than the tolerances make, or with none."""
     if study.mean:
         return ()
-    louder, size, sets = dispersion(study, chosen), chosen.weighting.size, []
+    overdispersion, size, sets = dispersion(study, chosen), chosen.weighting.size, []
     for fit in sorted(found.best.get(len(chosen.names) + 1, []), key=lambda f: f.cost):
         more = set(fit.names) - set(chosen.names)
-        if len(more) != 1 or (name := more.pop()) not in LIKE_SCATTER or degenerate(study, fit):
+        if len(more) != 1 or (name := more.pop()) not in SCATTER_LIKE or degenerate(study, fit):
             continue
         less = fit.weighting.size
-        instead = (size >= INDIVIDUAL and less <= SMALL_SCATTER) or (size >= TOO_WIDE and less < size)
-        if chosen.cost - fit.cost > (0.0 if instead else louder * thresholds.noise[name]):
+        instead = (size >= INDIVIDUAL and less <= SMALL_SCATTER) or (size >= IMPLAUSIBLE_SIZE and less < size)
+        if chosen.cost - fit.cost > (0.0 if instead else overdispersion * thresholds.noise[name]):
             sets.append(tuple(sorted(fit.names)))
     return tuple(sets[:MOST_HIDDEN])

@@ -2,5 +2,5 @@
 
 * `corrected_model` and `gap`: the model with the effects found, and how far the gap shrank; `location`, `play`: where
   the rest lies, and sizes without a drawing.
-* `page`, `pictures`, `wording`: report.html; `files`: all of it, or nothing.
+* `page`, `figures`, `text`: report.html; `files`: all of it, or nothing.
 """

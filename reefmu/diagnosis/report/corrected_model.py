@@ -27,7 +27,7 @@ def corrected_model(study: Study, chosen: Fit) -> DriveModel:
     return build_model(base.drive, effects, lookup=table)
 
 
-def conditioned(trace: Trace, zero: float) -> tuple[Record, Array]:
+def denoised_record(trace: Trace, zero: float) -> tuple[Record, Array]:
     """The record as the fit saw it, and the jitter (n,), rad, that was taken out of its twist.
 
     Paths and speeds are without the angles' noise, and the twist's arbitrary zero, rad, is taken out at the output. The
@@ -55,6 +55,6 @@ def conditioned(trace: Trace, zero: float) -> tuple[Record, Array]:
 
 def simulated_torque(model: DriveModel, trace: Trace, zero: float) -> Array:
     """What the sensor would read (n,), N.m, by `reefmu.simulate` of a model over the record."""
-    record, jitter = conditioned(trace, zero)
+    record, jitter = denoised_record(trace, zero)
     response = simulate_record(model, record)
     return response["measured.tau"] + response["stiffness"] * jitter

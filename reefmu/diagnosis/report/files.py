@@ -7,12 +7,12 @@ import os
 from stiffness_model.io.atomic_files import staged_folder
 
 from ...model.model_file import save_model
-from ..examined import Examined
-from ..result import Diagnosis
+from ..analysis import Analysis
+from ..schema import Diagnosis
 from .corrected_model import corrected_model
 
 
-def write_results(found: Examined | Diagnosis, out: str | os.PathLike[str]) -> None:
+def write_results(found: Analysis | Diagnosis, out: str | os.PathLike[str]) -> None:
     """Write into the folder `out`, which is made if need be.
 
     diagnosis.json, report.html and, but for a record that allows no diagnosis, model.toml: the base model with what
@@ -20,9 +20,9 @@ def write_results(found: Examined | Diagnosis, out: str | os.PathLike[str]) -> N
     """
     from .page import report_html
 
-    diagnosis = found.diagnosis if isinstance(found, Examined) else found
+    diagnosis = found.diagnosis if isinstance(found, Analysis) else found
     with staged_folder(out) as stage:
         (stage / "diagnosis.json").write_text(diagnosis.to_json(), encoding="utf-8")
         (stage / "report.html").write_text(report_html(found), encoding="utf-8")
-        if isinstance(found, Examined):
-            save_model(corrected_model(found.study, found.finding.chosen), stage / "model.toml")
+        if isinstance(found, Analysis):
+            save_model(corrected_model(found.study, found.conclusion.chosen), stage / "model.toml")

@@ -15,11 +15,11 @@ from ..estimation.held_out import held_out
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Study
 from ..estimation.remainder import scattered
-from ..result import Gap
+from ..schema import Gap
 from .corrected_model import corrected_model, simulated_torque
 
 
-def gap_of(study: Study, base: Fit, chosen: Fit, held: Sequence[Fit]) -> Gap:
+def measure_gap(study: Study, base: Fit, chosen: Fit, held: Sequence[Fit]) -> Gap:
     """Root mean squares over all samples, N.m; held: `held_fits` of both, none where nothing is named."""
     samples = np.repeat(held_out(study), study.blocks.count.astype(int))
     slope = chosen.prediction.slope

@@ -9,7 +9,7 @@ from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import ARCMIN
 
 from ..estimation.problem import Study
-from ..result import Place
+from ..schema import Location
 
 BINS, FINE_BINS = 10, 40
 """Groups along a coordinate; along the twist, where teeth and play show."""
@@ -18,7 +18,7 @@ FINER = 0.1
 MOST_ORDER = 6
 
 
-def coordinates(study: Study) -> dict[str, tuple[Array, str]]:
+def block_coordinates(study: Study) -> dict[str, tuple[Array, str]]:
     """Coordinates of the blocks that vary in this record, with their units."""
     t, mean = study.trace, study.blocks.mean
     travel = np.cumsum(np.abs(np.diff(t.crank, prepend=t.crank[0])))
@@ -35,14 +35,14 @@ def coordinates(study: Study) -> dict[str, tuple[Array, str]]:
     return {name: v for name, v in found.items() if np.ptp(v[0]) > 1e-9 * (1 + np.abs(v[0]).max())}
 
 
-def locate(study: Study, residual: Array, systematic: float) -> tuple[Place, ...]:
+def locate_gap(study: Study, residual: Array, systematic: float) -> tuple[Location, ...]:
     """Places of a residual (n,), N.m, whose systematic mean square is `systematic`; the greatest shares first."""
     if systematic <= 0:
         return ()
-    values = coordinates(study)
+    values = block_coordinates(study)
     direction = np.sign(study.blocks.mean(study.trace.twist_rate))
     noise = study.variance
-    found: list[Place] = []
+    found: list[Location] = []
     for name, (x, unit) in values.items():
         groups = _bins(x, FINE_BINS if name == "twist" else BINS)
         found.append(_place(name, groups, residual, noise, systematic, x, unit))
@@ -78,7 +78,7 @@ def _place(
     x: Array,
     unit: str,
     direction: Array | None = None,
-) -> Place:
+) -> Location:
     count = np.bincount(groups).astype(float)
     mean = _means(groups, residual)
     # What the noise alone puts into the means does not count.
@@ -92,10 +92,10 @@ def _place(
         going = float(direction[inside].mean())
         words = "twist growing" if going > 0.3 else "twist falling" if going < -0.3 else "at rest"
         region = f"{words}, {region}"
-    return Place(name, region, share)
+    return Location(name, region, share)
 
 
-def _orders(crank: Array, residual: Array, noise: Array, systematic: float) -> Place:
+def _orders(crank: Array, residual: Array, noise: Array, systematic: float) -> Location:
     """Share of the residual in the crank's orders, and the strongest of them."""
     n = len(residual)
     energy = {}
@@ -104,4 +104,4 @@ def _orders(crank: Array, residual: Array, noise: Array, systematic: float) -> P
         amplitude = np.linalg.lstsq(wave, residual, rcond=None)[0]
         energy[order] = max(0.0, float(((wave @ amplitude) ** 2).sum()) - 2 * float(noise.mean()))
     strongest = max(energy, key=lambda k: energy[k])
-    return Place("crank_angle", f"order {strongest} of the crank", min(1.0, sum(energy.values()) / (systematic * n)))
+    return Location("crank_angle", f"order {strongest} of the crank", min(1.0, sum(energy.values()) / (systematic * n)))

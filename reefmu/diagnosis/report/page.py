@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from ..examined import Examined
+from ..analysis import Analysis
 from ..forward.effect_functions import kernel
-from ..result import Diagnosis, NamedEffect, Place
-from .wording import MEANING, cautions, file_name, interval, main_size, quantity, reading
+from ..schema import Diagnosis, Location, NamedEffect
+from .text import MEANING, cautions, file_name, interval_text, location_text, main_parameter_text, quantity_text
 
 _STYLE = """
 *{box-sizing:border-box}
@@ -38,10 +38,10 @@ figure,.card,tr,.caution{break-inside:avoid}.cards{grid-template-columns:repeat(
 """
 
 
-def report_html(found: Examined | Diagnosis) -> str:
+def report_html(found: Analysis | Diagnosis) -> str:
     """The page, as text."""
-    d = found.diagnosis if isinstance(found, Examined) else found
-    source = found.record.source if isinstance(found, Examined) else ""
+    d = found.diagnosis if isinstance(found, Analysis) else found
+    source = found.record.source if isinstance(found, Analysis) else ""
     parts = [
         f"<h1>Diagnosis{' of ' + escape(file_name(source)) if source else ''}</h1>",
         f"<div><span class='verdict {d.verdict}'>{d.verdict}</span>"
@@ -50,7 +50,7 @@ def report_html(found: Examined | Diagnosis) -> str:
         _cards(d),
         _cautions(d),
     ]
-    if isinstance(found, Examined):
+    if isinstance(found, Analysis):
         parts += _pictures(found)
     parts += [_effect(effect) for effect in d.effects]
     if d.alternatives:
@@ -59,7 +59,7 @@ def report_html(found: Examined | Diagnosis) -> str:
         parts += _list(title, [_names(a) for a in d.alternatives])
     parts += _list("What to measure next", d.next_experiment)
     parts += _details(d)
-    if isinstance(found, Examined):
+    if isinstance(found, Analysis):
         parts += _workings(found)
     return (
         "<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>"
@@ -87,11 +87,14 @@ def _cards(d: Diagnosis) -> str:
         cards.append(
             (
                 "One of several that fit" if d.verdict == "ambiguous" else "What is missing",
-                [f"<p><b>{escape(kernel(e.name).effect.title)}</b><br>{escape(main_size(e))}</p>" for e in d.effects],
+                [
+                    f"<p><b>{escape(kernel(e.name).effect.title)}</b><br>{escape(main_parameter_text(e))}</p>"
+                    for e in d.effects
+                ],
             )
         )
     elif d.remainder > 0 and d.verdict == "unknown":
-        place = f"<p>mostly at {escape(reading(d.remainder_where[0]))}</p>" if d.remainder_where else ""
+        place = f"<p>mostly at {escape(location_text(d.remainder_where[0]))}</p>" if d.remainder_where else ""
         cards.append(("What is missing has no name here", [f"<p class=big>{d.remainder:.3g} N.m</p>{place}"]))
     if d.next_experiment and d.verdict != "insufficient":
         cards.append(("Measure next", [f"<p>{escape(d.next_experiment[0])}</p>"]))
@@ -113,29 +116,29 @@ def _cautions(d: Diagnosis) -> str:
     )
 
 
-def _pictures(found: Examined) -> list[str]:
-    from . import pictures
+def _pictures(found: Analysis) -> list[str]:
+    from . import figures
 
-    d, study, base, chosen = found.diagnosis, found.study, found.search.base, found.finding.chosen
+    d, study, base, chosen = found.diagnosis, found.study, found.search.base, found.conclusion.chosen
     where = d.where[0].coordinate if d.where else "torque"
-    place = f", {100 * d.where[0].share:.0f} % of it over the {reading(d.where[0])}" if d.where else ""
+    place = f", {100 * d.where[0].share:.0f} % of it over the {location_text(d.where[0])}" if d.where else ""
     return [
         "<div class=row>",
         _figure(
-            pictures.curve_picture(study, base, chosen),
-            f"Torque over twist in run {pictures.widest_run(study)[0]}, the widest.",
+            figures.curve_figure(study, base, chosen),
+            f"Torque over twist in run {figures.widest_run(study)[0]}, the widest.",
         ),
         _figure(
-            pictures.loop_picture(study, base, chosen),
+            figures.loop_figure(study, base, chosen),
             "The same run less the model without effects: what the model does not know.",
         ),
-        _figure(pictures.residual_picture(study, base, chosen, where), f"Where the gap lies{escape(place)}."),
+        _figure(figures.residual_figure(study, base, chosen, where), f"Where the gap lies{escape(place)}."),
         _figure(
-            pictures.gap_picture(d.gap, bool(chosen.names)),
+            figures.gap_figure(d.gap, bool(chosen.names)),
             "The gap against the noise. Held out: runs that a second fit did not see.",
         ),
         "</div>",
-        _figure(pictures.time_picture(study, base, chosen), "The gap through the record, run after run."),
+        _figure(figures.time_figure(study, base, chosen), "The gap through the record, run after run."),
     ]
 
 
@@ -151,8 +154,8 @@ def _effect(effect: NamedEffect) -> str:
     rows = [
         [
             name.replace("_", " "),
-            quantity(value.value, value.unit),
-            interval(value),
+            quantity_text(value.value, value.unit),
+            interval_text(value),
             f"<span class=warn>{escape(value.warning)}</span>",
         ]
         for name, value in effect.parameters.items()
@@ -179,15 +182,15 @@ def _details(d: Diagnosis) -> list[str]:
             "<h2>What this record cannot show</h2>",
             _table(["effect", "why"], [[n, escape(t)] for n, t in d.not_candidates.items()]),
         ]
-    if d.twins:
+    if d.indistinguishable:
         parts += [
             "<h2>What this record cannot tell apart</h2>",
-            _table(["one", "the other", "what splits them"], [[a, b, escape(t)] for a, b, t in d.twins]),
+            _table(["one", "the other", "what splits them"], [[a, b, escape(t)] for a, b, t in d.indistinguishable]),
         ]
     return parts + _list("Notes", d.notes)
 
 
-def _places(places: Sequence[Place]) -> str:
+def _places(places: Sequence[Location]) -> str:
     return _table(
         ["coordinate", "strongest at", "share of the gap"],
         [[p.coordinate.replace("_", " "), escape(p.region), f"{100 * p.share:.0f} %"] for p in places],
@@ -205,14 +208,14 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f"<div class=table><table><tr>{top}</tr>{body}</table></div>"
 
 
-def _workings(found: Examined) -> list[str]:
+def _workings(found: Analysis) -> list[str]:
     """How it was found: noise, scatter, the best sets with their costs, why sets were refused."""
     study, search, n = found.study, found.search, found.study.noise
     kind = f"differences of {n.pairs} pairs of cycles" if n.repeated else "smoothness alone"
     lines = [
         f"{len(found.record)} samples in {len(found.record.starts)} runs; base curve: {study.base.kind} "
         f"{file_name(study.base.source)}",
-        f"noise {n.torque:.3g} N.m and {quantity(n.twist, 'rad')}, integrated autocorrelation "
+        f"noise {n.torque:.3g} N.m and {quantity_text(n.twist, 'rad')}, integrated autocorrelation "
         f"{n.correlation:.3g} samples, from {kind}",
     ]
     if study.scatter is not None:
@@ -225,7 +228,7 @@ def _workings(found: Examined) -> list[str]:
         for f in search.best[size][:4]
     ]
     reasons = [
-        f"{', '.join(j.fit.names)}: {name} {why}" for j in found.finding.examined for name, why in j.reasons.items()
+        f"{', '.join(j.fit.names)}: {name} {why}" for j in found.conclusion.examined for name, why in j.reasons.items()
     ]
     return [
         *_list("How it was found", lines),

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
-from reefmu.diagnosis.result import VERDICTS
+from reefmu.diagnosis.schema import VERDICTS
 from reefmu.model.model_file import load_model
 from reefmu.record import Record, make_record
 from stiffness_model.errors import InputError

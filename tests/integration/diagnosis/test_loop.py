@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from reefmu.cli import main
-from reefmu.diagnosis.examined import Examined
-from reefmu.diagnosis.pipeline import examine
+from reefmu.diagnosis.analysis import Analysis
+from reefmu.diagnosis.pipeline import analyse
 from reefmu.diagnosis.preprocessing.trace import trace_of
-from reefmu.diagnosis.report.corrected_model import conditioned, corrected_model, simulated_torque
+from reefmu.diagnosis.report.corrected_model import corrected_model, denoised_record, simulated_torque
 from reefmu.diagnosis.report.files import write_results
 from reefmu.fmu.importer.replay import replay_record
 from reefmu.model.drive_model import build_model
@@ -35,18 +35,18 @@ def rms(values: Array) -> float:
 
 
 @pytest.fixture(scope="module")
-def found() -> Examined:
+def found() -> Analysis:
     effects = {"hysteresis": {"torque": 4.0}, "backlash": {"clearance": 3e-6}}
-    found = examine(rig.measured(effects, seed=5), rig.drive())
-    assert isinstance(found, Examined)
+    found = analyse(rig.measured(effects, seed=5), rig.drive())
+    assert isinstance(found, Analysis)
     return found
 
 
 @pytest.fixture(scope="module")
-def free() -> Examined:
+def free() -> Analysis:
     """The same without a drawing."""
-    found = examine(rig.measured({"hysteresis": {"torque": 4.0}}, noise=1.0, seed=5))
-    assert isinstance(found, Examined)
+    found = analyse(rig.measured({"hysteresis": {"torque": 4.0}}, noise=1.0, seed=5))
+    assert isinstance(found, Analysis)
     return found
 
 
@@ -65,7 +65,7 @@ def test_the_model_file_leaves_the_gap_that_is_reported(
 def test_the_fast_engine_fits_what_the_model_simulates(which: str, request: pytest.FixtureRequest) -> None:
     """Two implementations of the same equations: their torques differ by far less than the gap they leave."""
     found = request.getfixturevalue(which)
-    chosen, study = found.finding.chosen, found.study
+    chosen, study = found.conclusion.chosen, found.study
     predictor = study.predictor(chosen.names)
     predictor.blocks = None
     slow = simulated_torque(corrected_model(study, chosen), study.trace, float(chosen.parameters[0]))
@@ -88,7 +88,7 @@ def test_the_record_through_the_fmu(
     fmu = tmp_path / "found.fmu"
     assert main(["export", str(tmp_path / "out" / "model.toml"), "-o", str(fmu), "--backend", backend]) == 0
     capsys.readouterr()
-    record, jitter = conditioned(found.study.trace, found.diagnosis.base["zero [rad]"])
+    record, jitter = denoised_record(found.study.trace, found.diagnosis.base["zero [rad]"])
     outputs = replay_record(fmu, record)
     torque = outputs["measured.tau"] + outputs["stiffness"] * jitter
     assert rms(record.output_torque - torque) == pytest.approx(found.diagnosis.gap.after, rel=1e-6)

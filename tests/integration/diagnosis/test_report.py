@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from reefmu.diagnosis import Diagnosis, Gap, NamedEffect, Place, Value
-from reefmu.diagnosis.examined import Examined
-from reefmu.diagnosis.pipeline import examine
+from reefmu.diagnosis import Diagnosis, Gap, Location, NamedEffect, Value
+from reefmu.diagnosis.analysis import Analysis
+from reefmu.diagnosis.pipeline import analyse
 from reefmu.diagnosis.report.page import report_html
-from reefmu.diagnosis.report.wording import MEANING, cautions, file_name
-from reefmu.diagnosis.result import VERDICTS
+from reefmu.diagnosis.report.text import MEANING, cautions, file_name
+from reefmu.diagnosis.schema import VERDICTS
 from tests import diagnosis_rig as rig
 from tests.integration.diagnosis import browser
 
@@ -30,21 +30,21 @@ MADE = Diagnosis(
     "What is missing is friction.",
     (HYSTERESIS,),
     (),
-    (Place("direction", "growing", 0.9),),
+    (Location("direction", "growing", 0.9),),
     Gap(5.0, 1.0, 0.9, 5.1, 1.1),
     (),
 )
 
 
 @pytest.fixture(scope="module")
-def found() -> Examined:
-    found = examine(rig.measured({"hysteresis": {"torque": 4.0}}, full=False, seed=2), rig.drive())
-    assert isinstance(found, Examined)
+def found() -> Analysis:
+    found = analyse(rig.measured({"hysteresis": {"torque": 4.0}}, full=False, seed=2), rig.drive())
+    assert isinstance(found, Analysis)
     return found
 
 
 @pytest.fixture(scope="module")
-def page(found: Examined, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def page(found: Analysis, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("page") / "report.html"
     path.write_text(report_html(found), "utf-8")
     return path
@@ -80,7 +80,7 @@ def test_every_verdict_has_a_page(verdict: str) -> None:
     assert MADE.sentence in text
 
 
-def test_the_page_needs_nothing_else_and_names_no_folder(found: Examined) -> None:
+def test_the_page_needs_nothing_else_and_names_no_folder(found: Analysis) -> None:
     text = report_html(replace(found, record=replace(found.record, source="/home/somebody/a<b>.csv")))
     assert not re.search(r'(?:src|href)\s*=\s*(?!["\']#)', text.replace("xlink:href", "href"))
     assert "<script" not in text

@@ -11,7 +11,7 @@ import pytest
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
-from reefmu.diagnosis.pipeline import prepare
+from reefmu.diagnosis.pipeline import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import trace_of
 from reefmu.model.tables import cached_lookup
 from tests import diagnosis_rig as rig
@@ -43,7 +43,7 @@ def test_a_fit_that_was_sent_is_whole_again() -> None:
     """Small on its way where the study's own weights were used; with its weights where others were."""
     record = rig.measured({}, full=False)
     base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
-    study = prepare(record, trace_of(record, rig.drive().ratio), base)[0]
+    study = prepare_problem(record, trace_of(record, rig.drive().ratio), base)[0]
     fit = base_fit(study)
     sent = pickle.dumps(study.slim(fit))
     assert len(sent) < len(pickle.dumps(fit)) / 3

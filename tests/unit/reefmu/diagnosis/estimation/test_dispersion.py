@@ -12,7 +12,7 @@ from reefmu.diagnosis.estimation.problem import Study
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.estimation.weighting import Weighting
 from reefmu.diagnosis.forward.base_curve import drawing_base
-from reefmu.diagnosis.pipeline import prepare
+from reefmu.diagnosis.pipeline import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import trace_of
 from reefmu.model.tables import cached_lookup
 from tests import diagnosis_rig as rig
@@ -24,7 +24,7 @@ def clean(correlation: float = 0.0) -> tuple[Study, Fit]:
     """A clean record under its own noise."""
     record = rig.measured({}, noise=0.8, correlation=correlation, seed=5)
     base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
-    study = prepare(record, trace_of(record, rig.drive().ratio), base)[0]
+    study = prepare_problem(record, trace_of(record, rig.drive().ratio), base)[0]
     return study, base_fit(study)
 
 

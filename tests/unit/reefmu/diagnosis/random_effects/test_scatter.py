@@ -7,7 +7,7 @@ import pytest
 
 from reefmu.diagnosis.estimation.problem import Study
 from reefmu.diagnosis.forward.base_curve import drawing_base
-from reefmu.diagnosis.pipeline import prepare
+from reefmu.diagnosis.pipeline import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import trace_of
 from reefmu.diagnosis.random_effects.individuals import individuals_along
 from reefmu.diagnosis.random_effects.scatter import Scatter
@@ -20,7 +20,7 @@ from tests import diagnosis_rig as rig
 def study() -> Study:
     record = rig.measured({}, noise=0.5, seed=21)
     trace = trace_of(record, rig.drive().ratio)
-    return prepare(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))[0]
+    return prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))[0]
 
 
 @pytest.fixture(scope="module")

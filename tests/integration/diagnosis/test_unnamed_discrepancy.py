@@ -14,9 +14,9 @@ from reefmu.diagnosis.estimation.intervals import deviations
 from reefmu.diagnosis.estimation.problem import Study
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
-from reefmu.diagnosis.inference.mean_drive import is_mean, ripple
-from reefmu.diagnosis.inference.nonparametric import rivals
-from reefmu.diagnosis.pipeline import prepare
+from reefmu.diagnosis.inference.mean_drive import is_mean_drive, ripple_size
+from reefmu.diagnosis.inference.nonparametric import fit_terms
+from reefmu.diagnosis.pipeline import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import trace_of
 from reefmu.diagnosis.random_effects.individuals import individuals_along
 from reefmu.model.tables import cached_lookup
@@ -29,7 +29,7 @@ pytestmark = pytest.mark.slow
 
 def study_of(record: Record) -> Study:
     trace = trace_of(record, rig.drive().ratio)
-    return prepare(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))[0]
+    return prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))[0]
 
 
 def soft_when_warm(record: Record) -> Array:
@@ -58,19 +58,19 @@ def test_disguises_are_seen_through(change: Callable[[Record], Array], place: st
 def test_noise_gives_rivals_nothing() -> None:
     for correlation in (0.0, 0.9):
         study = study_of(rig.measured({}, correlation=correlation, seed=12))
-        assert rivals(study, base_fit(study))[0].gain < 12
+        assert fit_terms(study, base_fit(study))[0].gain < 12
 
 
 def test_the_ripple_tells_an_individual_from_the_mean_drive() -> None:
     study = study_of(rig.measured({"backlash": {"clearance": 3e-6}}, noise=0.3, seed=13))
     assert study.scatter is not None
     individuals = individuals_along(study.scatter)
-    assert is_mean(study, individuals)
+    assert is_mean_drive(study, individuals)
     one, others = individuals[0], individuals[2:]
     study.__dict__["torque"] = study.torque + one
-    assert ripple(study, others) == pytest.approx(1.0, abs=0.5)
-    assert not is_mean(study, others)
-    assert not is_mean(study, individuals[:0])
+    assert ripple_size(study, others) == pytest.approx(1.0, abs=0.5)
+    assert not is_mean_drive(study, others)
+    assert not is_mean_drive(study, individuals[:0])
 
 
 def test_a_misfit_that_goes_with_the_loops_widens_the_intervals() -> None:

@@ -9,18 +9,18 @@ from .estimation.problem import Study
 from .estimation.search import Search
 from .inference.isolability import Isolability
 from .inference.thresholds import Thresholds
-from .inference.verdict import Finding
-from .result import Diagnosis
+from .inference.verdict import Conclusion
+from .schema import Diagnosis
 
 
 @dataclass(frozen=True)
-class Examined:
+class Analysis:
     """Everything behind a diagnosis, for the report and the corrected model."""
 
     record: Record
     study: Study
     search: Search
     thresholds: Thresholds
-    finding: Finding
+    conclusion: Conclusion
     isolability: Isolability
     diagnosis: Diagnosis

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stiffness_model.units import ARCMIN, MICROMETRE
 
-from ..result import Diagnosis, NamedEffect, Place, Value
+from ..schema import Diagnosis, Location, NamedEffect, Value
 
 MEANING = {
     "named": "the missing effect is found",
@@ -27,35 +27,35 @@ LARGE_REST = 1.5
 """Gap left over the noise that a reader is told of."""
 
 
-def quantity(value: float, unit: str) -> str:
+def quantity_text(value: float, unit: str) -> str:
     """A value in SI as text in the unit that people use.
 
-    >>> quantity(1.25e-6, "m"), quantity(0.059, "1")
+    >>> quantity_text(1.25e-6, "m"), quantity_text(0.059, "1")
     ('1.25 um', '0.059')
     """
     factor, name = _SHOWN.get(unit, (1.0, unit))
     return f"{value / factor:.4g}" + ("" if name == "1" else f" {name}")
 
 
-def interval(value: Value) -> str:
+def interval_text(value: Value) -> str:
     """The 95 % interval as text."""
     return (
-        f"{quantity(value.low, '1' if value.unit not in _SHOWN else value.unit).split(' ')[0]} ... "
-        f"{quantity(value.high, value.unit)}"
+        f"{quantity_text(value.low, '1' if value.unit not in _SHOWN else value.unit).split(' ')[0]} ... "
+        f"{quantity_text(value.high, value.unit)}"
     )
 
 
-def main_size(effect: NamedEffect) -> str:
+def main_parameter_text(effect: NamedEffect) -> str:
     """The parameter that says how large an effect is, with its interval; of a kinematic error its greatest order."""
     sizes = {name: v for name, v in effect.parameters.items() if not name.startswith("phase")}
     name = next(iter(sizes))
     if name.startswith("amplitude"):
         name = max((n for n in sizes if n.startswith("amplitude")), key=lambda n: abs(sizes[n].value))
     value = sizes[name]
-    return f"{name.replace('_', ' ')} {quantity(value.value, value.unit)} (95 %: {interval(value)})"
+    return f"{name.replace('_', ' ')} {quantity_text(value.value, value.unit)} (95 %: {interval_text(value)})"
 
 
-def reading(place: Place) -> str:
+def location_text(place: Location) -> str:
     """A place in words."""
     name = place.coordinate.replace("_", " ")
     return place.region if name == "crank angle" else f"{name}, strongest at {place.region}"
@@ -71,9 +71,9 @@ def cautions(d: Diagnosis) -> list[str]:
     lines = [
         f"{effect.name}: {name.replace('_', ' ')} is {value.warning.replace('its bound', 'a bound of its range')}"
         + (
-            f" ({quantity(value.value, value.unit)}): the true value may lie beyond"
+            f" ({quantity_text(value.value, value.unit)}): the true value may lie beyond"
             if "bound" in value.warning
-            else f" ({interval(value)}): its size is hardly known"
+            else f" ({interval_text(value)}): its size is hardly known"
         )
         for effect in d.effects
         for name, value in effect.parameters.items()

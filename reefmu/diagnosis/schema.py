@@ -31,7 +31,7 @@ class NamedEffect:
 
 
 @dataclass(frozen=True)
-class Place:
+class Location:
     """Where the gap lies: coordinate, region in words, share of the systematic gap explained by it."""
 
     coordinate: str
@@ -66,13 +66,13 @@ class Diagnosis:
     sentence: str
     effects: tuple[NamedEffect, ...]
     alternatives: tuple[tuple[str, ...], ...]
-    where: tuple[Place, ...]
+    where: tuple[Location, ...]
     gap: Gap
     next_experiment: tuple[str, ...]
     remainder: float = 0.0
-    remainder_where: tuple[Place, ...] = ()
+    remainder_where: tuple[Location, ...] = ()
     not_candidates: dict[str, str] = field(default_factory=dict)
-    twins: tuple[tuple[str, str, str], ...] = ()
+    indistinguishable: tuple[tuple[str, str, str], ...] = ()
     notes: tuple[str, ...] = ()
     base: dict[str, Any] = field(default_factory=dict)
     seconds: float = 0.0
@@ -101,7 +101,7 @@ class Diagnosis:
             "next_experiment": list(self.next_experiment),
             "remainder": {"unit": "N.m", "rms": self.remainder, "where": [_place(p) for p in self.remainder_where]},
             "not_candidates": self.not_candidates,
-            "twins": [list(t) for t in self.twins],
+            "twins": [list(t) for t in self.indistinguishable],
             "notes": list(self.notes),
             "base": self.base,
             "seconds": round(self.seconds, 2),
@@ -112,7 +112,7 @@ class Diagnosis:
         return json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n"
 
 
-def _place(place: Place) -> dict[str, Any]:
+def _place(place: Location) -> dict[str, Any]:
     return {"coordinate": place.coordinate, "region": place.region, "share": _round(place.share)}
 
 

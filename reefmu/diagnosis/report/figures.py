@@ -18,9 +18,9 @@ from stiffness_model.units import ARCMIN
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Study
 from ..estimation.remainder import scattered
-from ..result import Gap
+from ..schema import Gap
 from .gap import held_out
-from .location import coordinates
+from .location import block_coordinates
 
 MEASURED, BEFORE, AFTER, NOISE, SCATTER = "#333333", "#c2452d", "#1f6fb2", "#bbbbbb", "#55a868"
 MOST_POINTS = 1500
@@ -45,7 +45,7 @@ def svg(name: str, draw: Callable[[Axes], None], width: float = 6.2, height: flo
     return re.sub(r"^.*?(?=<svg )<svg ", f'<svg role="img" aria-label="{name}" ', text, flags=re.DOTALL)
 
 
-def curve_picture(study: Study, base: Fit, chosen: Fit) -> str:
+def curve_figure(study: Study, base: Fit, chosen: Fit) -> str:
     """Torque over twist: measured, model before and after, in the run with the widest loop."""
     _, inside = widest_run(study)
     x = _twist(study, chosen)[inside]
@@ -61,7 +61,7 @@ def curve_picture(study: Study, base: Fit, chosen: Fit) -> str:
     return svg("torque over twist", draw)
 
 
-def loop_picture(study: Study, base: Fit, chosen: Fit) -> str:
+def loop_figure(study: Study, base: Fit, chosen: Fit) -> str:
     """The same run less the model before: the loops that a curve of full size hides."""
     _, inside = widest_run(study)
     x, zero = _twist(study, chosen)[inside], base.prediction.torque[inside]
@@ -121,9 +121,9 @@ def _label(axes: Axes, x: str, y: str) -> None:
     axes.set_ylabel(y, fontsize=9)
 
 
-def residual_picture(study: Study, base: Fit, chosen: Fit, coordinate: str) -> str:
+def residual_figure(study: Study, base: Fit, chosen: Fit, coordinate: str) -> str:
     """Residual before and after over the coordinate where the gap lives, against the noise."""
-    places = coordinates(study)
+    places = block_coordinates(study)
     crank = np.degrees(study.blocks.mean(study.trace.crank)) % 360
     x, unit = {"crank_angle": (crank, "deg"), "direction": (study.torque, "N.m")}.get(
         coordinate, places.get(coordinate, (study.torque, "N.m"))
@@ -159,7 +159,7 @@ def residual_picture(study: Study, base: Fit, chosen: Fit, coordinate: str) -> s
     return svg("where the gap lies", draw)
 
 
-def time_picture(study: Study, base: Fit, chosen: Fit) -> str:
+def time_figure(study: Study, base: Fit, chosen: Fit) -> str:
     """Residuals sample by sample; what was held out is shaded."""
     before, after = study.torque - base.prediction.torque, study.torque - chosen.prediction.torque
     held = held_out(study)
@@ -188,7 +188,7 @@ def time_picture(study: Study, base: Fit, chosen: Fit) -> str:
     return svg("the gap through the record", draw, 12.6, 3.2)
 
 
-def gap_picture(gap: Gap, named: bool) -> str:
+def gap_figure(gap: Gap, named: bool) -> str:
     """Bars of the gap before and after against the noise."""
     rows = [("before" if named else "gap", gap.before, BEFORE)]
     if named:

@@ -16,7 +16,7 @@ WIDER = 1.1
 """Margin on the range that some dozens of individuals span."""
 
 
-def over_scatter(study: Study, fit: Fit, change: Array) -> float:
+def population_deviations(study: Study, fit: Fit, change: Array) -> float:
     """An effect's change (n,), N.m, over the standard deviation of what individuals show in its direction.
 
     The random effect may be told from it all the same; but then a few per cent of misfit decide.
@@ -33,7 +33,7 @@ def over_scatter(study: Study, fit: Fit, change: Array) -> float:
     return size / max(deviation, 1e-300)
 
 
-def unlike_population(study: Study, fit: Fit) -> float:
+def residual_outside_population(study: Study, fit: Fit) -> float:
     """Rms, N.m, of what is left beside a fit, free of the noise, where no single drive of the population leaves that
     much or that little; 0 where one does."""
     rest = float(np.mean((study.torque - fit.prediction.torque) ** 2) - np.mean(study.block_variance))
@@ -48,7 +48,7 @@ def unlike_population(study: Study, fit: Fit) -> float:
     return 0.0 if each.min() / WIDER <= rest <= most * WIDER else rest
 
 
-def as_individual(study: Study, fit: Fit) -> Fit:
+def as_individual_drive(study: Study, fit: Fit) -> Fit:
     """The fit as one of a drive that scatters at least as little as single drives do."""
     rest = study.torque - fit.prediction.torque
     sizes = [study.weights.with_size(size) for size in SIZES if size >= INDIVIDUAL]

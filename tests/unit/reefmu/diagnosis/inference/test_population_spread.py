@@ -15,11 +15,15 @@ from reefmu.diagnosis.estimation.problem import Study
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.estimation.weighting import INDIVIDUAL
 from reefmu.diagnosis.forward.base_curve import drawing_base
-from reefmu.diagnosis.inference.population import as_individual, over_scatter, unlike_population
-from reefmu.diagnosis.inference.single_drive import may_scatter
-from reefmu.diagnosis.pipeline import prepare
+from reefmu.diagnosis.inference.individual_drive import may_be_individual
+from reefmu.diagnosis.inference.population_spread import (
+    as_individual_drive,
+    population_deviations,
+    residual_outside_population,
+)
+from reefmu.diagnosis.pipeline import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import trace_of
-from reefmu.diagnosis.result import Diagnosis
+from reefmu.diagnosis.schema import Diagnosis
 from reefmu.model.tables import cached_lookup
 from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
@@ -31,7 +35,7 @@ pytestmark = pytest.mark.slow
 def study() -> Study:
     record = rig.measured({}, noise=0.3, full=False)
     base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
-    return prepare(record, trace_of(record, rig.drive().ratio), base)[0]
+    return prepare_problem(record, trace_of(record, rig.drive().ratio), base)[0]
 
 
 def with_residual(rest: Array) -> tuple[Study, Fit]:
@@ -45,8 +49,8 @@ def with_residual(rest: Array) -> tuple[Study, Fit]:
 def test_a_single_drive_is_like_the_population(number: int) -> None:
     single = study().individuals[number]
     of, fit = with_residual(single)
-    assert unlike_population(of, fit) == 0.0
-    assert over_scatter(of, fit, single) < 4.0
+    assert residual_outside_population(of, fit) == 0.0
+    assert population_deviations(of, fit, single) < 4.0
 
 
 @pytest.mark.parametrize("less", [True, False])
@@ -56,13 +60,13 @@ def test_more_and_less_than_any_single_drive_is_not(less: bool) -> None:
     rest = each.min() / 1.5 if less else each.max() * 1.5
     size = np.sqrt(rest**2 + np.mean(study().block_variance))
     of, fit = with_residual(np.sqrt(2) * size * np.sin(np.arange(study().individuals.shape[1])))
-    assert unlike_population(of, fit) > 0.5 * rest
+    assert residual_outside_population(of, fit) > 0.5 * rest
 
 
 def test_as_an_individual_a_drive_scatters() -> None:
     fit = base_fit(study())
     assert fit.weighting.size < INDIVIDUAL
-    single = as_individual(study(), fit)
+    single = as_individual_drive(study(), fit)
     assert single.weighting.size >= INDIVIDUAL
     assert single.cost > fit.cost
 
@@ -124,8 +128,8 @@ def test_a_curve_that_is_off_within_the_tolerances_is_told() -> None:
 def test_a_name_that_brings_a_scatter_back_within_the_tolerances_is_none_of_it() -> None:
     """A kinematic error does what lobes do; but not if single drives would have to scatter twice as much for it."""
     base = base_fit(study())
-    named = replace(as_individual(study(), base), names=("kinematic_error",))
+    named = replace(as_individual_drive(study(), base), names=("kinematic_error",))
     named = replace(named, weighting=named.weighting.with_size(0.75))
     for size, may in ((1.0, True), (2.8, False)):
         without = replace(named, names=(), cost=named.cost + 2000, weighting=named.weighting.with_size(size))
-        assert may_scatter(study(), named, base, without, "kinematic_error", 1.0) is may
+        assert may_be_individual(study(), named, base, without, "kinematic_error", 1.0) is may
