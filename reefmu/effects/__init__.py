@@ -3,7 +3,18 @@
 from stiffness_model.errors import unknown_name
 
 from .backlash import BACKLASH
-from .base import Along, Effect, Family, Identification, Likeness, Need, Parameter, Place, Signals, State
+from .base import (
+    ConfoundingGroup,
+    Effect,
+    Identification,
+    IndependentVariable,
+    Parameter,
+    Place,
+    Requirement,
+    Signals,
+    State,
+    ToleranceSignature,
+)
 from .coulomb_friction import COULOMB_FRICTION
 from .creep import CREEP
 from .damping import DAMPING
@@ -69,12 +80,12 @@ def separating_test(first: str, second: str) -> str:
 
 __all__ = [
     "EFFECTS",
-    "Along",
+    "IndependentVariable",
     "Effect",
-    "Family",
+    "ConfoundingGroup",
     "Identification",
-    "Likeness",
-    "Need",
+    "ToleranceSignature",
+    "Requirement",
     "Parameter",
     "Place",
     "Signals",

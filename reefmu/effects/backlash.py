@@ -1,6 +1,6 @@
 """Backlash: the gear's clearance is larger than drawn, the same everywhere."""
 
-from .base import Effect, Family, Identification, Likeness, Parameter, Place
+from .base import ConfoundingGroup, Effect, Identification, Parameter, Place, ToleranceSignature
 
 BACKLASH = Effect(
     name="backlash",
@@ -12,8 +12,8 @@ BACKLASH = Effect(
     excitation="Load in both directions through zero torque.",
     source="Equidistant q of the gear profile (paper, section III): a real clearance, solved for by the contacts.",
     identification=Identification(
-        family=Family.CLEARANCE,
-        likeness=Likeness.CURVE,
+        confounding_group=ConfoundingGroup.CLEARANCE,
+        tolerance_signature=ToleranceSignature.CURVE,
         sign_pair="preload",
         separated_from=(("preload", "load the drive in both directions through zero torque"),),
     ),

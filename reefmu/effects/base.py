@@ -30,7 +30,7 @@ class Place(Enum):
     SENSOR = "added to the measured torque, but not to the torque on the output, N.m"
 
 
-class Along(Enum):
+class IndependentVariable(Enum):
     """The path along which a state evolves."""
 
     TIME = "time"
@@ -89,13 +89,13 @@ class State:
     name: str
     unit: str
     description: str
-    along: Along
+    independent_variable: IndependentVariable
     equation: Callable[[Signals, Values], tuple[Expression, Expression]]
     resets: bool = True
     nominal: Callable[[Mapping[str, float], float], float] = lambda parameters, full_torque: 1.0
 
 
-class Need(Enum):
+class Requirement(Enum):
     """What a diagnosis must have to consider an effect; the value says what is missing where it has not."""
 
     TEMPERATURE = "the record has no temperature"
@@ -103,7 +103,7 @@ class Need(Enum):
     DRAWING = "there is no drawing"
 
 
-class Family(Enum):
+class ConfoundingGroup(Enum):
     """Groups whose members absorb each other's misfit when the true law differs from the model's."""
 
     FRICTION = "friction"
@@ -112,7 +112,7 @@ class Family(Enum):
     SENSOR = "sensor"
 
 
-class Likeness(Enum):
+class ToleranceSignature(Enum):
     """What the deviations of a drive's own parts do in the same way as an effect."""
 
     CURVE = "a change of the curve of torque over twist"
@@ -132,13 +132,13 @@ class Identification:
     its excitation.
     """
 
-    needs: tuple[Need, ...] = ()
-    family: Family | None = None
-    likeness: Likeness | None = None
+    requirements: tuple[Requirement, ...] = ()
+    confounding_group: ConfoundingGroup | None = None
+    tolerance_signature: ToleranceSignature | None = None
     sign_pair: str = ""
     limit_of: str = ""
-    general: bool = False
-    spectrum: bool = False
+    contains_limit: bool = False
+    relaxation_spectrum: bool = False
     separated_from: tuple[tuple[str, str], ...] = ()
     shown_by: str = ""
 

@@ -1,7 +1,7 @@
 """Coulomb friction at the output shaft: constant, against the output's motion."""
 
-from .base import Along, Effect, Family, Identification, Parameter, Place
-from .presliding import OUTPUT_PRESLIDING, built_up_share
+from .base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place
+from .presliding import OUTPUT_PRESLIDING, normalised_deflection
 
 COULOMB_FRICTION = Effect(
     name="coulomb_friction",
@@ -11,13 +11,13 @@ COULOMB_FRICTION = Effect(
         Parameter("torque", "N.m", 0.0, 0.0, 1e4, 2.0, "Friction of the moving output"),
         OUTPUT_PRESLIDING,
     ),
-    states=(built_up_share(Along.OUTPUT),),
+    states=(normalised_deflection(IndependentVariable.OUTPUT),),
     contribution=lambda signals, p, x: p["torque"] * x["deflection"],
     equation="output torque -= coulomb_friction.torque * z,  dz/d|output| = (direction - z)/presliding",
     excitation="Rotation both ways under load of either sign; with a locked crank it looks like hysteresis.",
     source="Dahl, A Solid Friction Model (1968), exponent 1.",
     identification=Identification(
-        family=Family.FRICTION,
+        confounding_group=ConfoundingGroup.FRICTION,
         limit_of="stribeck_friction",
         separated_from=(
             ("viscous_friction", "rotate at three speeds, a decade apart, both ways"),

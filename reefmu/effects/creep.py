@@ -1,6 +1,6 @@
 """Creep: a Kelvin-Voigt element in series; twist that follows the elastic torque with a delay."""
 
-from .base import Along, Effect, Family, Identification, Parameter, Place, State
+from .base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place, State
 
 CREEP = Effect(
     name="creep",
@@ -15,7 +15,7 @@ CREEP = Effect(
             "twist",
             "rad",
             "Delayed twist",
-            Along.TIME,
+            IndependentVariable.TIME,
             lambda signals, p: (-1 / p["time"], p["compliance"] * signals.elastic_torque / p["time"]),
             nominal=lambda p, full_torque: p["compliance"] * full_torque,
         ),
@@ -26,8 +26,8 @@ CREEP = Effect(
     source="Kelvin-Voigt element: Findley, Lai and Onaran, Creep and Relaxation of Nonlinear Viscoelastic "
     "Materials (1976).",
     identification=Identification(
-        family=Family.COMPLIANCE,
-        spectrum=True,
+        confounding_group=ConfoundingGroup.COMPLIANCE,
+        relaxation_spectrum=True,
         separated_from=(
             ("structural_compliance", "hold the torque for five time constants, and rest as long after it"),
             ("damping", "hold the torque for five time constants, and loop at three rates a decade apart"),

@@ -1,6 +1,6 @@
 """Damping: a torque in proportion to the twist's rate."""
 
-from .base import Effect, Family, Identification, Parameter, Place
+from .base import ConfoundingGroup, Effect, Identification, Parameter, Place
 
 DAMPING = Effect(
     name="damping",
@@ -12,7 +12,7 @@ DAMPING = Effect(
     excitation="The same loops at three rates, a decade apart.",
     source="Dashpot parallel to the contacts (Kelvin-Voigt).",
     identification=Identification(
-        family=Family.FRICTION,
+        confounding_group=ConfoundingGroup.FRICTION,
         separated_from=(
             ("hysteresis", "the same loops at three rates, a decade apart"),
             ("viscous_friction", "rotate at constant twist, and loop with the crank locked"),

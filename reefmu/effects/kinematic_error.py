@@ -4,7 +4,7 @@ from typing import Any
 
 import casadi as ca
 
-from .base import Effect, Identification, Likeness, Need, Parameter, Place, Signals, Values
+from .base import Effect, Identification, Parameter, Place, Requirement, Signals, ToleranceSignature, Values
 
 ORDERS = (1, 2, 3, 4)
 """Orders k of the crank angle."""
@@ -31,8 +31,8 @@ KINEMATIC_ERROR = Effect(
     excitation="At least four crank angles over a turn, or rotation.",
     source="Fourier series of the transmission error over the crank's turn.",
     identification=Identification(
-        needs=(Need.CRANK_ANGLE,),
-        likeness=Likeness.RIPPLE,
+        requirements=(Requirement.CRANK_ANGLE,),
+        tolerance_signature=ToleranceSignature.RIPPLE,
         shown_by="loops at four or more crank angles over a turn",
     ),
 )

@@ -2,8 +2,8 @@
 
 import casadi as ca
 
-from .base import Along, Effect, Family, Identification, Parameter, Place
-from .presliding import TWIST_PRESLIDING, built_up_share
+from .base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place
+from .presliding import TWIST_PRESLIDING, normalised_deflection
 
 LOAD_DEPENDENT_HYSTERESIS = Effect(
     name="load_dependent_hysteresis",
@@ -13,11 +13,11 @@ LOAD_DEPENDENT_HYSTERESIS = Effect(
         Parameter("fraction", "1", 0.0, 0.0, 1.0, 0.03, "Half the width of the loop, as a share of the elastic torque"),
         TWIST_PRESLIDING,
     ),
-    states=(built_up_share(Along.TWIST),),
+    states=(normalised_deflection(IndependentVariable.TWIST),),
     contribution=lambda signals, p, x: p["fraction"] * ca.fabs(signals.elastic_torque) * x["deflection"],
     equation="torque += fraction * |elastic torque| * z,  dz/d|twist| = (direction - z)/presliding",
     excitation="Loops to several torques: the loop closes at zero torque and opens with the load.",
     source="Coulomb friction between bodies pressed together by the load; turn-over by Dahl, A Solid Friction "
     "Model (1968), exponent 1.",
-    identification=Identification(family=Family.FRICTION),
+    identification=Identification(confounding_group=ConfoundingGroup.FRICTION),
 )

@@ -1,6 +1,6 @@
 """Missing ball: one element carries nothing; the dip in the torque turns with the cage past the crank."""
 
-from .base import Effect, Identification, Likeness, Need, Parameter, Place
+from .base import Effect, Identification, Parameter, Place, Requirement, ToleranceSignature
 
 MISSING_BALL = Effect(
     name="missing_ball",
@@ -24,8 +24,8 @@ MISSING_BALL = Effect(
     source="Elements between rigid gear and cage do not feel each other (paper, section III): the solver's torque "
     "of one element over twist, clearance and position.",
     identification=Identification(
-        needs=(Need.CRANK_ANGLE, Need.DRAWING),
-        likeness=Likeness.RIPPLE,
+        requirements=(Requirement.CRANK_ANGLE, Requirement.DRAWING),
+        tolerance_signature=ToleranceSignature.RIPPLE,
         shown_by="slow turns of the crank at constant twist",
         separated_from=(("kinematic_error", "turn the crank slowly at two constant twists"),),
     ),

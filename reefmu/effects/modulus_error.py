@@ -2,7 +2,7 @@
 
 from stiffness_model.lookup.modulus import BOUNDS
 
-from .base import Effect, Family, Identification, Likeness, Need, Parameter, Place
+from .base import ConfoundingGroup, Effect, Identification, Parameter, Place, Requirement, ToleranceSignature
 
 MODULUS_ERROR = Effect(
     name="modulus_error",
@@ -15,5 +15,9 @@ MODULUS_ERROR = Effect(
     equation="torque = contact torque of gear and cage with (1 + modulus_error.error) times the drawn modulus",
     excitation="Several torque levels: against structural_compliance, which softens high torques most.",
     source="Contacts in series, each give with compliance^(1/p) (Hertz; paper, eq. 23): see `lookup.modulus`.",
-    identification=Identification(needs=(Need.DRAWING,), family=Family.COMPLIANCE, likeness=Likeness.CURVE),
+    identification=Identification(
+        requirements=(Requirement.DRAWING,),
+        confounding_group=ConfoundingGroup.COMPLIANCE,
+        tolerance_signature=ToleranceSignature.CURVE,
+    ),
 )

@@ -1,6 +1,6 @@
 """Preload: the gear's clearance is smaller than drawn, the same everywhere."""
 
-from .base import Effect, Family, Identification, Likeness, Parameter, Place
+from .base import ConfoundingGroup, Effect, Identification, Parameter, Place, ToleranceSignature
 
 PRELOAD = Effect(
     name="preload",
@@ -11,5 +11,7 @@ PRELOAD = Effect(
     equation="clearance = drawn - preload.clearance",
     excitation="Load in both directions through zero torque.",
     source="Equidistant q of the gear profile (paper, section III): a real interference, solved for by the contacts.",
-    identification=Identification(family=Family.CLEARANCE, likeness=Likeness.CURVE, sign_pair="backlash"),
+    identification=Identification(
+        confounding_group=ConfoundingGroup.CLEARANCE, tolerance_signature=ToleranceSignature.CURVE, sign_pair="backlash"
+    ),
 )

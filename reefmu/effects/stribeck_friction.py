@@ -2,8 +2,8 @@
 
 import casadi as ca
 
-from .base import Along, Effect, Family, Identification, Parameter, Place
-from .presliding import OUTPUT_PRESLIDING, built_up_share
+from .base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place
+from .presliding import OUTPUT_PRESLIDING, normalised_deflection
 
 STRIBECK_FRICTION = Effect(
     name="stribeck_friction",
@@ -14,7 +14,7 @@ STRIBECK_FRICTION = Effect(
         Parameter("speed", "rad/s", 0.05, 1e-5, 1e3, 0.05, "Speed of the output at which 37 % of it are left"),
         OUTPUT_PRESLIDING,
     ),
-    states=(built_up_share(Along.OUTPUT),),
+    states=(normalised_deflection(IndependentVariable.OUTPUT),),
     contribution=lambda signals, p, x: (
         p["torque"] * ca.exp(-((signals.output_speed / p["speed"]) ** 2)) * x["deflection"]
     ),
@@ -23,8 +23,8 @@ STRIBECK_FRICTION = Effect(
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, A Survey of Models ... for the Control of Machines "
     "with Friction (1994), Gaussian form; the constant part is coulomb_friction.",
     identification=Identification(
-        family=Family.FRICTION,
-        general=True,
+        confounding_group=ConfoundingGroup.FRICTION,
+        contains_limit=True,
         separated_from=(("hysteresis", "rotate the output both ways at several speeds under load"),),
     ),
 )

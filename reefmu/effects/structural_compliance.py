@@ -1,6 +1,6 @@
 """Structural compliance: a linear spring in series with the contacts (shafts, bearings, housing)."""
 
-from .base import Effect, Family, Identification, Likeness, Parameter, Place
+from .base import ConfoundingGroup, Effect, Identification, Parameter, Place, ToleranceSignature
 
 STRUCTURAL_COMPLIANCE = Effect(
     name="structural_compliance",
@@ -12,8 +12,8 @@ STRUCTURAL_COMPLIANCE = Effect(
     excitation="Several torque levels up to full torque.",
     source="Linear spring. The crank bearing alone adds some 3 arcmin at 300 N.m to the contacts' 8.",
     identification=Identification(
-        family=Family.COMPLIANCE,
-        likeness=Likeness.CURVE,
+        confounding_group=ConfoundingGroup.COMPLIANCE,
+        tolerance_signature=ToleranceSignature.CURVE,
         limit_of="creep",
         separated_from=(
             (

@@ -2,7 +2,7 @@
 
 from stiffness_model.units import REFERENCE_TEMPERATURE
 
-from .base import Effect, Family, Identification, Need, Parameter, Place
+from .base import ConfoundingGroup, Effect, Identification, Parameter, Place, Requirement
 
 THERMAL_CLEARANCE = Effect(
     name="thermal_clearance",
@@ -15,8 +15,8 @@ THERMAL_CLEARANCE = Effect(
     source="Linear expansion: a steel radius of 48 mm grows by 0.55 um/K, a PLA gear around steel parts by some "
     "3 um/K more than they do. Negative where the inner parts warm up first.",
     identification=Identification(
-        needs=(Need.TEMPERATURE,),
-        family=Family.CLEARANCE,
+        requirements=(Requirement.TEMPERATURE,),
+        confounding_group=ConfoundingGroup.CLEARANCE,
         separated_from=(("wear", "the same loops cold, warm and cold again"),),
     ),
 )

@@ -1,6 +1,6 @@
 """Torque sensor drift: the sensor's zero moves with time over the whole record."""
 
-from .base import Along, Effect, Family, Identification, Parameter, Place, State
+from .base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place, State
 
 TORQUE_SENSOR_DRIFT = Effect(
     name="torque_sensor_drift",
@@ -15,7 +15,7 @@ TORQUE_SENSOR_DRIFT = Effect(
             "grown",
             "s",
             "Time since the record began, while nothing settles",
-            Along.TIME,
+            IndependentVariable.TIME,
             lambda signals, p: (-1 / p["settling"], 1.0),
             resets=False,
         ),
@@ -26,7 +26,7 @@ TORQUE_SENSOR_DRIFT = Effect(
     excitation="Unloaded readings, or the same loop, at the beginning and the end of a long record.",
     source="What the rig does, not the drive: linear in time, or settling as a case that warms up; whatever the load.",
     identification=Identification(
-        family=Family.SENSOR,
+        confounding_group=ConfoundingGroup.SENSOR,
         shown_by="unloaded readings at the beginning and the end of a long record",
     ),
 )

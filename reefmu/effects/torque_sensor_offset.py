@@ -1,6 +1,6 @@
 """Torque sensor offset: what the sensor reads without torque."""
 
-from .base import Effect, Family, Identification, Likeness, Parameter, Place
+from .base import ConfoundingGroup, Effect, Identification, Parameter, Place, ToleranceSignature
 
 TORQUE_SENSOR_OFFSET = Effect(
     name="torque_sensor_offset",
@@ -12,8 +12,8 @@ TORQUE_SENSOR_OFFSET = Effect(
     excitation="A reading of the unloaded drive; turned round, an offset keeps its sign.",
     source="What the rig does, not the drive: the zero signal of a torque transducer.",
     identification=Identification(
-        family=Family.SENSOR,
-        likeness=Likeness.CURVE,
+        confounding_group=ConfoundingGroup.SENSOR,
+        tolerance_signature=ToleranceSignature.CURVE,
         shown_by="a reading of the unloaded drive, turned round as well",
         separated_from=(("torque_sensor_drift", "an unloaded reading at the beginning and the end"),),
     ),

@@ -1,6 +1,6 @@
 """Viscous friction at the output shaft: in proportion to the output's speed and against it."""
 
-from .base import Effect, Family, Identification, Parameter, Place
+from .base import ConfoundingGroup, Effect, Identification, Parameter, Place
 
 VISCOUS_FRICTION = Effect(
     name="viscous_friction",
@@ -11,5 +11,5 @@ VISCOUS_FRICTION = Effect(
     equation="output torque -= viscous_friction.coefficient * output speed",
     excitation="Rotation at three speeds, a decade apart.",
     source="Lubricant sheared in bearings and seals, linear in the speed.",
-    identification=Identification(family=Family.FRICTION),
+    identification=Identification(confounding_group=ConfoundingGroup.FRICTION),
 )

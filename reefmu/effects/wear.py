@@ -2,7 +2,7 @@
 
 import math
 
-from .base import Along, Effect, Family, Identification, Need, Parameter, Place, State
+from .base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place, Requirement, State
 
 WEAR = Effect(
     name="wear",
@@ -14,7 +14,7 @@ WEAR = Effect(
             "travel",
             "rad",
             "Way of the crank since the record began, both directions counted",
-            Along.CRANK,
+            IndependentVariable.CRANK,
             lambda signals, p: (0.0, 1.0),
             resets=False,
             nominal=lambda p, full_torque: math.tau,
@@ -24,5 +24,7 @@ WEAR = Effect(
     equation="clearance = drawn + wear.rate * travel,  d travel = |d crank angle|",
     excitation="The same loops through zero torque before and after many turns, in one record.",
     source="Archard, Contact and Rubbing of Flat Surfaces (1953): depth in proportion to the way at equal load.",
-    identification=Identification(needs=(Need.CRANK_ANGLE,), family=Family.CLEARANCE),
+    identification=Identification(
+        requirements=(Requirement.CRANK_ANGLE,), confounding_group=ConfoundingGroup.CLEARANCE
+    ),
 )

@@ -11,7 +11,7 @@ import casadi as ca
 from stiffness_model.lookup.build import Lookup
 from stiffness_model.rotation import Individual
 
-from ..effects import Along, Effect, Place, Signals
+from ..effects import Effect, IndependentVariable, Place, Signals
 from .contact import element_function
 from .individual import individual_function
 from .tables import lookup_function
@@ -31,15 +31,15 @@ OUTPUT_NAMES = (
 NEWTON_STEPS = 8
 """Newton steps for the twist of the contacts in series with a compliance. The residual of eight is below 1e-12
 of the twist for a compliance up to three times the contacts' own (a test holds it)."""
-SETTLED = 1e-10
+NEWTON_TOLERANCE = 1e-10
 """rad: after a Newton step of this size the next would be below 1e-15, that is below rounding."""
 
-_PATHS = (Along.TWIST, Along.CRANK, Along.OUTPUT)
+_PATHS = (IndependentVariable.TWIST, IndependentVariable.CRANK, IndependentVariable.OUTPUT)
 
 
-def carried(effects: Sequence[Effect]) -> tuple[Along, ...]:
+def stored_angles(effects: Sequence[Effect]) -> tuple[IndependentVariable, ...]:
     """The paths whose last value must be remembered, because a state moves along them."""
-    used = {state.along for effect in effects for state in effect.states}
+    used = {state.independent_variable for effect in effects for state in effect.states}
     return tuple(path for path in _PATHS if path in used)
 
 
@@ -57,7 +57,7 @@ class Assembly:
         places = {effect.place for effect in effects}
         self.modulus = lookup.modulus if Place.MODULUS in places else None
         self.element = element_function(lookup.element) if Place.ELEMENT in places and lookup.element else None
-        self.paths = carried(effects)
+        self.paths = stored_angles(effects)
         n_own = sum(len(e.states) for e in effects)
         n_parameters = 2 + sum(len(e.parameters) for e in effects)
         self.x = ca.MX.sym("x", len(self.paths) + n_own)
@@ -122,7 +122,15 @@ class Assembly:
         for _ in range(NEWTON_STEPS):
             # A step that the last one leaves nothing to do is not taken: most are not.
             point, correction = self.newton(
-                ca.fabs(correction) > SETTLED, point, correction, target, clearance, compliance, x, self.u, self.p
+                ca.fabs(correction) > NEWTON_TOLERANCE,
+                point,
+                correction,
+                target,
+                clearance,
+                compliance,
+                x,
+                self.u,
+                self.p,
             )
         torque, stiffness, others = self.contact(point, clearance, x)
         # What is left of the gap is far below rounding, but its derivatives are those of the settled twist.
@@ -177,40 +185,44 @@ class Assembly:
 
     # -- states -------------------------------------------------------------------------------------------
 
-    def path_value(self, path: Along, signals: Signals) -> ca.MX:
-        return {Along.TWIST: signals.twist, Along.CRANK: signals.crank_angle, Along.OUTPUT: signals.output_angle}[path]
+    def path_value(self, path: IndependentVariable, signals: Signals) -> ca.MX:
+        return {
+            IndependentVariable.TWIST: signals.twist,
+            IndependentVariable.CRANK: signals.crank_angle,
+            IndependentVariable.OUTPUT: signals.output_angle,
+        }[path]
 
     @property
-    def ages(self) -> bool:
+    def has_time_states(self) -> bool:
         """Whether a state follows the time."""
-        return any(s.along is Along.TIME for e in self.effects for s in e.states)
+        return any(s.independent_variable is IndependentVariable.TIME for e in self.effects for s in e.states)
 
-    def advanced(self) -> ca.MX:
+    def advance(self) -> ca.MX:
         """States after dt: first those along angles, then, under the torque that gives, those along time."""
-        moved = self.moved()
-        if not self.ages:
+        moved = self.advance_angles()
+        if not self.has_time_states:
             return moved
-        in_time = ca.Function("in_time", [self.x, self.u, self.dt, self.p], [self.aged()])
+        in_time = ca.Function("in_time", [self.x, self.u, self.dt, self.p], [self.advance_time()])
         return in_time.call([moved, self.u, self.dt, self.p], True, False)[0]
 
-    def moved(self) -> ca.MX:
+    def advance_angles(self) -> ca.MX:
         """States after the angles have moved to those of the inputs."""
         signals = self.signals()
         change = {path: self.path_value(path, signals) - self.x[k] for k, path in enumerate(self.paths)}
         signals = signals._replace(
-            twist_direction=ca.sign(change.get(Along.TWIST, ca.MX(0))),
-            crank_direction=ca.sign(change.get(Along.CRANK, ca.MX(0))),
-            output_direction=ca.sign(change.get(Along.OUTPUT, ca.MX(0))),
+            twist_direction=ca.sign(change.get(IndependentVariable.TWIST, ca.MX(0))),
+            crank_direction=ca.sign(change.get(IndependentVariable.CRANK, ca.MX(0))),
+            output_direction=ca.sign(change.get(IndependentVariable.OUTPUT, ca.MX(0))),
         )
         length = {path: ca.fabs(value) for path, value in change.items()}
         return self._stepped(signals, self.x, lambda along: length.get(along))
 
-    def _stepped(self, signals: Signals, x: ca.MX, length: Callable[[Along], Any]) -> ca.MX:
+    def _stepped(self, signals: Signals, x: ca.MX, length: Callable[[IndependentVariable], Any]) -> ca.MX:
         memory = [self.path_value(path, signals) for path in self.paths]
         states = []
         for effect in self.effects:
             for state, value in zip(effect.states, self.own(effect, x).values(), strict=True):
-                way = length(state.along)
+                way = length(state.independent_variable)
                 if way is None:
                     states.append(value)
                     continue
@@ -218,7 +230,7 @@ class Assembly:
                 states.append(value + (a * value + b) * way * _exponential_mean(ca.MX(a) * way))
         return ca.vertcat(*memory, *states)
 
-    def aged(self) -> ca.MX:
+    def advance_time(self) -> ca.MX:
         """States after dt along time alone, the angles held.
 
         A twist that grows under the torque also lets go of it: with the contacts linearised, that is a part of
@@ -232,7 +244,7 @@ class Assembly:
         states = []
         for effect in self.effects:
             for state, value in zip(effect.states, self.own(effect, self.x).values(), strict=True):
-                if state.along is not Along.TIME:
+                if state.independent_variable is not IndependentVariable.TIME:
                     states.append(value)
                     continue
                 a, b = state.equation(signals._replace(elastic_torque=torque), self.values[effect.name])
@@ -248,26 +260,30 @@ class Assembly:
         torque, *_ = self.contacts(signals, self.x)
         signals = signals._replace(elastic_torque=torque)
         # The corrected twist also turns with the crank through the kinematic error.
-        twist_rate = self.lever(signals) * signals.crank_speed - signals.output_speed
+        twist_rate = self.twist_by_crank(signals) * signals.crank_speed - signals.output_speed
         signals = signals._replace(twist_direction=ca.sign(twist_rate))
         speed = {
-            Along.TIME: ca.MX(1),
-            Along.TWIST: ca.fabs(twist_rate),
-            Along.CRANK: ca.fabs(signals.crank_speed),
-            Along.OUTPUT: ca.fabs(signals.output_speed),
+            IndependentVariable.TIME: ca.MX(1),
+            IndependentVariable.TWIST: ca.fabs(twist_rate),
+            IndependentVariable.CRANK: ca.fabs(signals.crank_speed),
+            IndependentVariable.OUTPUT: ca.fabs(signals.output_speed),
         }
         memory = [
-            {Along.TWIST: twist_rate, Along.CRANK: signals.crank_speed, Along.OUTPUT: signals.output_speed}[p]
+            {
+                IndependentVariable.TWIST: twist_rate,
+                IndependentVariable.CRANK: signals.crank_speed,
+                IndependentVariable.OUTPUT: signals.output_speed,
+            }[p]
             for p in self.paths
         ]
         states = []
         for effect in self.effects:
             for state, value in zip(effect.states, self.own(effect, self.x).values(), strict=True):
                 a, b = state.equation(signals, self.values[effect.name])
-                states.append((a * value + b) * speed[state.along])
+                states.append((a * value + b) * speed[state.independent_variable])
         return ca.vertcat(*memory, *states)
 
-    def lever(self, signals: Signals) -> ca.MX:
+    def twist_by_crank(self, signals: Signals) -> ca.MX:
         """Derivative of the corrected twist by the crank's angle; that by the output's is -1."""
         return ca.jacobian(signals.twist, self.u)[0]
 
@@ -286,7 +302,7 @@ class Assembly:
         )
         friction = self.total(Place.OUTPUT, signals._replace(elastic_torque=elastic), self.x)
         # Virtual work: the crank feels the inner torque through the twist's derivative by its angle.
-        lever = self.lever(signals)
+        lever = self.twist_by_crank(signals)
         raw_twist = signals.crank_angle / self.ratio - signals.output_angle
         return ca.vertcat(
             total - friction,
@@ -306,7 +322,7 @@ class Assembly:
         own = ca.MX.zeros(x.numel() - len(start))
         return {
             "initial": ca.Function("initial", [u, p], [ca.vertcat(*start, own)], ["u", "p"], ["x"]),
-            "advance": ca.Function("advance", [x, u, self.dt, p], [self.advanced()], ["x", "u", "dt", "p"], ["x_next"]),
+            "advance": ca.Function("advance", [x, u, self.dt, p], [self.advance()], ["x", "u", "dt", "p"], ["x_next"]),
             "rate": ca.Function("rate", [x, u, p], [self.rates()], ["x", "u", "p"], ["dx"]),
             "output": ca.Function("output", [x, u, p], [outputs], ["x", "u", "p"], ["y"]),
             "jacobian": ca.Function("jacobian", [x, u, p], [ca.jacobian(outputs, u)], ["x", "u", "p"], ["dy_du"]),

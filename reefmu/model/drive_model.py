@@ -30,7 +30,7 @@ from stiffness_model.lookup.build import N_DRIVES, Lookup
 from stiffness_model.rotation import Individual, draw_individual
 
 from ..effects import Effect, Place, find_effect
-from .assembly import INPUT_NAMES, OUTPUT_NAMES, assemble, carried
+from .assembly import INPUT_NAMES, OUTPUT_NAMES, assemble, stored_angles
 from .contact import completed
 from .curve_table import curve_of
 from .tables import cached_lookup
@@ -143,7 +143,7 @@ class DriveModel:
                 if path.value != "twist"
                 else "Twist at the last step",
             )
-            for path in carried(self.effects)
+            for path in stored_angles(self.effects)
         )
         own = tuple(Signal(f"{e.name}.{s.name}", s.unit, s.description) for e in self.effects for s in e.states)
         return memory + own
@@ -152,7 +152,7 @@ class DriveModel:
     def resets(self) -> NDArray[np.bool_]:
         """Which of `states` every run of a record starts anew, (n_states,)."""
         own = [s.resets for e in self.effects for s in e.states]
-        return np.array([True] * len(carried(self.effects)) + own, dtype=bool)
+        return np.array([True] * len(stored_angles(self.effects)) + own, dtype=bool)
 
     @cached_property
     def _functions(self) -> dict[str, ca.Function]:

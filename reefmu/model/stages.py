@@ -4,17 +4,17 @@
 its own (the native FMU) needs the pieces around them. They are made of the same expressions, as functions in
 scalars, without tables:
 
-    geometry(u, p) -> k          twist after the kinematic effects, rad, and its derivative by the crank's angle
-    tuned(p) -> r                what parameters alone decide: `TUNED`
-    point(x, u, k, p) -> q       where the contacts stand: `POINT`
-    moved(x, u, k, p) -> x       states after the angles have moved to those of u
-    aged(x, u, k, dt, p, c) -> x     states after dt, the angles held
+    kinematics(u, p) -> k          twist after the kinematic effects, rad, and its derivative by the crank's angle
+    coefficients(p) -> r                what parameters alone decide: `COEFFICIENTS`
+    contact_point(x, u, k, p) -> q       where the contacts stand: `CONTACT_POINT`
+    advance_angles(x, u, k, p) -> x       states after the angles have moved to those of u
+    advance_time(x, u, k, dt, p, c) -> x     states after dt, the angles held
     rate(x, u, k, p, c) -> dx/dt
     output(x, u, k, p, c) -> y
 
 c: what the contacts give at that point, `CONTACT`. An individual has no tables; its contacts are a function too:
 
-    contact(q) -> c              q: twist of the contacts alone, clearance, output angle
+    individual_contacts(q) -> c              q: twist of the contacts alone, clearance, output angle
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from stiffness_model.rotation import Individual
 from ..effects import Effect, Place, Signals
 from .assembly import INPUT_NAMES, Assembly
 
-TUNED = ("compliance", "missing", "scale", "band")
+COEFFICIENTS = ("compliance", "missing", "scale", "band")
 """Compliance in series with the contacts, rad/(N.m); share of one element that is missing; factor of the torque for
 another modulus; place in the population."""
-POINT = ("target", "clearance", "position")
+CONTACT_POINT = ("target", "clearance", "position")
 """Twist of contacts and compliance together, rad; gear clearance, m; position of the missing element, rad."""
-TURNED = (*POINT, "angle")
+INDIVIDUAL_POINT = (*CONTACT_POINT, "angle")
 """The same for an individual, whose contacts change with the output's angle, rad."""
 CONTACT = ("torque", "stiffness", "max_contact_force", "load_share", "in_range")
 """Elastic torque, N.m; its derivative by the target, N.m/rad; the lookup's further outputs."""
@@ -45,22 +45,23 @@ CONTACT = ("torque", "stiffness", "max_contact_force", "load_share", "in_range")
 class Stages:
     """See the module.
 
-    paths, ages: whether states follow angles, and time. aged_by_torque: whether `aged` reads c. series: whether
-    there may be a compliance. points: names of the entries of q, `POINT` or `TURNED`. contact: of an individual.
+    has_angle_states, has_time_states: whether states evolve along angles, and along time. time_states_need_torque:
+    whether `advance_time` reads c. has_series_compliance: whether a compliance acts in series with the contacts.
+    contact_point_names: entries of q, `CONTACT_POINT` or `INDIVIDUAL_POINT`. contact: of an individual.
     """
 
-    geometry: ca.Function
-    tuned: ca.Function
-    point: ca.Function
-    moved: ca.Function
-    aged: ca.Function
+    kinematics: ca.Function
+    coefficients: ca.Function
+    contact_point: ca.Function
+    advance_angles: ca.Function
+    advance_time: ca.Function
     rate: ca.Function
     output: ca.Function
-    paths: bool
-    ages: bool
-    aged_by_torque: bool
-    series: bool
-    points: tuple[str, ...]
+    has_angle_states: bool
+    has_time_states: bool
+    time_states_need_torque: bool
+    has_series_compliance: bool
+    contact_point_names: tuple[str, ...]
     contact: ca.Function | None
 
 
@@ -80,7 +81,7 @@ class _Staged(Assembly):
     def signals(self) -> Signals:
         return super().signals()._replace(twist=self.k[0])
 
-    def lever(self, signals: Signals) -> ca.MX:
+    def twist_by_crank(self, signals: Signals) -> ca.MX:
         return self.k[1]
 
     def contacts(self, signals: Signals, x: ca.MX) -> tuple[ca.MX, ca.MX, list[ca.MX]]:
@@ -100,7 +101,7 @@ class _Staged(Assembly):
     def stages(self) -> Stages:
         x, u, p, k, c, dt = self.x, self.u, self.p, self.k, self.c, self.dt
         signals = super().signals()
-        geometry = ca.vertcat(signals.twist, super().lever(signals))
+        geometry = ca.vertcat(signals.twist, super().twist_by_crank(signals))
         compliance, offset = self.series(self.signals(), x)
         missing, position = self.element_parts()
         scale = ca.MX(1) if self.modulus is None else self.modulus.scale(self.total(Place.MODULUS, self.signals(), x))
@@ -110,21 +111,21 @@ class _Staged(Assembly):
         if self.turns:
             point = ca.vertcat(point, u[INPUT_NAMES.index("output.phi")])
             q = ca.MX.sym("q", 3)
-            contact = ca.Function("individual", [q], [ca.vertcat(*self.table(q[0], q[1], q[2]))])
-        aged = self.aged()
+            contact = ca.Function("individual_contacts", [q], [ca.vertcat(*self.table(q[0], q[1], q[2]))])
+        aged = self.advance_time()
         return Stages(
-            scalar_function("geometry", [u, p], geometry),
-            scalar_function("tuned", [p], tuned),
-            scalar_function("point", [x, u, k, p], point),
-            scalar_function("moved", [x, u, k, p], self.moved()),
-            scalar_function("aged", [x, u, k, dt, p, c], aged),
+            scalar_function("kinematics", [u, p], geometry),
+            scalar_function("coefficients", [p], tuned),
+            scalar_function("contact_point", [x, u, k, p], point),
+            scalar_function("advance_angles", [x, u, k, p], self.advance_angles()),
+            scalar_function("advance_time", [x, u, k, dt, p, c], aged),
             scalar_function("rate", [x, u, k, p, c], self.rates()),
             scalar_function("output", [x, u, k, p, c], self.outputs()),
             bool(self.paths),
-            self.ages,
-            self.ages and bool(ca.depends_on(aged, c)),
+            self.has_time_states,
+            self.has_time_states and bool(ca.depends_on(aged, c)),
             not compliance.is_zero(),
-            TURNED if self.turns else POINT,
+            INDIVIDUAL_POINT if self.turns else CONTACT_POINT,
             contact,
         )
 

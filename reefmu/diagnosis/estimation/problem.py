@@ -10,7 +10,7 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import EFFECTS, Effect, Need
+from ...effects import EFFECTS, Effect, Requirement
 from ..forward.base_curve import Base
 from ..forward.parameter_layout import ParameterLayout
 from ..forward.predictor import Predictor
@@ -206,16 +206,16 @@ def shape_starts(effect: Effect, trace: Trace, reach: float) -> list[Array]:
 def candidates_of(missing: Sequence[str], base: Base) -> tuple[tuple[str, ...], dict[str, str]]:
     """Effects that a record with these columns missing can show, and why the others are left out."""
     lacks = {
-        Need.TEMPERATURE: "temperature" in missing,
-        Need.CRANK_ANGLE: "crank_angle" in missing,
-        Need.DRAWING: base.kind != "drawing",
+        Requirement.TEMPERATURE: "temperature" in missing,
+        Requirement.CRANK_ANGLE: "crank_angle" in missing,
+        Requirement.DRAWING: base.kind != "drawing",
     }
     left_out = {
         name: need.value
-        for need in Need
+        for need in Requirement
         if lacks[need]
         for name, effect in EFFECTS.items()
-        if need in effect.identification.needs
+        if need in effect.identification.requirements
     }
     return tuple(name for name in EFFECTS if name not in left_out), left_out
 

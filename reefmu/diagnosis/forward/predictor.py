@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import Along, Effect, Place, State
+from ...effects import Effect, IndependentVariable, Place, State
 from ..preprocessing.trace import Blocks, Trace
 from .base_curve import Base
 from .effect_functions import Tangent, Values, accumulate, is_zero, kernel, scaled
@@ -173,14 +173,21 @@ class _Run:
                 if k.equations[s].feels_torque:
                     continue
                 begin = self._begin(state)
-                if state.along is Along.TIME:
+                if state.independent_variable is IndependentVariable.TIME:
                     way = np.where(begin, 0.0, t.step)
                 else:
-                    way = steps({Along.TWIST: path, Along.CRANK: t.crank, Along.OUTPUT: t.output}[state.along], begin)
+                    way = steps(
+                        {
+                            IndependentVariable.TWIST: path,
+                            IndependentVariable.CRANK: t.crank,
+                            IndependentVariable.OUTPUT: t.output,
+                        }[state.independent_variable],
+                        begin,
+                    )
                 # A constant shift of the twist moves no path.
                 moving = (
                     {}
-                    if state.along is not Along.TWIST
+                    if state.independent_variable is not IndependentVariable.TWIST
                     else {
                         i: np.sign(way) * steps(v, begin) for i, v in twist_tangent.items() if isinstance(v, np.ndarray)
                     }

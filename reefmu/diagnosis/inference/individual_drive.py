@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...effects import EFFECTS, Likeness
+from ...effects import EFFECTS, ToleranceSignature
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Study
 from ..estimation.search import part_of
@@ -11,9 +11,11 @@ from ..forward.effect_functions import kernel
 from .model_comparison import FORM_ERROR, crank_stands
 from .population_spread import as_individual_drive
 
-CURVE_EFFECTS = frozenset(e.name for e in EFFECTS.values() if e.identification.likeness is Likeness.CURVE)
+CURVE_EFFECTS = frozenset(
+    e.name for e in EFFECTS.values() if e.identification.tolerance_signature is ToleranceSignature.CURVE
+)
 """Effects that a curve over the twist shows, the sensor's among them."""
-SCATTER_LIKE = frozenset(e.name for e in EFFECTS.values() if e.identification.likeness)
+SCATTER_LIKE = frozenset(e.name for e in EFFECTS.values() if e.identification.tolerance_signature)
 """Effects that do what deviations of the parts do: curves, and ripple over a turn."""
 MAX_INDIVIDUAL_GAIN = 150.0
 """Gain of a set on the mean drive over a smaller one on an individual that no individual reaches."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects import EFFECTS, Likeness, Place
+from ...effects import EFFECTS, Place, ToleranceSignature
 from ..estimation.least_squares import Fit
 from ..estimation.overdispersion import dispersion
 from ..estimation.problem import Study
@@ -39,7 +39,9 @@ curve alone may be."""
 FEW = 3
 """Sets of every size that are held up again."""
 STATIC = frozenset(
-    e.name for e in EFFECTS.values() if e.identification.likeness is Likeness.CURVE and e.place is not Place.SENSOR
+    e.name
+    for e in EFFECTS.values()
+    if e.identification.tolerance_signature is ToleranceSignature.CURVE and e.place is not Place.SENSOR
 )
 """Effects that only change the drive's curve of torque over twist."""
 TOLERATED, EVEN_SHARE = 1.8, 0.1

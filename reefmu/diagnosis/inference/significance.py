@@ -32,10 +32,10 @@ MATERIAL_FIRST, MATERIAL = 0.0006, 0.002
 """Change of some run, rms, that is worth a name, as a share of full torque: alone, and beside other effects."""
 FORM_ERROR_ALL = 0.004
 """Share of the gain of its kin that a further effect of a family must reach where it explains all that was left."""
-SEVERAL_TIMES = frozenset(e.name for e in EFFECTS.values() if e.identification.spectrum)
+SEVERAL_TIMES = frozenset(e.name for e in EFFECTS.values() if e.identification.relaxation_spectrum)
 """Effects that materials have with several times and the model with one: the fastest of them look like a spring, which
 then explains all that was left."""
-GENERAL = frozenset(e.name for e in EFFECTS.values() if e.identification.general)
+GENERAL = frozenset(e.name for e in EFFECTS.values() if e.identification.contains_limit)
 """Effects with a parameter that may run to the limit where another effect takes over; they must be better by
 `BETTER`."""
 BETTER = 8.0
@@ -86,8 +86,8 @@ def assess_set(
         others = tuple(n for n in fit.names if n != name)
         smaller = left_out[name] = _smaller(study, fit, name, others, known) if others else base
         gain = limited_to_tolerances(study, smaller, fit).cost - fit.cost
-        family = find_effect(name).identification.family
-        kin = [other for other in others if family and find_effect(other).identification.family is family]
+        group = find_effect(name).identification.confounding_group
+        kin = [other for other in others if group and find_effect(other).identification.confounding_group is group]
         form = FORM_ERROR if rest or SEVERAL_TIMES & set(kin) else FORM_ERROR_ALL
         shares[name] = gain / (gain + rest) if gain > 0 else 0.0
         change = without(study, fit, name) - fit.prediction.torque

@@ -3,10 +3,10 @@
 Those of `reefmu.model.stages`, on the component's own vectors x, u and p, and with them
 
     initial(u, p) -> x
-    initial_change(u, p, d) -> dx            change of the first states for a change d of (u, x, p), x left out
-    tuned_change(p, d) -> dr
-    point_change(x, u, p, d) -> dq           change of the point
-    change(x, u, p, d, c, dc) -> (dy, ddx)   change of outputs and rates with that of what the contacts give
+    initial_jvp(u, p, d) -> dx            change of the first states for a change d of (u, x, p), x left out
+    coefficients_jvp(p, d) -> dr
+    contact_point_jvp(x, u, p, d) -> dq           change of the point
+    result_jvp(x, u, p, d, c, dc) -> (dy, ddx)   change of outputs and rates with that of what the contacts give
 
 and for a joint, which integrates itself,
 
@@ -18,7 +18,7 @@ and for a joint, which integrates itself,
 and for an individual, not in scalars,
 
     individual(q) -> c                       what its own contacts give: `reefmu.model.stages`
-    individual_change(q, dq) -> dc
+    individual_jvp(q, dq) -> dc
 """
 
 from __future__ import annotations
@@ -59,11 +59,11 @@ def make_pieces(component: Component) -> Pieces:
     functions = {"initial": scalar_function("initial", [u, p], component.initial(u, p))}
     if component.kind == "drive":
         drive = {
-            "geometry": stages.geometry(u, p),
-            "tuned": stages.tuned(p),
-            "point": stages.point(x, u, k, p),
-            "moved": stages.moved(x, u, k, p),
-            "aged": stages.aged(x, u, k, dt, p, c),
+            "kinematics": stages.kinematics(u, p),
+            "coefficients": stages.coefficients(p),
+            "contact_point": stages.contact_point(x, u, k, p),
+            "advance_angles": stages.advance_angles(x, u, k, p),
+            "advance_time": stages.advance_time(x, u, k, dt, p, c),
             "rate": stages.rate(x, u, k, p, c),
             "output": stages.output(x, u, k, p, c),
         }
@@ -75,11 +75,11 @@ def make_pieces(component: Component) -> Pieces:
         drive, motion = joint.of_drive(), 4
         functions |= joint.of_motion()
     inside = {
-        "geometry": [x, u, p],
-        "tuned": [p],
-        "point": [x, u, k, p],
-        "moved": [x, u, k, p],
-        "aged": [x, u, k, dt, p, c],
+        "kinematics": [x, u, p],
+        "coefficients": [p],
+        "contact_point": [x, u, k, p],
+        "advance_angles": [x, u, k, p],
+        "advance_time": [x, u, k, dt, p, c],
         "rate": [x, u, k, p, c],
         "output": [x, u, k, p, c],
     }
@@ -87,25 +87,25 @@ def make_pieces(component: Component) -> Pieces:
 
     d, dc = ca.MX.sym("d", u.numel() + x.numel() + p.numel()), ca.MX.sym("dc", len(CONTACT))
     du, dx, dp = ca.vertsplit(d, [0, u.numel(), u.numel() + x.numel(), d.numel()])
-    at = ca.Function("at", [x, u, p], [functions["point"](x, u, functions["geometry"](x, u, p), p)])
+    at = ca.Function("at", [x, u, p], [functions["contact_point"](x, u, functions["kinematics"](x, u, p), p)])
     gives = ca.Function(
         "gives",
         [x, u, p, c],
-        [ca.vertcat(*(functions[name](x, u, functions["geometry"](x, u, p), p, c) for name in ("output", "rate")))],
+        [ca.vertcat(*(functions[name](x, u, functions["kinematics"](x, u, p), p, c) for name in ("output", "rate")))],
     )
-    of_point = at.forward(1)(x, u, p, ca.MX(len(stages.points), 1), dx, du, dp)
+    of_point = at.forward(1)(x, u, p, ca.MX(len(stages.contact_point_names), 1), dx, du, dp)
     of_result = gives.forward(1)(x, u, p, c, ca.MX(*gives.size_out(0)), dx, du, dp, dc)
     for name, function, arguments, changes in (
         ("initial", functions["initial"], [u, p], [du, dp]),
-        ("tuned", functions["tuned"], [p], [dp]),
+        ("coefficients", functions["coefficients"], [p], [dp]),
     ):
         moved = function.forward(1)(*arguments, ca.MX(*function.size_out(0)), *changes)
-        functions[f"{name}_change"] = scalar_function(f"{name}_change", [*arguments, d], moved)
-    functions["point_change"] = scalar_function("point_change", [x, u, p, d], of_point)
-    functions["change"] = scalar_function("change", [x, u, p, d, c, dc], of_result)
+        functions[f"{name}_jvp"] = scalar_function(f"{name}_jvp", [*arguments, d], moved)
+    functions["contact_point_jvp"] = scalar_function("contact_point_jvp", [x, u, p, d], of_point)
+    functions["result_jvp"] = scalar_function("result_jvp", [x, u, p, d, c, dc], of_result)
     if stages.contact is not None:
         q, dq = ca.MX.sym("q", 3), ca.MX.sym("dq", 3)
         of_contact = stages.contact.forward(1)(q, ca.MX(len(CONTACT), 1), dq)
-        functions["individual"] = stages.contact
-        functions["individual_change"] = ca.Function("individual_change", [q, dq], [ca.densify(of_contact)])
+        functions["individual_contacts"] = stages.contact
+        functions["individual_jvp"] = ca.Function("individual_jvp", [q, dq], [ca.densify(of_contact)])
     return Pieces(functions, stages, motion)

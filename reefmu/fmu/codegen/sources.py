@@ -120,8 +120,8 @@ def _prefix(names: _Names) -> str:
 
 
 def _header(component: Component, pieces: Pieces, interface: Interface, names: _Names, sizes: dict[str, int]) -> str:
-    from reefmu.model.assembly import NEWTON_STEPS, SETTLED
-    from reefmu.model.stages import CONTACT, TUNED
+    from reefmu.model.assembly import NEWTON_STEPS, NEWTON_TOLERANCE
+    from reefmu.model.stages import COEFFICIENTS, CONTACT
 
     n_u, n_y, n_x = len(component.inputs), len(component.outputs), len(component.states)
     stages = pieces.stages
@@ -137,21 +137,21 @@ def _header(component: Component, pieces: Pieces, interface: Interface, names: _
         "FIRST_INDICATOR": component.first_switch,
         "IS_JOINT": int(component.kind == "joint"),
         "IS_INDIVIDUAL": int(stages.contact is not None),
-        "HAS_PATHS": int(stages.paths),
-        "HAS_AGES": int(stages.ages),
-        "AGED_BY_TORQUE": int(stages.aged_by_torque),
-        "HAS_SERIES": int(stages.series),
+        "HAS_ANGLE_STATES": int(stages.has_angle_states),
+        "HAS_TIME_STATES": int(stages.has_time_states),
+        "TIME_STATES_NEED_TORQUE": int(stages.time_states_need_torque),
+        "HAS_SERIES_COMPLIANCE": int(stages.has_series_compliance),
         "N_MOTION": pieces.motion,
         "DISCRETE_OUTPUT": [s.discrete for s in component.outputs].index(True),
         "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"),
         "MOST_PARTS": MOST_PARTS,
         "NEWTON_STEPS": NEWTON_STEPS,
-        "SETTLED": SETTLED,
+        "NEWTON_TOLERANCE": NEWTON_TOLERANCE,
         **{f"N_{name}": size for name, size in sizes.items()},
     }
     orders = {
-        "POINT": stages.points,
-        "TUNED": TUNED,
+        "CONTACT_POINT": stages.contact_point_names,
+        "COEFFICIENTS": COEFFICIENTS,
         "CONTACT": CONTACT,
         "TABLE": [f"table_{name}" for name in QUANTITIES],
     }

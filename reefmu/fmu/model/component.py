@@ -157,7 +157,7 @@ def save_component(model: DriveModel, masses: Masses | None, folder: Path) -> No
 
 def drive_component(model: DriveModel) -> Component:
     """Kind `drive`: angles and speeds in, torques out; the model itself."""
-    from reefmu.model.assembly import carried
+    from reefmu.model.assembly import stored_angles
     from reefmu.model.drive_model import INPUTS, OUTPUTS
 
     return Component(
@@ -173,5 +173,5 @@ def drive_component(model: DriveModel) -> Component:
         model.output,
         model.full_torque,
         model,
-        switches=len(carried(model.effects)),
+        switches=len(stored_angles(model.effects)),
     )

@@ -29,7 +29,7 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
     """The joint of a drive and two masses. Values of `masses` are what the parameters start from."""
     import casadi as ca
 
-    from reefmu.model.assembly import carried
+    from reefmu.model.assembly import stored_angles
     from reefmu.model.drive_model import OUTPUTS, ModelParameter, Signal
 
     motion = (
@@ -52,7 +52,7 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
     )
     parameters = (*model.parameters[:2], *_mass_parameters(masses), *start, *model.parameters[2:])
     system = System(model)
-    switches = len(carried(model.effects))
+    switches = len(stored_angles(model.effects))
     x, u, p, dt = system.x, system.u, system.p, system.dt
     return Component(
         "joint",
@@ -62,7 +62,7 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
         (*states, *model.states),
         parameters,
         ca.Function("initial", [u, p], [system.initial()], ["u", "p"], ["x"]),
-        ca.Function("advance", [x, u, dt, p], [system.advanced()], ["x", "u", "dt", "p"], ["x_next"]),
+        ca.Function("advance", [x, u, dt, p], [system.advance()], ["x", "u", "dt", "p"], ["x_next"]),
         ca.Function("rate", [x, u, p], [system.rate()], ["x", "u", "p"], ["dx"]),
         ca.Function("output", [x, u, p], [ca.vertcat(x[:4], system.drive(x))], ["x", "u", "p"], ["y"]),
         model.full_torque,
@@ -185,7 +185,7 @@ class System:
         states = self.model.advance(moved[4:], self.inputs(moved), h, self.p_drive)
         return self.ca.vertcat(moved[:4], states)
 
-    def advanced(self) -> Any:
+    def advance(self) -> Any:
         h, ca = self.dt, self.ca
         x = ca.MX.sym("x", self.x.numel())
         c = ca.MX.sym("c")
@@ -244,11 +244,11 @@ class JointStages(System):
         x, k, p, c, s, vertcat = self.x, self.k, self.p_drive, self.c, self.stages, self.ca.vertcat
         u, own = self.inputs(x), x[4:]
         return {
-            "geometry": s.geometry(u, p),
-            "tuned": s.tuned(p),
-            "point": s.point(own, u, k, p),
-            "moved": vertcat(x[:4], s.moved(own, u, k, p)),
-            "aged": vertcat(x[:4], s.aged(own, u, k, self.dt, p, c)),
+            "kinematics": s.kinematics(u, p),
+            "coefficients": s.coefficients(p),
+            "contact_point": s.contact_point(own, u, k, p),
+            "advance_angles": vertcat(x[:4], s.advance_angles(own, u, k, p)),
+            "advance_time": vertcat(x[:4], s.advance_time(own, u, k, self.dt, p, c)),
             "rate": self.rate(),
             "output": vertcat(x[:4], self.drive(x)),
         }

@@ -238,7 +238,7 @@ def declare_exchange(component: Component) -> Interface:
 
 def _jumping(component: Component) -> set[str]:
     """States that catch up with an angle at an event where a host has connected the angle without its speed."""
-    from reefmu.effects import Along
+    from reefmu.effects import IndependentVariable
 
     if component.pace is not None:  # the speeds are its own
         return set()
@@ -249,7 +249,7 @@ def _jumping(component: Component) -> set[str]:
         f"{effect.name}.{state.name}"
         for effect in component.model.effects
         for state in effect.states
-        if state.along is not Along.TIME
+        if state.independent_variable is not IndependentVariable.TIME
     }
 
 

@@ -102,7 +102,7 @@ def test_an_effect_that_the_pieces_cannot_hold_is_refused(lookup: Lookup) -> Non
         "",
         "",
     )
-    with pytest.raises(NotImplementedError, match=r"tuned: expected .* got one that also needs u"):
+    with pytest.raises(NotImplementedError, match=r"coefficients: expected .* got one that also needs u"):
         make_stages(lookup, (soft,))
 
 
@@ -117,7 +117,7 @@ def test_stages_together_are_the_model(full_model: DriveModel) -> None:
         x = np.array(full_model.initial(u, p)).ravel()
         x[len(x) - 2 :] = rng.uniform(0, 1e-6)
         whole = np.array(full_model.output(x, u, p)).ravel()
-        k = stages.geometry(u, p)
+        k = stages.kinematics(u, p)
         # What the contacts give, taken back out of the outputs: the states above build up no friction.
         lever, torque = float(k[1]), ca.MX.sym("torque")
         given = ca.Function("given", [torque], [stages.output(x, u, k, p, ca.vertcat(torque, 0, 0, 0, 0))[1]])
@@ -133,9 +133,9 @@ def test_stages_together_are_the_model(full_model: DriveModel) -> None:
 def test_every_effect_has_stages(full_model: DriveModel) -> None:
     for effect in EFFECTS.values():
         stages = make_stages(replace(full_model.lookup), (effect,))
-        assert stages.paths == any(s.along.value != "time" for s in effect.states)
-        assert stages.ages == any(s.along.value == "time" for s in effect.states)
-        assert stages.series == (effect.name in ("structural_compliance",))
+        assert stages.has_angle_states == any(s.independent_variable.value != "time" for s in effect.states)
+        assert stages.has_time_states == any(s.independent_variable.value == "time" for s in effect.states)
+        assert stages.has_series_compliance == (effect.name in ("structural_compliance",))
 
 
 def test_the_slope_at_a_node_of_the_tables_is_that_of_differences(drive: object, lookup: Lookup) -> None:

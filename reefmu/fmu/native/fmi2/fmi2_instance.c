@@ -4,7 +4,7 @@ static const char *text_or_none(const char *text) { return text ? text : "(none)
 
 static void set_start(Instance *instance, fmi2Type kind) {
     memset(&instance->now, 0, sizeof instance->now);
-    instance->is_tuned = 0;
+    instance->coefficients_known = 0;
     instance->now.kind = (int)kind;
     instance->now.phase = INSTANTIATED;
     instance->now.stale = STALE_ALL;

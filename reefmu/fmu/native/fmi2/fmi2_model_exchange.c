@@ -14,19 +14,19 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2EnterEventMode)(fmi2Component component) {
    tell, is an integrator's error. Whether there is one: then the next states are in instance->next_states[0]. */
 static int has_lead(Instance *instance) {
     int found = 0;
-#if HAS_PATHS && !IS_JOINT
+#if HAS_ANGLE_STATES && !IS_JOINT
     double *next = instance->next_states[0], *x = instance->next_states[1];
     Place place;
     memcpy(x, instance->now.values + AT_STATES, N_STATES * sizeof(double));
     place_at(instance, &place, x);
-    RUN(moved, next, place.x, place.u, place.k, place.p);
+    RUN(advance_angles, next, place.x, place.u, place.k, place.p);
     for (int k = 0; k < N_INDICATORS; k++) {
         int state = FIRST_INDICATOR + k;
         double lead = fabs(next[state] - x[state]);
         if (lead > fmax(1e-6 * VARIABLES[AT_STATES + state].nominal, instance->now.told[k])) found = 1;
         else x[state] = next[state];
     }
-    if (found) RUN(moved, next, place.x, place.u, place.k, place.p);
+    if (found) RUN(advance_angles, next, place.x, place.u, place.k, place.p);
     found = found && all_finite(next, N_STATES);
 #else
     (void)instance;

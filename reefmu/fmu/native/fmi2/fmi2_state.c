@@ -85,7 +85,7 @@ static int usable(const Saved *saved) {
         !all_finite(content->told, N_INDICATORS + 1))
         return 0;
     if (!all_finite(&content->time, 1) || !all_finite(content->values, N_VALUES)) return 0;
-    if (content->contact.known & ~1 || !all_finite(content->contact.at, N_POINT) ||
+    if (content->contact.known & ~1 || !all_finite(content->contact.at, N_CONTACT_POINT) ||
         !all_finite(&content->contact.twist, 1) || !all_finite(content->contact.gives, N_CONTACT))
         return 0;
     for (size_t k = 0; k < N_VALUES; k++)

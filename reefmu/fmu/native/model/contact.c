@@ -5,8 +5,8 @@
 /* The contacts at one clearance and position, as a function of the twist alone; the rows of the last cells. */
 typedef struct {
     const Tables *tables; /* NULL: not cut yet */
-    const double *tuned;
-    double at[N_POINT];
+    const double *coefficients;
+    double at[N_CONTACT_POINT];
 #if IS_INDIVIDUAL
     int *integers; /* work space of the generated functions */
     double *work;
@@ -42,7 +42,7 @@ static void cut_element(Slice *slice, const double *q) {
     double g, h, across[4], along[4], beta = beta_of(q[POSITION], &slice->element_side, &slice->left);
     int column, layer;
     slice->element_cell = -1;
-    if (slice->tuned[MISSING] == 0.0 || slice->left == 0.0) return;
+    if (slice->coefficients[MISSING] == 0.0 || slice->left == 0.0) return;
     column = cell_of(ELEMENT_SHIFT, q[CLEARANCE], &g), layer = cell_of(ELEMENT_PLACE, beta, &h);
     cubic(clipped(g), across);
     cubic(h, along);
@@ -53,7 +53,7 @@ static void cut_element(Slice *slice, const double *q) {
 
 /* Takes the missing share of the element's torque and stiffness away. */
 static void take_element(Slice *slice, double twist, double *torque, double *stiffness) {
-    double f, w[4], s[4], lost = slice->tuned[MISSING] * slice->left;
+    double f, w[4], s[4], lost = slice->coefficients[MISSING] * slice->left;
     int cell;
     if (lost == 0.0) return;
     cell = cell_of(ELEMENT_TWIST, slice->element_side * twist, &f);
@@ -78,12 +78,12 @@ static const Axis SHIFT = {LOOKUP_CLEARANCE_START, 1.0 / LOOKUP_CLEARANCE_STEP, 
 #endif
 
 /* For one instance between two changes of its parameters: a slice that is cut there already stays. */
-static void cut(Slice *slice, const Tables *tables, const double *tuned, const double *q) {
+static void cut(Slice *slice, const Tables *tables, const double *coefficients, const double *q) {
 #if IS_INDIVIDUAL
     slice->at[ANGLE] = q[ANGLE];
 #endif
     if (slice->tables && slice->at[CLEARANCE] == q[CLEARANCE] && slice->at[POSITION] == q[POSITION]) return;
-    slice->tables = tables, slice->tuned = tuned;
+    slice->tables = tables, slice->coefficients = coefficients;
     slice->at[CLEARANCE] = q[CLEARANCE], slice->at[POSITION] = q[POSITION];
 #if !IS_INDIVIDUAL
     slice->column = cell_of(SHIFT, q[CLEARANCE], &slice->shift);
@@ -112,7 +112,7 @@ typedef struct { double torque, stiffness, own[N_CONTACT]; } Turned;
 
 static Turned unscaled(Slice *slice, double twist) {
     Turned at;
-    of_parts(individual, slice, twist, NULL, at.own);
+    of_parts(individual_contacts, slice, twist, NULL, at.own);
     at.torque = at.own[TORQUE], at.stiffness = at.own[STIFFNESS];
     return at;
 }
@@ -134,7 +134,7 @@ typedef struct { double torque, stiffness, f, w[4]; } Turned;
 
 static Turned unscaled(Slice *slice, double twist) {
     Turned at;
-    double side = twist < 0.0 ? -1.0 : 1.0, band = side * slice->tuned[BAND], s[4];
+    double side = twist < 0.0 ? -1.0 : 1.0, band = side * slice->coefficients[BAND], s[4];
     int cell = cell_of(TWIST, side * twist, &at.f);
     if (cell != slice->cell || side != slice->side) {
         for (int a = 0; a < 4; a++) {
@@ -168,26 +168,26 @@ static Turned turn(Slice *slice, double twist) {
 #if HAS_ELEMENT
     take_element(slice, twist, &at.torque, &at.stiffness);
 #endif
-    at.torque *= slice->tuned[SCALE], at.stiffness *= slice->tuned[SCALE];
+    at.torque *= slice->coefficients[SCALE], at.stiffness *= slice->coefficients[SCALE];
     return at;
 }
 
 /* The twist of the contacts at which they and the compliance in series make up the target, from `twist` on; whether
    it was found. */
 static int settle(Slice *slice, double target, double *twist) {
-    double step, compliance = slice->tuned[COMPLIANCE];
+    double step, compliance = slice->coefficients[COMPLIANCE];
     for (int k = 0; k < NEWTON_STEPS; k++) {
         Turned at = turn(slice, *twist);
         step = (target - *twist - compliance * at.torque) / (1.0 + compliance * at.stiffness);
         *twist += step;
-        if (fabs(step) <= SETTLED) return 1;
+        if (fabs(step) <= NEWTON_TOLERANCE) return 1;
     }
     return 0;
 }
 
 /* `contact` at q; where it is known from a point before, the search starts there. */
 static void touch(Slice *slice, const double *q, Contact *contact) {
-    double compliance = slice->tuned[COMPLIANCE], twist = q[TARGET], *c = contact->gives;
+    double compliance = slice->coefficients[COMPLIANCE], twist = q[TARGET], *c = contact->gives;
     Turned at;
     if (compliance != 0.0) {
         if (contact->known)
@@ -204,9 +204,9 @@ static void touch(Slice *slice, const double *q, Contact *contact) {
         c[TORQUE] -= c[STIFFNESS] * (twist + compliance * at.torque - q[TARGET]);
     }
     rest(slice, &at, c);
-    c[MAX_CONTACT_FORCE] *= slice->tuned[SCALE];
+    c[MAX_CONTACT_FORCE] *= slice->coefficients[SCALE];
     memcpy(contact->at, q, sizeof contact->at);
-    memcpy(contact->tuned, slice->tuned, sizeof contact->tuned);
+    memcpy(contact->coefficients, slice->coefficients, sizeof contact->coefficients);
     contact->twist = twist;
     contact->known = 1;
 }

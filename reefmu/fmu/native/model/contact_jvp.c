@@ -78,51 +78,52 @@ static Slopes element_slopes(const Slice *slice, const double *q, double twist) 
 }
 #endif
 
-/* Change of contact->gives for a change of the point and of what is tuned. */
+/* Change of contact->gives for a change of the contact point and of the coefficients. */
 static void touch_change(const Slice *at, const Contact *contact, const double *dq, const double *dr, double *change) {
     Slice slice = *at;
     Turned at_twist;
-    const double *tuned = at->tuned;
-    Slopes torque = {0}, retuned = {0}; /* the latter: by what is tuned, at this twist */
-    double value, slope, softer, moved, scale = tuned[SCALE], compliance = tuned[COMPLIANCE];
+    const double *coefficients = at->coefficients;
+    Slopes torque = {0}, by_coefficients = {0}; /* the latter: by the coefficients, at this twist */
+    double value, slope, softer, moved, scale = coefficients[SCALE], compliance = coefficients[COMPLIANCE];
     double rescaled = dr[SCALE] / scale;
 #if IS_INDIVIDUAL
     /* What the parts give changes by clearance and angle, and by a radian of twist. */
     double still[N_CONTACT], turned[N_CONTACT], there[3] = {0.0, dq[CLEARANCE], dq[ANGLE]}, once[3] = {1.0, 0.0, 0.0};
     at_twist = turn(&slice, contact->twist);
-    of_parts(individual_change, &slice, contact->twist, there, still);
-    of_parts(individual_change, &slice, contact->twist, once, turned);
+    of_parts(individual_jvp, &slice, contact->twist, there, still);
+    of_parts(individual_jvp, &slice, contact->twist, once, turned);
     torque.by_t = turned[TORQUE], torque.by_tt = turned[STIFFNESS];
 #else
     Weights w;
     Slopes blend = {0}, force, share;
     double side, band;
     at_twist = turn(&slice, contact->twist);
-    side = slice.side, band = side * tuned[BAND];
+    side = slice.side, band = side * coefficients[BAND];
     weigh(&w, at_twist.f, slice.shift, LOOKUP_TWIST_STEP, LOOKUP_CLEARANCE_STEP);
     add(&blend, lookup_slopes(&slice, &w, TABLE_TORQUE_MEAN), 1.0 - fabs(band));
     if (band != 0.0) add(&blend, lookup_slopes(&slice, &w, band > 0.0 ? TABLE_TORQUE_P90 : TABLE_TORQUE_P10), fabs(band));
     if (dr[BAND] != 0.0) { /* on the mean itself between its two slopes, as in the model */
         double up = band > 0.0 ? 1.0 : band < 0.0 ? 0.0 : 0.5;
         Slopes mean = lookup_slopes(&slice, &w, TABLE_TORQUE_MEAN);
-        add(&retuned, lookup_slopes(&slice, &w, TABLE_TORQUE_P90), up * dr[BAND]);
-        add(&retuned, mean, (1.0 - 2.0 * up) * dr[BAND]);
-        add(&retuned, lookup_slopes(&slice, &w, TABLE_TORQUE_P10), (up - 1.0) * dr[BAND]);
-        retuned.by_t *= side; /* the torque is odd in the twist, and the place in the population with it */
+        add(&by_coefficients, lookup_slopes(&slice, &w, TABLE_TORQUE_P90), up * dr[BAND]);
+        add(&by_coefficients, mean, (1.0 - 2.0 * up) * dr[BAND]);
+        add(&by_coefficients, lookup_slopes(&slice, &w, TABLE_TORQUE_P10), (up - 1.0) * dr[BAND]);
+        by_coefficients.by_t *= side; /* the torque is odd in the twist, and the place in the population with it */
     }
     /* The torque is odd in the twist. */
     torque.by_t = blend.by_t, torque.by_c = side * blend.by_c, torque.by_tt = side * blend.by_tt;
     torque.by_tc = blend.by_tc;
 #endif
 #if HAS_ELEMENT
-    if (tuned[MISSING] != 0.0) add(&torque, element_slopes(&slice, contact->at, contact->twist), -tuned[MISSING]);
-    if (dr[MISSING] != 0.0) add(&retuned, element_slopes(&slice, contact->at, contact->twist), -dr[MISSING]);
+    if (coefficients[MISSING] != 0.0)
+        add(&torque, element_slopes(&slice, contact->at, contact->twist), -coefficients[MISSING]);
+    if (dr[MISSING] != 0.0) add(&by_coefficients, element_slopes(&slice, contact->at, contact->twist), -dr[MISSING]);
 #endif
     softer = 1.0 / (1.0 + compliance * at_twist.stiffness);
     /* Of torque and stiffness with the twist of the contacts held. */
-    value = scale * (torque.by_c * dq[CLEARANCE] + torque.by_p * dq[POSITION] + retuned.value) +
+    value = scale * (torque.by_c * dq[CLEARANCE] + torque.by_p * dq[POSITION] + by_coefficients.value) +
             rescaled * at_twist.torque;
-    slope = scale * (torque.by_tc * dq[CLEARANCE] + torque.by_tp * dq[POSITION] + retuned.by_t) +
+    slope = scale * (torque.by_tc * dq[CLEARANCE] + torque.by_tp * dq[POSITION] + by_coefficients.by_t) +
             rescaled * at_twist.stiffness;
 #if IS_INDIVIDUAL
     value += scale * still[TORQUE];

@@ -30,7 +30,7 @@ enum { LOG_WARNING = 1, LOG_DISCARD = 2, LOG_ERROR = 4, LOG_FATAL = 8, LOG_ALL =
 /* What the contacts give at a point. */
 typedef struct {
     int known;
-    double at[N_POINT], tuned[N_TUNED];
+    double at[N_CONTACT_POINT], coefficients[N_COEFFICIENTS];
     double twist; /* of the contacts alone */
     double gives[N_CONTACT];
 } Contact;
@@ -72,9 +72,9 @@ typedef struct {
 typedef struct {
     Content now;
     Voice voice;
-    /* What the parameters `tuned_for` decide. */
-    int is_tuned;
-    double tuned_for[N_PARAMETERS + 1], tuned[N_TUNED], longest;
+    /* The coefficients and the parameters that they were computed from. */
+    int coefficients_known;
+    double coefficients_for[N_PARAMETERS + 1], coefficients[N_COEFFICIENTS], longest;
     /* Work space. */
     int integers[N_INTEGERS];
     double next_states[2][N_STATES + 1]; /* two in turn: a generated function may not read where it writes */

@@ -35,7 +35,7 @@ static void place_at(Instance *instance, Place *place, const double *x) {
     place->slice.integers = instance->integers, place->slice.work = instance->work;
 #endif
     place->contact.known = 0;
-    RUN(geometry, place->k, x, place->u, place->p);
+    RUN(kinematics, place->k, x, place->u, place->p);
 }
 
 /* Room for the next states: a generated function may not read where it writes. */
@@ -52,11 +52,11 @@ static int same(const double *a, const double *b, size_t count) {
 
 /* What the contacts give, unless that is known already. */
 static const double *contacts(Instance *instance, Place *place) {
-    double q[N_POINT];
-    RUN(point, q, place->x, place->u, place->k, place->p);
-    cut(&place->slice, &instance->tables, instance->tuned, q);
-    if (!place->contact.known || !same(q, place->contact.at, N_POINT) ||
-        !same(instance->tuned, place->contact.tuned, N_TUNED))
+    double q[N_CONTACT_POINT];
+    RUN(contact_point, q, place->x, place->u, place->k, place->p);
+    cut(&place->slice, &instance->tables, instance->coefficients, q);
+    if (!place->contact.known || !same(q, place->contact.at, N_CONTACT_POINT) ||
+        !same(instance->coefficients, place->contact.coefficients, N_COEFFICIENTS))
         touch(&place->slice, q, &place->contact);
     return place->contact.gives;
 }
@@ -69,16 +69,17 @@ static void drift(Instance *instance, Place *place, double dt) {
     x = next_states(instance, place);
     RUN(coast, x, place->x, &dt);
     place->x = x;
-    RUN(geometry, place->k, x, place->u, place->p);
+    RUN(kinematics, place->k, x, place->u, place->p);
 #endif
-#if HAS_PATHS
+#if HAS_ANGLE_STATES
     x = next_states(instance, place);
-    RUN(moved, x, place->x, place->u, place->k, place->p);
+    RUN(advance_angles, x, place->x, place->u, place->k, place->p);
     place->x = x;
 #endif
-#if HAS_AGES
+#if HAS_TIME_STATES
     x = next_states(instance, place);
-    RUN(aged, x, place->x, place->u, place->k, &dt, place->p, AGED_BY_TORQUE ? contacts(instance, place) : NULL);
+    RUN(advance_time, x, place->x, place->u, place->k, &dt, place->p,
+        TIME_STATES_NEED_TORQUE ? contacts(instance, place) : NULL);
     place->x = x;
 #endif
 }
@@ -103,12 +104,12 @@ static void part_of_step(Instance *instance, Place *place, double h) {
 
 /* Change of outputs and rates for a change of inputs, states and parameters, at a place. */
 static void directional(Instance *instance, Place *place, const double *direction, double *result) {
-    double dq[N_POINT], dr[N_TUNED], dc[N_CONTACT];
+    double dq[N_CONTACT_POINT], dr[N_COEFFICIENTS], dc[N_CONTACT];
     const double *gives = contacts(instance, place);
-    RUN(point_change, dq, place->x, place->u, place->p, direction);
-    RUN(tuned_change, dr, place->p, direction);
+    RUN(contact_point_jvp, dq, place->x, place->u, place->p, direction);
+    RUN(coefficients_jvp, dr, place->p, direction);
     touch_change(&place->slice, &place->contact, dq, dr, dc);
-    RUN(change, result, place->x, place->u, place->p, direction, gives, dc);
+    RUN(result_jvp, result, place->x, place->u, place->p, direction, gives, dc);
 }
 
 #if IS_JOINT
@@ -132,14 +133,14 @@ static void find_pace(Instance *instance) {
 }
 #endif
 
-/* What parameters alone decide, anew when one of them changed; the tables after a start. */
-static void tune(Instance *instance) {
+/* Recomputes the coefficients when a parameter has changed; after a start also unpacks the tables. */
+static void update_coefficients(Instance *instance) {
     const double *p = instance->now.values + AT_PARAMETERS;
-    if (!instance->is_tuned) unpack_tables(&instance->tables);
-    else if (memcmp(p, instance->tuned_for, N_PARAMETERS * sizeof(double)) == 0) return;
-    memcpy(instance->tuned_for, p, N_PARAMETERS * sizeof(double));
-    instance->is_tuned = 1;
-    RUN(tuned, instance->tuned, p);
+    if (!instance->coefficients_known) unpack_tables(&instance->tables);
+    else if (memcmp(p, instance->coefficients_for, N_PARAMETERS * sizeof(double)) == 0) return;
+    memcpy(instance->coefficients_for, p, N_PARAMETERS * sizeof(double));
+    instance->coefficients_known = 1;
+    RUN(coefficients, instance->coefficients, p);
 #if IS_JOINT
     find_pace(instance);
 #endif
@@ -149,11 +150,11 @@ static void tune(Instance *instance) {
    starts: the states' change follows from the others'. */
 static int tangent(Instance *instance, int starts) {
     Place place;
-    tune(instance);
+    update_coefficients(instance);
     place_at(instance, &place, instance->now.values + AT_STATES);
     if (starts && N_STATES) {
         double *change = instance->next_states[0];
-        RUN(initial_change, change, place.u, place.p, instance->direction);
+        RUN(initial_jvp, change, place.u, place.p, instance->direction);
         memcpy(instance->direction + N_INPUTS, change, N_STATES * sizeof(double));
     }
     directional(instance, &place, instance->direction, instance->tangent);
@@ -174,7 +175,7 @@ static int refresh(Instance *instance, int wanted) {
     int stale = instance->now.stale & (wanted | STALE_STATES);
     Place place;
     if (!stale) return 1;
-    tune(instance);
+    update_coefficients(instance);
     if (stale & STALE_STATES && N_STATES) {
         RUN(initial, next, v + AT_INPUTS, v + AT_PARAMETERS);
         if (!all_finite(next, N_STATES)) return 0;
@@ -203,9 +204,9 @@ static int refresh(Instance *instance, int wanted) {
 static int take_step(Instance *instance, double dt) {
     double *v = instance->now.values, *outputs = instance->next_outputs;
     Place place;
-    tune(instance);
+    update_coefficients(instance);
     place_at(instance, &place, v + AT_STATES);
-#if HAS_SERIES
+#if HAS_SERIES_COMPLIANCE
     place.contact = instance->now.contact;
 #endif
 #if IS_JOINT
@@ -220,7 +221,7 @@ static int take_step(Instance *instance, double dt) {
     if (!all_finite(place.x, N_STATES) || !all_finite(outputs, N_OUTPUTS)) return 0;
     take_outputs(instance, outputs);
     if (N_STATES) memcpy(v + AT_STATES, place.x, N_STATES * sizeof(double));
-#if HAS_SERIES
+#if HAS_SERIES_COMPLIANCE
     instance->now.contact = place.contact;
 #endif
     instance->now.stale = STALE_RATES;
