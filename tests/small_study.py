@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from stiffness_model.explore.study import Study, study_from_dict
+from stiffness_model.explore.definition.study import Study, study_from_dict
 
 
 def tables(**numbers: Any) -> dict[str, Any]:

@@ -14,14 +14,14 @@ import numpy as np
 
 from reefmu.progress import Progress
 from stiffness_model.errors import InputError
-from stiffness_model.explore import pictures
-from stiffness_model.explore.chosen import chosen_drive, rule_text
-from stiffness_model.explore.effects import effect_of, sampled
-from stiffness_model.explore.evaluate import Outcome
-from stiffness_model.explore.metrics import METRICS
-from stiffness_model.explore.results import Results, judge, write_results
-from stiffness_model.explore.run import chunk_count, run_study
-from stiffness_model.explore.study import load_study
+from stiffness_model.explore.definition.metrics import METRICS
+from stiffness_model.explore.definition.study import load_study
+from stiffness_model.explore.evaluation.evaluate import Outcome
+from stiffness_model.explore.optimisation.run import chunk_count, run_study
+from stiffness_model.explore.report import figures
+from stiffness_model.explore.report.chosen_drawing import chosen_drive, rule_text
+from stiffness_model.explore.report.main_effects import parameter_effect, sampled_designs
+from stiffness_model.explore.report.results import Results, assess_designs, write_results
 from stiffness_model.io.atomic_files import staged_folder
 from stiffness_model.io.drawing_toml import save_drive
 from stiffness_model.plotting import curves as plots
@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
         raise _kept(BrokenExecutor(str(error) or "its work was cancelled"), folder) from None
     except (BrokenExecutor, KeyboardInterrupt) as error:
         raise _kept(error, folder) from None
-    results = judge(study, found, generation)
+    results = assess_designs(study, found, generation)
     files = _write(results, folder)
     print(_summary(results))
     if len(results.front):
@@ -125,21 +125,21 @@ def _write(results: Results, folder: Path) -> list[str]:
     with staged_folder(folder) as stage:
         write_results(results, stage)
         if len(results.front):
-            plots.save(pictures.pareto_front(results), stage / "pareto.png")
-            plots.save(pictures.trade_off(results)[0], stage / "trade_off.png")
-        if len(sampled(results)):
-            plots.save(pictures.main_effects(results)[0], stage / "effects.png")
+            plots.save(figures.pareto_front(results), stage / "pareto.png")
+            plots.save(figures.trade_off(results)[0], stage / "trade_off.png")
+        if len(sampled_designs(results)):
+            plots.save(figures.main_effects(results)[0], stage / "effects.png")
         if results.chosen is not None:
             save_drive(chosen_drive(results), stage / "chosen.toml")
         return sorted(file.name for file in stage.iterdir())
 
 
 def _summary(results: Results) -> str:
-    counts = np.bincount(results.found.outcome, minlength=len(Outcome))
+    counts = np.bincount(results.evaluations.outcome, minlength=len(Outcome))
     numbers = results.study.numbers
     said = [
-        f"{results.study.name}: {len(results.found)} designs, {numbers.drives} virtual drives at {numbers.twists} "
-        f"twists each, seed {numbers.seed}"
+        f"{results.study.name}: {len(results.evaluations)} designs, {numbers.drives} virtual drives at "
+        f"{numbers.twists} twists each, seed {numbers.seed}"
     ]
     said += [
         f"  {counts[outcome]:6d}  {words}"
@@ -163,11 +163,15 @@ def _front(results: Results) -> str:
     heads = ["design", *names, *(p.name for p in study.parameters)]
     units = [
         "",
-        *(f"[{METRICS[name].shown}]" if METRICS[name].shown else "" for name in names),
+        *(f"[{METRICS[name].display_unit}]" if METRICS[name].display_unit else "" for name in names),
         *("" for _ in study.parameters),
     ]
     rows = [
-        [str(design), *(f"{results.shown(name)[design]:.4g}" for name in names), *_values(results, int(design))]
+        [
+            str(design),
+            *(f"{results.display_values(name)[design]:.4g}" for name in names),
+            *_values(results, int(design)),
+        ]
         for design in results.front[picked]
     ]
     return tables.table(heads, units, rows)
@@ -176,7 +180,7 @@ def _front(results: Results) -> str:
 def _values(results: Results, design: int) -> list[str]:
     return [
         _text(p.at(float(x)), p.quantity == "length")
-        for p, x in zip(results.study.parameters, results.found.positions[design], strict=True)
+        for p, x in zip(results.study.parameters, results.evaluations.positions[design], strict=True)
     ]
 
 
@@ -189,11 +193,11 @@ def _text(value: float | int | str, length: bool) -> str:
 
 
 def _effects(results: Results) -> str:
-    if not len(sampled(results)):
+    if not len(sampled_designs(results)):
         return "  nothing was simulated"
     names = list(results.study.objectives)
     rows = [
-        [p.name, *(f"{100 * effect_of(results, k, name).index:.0f} %" for name in names)]
+        [p.name, *(f"{100 * parameter_effect(results, k, name).index:.0f} %" for name in names)]
         for k, p in enumerate(results.study.parameters)
     ]
     return tables.table(["", *names], ["", *("" for _ in names)], rows)
@@ -203,14 +207,14 @@ def _chosen(results: Results) -> str:
     design = results.chosen
     assert design is not None
     lines = [
-        f"  {p.name:18s} {text}{'' if p.inside(float(x)) else '   (at the end of its range)'}"
+        f"  {p.name:18s} {text}{'' if p.is_interior(float(x)) else '   (at the end of its range)'}"
         for p, text, x in zip(
-            results.study.parameters, _values(results, design), results.found.positions[design], strict=True
+            results.study.parameters, _values(results, design), results.evaluations.positions[design], strict=True
         )
     ]
     lines += [
-        f"  {metric.text:30s} {results.shown(name)[design]:10.4g} {metric.shown}".rstrip()
+        f"  {metric.text:30s} {results.display_values(name)[design]:10.4g} {metric.display_unit}".rstrip()
         for name, metric in METRICS.items()
-        if not np.isnan(results.shown(name)[design])
+        if not np.isnan(results.display_values(name)[design])
     ]
     return "\n".join(lines)

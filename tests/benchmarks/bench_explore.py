@@ -21,12 +21,12 @@ from pathlib import Path
 import numpy as np
 
 from stiffness_model.equilibrium.closed_form import closed_form
-from stiffness_model.explore.evaluate import Evaluations, Outcome, drive_at, evaluate
-from stiffness_model.explore.response import respond
-from stiffness_model.explore.run import run_study
-from stiffness_model.explore.search import sample
-from stiffness_model.explore.study import Study, load_study
-from stiffness_model.explore.sweep import draw_elements, sweep
+from stiffness_model.explore.definition.study import Study, load_study
+from stiffness_model.explore.evaluation.evaluate import Evaluations, Outcome, drive_at, evaluate
+from stiffness_model.explore.evaluation.response import simulate_design
+from stiffness_model.explore.evaluation.sweep import draw_elements, sweep
+from stiffness_model.explore.optimisation.run import run_study
+from stiffness_model.explore.optimisation.search import sample
 
 STUDIES = ("tolerance_field", "geometry")
 
@@ -50,7 +50,7 @@ def per_design(study: Study, count: int = 48) -> None:
     for position in some:
         drive = drive_at(study, position)
         limit = drive.usable_limit
-        response = respond(drive, limit, numbers.torque, numbers.drives, numbers.twists, numbers.seed)
+        response = simulate_design(drive, limit, numbers.torque, numbers.drives, numbers.twists, numbers.seed)
         assert response is not None
         elements = draw_elements(drive, limit, numbers.drives, numbers.seed)
         twist = response.curve.twist * drive.ratio

@@ -22,8 +22,8 @@ import tomli_w
 
 import stiffness_model as sm
 from reefmu.cli import main
-from stiffness_model.explore.results import columns, judge
-from stiffness_model.explore.run import CHUNK_FOLDER, run_study
+from stiffness_model.explore.optimisation.run import CHUNK_FOLDER, run_study
+from stiffness_model.explore.report.results import assess_designs, columns
 from tests.patience import HANG, said
 from tests.small_study import study, tables
 
@@ -34,7 +34,7 @@ LONGER: dict[str, Any] = {"designs": 256, "drives": 40, "generations": 1}
 HELD = """
 import pathlib, sys, time
 from reefmu.cli import main
-from stiffness_model.explore import run
+from stiffness_model.explore.optimisation import run
 
 kept, go, write = [], pathlib.Path(sys.argv[1]), run._write
 
@@ -124,7 +124,7 @@ def longer(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """The columns of the longer study, from one process that nobody disturbs."""
     of = study(**LONGER)
     with ProcessPoolExecutor(1) as executor:
-        return columns(judge(of, *run_study(of, tmp_path_factory.mktemp("longer"), executor)))
+        return columns(assess_designs(of, *run_study(of, tmp_path_factory.mktemp("longer"), executor)))
 
 
 def test_prints_the_front_and_the_choice_and_writes_its_files(done: tuple[Path, str]) -> None:

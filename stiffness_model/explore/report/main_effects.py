@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..numerics.arrays import Array
-from .evaluate import Outcome
+from ...numerics.arrays import Array
+from ..evaluation.evaluate import Outcome
 from .results import Results
 
 BINS = 20
@@ -17,7 +17,7 @@ LEAST = 16
 
 
 @dataclass(frozen=True)
-class Effect:
+class MainEffect:
     """A metric over one parameter, in bins. centre, mean, low, high: (bins,), P10 and P90 for low and high;
     index: the first-order share of the variance, 0 to 1."""
 
@@ -28,7 +28,7 @@ class Effect:
     index: float
 
 
-def main_effect(position: ArrayLike, value: ArrayLike) -> Effect:
+def main_effect(position: ArrayLike, value: ArrayLike) -> MainEffect:
     """The effect of a parameter at positions (n,) on values (n,), all other parameters left to chance.
 
     Bins hold like numbers of designs, or one discrete value each. index is the first-order Sobol index
@@ -54,19 +54,19 @@ def main_effect(position: ArrayLike, value: ArrayLike) -> Effect:
     per_group = within / spare if spare > 0 else 0.0
     index = (total - within - (len(groups) - 1) * per_group) / total if total > 0 and spare > 0 else 0.0
     band = np.array([np.percentile(y[g], (10, 90)) for g in groups]).reshape(-1, 2).T
-    return Effect(np.array([x[g].mean() for g in groups]), mean, band[0], band[1], min(1.0, max(0.0, index)))
+    return MainEffect(np.array([x[g].mean() for g in groups]), mean, band[0], band[1], min(1.0, max(0.0, index)))
 
 
-def sampled(results: Results) -> NDArray[np.intp]:
+def sampled_designs(results: Results) -> NDArray[np.intp]:
     """The designs that effects are taken from: those of the sample that were simulated."""
-    return np.flatnonzero((results.generation == 0) & (results.found.outcome == Outcome.SIMULATED))
+    return np.flatnonzero((results.generation == 0) & (results.evaluations.outcome == Outcome.SIMULATED))
 
 
-def effect_of(results: Results, parameter: int, metric: str) -> Effect:
+def parameter_effect(results: Results, parameter: int, metric: str) -> MainEffect:
     """The effect of a study's parameter on a metric, in shown units, over the simulated part of the sample.
 
     Where limits cut designs away before they are simulated, parameters are no longer independent, and an index
     holds a part of its partners' effects.
     """
-    some = sampled(results)
-    return main_effect(results.numbers(parameter)[some], results.shown(metric)[some])
+    some = sampled_designs(results)
+    return main_effect(results.parameter_values(parameter)[some], results.display_values(metric)[some])

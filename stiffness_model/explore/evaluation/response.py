@@ -6,24 +6,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..contact.assembly import build_contacts
-from ..drawing.drive import Drive
-from ..drawing.sampling import Deviations
-from ..equilibrium.closed_form import closed_form
-from ..montecarlo.curve import BAND, TwistTorqueCurve
-from ..numerics.arrays import Array
-from ..ratings.pressure import wall_forces
-from ..ratings.turn_pressure import turn_pressures
-from .sweep import Elements, Row, at, draw_elements, sweep
+from ...contact.assembly import build_contacts
+from ...drawing.drive import Drive
+from ...drawing.sampling import Deviations
+from ...equilibrium.closed_form import closed_form
+from ...montecarlo.curve import BAND, TwistTorqueCurve
+from ...numerics.arrays import Array
+from ...ratings.pressure import wall_forces
+from ...ratings.turn_pressure import turn_pressures
+from .sweep import SampledElements, SweepSegment, draw_elements, segment_at, sweep
 
-MOST_CRANK_TWIST = 0.5
+MAX_CRANK_TWIST = 0.5
 """Crank twist, rad, up to which the study's torque is looked for. The paper's drives reach 0.07 to 0.34."""
 _TRIALS = 24
 _TRIAL_ELEMENTS = 48
 _MARGIN, _FURTHER, _MOST_SWEEPS = 1.06, 1.3, 5
 _DENSER = 1.5
 """Exponent of the spacing of the twists: they lie denser near zero, where the play ends."""
-LEAST_DRIVES = 16
+MIN_DRIVES_FOR_OFFSET = 16
 """Virtual drives from which on their common offset can be told from their scatter."""
 PRESSURE_DRIVES = 16
 """Virtual drives behind the pressure, which goes with the cube root of the force and scatters little."""
@@ -50,7 +50,9 @@ class Response:
     squeezed: float
 
 
-def respond(drive: Drive, limit: float, torque: float, n_drives: int, n_twist: int, seed: int) -> Response | None:
+def simulate_design(
+    drive: Drive, limit: float, torque: float, n_drives: int, n_twist: int, seed: int
+) -> Response | None:
     """Sweep the first `n_drives` virtual drives of `seed` up to `torque`, N.m; None if the mean drive never carries
     it. limit: the drive's `usable_limit`, rad."""
     end = _twist_at(drive, torque, limit)
@@ -62,11 +64,11 @@ def respond(drive: Drive, limit: float, torque: float, n_drives: int, n_twist: i
     end *= _MARGIN
     for _ in range(_MOST_SWEEPS):
         twist = end * np.linspace(0.0, 1.0, n_twist) ** _DENSER
-        rows = sweep(elements, twist * drive.ratio)
-        carried = np.concatenate([row.per_drive(np.add, row.result.output_torque) for row in rows])
+        segments = sweep(elements, twist * drive.ratio)
+        carried = np.concatenate([segment.per_drive(np.add, segment.result.output_torque) for segment in segments])
         mean = _mean(carried)
         if mean[-1] >= torque:
-            return _response(drive, elements, twist, rows, carried, mean, torque, seed)
+            return _response(drive, elements, twist, segments, carried, mean, torque, seed)
         end *= _FURTHER
     return None
 
@@ -83,7 +85,7 @@ def _twist_at(drive: Drive, torque: float, limit: float) -> float | None:
         "gear": drive.element_radius,
     }
     mean = {part: np.full((1, beta.size), size + drive.tolerances[part].offset) for part, size in radius.items()}
-    crank_twist = drive.orientation * np.geomspace(1e-4, MOST_CRANK_TWIST, _TRIALS)
+    crank_twist = drive.orientation * np.geomspace(1e-4, MAX_CRANK_TWIST, _TRIALS)
     result = closed_form(build_contacts(drive, Deviations(beta=beta[None], **mean)), crank_twist)
     carried = result.output_torque.mean(axis=1) * drive.elements * limit / np.pi
     reached = np.flatnonzero(carried >= torque)
@@ -107,16 +109,16 @@ def _mean(carried: Array) -> Array:
     """
     mean, off = carried.mean(axis=1), carried[0] - carried[0].mean()
     spread = float(off @ off)
-    if carried.shape[1] < LEAST_DRIVES or spread == 0:
+    if carried.shape[1] < MIN_DRIVES_FOR_OFFSET or spread == 0:
         return mean
     return mean - (carried * off).sum(axis=1) / spread * mean[0]
 
 
 def _response(
     drive: Drive,
-    elements: Elements,
+    elements: SampledElements,
     twist: Array,
-    rows: list[Row],
+    segments: list[SweepSegment],
     carried: Array,
     mean: Array,
     torque: float,
@@ -137,7 +139,8 @@ def _response(
     # At the torque: between the values at the twists around it.
     k = int(np.clip(np.searchsorted(mean, torque), 1, len(twist) - 1))
     part = (torque - mean[k - 1]) / (mean[k] - mean[k - 1])
-    idle, (before, after) = _Loads(*at(rows, 0)), (_Loads(*at(rows, j)) for j in (k - 1, k))
+    at_zero = _Loads(*segment_at(segments, 0))
+    before, after = (_Loads(*segment_at(segments, j)) for j in (k - 1, k))
 
     def between(a: Array, b: Array) -> Array:
         return a + part * (b - a)
@@ -147,15 +150,15 @@ def _response(
     return Response(
         carried,
         curve,
-        np.stack([idle.greatest, between(before.greatest, after.greatest)]),
-        idle.total,
-        between(before.best, after.best) / torque_of(between(carried[k - 1], carried[k])),
+        np.stack([at_zero.greatest, between(before.greatest, after.greatest)]),
+        at_zero.total,
+        between(before.best, after.best) / nonzero_torque(between(carried[k - 1], carried[k])),
         float(np.percentile(turning.pressure[:, 0, :2].max(axis=1), BAND[1])),
         float((elements.contacts.cage_gap < 0).mean()),
     )
 
 
-def torque_of(values: Array) -> Array:
+def nonzero_torque(values: Array) -> Array:
     """Torques to divide by: those that are nothing count as the least number."""
     return np.where(np.abs(values) > 0, np.abs(values), np.finfo(float).tiny)
 
@@ -164,10 +167,10 @@ class _Loads:
     """Forces at one twist: greatest: of any contact, N, total: of all contacts, N, best: greatest torque of one
     element, N.m; all (n_drives,)."""
 
-    def __init__(self, row: Row, k: int) -> None:
-        result = row.result
-        loaded, other = wall_forces(row.contacts, result.cage_plus[k] - result.cage_minus[k])
+    def __init__(self, segment: SweepSegment, k: int) -> None:
+        result = segment.result
+        loaded, other = wall_forces(segment.contacts, result.cage_plus[k] - result.cage_minus[k])
         greatest = np.maximum(np.maximum(result.gear[k], result.crank[k]), loaded)
-        self.greatest = row.per_drive(np.maximum, greatest[None])[0]
-        self.total = row.per_drive(np.add, (result.gear[k] + result.crank[k] + loaded + other)[None])[0]
-        self.best = row.per_drive(np.maximum, result.output_torque[k][None])[0]
+        self.greatest = segment.per_drive(np.maximum, greatest[None])[0]
+        self.total = segment.per_drive(np.add, (result.gear[k] + result.crank[k] + loaded + other)[None])[0]
+        self.best = segment.per_drive(np.maximum, result.output_torque[k][None])[0]

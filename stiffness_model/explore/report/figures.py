@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..numerics.arrays import Array
-from ..plotting.style import BLUE, INK, RED, SHADE, caption, dress, legend_above, new_axes
-from .effects import effect_of, sampled
-from .metrics import METRICS
+from ...numerics.arrays import Array
+from ...plotting.style import BLUE, INK, RED, SHADE, caption, dress, legend_above, new_axes
+from ..definition.metrics import METRICS
+from ..definition.study import torque_text
+from .main_effects import parameter_effect, sampled_designs
 from .results import Results
-from .study import torque_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,7 +30,7 @@ def pareto_front(results: Results, ax: Axes | None = None) -> Axes:
     """The first two objectives of all feasible designs and of the front; the third, if any, as the colour."""
     ax = new_axes(7.2, 5.0) if ax is None else ax
     names = list(results.study.objectives)
-    x, y = results.shown(names[0]), results.shown(names[1])
+    x, y = results.display_values(names[0]), results.display_values(names[1])
     members = results.front
     others = np.setdiff1d(np.flatnonzero(results.feasible), members)
     ax.scatter(x[others], y[others], s=6, color="#cfcfcf", linewidth=0, label="feasible designs")
@@ -59,7 +59,7 @@ def pareto_front(results: Results, ax: Axes | None = None) -> Axes:
     )
     return legend_above(
         ax,
-        f"{_title(results)}: {len(results.found)} designs, {results.feasible.sum()} feasible, "
+        f"{_title(results)}: {len(results.evaluations)} designs, {results.feasible.sum()} feasible, "
         f"{len(members)} on the front",
     )
 
@@ -67,7 +67,9 @@ def pareto_front(results: Results, ax: Axes | None = None) -> Axes:
 def _colours(results: Results) -> dict[str, Any]:
     """How members of the front are coloured: by the third objective, if there is one."""
     names = list(results.study.objectives)
-    return {"color": BLUE} if len(names) < 3 else {"c": results.shown(names[2])[results.front], "cmap": COLOURS}
+    return (
+        {"color": BLUE} if len(names) < 3 else {"c": results.display_values(names[2])[results.front], "cmap": COLOURS}
+    )
 
 
 def trade_off(results: Results) -> list[Axes]:
@@ -80,10 +82,10 @@ def trade_off(results: Results) -> list[Axes]:
     height = -(-len(rows) // columns)
     figure = Figure(figsize=(4.6 * columns + 0.8, 2.0 * height + 0.6), dpi=150, layout="constrained")
     axes: list[Axes] = list(figure.subplots(height, columns, squeeze=False, sharex=True).ravel())
-    x = results.shown(names[0])
+    x = results.display_values(names[0])
     dots = None
     for k, (ax, row) in enumerate(zip(axes, rows, strict=False)):
-        y = results.shown(row) if isinstance(row, str) else _shown_numbers(results, row)
+        y = results.display_values(row) if isinstance(row, str) else _shown_numbers(results, row)
         dots = ax.scatter(x[members], y[members], s=14, linewidth=0, **_colours(results))
         _star(ax, x, y, results)
         last = k + columns >= len(rows)
@@ -118,7 +120,7 @@ def main_effects(results: Results) -> list[Axes]:
     for i, name in enumerate(names):
         low, high = [], []
         for j in range(len(parameters)):
-            ax, effect = grid[i, j], effect_of(results, j, name)
+            ax, effect = grid[i, j], parameter_effect(results, j, name)
             x = effect.centre / _parameter_scale(results, j)
             ax.fill_between(x, effect.low, effect.high, color=BLUE, alpha=SHADE, linewidth=0)
             ax.plot(x, effect.mean, color=BLUE, linewidth=1.6, marker=".", markersize=4)
@@ -130,7 +132,7 @@ def main_effects(results: Results) -> list[Axes]:
             high.append(effect.high.max(initial=-np.inf))
         _scale_axis(grid[i, 0], "y", np.array([min(low), max(high)]))
     figure.suptitle(
-        f"{_title(results)}: mean and P10 to P90 of {len(sampled(results))} sampled designs; above: share "
+        f"{_title(results)}: mean and P10 to P90 of {len(sampled_designs(results))} sampled designs; above: share "
         "of the variance that the parameter makes alone",
         fontsize="small",
         color=INK,
@@ -200,7 +202,7 @@ def _parameter_scale(results: Results, k: int) -> float:
 
 
 def _shown_numbers(results: Results, k: int) -> Array:
-    return results.numbers(k) / _parameter_scale(results, k)
+    return results.parameter_values(k) / _parameter_scale(results, k)
 
 
 def _parameter_label(results: Results, k: int) -> str:
@@ -211,7 +213,7 @@ def _parameter_label(results: Results, k: int) -> str:
 
 def _whole_range(ax: Axes, results: Results, k: int) -> None:
     """The whole range that the study gave the parameter, so that a front along its end is seen as such."""
-    ends = np.array([results.study.parameters[k].number(x) for x in (0.0, 1.0)])
+    ends = np.array([results.study.parameters[k].axis_value(x) for x in (0.0, 1.0)])
     low, high = sorted(float(x) for x in ends / _parameter_scale(results, k))
     room = ROOM * (high - low) or 0.5
     ax.set_ylim(low - room, high + room)
@@ -220,7 +222,7 @@ def _whole_range(ax: Axes, results: Results, k: int) -> None:
 def _ticks(ax: Axes, results: Results, k: int, axis: str) -> None:
     """Names of a discrete parameter at its places; whole numbers for counts."""
     parameter, along = results.study.parameters[k], ax.xaxis if axis == "x" else ax.yaxis
-    if parameter.named:
+    if parameter.is_categorical:
         along.set_ticks(range(len(parameter.values)), [str(value) for value in parameter.values], fontsize="small")
         ends = (-0.5, len(parameter.values) - 0.5)
         (ax.set_xlim if axis == "x" else ax.set_ylim)(*ends)

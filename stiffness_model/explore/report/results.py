@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..io.atomic_files import atomic_file
-from ..numerics.arrays import Array
-from .evaluate import Evaluations, Outcome
-from .metrics import METRICS
-from .pareto import choose, front, violations
-from .study import Study, describe
+from ...io.atomic_files import atomic_file
+from ...numerics.arrays import Array
+from ..definition.metrics import METRICS
+from ..definition.study import Study, study_to_dict
+from ..evaluation.evaluate import Evaluations, Outcome
+from ..optimisation.pareto import choose, front, violations
 
 
 @dataclass(frozen=True)
@@ -24,23 +24,23 @@ class Results:
     objective; chosen: index, or None."""
 
     study: Study
-    found: Evaluations
+    evaluations: Evaluations
     generation: NDArray[np.intp]
     feasible: NDArray[np.bool_]
     front: NDArray[np.intp]
     chosen: int | None
 
-    def shown(self, metric: str) -> Array:
+    def display_values(self, metric: str) -> Array:
         """A metric of all designs in the unit that pictures show."""
-        return self.found.column(metric) / METRICS[metric].scale
+        return self.evaluations.column(metric) / METRICS[metric].scale
 
-    def numbers(self, parameter: int) -> Array:
-        """A parameter of all designs as numbers (`Parameter.number`)."""
+    def parameter_values(self, parameter: int) -> Array:
+        """A parameter of all designs as numbers (`Parameter.axis_value`)."""
         of = self.study.parameters[parameter]
-        return np.array([of.number(float(x)) for x in self.found.positions[:, parameter]])
+        return np.array([of.axis_value(float(x)) for x in self.evaluations.positions[:, parameter]])
 
 
-def judge(study: Study, found: Evaluations, generation: NDArray[np.intp]) -> Results:
+def assess_designs(study: Study, found: Evaluations, generation: NDArray[np.intp]) -> Results:
     """Feasibility, front and choice."""
     members = front(study, found)
     return Results(study, found, generation, violations(study, found) == 0, members, choose(study, found, members))
@@ -48,7 +48,7 @@ def judge(study: Study, found: Evaluations, generation: NDArray[np.intp]) -> Res
 
 def columns(results: Results) -> dict[str, NDArray[Any]]:
     """Columns by `name [unit]`, SI; texts and flags without a unit."""
-    study, found = results.study, results.found
+    study, found = results.study, results.evaluations
     count = len(found)
     made: dict[str, NDArray[Any]] = {
         "design": np.arange(count),
@@ -56,10 +56,10 @@ def columns(results: Results) -> dict[str, NDArray[Any]]:
         "outcome": np.array([Outcome(k).name.lower() for k in found.outcome]),
     }
     for k, parameter in enumerate(study.parameters):
-        if parameter.named:
+        if parameter.is_categorical:
             made[parameter.name] = np.array([str(parameter.at(float(x))) for x in found.positions[:, k]])
         else:
-            made[f"{parameter.name} [{parameter.unit}]"] = results.numbers(k)
+            made[f"{parameter.name} [{parameter.unit}]"] = results.parameter_values(k)
     for k, metric in enumerate(METRICS.values()):
         made[f"{metric.name} [{metric.unit}]"] = found.metrics[:, k]
     marks = np.arange(count)
@@ -85,6 +85,7 @@ def write_results(results: Results, folder: Path) -> str:
     arrow: Any = pyarrow
     writer: Any = parquet
     table = arrow.table({name: arrow.array(values) for name, values in made.items()})
+    study = {"study": json.dumps(study_to_dict(results.study))}
     with atomic_file(folder / "designs.parquet") as temporary:
-        writer.write_table(table.replace_schema_metadata({"study": json.dumps(describe(results.study))}), temporary)
+        writer.write_table(table.replace_schema_metadata(study), temporary)
     return "designs.parquet"

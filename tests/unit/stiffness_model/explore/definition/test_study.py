@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.explore.design import Packing, design_drive, refuse_more
-from stiffness_model.explore.evaluate import Outcome, drive_at, evaluate, values_at
-from stiffness_model.explore.study import load_study, studies, study_from_dict
+from stiffness_model.explore.definition.design import Packing, design_drive, require_plain_model
+from stiffness_model.explore.definition.study import load_study, studies, study_from_dict
+from stiffness_model.explore.evaluation.evaluate import Outcome, drive_at, evaluate, values_at
 from stiffness_model.geometry import ball_path as geometry
 from stiffness_model.geometry.ball_path import most_that_fit
 from stiffness_model.io.drawing_toml import read_table
@@ -229,7 +229,7 @@ def test_physics_that_a_study_leaves_out_is_refused() -> None:
 
     plain = sm.load_drive("drive_1")
     known = {f.name: getattr(plain, f.name) for f in fields(plain)}
-    refuse_more(plain, "mine.toml")
-    refuse_more(Wider(**known), "mine.toml")
+    require_plain_model(plain, "mine.toml")
+    require_plain_model(Wider(**known), "mine.toml")
     with pytest.raises(sm.InputError, match="bearing_stiffness = 250000000"):
-        refuse_more(Wider(**known, bearing_stiffness=250e6), "mine.toml")
+        require_plain_model(Wider(**known, bearing_stiffness=250e6), "mine.toml")

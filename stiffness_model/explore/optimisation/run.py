@@ -17,13 +17,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
-from ..io.atomic_files import atomic_file
-from ..numerics.arrays import Array
-from .evaluate import Evaluations, evaluate, join
-from .metrics import METRICS
+from ...errors import InputError
+from ...io.atomic_files import atomic_file
+from ...numerics.arrays import Array
+from ..definition.metrics import METRICS
+from ..definition.study import Study, study_to_dict
+from ..evaluation.evaluate import Evaluations, concatenate, evaluate
 from .search import search
-from .study import Study, describe
 
 CHUNK = 16
 """Designs in one task and one file: some tenths of a second."""
@@ -44,7 +44,7 @@ def run_study(
     folder: exists; keeps the chunks. step: called after every chunk, also after one that was there already.
     Raises `InputError` if the folder holds a different study.
     """
-    claim(study, folder)
+    reserve_folder(study, folder)
     designs = search(study)
     positions = next(designs)
     parts: list[Evaluations] = []
@@ -52,10 +52,10 @@ def run_study(
         while True:
             parts.append(_generation(study, positions, len(parts), folder / CHUNK_FOLDER, executor, step))
             positions = designs.send(parts[-1])
-    return join(parts), np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+    return concatenate(parts), np.repeat(np.arange(len(parts)), [len(part) for part in parts])
 
 
-def claim(study: Study, folder: Path) -> None:
+def reserve_folder(study: Study, folder: Path) -> None:
     """Mark the folder as this study's; raise `InputError` if it is another's."""
     mark = folder / STUDY_FILE
     if mark.exists():
@@ -72,7 +72,7 @@ def claim(study: Study, folder: Path) -> None:
                 f"study ({name!r}; another drawing, range, limit, objective, number or version)"
             )
     with atomic_file(mark) as temporary:
-        temporary.write_text(json.dumps(describe(study), indent=1) + "\n", encoding="utf-8")
+        temporary.write_text(json.dumps(study_to_dict(study), indent=1) + "\n", encoding="utf-8")
     (folder / CHUNK_FOLDER).mkdir(exist_ok=True)
 
 
@@ -104,7 +104,7 @@ def _generation(
             if not future.cancel() and parts[k] is None and future.done() and future.exception() is None:
                 _write(files[k], future.result())
         raise
-    return join([part for part in parts if part is not None])
+    return concatenate([part for part in parts if part is not None])
 
 
 def _write(file: Path, part: Evaluations) -> None:

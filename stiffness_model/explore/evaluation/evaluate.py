@@ -8,16 +8,16 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drawing.drive import Drive
-from ..errors import InputError
-from ..montecarlo.curve import BAND
-from ..numerics.arrays import Array
+from ...drawing.drive import Drive
+from ...errors import InputError
+from ...montecarlo.curve import BAND
+from ...numerics.arrays import Array
+from ..definition.design import design_drive
+from ..definition.metrics import METRICS
+from ..definition.parameters import Value
+from ..definition.study import Limit, Study
 from .cost import cost_class
-from .design import design_drive
-from .metrics import METRICS
-from .parameters import Value
-from .response import Response, respond
-from .study import Limit, Study
+from .response import Response, simulate_design
 
 
 class Outcome(IntEnum):
@@ -26,7 +26,7 @@ class Outcome(IntEnum):
     SIMULATED = 0
     OUT_OF_LIMITS = 1  # a limit on what the drawing alone tells (undercut, size, cost ...): not simulated
     DOES_NOT_PACK = 2  # not simulated
-    TOO_SOFT = 3  # does not reach the study's torque within `response.MOST_CRANK_TWIST`
+    TOO_SOFT = 3  # does not reach the study's torque within `response.MAX_CRANK_TWIST`
     NO_DRIVE = 4  # the drawing is refused: an element larger than its path, a size beyond a standard's table
 
 
@@ -47,7 +47,7 @@ class Evaluations:
         return self.metrics[:, list(METRICS).index(name)]
 
 
-def join(parts: list[Evaluations]) -> Evaluations:
+def concatenate(parts: list[Evaluations]) -> Evaluations:
     """Several in a row."""
     return Evaluations(
         np.concatenate([p.positions for p in parts]),
@@ -88,11 +88,14 @@ def _one(study: Study, position: Array) -> tuple[list[float], Outcome]:
     outcome = Outcome.SIMULATED
     if not study.packing.fits(drive):
         outcome = Outcome.DOES_NOT_PACK
-    elif any(METRICS[limit.metric].drawn and excess(limit, found[limit.metric]) > 0 for limit in study.limits):
+    elif any(
+        METRICS[limit.metric].from_drawing and relative_violation(limit, found[limit.metric]) > 0
+        for limit in study.limits
+    ):
         outcome = Outcome.OUT_OF_LIMITS
     else:
         numbers = study.numbers
-        response = respond(drive, limit, numbers.torque, numbers.drives, numbers.twists, numbers.seed)
+        response = simulate_design(drive, limit, numbers.torque, numbers.drives, numbers.twists, numbers.seed)
         if response is None:
             outcome = Outcome.TOO_SOFT
         else:
@@ -100,7 +103,7 @@ def _one(study: Study, position: Array) -> tuple[list[float], Outcome]:
     return list(found.values()), outcome
 
 
-def excess(limit: Limit, value: float) -> float:
+def relative_violation(limit: Limit, value: float) -> float:
     """How far a value lies out of a limit, as a share of the limit (or in its unit, for a limit at 0); not below 0."""
     over = max(value - limit.high, limit.low - value, 0.0)
     bound = limit.high if value > limit.high else limit.low

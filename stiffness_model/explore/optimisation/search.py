@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
-from ..numerics.arrays import Array
-from .evaluate import Evaluations
-from .pareto import losses, violations
-from .study import Study
+from ...errors import InputError
+from ...numerics.arrays import Array
+from ..definition.study import Study
+from ..evaluation.evaluate import Evaluations
+from .pareto import minimised_objectives, violations
 
 WORST = 1e30
 """Stands for the objectives of a design that was not simulated; its violation ranks it last anyway."""
@@ -27,7 +27,7 @@ def sample(study: Study) -> Array:
 
     The first of a larger sample are those of a smaller one.
 
-    >>> from .study import load_study
+    >>> from ..definition.study import load_study
     >>> points = sample(load_study("tolerance_field"))
     >>> points.shape, bool((abs(points.mean(axis=0) - 0.5) < 0.04).all())
     ((1024, 4), True)
@@ -92,7 +92,7 @@ def _nsga2(study: Study) -> Callable[[Evaluations], tuple[Any, Callable[[Any, Ev
             return snap(study, X)
 
     def rate(population: Any, found: Evaluations) -> Any:
-        values = losses(study, found)
+        values = minimised_objectives(study, found)
         known = StaticProblem(problem, F=np.where(np.isnan(values), WORST, values), G=violations(study, found)[:, None])
         return Evaluator().eval(known, population)
 

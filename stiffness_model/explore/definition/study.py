@@ -15,10 +15,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, expect, refuse_unknown, unknown_name
-from ..io.atomic_files import parse_toml
-from ..io.drawing_toml import drive_to_dict, read_table
-from ..units import UNITS, parse_quantity
+from ...errors import InputError, expect, refuse_unknown, unknown_name
+from ...io.atomic_files import parse_toml
+from ...io.drawing_toml import drive_to_dict, read_table
+from ...units import UNITS, parse_quantity
 from . import parameters
 from .design import BESIDE, PACKING, Packing, base_drive, design_drive
 from .metrics import METRICS
@@ -58,7 +58,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Numbers:
+class StudySettings:
     """torque: N.m, at which stiffness, forces and pressure are taken; designs: of the Sobol sample; drives and
     twists: for each design; generations and population: of the optimiser."""
 
@@ -82,7 +82,7 @@ class Study:
     base: Mapping[str, Any]
     parameters: tuple[Parameter, ...]
     objectives: Mapping[str, str]
-    numbers: Numbers
+    numbers: StudySettings
     fixed: Mapping[str, Value] = field(default_factory=dict)
     packing: Packing = field(default_factory=Packing)
     limits: tuple[Limit, ...] = ()
@@ -179,7 +179,7 @@ def study_from_dict(table: Mapping[str, Any], where: str = "study", folder: Path
         limits=limits,
         choice=_choice(table.get("choose", {}), objectives, f"{where} [choose]"),
     )
-    _try_names(study, where)
+    _check_values(study, where)
     return study
 
 
@@ -222,7 +222,7 @@ def _limit(name: str, table: Any, where: str) -> Limit:
     for key, value in table.items():
         expect(
             not (metric.quantity and isinstance(value, (int, float)) and value != 0),
-            f"a text with a unit, such as '1 {metric.shown}'",
+            f"a text with a unit, such as '1 {metric.display_unit}'",
             value,
             f"{at}: {key}",
         )
@@ -247,7 +247,7 @@ def _objectives(table: Mapping[str, Any], where: str) -> dict[str, str]:
     return dict(table)
 
 
-def _numbers(table: Mapping[str, Any], where: str) -> Numbers:
+def _numbers(table: Mapping[str, Any], where: str) -> StudySettings:
     refuse_unknown("number", table, ("torque", *_NUMBERS), where)
     expect("torque" in table, "the field 'torque', such as '200 N.m'", "none", where)
     expect(
@@ -274,7 +274,7 @@ def _numbers(table: Mapping[str, Any], where: str) -> Numbers:
         values["population"],
         f"{where} population",
     )
-    return Numbers(torque=torque, **values)
+    return StudySettings(torque=torque, **values)
 
 
 def _choice(table: Mapping[str, Any], objectives: Mapping[str, str], where: str) -> Choice:
@@ -294,7 +294,7 @@ def _choice(table: Mapping[str, Any], objectives: Mapping[str, str], where: str)
     return Choice(rule, objective, tuple(_limit(name, value, f"{where} limits") for name, value in limits.items()))
 
 
-def _try_names(study: Study, where: str) -> None:
+def _check_values(study: Study, where: str) -> None:
     """Every name, grade and material once in the base drawing, so that a wrong one is found before the work."""
     trials: list[tuple[str, Value, str]] = [(name, value, "fixed") for name, value in study.fixed.items()]
     trials += [(p.name, value, "parameters") for p in study.parameters for value in p.values]
@@ -303,7 +303,7 @@ def _try_names(study: Study, where: str) -> None:
             design_drive(study.base, {name: value}, study.packing, f"{where} [{section}]", check=False)
 
 
-def describe(study: Study) -> dict[str, Any]:
+def study_to_dict(study: Study) -> dict[str, Any]:
     """The study in plain tables, for `DIR/study.json`: what was computed, and for which drawing."""
     return {
         "name": study.name,

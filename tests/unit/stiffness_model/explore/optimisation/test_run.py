@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.explore.evaluate import Evaluations, evaluate
-from stiffness_model.explore.results import columns, judge, write_results
-from stiffness_model.explore.run import CHUNK, CHUNK_FOLDER, chunk_count, run_study
-from stiffness_model.explore.search import sample, search, snap
-from stiffness_model.explore.study import Study
+from stiffness_model.explore.definition.study import Study
+from stiffness_model.explore.evaluation.evaluate import Evaluations, evaluate
+from stiffness_model.explore.optimisation.run import CHUNK, CHUNK_FOLDER, chunk_count, run_study
+from stiffness_model.explore.optimisation.search import sample, search, snap
+from stiffness_model.explore.report.results import assess_designs, columns, write_results
 from tests.small_study import study
 
 
@@ -124,14 +124,14 @@ def test_the_optimiser_moves_the_front_and_asks_for_no_design_twice(
     np.testing.assert_array_equal(snap(small, found.positions), found.positions)
     later = found.positions[generation > 0]
     assert len(np.unique(later, axis=0)) == len(later)
-    results = judge(small, found, generation)
+    results = assess_designs(small, found, generation)
     assert (generation[results.front] > 0).any()
 
 
 def test_the_search_finds_a_known_front_far_better_than_the_sample() -> None:
     """Two made-up objectives with the known front f2 = 1 - sqrt(f1) at x2 = 0 (ZDT1 in three variables)."""
     of = study(designs=64, population=32, generations=25)
-    from stiffness_model.explore.metrics import METRICS
+    from stiffness_model.explore.definition.metrics import METRICS
 
     names = list(METRICS)
 
@@ -175,7 +175,7 @@ def test_without_pymoo_the_sample_alone_runs_and_generations_are_refused(
 def test_results_are_one_columnar_file(
     arrow: bool, small: Study, whole: tuple[Evaluations, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    results = judge(small, *whole)
+    results = assess_designs(small, *whole)
     if arrow:
         parquet = pytest.importorskip("pyarrow.parquet")
         assert write_results(results, tmp_path) == "designs.parquet"

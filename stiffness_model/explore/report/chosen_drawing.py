@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from ..drawing.drive import Drive
-from ..units import ARCMIN
-from .evaluate import drive_at
-from .metrics import METRICS
+from ...drawing.drive import Drive
+from ...units import ARCMIN
+from ..definition.metrics import METRICS
+from ..definition.study import BEST, torque_text
+from ..evaluation.evaluate import drive_at
 from .results import Results
-from .study import BEST, torque_text
 
 _ROOM = 1.05
 """The drawing's range of twists goes this far beyond the study's torque."""
@@ -20,11 +20,11 @@ def chosen_drive(results: Results) -> Drive:
     """The drive of `results.chosen`, its range of twists that of the study's torque, in tenths of an arcmin."""
     design = results.chosen
     assert design is not None
-    drive = drive_at(results.study, results.found.positions[design])
-    twist = float(results.found.column("twist")[design])
+    drive = drive_at(results.study, results.evaluations.positions[design])
+    twist = float(results.evaluations.column("twist")[design])
     tenths = math.ceil(10 * _ROOM * twist / ARCMIN)
     facts = ", ".join(
-        f"{METRICS[name].text} {results.shown(name)[design]:.4g} {METRICS[name].shown}".rstrip()
+        f"{METRICS[name].text} {results.display_values(name)[design]:.4g} {METRICS[name].display_unit}".rstrip()
         for name in results.study.objectives
     )
     return replace(
@@ -46,7 +46,7 @@ def rule_text(results: Results) -> str:
 
 
 def _bounds(low: float, high: float, metric: str) -> str:
-    scale, unit = METRICS[metric].scale, METRICS[metric].shown
+    scale, unit = METRICS[metric].scale, METRICS[metric].display_unit
     ends = [
         f"{sign} {value / scale:g} {unit}".rstrip()
         for sign, value in ((">=", low), ("<=", high))

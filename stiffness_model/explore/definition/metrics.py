@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..units import UNITS
+from ...units import UNITS
 
 
 @dataclass(frozen=True)
@@ -17,8 +17,8 @@ class Metric:
     name: str
     text: str
     quantity: str = ""
-    shown: str = ""
-    drawn: bool = False
+    display_unit: str = ""
+    from_drawing: bool = False
 
     @property
     def unit(self) -> str:
@@ -30,12 +30,12 @@ class Metric:
     @property
     def scale(self) -> float:
         """SI units in one `shown` unit."""
-        return UNITS[self.quantity][self.shown] if self.quantity else 0.01 if self.shown == "%" else 1.0
+        return UNITS[self.quantity][self.display_unit] if self.quantity else 0.01 if self.display_unit == "%" else 1.0
 
     @property
     def label(self) -> str:
         """For an axis: the text with the unit shown."""
-        return f"{self.text} [{self.shown}]" if self.shown else self.text
+        return f"{self.text} [{self.display_unit}]" if self.display_unit else self.text
 
 
 _ALL = (
@@ -50,12 +50,12 @@ _ALL = (
     Metric("load_share", "load share", "", "%"),
     Metric("scatter", "scatter of the torque", "", "%"),
     Metric("squeezed", "balls larger than their bore", "", "%"),
-    Metric("cost_class", "cost class", drawn=True),
-    Metric("undercut", "profile cut away", "", "%", drawn=True),
-    Metric("pressure_angle", "pressure angle", "angle", "deg", drawn=True),
-    Metric("diameter", "gear diameter", "length", "mm", drawn=True),
-    Metric("ratio", "transmission ratio", drawn=True),
-    Metric("elements", "elements", drawn=True),
+    Metric("cost_class", "cost class", from_drawing=True),
+    Metric("undercut", "profile cut away", "", "%", from_drawing=True),
+    Metric("pressure_angle", "pressure angle", "angle", "deg", from_drawing=True),
+    Metric("diameter", "gear diameter", "length", "mm", from_drawing=True),
+    Metric("ratio", "transmission ratio", from_drawing=True),
+    Metric("elements", "elements", from_drawing=True),
 )
 METRICS = {metric.name: metric for metric in _ALL}
 """By name. "At the torque" is the study's `torque`; a mean is over the virtual drives.

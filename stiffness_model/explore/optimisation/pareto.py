@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..numerics.arrays import Array
-from .evaluate import Evaluations, Outcome, excess
-from .metrics import METRICS
-from .study import BEST, SENSES, Limit, Study
+from ...numerics.arrays import Array
+from ..definition.metrics import METRICS
+from ..definition.study import BEST, SENSES, Limit, Study
+from ..evaluation.evaluate import Evaluations, Outcome, relative_violation
 
 NOT_SIMULATED = 10.0
 """Violation on top of the rest for a design without metrics: every simulated one ranks before it."""
 
 
-def losses(study: Study, found: Evaluations) -> Array:
+def minimised_objectives(study: Study, found: Evaluations) -> Array:
     """(n, n_objectives), the objectives turned so that less is better."""
     return np.column_stack([SENSES[sense] * found.column(name) for name, sense in study.objectives.items()])
 
@@ -24,7 +24,7 @@ def violations(study: Study, found: Evaluations) -> Array:
     total = np.where(found.outcome == Outcome.SIMULATED, 0.0, NOT_SIMULATED * (1.0 + found.outcome))
     for limit in study.limits:
         column = found.column(limit.metric)
-        total += [0.0 if np.isnan(value) else excess(limit, float(value)) for value in column]
+        total += [0.0 if np.isnan(value) else relative_violation(limit, float(value)) for value in column]
     return total
 
 
@@ -56,7 +56,7 @@ def front(study: Study, found: Evaluations) -> NDArray[np.intp]:
 
     Of designs alike in all objectives (an optimiser may ask for one twice) the first stays.
     """
-    values = losses(study, found)
+    values = minimised_objectives(study, found)
     feasible = np.flatnonzero(violations(study, found) == 0)
     best = feasible[non_dominated(values[feasible])]
     # np.unique sorts the rows, by the first objective first.
@@ -75,7 +75,7 @@ def choose(study: Study, found: Evaluations, members: NDArray[np.intp]) -> int |
     allowed = np.array([k for k in members if all(_within(limit, found, int(k)) for limit in rule.limits)], np.intp)
     if not len(allowed):
         return None
-    values = losses(study, found)
+    values = minimised_objectives(study, found)
     if rule.rule == BEST:
         score = values[allowed, list(study.objectives).index(rule.objective)]
     else:
@@ -85,4 +85,4 @@ def choose(study: Study, found: Evaluations, members: NDArray[np.intp]) -> int |
 
 
 def _within(limit: Limit, found: Evaluations, design: int) -> bool:
-    return excess(limit, float(found.metrics[design, list(METRICS).index(limit.metric)])) == 0
+    return relative_violation(limit, float(found.metrics[design, list(METRICS).index(limit.metric)])) == 0

@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 import stiffness_model as sm
 from stiffness_model.contact.assembly import build_contacts
 from stiffness_model.drawing import sampling
-from stiffness_model.explore.response import PRESSURE_DRIVES, respond
-from stiffness_model.explore.sweep import draw_elements, sweep
+from stiffness_model.explore.evaluation.response import PRESSURE_DRIVES, simulate_design
+from stiffness_model.explore.evaluation.sweep import draw_elements, sweep
 from stiffness_model.ratings.pressure import wall_forces
 from stiffness_model.ratings.turn_pressure import turn_pressures
 
@@ -37,7 +37,7 @@ def test_same_numbers_as_the_full_simulation_where_all_balls_fit_their_bores(
     name: str, fields: dict[str, object]
 ) -> None:
     drive = sm.load_drive(name, **fields)
-    found = respond(drive, drive.usable_limit, TORQUE, DRIVES, TWISTS, 5)
+    found = simulate_design(drive, drive.usable_limit, TORQUE, DRIVES, TWISTS, 5)
     assert found is not None
     assert found.squeezed == 0
     whole = sm.simulate(drive, found.curve.twist, DRIVES, 5)
@@ -59,11 +59,11 @@ def test_same_numbers_as_the_full_simulation_where_all_balls_fit_their_bores(
 
 def test_sum_of_forces_without_load_is_that_of_all_contacts() -> None:
     drive = sm.load_drive("drive_2", elements=3, cage_offset="6 sigma")
-    found = respond(drive, drive.usable_limit, 5.0, 6, 12, 0)
+    found = simulate_design(drive, drive.usable_limit, 5.0, 6, 12, 0)
     assert found is not None
     # With one element on the profile its greatest forces at the contacts are all there are.
     one = sm.load_drive("drive_2", elements=1, eccentrics=1, cage_offset="6 sigma")
-    alone = respond(one, one.usable_limit, 2.0, 6, 12, 0)
+    alone = simulate_design(one, one.usable_limit, 2.0, 6, 12, 0)
     assert alone is not None
     np.testing.assert_allclose(
         np.sort(alone.force_sum), np.sort(sm.simulate(one, [0.0, 1e-3], 6).contact_force[:, 0].sum(axis=1)), rtol=1e-9
@@ -74,7 +74,7 @@ def test_sum_of_forces_without_load_is_that_of_all_contacts() -> None:
 @pytest.mark.parametrize("name", ["drive_1", "drive_2"])
 def test_balls_larger_than_their_bores_change_the_metrics_by_less_than_a_hundredth(name: str) -> None:
     drive = sm.load_drive(name, cage_offset=0.0)
-    found = respond(drive, drive.usable_limit, TORQUE, DRIVES, TWISTS, 0)
+    found = simulate_design(drive, drive.usable_limit, TORQUE, DRIVES, TWISTS, 0)
     assert found is not None
     assert 0.4 < found.squeezed < 0.6
     whole = sm.simulate(drive, found.curve.twist, DRIVES, 0)
@@ -111,7 +111,7 @@ def test_both_walls_share_the_force_as_their_indentations_say() -> None:
 @pytest.mark.parametrize("element", ["ball", "roller"])
 def test_pressure_is_that_of_the_full_computation(element: str) -> None:
     drive = sm.load_drive("drive_1", element=element, element_length="12 mm", cage_offset="6 sigma")
-    found = respond(drive, drive.usable_limit, TORQUE, DRIVES, TWISTS, 0)
+    found = simulate_design(drive, drive.usable_limit, TORQUE, DRIVES, TWISTS, 0)
     assert found is not None
     twist = float(found.curve.twist_at(TORQUE))
     exact = turn_pressures(drive, np.linspace(0.5, 1.0, 10) * twist, PRESSURE_DRIVES)
@@ -123,12 +123,12 @@ def test_pressure_is_that_of_the_full_computation(element: str) -> None:
 
 def test_a_drive_too_soft_for_the_torque_is_told_apart() -> None:
     drive = sm.load_drive("drive_3")
-    assert respond(drive, drive.usable_limit, 1e6, 4, 12, 0) is None
+    assert simulate_design(drive, drive.usable_limit, 1e6, 4, 12, 0) is None
 
 
 def test_the_numbers_of_a_drive_do_not_depend_on_how_many_are_asked_for() -> None:
     drive = sm.load_drive("drive_1")
-    few, many = (respond(drive, drive.usable_limit, TORQUE, count, 12, 1) for count in (5, 20))
+    few, many = (simulate_design(drive, drive.usable_limit, TORQUE, count, 12, 1) for count in (5, 20))
     assert few is not None
     assert many is not None
     np.testing.assert_array_equal(few.force_sum, many.force_sum[:5])
@@ -139,7 +139,7 @@ def test_the_mean_of_few_drives_is_freed_of_their_common_offset() -> None:
     many = sm.simulate(drive, 0.9 * drive.max_twist * np.linspace(0, 1, 31) ** 1.5, 2000, seed=99).curve()
     plain, freed = [], []
     for seed in range(8):
-        found = respond(drive, drive.usable_limit, TORQUE, 50, 31, seed)
+        found = simulate_design(drive, drive.usable_limit, TORQUE, 50, 31, seed)
         assert found is not None
         assert abs(found.curve.torque[0]) < 1e-9
         freed.append(found.curve.lost_motion(TORQUE))

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from ..drawing.drive import Drive
-from ..errors import InputError
-from ..geometry.ball_path import most_that_fit
-from ..io.drawing_toml import drive_from_dict
+from ...drawing.drive import Drive
+from ...errors import InputError
+from ...geometry.ball_path import most_that_fit
+from ...io.drawing_toml import drive_from_dict
 from .parameters import COUNTS, FILL, Value
 
 BESIDE, SEATS = "beside", "seats"
@@ -72,11 +72,11 @@ _PLAIN = frozenset(
 def base_drive(table: Mapping[str, Any], where: str) -> Drive:
     """The base drawing as a drive; raises `InputError`, also for physics that `sweep.sweep` leaves out."""
     drive = drive_from_dict(table, where)
-    refuse_more(drive, where)
+    require_plain_model(drive, where)
     return drive
 
 
-def refuse_more(drive: Drive, where: str) -> None:
+def require_plain_model(drive: Drive, where: str) -> None:
     """Raise `InputError` if the drive switches on more than the plain contact model.
 
     A field that the sweep does not know must have its default, or say of itself that it is `plain`: better no study

@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..drawing.drive import PARTS
-from ..errors import InputError, expect, refuse_unknown, unknown_name
-from ..units import format_quantity, parse_quantity
+from ...drawing.drive import PARTS
+from ...errors import InputError, expect, refuse_unknown, unknown_name
+from ...units import format_quantity, parse_quantity
 
 Value = float | int | str
 
@@ -63,14 +63,14 @@ class Parameter:
         """The position itself, or the middle of its cell: equal designs have equal positions."""
         return (self._cell(position) + 0.5) / len(self.values) if self.values else position
 
-    def number(self, position: float) -> float:
+    def axis_value(self, position: float) -> float:
         """The value on an axis: SI or a count; for names their place in the order."""
         value = self.at(position)
         if self.quantity == "sigma":
             return float(str(value).split()[0])
         return float(self._cell(position)) if isinstance(value, str) else float(value)
 
-    def inside(self, position: float) -> bool:
+    def is_interior(self, position: float) -> bool:
         """Whether the value lies off both ends of its range; of two of names, which have no order, all do."""
         if self.values:
             ordered = len(self.values) > 2 and self.name not in NAMES
@@ -78,14 +78,14 @@ class Parameter:
         return 0.01 < position < 0.99
 
     @property
-    def named(self) -> bool:
+    def is_categorical(self) -> bool:
         """Whether the values are texts, which an axis needs ticks for."""
         return bool(self.values) and isinstance(self.values[0], str) and self.quantity != "sigma"
 
     @property
     def unit(self) -> str:
         """Unit of the stored column; "" for texts."""
-        return "" if self.named else {"length": "m", "sigma": "sigma"}.get(self.quantity, "1")
+        return "" if self.is_categorical else {"length": "m", "sigma": "sigma"}.get(self.quantity, "1")
 
     def _cell(self, position: float) -> int:
         return min(int(position * len(self.values)), len(self.values) - 1)

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from stiffness_model.explore.effects import main_effect
-from stiffness_model.explore.evaluate import Evaluations, Outcome
-from stiffness_model.explore.metrics import METRICS
-from stiffness_model.explore.pareto import choose, front, losses, non_dominated, violations
-from stiffness_model.explore.study import Choice, Limit, Study
+from stiffness_model.explore.definition.metrics import METRICS
+from stiffness_model.explore.definition.study import Choice, Limit, Study
+from stiffness_model.explore.evaluation.evaluate import Evaluations, Outcome
+from stiffness_model.explore.optimisation.pareto import choose, front, minimised_objectives, non_dominated, violations
+from stiffness_model.explore.report.main_effects import main_effect
 from tests.small_study import study
 
 
@@ -61,7 +61,7 @@ def test_members_keep_within_the_limits_and_no_feasible_design_dominates_them(se
     feasible = (found.outcome == Outcome.SIMULATED) & (undercut <= 0.52) & (pressure <= 5e9)
     np.testing.assert_array_equal(violations(of, found) == 0, feasible)
     values = np.column_stack([found.column("lost_motion"), found.column("no_load_force"), -found.column("stiffness")])
-    np.testing.assert_array_equal(losses(of, found), values)
+    np.testing.assert_array_equal(minimised_objectives(of, found), values)
     inside = np.flatnonzero(feasible)
     assert set(members) == set(inside[brute_force(values[inside])])
     assert (np.diff(values[members, 0]) >= 0).all()

@@ -7,7 +7,7 @@ sweeps thousands of drawings:
 * elements that the crank leaves are left out once they have play (`_leaves`): they never carry again;
 * a ball larger than its bore moves as one that just fits, in closed form and without `newton`. With every other
   ball larger than its bore this changes the metrics of the paper's steel drives by less than 1 %
-  (tests/unit/stiffness_model/explore/test_response.py);
+  (tests/unit/stiffness_model/explore/evaluation/test_response.py);
 * nothing is kept that no metric looks at.
 """
 
@@ -19,23 +19,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.assembly import Contacts, build_contacts
-from ..drawing import sampling
-from ..drawing.drive import Drive
-from ..drawing.sampling import Deviations
-from ..equilibrium.closed_form import Equilibrium, Status, closed_form, solve
-from ..numerics.arrays import Array
+from ...contact.assembly import Contacts, build_contacts
+from ...drawing import sampling
+from ...drawing.drive import Drive
+from ...drawing.sampling import Deviations
+from ...equilibrium.closed_form import Equilibrium, Status, closed_form, solve
+from ...numerics.arrays import Array
 
 Index = NDArray[np.intp]
 
 _STAGES = (0.13, 0.4)
-"""Shares of the twists after which idle elements are left out; more stages cost as much as they save."""
+"""Shares of the twists after which unloaded elements are left out; more stages cost as much as they save."""
 _LEAN = 0.02
 """Greatest angle, rad, of an element off its neutral direction: its clearance over its distance from the axis."""
 
 
 @dataclass(frozen=True)
-class Elements:
+class SampledElements:
     """The usable elements of all virtual drives in one row, (1, n); drive_of: the drive of each, (n,)."""
 
     deviations: Deviations
@@ -45,8 +45,8 @@ class Elements:
 
 
 @dataclass(frozen=True)
-class Row:
-    """Some elements at m twists: index: which of `Elements`, (n,); the arrays of `result` are (m, n)."""
+class SweepSegment:
+    """Some elements at m twists: index: which of `SampledElements`, (n,); the arrays of `result` are (m, n)."""
 
     index: Index
     contacts: Contacts
@@ -62,46 +62,46 @@ class Row:
         return made
 
 
-def draw_elements(drive: Drive, limit: float, n_drives: int, seed: int) -> Elements:
+def draw_elements(drive: Drive, limit: float, n_drives: int, seed: int) -> SampledElements:
     """The elements within +-`limit` rad of the first `n_drives` virtual drives of `seed`."""
     parts = [sampling.draw(drive, block, count, seed) for block, count in sampling.blocks(n_drives)]
     whole = {f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Deviations)}
     keep = np.abs(whole["beta"]) <= limit
     deviations = Deviations(**{name: values[keep][None] for name, values in whole.items()})
-    return Elements(deviations, build_contacts(drive, deviations), np.nonzero(keep)[0], n_drives)
+    return SampledElements(deviations, build_contacts(drive, deviations), np.nonzero(keep)[0], n_drives)
 
 
-def sweep(elements: Elements, crank_twist: Array) -> list[Row]:
-    """The equilibrium at crank twists (n_twist,), rad, from zero on in one direction: a row for every twist or for
-    several, in order. Elements that are missing in a row carry nothing there."""
+def sweep(elements: SampledElements, crank_twist: Array) -> list[SweepSegment]:
+    """The equilibrium at crank twists (n_twist,), rad, from zero on in one direction, as segments of one twist or
+    several, in order. Elements that are missing in a segment carry nothing there."""
     ends = sorted({*(max(1, int(share * len(crank_twist))) for share in _STAGES), len(crank_twist)})
     leaves = _leaves(elements.contacts, float(crank_twist[-1]))
-    alive, rows, first = np.arange(len(elements.contacts)), [], 0
+    active, segments, first = np.arange(len(elements.contacts)), [], 0
     for end in ends:
-        contacts = elements.contacts if len(alive) == len(elements.contacts) else elements.contacts[alive]
+        contacts = elements.contacts if len(active) == len(elements.contacts) else elements.contacts[active]
         result = _equilibrium(contacts, crank_twist[first:end])
-        counts = np.bincount(elements.drive_of[alive], minlength=elements.n_drives)
+        counts = np.bincount(elements.drive_of[active], minlength=elements.n_drives)
         drives = np.flatnonzero(counts)
         starts = np.concatenate([[0], np.cumsum(counts[drives])[:-1]]).astype(np.intp)
-        rows.append(Row(alive, contacts, result, starts, drives, elements.n_drives))
-        idle = (result.status[-1] == Status.PLAY) & leaves[alive]
-        if not idle.all():
-            alive = alive[~idle]
+        segments.append(SweepSegment(active, contacts, result, starts, drives, elements.n_drives))
+        unloaded = (result.status[-1] == Status.PLAY) & leaves[active]
+        if not unloaded.all():
+            active = active[~unloaded]
         first = end
-    return rows
+    return segments
 
 
-def at(rows: list[Row], twist: int) -> tuple[Row, int]:
-    """The row that holds a twist and where in it."""
-    for row in rows:
-        if twist < len(row.result.gear):
-            return row, twist
-        twist -= len(row.result.gear)
+def segment_at(segments: list[SweepSegment], twist: int) -> tuple[SweepSegment, int]:
+    """The segment that holds a twist, and the twist's index in it."""
+    for segment in segments:
+        if twist < len(segment.result.gear):
+            return segment, twist
+        twist -= len(segment.result.gear)
     raise IndexError(twist)
 
 
 def _leaves(contacts: Contacts, end: float) -> NDArray[np.bool_]:
-    """Elements from which the eccentric only moves away while the crank twists from 0 to `end`, rad.
+    """SampledElements from which the eccentric only moves away while the crank twists from 0 to `end`, rad.
 
     Its centre turns by the twist on the radius e, so that the distance to a point in the direction t grows as long
     as sin(beta + twist - t) has the sign of the twist. An element that has play at some twist has a place where

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from ..drawing.drive import Drive
-from ..drawing.tolerances import iso_286
+from ...drawing.drive import Drive
+from ...drawing.tolerances import iso_286
 
 COARSEST = 12
 """The IT grade that costs nothing: what turning, milling and printing give without care."""
