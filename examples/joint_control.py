@@ -19,7 +19,7 @@ import numpy as np
 
 import stiffness_model as sm
 from reefmu.joint import JointModel, Masses
-from reefmu.joint.controller import design_lqr, least_damping
+from reefmu.joint.controller import design_lqr, minimum_damping_ratio
 from reefmu.joint.plots import picture_designs, picture_responses
 from reefmu.model.drive_model import build_model
 
@@ -51,7 +51,7 @@ def main() -> None:
         print(
             "  least damping ratio at "
             + ", ".join(
-                f"{torque:g} N.m: {least_damping(joint, made, torque):.2f}"
+                f"{torque:g} N.m: {minimum_damping_ratio(joint, made, torque):.2f}"
                 for torque in (0.0, 10.0, 50.0, 100.0, 200.0)
             )
         )

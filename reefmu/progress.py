@@ -24,7 +24,7 @@ class Progress:
         self._shown = clock()
         self._now = ""
 
-    def reach(self, share: float, now: str = "") -> None:
+    def advance_to(self, share: float, now: str = "") -> None:
         """This share of the work is done, and what is done now; never goes back."""
         self._done, self._now = max(self._done, round(share * self._total)), now
         self._show()

@@ -107,7 +107,7 @@ def _next_start(model: DriveModel, states: Array, inputs: Array, pause: float) -
     return np.where(model.resets, anew, gone_on)
 
 
-def inputs_of(twist: ArrayLike, model: DriveModel, crank_angle: ArrayLike = 0.0) -> Array:
+def inputs_at_twist(twist: ArrayLike, model: DriveModel, crank_angle: ArrayLike = 0.0) -> Array:
     """Inputs (n, 5) at rest that give these twists, rad, at the crank angles, rad: for curves and pictures."""
     t = np.atleast_1d(np.asarray(twist, float))
     crank = np.broadcast_to(np.asarray(crank_angle, float), t.shape)

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 
 from stiffness_model.errors import expect
 
-LAST = 4354819198
+LATEST = 4354819198
 """s since 1970: the end of 2107, the last date that a zip archive can state (APPNOTE.TXT 4.4.6: 7 bits from 1980)."""
 
 
@@ -20,8 +20,8 @@ def source_date(default: datetime) -> datetime:
     if not epoch:
         return default
     expect(
-        epoch.isascii() and epoch.isdigit() and len(epoch) < 12 and int(epoch) <= LAST,
-        f"seconds since 1970, a whole number up to {LAST}",
+        epoch.isascii() and epoch.isdigit() and len(epoch) < 12 and int(epoch) <= LATEST,
+        f"seconds since 1970, a whole number up to {LATEST}",
         epoch,
         "SOURCE_DATE_EPOCH",
     )

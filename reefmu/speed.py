@@ -7,16 +7,16 @@ from scipy.ndimage import median_filter
 
 from stiffness_model.numerics.arrays import Array
 
-AROUND = 31
+MEDIAN_WINDOW = 31
 """Samples over which the usual step of time is taken."""
 
 
-def usual_step(step: Array) -> Array:
+def median_step(step: Array) -> Array:
     """The usual one of the steps (n,), s, around each; a clock that stands still makes none."""
     goes = step > 0
     if not goes.any():
         return np.zeros(len(step))
-    return np.asarray(median_filter(step[goes], AROUND, mode="nearest"))[np.maximum(np.cumsum(goes) - 1, 0)]
+    return np.asarray(median_filter(step[goes], MEDIAN_WINDOW, mode="nearest"))[np.maximum(np.cumsum(goes) - 1, 0)]
 
 
 def central_speed(angle: Array, time: Array) -> Array:
@@ -30,7 +30,7 @@ def central_speed(angle: Array, time: Array) -> Array:
     if len(time) < 2:
         return np.zeros(len(time))
     step = np.diff(time)
-    index = np.concatenate([[0], np.cumsum((step > 0) & (step > 0.5 * usual_step(step)))])
+    index = np.concatenate([[0], np.cumsum((step > 0) & (step > 0.5 * median_step(step)))])
     count = np.bincount(index)
     if len(count) < 2:
         return np.zeros(len(time))

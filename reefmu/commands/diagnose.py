@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
                     args.curve,
                     out,
                     None,
-                    lambda now, share, shown=progress: shown.reach(share, now),
+                    lambda now, share, shown=progress: shown.advance_to(share, now),
                     exponent,
                     locked,
                     pool,
@@ -94,7 +94,8 @@ def _exponent(args: argparse.Namespace, records: Sequence[Record], locked: bool)
             raise InputError(f"--exponent: expected a number or 'shared', got {args.exponent!r}") from None
     with Progress("one exponent for all records", 100) as progress:
         shared = shared_exponent(
-            [with_output_locked(r) for r in records] if locked else records, lambda _now, share: progress.reach(share)
+            [with_output_locked(r) for r in records] if locked else records,
+            lambda _now, share: progress.advance_to(share),
         )
     print(shared)
     return shared.value

@@ -11,9 +11,9 @@ from reefmu.fmu.model.component import drive_component
 from reefmu.fmu.model.joint import joint_component
 from reefmu.fmu.python_backend.cost import real_time_note
 from reefmu.fmu.xml.archive import read_archive
-from reefmu.model.curve_table import curve_of
+from reefmu.model.curve_table import source_curve
 from reefmu.model.drive_model import DriveModel, build_model
-from reefmu.model.masses import TYPICAL, Masses, expect_step
+from reefmu.model.masses import TYPICAL_MASSES, Masses, expect_step
 from reefmu.model.model_file import is_model_file, load_model
 from stiffness_model.errors import expect
 from stiffness_model.lookup.build import N_DRIVES, describe
@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
         f"{model.name}: "
         + (
             f"lookup over {describe(model.lookup)}"
-            if curve_of(model.lookup) is None
+            if source_curve(model.lookup) is None
             else f"curve over twist +-{model.lookup.twist.stop / ARCMIN:.3g} arcmin, no drawing"
         )
     )
@@ -81,7 +81,9 @@ def masses_of(args: argparse.Namespace) -> Masses | None:
     }
     if args.kind == "drive" and not given:
         return None
-    return Masses(**{"motor_inertia": TYPICAL.motor_inertia, "load_inertia": TYPICAL.load_inertia, **given})
+    return Masses(
+        **{"motor_inertia": TYPICAL_MASSES.motor_inertia, "load_inertia": TYPICAL_MASSES.load_inertia, **given}
+    )
 
 
 def load(args: argparse.Namespace) -> tuple[DriveModel, list[str]]:

@@ -28,7 +28,7 @@ from reefmu.model.masses import STATES, Masses
 from stiffness_model.errors import InputError, expect_number, unknown_name
 from stiffness_model.numerics.arrays import Array
 
-from .cosimulation import ANSWERS, extrapolate
+from .cosimulation import COUPLING_OUTPUTS, extrapolate
 from .parameters import NamedSystem
 from .systems import python_name, python_names
 
@@ -37,7 +37,7 @@ from .systems import python_name, python_names
 class _Snapshot:
     state: bytes
     outputs: Array
-    followers: dict[bytes, int] = field(default_factory=dict)
+    successors: dict[bytes, int] = field(default_factory=dict)
     """Numbers of the snapshots that follow, by input."""
 
 
@@ -47,11 +47,11 @@ class FmuBlock(NamedSystem):
     `close`, or leaving a `with` block, frees the FMU.
     """
 
-    def __init__(self, fmu: FmuDrive, step: float, initial: Mapping[str, float], remember: int, name: str) -> None:
+    def __init__(self, fmu: FmuDrive, step: float, initial: Mapping[str, float], snapshots: int, name: str) -> None:
         self._fmu, self._inputs, self._step = fmu, fmu.inputs, step
         outputs = np.array(list(fmu.initialize(initial).values()))
         self._snapshots = {0: _Snapshot(fmu.save(), outputs)}
-        self._stands_at, self._newest, self._remember = 0, 0, remember
+        self._current, self._newest, self._max_snapshots = 0, 0, snapshots
         self._free = weakref.finalize(self, fmu.close)
         super().__init__(
             self._update,
@@ -78,7 +78,7 @@ class FmuBlock(NamedSystem):
         if number != x[0] or number not in self._snapshots:
             raise InputError(
                 f"{self.name}: expected the state 0 or one that the block returned within its last "
-                f"{self._remember} steps, got {float(x[0]):g}; an FMU cannot be put into others"
+                f"{self._max_snapshots} steps, got {float(x[0]):g}; an FMU cannot be put into others"
             )
         return number, self._snapshots[number]
 
@@ -88,17 +88,17 @@ class FmuBlock(NamedSystem):
     def _update(self, _t: float, x: Array, u: Array, _params: Mapping[str, Any]) -> Array:
         number, snapshot = self._find(x)
         values = np.asarray(u, float)
-        follower = snapshot.followers.get(values.tobytes())
-        if follower not in self._snapshots:
-            if self._stands_at != number:
+        successor = snapshot.successors.get(values.tobytes())
+        if successor not in self._snapshots:
+            if self._current != number:
                 self._fmu.restore(snapshot.state)
-            self._stands_at = -1  # until the step has gone well, the FMU stands nowhere known
+            self._current = -1  # until the step has gone well, the FMU stands nowhere known
             outputs = self._fmu.step(self._step, dict(zip(self._inputs, values.tolist(), strict=True)))
-            follower = self._stands_at = self._newest = self._newest + 1
-            self._snapshots[follower] = _Snapshot(self._fmu.save(), np.array(list(outputs.values())))
-            snapshot.followers[values.tobytes()] = follower
-            self._snapshots.pop(follower - self._remember if follower > self._remember else -1, None)
-        return np.array([float(follower)])
+            successor = self._current = self._newest = self._newest + 1
+            self._snapshots[successor] = _Snapshot(self._fmu.save(), np.array(list(outputs.values())))
+            snapshot.successors[values.tobytes()] = successor
+            self._snapshots.pop(successor - self._max_snapshots if successor > self._max_snapshots else -1, None)
+        return np.array([float(successor)])
 
 
 def fmu_block(
@@ -107,21 +107,21 @@ def fmu_block(
     *,
     parameters: Mapping[str, float] | None = None,
     initial: Mapping[str, float] | None = None,
-    remember: int = 10_000,
+    snapshots: int = 10_000,
     name: str = "drive",
 ) -> FmuBlock:
     """An exported FMU as a discrete-time system with sampling time `step`, s.
 
     Inputs and outputs are the FMU's, with `crank.phi` called `crank_phi`. parameters: the FMU's, by its own names.
-    initial: inputs at time 0, by its own names; others keep their start value. remember: how many snapshots are kept
+    initial: inputs at time 0, by its own names; others keep their start value. snapshots: how many snapshots are kept
     to go back to, about 1 kB each.
     Errors: `InputError` for an FMU that does not run here or cannot save its state.
     """
     expect_number(step, "a positive sampling time, s", "step", low=0.0)
-    expect_number(remember, "at least one snapshot to remember", "remember", low=0)
+    expect_number(snapshots, "at least one snapshot to keep", "snapshots", low=0)
     fmu = FmuDrive(path, parameters=parameters, name=python_name(name))
     try:
-        return FmuBlock(fmu, step, initial or {}, int(remember), name)
+        return FmuBlock(fmu, step, initial or {}, int(snapshots), name)
     except BaseException:
         fmu.close()
         raise
@@ -149,7 +149,7 @@ def masses_block(
         answer = u[2:] if scheme == "extrapolated" else np.array([u[2], u[3], 0.0, 0.0])
         return extrapolate(masses, ratio, step, x, u[:2], answer)
 
-    inputs = python_names(("motor.tau", "load.tau", *ANSWERS))
+    inputs = python_names(("motor.tau", "load.tau", *COUPLING_OUTPUTS))
     return NamedSystem(
         update,
         lambda t, x, u, params: x[:4],

@@ -12,7 +12,7 @@ from stiffness_model.numerics.arrays import Array
 from .equations import JointModel
 from .systems import linearize
 
-TWIST_STATES = 4
+N_MECHANICAL_STATES = 4
 """Mechanical states in front of a joint's effects: what the controller measures."""
 
 
@@ -39,7 +39,7 @@ class Design:
     sample: float
 
 
-def sampled(joint: JointModel, torque: float, sample: float) -> tuple[Array, Array, float]:
+def discretize(joint: JointModel, torque: float, sample: float) -> tuple[Array, Array, float]:
     """Discrete A (5, 5) and B (5, 1) with the integral of output.phi, and the stiffness, N.m/rad.
 
     The joint is linearised where its drive carries `torque`, N.m; its effects' states are held.
@@ -48,7 +48,7 @@ def sampled(joint: JointModel, torque: float, sample: float) -> tuple[Array, Arr
 
     x, u = joint.equilibrium(-torque)
     linear = linearize(joint, x, u)
-    n = TWIST_STATES
+    n = N_MECHANICAL_STATES
     full_a, full_b = np.asarray(linear.A), np.asarray(linear.B)
     discrete = ct.sample_system(ct.ss(full_a[:n, :n], full_b[:n, :1], np.eye(n), 0), sample)
     a, b = np.zeros((n + 1, n + 1)), np.zeros((n + 1, 1))
@@ -64,16 +64,16 @@ def design_lqr(joint: JointModel, torque: float, sample: float, name: str, weigh
     import control as ct
 
     w = Weights() if weights is None else weights
-    a, b, stiffness = sampled(joint, torque, sample)
+    a, b, stiffness = discretize(joint, torque, sample)
     twist_rate = np.array([0.0, 1 / joint.ratio, 0.0, -1.0, 0.0])
     state_cost = np.diag([0.0, 0.0, w.output_angle, 0.0, w.integral]) + w.twist_rate * np.outer(twist_rate, twist_rate)
     gains, _, _ = ct.dlqr(a, b, state_cost, np.array([[w.motor_torque]]))
     return Design(name, stiffness, np.asarray(gains).ravel(), sample)
 
 
-def least_damping(joint: JointModel, design: Design, torque: float) -> float:
+def minimum_damping_ratio(joint: JointModel, design: Design, torque: float) -> float:
     """Smallest damping ratio of the closed loop where the drive carries `torque`, N.m; below 0 it is unstable."""
-    a, b, _ = sampled(joint, torque, design.sample)
+    a, b, _ = discretize(joint, torque, design.sample)
     poles = np.log(np.linalg.eigvals(a - b @ design.gains[None, :]).astype(complex)) / design.sample
     return float((-poles.real / np.abs(poles)).min())
 

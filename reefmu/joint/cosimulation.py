@@ -3,8 +3,8 @@
 FMI 2.0 gives outputs only after a step, so a master never has the torque that belongs to its present twist. How
 it deals with that is its scheme, and decides on the step it may take (`reefmu.joint.step`):
 
-parallel      At t the FMU gets the angles of t and steps to t + h, while the masses move on with the torque it last
-              said. That torque is one step old and is held for a further one: energy flows in. What simulation
+parallel      At t the FMU gets the angles of t and steps to t + h, while the masses move on with the torque of its
+              last step. That torque is one step old and is held for a further one: energy flows in. What simulation
               tools do by default (Jacobi). Order 1.
 sequential    The masses move first, then the FMU gets the angles of t + h (Gauss-Seidel), and the speeds are
               completed with its answer: velocity Verlet. No energy flows in below h = 2/eigenfrequency, for large
@@ -32,9 +32,9 @@ from reefmu.model.masses import STATES, Masses, Scheme
 from stiffness_model.errors import InputError, expect, unknown_name
 from stiffness_model.numerics.arrays import Array
 
-from .simulate import Controller, Motion, commanded, samples
+from .simulate import Controller, Motion, commanded_torques, count_steps
 
-ANSWERS = ("crank.tau", "output.tau", "twist", "stiffness")
+COUPLING_OUTPUTS = ("crank.tau", "output.tau", "twist", "stiffness")
 """Outputs of the FMU that the loop uses; they lead its answers."""
 
 
@@ -58,7 +58,7 @@ def cosimulate(
     """
     if scheme not in get_args(Scheme):
         raise unknown_name("scheme", scheme, get_args(Scheme), "cosimulate")
-    n = samples(duration, step)
+    n = count_steps(duration, step)
     motion = np.zeros(4) if start is None else np.asarray(start, float)
     expect(
         motion.shape == (4,) and bool(np.isfinite(motion).all()),
@@ -68,18 +68,18 @@ def cosimulate(
     )
     with FmuDrive(path, parameters=parameters) as fmu:
         ratio = drive_ratio(fmu, path)
-        said = (*ANSWERS, *(name for name in fmu.outputs if name not in ANSWERS))
-        motions, answers, torques = np.empty((n + 1, 4)), np.empty((n + 1, len(said))), np.empty((n, 2))
+        output_names = (*COUPLING_OUTPUTS, *(name for name in fmu.outputs if name not in COUPLING_OUTPUTS))
+        motions, answers, torques = np.empty((n + 1, 4)), np.empty((n + 1, len(output_names))), np.empty((n, 2))
 
         def ask(k: int, angles: Array) -> Array:
             inputs = {**dict(zip(STATES, angles.tolist(), strict=True)), "temperature": temperature}
             outputs = fmu.initialize(inputs) if k == 0 else fmu.step(step, inputs)
-            return np.array([outputs[name] for name in said])
+            return np.array([outputs[name] for name in output_names])
 
         advance = _ADVANCES[scheme](masses, ratio, step)
         motions[0], answers[0] = motion, ask(0, motion)
         for k in range(n):
-            torques[k] = commanded(controller, k * step, motions[k])
+            torques[k] = commanded_torques(controller, k * step, motions[k])
             motions[k + 1], answers[k + 1] = advance(
                 motions[k], torques[k], answers[k], lambda angles, k=k: ask(k + 1, angles)
             )
@@ -89,14 +89,14 @@ def cosimulate(
                     f"bounds; a step of {step:g} s is too long for the scheme {scheme!r}, or the loop is "
                     "unstable"
                 )
-    return Motion(step * np.arange(n + 1.0), np.hstack([motions, answers]), torques, (*STATES, *said))
+    return Motion(step * np.arange(n + 1.0), np.hstack([motions, answers]), torques, (*STATES, *output_names))
 
 
 def drive_ratio(fmu: FmuDrive, path: str | os.PathLike[str]) -> float:
     """The FMU's transmission ratio. Errors: `InputError` if the FMU has not the variables of a drive."""
     for names, kind, present in (
         (STATES, "input", fmu.inputs),
-        (ANSWERS, "output", fmu.outputs),
+        (COUPLING_OUTPUTS, "output", fmu.outputs),
         (("ratio",), "parameter", fmu.parameters),
     ):
         for name in names:
@@ -128,7 +128,7 @@ def _extrapolated(masses: Masses, ratio: float, step: float) -> Advance:
 def extrapolate(masses: Masses, ratio: float, step: float, motion: Array, commands: Array, answer: Array) -> Array:
     """Motion (4,) after a step, with the drive's torques continued along twist by its stiffness.
 
-    answer: in the order of `ANSWERS`, at whatever twist it holds. The crank's torque is continued with the lever
+    answer: in the order of `COUPLING_OUTPUTS`, at its own twist. The crank's torque is continued with the lever
     1/ratio; a kinematic error changes that by its own slope only.
     """
     twist, stiffness = answer[2:4]

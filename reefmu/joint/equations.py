@@ -25,7 +25,7 @@ JOINT_INPUTS = ("motor.tau", "load.tau")
 DRIVE_INPUTS = tuple(signal.name for signal in INPUTS)
 DRIVE_OUTPUTS = tuple(signal.name for signal in OUTPUTS)
 JOINT_OUTPUTS = (*STATES, *DRIVE_OUTPUTS)
-_AT_REST = 1e-9
+_SMALL_SPEED = 1e-9
 """rad/s: a speed whose sign is known and which changes nothing else."""
 
 
@@ -33,7 +33,7 @@ _AT_REST = 1e-9
 class Equations:
     """A system dx/dt = rate(x, u, p), y = output(x, u, p) as CasADi functions, with the names of its signals.
 
-    sides: (n_x + n_u,) the speeds, rad/s, that start every motion out of rest in one direction. parameters:
+    motion_direction: (n_x + n_u,) the speeds, rad/s, that start every motion out of rest in one direction. parameters:
     names and values of p.
     """
 
@@ -43,7 +43,7 @@ class Equations:
     parameters: dict[str, float]
     rate: ca.Function
     output: ca.Function
-    sides: Array
+    motion_direction: Array
 
     @cached_property
     def _jacobians(self) -> ca.Function:
@@ -61,11 +61,14 @@ class Equations:
     def linear(self, x: Array, u: Array, p: Array) -> tuple[Array, Array, Array, Array]:
         """Exact A, B, C, D at a point.
 
-        At rest friction has a kink, |speed|; there the mean of the slopes to both sides is taken. Without it
+        At rest friction has a kink, |speed|; there the mean of the slopes on both sides is taken. Without it
         a hysteresis at rest would show no stiffness.
         """
         n = len(self.states)
-        both = [self._jacobians(x + s * self.sides[:n], u + s * self.sides[n:], p) for s in (-1.0, 1.0)]
+        both = [
+            self._jacobians(x + s * self.motion_direction[:n], u + s * self.motion_direction[n:], p)
+            for s in (-1.0, 1.0)
+        ]
         a, b, c, d = (np.array((low + high) / 2).reshape(low.shape) for low, high in zip(*both, strict=True))
         return a, b, c, d
 
@@ -77,25 +80,25 @@ def drive_equations(model: DriveModel) -> Equations:
     """
     x, u, p = (
         ca.MX.sym(name, n)
-        for name, n in (("x", own_states(model)), ("u", len(DRIVE_INPUTS)), ("p", len(model.parameters)))
+        for name, n in (("x", count_effect_states(model)), ("u", len(DRIVE_INPUTS)), ("p", len(model.parameters)))
     )
-    full = ca.vertcat(ca.MX.zeros(len(model.states) - own_states(model)), x)
-    sides = np.zeros(own_states(model) + len(DRIVE_INPUTS))
+    full = ca.vertcat(ca.MX.zeros(len(model.states) - count_effect_states(model)), x)
+    motion_direction = np.zeros(count_effect_states(model) + len(DRIVE_INPUTS))
     # The crank leads by two, so that twist, crank and output all move the same way.
-    sides[own_states(model) + DRIVE_INPUTS.index("crank.w")] = 2 * _ratio(model) * _AT_REST
-    sides[own_states(model) + DRIVE_INPUTS.index("output.w")] = _AT_REST
+    motion_direction[count_effect_states(model) + DRIVE_INPUTS.index("crank.w")] = 2 * _ratio(model) * _SMALL_SPEED
+    motion_direction[count_effect_states(model) + DRIVE_INPUTS.index("output.w")] = _SMALL_SPEED
     return Equations(
-        tuple(s.name for s in model.states[len(model.states) - own_states(model) :]),
+        tuple(s.name for s in model.states[len(model.states) - count_effect_states(model) :]),
         DRIVE_INPUTS,
         DRIVE_OUTPUTS,
         {q.name: q.value for q in model.parameters},
         ca.Function("rate", [x, u, p], [model.rate(full, u, p)[full.numel() - x.numel() :]]),
         ca.Function("output", [x, u, p], [model.output(full, u, p)]),
-        sides,
+        motion_direction,
     )
 
 
-def own_states(model: DriveModel) -> int:
+def count_effect_states(model: DriveModel) -> int:
     """The number of states that belong to effects."""
     return sum(len(effect.states) for effect in model.effects)
 
@@ -144,8 +147,8 @@ class JointModel:
             (u[1] - load_damping * x[3] + drive["output.tau"]) / load_inertia,
             inner.rate(x[4:], drive_inputs, rest),
         )
-        sides = np.zeros(x.numel() + u.numel())
-        sides[1], sides[3] = 2 * self.ratio * _AT_REST, _AT_REST
+        motion_direction = np.zeros(x.numel() + u.numel())
+        motion_direction[1], motion_direction[3] = 2 * self.ratio * _SMALL_SPEED, _SMALL_SPEED
         return Equations(
             (*STATES, *inner.states),
             JOINT_INPUTS,
@@ -153,14 +156,14 @@ class JointModel:
             own | inner.parameters,
             ca.Function("rate", [x, u, p], [rate]),
             ca.Function("output", [x, u, p], [ca.vertcat(x[:4], outputs)]),
-            sides,
+            motion_direction,
         )
 
     def state(self, motion: Array | None = None) -> Array:
         """A full state from crank.phi, crank.w, output.phi, output.w (default 0); the drive's states at their
         start, 0.
         """
-        x = np.zeros(len(STATES) + own_states(self.drive))
+        x = np.zeros(len(STATES) + count_effect_states(self.drive))
         if motion is not None:
             x[:4] = motion
         return x

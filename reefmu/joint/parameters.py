@@ -21,7 +21,7 @@ import control as ct
 from stiffness_model.errors import InputError, expect_number, unknown_name
 
 
-class Union(dict[str, float]):
+class CombinedParameters(dict[str, float]):
     """Parameters of an interconnection's systems, as python-control joins them with |, and copies them.
 
     >>> left, right = Parameters("a", {"band": 0.0}), Parameters("b", {"band": 1.0})
@@ -37,7 +37,7 @@ class Union(dict[str, float]):
         return type(self)(self)
 
     def __or__(self, other: Any) -> Any:
-        clashes = self.keys() & other.keys() if isinstance(other, Union) else ()
+        clashes = self.keys() & other.keys() if isinstance(other, CombinedParameters) else ()
         for name in clashes:
             if self[name] != other[name]:
                 system = name.split(".")[0]
@@ -45,13 +45,13 @@ class Union(dict[str, float]):
                     f"{name}: expected systems of different names, got two called {system!r}; give each "
                     'one of its own, as in joint_system(joint, name="left")'
                 )
-        return Union({**self, **other})
+        return CombinedParameters({**self, **other})
 
     def __ror__(self, other: Any) -> Any:
-        return Union({**other, **self})
+        return CombinedParameters({**other, **self})
 
 
-class Parameters(Union):
+class Parameters(CombinedParameters):
     """Parameters of one system; values by names without the system's."""
 
     def __init__(self, system: str, values: Mapping[str, float]) -> None:
@@ -61,16 +61,16 @@ class Parameters(Union):
         """Names that the systems of an interconnection declare, once these have come through one."""
 
     @property
-    def bare(self) -> dict[str, float]:
+    def unprefixed(self) -> dict[str, float]:
         """Values by names without the system's."""
         return {name[len(self.system) + 1 :]: value for name, value in self.items()}
 
-    def of(self, system: str) -> Parameters:
+    def for_system(self, system: str) -> Parameters:
         """The same values, of a system of another name."""
-        return Parameters(system, self.bare)
+        return Parameters(system, self.unprefixed)
 
     def copy(self) -> Parameters:  # type: ignore[override]
-        return self.of(self.system)
+        return self.for_system(self.system)
 
     def update(self, other: Mapping[str, Any]) -> None:  # type: ignore[override]
         # In an interconnection a copy is updated twice: by what its systems declare, this one among them, and by what
@@ -80,12 +80,12 @@ class Parameters(Union):
             self.declared |= other.keys()
         super().update(other)
 
-    def with_given(self, params: Mapping[str, Any] | None) -> Parameters:
+    def updated_with(self, params: Mapping[str, Any] | None) -> Parameters:
         """These parameters with the values that python-control passes on.
 
         Raises `UnknownNameError` by the rules of the module, `InputError` for a value that is no finite number.
         """
-        values, result = self.bare, self.copy()
+        values, result = self.unprefixed, self.copy()
         others = params.declared if isinstance(params, Parameters) else None
         for name, value in (params or {}).items():
             own = name.startswith(f"{self.system}.")
@@ -113,7 +113,7 @@ class NamedSystem(ct.NonlinearIOSystem):
     def params(self) -> Parameters:
         """Names and values of the parameters."""
         if self._params.system != self.name:
-            self._params = self._params.of(str(self.name))
+            self._params = self._params.for_system(str(self.name))
         return self._params
 
     @params.setter
@@ -122,4 +122,4 @@ class NamedSystem(ct.NonlinearIOSystem):
 
     def _update_params(self, params: Mapping[str, Any] | None) -> None:
         # python-control calls this before a simulation, a linearisation or an evaluation.
-        self._current_params = self.params.with_given(params)
+        self._current_params = self.params.updated_with(params)

@@ -9,7 +9,7 @@ import numpy as np
 
 from stiffness_model.plotting.style import BLUE, FAINT, INK, RED, dress
 
-from .controller import Design, feedback, least_damping
+from .controller import Design, feedback, minimum_damping_ratio
 from .equations import JointModel
 from .simulate import Motion, simulate_joint
 
@@ -92,7 +92,7 @@ def damping_over_torque(joint: JointModel, designs: Sequence[Design], ax: Axes) 
     for design, colour, dashes in zip(designs, COLOURS, DASHES, strict=False):
         ax.plot(
             torques,
-            [least_damping(joint, design, torque) for torque in torques],
+            [minimum_damping_ratio(joint, design, torque) for torque in torques],
             color=colour,
             lw=2,
             dashes=dashes,
@@ -112,7 +112,7 @@ def damping_over_torque(joint: JointModel, designs: Sequence[Design], ax: Axes) 
     return ax
 
 
-def believed(joint: JointModel, design: Design, target: float, load: float, duration: float) -> np.ndarray:
+def linear_response(joint: JointModel, design: Design, target: float, load: float, duration: float) -> np.ndarray:
     """output.phi, rad, of the joint that the design believes in: the same loop with a linear spring."""
     phi, gamma = joint.masses.step_matrices(design.sample, joint.ratio, design.stiffness)
     controller, motion, angles = feedback(design, joint.ratio, target, load), np.zeros(4), []
@@ -150,7 +150,7 @@ def response(
         )
         left[design.name] = float(np.ptp(motion["output.tau"][motion.time >= 0.8 * duration])) / 2
     first = designs[0]
-    angles = believed(joint, first, target, load, duration)
+    angles = linear_response(joint, first, target, load, duration)
     ax.plot(
         first.sample * np.arange(len(angles)),
         1e3 * angles,

@@ -40,7 +40,7 @@ class Motion:
         return self.values[:, self.names.index(name)]
 
 
-def samples(duration: float, step: float) -> int:
+def count_steps(duration: float, step: float) -> int:
     """How many steps fill the duration. Errors: `InputError` unless both are positive and it is a whole number."""
     expect_number(step, "a positive step, s", "step", low=0.0)
     expect_number(duration, "a positive duration, s", "duration", low=0.0)
@@ -54,7 +54,7 @@ def samples(duration: float, step: float) -> int:
     return n
 
 
-def commanded(controller: Controller, time: float, motion: Array) -> tuple[float, float]:
+def commanded_torques(controller: Controller, time: float, motion: Array) -> tuple[float, float]:
     """What the controller says, or `InputError` if that is not two finite torques."""
     torques = controller(time, motion)
     try:
@@ -84,9 +84,9 @@ def simulate_joint(
     of the joint's stiffest oscillation within the lookup's range.
     Errors: `InputError`, also for a motion that leaves all bounds.
     """
-    n = samples(duration, step)
+    n = count_steps(duration, step)
     if substeps is None:
-        substeps = max(1, math.ceil(10 * step * _stiffest(joint)))
+        substeps = max(1, math.ceil(10 * step * _highest_eigenfrequency(joint)))
     x = joint.state() if start is None else np.asarray(start, float)
     size = len(joint.equations.states)
     expect(x.shape == (size,) and bool(np.isfinite(x).all()), f"a state of {size} finite numbers", start, "start")
@@ -95,7 +95,7 @@ def simulate_joint(
     states, torques = np.empty((n + 1, len(x))), np.empty((n, 2))
     states[0] = x
     for k in range(n):
-        torques[k] = commanded(controller, k * step, states[k, :4])
+        torques[k] = commanded_torques(controller, k * step, states[k, :4])
         states[k + 1] = advance(states[k], torques[k], step, p)
         if not np.isfinite(states[k + 1]).all():
             raise InputError(
@@ -122,7 +122,7 @@ def runge_kutta(joint: JointModel, substeps: int) -> ca.Function:
     return one if substeps == 1 else ca.Function("steps", [x, u, dt, p], [one.fold(substeps)(x, *held)])
 
 
-def _stiffest(joint: JointModel) -> float:
+def _highest_eigenfrequency(joint: JointModel) -> float:
     """Highest eigenfrequency, rad/s, at the end of the lookup's range."""
     stiffness = float(joint.drive.lookup.stiffness(joint.drive.lookup.twist.stop))
     return math.sqrt(stiffness / joint.masses.reduced_inertia(joint.ratio))

@@ -23,7 +23,7 @@ import numpy as np
 from reefmu.model.masses import Scheme
 from stiffness_model.errors import expect_number, unknown_name
 
-STEEPEST = 1.39
+FASTEST_GROWTH = 1.39
 """a = omega h up to which the growth rate of `parallel` rises with the step."""
 
 
@@ -65,7 +65,7 @@ def largest_step(
         return math.inf
     if scheme == "sequential":
         return 2 / omega
-    low, high = 0.0, STEEPEST / omega
+    low, high = 0.0, FASTEST_GROWTH / omega
     if growth_rate(high, stiffness, inertia) <= bound:
         return high
     for _ in range(60):

@@ -91,7 +91,7 @@ class _CasadiSystem(NamedSystem):
 
     def _vector(self, params: Mapping[str, Any]) -> Array:
         # During a simulation they are those that were set at its start.
-        return self._p if params is self._current_params else np.array(list(self.params.with_given(params).values()))
+        return self._p if params is self._current_params else np.array(list(self.params.updated_with(params).values()))
 
     def _rate(self, _t: float, x: Array, u: Array, params: Mapping[str, Any]) -> Array:
         return self._fast_rate(x, u, self._vector(params))

@@ -14,10 +14,10 @@ from stiffness_model.lookup.element_table import EDGE, ElementTable
 from stiffness_model.lookup.modulus import modulus_shares
 
 from ..effects import Effect, Place
-from .tables import cached_element_table, clip, in_scalars, spline_function, within
+from .tables import cached_element_table, clamped, clamped_to_unit, expanded, spline_function
 
 
-def completed(lookup: Lookup, drive: Drive, effects: Iterable[Effect]) -> Lookup:
+def with_contact_tables(lookup: Lookup, drive: Drive, effects: Iterable[Effect]) -> Lookup:
     """The drawing's lookup with what these effects need beside its tables: cached, or solved within a second."""
     places = {effect.place for effect in effects}
     if Place.MODULUS in places and lookup.modulus is None:
@@ -33,10 +33,10 @@ def element_function(table: ElementTable) -> ca.Function:
     symbols = twist, clearance, position = [ca.MX.sym(name) for name in names]
     beta = position - 2 * math.pi * ca.floor(position / (2 * math.pi) + 0.5)
     side = ca.if_else(beta < 0, -1, 1)
-    left = clip((table.limit - ca.fabs(beta)) / (2 * EDGE) + 0.5)
-    inside = within(table.twist, side * twist)
-    held = ca.vertcat(inside, within(table.clearance, clearance), ca.fmin(ca.fabs(beta), table.limit + EDGE))
-    at, sign, share, beyond = in_scalars("held", symbols, [held, side, left, side * twist - inside])(*symbols)
+    left = clamped_to_unit((table.limit - ca.fabs(beta)) / (2 * EDGE) + 0.5)
+    inside = clamped(table.twist, side * twist)
+    held = ca.vertcat(inside, clamped(table.clearance, clearance), ca.fmin(ca.fabs(beta), table.limit + EDGE))
+    at, sign, share, beyond = expanded("held", symbols, [held, side, left, side * twist - inside])(*symbols)
     axes, coefficients = (table.twist, table.clearance, table.position), table.coefficients[None]
     slope = spline_function("slope", axes, coefficients, slope=True)(at)
     torque = spline_function("torque", axes, coefficients)(at) + beyond * slope

@@ -22,12 +22,12 @@ CURVE_FIELDS = ("name", "ratio", "lever [m/rad]", "twist [rad]", "torque [N.m]")
 _NODES, _CLEARANCES = 240, 24
 
 
-def table_of_curve(twist: Array, torque: Array, lever: float, name: str, ratio: float = 1.0) -> Lookup:
+def curve_lookup(twist: Array, torque: Array, lever: float, name: str, ratio: float = 1.0) -> Lookup:
     """A curve as a lookup: a clearance shifts both its branches apart. Mirrored if it starts at zero twist.
 
     twist: (n,) rad, rising; torque: (n,) N.m; lever: m/rad; ratio: signed, crank to output.
 
-    >>> curve = table_of_curve(np.array([0.0, 1e-3, 2e-3]), np.array([0.0, 5.0, 10.0]), 0.01, "spring")
+    >>> curve = curve_lookup(np.array([0.0, 1e-3, 2e-3]), np.array([0.0, 5.0, 10.0]), 0.01, "spring")
     >>> curve.torque([1e-3, 1e-3], [0.0, 5e-6]).round(2).tolist()
     [5.0, 2.5]
     """
@@ -72,12 +72,12 @@ def table_of_curve(twist: Array, torque: Array, lever: float, name: str, ratio: 
     )
 
 
-def curve_of(lookup: Lookup) -> Mapping[str, Any] | None:
+def source_curve(lookup: Lookup) -> Mapping[str, Any] | None:
     """The curve that a lookup was made of; None if it was made of a drawing."""
     return lookup.drawing.get("curve")
 
 
-def table_from_dict(curve: Mapping[str, Any], where: str) -> Lookup:
+def curve_lookup_from_dict(curve: Mapping[str, Any], where: str) -> Lookup:
     """The lookup of a section [curve]. Raises `InputError` for one that is no curve."""
     refuse_unknown("field", curve, CURVE_FIELDS, where)
     for name in CURVE_FIELDS:
@@ -102,4 +102,4 @@ def table_from_dict(curve: Mapping[str, Any], where: str) -> Lookup:
         "others",
         where,
     )
-    return table_of_curve(twist, torque, lever, curve["name"], ratio)
+    return curve_lookup(twist, torque, lever, curve["name"], ratio)

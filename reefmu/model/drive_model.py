@@ -31,8 +31,8 @@ from stiffness_model.rotation import Individual, draw_individual
 
 from ..effects import Effect, Place, find_effect
 from .assembly import INPUT_NAMES, OUTPUT_NAMES, assemble, stored_angles
-from .contact import completed
-from .curve_table import curve_of
+from .contact import with_contact_tables
+from .curve_table import source_curve
 from .tables import cached_lookup
 
 
@@ -123,7 +123,7 @@ class DriveModel:
     @property
     def drive(self) -> Drive:
         """The drawing behind the lookup. Raises `InputError` where a curve lies behind it."""
-        if curve_of(self.lookup) is not None:
+        if source_curve(self.lookup) is not None:
             raise InputError(f"{self.name}: expected a model with a drawing, got one of a curve")
         return drive_from_dict(self.lookup.drawing)
 
@@ -221,17 +221,17 @@ def build_model(
     # Before the tables, which may take some seconds: a wrong value is told at once.
     parameters = _parameters(name, drive.ratio, ordered, chosen, _band() if one is None else _no_band())
     table = lookup if lookup is not None else cached_lookup(drive, n_drives, seed, executor)
-    return DriveModel(name, completed(table, drive, ordered), ordered, parameters, one)
+    return DriveModel(name, with_contact_tables(table, drive, ordered), ordered, parameters, one)
 
 
 def build_curve_model(table: Lookup, effects: Mapping[str, Mapping[str, float]] | None = None) -> DriveModel:
-    """The model of a curve (`curve_table.table_of_curve`) with some effects inside.
+    """The model of a curve (`curve_table.curve_lookup`) with some effects inside.
 
     Raises `UnknownNameError` or `InputError` as `build_model`, and for effects that need a drawing.
     """
     chosen = dict(effects or {})
     ordered = _in_order(chosen)
-    curve = curve_of(table)
+    curve = source_curve(table)
     assert curve is not None
     for effect in ordered:
         if effect.place in (Place.MODULUS, Place.ELEMENT):

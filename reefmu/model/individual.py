@@ -26,11 +26,11 @@ from stiffness_model.rotation.placed import Parts
 
 from .tables import locate
 
-PASSES = 2
+LEAN_ITERATIONS = 2
 """Refreshes of the crank's direction: right to 1e-6 of the full torque, 5e-7 on the steel drives."""
-LEAST = 1e-12
+MINIMUM_SHARE = 1e-12
 """Below this share of its size a force counts as this: roots have no derivative at zero."""
-ANGLES = 200
+N_ANGLES = 200
 """Of a turn of the output, for the greatest slope."""
 COLUMNS = 6
 """Of the table along the profile: path radius, normal_t/normal_r, 1/normal_r and, seen along the radius, those of
@@ -51,10 +51,10 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
     )
     parts = Parts(individual)
     axis, table = _profile(parts)
-    beta, element, meeting = _places(parts, angle)
+    beta, element, meeting = _element_positions(parts, angle)
     width = parts.window.width
     cell, f = locate(axis, ca.fabs(beta))
-    rows = ca.vertcat(*(_gathered(table, (cell + a) * COLUMNS + k) for a in range(4) for k in range(COLUMNS)))
+    rows = ca.vertcat(*(_gather(table, (cell + a) * COLUMNS + k) for a in range(4) for k in range(COLUMNS)))
     own = parts.own
     crank_root = own.stiffness_crank ** (1 / own.exponent)
     sizes = np.stack(
@@ -67,13 +67,13 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
             crank_root * own.stiffness_cage ** (-1 / own.exponent),
         ]
     )
-    sizes = ca.vertcat(*(_gathered(row, element) for row in sizes))
-    q = _gathered(individual.lobe[meetings(individual.drive)], meeting)
+    sizes = ca.vertcat(*(_gather(row, element) for row in sizes))
+    q = _gather(individual.lobe[meetings(individual.drive)], meeting)
     solved = _element(parts).map("elements", "serial", width, [5, 6], [])
     torque, slope, force = solved(rows, f, beta, sizes, q, inside, held)
     whole, stiffness = ca.sum2(torque), ca.sum2(slope)
     side = ca.if_else(whole < 0, -1, 1)
-    none = LEAST * lookup.full_torque  # so that without torque the share is 1, as where one element carries all
+    none = MINIMUM_SHARE * lookup.full_torque  # so that without torque the share is 1, as where one element carries all
     share = ca.fmin(1, (ca.mmax(side * torque) + none) / (ca.fabs(whole) + none))
     return ca.Function(
         "individual",
@@ -84,25 +84,25 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
     )
 
 
-def steepest(individual: Individual, lookup: Lookup) -> float:
+def maximum_stiffness(individual: Individual, lookup: Lookup) -> float:
     """The greatest slope of the torque over twist, N.m/rad, over one turn of the output: with the least clearance, at
     the ends of the range, where the contacts are stiffest, or in its middle, where all elements may be clamped."""
     function = individual_function(individual, lookup)
     twist, angle = (
         np.ravel(v)
         for v in np.meshgrid(
-            np.linspace(lookup.twist.start, lookup.twist.stop, 3), np.linspace(0, 2 * math.pi, ANGLES, endpoint=False)
+            np.linspace(lookup.twist.start, lookup.twist.stop, 3), np.linspace(0, 2 * math.pi, N_ANGLES, endpoint=False)
         )
     )
     return float(np.asarray(function.map(angle.size)(twist, lookup.clearance.start, angle)[1]).max())
 
 
-def _gathered(table: Array, index: ca.MX) -> ca.MX:
+def _gather(table: Array, index: ca.MX) -> ca.MX:
     """A row of values of a constant table."""
     return ca.MX(ca.DM(np.ravel(table)))[index.T].T
 
 
-def _places(parts: Parts, angle: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
+def _element_positions(parts: Parts, angle: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
     """beta, the element's number and that of its meeting with a lobe, (1, width); as `rotation.individual.places`."""
     one, window = parts.individual, parts.window
     n, step = one.drive.elements, 2 * math.pi / one.drive.elements
@@ -160,15 +160,15 @@ def _element(parts: Parts) -> ca.Function:
     def squeezed(t: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX]:
         """Root s of the force with the crank leaning by t, cage force per radial force, 1/u_r, and the element's way
         along the radius and towards its wall."""
-        w = ca.fmax(t - slope, LEAST)
+        w = ca.fmax(t - slope, MINIMUM_SHARE)
         cage = _power(w, 1 / p) * cage_give
         per_u_r = ca.sqrt(1 + t * t)
-        compliance = _near_one(t * t, (1 + 1 / p) / 2) + gear_give + w * cage
-        s = ca.fmax((per_u_r * reach - d_r - t * d_t) / compliance, LEAST * reach)
+        compliance = _power_near_one(t * t, (1 + 1 / p) / 2) + gear_give + w * cage
+        s = ca.fmax((per_u_r * reach - d_r - t * d_t) / compliance, MINIMUM_SHARE * reach)
         return s, w, per_u_r, s * (gear_give - slope * cage), s * cage
 
     s, w, per_u_r, x_r, x_t = squeezed(d_t / d_r)
-    for _ in range(PASSES - 1):
+    for _ in range(LEAN_ITERATIONS - 1):
         s, w, per_u_r, x_r, x_t = squeezed((d_t + x_t) / (d_r + x_r))
     radial = crank_stiffness * s * (ca.sqrt(s) if p == 1.5 else _power(s, p - 1))
     edge = (window.limit - ca.fabs(beta)) / (2 * EDGE) + 0.5 if window.reach < math.pi else ca.SX(1)
@@ -189,7 +189,7 @@ def _power(x: ca.SX, exponent: float) -> ca.SX:
     return ca.exp(exponent * ca.log(x))
 
 
-def _near_one(x: ca.SX, exponent: float) -> ca.SX:
+def _power_near_one(x: ca.SX, exponent: float) -> ca.SX:
     """(1 + x)^exponent for a small x, here the square of the crank's lean, at most (e/(a + b))^2 or some 1e-3: the
     fourth term is below 1e-9."""
     return 1 + exponent * x * (1 + (exponent - 1) / 2 * x * (1 + (exponent - 2) / 3 * x))

@@ -104,7 +104,7 @@ def _expect_within(value: object, bounds: tuple[float, float], what: str, unit: 
     )
 
 
-TYPICAL = Masses(1e-4, 1.0)
+TYPICAL_MASSES = Masses(1e-4, 1.0)
 """Around a drive of a robot's joint, where nothing is said of them; a host sets others."""
 
 

@@ -27,7 +27,7 @@ from stiffness_model.lookup.build import N_DRIVES, Lookup
 from stiffness_model.units import parse_quantity
 
 from ..effects import Parameter, find_effect
-from .curve_table import curve_of, table_from_dict
+from .curve_table import curve_lookup_from_dict, source_curve
 from .drive_model import DriveModel, build_curve_model, build_model, describe_effects
 
 SCHEMA = 1
@@ -44,7 +44,7 @@ def model_text(model: DriveModel) -> str:
     """The text of model.toml."""
     units = {p.name: p.unit for p in model.parameters}
     values = {p.name: p.value for p in model.parameters}
-    curve = curve_of(model.lookup)
+    curve = source_curve(model.lookup)
     origin = (
         {"curve": dict(curve)}
         if curve is not None
@@ -98,7 +98,7 @@ def load_model(
             where,
         )
         expect("individual" not in model, "no individual of a curve", model.get("individual"), f"{where} [model]")
-        curve = table_from_dict(_section(table, "curve", where), f"{where} [curve]")
+        curve = curve_lookup_from_dict(_section(table, "curve", where), f"{where} [curve]")
         built = build_curve_model(curve if ready is None else ready, effects)
     else:
         drive = drive_from_dict(_section(table, "drawing", where), where)

@@ -35,12 +35,12 @@ def lookup_function(lookup: Lookup) -> ca.Function:
     assert QUANTITIES[3:] == ("max_contact_force", "load_share")
     twist, clearance, band = ca.MX.sym("twist"), ca.MX.sym("clearance"), ca.MX.sym("band")
     axes = (lookup.twist, lookup.clearance)
-    at = in_scalars("held", [twist, clearance], [ca.vertcat(within(axes[0], twist), within(axes[1], clearance))])(
+    at = expanded("held", [twist, clearance], [ca.vertcat(clamped(axes[0], twist), clamped(axes[1], clearance))])(
         twist, clearance
     )
     values = spline_function("values", axes, lookup.coefficients)(at)
     slopes = spline_function("slopes", axes, lookup.coefficients, slope=True)(at)
-    gives = _continued(len(lookup.coefficients)).call([values, slopes, at, twist, clearance, band])
+    gives = _extrapolated(len(lookup.coefficients)).call([values, slopes, at, twist, clearance, band])
     return ca.Function(
         "lookup",
         [twist, clearance, band],
@@ -50,20 +50,20 @@ def lookup_function(lookup: Lookup) -> ca.Function:
     )
 
 
-def _continued(n: int) -> ca.Function:
+def _extrapolated(n: int) -> ca.Function:
     """(values (n,), slopes (n,) at the point (2,), that point, twist, clearance, band) -> what the lookup gives."""
     values, slopes, at = ca.MX.sym("values", n), ca.MX.sym("slopes", n), ca.MX.sym("at", 2)
     twist, clearance, band = ca.MX.sym("twist"), ca.MX.sym("clearance"), ca.MX.sym("band")
     along = values + (twist - at[0]) * slopes
     in_range = ca.logic_and(twist == at[0], clearance == at[1])
-    return in_scalars(
+    return expanded(
         "continued",
         [values, slopes, at, twist, clearance, band],
         [_blend(ca.vertsplit(along)[:3], band), _blend(ca.vertsplit(slopes)[:3], band), along[3], along[4], in_range],
     )
 
 
-def in_scalars(name: str, arguments: list[ca.MX], results: list[ca.MX]) -> ca.Function:
+def expanded(name: str, arguments: list[ca.MX], results: list[ca.MX]) -> ca.Function:
     """A function as straight-line code in scalars: several times faster than matrices where it is interpreted and
     where it is compiled."""
     return ca.Function(name, arguments, results).expand()
@@ -88,7 +88,7 @@ def spline_function(
     )
 
 
-def within(axis: Axis, x: ca.MX) -> ca.MX:
+def clamped(axis: Axis, x: ca.MX) -> ca.MX:
     """x held within the axis, with slope 1 at both ends, for a point on the edge is one of the axis."""
     return ca.if_else(x < axis.start, axis.start, ca.if_else(x > axis.stop, axis.stop, x))
 
@@ -100,7 +100,7 @@ def locate(axis: Axis, x: ca.MX) -> tuple[ca.MX, ca.MX]:
     return cell, u - cell
 
 
-def clip(f: ca.MX) -> ca.MX:
+def clamped_to_unit(f: ca.MX) -> ca.MX:
     """f held to 0 ... 1, with slope 1 at both ends.
 
     A cell's coordinate is exactly 0 at every node, and the drawn clearance is one: there fmin and fmax would have

@@ -22,7 +22,7 @@ from reefmu.joint import JointModel, Masses, joint_system
 from reefmu.model.buffered import Buffered
 from reefmu.model.drive_model import build_model
 from reefmu.model.tables import spline_function
-from reefmu.simulate import inputs_of, simulate_signal
+from reefmu.simulate import inputs_at_twist, simulate_signal
 from stiffness_model.lookup.build import build_lookup
 from tests import diagnosis_rig as rig
 
@@ -66,7 +66,7 @@ def of_model(name: str, joint: JointModel) -> dict[str, tuple[Work, int]]:
     p, inputs = model.parameter_vector(), np.array([0.0, 1.0, -1e-3, 0.0, 20.0])
     states, fast = np.zeros(len(model.states)), Buffered(model.output)
     clock = 1e-3 * np.arange(SAMPLES)
-    signal = inputs_of(1e-3 * np.sin(clock), model, 100 * clock)
+    signal = inputs_at_twist(1e-3 * np.sin(clock), model, 100 * clock)
     return {
         f"{name}: output, ordinary call": (lambda: model.output(states, inputs, p), 100),
         f"{name}: output, buffered": (lambda: fast(states, inputs, p), 300),

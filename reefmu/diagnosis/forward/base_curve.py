@@ -24,8 +24,8 @@ from stiffness_model.lookup.modulus import ModulusShares
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import EFFECTS
-from ...model.contact import completed
-from ...model.curve_table import table_of_curve
+from ...model.contact import with_contact_tables
+from ...model.curve_table import curve_lookup
 from ...record import Record, check_range, convert_units
 from ..preprocessing.audit import ENCODER, changes
 from ..preprocessing.trace import Trace
@@ -84,7 +84,7 @@ class ScaledElastic:
 def drawing_base(drive: Drive, lookup: Lookup) -> Base:
     """The mean torque of a drawing's lookup. What individuals differ is the scatter's business, not a scale's."""
     none = np.zeros(0)
-    whole = completed(lookup, drive, tuple(EFFECTS.values()))
+    whole = with_contact_tables(lookup, drive, tuple(EFFECTS.values()))
     return Base(
         "drawing",
         LookupElastic.of(lookup),
@@ -140,7 +140,7 @@ def curve_base(path: str | os.PathLike[str], ratio: float = 1.0) -> Base:
     Raises `InputError` for a file without them or with twists that do not rise.
     """
     twist, torque, spread = _read_curve(Path(path))
-    lookup = table_of_curve(twist, torque, NO_LEVER, Path(path).stem, ratio)
+    lookup = curve_lookup(twist, torque, NO_LEVER, Path(path).stem, ratio)
     one = np.ones(1)
     return Base(
         "curve",
@@ -188,7 +188,7 @@ def lookup_of(base: Base, shape: Array) -> Lookup:
         return base.lookup
     twist = np.linspace(-1.6, 1.6, 321) * base.reach
     torque = base.elastic.evaluate(twist, np.zeros_like(twist), shape)[0]
-    return table_of_curve(twist, torque, base.lever, Path(base.source).stem, base.ratio)
+    return curve_lookup(twist, torque, base.lever, Path(base.source).stem, base.ratio)
 
 
 def _read_curve(path: Path) -> tuple[Array, Array, float]:

@@ -16,7 +16,7 @@ from scipy.signal import savgol_filter
 
 from stiffness_model.numerics.arrays import Array
 
-from ...speed import central_speed, usual_step
+from ...speed import central_speed, median_step
 
 TURN = 8.0
 """Way back, in standard deviations of the noise, that makes a turning point: some hundred samples of noise span 6."""
@@ -94,7 +94,7 @@ def speed_of(angle: Array, time: Array, noise: float) -> Array:
     windows = [w for w in WINDOWS if w <= n]
     # A coarse or late clock puts many samples at one time: no speed is taken from steps far shorter than those around.
     step = np.diff(time, append=2 * time[-1] - time[-2]) if n > 1 else np.ones(n)
-    usual = usual_step(step)
+    usual = median_step(step)
     for window in windows:
         order = 2 if window == 3 else 1
         way = np.asarray(savgol_filter(angle, 3, 2, deriv=1), float) if order == 2 else _slope(angle, window)

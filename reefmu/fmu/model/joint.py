@@ -276,6 +276,6 @@ def steepest(model: DriveModel) -> float:
     if model.individual is not None:
         from reefmu.model import individual
 
-        return individual.steepest(model.individual, lookup)
+        return individual.maximum_stiffness(model.individual, lookup)
     # The spline's slope is a mean of the differences of its coefficients.
     return float(np.abs(np.diff(lookup.coefficients[:3], axis=1)).max() / lookup.twist.step)

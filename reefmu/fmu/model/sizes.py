@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from reefmu.model.masses import TYPICAL, Masses
+from reefmu.model.masses import TYPICAL_MASSES, Masses
 from stiffness_model.numerics.arrays import Array
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def sized(component: Component) -> Component:
 def experiment(component: Component) -> Experiment:
     """An experiment in which explicit methods and masters that hold the torque over a step stay sane.
 
-    With the eigenfrequency omega of the drive between its masses, `TYPICAL` ones around a drive alone, a master that
+    With the eigenfrequency omega of the drive between its masses, `TYPICAL_MASSES` around a drive alone, a master that
     holds the torque over a step h lets an oscillation grow with 3/4 omega^2 h (`reefmu.joint.step`), Euler's explicit
     method with 1/2 omega^2 h: the step allows no more than `GROWTH`, and Euler on the fastest state as the motion
     passes zero no overshoot. It lasts `PERIODS` of the oscillation. Both are of 1, 2 or 5 times a power of ten, so that
@@ -99,7 +99,7 @@ def experiment(component: Component) -> Experiment:
 
 def _masses(component: Component) -> Masses:
     if component.kind == "drive":
-        return TYPICAL
+        return TYPICAL_MASSES
     return Masses(_value(component, "motor.inertia"), _value(component, "load.inertia"))
 
 

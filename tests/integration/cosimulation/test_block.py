@@ -37,7 +37,7 @@ def test_block_is_a_pure_function(lossy_fmu: Path) -> None:
 
 def test_block_refuses_states_it_has_not_been_in(lossy_fmu: Path) -> None:
     u = np.array([0.0, 0, 0, 0, 20])
-    with fmu_block(lossy_fmu, 1e-3, remember=3) as block:
+    with fmu_block(lossy_fmu, 1e-3, snapshots=3) as block:
         with pytest.raises(InputError, match="drive: expected the state 0 or one that the block returned"):
             ct.linearize(block, np.zeros(1), u)
         x = first = block.dynamics(0, np.zeros(1), u)

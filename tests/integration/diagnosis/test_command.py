@@ -279,7 +279,7 @@ def test_progress_says_what_it_does() -> None:
     with Progress("diagnosing", 100, stream) as progress:
         for now, share in (("base curve", 0.0), ("sets of 1", 0.4), ("sets of 2", 0.3), ("result", 1.0)):
             progress._shown = -np.inf  # as if time had passed
-            progress.reach(share, now)
+            progress.advance_to(share, now)
     shown = [line.removesuffix("\033[K") for line in stream.getvalue().split("\r")]
     assert shown[1:5] == [
         "diagnosing: 0 %, base curve",

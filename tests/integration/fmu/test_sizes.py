@@ -22,7 +22,7 @@ from reefmu.fmu.model.component import drive_component
 from reefmu.fmu.model.joint import joint_component
 from reefmu.fmu.model.sizes import experiment, full_twist, sized
 from reefmu.model.drive_model import DriveModel, build_model
-from reefmu.model.masses import TYPICAL
+from reefmu.model.masses import TYPICAL_MASSES
 from stiffness_model.lookup.build import Lookup
 from tests.integration.fmu.exchange import Exchange
 
@@ -52,7 +52,7 @@ def test_sizes_are_those_of_the_drive_at_full_torque(full_model: DriveModel) -> 
 def test_a_joint_s_speeds_are_those_of_its_oscillation(model: DriveModel) -> None:
     """A free swing from the full twist: its greatest speeds, with the energy of the spring, are of the nominal size."""
     plain = build_model(sm.load_drive("drive_1"), lookup=model.lookup)
-    component = joint_component(plain, TYPICAL)
+    component = joint_component(plain, TYPICAL_MASSES)
     found = {s.name: s.nominal or 0.0 for s in sized(component).states}
     twist = full_twist(drive_component(plain))
     p = component.parameter_vector()
@@ -103,7 +103,7 @@ def test_creep_at_a_coarse_tolerance(drive: sm.Drive, lookup: Lookup, tmp_path: 
 def test_euler_s_method_stays_sane_at_the_proposed_step(drive: sm.Drive, lookup: Lookup) -> None:
     """An undamped swing with friction over the whole of the proposed experiment: it grows by exp(1/2) a second."""
     for effects in ({}, {"hysteresis": {"torque": 4.0}, "coulomb_friction": {"torque": 2.0}}):
-        component = joint_component(build_model(drive, effects, lookup=lookup), TYPICAL)
+        component = joint_component(build_model(drive, effects, lookup=lookup), TYPICAL_MASSES)
         proposed = experiment(component)
         steps = proposed.stop_time / proposed.step_size
         assert steps == pytest.approx(round(steps))
@@ -117,7 +117,7 @@ def test_euler_s_method_stays_sane_at_the_proposed_step(drive: sm.Drive, lookup:
         assert np.abs(np.array(states)[:, 2]).max() < 1.1e-3
 
 
-@pytest.mark.parametrize("masses", [None, TYPICAL])
+@pytest.mark.parametrize("masses", [None, TYPICAL_MASSES])
 def test_the_proposed_step_passes_the_package_s_own_check(
     drive: sm.Drive, lookup: Lookup, tmp_path: Path, capsys: pytest.CaptureFixture[str], masses: object
 ) -> None:
@@ -126,7 +126,7 @@ def test_the_proposed_step_passes_the_package_s_own_check(
     assert proposed is not None
     assert float(proposed.get("tolerance", "")) == 1e-6
     if masses is None:
-        assert main(["check", str(path), "--inertia", str(TYPICAL.reduced_inertia(-29.0))]) == 0
+        assert main(["check", str(path), "--inertia", str(TYPICAL_MASSES.reduced_inertia(-29.0))]) == 0
         said = re.search(r"ok   coupling: (\S+) \(at most", capsys.readouterr().out)
         assert said is not None
         assert float(said[1]) == float(proposed.get("stepSize", ""))
@@ -136,7 +136,7 @@ def test_the_proposed_step_passes_the_package_s_own_check(
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
 def test_no_torque_reaches_an_angle_without_an_integrator(model: DriveModel, tmp_path: Path, fmi: str) -> None:
     """Of the joint: what is declared, and the derivative that a host would find."""
-    path = export_fmu(model, tmp_path / "joint.fmu", backend="native", fmi=fmi, masses=TYPICAL)
+    path = export_fmu(model, tmp_path / "joint.fmu", backend="native", fmi=fmi, masses=TYPICAL_MASSES)
     outputs = fmpy.read_model_description(str(path)).outputs
     assert len(outputs) > 10
     for unknown in outputs:

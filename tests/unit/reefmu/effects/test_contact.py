@@ -9,10 +9,10 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS, Signals
-from reefmu.model.contact import completed
+from reefmu.model.contact import with_contact_tables
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.model_file import load_model, save_model
-from reefmu.simulate import inputs_of, simulate_signal
+from reefmu.simulate import inputs_at_twist, simulate_signal
 from stiffness_model.contact.assembly import build_contacts, usable
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
@@ -28,7 +28,7 @@ def test_modulus_against_a_lookup_of_the_other_drawing(error: float, build: Buil
     twist = np.linspace(-1, 1, 41) * drive.max_twist
     exact = mean_torque(with_modulus(drive, error), twist)
     model = build(modulus_error={"error": error}, backlash={"clearance": 0.0})
-    tau = simulate_signal(model, np.arange(41.0), inputs_of(twist, model))["output.tau"]
+    tau = simulate_signal(model, np.arange(41.0), inputs_at_twist(twist, model))["output.tau"]
     # The lookup averages the sampling noise of the two signs out.
     assert tau == pytest.approx((exact - exact[::-1]) / 2, abs=1e-3 * exact.max())
     plain = simulate_signal(build(), ride.time, ride.inputs)
@@ -90,7 +90,9 @@ def test_a_windup_of_the_output_shaft_leaves_the_element_where_the_crank_has_it(
 def test_the_dip_turns_with_the_cage_past_the_crank(build: Build, drive: sm.Drive, lookup: Lookup) -> None:
     model = build(missing_ball={"size": 1.0, "phase": 0.0})
     crank = np.linspace(0, 40 * 2 * np.pi, 8001)
-    torque = simulate_signal(model, np.arange(8001.0), inputs_of(np.full(8001, 0.5 * drive.max_twist), model, crank))
+    torque = simulate_signal(
+        model, np.arange(8001.0), inputs_at_twist(np.full(8001, 0.5 * drive.max_twist), model, crank)
+    )
     dip = torque["output.tau"] - float(lookup.torque(0.5 * drive.max_twist))
     orders = np.linspace(0.9, 1.1, 401)
     strength = [np.abs(np.sum((dip - dip.mean()) * np.exp(-1j * order * crank))) for order in orders]
@@ -100,7 +102,7 @@ def test_the_dip_turns_with_the_cage_past_the_crank(build: Build, drive: sm.Driv
 def test_size_scales_the_dip_and_stiffness_follows(build: Build, drive: sm.Drive) -> None:
     def at(size: float, twist: float):
         model = build(missing_ball={"size": size, "phase": 1.2}, structural_compliance={"compliance": 2e-6})
-        return simulate_signal(model, [0.0], inputs_of([twist], model))
+        return simulate_signal(model, [0.0], inputs_at_twist([twist], model))
 
     full, half, none = (at(size, 0.5 * drive.max_twist)["output.tau"][0] for size in (1.0, 0.5, 0.0))
     assert full < half < none
@@ -121,7 +123,7 @@ def test_lookup_and_model_files_carry_what_the_effects_need(
         monkeypatch.setattr(f"reefmu.model.contact.{name}", None)  # nothing is solved again
     again = load_model(tmp_path / "model.toml", lookup=tmp_path / "lookup.npz")
     assert again.lookup.modulus == model.lookup.modulus
-    u = inputs_of([0.001], model)
+    u = inputs_at_twist([0.001], model)
     assert np.array_equal(simulate_signal(again, [0.0], u).outputs, simulate_signal(model, [0.0], u).outputs)
-    assert completed(again.lookup, drive, EFFECTS.values()) is again.lookup
+    assert with_contact_tables(again.lookup, drive, EFFECTS.values()) is again.lookup
     assert build_model(drive, {"hysteresis": {}}, lookup=lookup).lookup is lookup

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from reefmu.joint import JointModel, Masses
-from reefmu.joint.controller import Design, Weights, design_lqr, feedback, least_damping, sampled
-from reefmu.joint.plots import believed, run
+from reefmu.joint.controller import Design, Weights, design_lqr, discretize, feedback, minimum_damping_ratio
+from reefmu.joint.plots import linear_response, run
 from reefmu.model.drive_model import DriveModel
 
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0, motor_damping=1e-3, load_damping=0.5)
@@ -38,7 +38,7 @@ def test_designs_know_the_stiffness_of_the_lookup(joint: JointModel, stiff: Desi
 
 def test_gains_are_optimal(joint: JointModel, stiff: Design) -> None:
     """Bellman: no gain nearby costs less, the cost summed over a long run of the linear loop."""
-    a, b, _ = sampled(joint, 100.0, SAMPLE)
+    a, b, _ = discretize(joint, 100.0, SAMPLE)
     w = Weights()
     rate = np.array([0.0, 1 / joint.ratio, 0.0, -1.0, 0.0])
     q = np.diag([0.0, 0.0, w.output_angle, 0.0, w.integral]) + w.twist_rate * np.outer(rate, rate)
@@ -60,16 +60,16 @@ def test_gains_are_optimal(joint: JointModel, stiff: Design) -> None:
 
 
 def test_stable_where_designed_and_what_the_soft_start_does(joint: JointModel, stiff: Design, soft: Design) -> None:
-    assert least_damping(joint, stiff, 100.0) > 0.2
-    assert least_damping(joint, stiff, 0.0) < 0
+    assert minimum_damping_ratio(joint, stiff, 100.0) > 0.2
+    assert minimum_damping_ratio(joint, stiff, 0.0) < 0
     for torque in (0.0, 10.0, 100.0, 200.0):
-        assert least_damping(joint, soft, torque) > 0.2
+        assert minimum_damping_ratio(joint, soft, torque) > 0.2
 
 
 def test_small_step_oscillates_on_the_real_curve_only(joint: JointModel, stiff: Design, soft: Design) -> None:
     target = 0.2e-3
     real, other = (run(joint, design, target, 0.0, 0.5)["output.phi"] for design in (stiff, soft))
-    ideal = believed(joint, stiff, target, 0.0, 0.5)
+    ideal = linear_response(joint, stiff, target, 0.0, 0.5)
     late = slice(800, None)
     assert np.ptp(real[late]) > 0.2 * target
     assert np.ptp(other[late]) < 0.02 * target

@@ -15,7 +15,7 @@ import stiffness_model as sm
 from reefmu.effects import find_effect
 from reefmu.joint import JointModel, Masses, joint_system
 from reefmu.model.buffered import Buffered
-from reefmu.model.contact import completed, element_function
+from reefmu.model.contact import element_function, with_contact_tables
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.tables import lookup_function
 from stiffness_model.lookup.build import Lookup
@@ -38,7 +38,7 @@ def places(axis: Axis, beyond: float) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def element(drive: sm.Drive, lookup: Lookup) -> ElementTable:
-    table = completed(lookup, drive, [find_effect("missing_ball")]).element
+    table = with_contact_tables(lookup, drive, [find_effect("missing_ball")]).element
     assert table is not None
     return table
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import stiffness_model as sm
 from reefmu.effects import EFFECTS
 from reefmu.model.drive_model import INPUTS, OUTPUTS, DriveModel, build_model
-from reefmu.simulate import inputs_of, simulate_signal
+from reefmu.simulate import inputs_at_twist, simulate_signal
 from stiffness_model.lookup.build import Lookup
 
 TAU = [s.name for s in OUTPUTS].index("output.tau")
@@ -40,7 +40,7 @@ def wander(n: int, seed: int = 3) -> np.ndarray:
 
 def test_plain_model_is_the_lookup(model: DriveModel, lookup: Lookup) -> None:
     twist = np.linspace(-1.2, 1.2, 301) * lookup.twist.stop
-    response = simulate_signal(model, np.arange(301.0), inputs_of(twist, model))
+    response = simulate_signal(model, np.arange(301.0), inputs_at_twist(twist, model))
     scale = lookup.full_torque
     assert response["output.tau"] == pytest.approx(lookup.torque(twist), abs=1e-12 * scale)
     assert response["stiffness"] == pytest.approx(lookup.stiffness(twist), rel=1e-9)
@@ -54,7 +54,7 @@ def test_band_and_clearance_reach_the_lookup(drive: sm.Drive, lookup: Lookup) ->
     model = build_model(drive, {"backlash": {"clearance": 6e-6}, "preload": {"clearance": 2e-6}}, lookup=lookup)
     model = model.with_parameters(band=0.7)
     twist = np.linspace(-1, 1, 101) * drive.max_twist
-    tau = simulate_signal(model, np.arange(101.0), inputs_of(twist, model))["output.tau"]
+    tau = simulate_signal(model, np.arange(101.0), inputs_at_twist(twist, model))["output.tau"]
     assert tau == pytest.approx(lookup.torque(twist, 4e-6, 0.7), abs=1e-10 * lookup.full_torque)
 
 
@@ -95,14 +95,14 @@ def test_series_twists_add_up(drive: sm.Drive, lookup: Lookup, softness: float, 
     shift = {"backlash" if clearance > 0 else "preload": {"clearance": abs(clearance) * lookup.clearance.stop}}
     model = build_model(drive, {"structural_compliance": {"compliance": compliance}, **shift}, lookup=lookup)
     twist = share * drive.max_twist
-    tau = float(simulate_signal(model, [0.0], inputs_of(twist, model))["output.tau"][0])
+    tau = float(simulate_signal(model, [0.0], inputs_at_twist(twist, model))["output.tau"][0])
     contact = float(lookup.torque(twist - compliance * tau, clearance * lookup.clearance.stop))
     assert tau == pytest.approx(contact, abs=1e-9 * lookup.full_torque)
 
 
 def test_one_step_equals_many_along_the_same_way(loaded: DriveModel) -> None:
     p = loaded.parameter_vector()
-    first, last = inputs_of([0.0, 0.001], loaded)
+    first, last = inputs_at_twist([0.0, 0.001], loaded)
     x = loaded.initial(first, p)
     whole = np.array(loaded.advance(x, last, 0.1, p)).ravel()
     for share in np.linspace(0, 1, 38)[1:]:
@@ -123,7 +123,7 @@ def test_loop_is_dissipative_and_of_the_right_width(drive: sm.Drive, lookup: Loo
     model = build_model(drive, {"hysteresis": {"torque": 6.0, "presliding": 2e-5}}, lookup=lookup)
     phase = np.linspace(0, 6 * np.pi, 6001)
     twist = 0.002 * np.sin(phase)
-    tau = simulate_signal(model, phase, inputs_of(twist, model))["output.tau"]
+    tau = simulate_signal(model, phase, inputs_at_twist(twist, model))["output.tau"]
     turn = phase > 4 * np.pi
     work = float(np.trapezoid(tau[turn], twist[turn]))
     presliding_loss = 4 * 6.0 * 0.002 - work
