@@ -57,7 +57,7 @@ def main() -> None:
         print(
             f"{curve.name}, {args.lobes} lobes: {curve.full_torque:.0f} N.m at "
             f"{curve.twist[-1] / sm.ARCMIN:g} arcmin, load share there {100 * curve.load_share[-1]:.1f} %, "
-            f"greatest gear force {full:.0f} N, {at_rest:.0f} N at rest, {population.capped} capped contacts"
+            f"greatest gear force {full:.0f} N, {at_rest:.0f} N at rest, {population.capped_count} capped contacts"
         )
     print(f"pictures in {args.folder}")
 

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from .drawing.tolerances import Tolerance
     from .errors import DoesNotFitWarning, InputError, NotConvergedWarning, UnknownNameError
     from .io.drawing_toml import drive_from_dict, drive_to_dict, load_drive, presets, save_drive
-    from .montecarlo.curve import TwistTorqueCurve
     from .montecarlo.population import Population, simulate
+    from .montecarlo.twist_torque_curve import TwistTorqueCurve
     from .ratings.pressure import Pressures, contact_pressures
     from .units import ARCMIN
 
@@ -62,7 +62,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "montecarlo.curve": ("TwistTorqueCurve",),
+    "montecarlo.twist_torque_curve": ("TwistTorqueCurve",),
     "io.drawing_toml": ("drive_from_dict", "drive_to_dict", "load_drive", "presets", "save_drive"),
     "drawing.drive": ("Drive",),
     "errors": ("DoesNotFitWarning", "InputError", "NotConvergedWarning", "UnknownNameError"),

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from stiffness_model.catalog.gears import CatalogGear, catalog
 from stiffness_model.io.atomic_files import staged_folder
-from stiffness_model.montecarlo.curve import TwistTorqueCurve
+from stiffness_model.montecarlo.twist_torque_curve import TwistTorqueCurve
 from stiffness_model.plotting import curves as plots
 from stiffness_model.units import ARCMIN
 

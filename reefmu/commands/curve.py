@@ -6,8 +6,8 @@ import argparse
 
 from stiffness_model.drawing.tolerances import clearance_offset
 from stiffness_model.io.atomic_files import staged_folder
-from stiffness_model.montecarlo.curve import LOST_MOTION_SHARE, PLAY_SHARE, TwistTorqueCurve
 from stiffness_model.montecarlo.population import Population
+from stiffness_model.montecarlo.twist_torque_curve import BACKLASH_SHARE, LOST_MOTION_SHARE, TwistTorqueCurve
 from stiffness_model.plotting import curves as plots
 from stiffness_model.units import ARCMIN
 
@@ -70,7 +70,7 @@ def _motion(curve: TwistTorqueCurve) -> str:
     return "\n".join(
         [
             f"backlash     {curve.backlash() / ARCMIN:8.3f} arcmin  "
-            f"(carries less than {100 * PLAY_SHARE:g} % of {full:.4g} N.m)",
+            f"(carries less than {100 * BACKLASH_SHARE:g} % of {full:.4g} N.m)",
             f"lost motion  {curve.lost_motion() / ARCMIN:8.3f} arcmin  "
             f"(between +-{100 * LOST_MOTION_SHARE:g} % of {full:.4g} N.m)",
         ]
@@ -98,19 +98,20 @@ def _elements(population: Population) -> str:
     lines = [
         f"{elements} elements at {len(population.twist)} twists each:",
         f"  {100 * carrying / whole:5.1f} %  carry load",
-        f"  {100 * counts['play'] / whole:5.1f} %  have play",
+        f"  {100 * counts['unloaded'] / whole:5.1f} %  have play",
         f"  {100 * counts['excluded'] / whole:5.1f} %  stand where the profile is cut away and carry nothing",
     ]
-    if population.tight:
+    larger = population.interference_count
+    if larger:
         lines.append(
-            f"  {population.tight} elements ({100 * population.tight / elements:.2g} %) are larger than their "
+            f"  {larger} elements ({100 * larger / elements:.2g} %) are larger than their "
             f"bores and press both walls{_remedy(population)}"
         )
     if counts["not_converged"]:
         lines.append(f"  {counts['not_converged']} cases found no equilibrium and count as no force")
-    if population.capped:
+    if population.capped_count:
         lines.append(
-            f"  {population.capped} elements lie closer in their bore than Hertz's theory reaches; "
+            f"  {population.capped_count} elements lie closer in their bore than Hertz's theory reaches; "
             "their cage stiffness is capped"
         )
     return "\n".join(lines)

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from stiffness_model import rotation as turning
-from stiffness_model.contact.assembly import CONTACTS
+from stiffness_model.contact.element_contacts import CONTACTS
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.drawing.twist_limits import expect_crank_angle, expect_twists

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stiffness_model.contact.assembly import PARTNERS
+from stiffness_model.contact.element_contacts import PARTNERS
 from stiffness_model.drawing.options import STIFFNESSES, ModelOptions, write_options
 from stiffness_model.montecarlo.population import Population, simulate
 from stiffness_model.numerics.arrays import Array

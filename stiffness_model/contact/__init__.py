@@ -1,5 +1,6 @@
 """The contacts of every element: stiffness from radii and materials, for all elements of some virtual drives.
 
-* `assembly`: the contacts at gear, crank and cage, ready for the equilibrium; `inertia`: forces of the elements' orbit.
+* `element_contacts`: geometry and stiffness of the contacts at gear, crank and cage, as the equilibrium needs them.
 * `laws`: force, stiffness and stored energy of each contact over its indentation.
+* `inertia`: inertia forces on the orbiting elements.
 """

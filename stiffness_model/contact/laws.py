@@ -16,10 +16,10 @@ from ..elasticity.conformal import Lamina
 from ..numerics.arrays import Array
 
 if TYPE_CHECKING:
-    from .assembly import Contacts
+    from .element_contacts import Contacts
 
 
-class Law(Protocol):
+class ContactLaw(Protocol):
     """Force, N, stiffness, N/m, and energy, J, over the approach, m; all nought without contact."""
 
     def force(self, approach: Array) -> tuple[Array, Array, Array]: ...
@@ -33,23 +33,23 @@ class PowerLaw:
     exponent: float
 
     def force(self, approach: Array) -> tuple[Array, Array, Array]:
-        """See `Law`."""
+        """See `ContactLaw`."""
         d, p = np.maximum(approach, 0.0), self.exponent
         f = self.stiffness * d**p
         return f, p * self.stiffness * d ** (p - 1), f * d / (p + 1)
 
 
 @dataclass(frozen=True)
-class Series:
+class SeriesSpring:
     """A contact and a linear spring (N/m) that carries the same force."""
 
-    contact: Law
+    contact: ContactLaw
     spring: float
 
     def force(self, approach: Array) -> tuple[Array, Array, Array]:
-        """See `Law`. Newton's method on the contact's share of the approach.
+        """See `ContactLaw`. Newton's method on the contact's share of the approach.
 
-        >>> soft = Series(PowerLaw(np.array([1e10]), 1.5), 1e6)
+        >>> soft = SeriesSpring(PowerLaw(np.array([1e10]), 1.5), 1e6)
         >>> f, k, _ = soft.force(np.array([1e-5]))
         >>> bool(np.isclose((f / 1e10) ** (2 / 3) + f / 1e6, 1e-5)[0])
         True
@@ -67,21 +67,21 @@ class Series:
         return f, k / (1 + k / self.spring), energy + f**2 / (2 * self.spring)
 
 
-def laws(contacts: Contacts) -> tuple[Law, ...] | None:
+def contact_laws(contacts: Contacts) -> tuple[ContactLaw, ...] | None:
     """The laws of C1 to C4, or None where all are power laws."""
     c, options = contacts, contacts.beyond
     conforming = options.cage_contact == "lamina"
     if math.isinf(options.ring_stiffness) and math.isinf(options.cage_wall_stiffness) and not conforming:
         return None
-    gear: Law = PowerLaw(c.stiffness_gear, c.exponent)
+    gear: ContactLaw = PowerLaw(c.stiffness_gear, c.exponent)
     if math.isfinite(options.ring_stiffness):
-        gear = Series(gear, options.ring_stiffness)
-    cage: Law = bore(c) if conforming else PowerLaw(c.stiffness_cage, c.exponent)
+        gear = SeriesSpring(gear, options.ring_stiffness)
+    cage: ContactLaw = bore_law(c) if conforming else PowerLaw(c.stiffness_cage, c.exponent)
     if math.isfinite(options.cage_wall_stiffness):
-        cage = Series(cage, options.cage_wall_stiffness)
+        cage = SeriesSpring(cage, options.cage_wall_stiffness)
     return gear, PowerLaw(c.stiffness_crank, c.exponent), cage, cage
 
 
-def bore(contacts: Contacts) -> Lamina:
+def bore_law(contacts: Contacts) -> Lamina:
     """The conforming law of the elements' bores."""
     return Lamina(contacts.element_radius, contacts.cage_gap, contacts.cage_compliance)

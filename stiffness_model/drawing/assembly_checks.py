@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping
 
 from ..errors import InputError
-from ..geometry.ball_path import Path
+from ..geometry.ball_path import BallPath
 from .tolerances import Tolerance
 
 MAX_CONTACT_RATIO = 0.1
@@ -46,7 +46,7 @@ field, got 7 mm -8 mm +-1.25 um
             )
 
 
-def check_flank(path: Path, limit: float, element_radius: float, where: str) -> None:
+def check_flank(path: BallPath, limit: float, element_radius: float, where: str) -> None:
     """Raise `InputError` where a lobe as far as it exists, |beta| up to `limit` rad, is shorter than half a contact."""
     length = 2 * limit / path.lobes * (path.centre_distance + element_radius)
     least = MAX_CONTACT_RATIO * element_radius
@@ -60,7 +60,11 @@ def check_flank(path: Path, limit: float, element_radius: float, where: str) -> 
 
 
 def check_mesh(
-    path: Path, element_radius: float, tolerances: Mapping[str, Tolerance], compliance: Mapping[str, float], where: str
+    path: BallPath,
+    element_radius: float,
+    tolerances: Mapping[str, Tolerance],
+    compliance: Mapping[str, float],
+    where: str,
 ) -> None:
     """Raise `InputError` where the mean drive presses its elements deeper than the theory reaches, or lets them pass.
 

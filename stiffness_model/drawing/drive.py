@@ -8,7 +8,7 @@ from functools import cached_property
 
 from ..elasticity.hertz import LINE_EXPONENT, POINT_EXPONENT
 from ..errors import expect, expect_number, expect_whole
-from ..geometry.ball_path import Path, usable_limit
+from ..geometry.ball_path import BallPath, usable_limit
 from ..geometry.seats import Seats
 from ..units import format_quantity
 from .assembly_checks import check_flank, check_mesh, check_radii
@@ -167,9 +167,9 @@ class Drive:
         return self.orientation * self.transmission_ratio
 
     @property
-    def path(self) -> Path:
+    def path(self) -> BallPath:
         """The nominal path of the elements' centres."""
-        return Path(self.crank_radius + self.element_radius, self.eccentricity, self.lobes)
+        return BallPath(self.crank_radius + self.element_radius, self.eccentricity, self.lobes)
 
     @cached_property
     def usable_limit(self) -> float:

@@ -91,7 +91,7 @@ class Lamina:
         x = np.maximum(np.asarray(approach, float), 0.0) / self._scales[0]
         return _arc(x)
 
-    def greatest_line_load(self, approach: ArrayLike) -> Array:
+    def peak_line_load(self, approach: ArrayLike) -> Array:
         """q in the middle of the arc, N/m."""
         d = np.maximum(np.asarray(approach, float), 0.0)
         arc = 2 * self.half_angle(d) * self.radius

@@ -29,7 +29,7 @@ CONFORMITY_LIMIT = 0.9999
 
 A ball of 7 mm reaches it in a bore 0.35 um wider than itself. Closer still, or with interference
 (cos(tau) > 1), the half-space theory would give a contact ellipse longer than the ball; K is then held at its
-value for the cap, axis ratio 354, and the case is counted (`Population.capped`). The cage is the
+value for the cap, axis ratio 354, and the case is counted (`Population.capped_count`). The cage is the
 stiffest of the three contacts in series there, so the cap changes the drive's torque by less than 0.1 %.
 """
 

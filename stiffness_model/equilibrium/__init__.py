@@ -1,7 +1,8 @@
 """Equilibrium of the elements between gear, crank and cage: displacements, forces, torque, with a status for each.
 
-* `closed_form`: one division per element and pass, for what Hertz's laws alone hold; `result`: what comes of it.
-* `newton`: the elements without a closed form; `external_load`: further forces and the exact profile.
-* `elements`, `frame`, `coupled_elements`: elements that feel each other through bearings and housing.
-* `reference`: the paper's own root search, an independent solution for tests.
+* `closed_form`: elements whose contacts all follow Hertz's power law; `solution`: status, forces and displacements.
+* `newton`: elements without a closed form, by minimising their stored energy.
+* `coupled_elements`: elements that share a compliant bearing or housing (`shared_bodies`) or have other contact laws,
+  solved by `closed_form_elements` and `iterated_elements`.
+* `reference`: the paper's root search, an independent solution for tests.
 """

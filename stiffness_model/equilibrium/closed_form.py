@@ -24,51 +24,51 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact.assembly import Contacts
+from ..contact.element_contacts import Contacts
 from ..errors import expect
 from ..numerics.arrays import Array
-from .coupled_elements import solve_beyond
+from .coupled_elements import solve_coupled
 from .newton import BLOCK as NEWTON_BLOCK
 from .newton import iterate
-from .result import NAMES, Equilibrium, Status, root
+from .solution import NAMES, Equilibrium, Status, root
 
-PASSES = 3
-MOST_PASSES = 12
+MIN_PASSES = 3
+MAX_PASSES = 12
 BLOCK = 16384
 """Elements times twists worked on at once: few enough that the arrays stay in the processor's cache, enough that
 the calls do not count. From 8000 to 60 000 the time changes by a tenth."""
-AT_ONCE = 2**19
+MAX_PAIRS = 2**19
 """Elements times twists whose equilibrium is held at once, at 65 bytes each."""
 TOLERANCE = 1e-11
 """Greatest turn of the crank's normal, rad, that one more pass would bring: of that order are the errors of
 the forces, as shares of the crank's."""
 
 
-def solve(contacts: Contacts, crank_twist: ArrayLike, extra_force: ArrayLike | None = None) -> Equilibrium:
+def solve(contacts: Contacts, crank_twist: ArrayLike, external_force: ArrayLike | None = None) -> Equilibrium:
     """Equilibrium of n elements at m crank twists (rad at the crank, cage and gear fixed).
 
-    extra_force: (2,) or (2, n), N, radial (outwards) and tangential force on every element, or None.
+    external_force: (2,) or (2, n), N, radial (outwards) and tangential force on every element, or None.
     An element that finds no equilibrium gets `Status.NOT_CONVERGED` and no force; it never raises for all.
     """
     twist = np.atleast_1d(np.asarray(crank_twist, float))
     expect(twist.ndim == 1 and bool(np.isfinite(twist).all()), "finite twists in one dimension", crank_twist, "twist")
     if not contacts.beyond.is_plain:
-        return solve_beyond(contacts, twist, extra_force)
+        return solve_coupled(contacts, twist, external_force)
     result = closed_form(contacts, twist)
     special = np.ones(len(contacts), bool)
-    if extra_force is None:
+    if external_force is None:
         special = (contacts.cage_gap < 0) | (result.status == Status.NOT_CONVERGED).any(axis=0)
     if special.any():
-        _iterated(contacts, twist, np.flatnonzero(special), extra_force, result)
+        _iterated(contacts, twist, np.flatnonzero(special), external_force, result)
     return result
 
 
-def solve_parts(contacts: Contacts, crank_twist: Array) -> Iterator[tuple[slice, Equilibrium]]:
+def solve_chunks(contacts: Contacts, crank_twist: Array) -> Iterator[tuple[slice, Equilibrium]]:
     """`solve` for those who reduce the result at once: some of the twists (m,) and their equilibrium, in turn.
 
-    Whatever the number of twists, no more than `AT_ONCE` elements times twists are held.
+    Whatever the number of twists, no more than `MAX_PAIRS` elements times twists are held.
     """
-    rows = max(1, AT_ONCE // max(1, len(contacts)))
+    rows = max(1, MAX_PAIRS // max(1, len(contacts)))
     for first in range(0, len(crank_twist), rows):
         part = slice(first, min(first + rows, len(crank_twist)))
         yield part, solve(contacts, crank_twist[part])
@@ -135,7 +135,7 @@ def _solve_block(c: Contacts, fixed: _Fixed, twist: Array, out: Equilibrium, scr
     np.subtract(fixed.cage_gap, np.multiply(wall, centre_t, out=spare), out=d_t)
 
     np.divide(d_t, d_r, out=t)
-    for done in range(1, MOST_PASSES + 1):
+    for done in range(1, MAX_PASSES + 1):
         np.subtract(t, slope, out=w)
         np.maximum(w, 0.0, out=w)
         give = root(w, p, out=x_t)
@@ -160,11 +160,11 @@ def _solve_block(c: Contacts, fixed: _Fixed, twist: Array, out: Equilibrium, scr
         np.add(d_t, x_t, out=t_next)
         t_next /= np.add(d_r, x_r, out=spare)
         turn = np.abs(np.subtract(t_next, t, out=spare), out=spare)
-        if done >= PASSES and turn.max(initial=0.0) <= TOLERANCE:
+        if done >= MIN_PASSES and turn.max(initial=0.0) <= TOLERANCE:
             break
         t, t_next = t_next, t
 
-    out.status[:] = s > 0  # PLAY and LOADED
+    out.status[:] = s > 0  # UNLOADED and LOADED
     out.status[~(spare <= TOLERANCE)] = Status.NOT_CONVERGED
     force = s
     force *= np.sqrt(s, out=spare) if p == 1.5 else np.power(s, p - 1, out=spare)
@@ -190,18 +190,18 @@ def _solve_block(c: Contacts, fixed: _Fixed, twist: Array, out: Equilibrium, scr
 
 
 def _iterated(
-    contacts: Contacts, twist: Array, index: NDArray[np.intp], extra_force: ArrayLike | None, result: Equilibrium
+    contacts: Contacts, twist: Array, index: NDArray[np.intp], external_force: ArrayLike | None, result: Equilibrium
 ) -> None:
     """Overwrite the columns `index` of `result` with the Newton iteration's."""
     some = contacts[index]
     load = np.zeros((2, len(some)))
-    if extra_force is not None:
-        force = np.asarray(extra_force, float)
+    if external_force is not None:
+        force = np.asarray(external_force, float)
         expect(
             force.shape in ((2,), (2, len(contacts))) and bool(np.isfinite(force).all()),
             f"finite forces of shape (2,) or (2, {len(contacts)})",
             force.shape,
-            "extra_force",
+            "external_force",
         )
         load[:] = force[:, None] if force.ndim == 1 else force[:, index]
     # Every pair of element and twist is one problem of its own.
@@ -232,5 +232,5 @@ def _iterated_block(every: Contacts, twist: Array, load: Array, index: NDArray[n
     result.crank_torque[:, index] = (forces[1] * lever).reshape(pairs)
     # An element that rests between its walls may touch the gear by a rounding error.
     carries = np.maximum(forces[0], forces[1]) > 1e-12 * forces.max(axis=0, initial=0.0)
-    status = np.where(converged, np.where(carries, Status.ITERATED, Status.PLAY), Status.NOT_CONVERGED)
+    status = np.where(converged, np.where(carries, Status.ITERATED, Status.UNLOADED), Status.NOT_CONVERGED)
     result.status[:, index] = status.reshape(pairs)

@@ -25,15 +25,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact.assembly import Contacts
+from ..contact.element_contacts import Contacts
 from ..errors import expect
 from ..numerics.arrays import Array
-from .elements import ClosedForm, Motion
-from .external_load import Pull, Special
-from .frame import Centres, Frame, Seat
-from .result import NAMES, Equilibrium, Status
+from .closed_form_elements import ClosedForm, Motion
+from .iterated_elements import Pull, Special
+from .shared_bodies import Centres, Frame, Seat
+from .solution import NAMES, Equilibrium, Status
 
-MOST_PASSES = 60
+MAX_PASSES = 60
 BLOCK = 16384
 """Elements times twists worked on at once, for the processor's cache."""
 SETTLED = 1e-14
@@ -77,8 +77,8 @@ class CoupledEquilibrium(Equilibrium):
         return held
 
 
-def solve_beyond(
-    contacts: Contacts, twist: Array, extra_force: ArrayLike | None = None, held: Centres | None = None
+def solve_coupled(
+    contacts: Contacts, twist: Array, external_force: ArrayLike | None = None, held: Centres | None = None
 ) -> CoupledEquilibrium:
     """Equilibrium of n elements, whole drives, at m crank twists (rad); see `equilibrium.solve`.
 
@@ -87,13 +87,13 @@ def solve_beyond(
     given, order = contacts, np.argsort(contacts.eccentric, kind="stable")
     contacts = contacts[order]
     load = contacts.load.T.copy()
-    if extra_force is not None:
-        force = np.asarray(extra_force, float)
+    if external_force is not None:
+        force = np.asarray(external_force, float)
         expect(
             force.shape in ((2,), (2, len(contacts))) and bool(np.isfinite(force).all()),
             f"finite forces of shape (2,) or (2, {len(contacts)})",
             force.shape,
-            "extra_force",
+            "external_force",
         )
         load += force[:, None] if force.ndim == 1 else force[:, order]
     frame = Frame(contacts)
@@ -199,7 +199,7 @@ def _outer(
     Returns the centres and which drives found them, (m, n_drives).
     """
     moved = np.full(1, math.inf)
-    for done in range(1, MOST_PASSES + 1):
+    for done in range(1, MAX_PASSES + 1):
         regular.take_pass(centres, done)
         if frame.couples:
             sums = regular.sums()

@@ -17,8 +17,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.assembly import Contacts
-from ..contact.laws import Law, laws
+from ..contact.element_contacts import Contacts
+from ..contact.laws import ContactLaw, contact_laws
 from ..numerics.arrays import Array
 
 MOST_STEPS = 200
@@ -159,7 +159,7 @@ class _ForceField:
     load: Array
     from_centre: Array
     power: Array
-    laws: tuple[Law, ...] | None
+    laws: tuple[ContactLaw, ...] | None
 
     @staticmethod
     def of(contacts: Contacts, crank_twist: Array, load: Array, shift: Array | None = None) -> _ForceField:
@@ -169,11 +169,13 @@ class _ForceField:
         if shift is not None:
             away -= shift
         power = np.stack([c.stiffness_gear, c.stiffness_crank, c.stiffness_cage, c.stiffness_cage])
-        return _ForceField(c, load, away, power, laws(c))
+        return _ForceField(c, load, away, power, contact_laws(c))
 
     def __getitem__(self, index: NDArray[np.intp]) -> _ForceField:
         some = self.contacts[index]
-        return _ForceField(some, self.load[:, index], self.from_centre[:, index], self.power[:, index], laws(some))
+        return _ForceField(
+            some, self.load[:, index], self.from_centre[:, index], self.power[:, index], contact_laws(some)
+        )
 
     @property
     def stiffness_unit(self) -> Array:
@@ -196,7 +198,7 @@ class _ForceField:
         c, p = self.contacts, self.contacts.exponent
         n_r, n_t, gap, curvature = c.normal_r, c.normal_t, c.gear_gap, None
         if c.profile is not None:
-            near = c.profile.nearest(c.beta, x, foot, steps=3)
+            near = c.profile.nearest_point(c.beta, x, foot, steps=3)
             foot, n_r, n_t, gap = near.beta, near.normal_r, near.normal_t, c.gear_gap + near.offset
             curvature = near.curvature / (1 + near.curvature * (n_r * x[0] + n_t * x[1] - near.offset))
         d = self.from_centre + x

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize, root
 
-from ..contact.assembly import Contacts
+from ..contact.element_contacts import Contacts
 from ..numerics.arrays import Array
 
 Vector = tuple[float, float]
@@ -114,18 +114,18 @@ def equilibrium_of(
     contacts: Contacts,
     index: int,
     crank_twist: float,
-    extra_force: Vector = (0.0, 0.0),
+    external_force: Vector = (0.0, 0.0),
     start: Vector | None = None,
     descend: bool = False,
 ) -> ElementEquilibrium:
     """Equilibrium of the element `index` of `contacts` at one crank twist, rad.
 
-    extra_force: radial and tangential force on the element, N (the "additional forces" of eq. 15).
+    external_force: radial and tangential force on the element, N (the "additional forces" of eq. 15).
     start: displacement, m, from which to search. descend: by energy descent alone, without the root finder.
     """
-    element = _element(contacts, index, crank_twist, extra_force)
+    element = _element(contacts, index, crank_twist, external_force)
     side = _pushed_to(element)
-    if extra_force == (0.0, 0.0):
+    if external_force == (0.0, 0.0):
         x_t = side * max(element.cage_gap, 0.0)
         at_crank, at_gear = element.window(x_t)
         if at_crank <= at_gear:
@@ -139,7 +139,7 @@ def equilibrium_of(
     return _result(element, x if found is None else found, "none" if found is None else "descent")
 
 
-def _element(c: Contacts, index: int, phi: float, extra_force: Vector) -> _Element:
+def _element(c: Contacts, index: int, phi: float, external_force: Vector) -> _Element:
     one = {
         name: float(getattr(c, name)[index])
         for name in (
@@ -165,7 +165,7 @@ def _element(c: Contacts, index: int, phi: float, extra_force: Vector) -> _Eleme
         gear_gap=one["gear_gap"],
         reach=one["reach"],
         cage_gap=one["cage_gap"],
-        extra=(float(extra_force[0]), float(extra_force[1])),
+        extra=(float(external_force[0]), float(external_force[1])),
     )
 
 

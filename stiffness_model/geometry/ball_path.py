@@ -20,7 +20,7 @@ from ..numerics.roots import bracketed_root
 
 
 @dataclass(frozen=True)
-class Path:
+class BallPath:
     """The path of the elements' centres in the gear.
 
     centre_distance: a + b, crank radius plus element radius, m; eccentricity: e, m; lobes: z, an integer.
@@ -33,7 +33,7 @@ class Path:
     def radius(self, beta: ArrayLike) -> Array:
         """Distance c(beta) from the drive's axis to the element's centre, m (ref. [5] of the paper).
 
-        >>> f"{Path(48e-3, 0.7e-3, 30).radius(0.0):.4f}"
+        >>> f"{BallPath(48e-3, 0.7e-3, 30).radius(0.0):.4f}"
         '0.0487'
         """
         b = np.asarray(beta, float)
@@ -66,7 +66,7 @@ class Path:
         """Signed curvature det(c', c'')/|c'|^3 of the path (eqs 24, 25), 1/m; positive where it is concave
         towards the axis.
 
-        >>> [f"{1e3 / Path(48e-3, 0.7e-3, 28).curvature(b):.3f}" for b in (0, math.pi)]
+        >>> [f"{1e3 / BallPath(48e-3, 0.7e-3, 28).curvature(b):.3f}" for b in (0, math.pi)]
         ['3.917', '-4.534']
         """
         z = self.lobes
@@ -76,7 +76,7 @@ class Path:
     def pressure_angle(self, beta: ArrayLike) -> Array:
         """Angle between the gear's normal and the radius, rad, not negative.
 
-        >>> drive_1 = Path(48e-3, 0.7e-3, 30)
+        >>> drive_1 = BallPath(48e-3, 0.7e-3, 30)
         >>> f"{math.degrees(drive_1.pressure_angle(np.linspace(0, math.pi, 10001)).max()):.1f}"
         '23.6'
         """
@@ -105,13 +105,13 @@ def profile_curvature(path_curvature: ArrayLike, offset: ArrayLike) -> Array:
     return -k / (1 + k * np.asarray(offset, float))
 
 
-def usable_limit(path: Path, offset: float) -> float:
+def usable_limit(path: BallPath, offset: float) -> float:
     """Greatest |beta|, rad, of the part of the profile that exists; pi if the profile does not cut itself.
 
     The equidistant of a strongly curved path crosses itself on the symmetry line between two lobes,
     beta = pi. What lies beyond the crossing is cut away, and elements there carry nothing.
 
-    >>> [f"{math.degrees(usable_limit(Path(48e-3, 0.7e-3, z), 7e-3)):.3f}" for z in (28, 30)]
+    >>> [f"{math.degrees(usable_limit(BallPath(48e-3, 0.7e-3, z), 7e-3)):.3f}" for z in (28, 30)]
     ['103.888', '91.426']
     """
     symmetry = math.pi / path.lobes
@@ -130,13 +130,13 @@ def usable_limit(path: Path, offset: float) -> float:
     return bracketed_root(lambda b: float(beyond(b)), float(grid[first - 1]), float(grid[first]))
 
 
-def curvature_limit(path: Path, offset: float) -> float:
+def curvature_limit(path: BallPath, offset: float) -> float:
     """|beta| at which undercut by curvature alone starts, rad (1 + k q = 0); pi if it does not.
 
     Not the exclusion limit: `usable_limit` lies lower, and excluding by curvature alone overstates the
     stiffness by a third and more.
 
-    >>> [f"{math.degrees(curvature_limit(Path(48e-3, 0.7e-3, z), 7e-3)):.1f}" for z in (28, 30)]
+    >>> [f"{math.degrees(curvature_limit(BallPath(48e-3, 0.7e-3, z), 7e-3)):.1f}" for z in (28, 30)]
     ['138.8', '133.0']
     """
     grid = np.linspace(0.0, math.pi, 2001)
@@ -153,12 +153,12 @@ def wrap(angle: ArrayLike) -> Array:
     return math.pi - (math.pi - a) % (2 * math.pi)
 
 
-def most_that_fit(centre_distance: float, element_radius: float) -> int:
+def max_elements_on_circle(centre_distance: float, element_radius: float) -> int:
     """The most elements of `element_radius` m that fit side by side on a circle of `centre_distance` m.
 
     Neighbours' chord 2 R sin(pi/n) must reach 2 r; a single one always fits.
 
-    >>> most_that_fit(48e-3, 7e-3)
+    >>> max_elements_on_circle(48e-3, 7e-3)
     21
     """
     share = element_radius / centre_distance

@@ -20,10 +20,10 @@ import numpy as np
 
 from ..elasticity.hertz import point_stiffness
 from ..numerics.arrays import Array
-from .ball_path import Path, profile_curvature
+from .ball_path import BallPath, profile_curvature
 
 
-class Foot(NamedTuple):
+class NearestPoint(NamedTuple):
     """The nearest point of the path: beta there, rad; outward unit normal; normal . foot, m; curvature, 1/m."""
 
     beta: Array
@@ -34,23 +34,23 @@ class Foot(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Profile:
+class GearProfile:
     """path: of the centres; orientation: +1 or -1 as `Drive.orientation`; compliance: of element and gear, 1/Pa;
     line_stiffness: N/m^(10/9) of rollers, None for balls.
     """
 
-    path: Path
+    path: BallPath
     orientation: int
     compliance: float
     line_stiffness: float | None
 
-    def nearest(self, beta: Array, x: Array, guess: Array, steps: int = 2) -> Foot:
+    def nearest_point(self, beta: Array, x: Array, guess: Array, steps: int = 2) -> NearestPoint:
         """The foot for centres displaced by x, (2, ...) m, from beta; Newton's method from `guess` (beta, rad).
 
         Two steps from the last displacement's foot are exact to rounding where the displacement has moved little.
 
-        >>> drive = Profile(Path(48e-3, 0.7e-3, 30), -1, 1e-11, None)
-        >>> foot = drive.nearest(np.array([0.5]), np.array([[0.0], [0.0]]), np.array([0.5]))
+        >>> drive = GearProfile(BallPath(48e-3, 0.7e-3, 30), -1, 1e-11, None)
+        >>> foot = drive.nearest_point(np.array([0.5]), np.array([[0.0], [0.0]]), np.array([0.5]))
         >>> bool(abs(foot.beta[0] - 0.5) < 1e-12)
         True
         """
@@ -62,7 +62,7 @@ class Profile:
             at = at + self.orientation * along / (1 + foot.curvature * distance) / self._arc(at)
         return self._foot(beta, at, x)[0]
 
-    def stiffness(self, foot: Foot, element_radius: Array, gear_gap: Array) -> Array:
+    def stiffness(self, foot: NearestPoint, element_radius: Array, gear_gap: Array) -> Array:
         """K of the contact there, N/m^p, with the clearance gear_gap = q - r_RE."""
         if self.line_stiffness is not None:
             return np.full(np.shape(foot.beta), self.line_stiffness)
@@ -73,7 +73,7 @@ class Profile:
         """Length of the path over beta, m/rad."""
         return np.hypot(self.path.radius(beta) / self.path.lobes, self.path.slope(beta))
 
-    def _foot(self, beta: Array, at: Array, x: Array) -> tuple[Foot, Array, Array]:
+    def _foot(self, beta: Array, at: Array, x: Array) -> tuple[NearestPoint, Array, Array]:
         """The path at `at` in the frame of an element whose neutral place is beta, and x - foot."""
         path = self.path
         turn = self.orientation * (at - beta) / path.lobes
@@ -82,5 +82,5 @@ class Profile:
         n_r, n_t = n_r * cos - n_t * sin, n_r * sin + n_t * cos
         radius = path.radius(at)
         foot_r, foot_t = radius * cos - path.radius(beta), radius * sin
-        foot = Foot(at, n_r, n_t, n_r * foot_r + n_t * foot_t, path.curvature(at))
+        foot = NearestPoint(at, n_r, n_t, n_r * foot_r + n_t * foot_t, path.curvature(at))
         return foot, x[0] - foot_r, x[1] - foot_t

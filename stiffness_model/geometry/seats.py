@@ -24,14 +24,14 @@ class Seats:
     bore_radius: float
 
     @property
-    def apart(self) -> int:
+    def spacing(self) -> int:
         """Seats from one element to its nearest neighbour; 0 where there are more elements than seats."""
         return self.seats // self.elements
 
     @property
     def chord(self) -> float:
         """Distance of the nearest two elements' centres, m; infinite for a single element."""
-        return self._chord(self.apart) if self.elements > 1 else math.inf
+        return self._chord(self.spacing) if self.elements > 1 else math.inf
 
     @property
     def wall(self) -> float:
@@ -43,10 +43,10 @@ class Seats:
         """Whether there is a wall between all bores."""
         return self.wall > 0
 
-    def most(self, wall: float = 0.0) -> int:
+    def max_elements(self, wall: float = 0.0) -> int:
         """The most elements that the row takes with at least `wall`, m, between their bores; at least 1.
 
-        >>> Seats(29, 29, 48e-3, 7e-3).most()
+        >>> Seats(29, 29, 48e-3, 7e-3).max_elements()
         14
         """
         wanted = 2 * self.bore_radius + wall
@@ -55,17 +55,17 @@ class Seats:
                 return self.seats // apart
         return 1
 
-    def told(self) -> str:
+    def overlap_message(self) -> str:
         """What does not fit and what would, in one line.
 
-        >>> Seats(29, 15, 48e-3, 7e-3).told()
+        >>> Seats(29, 15, 48e-3, 7e-3).overlap_message()
         '15 elements do not fit on the 29 seats of an eccentric: 10.38 mm apart they leave -3.62 mm of wall between \
 bores of 14.00 mm; 14 elements fit, with a wall of 6.64 mm, or 15 with bores below 10.38 mm on this circle'
         """
-        best = Seats(self.seats, self.most(), self.centre_distance, self.bore_radius)
+        best = Seats(self.seats, self.max_elements(), self.centre_distance, self.bore_radius)
         width = f", with a wall of {1e3 * best.wall:.2f} mm" if best.elements > 1 else ""
         chord, wall, bore = (f"{1e3 * size:.2f} mm" for size in (self.chord, self.wall, 2 * self.bore_radius))
-        smaller = f", or {self.elements} with bores below {chord} on this circle" if self.apart else ""
+        smaller = f", or {self.elements} with bores below {chord} on this circle" if self.spacing else ""
         fit = "element fits" if best.elements == 1 else "elements fit"
         return (
             f"{self.elements} elements do not fit on the {self.seats} seats of an eccentric: {chord} apart they "

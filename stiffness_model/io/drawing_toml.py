@@ -90,7 +90,7 @@ def load_drive(source: str | os.PathLike[str], **fields: Any) -> Drive:
     table, where = read_table(source)
     drive = drive_from_dict(table, where, **fields)
     if not drive.seats.fits:
-        warnings.warn(f"{where}: {drive.seats.told()}", DoesNotFitWarning, stacklevel=2)
+        warnings.warn(f"{where}: {drive.seats.overlap_message()}", DoesNotFitWarning, stacklevel=2)
     return drive
 
 

@@ -15,15 +15,15 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.assembly import build_contacts, usable
+from ..contact.element_contacts import build_contacts, usable
 from ..drawing.drive import Drive
 from ..drawing.sampling import quasi_random_drives, quasi_random_elements
 from ..drawing.twist_limits import expect_twists
 from ..equilibrium.closed_form import solve
 from ..errors import expect
 from ..io.drawing_toml import DriveLike, as_drive, drive_to_dict
-from ..montecarlo.curve import BAND
 from ..montecarlo.population import Population, simulate
+from ..montecarlo.twist_torque_curve import BAND
 from ..numerics.arrays import Array
 from ..numerics.bspline import Axis, evaluate, fit
 from .table import QUANTITIES, Lookup, describe
@@ -97,7 +97,7 @@ def _tables(drive: Drive, twist: Array, n_drives: int, seed: int, clearance: flo
     """The five quantities over a symmetric twist grid at one clearance, (5, n_twist), and where the load share
     is representative.
     """
-    population = simulate(drive, twist, n_drives, seed, gear_shift=clearance)
+    population = simulate(drive, twist, n_drives, seed, clearance=clearance)
     mean = mean_torque(drive, twist, clearance)
     low, high = np.percentile(population.torque, BAND, axis=0) - population.torque.mean(axis=0) + mean
     force = population.contact_force.max(axis=2).mean(axis=0)

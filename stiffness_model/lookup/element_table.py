@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtri
 from scipy.stats import qmc
 
-from ..contact.assembly import build_contacts, usable
+from ..contact.element_contacts import build_contacts, usable
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations, quasi_random_drives
 from ..equilibrium.closed_form import solve

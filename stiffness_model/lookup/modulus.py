@@ -105,7 +105,7 @@ def with_modulus(drive: Drive, error: float, parts: Sequence[str] = ("gear", "ca
 
 
 def _torque(drive: Drive, twist: Array, clearance: float = 0.0) -> Array:
-    return simulate(drive, twist, _N_DRIVES, gear_shift=clearance).torque.mean(axis=0)
+    return simulate(drive, twist, _N_DRIVES, clearance=clearance).torque.mean(axis=0)
 
 
 def _full_torque(drive: Drive) -> float:

@@ -12,18 +12,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
-from ..contact.assembly import CONTACTS, build_contacts, usable
+from ..contact.element_contacts import CONTACTS, build_contacts, usable
 from ..drawing import sampling
 from ..drawing.drive import Drive
 from ..drawing.twist_limits import expect_twists
-from ..equilibrium.closed_form import AT_ONCE, Equilibrium, Status, solve_parts
+from ..equilibrium.closed_form import MAX_PAIRS, Equilibrium, Status, solve_chunks
 from ..errors import expect, expect_number, warn_not_converged
 from ..io.drawing_toml import DriveLike, as_drive
 from ..memory import expect_room
 from ..numerics.arrays import Array
-from .curve import BAND, TwistTorqueCurve
+from .twist_torque_curve import BAND, TwistTorqueCurve
 
-LOW_TORQUE = 0.08
+LOW_TORQUE_SHARE = 0.08
 """Share of the greatest torque below which load shares are not representative."""
 
 _COPIES, _PER_PAIR = 1.14, 250.0
@@ -39,9 +39,10 @@ class Population:
     positive twist. crank_torque: (n_drives, n_twist) N.m that holds the crank; torque/(ratio crank_torque) is
     1 for small twists. contact_force: (n_drives, n_twist, 4) N, the greatest at gear, crank, cage t+ and
     cage t-. load_share: (n_drives, n_twist), greatest torque of one element over the drive's torque; not
-    representative at low torque, NaN at none. status_counts: elements times twists by `Status` name. capped:
-    elements whose cage bore is closer than Hertz's theory reaches (`hertz.CONFORMITY_LIMIT`). tight: elements that are
-    larger than their bores, which both walls press; of n_drives times the drive's elements.
+    representative at low torque, NaN at none. status_counts: elements times twists by `Status` name. capped_count:
+    elements whose cage bore conforms more closely than Hertz's theory allows (`hertz.CONFORMITY_LIMIT`).
+    interference_count: elements larger than their bores, pressed by both walls. Both counts are out of n_drives times
+    the drive's elements.
     """
 
     drive: Drive
@@ -52,8 +53,8 @@ class Population:
     contact_force: Array
     load_share: Array
     status_counts: Mapping[str, int]
-    capped: int
-    tight: int
+    capped_count: int
+    interference_count: int
 
     @property
     def n_drives(self) -> int:
@@ -62,12 +63,12 @@ class Population:
 
     @property
     def representative(self) -> NDArray[np.bool_]:
-        """Twists, (n_twist,), at which the load share means something: at least `LOW_TORQUE` of the greatest.
+        """Twists, (n_twist,), at which the load share means something: at least `LOW_TORQUE_SHARE` of the greatest.
 
         Below, single drives with hardly any torque rule the mean (section V of the paper excludes it too).
         """
         mean = np.abs(self.torque.mean(axis=0))
-        return mean >= LOW_TORQUE * mean.max()
+        return mean >= LOW_TORQUE_SHARE * mean.max()
 
     def curve(self) -> TwistTorqueCurve:
         """Mean, band (10th and 90th percentile) and stiffness over the twist, sorted.
@@ -100,12 +101,12 @@ def simulate(
     n_drives: int = 1000,
     seed: int = 0,
     *,
-    gear_shift: float = 0.0,
+    clearance: float = 0.0,
     executor: Executor | None = None,
 ) -> Population:
     """Torque and forces of `n_drives` virtual drives with cage and gear fixed and the crank twisted.
 
-    drive: itself, a preset's name or a drawing's path. twist: 1-D, rad at the output. gear_shift: m, added to the
+    drive: itself, a preset's name or a drawing's path. twist: 1-D, rad at the output. clearance: m, added to the
     gear's clearance in all drives (positive: play). executor: any concurrent.futures executor to share the blocks of
     drives among; the numbers do not depend on it. Raises `InputError` for twists that are not finite or far beyond the
     drawing's max_twist (`twist_limits`), and for less than one drive. Warns with `NotConvergedWarning` of elements
@@ -120,14 +121,14 @@ def simulate(
     angles = expect_twists(drive, twist)
     whole = isinstance(n_drives, (int, np.integer)) and not isinstance(n_drives, bool)
     expect(whole and n_drives >= 1, "at least one drive", n_drives, "n_drives")
-    expect_number(gear_shift, "a finite clearance in m", "gear_shift")
+    expect_number(clearance, "a finite clearance in m", "clearance")
     sampling.check_seed(seed)
     expect_room(
         memory_needed(drive, int(n_drives), len(angles)),
         f"{n_drives} virtual drives at {len(angles)} twists",
         "take fewer drives or twists, or allow more memory",
     )
-    work = partial(_simulate_block, drive, angles, int(seed), float(gear_shift))
+    work = partial(_simulate_block, drive, angles, int(seed), float(clearance))
     tasks = list(sampling.blocks(int(n_drives)))
     shape = (int(n_drives), len(angles))
     torque, crank_torque, share, force = np.empty(shape), np.empty(shape), np.empty(shape), np.empty((*shape, 4))
@@ -137,7 +138,7 @@ def simulate(
         here = slice(block * sampling.BLOCK, block * sampling.BLOCK + count)
         torque[here], crank_torque[here] = part.torque, part.crank_torque
         share[here], force[here] = part.share, part.force
-        counts, capped, tight = counts + part.counts, capped + part.capped, tight + part.tight
+        counts, capped, tight = counts + part.counts, capped + part.capped_count, tight + part.interference_count
     warn_not_converged(int(counts[Status.NOT_CONVERGED]), int(counts.sum()), drive.name)
     return Population(
         drive=drive,
@@ -148,8 +149,8 @@ def simulate(
         contact_force=force,
         load_share=share,
         status_counts={s.name.lower(): int(counts[s]) for s in Status},
-        capped=capped,
-        tight=tight,
+        capped_count=capped,
+        interference_count=tight,
     )
 
 
@@ -161,7 +162,7 @@ def memory_needed(drive: Drive, n_drives: int, n_twist: int) -> float:
     '73 GB'
     """
     results = 8.0 * (3 + len(CONTACTS)) * n_drives * n_twist
-    pairs = min(sampling.BLOCK * drive.elements * n_twist, AT_ONCE)
+    pairs = min(sampling.BLOCK * drive.elements * n_twist, MAX_PAIRS)
     return (1 + _COPIES) * results + _PER_PAIR * pairs
 
 
@@ -173,15 +174,15 @@ class _Part(NamedTuple):
     force: Array
     share: Array
     counts: NDArray[np.int64]
-    capped: int
-    tight: int
+    capped_count: int
+    interference_count: int
 
 
-def _simulate_block(drive: Drive, twist: Array, seed: int, gear_shift: float, task: tuple[int, int]) -> _Part:
+def _simulate_block(drive: Drive, twist: Array, seed: int, clearance: float, task: tuple[int, int]) -> _Part:
     block, n_drives = task
     deviations = sampling.draw(drive, block, n_drives, seed)
     keep = usable(drive, deviations.beta)
-    contacts = build_contacts(drive, deviations, gear_shift)[keep.ravel()]
+    contacts = build_contacts(drive, deviations, clearance)[keep.ravel()]
     in_drive = keep.sum(axis=1)
     torque, crank_torque = np.zeros((n_drives, len(twist))), np.zeros((n_drives, len(twist)))
     force, best = np.zeros((n_drives, len(twist), 4)), np.zeros((n_drives, len(twist)))
@@ -189,7 +190,7 @@ def _simulate_block(drive: Drive, twist: Array, seed: int, gear_shift: float, ta
     counts[Status.EXCLUDED] = (keep.size - keep.sum()) * len(twist)
     filled = np.flatnonzero(in_drive)
     starts = np.concatenate([[0], np.cumsum(in_drive[filled])[:-1]]).astype(np.intp)
-    for part, result in solve_parts(contacts, twist * drive.ratio) if filled.size else ():
+    for part, result in solve_chunks(contacts, twist * drive.ratio) if filled.size else ():
         torque[filled, part], crank_torque[filled, part], best[filled, part] = _torques(result, starts)
         for k, values in enumerate((result.gear, result.crank, result.cage_plus, result.cage_minus)):
             force[filled, part, k] = np.maximum.reduceat(values, starts, axis=1).T

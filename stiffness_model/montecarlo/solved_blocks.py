@@ -1,4 +1,4 @@
-"""Solved blocks of virtual drives, for what is read from their contact forces."""
+"""SolvedBlock blocks of virtual drives, for what is read from their contact forces."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact.assembly import Contacts, build_contacts, usable
+from ..contact.element_contacts import Contacts, build_contacts, usable
 from ..drawing import sampling
 from ..drawing.drive import Drive
 from ..drawing.twist_limits import expect_twists
 from ..equilibrium.closed_form import solve
 from ..equilibrium.coupled_elements import CoupledEquilibrium
-from ..equilibrium.result import Equilibrium, Status
+from ..equilibrium.solution import Equilibrium, Status
 from ..errors import expect, warn_not_converged
 from ..memory import expect_room
 from ..numerics.arrays import Array
@@ -25,16 +25,16 @@ arrays)."""
 
 
 @dataclass(frozen=True)
-class Solved:
+class SolvedBlock:
     """A block of drives at m crank twists: their usable elements, forces, and who owns which element.
 
-    owner: (n,) the element's drive in the block; eccentric: (n,) its eccentric, counted through the block.
+    drive_index: (n,) the element's drive in the block; eccentric: (n,) its eccentric, counted through the block.
     """
 
     contacts: Contacts
     crank_twist: Array
     result: Equilibrium
-    owner: NDArray[np.intp]
+    drive_index: NDArray[np.intp]
     n_drives: int
 
     @property
@@ -58,7 +58,7 @@ class Solved:
         return d_r / length, d_t / length
 
 
-def solved_blocks(drive: Drive, twist: ArrayLike, n_drives: int, seed: int) -> Iterator[Solved]:
+def solved_blocks(drive: Drive, twist: ArrayLike, n_drives: int, seed: int) -> Iterator[SolvedBlock]:
     """The first `n_drives` virtual drives at twists (m,), rad at the output, a block at a time.
 
     Raises `InputError` for twists that are not finite or far beyond max_twist (`twist_limits`), or for less than one
@@ -77,14 +77,14 @@ def solved_blocks(drive: Drive, twist: ArrayLike, n_drives: int, seed: int) -> I
         crank = angles * drive.ratio
         result = solve(contacts, crank)
         lost += int((result.status == Status.NOT_CONVERGED).sum())
-        yield Solved(contacts, crank, result, np.nonzero(keep)[0], count)
+        yield SolvedBlock(contacts, crank, result, np.nonzero(keep)[0], count)
     warn_not_converged(lost, n_drives * drive.elements * len(angles), drive.name)
 
 
-def sum_over(values: Array, owner: NDArray[np.intp], count: int) -> Array:
-    """Sums (m, count) of values (m, n) over the elements of each owner.
+def sum_by_group(values: Array, drive_index: NDArray[np.intp], count: int) -> Array:
+    """Sums (m, count) of values (m, n) over the elements of each drive_index.
 
-    >>> sum_over(np.array([[1.0, 2.0, 4.0]]), np.array([0, 1, 1]), 3)
+    >>> sum_by_group(np.array([[1.0, 2.0, 4.0]]), np.array([0, 1, 1]), 3)
     array([[1., 6., 0.]])
     """
-    return np.stack([np.bincount(owner, row, count) for row in values]).astype(float)
+    return np.stack([np.bincount(drive_index, row, count) for row in values]).astype(float)

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from ..catalog.gears import CatalogGear
 from ..errors import expect
-from ..montecarlo.curve import BAND, TwistTorqueCurve
-from ..montecarlo.population import LOW_TORQUE, Population
+from ..montecarlo.population import LOW_TORQUE_SHARE, Population
+from ..montecarlo.twist_torque_curve import BAND, TwistTorqueCurve
 from ..numerics.arrays import Array
 from ..units import ARCMIN
 from .profile import gear_profile
@@ -140,7 +140,7 @@ def contact_forces(population: Population, ax: Axes | None = None) -> Axes:
 def load_share(populations: Population | Sequence[Population], ax: Axes | None = None) -> Axes:
     """Greatest share of one element in the torque over the drive's mean torque (figure 10 of the paper).
 
-    The low torque region, below `LOW_TORQUE` of the greatest mean torque, is excluded.
+    The low torque region, below `LOW_TORQUE_SHARE` of the greatest mean torque, is excluded.
     """
     ax = new_axes() if ax is None else ax
     several = [populations] if isinstance(populations, Population) else list(populations)
@@ -154,7 +154,7 @@ def load_share(populations: Population | Sequence[Population], ax: Axes | None =
         _band(ax, torque, share.mean(axis=0), low, high, line, _name(population.drive.name))
     dress(ax, TORQUE, "greatest load share of an element [%]")
     from_zero(ax)
-    return legend_above(ax, f"{BAND_TEXT}; torques below {100 * LOW_TORQUE:g} % of the greatest left out")
+    return legend_above(ax, f"{BAND_TEXT}; torques below {100 * LOW_TORQUE_SHARE:g} % of the greatest left out")
 
 
 def save(ax: Axes, path: str | os.PathLike[str]) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.assembly import build_contacts, usable
+from ..contact.element_contacts import build_contacts, usable
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations
 from ..drawing.twist_limits import expect_twists

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..drawing.drive import Drive
 from ..errors import expect_number
-from ..geometry.ball_path import Path, usable_limit
+from ..geometry.ball_path import BallPath, usable_limit
 from ..numerics.arrays import Array
 
 CHORD_ERROR = 1e-7
@@ -52,7 +52,7 @@ def gear_offset(drive: Drive) -> float:
     return drive.element_radius + drive.tolerances["gear"].offset
 
 
-def equidistant(path: Path, offset: float, chord_error: float = CHORD_ERROR) -> Outline:
+def equidistant(path: BallPath, offset: float, chord_error: float = CHORD_ERROR) -> Outline:
     """The outline `offset` m outside the path (0: the path itself), trimmed where it crosses itself.
 
     It does not cross itself elsewhere: its polar angle grows all along a lobe, up to the crossing where the lobe's
@@ -75,7 +75,7 @@ def rotated(points: Array, angle: float) -> Array:
     return points @ np.array([[cos, sin], [-sin, cos]])
 
 
-def _nodes(path: Path, offset: float, beta: Array, chord_error: float) -> Array:
+def _nodes(path: BallPath, offset: float, beta: Array, chord_error: float) -> Array:
     """Positions whose chords all lie about as far from the curve, and no further than `chord_error`."""
     # A chord over d(beta) lies |k| v^2 d(beta)^2/8 off a curve of curvature k run through with speed v.
     k, speed = path.curvature(beta), np.hypot(path.slope(beta), path.radius(beta) / path.lobes)
@@ -93,7 +93,7 @@ def _nodes(path: Path, offset: float, beta: Array, chord_error: float) -> Array:
         intervals = math.ceil(1.1 * intervals)
 
 
-def _sag(path: Path, offset: float, nodes: Array) -> float:
+def _sag(path: BallPath, offset: float, nodes: Array) -> float:
     """Greatest distance of the curve from the chords between its points at `nodes`, m."""
     ends = path.point(nodes, offset)
     chord = np.diff(ends, axis=0)

@@ -54,7 +54,7 @@ def gear_profile(drive: Drive, ax: Axes | None = None, lobes: int = 2) -> Axes:
         ax,
         f"{drive.lobes} lobes; the profile exists up to {np.degrees(limit):.1f} deg of 180 "
         f"from a lobe's middle;\n{drive.elements_per_row} elements of {2e3 * q:g} mm on "
-        f"one eccentric, at most {drive.seats.most()} fit",
+        f"one eccentric, at most {drive.seats.max_elements()} fit",
     )
 
 

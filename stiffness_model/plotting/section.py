@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..contact.assembly import CONTACTS
+from ..contact.element_contacts import CONTACTS
 from ..drawing.drive import Drive
 from ..numerics.arrays import Array
 from ..units import ARCMIN

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..drawing.drive import Drive
-from ..geometry.ball_path import Path
+from ..geometry.ball_path import BallPath
 from ..numerics.arrays import Array
 from ..numerics.roots import bracketed_root
 from .layout import towards
@@ -119,7 +119,7 @@ def cage_room(drive: Drive) -> tuple[float, float]:
     return low + CAGE_CLEARANCE * (high - low), high - CAGE_CLEARANCE * (high - low)
 
 
-def _gear(path: Path, drive: Drive, turn: float, bore: Array, grown: Array) -> Array:
+def _gear(path: BallPath, drive: Drive, turn: float, bore: Array, grown: Array) -> Array:
     limit = drive.usable_limit
     beta = np.linspace(-limit, limit, 2 * POINTS - 1)[:-1]
     pitch = 2 * np.pi / drive.lobes

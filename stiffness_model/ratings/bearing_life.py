@@ -31,7 +31,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..drawing.drive import Drive
 from ..errors import expect
 from ..io.drawing_toml import DriveLike, as_drive
-from ..montecarlo.solved_blocks import Solved, solved_blocks, sum_over
+from ..montecarlo.solved_blocks import SolvedBlock, solved_blocks, sum_by_group
 from ..numerics.arrays import Array
 from .efficiency import least_sliding
 
@@ -75,7 +75,7 @@ def bearing_forces(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed
     return force, torque
 
 
-def _force(drive: Drive, block: Solved) -> Array:
+def _force(drive: Drive, block: SolvedBlock) -> Array:
     c, crank = block.contacts, block.result.crank
     u_r, u_t = block.crank_normal()
     cos, sin = np.cos(c.beta), np.sin(c.beta)
@@ -83,21 +83,21 @@ def _force(drive: Drive, block: Solved) -> Array:
     return np.hypot(along, _per_bearing(drive, block, crank * (u_t * cos - u_r * sin)))
 
 
-def _torque(block: Solved) -> Array:
-    return sum_over(block.result.output_torque, block.owner, block.n_drives).T
+def _torque(block: SolvedBlock) -> Array:
+    return sum_by_group(block.result.output_torque, block.drive_index, block.n_drives).T
 
 
-def _relative_turns(drive: Drive, block: Solved) -> Array:
+def _relative_turns(drive: Drive, block: SolvedBlock) -> Array:
     """|1 - W| of every bearing, (n_drives, eccentrics, n_twist); 1 where no element stands on the eccentric."""
     elements = _per_bearing(drive, block, np.ones_like(block.result.crank))
     ring = _per_bearing(drive, block, least_sliding(drive, block)[1]) / np.maximum(elements, 1)
     return np.abs(1 - ring)
 
 
-def _per_bearing(drive: Drive, block: Solved, values: Array) -> Array:
+def _per_bearing(drive: Drive, block: SolvedBlock, values: Array) -> Array:
     """Sums of values (n_twist, n) over each bearing's elements, (n_drives, eccentrics, n_twist)."""
     count = block.n_drives * drive.eccentrics
-    return sum_over(values, block.eccentric, count).T.reshape(block.n_drives, drive.eccentrics, -1)
+    return sum_by_group(values, block.eccentric, count).T.reshape(block.n_drives, drive.eccentrics, -1)
 
 
 def bearing_life(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> BearingLife:

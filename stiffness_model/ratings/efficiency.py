@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 from ..drawing.drive import Drive
 from ..errors import expect
 from ..io.drawing_toml import DriveLike, as_drive
-from ..montecarlo.solved_blocks import Solved, solved_blocks, sum_over
+from ..montecarlo.solved_blocks import SolvedBlock, solved_blocks, sum_by_group
 from ..numerics.arrays import Array
 
 _GOLDEN = (5**0.5 - 1) / 2
@@ -94,12 +94,12 @@ def friction_losses(
     torques, losses = [], []
     for block in solved_blocks(drive, twist, n_drives, seed):
         lost = mu * least_sliding(drive, block)[0]
-        losses.append(sum_over(lost, block.owner, block.n_drives).T)
-        torques.append(sum_over(block.result.output_torque, block.owner, block.n_drives).T)
+        losses.append(sum_by_group(lost, block.drive_index, block.n_drives).T)
+        torques.append(sum_by_group(block.result.output_torque, block.drive_index, block.n_drives).T)
     return Losses(np.atleast_1d(np.asarray(twist, float)), np.concatenate(torques), np.concatenate(losses), drive.ratio)
 
 
-def sliding(drive: Drive, block: Solved) -> tuple[Array, Array, Array]:
+def sliding(drive: Drive, block: SolvedBlock) -> tuple[Array, Array, Array]:
     """Sliding at the contacts of elements and rings that do not turn, (4, m, n) m per radian of the crank, in the
     order of the forces; its changes with w, (4,) in radii r; and with W at the crank, -R (n,) m.
     """
@@ -117,7 +117,7 @@ def sliding(drive: Drive, block: Solved) -> tuple[Array, Array, Array]:
     return np.stack([at_gear, at_crank, *walls]), np.array([1.0, -1.0, -1.0, 1.0]), -(c.reach - radius)
 
 
-def least_sliding(drive: Drive, block: Solved) -> tuple[Array, Array]:
+def least_sliding(drive: Drive, block: SolvedBlock) -> tuple[Array, Array]:
     """Force times sliding of every element at the turns that lose least, (m, n) N.m per radian of the crank, and the
     turn W of each element's ring, (m, n).
     """
@@ -141,7 +141,7 @@ def least_sliding(drive: Drive, block: Solved) -> tuple[Array, Array]:
     low, high = np.full((slip.shape[1], count), -bound), np.full((slip.shape[1], count), bound)
 
     def total(ring: Array) -> Array:
-        return sum_over(lost(ring[:, block.eccentric]), block.eccentric, count)
+        return sum_by_group(lost(ring[:, block.eccentric]), block.eccentric, count)
 
     inner = [high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)]
     values = [total(inner[0]), total(inner[1])]

@@ -7,15 +7,15 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact.assembly import PARTNERS, Contacts, build_contacts, compliances, curvature_sums, usable
-from ..contact.laws import bore
+from ..contact.element_contacts import PARTNERS, Contacts, build_contacts, compliances, curvature_sums, usable
+from ..contact.laws import bore_law
 from ..drawing import sampling
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations
 from ..drawing.twist_limits import expect_twists
 from ..elasticity import hertz
-from ..equilibrium.closed_form import solve_parts
-from ..equilibrium.result import Equilibrium, Status
+from ..equilibrium.closed_form import solve_chunks
+from ..equilibrium.solution import Equilibrium, Status
 from ..errors import expect, warn_not_converged
 from ..io.drawing_toml import DriveLike, as_drive
 from ..memory import expect_room
@@ -76,7 +76,7 @@ def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int) -> 
     some = Deviations(*(getattr(deviations, f.name)[keep] for f in fields(Deviations)))
     owner = np.nonzero(keep)[0]
     lost, found = 0, []
-    for _, result in solve_parts(contacts, twist * drive.ratio):
+    for _, result in solve_chunks(contacts, twist * drive.ratio):
         lost += int((result.status == Status.NOT_CONVERGED).sum())
         found.append(greatest(drive, contacts, some, result, owner, n_drives))
     return np.concatenate(found, axis=2), lost
@@ -120,9 +120,9 @@ def element_pressures(
 
 def _arc(contacts: Contacts, force: Array) -> tuple[Array, Array, Array]:
     """The same of the conforming bores: half the arc's length, half its width and the pressure in its middle."""
-    law, radius = bore(contacts), contacts.element_radius
+    law, radius = bore_law(contacts), contacts.element_radius
     approach, _ = law.approach(force)
-    line_load = law.greatest_line_load(approach)
+    line_load = law.peak_line_load(approach)
     half_width, pressure = hertz.line_contact_pressure(line_load, law.compliance, 1 / radius, 1.0)
     return law.half_angle(approach) * radius, half_width, pressure
 

@@ -20,10 +20,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact.assembly import PARTNERS
+from ..contact.element_contacts import PARTNERS
 from ..drawing.drive import Drive
 from ..io.drawing_toml import DriveLike, as_drive
-from ..montecarlo.curve import BAND
+from ..montecarlo.twist_torque_curve import BAND
 from ..numerics.arrays import Array
 from .turn_pressure import turn_pressures
 

@@ -27,14 +27,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact.assembly import PARTNERS, build_contacts, usable
+from ..contact.element_contacts import PARTNERS, build_contacts, usable
 from ..drawing import sampling
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations
 from ..drawing.twist_limits import expect_twists
 from ..equilibrium.closed_form import closed_form, solve
-from ..equilibrium.coupled_elements import CoupledEquilibrium, solve_beyond
-from ..equilibrium.result import Equilibrium, Status
+from ..equilibrium.coupled_elements import CoupledEquilibrium, solve_coupled
+from ..equilibrium.solution import Equilibrium, Status
 from ..errors import expect, warn_not_converged
 from ..numerics.arrays import Array
 from .pressure import Pressures, element_pressures, expect_room_for, greatest, wall_forces
@@ -101,7 +101,7 @@ def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int, cag
         part = slice(first, first + step)
         crank = twist[part] * drive.ratio
         result: Equilibrium = (
-            solve(contacts, crank) if held is None else solve_beyond(contacts, crank, held=held.of(contacts, part))
+            solve(contacts, crank) if held is None else solve_coupled(contacts, crank, held=held.of(contacts, part))
         )
         lost += int((result.status == Status.NOT_CONVERGED).sum())
         found.append(greatest(drive, contacts, some, result, owner, n_drives))

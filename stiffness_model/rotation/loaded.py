@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..drawing.twist_limits import twist_limit
 from ..errors import InputError, expect, expect_number
-from ..montecarlo.curve import PLAY_SHARE
+from ..montecarlo.twist_torque_curve import BACKLASH_SHARE
 from ..numerics.arrays import Array
 from .individual import Individual, scattered
 from .maps import Stand, finite, stands, turning_map
@@ -47,7 +47,7 @@ class NoLoad:
     """Where an individual stands without load, at n output angles; transmission errors, (n,) rad.
 
     forward, backward: with the output dragging behind a crank that drives it towards greater, and towards smaller
-    output angles, under a drag of `drag` N.m, `curve.PLAY_SHARE` of the torque at max_twist.
+    output angles, under a drag of `drag` N.m, `twist_torque_curve.BACKLASH_SHARE` of the torque at max_twist.
     """
 
     individual: Individual
@@ -94,7 +94,7 @@ def no_load(individual: Individual, output_angle: ArrayLike) -> NoLoad:
     angle = finite(output_angle, "output angle")
     full = float(turning_map(individual, [individual.drive.max_twist], scattered(_ANGLES)).torque.mean())
     expect(full > 0, "an individual that carries torque at max_twist", full, individual.drive.name)
-    drag = PLAY_SHARE * full
+    drag = BACKLASH_SHARE * full
     errors = np.empty((2, len(angle)))
     guesses = [_Guess.of(individual, torque) for torque in (drag, -drag)]
     for part, stand in stands(individual, angle):

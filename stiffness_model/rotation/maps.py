@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact.assembly import Contacts
+from ..contact.element_contacts import Contacts
 from ..drawing.twist_limits import MAX_OUTPUT_ANGLE, expect_twists
 from ..equilibrium.closed_form import Equilibrium, Status, solve
 from ..errors import expect, expect_number, warn_not_converged
@@ -48,11 +48,11 @@ class TurningMap:
 
 
 def turning_map(
-    individual: Individual, twist: ArrayLike, output_angle: ArrayLike, *, gear_shift: float = 0.0
+    individual: Individual, twist: ArrayLike, output_angle: ArrayLike, *, clearance: float = 0.0
 ) -> TurningMap:
     """Solve an individual at every pair of output angle, (n_angle,) rad, and twist, (n_twist,) rad at the output.
 
-    gear_shift: m, added to the gear's clearance (positive: play). Raises `InputError` for angles that are not
+    clearance: m, added to the gear's clearance (positive: play). Raises `InputError` for angles that are not
     finite and one-dimensional, and for twists far beyond the drawing's max_twist (`twist_limits`); warns with
     `NotConvergedWarning` of elements without an equilibrium.
 
@@ -65,7 +65,7 @@ def turning_map(
     twists, angle = expect_twists(individual.drive, twist), finite(output_angle, "output angle")
     torque, crank_torque, force = (np.empty((len(angle), len(twists))) for _ in range(3))
     lost, whole = 0, 0
-    for part, stand in stands(individual, angle, gear_shift):
+    for part, stand in stands(individual, angle, clearance):
         for first in range(0, len(twists), TWISTS_AT_ONCE):
             some = slice(first, first + TWISTS_AT_ONCE)
             numbers = _carried(stand.contacts, twists[some] * individual.drive.ratio, _torques_and_force)
@@ -110,15 +110,15 @@ def finite(values: ArrayLike, name: str) -> Array:
     return array
 
 
-def stands(individual: Individual, angle: Array, gear_shift: float = 0.0) -> Iterator[tuple[slice, Stand]]:
+def stands(individual: Individual, angle: Array, clearance: float = 0.0) -> Iterator[tuple[slice, Stand]]:
     """The stands that make up some output angles, (n,) rad, each with its place among them."""
-    expect_number(gear_shift, "a finite clearance in m", "gear_shift")
+    expect_number(clearance, "a finite clearance in m", "clearance")
     parts = Parts(individual)
     step = max(1, AT_ONCE // parts.window.width)
     for first in range(0, len(angle), step):
         part = slice(first, min(first + step, len(angle)))
         at = places(individual, parts.window, angle[part])
-        yield part, Stand(at, parts.contacts(at, gear_shift), individual.drive.ratio)
+        yield part, Stand(at, parts.contacts(at, clearance), individual.drive.ratio)
 
 
 def _carried(contacts: Contacts, crank_twist: Array, numbers: Callable[[Equilibrium], Array]) -> Array:

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..contact.assembly import Contacts, build_contacts
+from ..contact.element_contacts import Contacts, build_contacts
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations
 from ..numerics.arrays import Array
@@ -98,10 +98,10 @@ class Parts:
         """The gear's table."""
         return gear_give(self.individual.drive, self.window.reach)
 
-    def contacts(self, at: Places, gear_shift: float = 0.0) -> Contacts:
-        """The contacts at some places, flattened, angle after angle; gear_shift: m, added to the gear's clearance."""
+    def contacts(self, at: Places, clearance: float = 0.0) -> Contacts:
+        """The contacts at some places, flattened, angle after angle; clearance: m, added to the gear's clearance."""
         one, own, number = self.individual, self.own, at.element.ravel()
-        beta, q = at.beta.ravel(), one.lobe[at.row, at.lobe].ravel() + gear_shift
+        beta, q = at.beta.ravel(), one.lobe[at.row, at.lobe].ravel() + clearance
         path = one.drive.path
         normal_r, normal_t = path.normal(beta, one.drive.orientation)
         placed = own[number]

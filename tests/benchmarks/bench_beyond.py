@@ -16,7 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 import stiffness_model as sm
-from stiffness_model.contact.assembly import Contacts, build_contacts, usable
+from stiffness_model.contact.element_contacts import Contacts, build_contacts, usable
 from stiffness_model.drawing import sampling
 from stiffness_model.equilibrium.closed_form import solve
 

@@ -23,10 +23,10 @@ from pathlib import Path
 import numpy as np
 
 import stiffness_model as sm
-from stiffness_model.contact.assembly import Contacts, build_contacts, usable
+from stiffness_model.contact.element_contacts import Contacts, build_contacts, usable
 from stiffness_model.drawing import sampling
 from stiffness_model.equilibrium import reference
-from stiffness_model.equilibrium.closed_form import MOST_PASSES, PASSES, TOLERANCE, Equilibrium, Status, closed_form
+from stiffness_model.equilibrium.closed_form import MAX_PASSES, MIN_PASSES, TOLERANCE, Equilibrium, Status, closed_form
 
 SOURCE = Path(__file__).with_name("closed_form.c")
 FORCES = ("gear", "crank", "cage_plus", "cage_minus")
@@ -97,8 +97,8 @@ def c_loop(folder: Path) -> Callable[[Contacts, np.ndarray, Equilibrium], None] 
         function(
             ctypes.c_ssize_t(len(contacts)),
             ctypes.c_ssize_t(len(twists)),
-            ctypes.c_int(PASSES),
-            ctypes.c_int(MOST_PASSES),
+            ctypes.c_int(MIN_PASSES),
+            ctypes.c_int(MAX_PASSES),
             ctypes.c_double(TOLERANCE),
             ctypes.c_double(contacts.eccentricity),
             ctypes.c_void_p(twists.ctypes.data),

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.contact.assembly import build_contacts
+from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve

@@ -8,7 +8,7 @@ from typing import Any
 
 from ...drawing.drive import Drive
 from ...errors import InputError
-from ...geometry.ball_path import most_that_fit
+from ...geometry.ball_path import max_elements_on_circle
 from ...io.drawing_toml import drive_from_dict
 from .parameters import COUNTS, FILL, Value
 
@@ -20,8 +20,9 @@ PACKING = (BESIDE, SEATS)
 class Packing:
     """When the elements of a row fit.
 
-    rule: "beside": spread evenly, side by side (`most_that_fit`); "seats": on the seats that the gear allows, |i| to a
-    turn, and where elements are thicker than seats are apart, on every k-th (`seats.Seats`); "": they may overlap.
+    rule: "beside": spread evenly, side by side (`max_elements_on_circle`); "seats": on the seats that the gear
+    allows, |i| to a turn, and where elements are thicker than seats are apart, on every k-th (`seats.Seats`); "": they
+    may overlap.
     web: least wall of the cage between two elements, m.
     """
 
@@ -36,9 +37,13 @@ class Packing:
         [21, 14]
         """
         if self.rule == SEATS:
-            return drive.seats.most(self.web)
+            return drive.seats.max_elements(self.web)
         return max(
-            1, min(drive.seats.seats, most_that_fit(drive.path.centre_distance, drive.element_radius + self.web / 2))
+            1,
+            min(
+                drive.seats.seats,
+                max_elements_on_circle(drive.path.centre_distance, drive.element_radius + self.web / 2),
+            ),
         )
 
     def fits(self, drive: Drive) -> bool:

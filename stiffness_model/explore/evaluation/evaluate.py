@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...drawing.drive import Drive
 from ...errors import InputError
-from ...montecarlo.curve import BAND
+from ...montecarlo.twist_torque_curve import BAND
 from ...numerics.arrays import Array
 from ..definition.design import design_drive
 from ..definition.metrics import METRICS

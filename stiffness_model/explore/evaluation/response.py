@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...contact.assembly import build_contacts
+from ...contact.element_contacts import build_contacts
 from ...drawing.drive import Drive
 from ...drawing.sampling import Deviations
 from ...equilibrium.closed_form import closed_form
-from ...montecarlo.curve import BAND, TwistTorqueCurve
+from ...montecarlo.twist_torque_curve import BAND, TwistTorqueCurve
 from ...numerics.arrays import Array
 from ...ratings.pressure import wall_forces
 from ...ratings.turn_pressure import turn_pressures

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...contact.assembly import Contacts, build_contacts
+from ...contact.element_contacts import Contacts, build_contacts
 from ...drawing import sampling
 from ...drawing.drive import Drive
 from ...drawing.sampling import Deviations
@@ -84,7 +84,7 @@ def sweep(elements: SampledElements, crank_twist: Array) -> list[SweepSegment]:
         drives = np.flatnonzero(counts)
         starts = np.concatenate([[0], np.cumsum(counts[drives])[:-1]]).astype(np.intp)
         segments.append(SweepSegment(active, contacts, result, starts, drives, elements.n_drives))
-        unloaded = (result.status[-1] == Status.PLAY) & leaves[active]
+        unloaded = (result.status[-1] == Status.UNLOADED) & leaves[active]
         if not unloaded.all():
             active = active[~unloaded]
         first = end

@@ -9,7 +9,7 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from stiffness_model import Drive
-from stiffness_model.contact.assembly import build_contacts
+from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.numerics.arrays import Array

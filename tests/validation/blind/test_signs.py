@@ -79,7 +79,7 @@ def _ramp(motion: Motion, test: Schedule, run_number: int) -> slice:
 def test_backlash_is_a_greater_clearance_and_preload_a_smaller(table, test, shift):
     motion = run(table, Behaviour(clearance=shift), test)
     twist = np.array([-0.9, -0.4, 0.4, 0.9]) * table.full_twist
-    solved = [sm.simulate(table.drive, twist, 400, seed=2, gear_shift=s).torque.mean(axis=0) for s in (0.0, shift)]
+    solved = [sm.simulate(table.drive, twist, 400, seed=2, clearance=s).torque.mean(axis=0) for s in (0.0, shift)]
     order = np.argsort(motion.twist)
     gap = np.interp(twist, motion.twist[order], motion.gap[order])
     np.testing.assert_allclose(gap, solved[1] - solved[0], rtol=0.03)

@@ -13,7 +13,7 @@ from reefmu.model.contact import with_contact_tables
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.model_file import load_model, save_model
 from reefmu.simulate import inputs_at_twist, simulate_signal
-from stiffness_model.contact.assembly import build_contacts, usable
+from stiffness_model.contact.element_contacts import build_contacts, usable
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.lookup.build import Lookup, mean_torque

@@ -53,7 +53,7 @@ def worst(drive: sm.Drive, lookup: Lookup, one: Individual) -> tuple[float, floa
     function = individual_function(one, lookup)
     off: list[tuple[float, float]] = []
     for clearance in (-3e-6, 0.0, 5e-6):
-        solved = turning_map(one, twist, angle, gear_shift=clearance)
+        solved = turning_map(one, twist, angle, clearance=clearance)
         t, a = np.meshgrid(twist, angle)
         torque, _, force, share, in_range = (
             np.asarray(v).reshape(t.shape) for v in function.map(t.size)(t.ravel(), clearance, a.ravel())
@@ -141,7 +141,7 @@ def test_an_individual_goes_with_effects(drive: sm.Drive, lookup: Lookup) -> Non
     twist, angle = 0.8 * drive.max_twist, 0.7
     u, p = [drive.ratio * (angle + twist), 0, angle, 0, 20], whole.parameter_vector()
     y = np.asarray(whole.output(whole.initial(u, p), u, p)).ravel()
-    contacts = turning_map(whole.individual, [twist - 4e-6 * y[0]], [angle], gear_shift=4e-6)
+    contacts = turning_map(whole.individual, [twist - 4e-6 * y[0]], [angle], clearance=4e-6)
     assert contacts.torque[0, 0] == pytest.approx(y[0], rel=1e-6)
     assert np.isfinite(np.asarray(whole.jacobian(whole.initial(u, p), u, p))).all()
 

@@ -234,5 +234,5 @@ def test_a_first_drawing_has_bores_that_let_its_elements_run(changes):
     assert clearance == pytest.approx(3 * sigma, rel=1e-12)
     population = sm.simulate(drive, [0.0], 200)
     # 0.135 % of 17 400 elements are 23.5 with a standard deviation of 4.8.
-    assert population.tight < 23.5 + 4 * 4.8
+    assert population.interference_count < 23.5 + 4 * 4.8
     assert sm.simulate(sm.load_drive("drive_1", cage_offset=0.0), [0.0], 200).tight == pytest.approx(8700, abs=300)

@@ -11,7 +11,7 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.model.tables import fingerprint
-from stiffness_model.contact.assembly import build_contacts, usable
+from stiffness_model.contact.element_contacts import build_contacts, usable
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.options import ModelOptions
 from stiffness_model.equilibrium.closed_form import solve

@@ -23,7 +23,7 @@ def numerical_force(approach: float, clearance: float, n_arc: int = 41, n_width:
     rectangle (Johnson, eq. 3.25), distances along the surface; pressure only where it pushes.
     """
     arc = 2 * math.asin(math.sqrt(approach / (2 * (approach + clearance))))
-    q = Lamina(np.array([RADIUS]), np.array([clearance]), STEEL).greatest_line_load([approach])[0]
+    q = Lamina(np.array([RADIUS]), np.array([clearance]), STEEL).peak_line_load([approach])[0]
     half_width = 1.6 * math.sqrt(4 * q * RADIUS * STEEL / math.pi)
     # Finer towards the ends, where the pressure falls to nothing.
     edges_s = RADIUS * 1.02 * arc * np.sin(np.linspace(-math.pi / 2, math.pi / 2, n_arc + 1))

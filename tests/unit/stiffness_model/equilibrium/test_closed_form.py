@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import stiffness_model as sm
-from stiffness_model.contact.assembly import Contacts, build_contacts, usable
+from stiffness_model.contact.element_contacts import Contacts, build_contacts, usable
 from stiffness_model.drawing import sampling
 from stiffness_model.equilibrium import reference
 from stiffness_model.equilibrium.closed_form import Equilibrium, Status, solve
@@ -73,12 +73,12 @@ def test_agrees_with_the_papers_own_way(case):
     assert len(pairs) == 1250
     assert all(b.method != "none" for _, b in pairs)
     assert all(a["status"] != Status.NOT_CONVERGED for a, _ in pairs)
-    assert all((a["status"] == Status.PLAY) == (b.gear == b.crank == 0) for a, b in pairs)
+    assert all((a["status"] == Status.UNLOADED) == (b.gear == b.crank == 0) for a, b in pairs)
     for names in (FORCES, ("output_torque",), ("crank_torque",)):
         ours = np.array([[a[name] for name in names] for a, _ in pairs])
         theirs = np.array([[getattr(b, name) for name in names] for _, b in pairs])
         assert np.abs(ours - theirs).max() <= 1e-8 * np.abs(theirs).max()
-    loaded = [(a, b) for a, b in pairs if a["status"] != Status.PLAY]
+    loaded = [(a, b) for a, b in pairs if a["status"] != Status.UNLOADED]
     assert 0.3 < len(loaded) / len(pairs) < 0.7
     for name in ("radial", "tangential"):
         ours, theirs = (np.array(v) for v in zip(*((a[name], getattr(b, name)) for a, b in loaded), strict=True))
@@ -114,7 +114,7 @@ def _assert_statics(c: Contacts, twists: np.ndarray, result: Equilibrium, extra:
     size = greatest(result)
     delta = (c.normal_r * x + c.normal_t * y - c.gear_gap, c.reach - np.hypot(*d), y - c.cage_gap, -y - c.cage_gap)
     stiffness = (c.stiffness_gear, c.stiffness_crank, c.stiffness_cage, c.stiffness_cage)
-    loaded = (result.status != Status.PLAY) | np.any(extra != 0)
+    loaded = (result.status != Status.UNLOADED) | np.any(extra != 0)
     for name, k, indentation in zip(FORCES, stiffness, delta, strict=True):
         expected = k * np.maximum(indentation, 0) ** c.exponent
         np.testing.assert_allclose(getattr(result, name)[loaded], expected[loaded], atol=1e-8 * size)
@@ -134,7 +134,7 @@ def test_play_is_room_without_force():
     drive = sm.load_drive("drive_1")
     contacts, twist = drawn(drive, 500, seed=2), 0.001 * drive.ratio
     result = solve(contacts, twist)
-    play = result.status[0] == Status.PLAY
+    play = result.status[0] == Status.UNLOADED
     assert 0.3 < play.mean() < 0.7
     for name in (*FORCES, "output_torque", "crank_torque"):
         assert not np.any(getattr(result, name)[0, play])
@@ -211,7 +211,7 @@ def test_symmetries(seed, lobes, share, name, tight):
     np.testing.assert_allclose(threefold.radial, result.radial, atol=1e-12)
 
     # No further force is the same as a further force of nothing.
-    none = solve(contacts, twist, extra_force=(0.0, 0.0))
+    none = solve(contacts, twist, external_force=(0.0, 0.0))
     for force in FORCES:
         np.testing.assert_allclose(getattr(none, force), getattr(result, force), atol=1e-8 * size)
 
@@ -237,8 +237,8 @@ def test_a_centrifugal_force(case):
     contacts = drawn(drive, 400, seed=21)
     twists, push = np.linspace(-1, 1, 5) * drive.max_twist * drive.ratio, 40.0
     free = solve(contacts, twists)
-    result = solve(contacts, twists, extra_force=(push, 0.0))
-    assert np.all(np.isin(result.status, (Status.PLAY, Status.ITERATED)))
+    result = solve(contacts, twists, external_force=(push, 0.0))
+    assert np.all(np.isin(result.status, (Status.UNLOADED, Status.ITERATED)))
     _assert_statics(contacts, twists, result, np.array([push, 0.0]))
     # It presses the elements against the gear and takes them off the crank.
     assert np.all(result.gear > free.gear)
@@ -259,7 +259,7 @@ def test_further_forces_element_by_element_agree_with_the_reference():
     rng = np.random.default_rng(5)
     extra = np.stack([rng.uniform(1, 80, 120), rng.uniform(-20, 20, 120)])
     twist = 0.4 * drive.max_twist * drive.ratio
-    result = solve(contacts, twist, extra_force=extra)
+    result = solve(contacts, twist, external_force=extra)
     assert not np.any(result.status == Status.NOT_CONVERGED)
     size = greatest(result)
     for j in range(len(contacts)):
@@ -298,8 +298,8 @@ def test_one_bad_element_does_not_spoil_the_others():
     [
         (math.nan, None, ["twist", "finite", "nan"]),
         ([[0.0]], None, ["twist", "one dimension"]),
-        (0.01, (1.0, 2.0, 3.0), ["extra_force", "shape (2,) or (2, 5)", "(3,)"]),
-        (0.01, (math.inf, 0.0), ["extra_force", "finite"]),
+        (0.01, (1.0, 2.0, 3.0), ["external_force", "shape (2,) or (2, 5)", "(3,)"]),
+        (0.01, (math.inf, 0.0), ["external_force", "finite"]),
     ],
 )
 def test_bad_input(twist, extra, parts):

@@ -13,11 +13,11 @@ from scipy.interpolate import CubicSpline
 
 import stiffness_model as sm
 from stiffness_model import ARCMIN
-from stiffness_model.contact.assembly import Contacts, build_contacts, usable
+from stiffness_model.contact.element_contacts import Contacts, build_contacts, usable
 from stiffness_model.drawing import sampling
 from stiffness_model.elasticity import hertz
 from stiffness_model.equilibrium.closed_form import Status, closed_form, solve
-from stiffness_model.equilibrium.coupled_elements import CoupledEquilibrium, solve_beyond
+from stiffness_model.equilibrium.coupled_elements import CoupledEquilibrium, solve_coupled
 
 SOFT = {"bearing_stiffness": "250 N/um"}
 HOUSING = {"housing_stiffness": "80 N.m/arcmin"}
@@ -158,7 +158,7 @@ def test_agrees_with_the_root_of_the_whole_system(case: str) -> None:
     assert isinstance(ours, CoupledEquilibrium)
     assert not np.any(ours.status == Status.NOT_CONVERGED)
     # Elements with play may rest anywhere: they are left out, and must touch nothing. Under inertia all rest.
-    held = np.flatnonzero(ours.status[0] != Status.PLAY)
+    held = np.flatnonzero(ours.status[0] != Status.UNLOADED)
     some = contacts[held]
     whole = WholeDrive(some, twist)
     cos, sin = np.cos(some.beta[0]), np.sin(some.beta[0])
@@ -375,12 +375,12 @@ def test_further_forces_go_together_with_the_bearing() -> None:
     drive = sm.load_drive("drive_1", **SMALL, **SOFT)
     contacts = one_drive(drive)
     twist = [0.6 * drive.max_twist * drive.ratio]
-    pushed = solve(contacts, twist, extra_force=(25.0, 0.0))
+    pushed = solve(contacts, twist, external_force=(25.0, 0.0))
     loaded = solve(dataclasses.replace(contacts, load=np.tile([25.0, 0.0], (len(contacts), 1))), twist)
     np.testing.assert_allclose(pushed.gear, loaded.gear, rtol=1e-9)
     assert (pushed.gear > 20).all()
     with pytest.raises(sm.InputError, match="finite forces of shape"):
-        solve(contacts, twist, extra_force=(1.0, 2.0, 3.0))
+        solve(contacts, twist, external_force=(1.0, 2.0, 3.0))
 
 
 def test_the_engine_alone_gives_the_plain_closed_form() -> None:
@@ -389,7 +389,7 @@ def test_the_engine_alone_gives_the_plain_closed_form() -> None:
     contacts = one_drive(drive, n_drives=3)
     twist = np.linspace(-1, 1, 7) * drive.max_twist * drive.ratio
     fits = contacts[contacts.cage_gap >= 0]
-    a, b = closed_form(fits, twist), solve_beyond(fits, twist)
+    a, b = closed_form(fits, twist), solve_coupled(fits, twist)
     for field in ("gear", "crank", "output_torque", "crank_torque", "radial", "tangential"):
         values = getattr(a, field)
         np.testing.assert_allclose(getattr(b, field), values, atol=1e-10 * np.abs(values).max())

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.contact.assembly import Contacts, build_contacts, usable
+from stiffness_model.contact.element_contacts import Contacts, build_contacts, usable
 from stiffness_model.drawing import sampling
 from stiffness_model.equilibrium import newton
-from stiffness_model.equilibrium.closed_form import AT_ONCE, Status, solve, solve_parts
+from stiffness_model.equilibrium.closed_form import MAX_PAIRS, Status, solve, solve_chunks
 from tests.benchmarks import bench_newton
 
 
@@ -89,12 +89,12 @@ def test_blocks_stay_small_and_change_nothing(tight: Contacts, steps: list[tuple
 def test_parts_cover_the_twists_in_order(tight: Contacts, monkeypatch: pytest.MonkeyPatch) -> None:
     from stiffness_model.equilibrium import closed_form as equilibrium
 
-    monkeypatch.setattr(equilibrium, "AT_ONCE", 4 * len(tight))
+    monkeypatch.setattr(equilibrium, "MAX_PAIRS", 4 * len(tight))
     crank = np.linspace(0.0, 0.06, 10)
-    parts = list(solve_parts(tight, crank))
+    parts = list(solve_chunks(tight, crank))
     assert [len(result.gear) for _, result in parts] == [4, 4, 2]
     np.testing.assert_array_equal(np.concatenate([crank[part] for part, _ in parts]), crank)
-    assert AT_ONCE * 65 < 50e6
+    assert MAX_PAIRS * 65 < 50e6
 
 
 def test_memory_beside_the_results_does_not_grow_with_the_twists() -> None:
@@ -103,7 +103,7 @@ def test_memory_beside_the_results_does_not_grow_with_the_twists() -> None:
     with pytest.MonkeyPatch.context() as patch:
         from stiffness_model.equilibrium import closed_form as equilibrium
 
-        patch.setattr(equilibrium, "AT_ONCE", 2**14)
+        patch.setattr(equilibrium, "MAX_PAIRS", 2**14)
         patch.setattr(equilibrium, "NEWTON_BLOCK", 2**11)
         few, many = (bench_newton.peak(drive, 4, n) for n in (100, 800))
     assert many < 1.3 * few + 1e6

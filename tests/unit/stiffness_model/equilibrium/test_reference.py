@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.contact.assembly import Contacts, build_contacts, usable
+from stiffness_model.contact.element_contacts import Contacts, build_contacts, usable
 from stiffness_model.drawing import sampling
 from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.equilibrium.reference import ElementEquilibrium, equilibrium_of
@@ -38,8 +38,8 @@ def test_descent_needs_no_contact_to_start_from():
     contacts = elements()
     for j in range(10):
         # Two tenths of a millimetre off the crank nothing touches, and the root finder has nothing to go by.
-        found = equilibrium_of(contacts, j, 0.0, extra_force=(-25.0, 0.0), start=(2e-4, 0.0))
-        here = equilibrium_of(contacts, j, 0.0, extra_force=(-25.0, 0.0))
+        found = equilibrium_of(contacts, j, 0.0, external_force=(-25.0, 0.0), start=(2e-4, 0.0))
+        here = equilibrium_of(contacts, j, 0.0, external_force=(-25.0, 0.0))
         assert found.crank == pytest.approx(here.crank, rel=1e-6)
         assert found.crank > 20
 

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stiffness_model.geometry.ball_path import (
-    Path,
+    BallPath,
     curvature_limit,
-    most_that_fit,
+    max_elements_on_circle,
     profile_curvature,
     usable_limit,
     wrap,
@@ -22,8 +22,8 @@ CENTRE_DISTANCE, ECCENTRICITY, BALL = 48e-3, 0.7e-3, 7e-3
 BETA = np.linspace(-math.pi, math.pi, 1441)
 
 
-def path(lobes: int) -> Path:
-    return Path(CENTRE_DISTANCE, ECCENTRICITY, lobes)
+def path(lobes: int) -> BallPath:
+    return BallPath(CENTRE_DISTANCE, ECCENTRICITY, lobes)
 
 
 def difference(function, x, h=1e-6):
@@ -51,8 +51,8 @@ def test_crossing_lies_on_the_line_between_two_lobes(lobes):
 
 
 def test_gentle_profile_exists_all_round():
-    assert usable_limit(Path(48e-3, 0.1e-3, 10), 2e-3) == math.pi
-    assert curvature_limit(Path(48e-3, 0.1e-3, 10), 2e-3) == math.pi
+    assert usable_limit(BallPath(48e-3, 0.1e-3, 10), 2e-3) == math.pi
+    assert curvature_limit(BallPath(48e-3, 0.1e-3, 10), 2e-3) == math.pi
 
 
 @pytest.mark.parametrize(("lobes", "at_top", "at_bottom"), [(28, 3.917, -4.534), (30, 3.448, -3.901)])
@@ -143,15 +143,15 @@ def test_wrap_keeps_the_angle_and_its_interval(angle):
 
 
 def test_at_most_21_elements_fit_in_table_i():
-    assert most_that_fit(48e-3, 7e-3) == 21
+    assert max_elements_on_circle(48e-3, 7e-3) == 21
 
 
 @given(st.floats(1e-4, 0.3))
 def test_elements_fit_by_their_chord(radius):
-    most = most_that_fit(1.0, radius)
+    most = max_elements_on_circle(1.0, radius)
     assert 2 * math.sin(math.pi / most) >= 2 * radius * (1 - 1e-9)
     assert 2 * math.sin(math.pi / (most + 1)) < 2 * radius * (1 + 1e-9)
 
 
 def test_elements_that_just_fit_count():
-    assert most_that_fit(1.0, math.sin(math.pi / 6)) == 6
+    assert max_elements_on_circle(1.0, math.sin(math.pi / 6)) == 6

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.contact.assembly import build_contacts, usable
+from stiffness_model.contact.element_contacts import build_contacts, usable
 from stiffness_model.contact.inertia import element_mass, inertia_force
 from stiffness_model.drawing import sampling
 from stiffness_model.equilibrium.closed_form import solve
-from stiffness_model.geometry.exact_profile import Profile
+from stiffness_model.geometry.exact_profile import GearProfile
 
 
 @pytest.mark.parametrize("lobes", [28, 30])
@@ -20,10 +20,10 @@ def test_the_nearest_point_is_nearest(lobes: int) -> None:
     """On the gear's own profile (`Path.point`), for a centre placed anywhere near it."""
     drive = sm.load_drive("drive_1", lobes=lobes)
     path, side = drive.path, drive.orientation
-    profile = Profile(path, side, 1e-11, None)
+    profile = GearProfile(path, side, 1e-11, None)
     beta = np.linspace(-1.5, 1.5, 31)
     x = 1e-4 * np.random.default_rng(3).uniform(-1, 1, (2, len(beta)))
-    foot = profile.nearest(beta, x, beta, steps=6)
+    foot = profile.nearest_point(beta, x, beta, steps=6)
     # Element's frame in the gear's: turned by side beta/z.
     angle = side * beta / lobes
     radial = np.stack([np.cos(angle), np.sin(angle)])
@@ -38,7 +38,7 @@ def test_the_nearest_point_is_nearest(lobes: int) -> None:
         assert abs(signed) == pytest.approx(distance[k], abs=2e-10)
         assert foot.beta[j] == pytest.approx(along[k], abs=2e-5)
     n_r, n_t = path.normal(beta, side)
-    at_rest = profile.nearest(beta, np.zeros_like(x), beta)
+    at_rest = profile.nearest_point(beta, np.zeros_like(x), beta)
     np.testing.assert_allclose([at_rest.normal_r, at_rest.normal_t], [n_r, n_t], atol=1e-14)
     np.testing.assert_allclose(at_rest.offset, 0, atol=1e-17)
 
@@ -46,12 +46,12 @@ def test_the_nearest_point_is_nearest(lobes: int) -> None:
 def test_the_papers_linear_gap_is_the_first_term() -> None:
     """The rest is curvature times half the square of the displacement along the path, and a cubic remainder."""
     drive = sm.load_drive("drive_1")
-    profile, beta = Profile(drive.path, drive.orientation, 1e-11, None), np.linspace(-1.4, 1.4, 15)
+    profile, beta = GearProfile(drive.path, drive.orientation, 1e-11, None), np.linspace(-1.4, 1.4, 15)
     n_r, n_t = drive.path.normal(beta, drive.orientation)
     left = []
     for size in (4e-5, 2e-5, 1e-5):
         x = size * np.stack([0.3 * n_r - n_t, 0.3 * n_t + n_r])
-        foot = profile.nearest(beta, x, beta, steps=6)
+        foot = profile.nearest_point(beta, x, beta, steps=6)
         exact = foot.normal_r * x[0] + foot.normal_t * x[1] - foot.offset
         second = 0.3 * size + 0.5 * drive.path.curvature(beta) * size**2
         left.append(np.abs(exact - second).max() / size**3)

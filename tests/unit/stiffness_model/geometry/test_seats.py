@@ -35,7 +35,7 @@ def test_chord_and_wall_are_those_of_the_nearest_bores(ratio, count, radius):
 
 @given(st.integers(5, 40), st.floats(1e-3, 20e-3), st.floats(0, 3e-3))
 def test_the_most_elements_fit_and_one_more_does_not(ratio, radius, wall):
-    most = Seats(ratio, 1, 48e-3, radius).most(wall)
+    most = Seats(ratio, 1, 48e-3, radius).max_elements(wall)
     assert Seats(ratio, most, 48e-3, radius).wall >= wall - 1e-9
     for more in range(most + 1, ratio + 2):
         assert Seats(ratio, more, 48e-3, radius).wall < wall
@@ -58,7 +58,7 @@ def test_the_workshop_s_drive_can_be_built():
         drive = sm.load_drive("workshop")
     rim = cage_room(drive)[0]
     at_rim = 2 * (rim * math.sin(math.pi / drive.seats.seats) - drive.seats.bore_radius)
-    assert drive.seats.apart == 1
+    assert drive.seats.spacing == 1
     assert drive.seats.wall > at_rim > 1.5e-3
     # The whole profile exists, the lobes' crests are round, one profile serves all rows.
     assert drive.usable_limit == math.pi
@@ -73,7 +73,7 @@ def test_the_workshop_s_drive_can_be_built():
     assert {material.name for material in drive.materials.values()} == {"100Cr6"}
     population = sm.simulate(drive, np.linspace(0, drive.max_twist, 17), 64)
     curve = population.curve()
-    assert population.tight < 0.005 * 64 * drive.elements
+    assert population.interference_count < 0.005 * 64 * drive.elements
     assert curve.lost_motion() < 1.5 * sm.ARCMIN
     assert 100 < curve.full_torque < 200
     pressure = sm.contact_pressures(drive, [drive.max_twist], 32).pressure.mean(axis=0)

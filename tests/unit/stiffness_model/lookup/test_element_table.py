@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.contact.assembly import build_contacts
+from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
@@ -43,7 +43,7 @@ def test_elements_all_round_make_the_drive(fields: dict) -> None:
     around = np.linspace(-np.pi, np.pi, 2001)[:-1]
     for clearance in (0.0, 6e-6):
         whole = drive.elements * table.torque(twist[:, None], clearance, around).mean(axis=1)
-        drives = sm.simulate(drive, twist, 200, gear_shift=clearance).torque.mean(axis=0)
+        drives = sm.simulate(drive, twist, 200, clearance=clearance).torque.mean(axis=0)
         assert whole == pytest.approx(drives, abs=4e-3 * np.abs(drives).max())
 
 

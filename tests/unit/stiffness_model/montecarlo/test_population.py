@@ -14,7 +14,7 @@ import pytest
 import stiffness_model as sm
 from stiffness_model import ARCMIN
 from stiffness_model.catalog import gears as catalog
-from stiffness_model.contact.assembly import build_contacts, usable
+from stiffness_model.contact.element_contacts import build_contacts, usable
 from stiffness_model.drawing.sampling import blocks, draw
 from stiffness_model.montecarlo.population import Population
 
@@ -196,7 +196,7 @@ def test_same_seed_same_numbers_whatever_the_workers(drive: sm.Drive) -> None:
         for name in ("torque", "crank_torque", "contact_force", "load_share"):
             np.testing.assert_array_equal(getattr(alone, name), getattr(other, name))
         assert alone.status_counts == other.status_counts
-        assert alone.capped == other.capped
+        assert alone.capped_count == other.capped_count
     assert (sm.simulate(drive, twist, 40, seed=4).torque != alone.torque).any()
 
 
@@ -244,7 +244,7 @@ def test_status_counts_add_up(study: dict[tuple[int, str], Population], name: st
         deviations = draw(population.drive, block, n_drives, population.seed)
         contacts = build_contacts(population.drive, deviations)[usable(population.drive, deviations.beta).ravel()]
         capped, tight = capped + contacts.capped.sum(), tight + (contacts.cage_gap < 0).sum()
-    assert population.capped == capped > 0
+    assert population.capped_count == capped > 0
     assert counts["iterated"] + counts["not_converged"] <= tight * len(population.twist)
     assert counts["not_converged"] <= 2
 
@@ -263,7 +263,7 @@ def test_a_drive_with_one_element() -> None:
 
 def test_clearance_at_the_gear_makes_backlash_and_preload_takes_it(drive: sm.Drive) -> None:
     twist = ARCMIN * np.linspace(0, 8, 33)
-    free, drawn, tight = (sm.simulate(drive, twist, 48, gear_shift=shift) for shift in (20e-6, 0.0, -20e-6))
+    free, drawn, tight = (sm.simulate(drive, twist, 48, clearance=shift) for shift in (20e-6, 0.0, -20e-6))
     assert free.curve().backlash() > 3 * ARCMIN > drawn.curve().backlash()
     assert (free.torque[:, -1] < drawn.torque[:, -1]).all()
     assert (tight.torque[:, -1] > drawn.torque[:, -1]).all()
@@ -294,7 +294,7 @@ def test_results_of_a_drive_hang_together(drive: sm.Drive) -> None:
         ([0.001], {"n_drives": 2.5}, "at least one drive, got 2.5"),
         ([0.001], {"n_drives": True}, "at least one drive, got True"),
         ([0.001], {"seed": -1}, "a whole number not below 0, got -1"),
-        ([0.001], {"gear_shift": float("nan")}, "a finite clearance in m, got nan"),
+        ([0.001], {"clearance": float("nan")}, "a finite clearance in m, got nan"),
     ],
 )
 def test_bad_input_is_named(drive: sm.Drive, twist: Any, options: dict[str, Any], words: str) -> None:

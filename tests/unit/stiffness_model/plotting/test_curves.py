@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 import stiffness_model as sm
 from stiffness_model import ARCMIN
 from stiffness_model.catalog.gears import CatalogGear, catalog
-from stiffness_model.montecarlo.population import LOW_TORQUE, Population
+from stiffness_model.montecarlo.population import LOW_TORQUE_SHARE, Population
 from stiffness_model.plotting import curves as plots
 from stiffness_model.plotting.style import CONTACTS, DRIVES, Line, label_ends, new_axes
 
@@ -151,14 +151,14 @@ def test_load_share_leaves_out_the_low_torque_region(populations: list[Populatio
     for population in populations:
         x, y = data(ax, population.drive.name.replace("_", " "))
         torque = population.torque.mean(axis=0)
-        kept = torque >= LOW_TORQUE * torque[-1]
+        kept = torque >= LOW_TORQUE_SHARE * torque[-1]
         assert 0 < kept.sum() < len(torque)
         np.testing.assert_allclose(x, torque[kept])
         np.testing.assert_allclose(y, 100 * population.load_share[:, kept].mean(axis=0))
     assert "[%]" in ax.get_ylabel()
     legend = ax.get_legend()
     assert legend is not None
-    assert f"below {100 * LOW_TORQUE:g} %" in legend.get_title().get_text()
+    assert f"below {100 * LOW_TORQUE_SHARE:g} %" in legend.get_title().get_text()
     assert legend_is_off_the_data(ax)
     assert is_inside_the_figure(ax)
 
@@ -222,7 +222,7 @@ def test_given_axes_are_used_and_the_picture_is_saved(populations: list[Populati
 
 
 def test_a_drive_without_torque_can_be_drawn() -> None:
-    loose = sm.simulate(sm.load_drive("drive_1"), ARCMIN * np.linspace(0, 1, 5), 8, gear_shift=1e-3)
+    loose = sm.simulate(sm.load_drive("drive_1"), ARCMIN * np.linspace(0, 1, 5), 8, clearance=1e-3)
     assert loose.torque.max() == 0
     for ax in (plots.contact_forces(loose), plots.load_share(loose), plots.twist_over_torque(loose.curve())):
         drawn(ax)

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 
 import stiffness_model as sm
 from stiffness_model.errors import InputError
-from stiffness_model.geometry.ball_path import Path as BallPath
-from stiffness_model.geometry.ball_path import usable_limit
+from stiffness_model.geometry.ball_path import BallPath, usable_limit
 from stiffness_model.plotting import dxf
 from stiffness_model.plotting.layout import place
 from stiffness_model.plotting.outline import equidistant, gear_offset, gear_outline, rotated

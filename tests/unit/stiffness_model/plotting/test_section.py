@@ -9,7 +9,7 @@ from matplotlib.patches import Circle, PathPatch, Polygon
 from matplotlib.quiver import Quiver
 
 import stiffness_model as sm
-from stiffness_model.contact.assembly import CONTACTS
+from stiffness_model.contact.element_contacts import CONTACTS
 from stiffness_model.drawing import sampling
 from stiffness_model.errors import InputError
 from stiffness_model.plotting.loads import Loads, solve_loads

@@ -8,14 +8,14 @@ from scipy import optimize
 
 import stiffness_model as sm
 from stiffness_model import ARCMIN
-from stiffness_model.montecarlo.solved_blocks import Solved, solved_blocks
+from stiffness_model.montecarlo.solved_blocks import SolvedBlock, solved_blocks
 from stiffness_model.ratings.efficiency import friction_losses, least_sliding, sliding
 
 MU = 0.04
 EXACT = {f"{part}_{kind}": "0 um" for part in ("element", "crank", "cage", "gear") for kind in ("tolerance", "offset")}
 
 
-def block_of(drive: sm.Drive, twist: float, n_drives: int = 1) -> Solved:
+def block_of(drive: sm.Drive, twist: float, n_drives: int = 1) -> SolvedBlock:
     return next(solved_blocks(drive, [twist], n_drives, 4))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.contact.assembly import build_contacts, usable
+from stiffness_model.contact.element_contacts import build_contacts, usable
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve

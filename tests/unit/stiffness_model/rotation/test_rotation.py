@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.contact.assembly import build_contacts
+from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.equilibrium.reference import equilibrium_of
@@ -203,8 +203,8 @@ def test_small_deviations_act_linearly_and_add_up() -> None:
 
     def change(share: float, *names: str) -> np.ndarray:
         moved = {name: getattr(calm, name) + share * (getattr(drawn, name) - getattr(calm, name)) for name in names}
-        found = turning_map(replace(calm, **moved), [drive.max_twist], angle, gear_shift=-2e-5)
-        return found.torque - turning_map(calm, [drive.max_twist], angle, gear_shift=-2e-5).torque
+        found = turning_map(replace(calm, **moved), [drive.max_twist], angle, clearance=-2e-5)
+        return found.torque - turning_map(calm, [drive.max_twist], angle, clearance=-2e-5).torque
 
     small, smaller = change(1e-2, *parts), change(1e-3, *parts)
     scale = np.abs(small).max()

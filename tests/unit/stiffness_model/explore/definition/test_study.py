@@ -15,7 +15,7 @@ from stiffness_model.explore.definition.design import Packing, design_drive, req
 from stiffness_model.explore.definition.study import load_study, studies, study_from_dict
 from stiffness_model.explore.evaluation.evaluate import Outcome, drive_at, evaluate, values_at
 from stiffness_model.geometry import ball_path as geometry
-from stiffness_model.geometry.ball_path import most_that_fit
+from stiffness_model.geometry.ball_path import max_elements_on_circle
 from stiffness_model.io.drawing_toml import read_table
 from tests.small_study import study, tables
 
@@ -37,7 +37,7 @@ def test_a_design_is_the_base_drawing_with_its_values() -> None:
     assert drive.tolerances["gear"].offset == pytest.approx(2.5e-6)
     # A base drive that reverses stays one: 24 lobes are a ratio of -23.
     assert (drive.lobes, drive.ratio, drive.eccentrics) == (24, -23, 3)
-    assert drive.elements_per_row == most_that_fit(drive.path.centre_distance, drive.element_radius) == 21
+    assert drive.elements_per_row == max_elements_on_circle(drive.path.centre_distance, drive.element_radius) == 21
     base = sm.load_drive("drive_1")
     assert drive.materials == base.materials
     assert drive.crank_radius == base.crank_radius
@@ -104,7 +104,7 @@ def test_undercut_and_diameter_are_those_of_the_profile_s_points(lobes: int) -> 
     read = study_from_dict(table)
     found = evaluate(read, np.array([[0.2], [0.9]]))
     for k, eccentricity in enumerate((0.4e-3, 0.75e-3)):
-        path = geometry.Path(47e-3, eccentricity, lobes)
+        path = geometry.BallPath(47e-3, eccentricity, lobes)
         beta = np.linspace(-np.pi, np.pi, 2001)
         # One period of the profile, in the gear's frame, with a half on either side to be near to.
         wide = np.linspace(-2 * np.pi, 2 * np.pi, 8001)

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 import stiffness_model as sm
-from stiffness_model.contact.assembly import build_contacts
+from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.drawing import sampling
 from stiffness_model.explore.evaluation.response import PRESSURE_DRIVES, simulate_design
 from stiffness_model.explore.evaluation.sweep import draw_elements, sweep

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.assembly import Contacts
+from ..contact.element_contacts import Contacts
 from ..numerics.arrays import Array
 
 

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.assembly import Contacts
+from ..contact.element_contacts import Contacts
 from ..numerics.arrays import Array
-from .elements import Motion
-from .frame import Centres, Seat, Sums
+from .closed_form_elements import Motion
 from .newton import BLOCK, crank_tangent, iterate
-from .result import Status
+from .shared_bodies import Centres, Seat, Sums
+from .solution import Status
 
 FOOT_SETTLED = 1e-9
 """rad: greatest last move of the nearest point along an exact profile."""
@@ -69,7 +69,7 @@ class Special:
         for _ in range(MOST_FEET):
             # The iteration follows the profile by itself; only the contact's stiffness is held meanwhile.
             some = self._every[todo]
-            foot = profile.nearest(some.beta, self._x[:, todo], self._foot[todo], steps=3)
+            foot = profile.nearest_point(some.beta, self._x[:, todo], self._foot[todo], steps=3)
             moved = np.abs(foot.beta - self._foot[todo])
             self._foot[todo] = foot.beta
             self._gear[todo] = profile.stiffness(foot, some.element_radius, some.gear_gap)
@@ -139,8 +139,8 @@ class Special:
         return {name: value.reshape(self._shape) for name, value in values.items()}
 
     def status(self) -> NDArray[np.int8]:
-        """ITERATED, PLAY or NOT_CONVERGED."""
+        """ITERATED, UNLOADED or NOT_CONVERGED."""
         f = self._forces
         carries = np.maximum(f[0], f[1]) > 1e-12 * f.max(axis=0, initial=0.0)
-        found = np.where(self._converged, np.where(carries, Status.ITERATED, Status.PLAY), Status.NOT_CONVERGED)
+        found = np.where(self._converged, np.where(carries, Status.ITERATED, Status.UNLOADED), Status.NOT_CONVERGED)
         return found.reshape(self._shape).astype(np.int8)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 
-from ..contact.assembly import CONTACTS
+from ..contact.element_contacts import CONTACTS
 from ..errors import InputError, expect
 from ..io.atomic_files import atomic_file
 from ..numerics.arrays import Array
@@ -21,7 +21,7 @@ from ..units import ARCMIN
 
 LOST_MOTION_SHARE = 0.03
 """Lost motion is the twist between plus and minus this share of the named torque (makers' catalogues)."""
-PLAY_SHARE = 1e-3
+BACKLASH_SHARE = 1e-3
 """Backlash is the twist across which no more than this share of the named torque is carried."""
 BAND = (10.0, 90.0)
 """Percentiles of the band."""
@@ -83,7 +83,7 @@ class TwistTorqueCurve:
 
     def backlash(self, torque: float | None = None) -> float:
         """Twist, rad, across which no more than a thousandth of `torque` (default: of the greatest) is carried."""
-        return self._width(PLAY_SHARE, torque)
+        return self._width(BACKLASH_SHARE, torque)
 
     def lost_motion(self, torque: float | None = None) -> float:
         """Twist, rad, between plus and minus 3 % of `torque`, N.m (default: of the greatest)."""

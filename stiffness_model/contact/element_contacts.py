@@ -13,7 +13,7 @@ from ..drawing.sampling import Deviations
 from ..elasticity import hertz
 from ..errors import expect
 from ..geometry.ball_path import profile_curvature
-from ..geometry.exact_profile import Profile
+from ..geometry.exact_profile import GearProfile
 from ..numerics.arrays import Array
 from .inertia import inertia_force
 
@@ -56,7 +56,7 @@ class Contacts:
     ratio: float
     cage_compliance: float
     beyond: ModelOptions
-    profile: Profile | None
+    profile: GearProfile | None
 
     def __len__(self) -> int:
         return len(self.beta)
@@ -67,21 +67,21 @@ class Contacts:
         return replace(self, **{name: v[index] for name, v in values.items() if isinstance(v, np.ndarray)})
 
 
-def build_contacts(drive: Drive, deviations: Deviations, gear_shift: float = 0.0) -> Contacts:
+def build_contacts(drive: Drive, deviations: Deviations, clearance: float = 0.0) -> Contacts:
     """Contacts of the elements of `deviations` (flattened, drive after drive).
 
     Raises `InputError` where the drawing couples elements and a row of the deviations is no whole drive.
-    gear_shift: m, added to the gear's clearance everywhere (positive: play, negative: preload).
+    clearance: m, added to the gear's clearance everywhere (positive: play, negative: preload).
     """
     beta, r_element = deviations.beta.ravel(), deviations.element.ravel()
-    q = deviations.gear.ravel() + gear_shift
+    q = deviations.gear.ravel() + clearance
     path = drive.path
     normal_r, normal_t = path.normal(beta, drive.orientation)
     compliance = compliances(drive)
     capped = np.zeros(beta.shape, bool)
     if drive.element == "ball":
         exponent = hertz.POINT_EXPONENT
-        curved, ball = curvature_sums(drive, deviations, gear_shift), 1 / r_element
+        curved, ball = curvature_sums(drive, deviations, clearance), 1 / r_element
         stiffness = {part: hertz.point_stiffness(compliance[part], curved[part], ball) for part in PARTNERS}
         if drive.beyond.cage_contact == "hertz":
             capped = hertz.conformity(curved["cage"], ball) > hertz.CONFORMITY_LIMIT
@@ -128,9 +128,9 @@ def _eccentrics(drive: Drive, deviations: Deviations) -> NDArray[np.intp]:
     return (drive.eccentrics * np.arange(len(beta))[:, None] + own).ravel()
 
 
-def _profile(drive: Drive, compliance: float) -> Profile:
+def _profile(drive: Drive, compliance: float) -> GearProfile:
     line = None if drive.element == "ball" else float(hertz.line_stiffness(compliance, drive.element_length))
-    return Profile(drive.path, drive.orientation, compliance, line)
+    return GearProfile(drive.path, drive.orientation, compliance, line)
 
 
 def compliances(drive: Drive) -> dict[str, float]:
@@ -138,14 +138,14 @@ def compliances(drive: Drive) -> dict[str, float]:
     return {part: drive.materials["element"].compliance + drive.materials[part].compliance for part in PARTNERS}
 
 
-def curvature_sums(drive: Drive, deviations: Deviations, gear_shift: float = 0.0) -> dict[str, Array]:
+def curvature_sums(drive: Drive, deviations: Deviations, clearance: float = 0.0) -> dict[str, Array]:
     """Curvature sum, 1/m, (n,), of each contact in the plane in which the partner is curved, by partner.
 
     That is the plane of the drive for gear and crank, and the plane across the bore's axis for the cage; a
     roller's slot has flat walls. In the other plane the partner is straight and the sum is the element's own.
     """
     own = 1 / deviations.element.ravel()
-    gear = profile_curvature(drive.path.curvature(deviations.beta.ravel()), deviations.gear.ravel() + gear_shift)
+    gear = profile_curvature(drive.path.curvature(deviations.beta.ravel()), deviations.gear.ravel() + clearance)
     bore = 1 / deviations.cage.ravel() if drive.element == "ball" else 0.0
     return {"gear": own + gear, "crank": own + 1 / deviations.crank.ravel(), "cage": own - bore}
 

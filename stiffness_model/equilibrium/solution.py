@@ -14,7 +14,7 @@ from ..numerics.arrays import Array
 class Status(IntEnum):
     """What became of an element."""
 
-    PLAY = 0  # no force at gear and crank: the element has play
+    UNLOADED = 0  # no force at gear and crank: the element has play
     LOADED = 1  # gear, crank and one cage wall carry: closed form
     ITERATED = 2  # both walls or further forces: Newton iteration, converged
     NOT_CONVERGED = 3

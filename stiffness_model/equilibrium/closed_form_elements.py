@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.assembly import Contacts
-from ..contact.laws import bore
+from ..contact.element_contacts import Contacts
+from ..contact.laws import bore_law
 from ..numerics.arrays import Array
-from .frame import Centres, Seat, Sums
-from .result import Status, root
+from .shared_bodies import Centres, Seat, Sums
+from .solution import Status, root
 
 TURN = 2e-10
 """Greatest turn of the crank's normal, rad, in the last pass; the next is a hundred times smaller."""
@@ -70,7 +70,7 @@ class ClosedForm:
         options = c.beyond
         self._housing = math.isfinite(options.housing_stiffness)
         self._ring, self._wall_give = 1 / options.ring_stiffness, 1 / options.cage_wall_stiffness
-        self._bore = bore(c) if options.cage_contact == "lamina" else None
+        self._bore = bore_law(c) if options.cage_contact == "lamina" else None
         self._power = self._bore is None and self._ring == 0 and self._wall_give == 0
         self._cage_gap = np.maximum(c.cage_gap, 0.0)
         self._cage_give = root(c.stiffness_crank / c.stiffness_cage, p)
@@ -194,7 +194,7 @@ class ClosedForm:
         c, profile = self._c, self._c.profile
         assert profile is not None
         x = self.displacement()
-        foot = profile.nearest(c.beta, x, self._foot)
+        foot = profile.nearest_point(c.beta, x, self._foot)
         moved = np.abs(foot.beta - self._foot) / profile.path.lobes
         if self._muted is not None:
             moved[:, self._muted] = 0.0
@@ -259,6 +259,6 @@ class ClosedForm:
         }
 
     def status(self) -> NDArray[np.int8]:
-        """PLAY, LOADED or NOT_CONVERGED."""
-        found = np.where(self._s > 0, Status.LOADED, Status.PLAY)
+        """UNLOADED, LOADED or NOT_CONVERGED."""
+        found = np.where(self._s > 0, Status.LOADED, Status.UNLOADED)
         return np.where(self.unsettled(), Status.NOT_CONVERGED, found).astype(np.int8)

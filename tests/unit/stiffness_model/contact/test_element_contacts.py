@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.contact.assembly import build_contacts, usable
+from stiffness_model.contact.element_contacts import build_contacts, usable
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.materials import PLA, STEEL_100CR6
 from stiffness_model.elasticity import hertz
@@ -54,7 +54,7 @@ def test_clearances(drive, deviations):
     np.testing.assert_allclose(contacts.gear_gap, (deviations.gear - deviations.element).ravel(), atol=1e-18)
     np.testing.assert_allclose(contacts.cage_gap, (deviations.cage - deviations.element).ravel(), atol=1e-18)
     np.testing.assert_allclose(contacts.reach, (deviations.crank + deviations.element).ravel(), rtol=1e-15)
-    shifted = build_contacts(drive, deviations, gear_shift=5e-6)
+    shifted = build_contacts(drive, deviations, clearance=5e-6)
     np.testing.assert_allclose(shifted.gear_gap - contacts.gear_gap, 5e-6, rtol=1e-9)
     np.testing.assert_array_equal(shifted.cage_gap, contacts.cage_gap)
 
