@@ -1,8 +1,11 @@
-"""What the contact model leaves out: one effect, one short file. `EFFECTS` holds them by name."""
+"""What the contact model leaves out: one effect, one short file. `EFFECTS` holds them by name.
+
+* `base`: what an effect declares.
+* `twist`, `contact`, `friction`, `sensor`: the effects by what they act on, in the order along the drive.
+"""
 
 from stiffness_model.errors import unknown_name
 
-from .backlash import BACKLASH
 from .base import (
     ConfoundingGroup,
     Effect,
@@ -15,22 +18,23 @@ from .base import (
     State,
     ToleranceSignature,
 )
-from .coulomb_friction import COULOMB_FRICTION
-from .creep import CREEP
-from .damping import DAMPING
-from .hysteresis import HYSTERESIS
-from .kinematic_error import KINEMATIC_ERROR
-from .load_dependent_hysteresis import LOAD_DEPENDENT_HYSTERESIS
-from .missing_ball import MISSING_BALL
-from .modulus_error import MODULUS_ERROR
-from .preload import PRELOAD
-from .stribeck_friction import STRIBECK_FRICTION
-from .structural_compliance import STRUCTURAL_COMPLIANCE
-from .thermal_clearance import THERMAL_CLEARANCE
-from .torque_sensor_drift import TORQUE_SENSOR_DRIFT
-from .torque_sensor_offset import TORQUE_SENSOR_OFFSET
-from .viscous_friction import VISCOUS_FRICTION
-from .wear import WEAR
+from .contact.backlash import BACKLASH
+from .contact.missing_ball import MISSING_BALL
+from .contact.modulus_error import MODULUS_ERROR
+from .contact.preload import PRELOAD
+from .contact.thermal_clearance import THERMAL_CLEARANCE
+from .contact.wear import WEAR
+from .friction.coulomb_friction import COULOMB_FRICTION
+from .friction.damping import DAMPING
+from .friction.hysteresis import HYSTERESIS
+from .friction.load_dependent_hysteresis import LOAD_DEPENDENT_HYSTERESIS
+from .friction.stribeck_friction import STRIBECK_FRICTION
+from .friction.viscous_friction import VISCOUS_FRICTION
+from .sensor.torque_sensor_drift import TORQUE_SENSOR_DRIFT
+from .sensor.torque_sensor_offset import TORQUE_SENSOR_OFFSET
+from .twist.creep import CREEP
+from .twist.kinematic_error import KINEMATIC_ERROR
+from .twist.structural_compliance import STRUCTURAL_COMPLIANCE
 
 EFFECTS: dict[str, Effect] = {
     effect.name: effect

@@ -127,7 +127,7 @@ def code_digest(modules: tuple[str, ...]) -> str:
 def model_modules() -> list[str]:
     """The modules of this project, sorted, that the imports of `_ROOTS` reach, at whatever place they stand.
 
-    >>> {"reefmu.model.assembly", "reefmu.effects.backlash", "stiffness_model.numerics.bspline"} <= set(model_modules())
+    >>> {"reefmu.effects.contact.backlash", "stiffness_model.numerics.bspline"} <= set(model_modules())
     True
     >>> any(name.startswith("reefmu.diagnosis") for name in model_modules())
     False

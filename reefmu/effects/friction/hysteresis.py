@@ -1,6 +1,6 @@
 """Hysteresis: a rate-independent torque of constant width that follows the twist's direction."""
 
-from .base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place
+from ..base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place
 from .presliding import TWIST_PRESLIDING, normalised_deflection
 
 HYSTERESIS = Effect(

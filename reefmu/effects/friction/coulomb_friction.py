@@ -1,6 +1,6 @@
 """Coulomb friction at the output shaft: constant, against the output's motion."""
 
-from .base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place
+from ..base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place
 from .presliding import OUTPUT_PRESLIDING, normalised_deflection
 
 COULOMB_FRICTION = Effect(

@@ -2,7 +2,7 @@
 
 import math
 
-from .base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place, Requirement, State
+from ..base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place, Requirement, State
 
 WEAR = Effect(
     name="wear",

@@ -1,6 +1,6 @@
 """Viscous friction at the output shaft: in proportion to the output's speed and against it."""
 
-from .base import ConfoundingGroup, Effect, Identification, Parameter, Place
+from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place
 
 VISCOUS_FRICTION = Effect(
     name="viscous_friction",

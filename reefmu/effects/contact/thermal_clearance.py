@@ -2,7 +2,7 @@
 
 from stiffness_model.units import REFERENCE_TEMPERATURE
 
-from .base import ConfoundingGroup, Effect, Identification, Parameter, Place, Requirement
+from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, Requirement
 
 THERMAL_CLEARANCE = Effect(
     name="thermal_clearance",

@@ -1,6 +1,6 @@
 """Missing ball: one element carries nothing; the dip in the torque turns with the cage past the crank."""
 
-from .base import Effect, Identification, Parameter, Place, Requirement, ToleranceSignature
+from ..base import Effect, Identification, Parameter, Place, Requirement, ToleranceSignature
 
 MISSING_BALL = Effect(
     name="missing_ball",

@@ -1,6 +1,6 @@
 """Torque sensor drift: the sensor's zero moves with time over the whole record."""
 
-from .base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place, State
+from ..base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place, State
 
 TORQUE_SENSOR_DRIFT = Effect(
     name="torque_sensor_drift",

@@ -2,7 +2,7 @@
 
 import operator
 
-from .base import IndependentVariable, Parameter, State
+from ..base import IndependentVariable, Parameter, State
 
 _DIRECTIONS = {
     IndependentVariable.TWIST: operator.attrgetter("twist_direction"),

@@ -1,6 +1,6 @@
 """Creep: a Kelvin-Voigt element in series; twist that follows the elastic torque with a delay."""
 
-from .base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place, State
+from ..base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place, State
 
 CREEP = Effect(
     name="creep",

@@ -2,7 +2,7 @@
 
 import casadi as ca
 
-from .base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place
+from ..base import ConfoundingGroup, Effect, Identification, IndependentVariable, Parameter, Place
 from .presliding import OUTPUT_PRESLIDING, normalised_deflection
 
 STRIBECK_FRICTION = Effect(

@@ -1,6 +1,6 @@
 """Structural compliance: a linear spring in series with the contacts (shafts, bearings, housing)."""
 
-from .base import ConfoundingGroup, Effect, Identification, Parameter, Place, ToleranceSignature
+from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, ToleranceSignature
 
 STRUCTURAL_COMPLIANCE = Effect(
     name="structural_compliance",

@@ -1,6 +1,6 @@
 """Damping: a torque in proportion to the twist's rate."""
 
-from .base import ConfoundingGroup, Effect, Identification, Parameter, Place
+from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place
 
 DAMPING = Effect(
     name="damping",

@@ -1,6 +1,6 @@
 """Torque sensor offset: what the sensor reads without torque."""
 
-from .base import ConfoundingGroup, Effect, Identification, Parameter, Place, ToleranceSignature
+from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, ToleranceSignature
 
 TORQUE_SENSOR_OFFSET = Effect(
     name="torque_sensor_offset",

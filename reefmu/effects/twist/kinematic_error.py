@@ -4,7 +4,7 @@ from typing import Any
 
 import casadi as ca
 
-from .base import Effect, Identification, Parameter, Place, Requirement, Signals, ToleranceSignature, Values
+from ..base import Effect, Identification, Parameter, Place, Requirement, Signals, ToleranceSignature, Values
 
 ORDERS = (1, 2, 3, 4)
 """Orders k of the crank angle."""

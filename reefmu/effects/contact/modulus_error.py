@@ -2,7 +2,7 @@
 
 from stiffness_model.lookup.modulus import BOUNDS
 
-from .base import ConfoundingGroup, Effect, Identification, Parameter, Place, Requirement, ToleranceSignature
+from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, Requirement, ToleranceSignature
 
 MODULUS_ERROR = Effect(
     name="modulus_error",

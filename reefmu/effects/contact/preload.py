@@ -1,6 +1,6 @@
 """Preload: the gear's clearance is smaller than drawn, the same everywhere."""
 
-from .base import ConfoundingGroup, Effect, Identification, Parameter, Place, ToleranceSignature
+from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, ToleranceSignature
 
 PRELOAD = Effect(
     name="preload",

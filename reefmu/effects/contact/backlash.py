@@ -1,6 +1,6 @@
 """Backlash: the gear's clearance is larger than drawn, the same everywhere."""
 
-from .base import ConfoundingGroup, Effect, Identification, Parameter, Place, ToleranceSignature
+from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, ToleranceSignature
 
 BACKLASH = Effect(
     name="backlash",

@@ -1,0 +1,1 @@
+"""Effects on the contacts themselves: their clearance, the material's modulus, the number of elements that carry."""

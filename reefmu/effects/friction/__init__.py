@@ -1,0 +1,4 @@
+"""Dissipative torques: hysteresis and damping inside the drive, friction at the output shaft.
+
+`presliding` is the Dahl state that all rate-independent ones share.
+"""

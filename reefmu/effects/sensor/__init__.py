@@ -1,0 +1,1 @@
+"""Errors of the rig's torque sensor, which change the reading and not the torque."""

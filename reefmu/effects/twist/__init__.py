@@ -1,0 +1,1 @@
+"""Effects on the twist of the contacts: kinematic error, and compliances in series with the contacts."""
