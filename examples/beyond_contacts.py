@@ -23,7 +23,7 @@ from stiffness_model.numerics.arrays import Array
 from stiffness_model.plotting import style
 from stiffness_model.ratings.bearing_life import bearing_life
 from stiffness_model.ratings.efficiency import friction_losses
-from stiffness_model.ratings.static_safety import check_strength
+from stiffness_model.ratings.static_safety import static_safety
 from stiffness_model.units import ARCMIN
 
 DRIVES = 64
@@ -149,15 +149,16 @@ def loads(folder: Path) -> None:
         drive = sm.load_drive(name, **fields, **extra)
         twist = np.linspace(0.02, 1, 20) * drive.max_twist
         torque = sm.simulate(drive, twist, DRIVES).torque.mean(axis=0)
-        strength = check_strength(drive, twist, DRIVES)
+        strength = static_safety(drive, twist, DRIVES)
         losses = friction_losses(drive, twist, 16)
         bearing = bearing_life(drive, twist, DRIVES)
-        draw(safety, torque, strength.least(), line, label)
-        draw(efficiency, torque, 100 * losses.of_means()[0], line, label)
+        draw(safety, torque, strength.min_safety(), line, label)
+        draw(efficiency, torque, 100 * losses.mean_efficiencies()[0], line, label)
         draw(life, torque, bearing.hours, line, label)
         print(
-            f"{label}: static safety {strength.permissible(torque)} ({strength.governing()[-1]} governs); "
-            f"at {torque[-1]:.0f} N.m efficiency {100 * losses.of_means()[0][-1]:.1f} %, bearings "
+            f"{label}: static safety {strength.permissible_torque(torque)} "
+            f"({strength.governing_contacts()[-1]} governs); "
+            f"at {torque[-1]:.0f} N.m efficiency {100 * losses.mean_efficiencies()[0][-1]:.1f} %, bearings "
             f"{bearing.hours[-1]:.0f} h; no-load torque at the crank {1e3 * losses.loss[:, 0].mean():.0f} mN.m"
         )
     safety.axhline(1, color=style.FAINT, linewidth=0.8)

@@ -25,7 +25,7 @@ from reefmu.effects import EFFECTS
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.record import Record, make_record
 from reefmu.simulate import simulate_record
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, dress
 

@@ -93,10 +93,10 @@ def expect_number(value: object, expected: str, where: str, *, low: float = -mat
     return float(value)  # type: ignore[arg-type]
 
 
-def expect_whole(value: object, expected: str, where: str, *, low: int = 1) -> int:
+def expect_integer(value: object, expected: str, where: str, *, low: int = 1) -> int:
     """An int not below `low`, from any integer (NumPy's too, but no truth value), or `InputError`.
 
-    >>> expect_whole(30, "a whole number of at least 1", "lobes")
+    >>> expect_integer(30, "a whole number of at least 1", "lobes")
     30
     """
     whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)

@@ -27,10 +27,10 @@ def available() -> float:
     return max(0.0, min(_machine(), _group(), _address_space()))
 
 
-def expect_room(needed: float, what: str, remedy: str) -> None:
+def expect_memory(needed: float, what: str, remedy: str) -> None:
     """Raise `InputError` if `needed` bytes for `what` are more than `available`.
 
-    >>> expect_room(1e18, "5 virtual drives", "take fewer drives")  # doctest: +ELLIPSIS
+    >>> expect_memory(1e18, "5 virtual drives", "take fewer drives")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     ...
     stiffness_model.errors.InputError: 5 virtual drives: expected work that fits the ... GB of memory that are free, \

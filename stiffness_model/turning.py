@@ -1,33 +1,10 @@
-"""Another name of `stiffness_model.rotation`, which the README's examples import."""
+"""Alias of `stiffness_model.rotation`, kept because published examples import from here; `turn` is the earlier name of
+`angles_over_turn`.
+"""
 
-from .rotation import (
-    Individual,
-    LoadedTurn,
-    NoLoad,
-    Spectrum,
-    TurningMap,
-    draw_individual,
-    loaded_turn,
-    mean_individual,
-    no_load,
-    spectrum,
-    standing,
-    turn,
-    turning_map,
-)
+from . import rotation
+from .rotation import *  # noqa: F403
+from .rotation import angles_over_turn as turn
 
-__all__ = [
-    "Individual",
-    "LoadedTurn",
-    "NoLoad",
-    "Spectrum",
-    "TurningMap",
-    "draw_individual",
-    "loaded_turn",
-    "mean_individual",
-    "no_load",
-    "spectrum",
-    "standing",
-    "turn",
-    "turning_map",
-]
+__all__ = ["turn"]
+__all__ += rotation.__all__

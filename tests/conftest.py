@@ -13,7 +13,7 @@ import pytest
 import stiffness_model as sm
 from reefmu.cli import BLAS_THREADS
 from reefmu.model.drive_model import DriveModel, build_model
-from stiffness_model.lookup.build import Lookup, build_lookup
+from stiffness_model.lookup.build_lookup import Lookup, build_lookup
 
 matplotlib.use("Agg")
 hypothesis.settings.register_profile("any machine", deadline=None)  # an example may take as long as it takes

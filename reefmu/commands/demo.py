@@ -17,7 +17,7 @@ from reefmu.model.drive_model import DriveModel, build_model
 from stiffness_model.catalog.gears import catalog
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.io.atomic_files import staged_folder
-from stiffness_model.lookup.build import describe
+from stiffness_model.lookup.build_lookup import describe
 from stiffness_model.montecarlo.population import simulate
 from stiffness_model.montecarlo.twist_torque_curve import TwistTorqueCurve
 from stiffness_model.plotting import curves as plots

@@ -40,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
     if args.individual is not None:
         one = turning.draw_individual(drive, args.individual)
         # The crank stands at ratio times the output angle.
-        start, (deviations, weight) = one.start, turning.standing(one, angle / drive.ratio)
+        start, (deviations, weight) = one.start, turning.elements_at(one, angle / drive.ratio)
     said = []
     with staged_folder(folder) as stage:
         loads = solve_loads(drive, deviations, twist, angle, start, weight)

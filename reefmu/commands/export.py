@@ -16,7 +16,7 @@ from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import TYPICAL_MASSES, Masses, expect_step
 from reefmu.model.model_file import is_model_file, load_model
 from stiffness_model.errors import expect
-from stiffness_model.lookup.build import N_DRIVES, describe
+from stiffness_model.lookup.build_lookup import N_DRIVES, describe
 from stiffness_model.units import ARCMIN
 
 from . import study

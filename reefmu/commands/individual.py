@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from stiffness_model import rotation as turning
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.plotting.curves import save
-from stiffness_model.rotation import plots
-from stiffness_model.rotation.fan import Fan, fan
+from stiffness_model.rotation import ripple_plots as plots
+from stiffness_model.rotation.twist_scatter import TwistScatter, twist_scatter
 from stiffness_model.units import ARCMIN
 
 from . import study
@@ -49,14 +49,14 @@ class Turned:
     loaded: tuple[turning.LoadedTurn, ...]
     ripple: NDArray[np.float64]
     orders: Mapping[str, turning.Spectrum]
-    fan: Fan
+    scatter: TwistScatter
 
 
 def compute(drive: Drive, seed: int) -> Turned:
     """Map, turns under load and spectra of the individual of `seed`; some seconds."""
     one = turning.draw_individual(drive, seed)
     twist = np.linspace(-drive.max_twist, drive.max_twist, study.TWISTS)
-    angle = turning.turn(drive, PER_PASS)
+    angle = turning.angles_over_turn(drive, PER_PASS)
     # To the nearest passing, where balls do not pass a whole number of times in a turn of the crank.
     near = turning.turning_map(one, twist, angle[: round(len(angle) / drive.transmission_ratio)])
     full = float(near.torque[:, -1].mean())
@@ -68,7 +68,7 @@ def compute(drive: Drive, seed: int) -> Turned:
                 *(partial(turning.loaded_turn, one, share * full, angle) for share in SHARES),
                 partial(turning.turning_map, one, [drive.max_twist / 2], angle),
                 partial(_passing_means, one, twist[::2]),
-                partial(fan, drive, range(seed, seed + 1 + OTHERS)),
+                partial(twist_scatter, drive, range(seed, seed + 1 + OTHERS)),
             ],
         )
     signals = {
@@ -106,7 +106,7 @@ def write(turned: Turned, folder: Path) -> None:
     )
     plots.ripple_map(turned.near, below).set_title("its first turn of the crank", loc="left", fontsize="small")
     save(below, folder / "individual_map.png")
-    save(plots.errors_over_turn(turned.free, turned.loaded[-1:]), folder / "individual_error.png")
+    save(plots.transmission_error_over_turn(turned.free, turned.loaded[-1:]), folder / "individual_error.png")
     figure = Figure(figsize=(8.4, 7.2), dpi=150, layout="constrained")
     above, below = figure.subplots(2, sharex=True)
     names = list(turned.orders)
@@ -118,7 +118,7 @@ def write(turned: Turned, folder: Path) -> None:
     if legend is not None:
         legend.remove()
     save(below, folder / "individual_orders.png")
-    save(plots.fan_of_individuals(turned.fan), folder / "individual_fan.png")
+    save(plots.twists_of_individuals(turned.scatter), folder / "individual_fan.png")
 
 
 def summary(turned: Turned) -> str:
@@ -161,7 +161,7 @@ def summary(turned: Turned) -> str:
 
 def _passing_means(one: turning.Individual, twist: NDArray[np.float64]) -> turning.TurningMap:
     """The map of a whole turn, every passing of a ball as the mean of two angles in it."""
-    found = turning.turning_map(one, twist, turning.turn(one.drive, 2))
+    found = turning.turning_map(one, twist, turning.angles_over_turn(one.drive, 2))
     mean = [
         values.reshape(-1, 2, len(twist)).mean(axis=1) for values in (found.torque, found.crank_torque, found.max_force)
     ]

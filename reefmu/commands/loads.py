@@ -12,8 +12,8 @@ from stiffness_model.drawing.options import STIFFNESSES, ModelOptions, write_opt
 from stiffness_model.montecarlo.population import Population, simulate
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.ratings.bearing_life import BearingLife, bearing_life
-from stiffness_model.ratings.efficiency import Losses, friction_losses
-from stiffness_model.ratings.static_safety import Strength, check_strength
+from stiffness_model.ratings.efficiency import FrictionLosses, friction_losses
+from stiffness_model.ratings.static_safety import StaticSafety, static_safety
 from stiffness_model.units import ARCMIN
 
 MOST_DRIVES = 64
@@ -30,23 +30,23 @@ class Loads:
     """
 
     population: Population
-    strength: Strength
-    losses: Losses | None
+    strength: StaticSafety
+    losses: FrictionLosses | None
     life: BearingLife | None
     plain_torque: tuple[float, float] | None
 
     def columns(self) -> Mapping[str, Array]:
         """Columns of curve.csv by their heads."""
         order = np.argsort(self.population.twist)
-        pressure = self.strength.high_pressure()[order] / 1e6
+        pressure = self.strength.pressure_p90()[order] / 1e6
         columns = {f"pressure_{part} [MPa]": pressure[:, k] for k, part in enumerate(PARTNERS)}
-        columns["pressure_safety [1]"] = self.strength.least()[order]
+        columns["pressure_safety [1]"] = self.strength.min_safety()[order]
         if self.losses is not None:
             columns["loss_torque_at_crank [N.m]"] = self.losses.loss.mean(axis=0)[order]
-            columns["efficiency [1]"] = self.losses.of_means()[0][order]
+            columns["efficiency [1]"] = self.losses.mean_efficiencies()[0][order]
         if self.life is not None:
             columns["bearing_load [N]"] = self.life.load[order]
-            columns["bearing_life [Mrev]"] = self.life.together[order] / 1e6
+            columns["bearing_life [Mrev]"] = self.life.system_revolutions[order] / 1e6
         return columns
 
     def lines(self) -> list[str]:
@@ -72,8 +72,8 @@ class Loads:
     def _pressure(self) -> list[str]:
         drive, strength = self.population.drive, self.strength
         last, order = int(self.population.twist.argmax()), np.argsort(self.population.twist)
-        gear, crank, cage = strength.high_pressure()[last] / 1e9
-        governing, least = strength.governing()[last], strength.least()[last]
+        gear, crank, cage = strength.pressure_p90()[last] / 1e9
+        governing, least = strength.governing_contacts()[last], strength.min_safety()[last]
         lines = [
             f"contact pressure at {drive.max_twist / ARCMIN:g} arcmin: gear {gear:.2f}, crank {crank:.2f}, "
             f"cage {cage:.2f} GPa (greatest over a turn; nine drives of ten stay below)"
@@ -85,7 +85,7 @@ class Loads:
         if governing.contact:
             limit = strength.limit[PARTNERS.index(governing.contact)] / 1e6
             ordered = replace(strength, twist=strength.twist[order], pressure=strength.pressure[:, order])
-            reached = ordered.permissible(self.population.torque.mean(axis=0)[order])
+            reached = ordered.permissible_torque(self.population.torque.mean(axis=0)[order])
             lines.append(
                 f"static safety {least:.2f} at the {governing.contact} (limit {limit:.0f} MPa), {reached}{unknown}"
             )
@@ -101,7 +101,7 @@ class Loads:
             return []
         last, start = int(self.population.twist.argmax()), int(np.abs(self.population.twist).argmin())
         loss = self.losses.loss.mean(axis=0)
-        efficiency, back = self.losses.of_means()
+        efficiency, back = self.losses.mean_efficiencies()
         return [
             f"friction {self.population.drive.beyond.friction_coefficient:g} in the contacts: efficiency "
             f"{100 * efficiency[last]:.1f} % driving, {100 * back[last]:.1f} % driven back; no-load torque at the "
@@ -114,8 +114,8 @@ class Loads:
         last = int(self.population.twist.argmax())
         text = (
             f"crank bearings at {self.life.torque[last]:.0f} N.m: P = {self.life.load[last] / 1e3:.2f} kN, L10 of "
-            f"all {self.life.together[last] / 1e6:.3g} million turns of the crank, "
-            f"{self.life.relative_turns[last]:.3f} revolutions of a bearing each"
+            f"all {self.life.system_revolutions[last] / 1e6:.3g} million turns of the crank, "
+            f"{self.life.relative_revolutions[last]:.3f} revolutions of a bearing each"
         )
         hours = self.life.hours[last]
         text += f", {hours:.3g} h" if np.isfinite(hours) else ""
@@ -137,7 +137,7 @@ def measure(population: Population) -> Loads:
         plain = float(without), float(population.torque[:count, int(twist.argmax())].mean())
     return Loads(
         population,
-        check_strength(drive, twist, count, seed),
+        static_safety(drive, twist, count, seed),
         friction_losses(drive, twist, count, seed) if options.friction_coefficient > 0 else None,
         bearing_life(drive, twist, count, seed) if options.bearing_capacity > 0 else None,
         plain,

@@ -8,7 +8,7 @@ from typing import Any
 
 import casadi as ca
 
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.rotation import Individual
 
 from ..effects import Effect, IndependentVariable, Place, Signals

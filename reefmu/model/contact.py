@@ -9,8 +9,8 @@ from dataclasses import replace
 import casadi as ca
 
 from stiffness_model.drawing.drive import Drive
-from stiffness_model.lookup.build import Lookup
-from stiffness_model.lookup.element_table import EDGE, ElementTable
+from stiffness_model.lookup.build_lookup import Lookup
+from stiffness_model.lookup.element_table import FADE_HALF_WIDTH, ElementTable
 from stiffness_model.lookup.modulus import modulus_shares
 
 from ..effects import Effect, Place
@@ -33,9 +33,11 @@ def element_function(table: ElementTable) -> ca.Function:
     symbols = twist, clearance, position = [ca.MX.sym(name) for name in names]
     beta = position - 2 * math.pi * ca.floor(position / (2 * math.pi) + 0.5)
     side = ca.if_else(beta < 0, -1, 1)
-    left = clamped_to_unit((table.limit - ca.fabs(beta)) / (2 * EDGE) + 0.5)
+    left = clamped_to_unit((table.limit - ca.fabs(beta)) / (2 * FADE_HALF_WIDTH) + 0.5)
     inside = clamped(table.twist, side * twist)
-    held = ca.vertcat(inside, clamped(table.clearance, clearance), ca.fmin(ca.fabs(beta), table.limit + EDGE))
+    held = ca.vertcat(
+        inside, clamped(table.clearance, clearance), ca.fmin(ca.fabs(beta), table.limit + FADE_HALF_WIDTH)
+    )
     at, sign, share, beyond = expanded("held", symbols, [held, side, left, side * twist - inside])(*symbols)
     axes, coefficients = (table.twist, table.clearance, table.position), table.coefficients[None]
     slope = spline_function("slope", axes, coefficients, slope=True)(at)

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from stiffness_model.errors import InputError, expect, refuse_unknown
-from stiffness_model.lookup.build import QUANTITIES, Lookup
+from stiffness_model.lookup.build_lookup import QUANTITIES, Lookup
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.bspline import Axis, fit
 

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError, expect_number, unknown_name
 from stiffness_model.io.drawing_toml import DriveLike, as_drive, drive_from_dict
-from stiffness_model.lookup.build import N_DRIVES, Lookup
+from stiffness_model.lookup.build_lookup import N_DRIVES, Lookup
 from stiffness_model.rotation import Individual, draw_individual
 
 from ..effects import Effect, Place, find_effect

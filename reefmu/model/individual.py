@@ -17,12 +17,12 @@ import math
 import casadi as ca
 import numpy as np
 
-from stiffness_model.lookup.build import Lookup
-from stiffness_model.lookup.element_table import EDGE
+from stiffness_model.lookup.build_lookup import Lookup
+from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.bspline import Axis, fit, weights
-from stiffness_model.rotation.individual import Individual, meetings
-from stiffness_model.rotation.placed import Parts
+from stiffness_model.rotation.individual import Individual, element_lobe_pairs
+from stiffness_model.rotation.individual_contacts import IndividualContacts
 
 from .tables import locate
 
@@ -34,7 +34,7 @@ N_ANGLES = 200
 """Of a turn of the output, for the greatest slope."""
 COLUMNS = 6
 """Of the table along the profile: path radius, normal_t/normal_r, 1/normal_r and, seen along the radius, those of
-`GearGive`."""
+`GearComplianceTable`."""
 
 
 def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
@@ -49,13 +49,13 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
         ca.logic_and(twist >= lookup.twist.start, twist <= lookup.twist.stop),
         ca.logic_and(clearance >= lookup.clearance.start, clearance <= lookup.clearance.stop),
     )
-    parts = Parts(individual)
+    parts = IndividualContacts(individual)
     axis, table = _profile(parts)
     beta, element, meeting = _element_positions(parts, angle)
     width = parts.window.width
     cell, f = locate(axis, ca.fabs(beta))
     rows = ca.vertcat(*(_gather(table, (cell + a) * COLUMNS + k) for a in range(4) for k in range(COLUMNS)))
-    own = parts.own
+    own = parts.own_contacts
     crank_root = own.stiffness_crank ** (1 / own.exponent)
     sizes = np.stack(
         [
@@ -68,7 +68,7 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
         ]
     )
     sizes = ca.vertcat(*(_gather(row, element) for row in sizes))
-    q = _gather(individual.lobe[meetings(individual.drive)], meeting)
+    q = _gather(individual.lobe[element_lobe_pairs(individual.drive)], meeting)
     solved = _element(parts).map("elements", "serial", width, [5, 6], [])
     torque, slope, force = solved(rows, f, beta, sizes, q, inside, held)
     whole, stiffness = ca.sum2(torque), ca.sum2(slope)
@@ -102,8 +102,9 @@ def _gather(table: Array, index: ca.MX) -> ca.MX:
     return ca.MX(ca.DM(np.ravel(table)))[index.T].T
 
 
-def _element_positions(parts: Parts, angle: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
-    """beta, the element's number and that of its meeting with a lobe, (1, width); as `rotation.individual.places`."""
+def _element_positions(parts: IndividualContacts, angle: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
+    """beta, the element's number and that of its meeting with a lobe, (1, width); as
+    `rotation.individual.element_positions`."""
     one, window = parts.individual, parts.window
     n, step = one.drive.elements, 2 * math.pi / one.drive.elements
     passed = (one.start + (one.drive.ratio - 1) * angle) / step
@@ -116,9 +117,9 @@ def _element_positions(parts: Parts, angle: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]
     )
 
 
-def _profile(parts: Parts) -> tuple[Axis, Array]:
+def _profile(parts: IndividualContacts) -> tuple[Axis, Array]:
     """The table along half the profile, (axis.size, COLUMNS)."""
-    drive, gear = parts.individual.drive, parts.gear
+    drive, gear = parts.individual.drive, parts.gear_table
     nodes = gear.axis.nodes
     normal_r, normal_t = drive.path.normal(nodes, drive.orientation)
     # Along the radius the gear gives more, by the normal's slope.
@@ -127,10 +128,10 @@ def _profile(parts: Parts) -> tuple[Axis, Array]:
     return gear.axis, fit(gear.axis, np.hstack([path, give]), 0)
 
 
-def _element(parts: Parts) -> ca.Function:
+def _element(parts: IndividualContacts) -> ca.Function:
     """(coefficients of a cell, its coordinate, beta, sizes of the element, q, twist, clearance) -> (torque, stiffness,
     greatest contact force) of one element, in scalars."""
-    drive, gear, window, p = parts.individual.drive, parts.gear, parts.window, parts.own.exponent
+    drive, gear, window, p = parts.individual.drive, parts.gear_table, parts.window, parts.own_contacts.exponent
     cell, f, beta, sizes, lobe, twist, clearance = (
         ca.SX.sym(name, n)
         for name, n in (
@@ -171,7 +172,7 @@ def _element(parts: Parts) -> ca.Function:
     for _ in range(LEAN_ITERATIONS - 1):
         s, w, per_u_r, x_r, x_t = squeezed((d_t + x_t) / (d_r + x_r))
     radial = crank_stiffness * s * (ca.sqrt(s) if p == 1.5 else _power(s, p - 1))
-    edge = (window.limit - ca.fabs(beta)) / (2 * EDGE) + 0.5 if window.reach < math.pi else ca.SX(1)
+    edge = (window.limit - ca.fabs(beta)) / (2 * FADE_HALF_WIDTH) + 0.5 if window.reach < math.pi else ca.SX(1)
     left = ca.fmax(ca.fmin(edge, 1), 0)
     torque = left * wall * w * radial * (path + x_r + touch)
     force = (left > 0) * radial * ca.fmax(per_n_r, ca.fmax(per_u_r, w))

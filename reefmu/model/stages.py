@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.rotation import Individual
 
 from ..effects import Effect, Place, Signals

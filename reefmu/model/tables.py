@@ -20,7 +20,7 @@ import stiffness_model
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
 from stiffness_model.io.drawing_toml import drive_to_dict
-from stiffness_model.lookup.build import N_DRIVES, QUANTITIES, Lookup, build_lookup
+from stiffness_model.lookup.build_lookup import N_DRIVES, QUANTITIES, Lookup, build_lookup
 from stiffness_model.lookup.element_table import ElementTable, build_element_table
 from stiffness_model.numerics.bspline import Axis
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from ..elasticity.hertz import LINE_EXPONENT, POINT_EXPONENT
-from ..errors import expect, expect_number, expect_whole
+from ..errors import expect, expect_integer, expect_number
 from ..geometry.ball_path import BallPath, usable_limit
 from ..geometry.seats import Seats
 from ..units import format_quantity
@@ -75,7 +75,9 @@ class Drive:
             object.__setattr__(self, name, expect_number(getattr(self, name), "a positive number", at + name, low=0))
         for name in COUNTS:
             # As a plain int, whatever counted: NumPy's go neither into TOML nor into C.
-            object.__setattr__(self, name, expect_whole(getattr(self, name), "a whole number of at least 1", at + name))
+            object.__setattr__(
+                self, name, expect_integer(getattr(self, name), "a whole number of at least 1", at + name)
+            )
         expect(self.element in ("ball", "roller"), "'ball' or 'roller'", self.element, at + "element")
         length = "the roller's length, positive" if self.element == "roller" else "a length that is not negative"
         object.__setattr__(

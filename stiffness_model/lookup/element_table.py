@@ -30,14 +30,14 @@ from ..geometry.ball_path import wrap
 from ..io.atomic_files import atomic_file
 from ..numerics.arrays import Array
 from ..numerics.bspline import Axis, fit, locate, slope_weights, weights
-from .stored import axis_from, expect_table, load_tables, take
+from .table_files import expect_table, load_tables, parse_axis, require_keys
 
 N_SAMPLES = 256
 """Elements behind each mean: evenly spread over the tolerances of the four parts, right to 4e-4 of the value."""
 N_DRIVES = 8
 """Drives behind it where a bearing or the housing couples the elements: right to some 0.5 % of the value. There it
 jumps with the position as others pass the limit; the spline smooths that, and its `error` says by how much."""
-EDGE = 0.01
+FADE_HALF_WIDTH = 0.01
 """Half the width, rad, over which the torque fades out at the limit: a step there would have no derivative."""
 _CELLS = (40, 12, 12)
 """Cells of twist, clearance and position (from 0 to the limit)."""
@@ -60,11 +60,11 @@ class ElementTable:
     error: float
 
     @staticmethod
-    def of(head: Any, coefficients: Array, where: str) -> ElementTable:
+    def from_header(head: Any, coefficients: Array, where: str) -> ElementTable:
         """The table that `head` and `coefficients` describe, or `InputError`."""
-        axes = take(head, ("axes", "limit", "error"), where)["axes"]
+        axes = require_keys(head, ("axes", "limit", "error"), where)["axes"]
         expect(isinstance(axes, (list, tuple)) and len(axes) == 3, "three axes", axes, where)
-        twist, clearance, position = (axis_from(axis, where) for axis in axes)
+        twist, clearance, position = (parse_axis(axis, where) for axis in axes)
         return ElementTable(
             twist,
             clearance,
@@ -74,7 +74,7 @@ class ElementTable:
             expect_number(head["error"], "a finite error", where),
         )
 
-    def head(self) -> dict[str, Any]:
+    def header(self) -> dict[str, Any]:
         """All but the coefficients, for a file; `of` reads it."""
         return {
             "axes": [astuple(a) for a in (self.twist, self.clearance, self.position)],
@@ -85,13 +85,15 @@ class ElementTable:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to one .npz file, whole or not at all."""
         with atomic_file(path) as temporary, open(temporary, "wb") as file:
-            np.savez(file, head=np.array(json.dumps(self.head())), coefficients=self.coefficients)
+            np.savez(file, head=np.array(json.dumps(self.header())), coefficients=self.coefficients)
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> ElementTable:
         """Read what `save` wrote. Raises `InputError` for anything else."""
         head, tables = load_tables(path, "a saved element table")
-        return ElementTable.of(head, take(tables, ("coefficients",), str(path))["coefficients"], str(path))
+        return ElementTable.from_header(
+            head, require_keys(tables, ("coefficients",), str(path))["coefficients"], str(path)
+        )
 
     def torque(self, twist: ArrayLike, clearance: ArrayLike, position: ArrayLike) -> Array:
         """The element's torque, N.m; arguments broadcast.
@@ -107,7 +109,7 @@ class ElementTable:
         t, c, beta = np.broadcast_arrays(*(np.asarray(v, float) for v in (twist, clearance, position)))
         beta = beta - 2 * np.pi * np.floor(beta / (2 * np.pi) + 0.5)
         side = np.where(beta < 0, -1.0, 1.0)
-        at = (side * t, c, np.minimum(np.abs(beta), self.limit + EDGE))
+        at = (side * t, c, np.minimum(np.abs(beta), self.limit + FADE_HALF_WIDTH))
         axes = (self.twist, self.clearance, self.position)
         starts, bases, slopes = [], [], []
         for axis, value, goes_on in zip(axes, at, (True, False, True), strict=True):
@@ -124,9 +126,9 @@ class ElementTable:
             np.einsum("abd...,a...,b...,d...->...", cells, *(slopes[k] if k == m else bases[k] for k in range(3)))
             for m in (-1, 0, 1, 2)
         )
-        fade = (self.limit - np.abs(beta)) / (2 * EDGE) + 0.5
+        fade = (self.limit - np.abs(beta)) / (2 * FADE_HALF_WIDTH) + 0.5
         left = np.clip(fade, 0.0, 1.0)
-        falls = np.where((fade > 0) & (fade < 1), -1 / (2 * EDGE), 0.0)
+        falls = np.where((fade > 0) & (fade < 1), -1 / (2 * FADE_HALF_WIDTH), 0.0)
         return side * left * value, left * by_twist, side * left * by_clearance, left * by_position + falls * value
 
 
@@ -149,17 +151,17 @@ def build_element_table(drive: Drive) -> ElementTable:
         Axis(-widest, 2 * widest / cells_clearance, cells_clearance),
         Axis(-step, step, cells_position + 2),
     )
-    coefficients = _solved(drive, *(axis.nodes for axis in axes))
+    coefficients = _mean_torques(drive, *(axis.nodes for axis in axes))
     for dimension, axis in enumerate(axes):
         coefficients = fit(axis, coefficients, dimension)
     table = ElementTable(*axes, limit, coefficients, 0.0)
     return replace(table, error=_measured_error(drive, table))
 
 
-def _solved(drive: Drive, twist: Array, clearance: Array, position: Array) -> Array:
+def _mean_torques(drive: Drive, twist: Array, clearance: Array, position: Array) -> Array:
     """Mean torque, (n_twist, n_clearance, n_position), N.m."""
     if drive.beyond.couples_elements:
-        return _lost(drive, twist, clearance, position)
+        return _torque_loss(drive, twist, clearance, position)
     shape = (len(position), N_SAMPLES)
     # A half step off zero the points of the sequence lie in the middles of their intervals.
     points = qmc.Sobol(len(_PARTS), scramble=False).random(N_SAMPLES) + 0.5 / N_SAMPLES
@@ -178,9 +180,9 @@ def _solved(drive: Drive, twist: Array, clearance: Array, position: Array) -> Ar
     return means
 
 
-def _lost(drive: Drive, twist: Array, clearance: Array, position: Array) -> Array:
-    """What whole drives lose without an element at `position`, like `_solved`: where the bodies yield, the others take
-    over a part of its load.
+def _torque_loss(drive: Drive, twist: Array, clearance: Array, position: Array) -> Array:
+    """Mean torque that whole drives lose without the element at `position`, shaped like `_mean_torques`: where the
+    bodies yield, the other elements take over a part of its load.
     """
     parts = quasi_random_drives(drive, N_DRIVES)
     shape = (len(position), N_DRIVES, drive.elements)
@@ -210,7 +212,7 @@ def _measured_error(drive: Drive, table: ElementTable) -> float:
     twist = middles[0][np.abs(middles[0]) < drive.max_twist][::2]
     clearance = middles[1][[1, len(middles[1]) // 2, -2]]
     position = middles[2][1:-1]
-    solved = _solved(drive, twist, clearance, position)
+    solved = _mean_torques(drive, twist, clearance, position)
     found = table.torque(twist[:, None, None], clearance[:, None], position)
     around = np.linspace(-np.pi, np.pi, 721)[:-1]
     whole = drive.elements * table.torque(drive.max_twist, 0.0, around).mean()

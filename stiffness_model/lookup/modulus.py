@@ -24,12 +24,12 @@ from ..elasticity import hertz
 from ..errors import expect, expect_number, refuse_unknown
 from ..montecarlo.population import simulate
 from ..numerics.arrays import Array
-from .stored import take
+from .table_files import require_keys
 
 BOUNDS = (-0.6, 1.5)
 """Least and greatest relative error of the modulus that `scale` is held against."""
 _N_DRIVES = 32
-_HALF = -0.5
+_PROBE_ERROR = -0.5
 """The relative error at which the shares are taken: in the middle of a softer modulus' range."""
 
 
@@ -50,10 +50,10 @@ class ModulusShares:
     error: float = 0.0
 
     @staticmethod
-    def of(table: Any, where: str) -> ModulusShares:
+    def from_dict(table: Any, where: str) -> ModulusShares:
         """The shares of a table that `asdict` made, or `InputError`."""
         names = [field.name for field in fields(ModulusShares)]
-        refuse_unknown("share", take(table, names, where), names, where)
+        refuse_unknown("share", require_keys(table, names, where), names, where)
         values = {
             name: expect_number(table[name], "a number within -1e3 ... 1e3", where, low=-1e3, high=1e3)
             for name in names
@@ -86,7 +86,7 @@ def modulus_shares(drive: Drive) -> ModulusShares:
     drawn = _full_torque(drive)
     shares = {}
     for part in ("gear", "cage"):
-        softer = _full_torque(with_modulus(drive, _HALF, (part,)))
+        softer = _full_torque(with_modulus(drive, _PROBE_ERROR, (part,)))
         give = (1 + material[part]) ** (1 / exponent) - 1
         shares[part] = ((softer / drawn) ** (-1 / exponent) - 1) / give
     result = ModulusShares(shares["gear"], shares["cage"], material["gear"], material["cage"], exponent)

@@ -22,7 +22,7 @@ from ..numerics.bspline import Axis, evaluate
 from ..units import ARCMIN, MICROMETRE
 from .element_table import ElementTable
 from .modulus import ModulusShares
-from .stored import MOST, axis_from, expect_table, load_tables, take
+from .table_files import MAX_ENTRY, expect_table, load_tables, parse_axis, require_keys
 
 QUANTITIES = ("torque_mean", "torque_p10", "torque_p90", "max_contact_force", "load_share")
 """First axis of `Lookup.coefficients`."""
@@ -129,7 +129,7 @@ class Lookup:
         }
         tables = {"coefficients": self.coefficients}
         if self.element is not None:
-            head["element"], tables["element"] = self.element.head(), self.element.coefficients
+            head["element"], tables["element"] = self.element.header(), self.element.coefficients
         with atomic_file(path) as temporary, open(temporary, "wb") as file:
             np.savez(file, head=np.array(json.dumps(head)), **tables)  # type: ignore[arg-type]
 
@@ -139,37 +139,37 @@ class Lookup:
         head, tables = load_tables(path, "a saved lookup")
         where = str(path)
         expect(head.get("format") == _FORMAT, f"a lookup of format {_FORMAT}", head.get("format"), where)
-        take(tables, ("coefficients", *(("element",) if head.get("element") else ())), where)
-        return Lookup.of(head, tables["coefficients"], tables.get("element"), where)
+        require_keys(tables, ("coefficients", *(("element",) if head.get("element") else ())), where)
+        return Lookup.from_header(head, tables["coefficients"], tables.get("element"), where)
 
     @staticmethod
-    def of(head: Mapping[str, Any], coefficients: Array, element: Array | None, where: str) -> Lookup:
+    def from_header(head: Mapping[str, Any], coefficients: Array, element: Array | None, where: str) -> Lookup:
         """The lookup that a head describes, with the tables beside it, or `InputError`.
 
         Tables of size zero are those of an individual, which carries none (`reefmu.fmu.model.table_encoding`).
         """
-        take(
+        require_keys(
             head,
             ("twist", "clearance", "full_torque", "error", "drawing", "n_drives", "seed", "version", "modulus"),
             where,
         )
-        twist, clearance = (axis_from(head[name], f"{where}: {name}") for name in ("twist", "clearance"))
+        twist, clearance = (parse_axis(head[name], f"{where}: {name}") for name in ("twist", "clearance"))
         if coefficients.size:
             expect_table(coefficients, (len(QUANTITIES), twist.size, clearance.size), where)
-        error = take(head["error"], QUANTITIES, f"{where}: error")
+        error = require_keys(head["error"], QUANTITIES, f"{where}: error")
         expect(isinstance(head["version"], str), "a text as version", head["version"], where)
         return Lookup(
             twist,
             clearance,
             coefficients,
-            expect_number(head["full_torque"], "a full torque above zero, N.m", where, low=1e-12, high=MOST),
+            expect_number(head["full_torque"], "a full torque above zero, N.m", where, low=1e-12, high=MAX_ENTRY),
             {name: expect_number(error[name], "a finite error", f"{where}: {name}") for name in QUANTITIES},
-            take(head["drawing"], (), f"{where}: drawing"),
+            require_keys(head["drawing"], (), f"{where}: drawing"),
             _whole(head["n_drives"], 1, f"{where}: n_drives"),
             _whole(head["seed"], 0, f"{where}: seed"),
             head["version"],
-            None if head["modulus"] is None else ModulusShares.of(head["modulus"], f"{where}: modulus"),
-            None if element is None else ElementTable.of(head.get("element"), element, f"{where}: element"),
+            None if head["modulus"] is None else ModulusShares.from_dict(head["modulus"], f"{where}: modulus"),
+            None if element is None else ElementTable.from_header(head.get("element"), element, f"{where}: element"),
         )
 
 

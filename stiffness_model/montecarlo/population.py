@@ -19,7 +19,7 @@ from ..drawing.twist_limits import expect_twists
 from ..equilibrium.closed_form import MAX_PAIRS, Equilibrium, Status, solve_chunks
 from ..errors import expect, expect_number, warn_not_converged
 from ..io.drawing_toml import DriveLike, as_drive
-from ..memory import expect_room
+from ..memory import expect_memory
 from ..numerics.arrays import Array
 from .twist_torque_curve import BAND, TwistTorqueCurve
 
@@ -123,7 +123,7 @@ def simulate(
     expect(whole and n_drives >= 1, "at least one drive", n_drives, "n_drives")
     expect_number(clearance, "a finite clearance in m", "clearance")
     sampling.check_seed(seed)
-    expect_room(
+    expect_memory(
         memory_needed(drive, int(n_drives), len(angles)),
         f"{n_drives} virtual drives at {len(angles)} twists",
         "take fewer drives or twists, or allow more memory",

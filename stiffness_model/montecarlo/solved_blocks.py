@@ -16,7 +16,7 @@ from ..equilibrium.closed_form import solve
 from ..equilibrium.coupled_elements import CoupledEquilibrium
 from ..equilibrium.solution import Equilibrium, Status
 from ..errors import expect, warn_not_converged
-from ..memory import expect_room
+from ..memory import expect_memory
 from ..numerics.arrays import Array
 
 _PER_PAIR = 500.0
@@ -68,7 +68,7 @@ def solved_blocks(drive: Drive, twist: ArrayLike, n_drives: int, seed: int) -> I
     expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")
     sampling.check_seed(seed)
     pairs = min(n_drives, sampling.BLOCK) * drive.elements * len(angles)
-    expect_room(_PER_PAIR * pairs, f"forces of every element at {len(angles)} twists", "take fewer twists at once")
+    expect_memory(_PER_PAIR * pairs, f"forces of every element at {len(angles)} twists", "take fewer twists at once")
     lost = 0
     for block, count in sampling.blocks(n_drives):
         deviations = sampling.draw(drive, block, count, seed)

@@ -63,10 +63,10 @@ def solve_loads(
 ) -> Loads:
     """Forces at `twist`, rad at the output, with the crank turned there from `angle`, rad; cage and gear fixed.
 
-    deviations: of one drive (`rotation.standing`, `sampling.nominal`); its positions are replaced by those of the
-    layout with its first element at `start`, rad, of the profile (`layout.place`). weight: (1, n) share of every
-    element in the torque, as `rotation.standing` gives it; an element with none carries nothing. Without it, all on the
-    part of the profile that exists count whole. Raises `InputError` for a twist or
+    deviations: of one drive (`rotation.elements_at`, `sampling.nominal`); its positions are replaced by those of
+    the layout with its first element at `start`, rad, of the profile (`layout.place`). weight: (1, n) share of every
+    element in the torque, as `rotation.elements_at` gives it; an element with none carries nothing. Without it, all on
+    the part of the profile that exists count whole. Raises `InputError` for a twist or
     an angle that is not finite or far from what a drive can be (`twist_limits`); warns with `NotConvergedWarning`.
 
     >>> from stiffness_model import load_drive

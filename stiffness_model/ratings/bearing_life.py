@@ -3,7 +3,7 @@
     L10 = (C/P)^p  million revolutions,  p = 3 (ball bearings), 10/3 (roller bearings)
 
 These are revolutions of the rings against each other. The inner ring is the eccentric and turns with the crank, once
-in its turn; the outer ring carries the elements and turns by W in it, W signed (`friction.least_sliding`: where the
+in its turn; the outer ring carries the elements and turns by W in it, W signed (`friction.min_sliding_power`: where the
 elements slide least; -0.09 for the presets, whose rings turn back, +0.07 with 28 lobes). So a turn of the crank is
 
     |1 - W|  revolutions of the bearing,
@@ -33,11 +33,11 @@ from ..errors import expect
 from ..io.drawing_toml import DriveLike, as_drive
 from ..montecarlo.solved_blocks import SolvedBlock, solved_blocks, sum_by_group
 from ..numerics.arrays import Array
-from .efficiency import least_sliding
+from .efficiency import min_sliding_power
 
-EXPONENT = {"ball": 3.0, "roller": 10 / 3}
-WEIBULL = {"ball": 10 / 9, "roller": 9 / 8}
-MOST_LOAD = 0.5
+LIFE_EXPONENT = {"ball": 3.0, "roller": 10 / 3}
+WEIBULL_EXPONENT = {"ball": 10 / 9, "roller": 9 / 8}
+MAX_LOAD_RATIO = 0.5
 """Of C: above, ISO 281 does not hold."""
 
 
@@ -45,17 +45,18 @@ MOST_LOAD = 0.5
 class BearingLife:
     """Life of the crank's bearings at each twist; all arrays (n_twist,).
 
-    torque: mean, N.m; load: equivalent P of one bearing, N; relative_turns: revolutions of its rings against each other
-    in a turn of the crank, mean; revolutions: L10 of one bearing, in turns of the crank; together: that of all of them;
-    hours: the same at the drawing's crank speed, NaN without one; valid: where P is at most C/2. Infinite without load.
+    torque: mean, N.m. load: equivalent dynamic load P of one bearing, N. relative_revolutions: mean revolutions of its
+    rings against each other per turn of the crank. revolutions: L10 of one bearing in turns of the crank;
+    system_revolutions: that of all bearings together; hours: the same at the drawing's crank speed, NaN without one.
+    valid: whether P is at most C/2. Lives are infinite without load.
     """
 
     twist: Array
     torque: Array
     load: Array
-    relative_turns: Array
+    relative_revolutions: Array
     revolutions: Array
-    together: Array
+    system_revolutions: Array
     hours: Array
     valid: NDArray[np.bool_]
 
@@ -87,10 +88,10 @@ def _torque(block: SolvedBlock) -> Array:
     return sum_by_group(block.result.output_torque, block.drive_index, block.n_drives).T
 
 
-def _relative_turns(drive: Drive, block: SolvedBlock) -> Array:
+def _relative_revolutions(drive: Drive, block: SolvedBlock) -> Array:
     """|1 - W| of every bearing, (n_drives, eccentrics, n_twist); 1 where no element stands on the eccentric."""
     elements = _per_bearing(drive, block, np.ones_like(block.result.crank))
-    ring = _per_bearing(drive, block, least_sliding(drive, block)[1]) / np.maximum(elements, 1)
+    ring = _per_bearing(drive, block, min_sliding_power(drive, block)[1]) / np.maximum(elements, 1)
     return np.abs(1 - ring)
 
 
@@ -117,19 +118,26 @@ def bearing_life(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: 
         capacity > 0, "the crank bearings' dynamic load rating, such as bearing_capacity = '40 kN'", "none", drive.name
     )
     blocks = [
-        (_force(drive, block), _relative_turns(drive, block), _torque(block))
+        (_force(drive, block), _relative_revolutions(drive, block), _torque(block))
         for block in solved_blocks(drive, twist, n_drives, seed)
     ]
     force, turns, torque = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
-    p, e = EXPONENT[kind], WEIBULL[kind]
+    p, e = LIFE_EXPONENT[kind], WEIBULL_EXPONENT[kind]
     relative = turns.mean(axis=(0, 1))
     load = ((force**p * turns).mean(axis=(0, 1)) / relative) ** (1 / p)
     with np.errstate(divide="ignore"):
         revolutions = 1e6 * (capacity / load) ** p / relative
-    together = revolutions * drive.eccentrics ** (-1 / e)
+    system_revolutions = revolutions * drive.eccentrics ** (-1 / e)
     speed = drive.beyond.crank_speed
-    hours = together * 2 * math.pi / speed / 3600 if speed > 0 else np.full_like(together, np.nan)
+    hours = system_revolutions * 2 * math.pi / speed / 3600 if speed > 0 else np.full_like(system_revolutions, np.nan)
     angles = np.atleast_1d(np.asarray(twist, float))
     return BearingLife(
-        angles, torque.mean(axis=0), load, relative, revolutions, together, hours, load <= MOST_LOAD * capacity
+        angles,
+        torque.mean(axis=0),
+        load,
+        relative,
+        revolutions,
+        system_revolutions,
+        hours,
+        load <= MAX_LOAD_RATIO * capacity,
     )

@@ -34,7 +34,7 @@ _STEPS = 60
 
 
 @dataclass(frozen=True)
-class Losses:
+class FrictionLosses:
     """Losses of virtual drives by friction in their contacts.
 
     twist: (n_twist,) rad; torque: (n_drives, n_twist) N.m at the output, without friction; loss: (n_drives, n_twist)
@@ -49,32 +49,32 @@ class Losses:
     @property
     def efficiency(self) -> Array:
         """Of a crank that drives, (n_drives, n_twist): output power over output power and losses."""
-        return _driving(np.abs(self.torque / self.ratio), self.loss)
+        return _forward_efficiency(np.abs(self.torque / self.ratio), self.loss)
 
     @property
     def backdriving_efficiency(self) -> Array:
         """Of an output that drives the crank; 0 where friction holds it."""
-        return _driven(np.abs(self.torque / self.ratio), self.loss)
+        return _backdriving_efficiency(np.abs(self.torque / self.ratio), self.loss)
 
-    def of_means(self) -> tuple[Array, Array]:
+    def mean_efficiencies(self) -> tuple[Array, Array]:
         """Both efficiencies, (n_twist,), of the mean torque and loss: a drive's own at no torque tell nothing."""
         useful, loss = np.abs(self.torque.mean(axis=0) / self.ratio), self.loss.mean(axis=0)
-        return _driving(useful, loss), _driven(useful, loss)
+        return _forward_efficiency(useful, loss), _backdriving_efficiency(useful, loss)
 
 
-def _driving(useful: Array, loss: Array) -> Array:
+def _forward_efficiency(useful: Array, loss: Array) -> Array:
     with np.errstate(invalid="ignore"):
         return np.where(useful > 0, useful / (useful + loss), 0.0)
 
 
-def _driven(useful: Array, loss: Array) -> Array:
+def _backdriving_efficiency(useful: Array, loss: Array) -> Array:
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(useful > loss, 1 - loss / useful, 0.0)
 
 
 def friction_losses(
     drive: DriveLike, twist: ArrayLike, n_drives: int = 32, seed: int = 0, coefficient: float | None = None
-) -> Losses:
+) -> FrictionLosses:
     """Losses at twists (n_twist,), rad at the output, with the drawing's coefficient of friction or another.
 
     At no twist the loss is the no-load torque at the crank: drives whose parts overlap have one. Raises `InputError`
@@ -93,13 +93,15 @@ def friction_losses(
     )
     torques, losses = [], []
     for block in solved_blocks(drive, twist, n_drives, seed):
-        lost = mu * least_sliding(drive, block)[0]
+        lost = mu * min_sliding_power(drive, block)[0]
         losses.append(sum_by_group(lost, block.drive_index, block.n_drives).T)
         torques.append(sum_by_group(block.result.output_torque, block.drive_index, block.n_drives).T)
-    return Losses(np.atleast_1d(np.asarray(twist, float)), np.concatenate(torques), np.concatenate(losses), drive.ratio)
+    return FrictionLosses(
+        np.atleast_1d(np.asarray(twist, float)), np.concatenate(torques), np.concatenate(losses), drive.ratio
+    )
 
 
-def sliding(drive: Drive, block: SolvedBlock) -> tuple[Array, Array, Array]:
+def sliding_velocities(drive: Drive, block: SolvedBlock) -> tuple[Array, Array, Array]:
     """Sliding at the contacts of elements and rings that do not turn, (4, m, n) m per radian of the crank, in the
     order of the forces; its changes with w, (4,) in radii r; and with W at the crank, -R (n,) m.
     """
@@ -117,11 +119,11 @@ def sliding(drive: Drive, block: SolvedBlock) -> tuple[Array, Array, Array]:
     return np.stack([at_gear, at_crank, *walls]), np.array([1.0, -1.0, -1.0, 1.0]), -(c.reach - radius)
 
 
-def least_sliding(drive: Drive, block: SolvedBlock) -> tuple[Array, Array]:
+def min_sliding_power(drive: Drive, block: SolvedBlock) -> tuple[Array, Array]:
     """Force times sliding of every element at the turns that lose least, (m, n) N.m per radian of the crank, and the
     turn W of each element's ring, (m, n).
     """
-    slip, by_turn, by_ring = sliding(drive, block)
+    slip, by_turn, by_ring = sliding_velocities(drive, block)
     r = block.result
     force = np.stack([r.gear, r.crank, r.cage_plus, r.cage_minus])
     radius = block.contacts.element_radius

@@ -18,7 +18,7 @@ from ..equilibrium.closed_form import solve_chunks
 from ..equilibrium.solution import Equilibrium, Status
 from ..errors import expect, warn_not_converged
 from ..io.drawing_toml import DriveLike, as_drive
-from ..memory import expect_room
+from ..memory import expect_memory
 from ..numerics.arrays import Array
 
 
@@ -41,7 +41,7 @@ def contact_pressures(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, s
     """Greatest pressures at twists (n_twist,), rad at the output, of the first `n_drives` virtual drives.
 
     Every drive stands still at its own random angle, as in `simulate`. The greatest over a turn, which ratings
-    need, is higher: `turn_pressure.turn_pressures`. Raises `InputError` as `simulate` does.
+    need, is higher: `peak_pressure.peak_pressures`. Raises `InputError` as `simulate` does.
 
     >>> from stiffness_model import load_drive
     >>> p = contact_pressures(load_drive("drive_1"), [load_drive("drive_1").max_twist], n_drives=20)
@@ -51,17 +51,17 @@ def contact_pressures(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, s
     drive = as_drive(drive)
     angles = expect_twists(drive, twist)
     expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")
-    expect_room_for(n_drives, len(angles))
+    expect_memory_for(n_drives, len(angles))
     blocks = [_block(drive, angles, block, count, seed) for block, count in sampling.blocks(n_drives)]
     warn_not_converged(sum(lost for _, lost in blocks), n_drives * drive.elements * len(angles), drive.name)
     pressure, major, minor = np.concatenate([found for found, _ in blocks], axis=1)
     return Pressures(angles, pressure, major, minor)
 
 
-def expect_room_for(n_drives: int, n_twist: int) -> None:
+def expect_memory_for(n_drives: int, n_twist: int) -> None:
     """Raise `InputError` where pressures and semi-axes of so many drives and twists do not fit the free memory."""
     # Once as blocks and once joined.
-    expect_room(
+    expect_memory(
         2 * 9 * 8.0 * n_drives * n_twist,
         f"pressures of {n_drives} virtual drives at {n_twist} twists",
         "take fewer drives or twists",
@@ -78,11 +78,11 @@ def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int) -> 
     lost, found = 0, []
     for _, result in solve_chunks(contacts, twist * drive.ratio):
         lost += int((result.status == Status.NOT_CONVERGED).sum())
-        found.append(greatest(drive, contacts, some, result, owner, n_drives))
+        found.append(max_per_drive(drive, contacts, some, result, owner, n_drives))
     return np.concatenate(found, axis=2), lost
 
 
-def greatest(
+def max_per_drive(
     drive: Drive,
     contacts: Contacts,
     deviations: Deviations,

@@ -1,7 +1,7 @@
 """Contact pressure against a limit, over twist: which contact governs, and how far the limit is.
 
 ISO 76 rates the most heavily loaded contact, so the pressures are the greatest over a turn of each virtual drive
-(`turn_pressure`), and what is reported is what nine drives of ten keep: the 90th percentile of pressure, the 10th of
+(`peak_pressure`), and what is reported is what nine drives of ten keep: the 90th percentile of pressure, the 10th of
 safety.
 
 For hardened bearing steel against itself the limit is that of ISO 76 for static load ratings: 4200 MPa in the middle
@@ -25,15 +25,15 @@ from ..drawing.drive import Drive
 from ..io.drawing_toml import DriveLike, as_drive
 from ..montecarlo.twist_torque_curve import BAND
 from ..numerics.arrays import Array
-from .turn_pressure import turn_pressures
+from .peak_pressure import peak_pressures
 
-LOAD_POWER = {"ball": 3, "roller": 2}
+LOAD_EXPONENT = {"ball": 3, "roller": 2}
 """Loads go with this power of the pressure."""
 REACHED, NOT_REACHED, EXCEEDED, NO_LIMIT = "reached", "not reached", "exceeded", "no limit"
 
 
 @dataclass(frozen=True)
-class Permissible:
+class PermissibleTorque:
     """The torque up to which the safety stays above 1, N.m.
 
     status: "reached": the safety falls to 1 at `torque`; "not reached": it stays above 1 at all twists looked at, up
@@ -54,7 +54,7 @@ class Permissible:
 
 
 @dataclass(frozen=True)
-class Governing:
+class GoverningContact:
     """What governs at one twist.
 
     contact: the one with the least safety, "" where none carries that has a limit; no_limit: pressure, Pa, of the
@@ -70,80 +70,80 @@ class Governing:
 
 
 @dataclass(frozen=True)
-class Strength:
+class StaticSafety:
     """Pressures of virtual drives against their limits, the last axes in the order gear, crank, cage.
 
     twist: (n_twist,) rad; pressure: (n_drives, n_twist, 3) Pa, the greatest of each drive over a turn; limit: (3,) Pa,
-    NaN where none is known; load_power: of the pressure in the load.
+    NaN where none is known; load_exponent: of the pressure in the load.
     """
 
     twist: Array
     pressure: Array
     limit: Array
-    load_power: int
+    load_exponent: int
 
     @property
     def safety(self) -> Array:
         """Limit over pressure, (n_drives, n_twist, 3); infinite without pressure, NaN without a known limit."""
-        return _inverse(self._use)
+        return _inverse(self._utilisation)
 
     @property
     def load_safety(self) -> Array:
         """The same in terms of the load at the contact, as ISO 76 has it: s0 = C0/P0."""
-        return self.safety**self.load_power
+        return self.safety**self.load_exponent
 
     @property
-    def _use(self) -> Array:
+    def _utilisation(self) -> Array:
         return self.pressure / self.limit
 
-    def high_pressure(self) -> Array:
+    def pressure_p90(self) -> Array:
         """What nine drives of ten stay below, (n_twist, 3) Pa: the 90th percentile over the drives."""
         return np.percentile(self.pressure, BAND[1], axis=0)
 
-    def least(self) -> Array:
+    def min_safety(self) -> Array:
         """Limit over pressure at the most loaded contact with a known limit, (n_twist,): what nine drives of ten have
         at least. Infinite without load, NaN where no limit is known.
         """
         known = np.isfinite(self.limit)
         if not known.any():
             return np.full(len(self.twist), np.nan)
-        return _inverse(np.percentile(self._use[..., known].max(axis=2), BAND[1], axis=0))
+        return _inverse(np.percentile(self._utilisation[..., known].max(axis=2), BAND[1], axis=0))
 
-    def governing(self) -> list[Governing]:
+    def governing_contacts(self) -> list[GoverningContact]:
         """The contact with the least safety at every twist, and those that have no limit.
 
         Raises nothing.
         """
         found = []
-        for high in self.high_pressure():
+        for high in self.pressure_p90():
             use = np.where(np.isfinite(self.limit), high / self.limit, 0.0)
             unknown = {
                 part: float(p)
                 for part, p, limit in zip(PARTNERS, high, self.limit, strict=True)
                 if p > 0 and np.isnan(limit)
             }
-            found.append(Governing(PARTNERS[int(use.argmax())] if use.max() > 0 else "", unknown))
+            found.append(GoverningContact(PARTNERS[int(use.argmax())] if use.max() > 0 else "", unknown))
         return found
 
-    def permissible(self, torque: ArrayLike) -> Permissible:
-        """The torque at which `least` falls to 1, from the torques (n_twist,) N.m at the twists, which rise.
+    def permissible_torque(self, torque: ArrayLike) -> PermissibleTorque:
+        """The torque at which `min_safety` falls to 1, from the torques (n_twist,) N.m at the twists, which rise.
 
-        Contacts without a known limit have no part in it: see `governing`.
+        Contacts without a known limit have no part in it: see `governing_contacts`.
         """
-        values, safety = np.asarray(torque, float), self.least()
+        values, safety = np.asarray(torque, float), self.min_safety()
         loaded = np.isfinite(safety)
         if not loaded.any():
-            return Permissible(math.nan, NO_LIMIT)
+            return PermissibleTorque(math.nan, NO_LIMIT)
         values, safety = values[loaded], safety[loaded]
         below = np.flatnonzero(safety <= 1)
         if below.size == 0:
-            return Permissible(float(values[-1]), NOT_REACHED)
+            return PermissibleTorque(float(values[-1]), NOT_REACHED)
         k = below[0]
         if k == 0:
-            return Permissible(float(values[0]), EXCEEDED)
+            return PermissibleTorque(float(values[0]), EXCEEDED)
         # Pressure over torque is nearly a power law.
         x = np.log(safety[k - 1]) / (np.log(safety[k - 1]) - np.log(safety[k]))
-        return Permissible(float(values[k - 1] + x * (values[k] - values[k - 1])), REACHED)
+        return PermissibleTorque(float(values[k - 1] + x * (values[k] - values[k - 1])), REACHED)
 
 
 def _inverse(use: Array) -> Array:
@@ -171,16 +171,16 @@ def pressure_limits(drive: Drive) -> Array:
     return np.array(limits)
 
 
-def check_strength(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> Strength:
+def static_safety(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> StaticSafety:
     """Pressures of the first `n_drives` virtual drives at twists (n_twist,), rad, against their limits.
 
-    Raises `InputError` as `turn_pressures` does.
+    Raises `InputError` as `peak_pressures` does.
 
     >>> from stiffness_model import ARCMIN, load_drive
-    >>> strength = check_strength(load_drive("drive_1"), [4 * ARCMIN, 8 * ARCMIN], n_drives=20)
-    >>> strength.least().round(2), str(strength.governing()[-1])
+    >>> strength = static_safety(load_drive("drive_1"), [4 * ARCMIN, 8 * ARCMIN], n_drives=20)
+    >>> strength.min_safety().round(2), str(strength.governing_contacts()[-1])
     (array([1.23, 0.92]), 'crank')
     """
     drive = as_drive(drive)
-    found = turn_pressures(drive, twist, n_drives, seed)
-    return Strength(found.twist, found.pressure, pressure_limits(drive), LOAD_POWER[drive.element])
+    found = peak_pressures(drive, twist, n_drives, seed)
+    return StaticSafety(found.twist, found.pressure, pressure_limits(drive), LOAD_EXPONENT[drive.element])

@@ -4,12 +4,12 @@
 >>> from stiffness_model import load_drive
 >>> drive = load_drive("drive_1")
 >>> one = draw_individual(drive, seed=7)
->>> torque = turning_map(one, [drive.max_twist], turn(drive, per_pass=2)).torque[:, 0]
+>>> torque = turning_map(one, [drive.max_twist], angles_over_turn(drive, per_pass=2)).torque[:, 0]
 >>> [round(float(order), 2) for order in spectrum(drive, torque).crank_order[[29, 30, 2610]]]
 [1.0, 1.03, 90.0]
 """
 
-from .individual import Individual, draw_individual, mean_individual, standing, turn
+from .individual import Individual, angles_over_turn, draw_individual, elements_at, mean_individual
 from .loaded import LoadedTurn, NoLoad, loaded_turn, no_load
 from .maps import TurningMap, turning_map
 from .orders import Spectrum, spectrum
@@ -25,7 +25,7 @@ __all__ = [
     "mean_individual",
     "no_load",
     "spectrum",
-    "standing",
-    "turn",
+    "elements_at",
+    "angles_over_turn",
     "turning_map",
 ]

@@ -27,12 +27,12 @@ from ..drawing.sampling import Deviations, check_seed
 from ..errors import expect, expect_number
 from ..geometry.ball_path import wrap
 from ..io.drawing_toml import DriveLike, as_drive
-from ..lookup.element_table import EDGE
+from ..lookup.element_table import FADE_HALF_WIDTH
 from ..numerics.arrays import Array
 
 Index = NDArray[np.intp]
 
-_SPAWN_KEY = (0, 0)
+_STREAM = (0, 0)
 """Apart from the populations' streams, whose keys have one number."""
 
 
@@ -87,25 +87,25 @@ def draw_individual(drive: DriveLike, seed: int) -> Individual:
         "switches beyond it",
         drive.name,
     )
-    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed), spawn_key=_SPAWN_KEY)))
+    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed), spawn_key=_STREAM)))
     start = float(rng.uniform(-math.pi, math.pi))
     normal = {part: rng.standard_normal(drive.elements) for part in ("element", "crank", "cage")}
     if drive.crank_deviation == "eccentric":
         normal["crank"] = normal["crank"][np.arange(drive.elements) % drive.eccentrics]
     normal["gear"] = rng.standard_normal((drive.eccentrics, drive.lobes))
-    return _of_deviates(drive, start, normal, int(seed))
+    return _from_deviates(drive, start, normal, int(seed))
 
 
 def mean_individual(drive: DriveLike, start: float = 0.0) -> Individual:
     """A drive whose every part sits in the middle of its tolerance: no deviations but the drawing's mean offsets."""
     drive = as_drive(drive)
     n = np.zeros(drive.elements)
-    return _of_deviates(
+    return _from_deviates(
         drive, start, {"element": n, "crank": n, "cage": n, "gear": np.zeros((drive.eccentrics, drive.lobes))}, None
     )
 
 
-def _of_deviates(drive: Drive, start: float, normal: Mapping[str, Array], seed: int | None) -> Individual:
+def _from_deviates(drive: Drive, start: float, normal: Mapping[str, Array], seed: int | None) -> Individual:
     """The individual of standard normal deviates by part."""
     nominal = dict.fromkeys(PARTS, drive.element_radius) | {"crank": drive.crank_radius}
     radius = {
@@ -115,12 +115,12 @@ def _of_deviates(drive: Drive, start: float, normal: Mapping[str, Array], seed: 
     return Individual(drive, start, radius["element"], radius["crank"], radius["cage"], radius["gear"], seed)
 
 
-def turn(drive: Drive, per_pass: int = 8) -> Array:
+def angles_over_turn(drive: Drive, per_pass: int = 8) -> Array:
     """Output angles, rad, spread evenly over one turn of the output, `per_pass` between one element's passing and
     the next (of all z n in the turn). Angles a whole number of passes apart see the elements at the same places.
 
     >>> from stiffness_model import load_drive
-    >>> len(turn(load_drive("drive_1"), per_pass=4)) == 4 * 30 * 87
+    >>> len(angles_over_turn(load_drive("drive_1"), per_pass=4)) == 4 * 30 * 87
     True
     """
     expect(isinstance(per_pass, int) and per_pass >= 1, "a whole number of at least 1", per_pass, "per_pass")
@@ -129,11 +129,11 @@ def turn(drive: Drive, per_pass: int = 8) -> Array:
 
 
 @dataclass(frozen=True)
-class Places:
+class ElementPositions:
     """The elements that may carry at m output angles, side by side along the profile; arrays (m, width).
 
     element: its number; row, lobe: where in `Individual.lobe` its lobe stands; beta: rad; weight: 1, falling to 0 over
-    `EDGE` to either side of the place where the profile is cut away, so that the torque has a derivative.
+    `FADE_HALF_WIDTH` to either side of the place where the profile is cut away, so that the torque has a derivative.
     """
 
     element: Index
@@ -153,22 +153,22 @@ class Window:
     width: int
 
     @staticmethod
-    def of(drive: Drive) -> Window:
+    def of_drive(drive: Drive) -> Window:
         """The window of a drawing."""
         limit = drive.usable_limit
         if limit >= math.pi:
             return Window(limit, math.pi, drive.elements)
-        reach = min(limit + EDGE, math.pi)
+        reach = min(limit + FADE_HALF_WIDTH, math.pi)
         return Window(limit, reach, min(math.floor(reach / math.pi * drive.elements) + 1, drive.elements))
 
     def weight(self, beta: Array) -> Array:
-        """`Places.weight`."""
+        """`ElementPositions.weight`."""
         if self.reach >= math.pi:
             return np.ones_like(beta)
-        return np.clip((self.limit - np.abs(beta)) / (2 * EDGE) + 0.5, 0.0, 1.0)
+        return np.clip((self.limit - np.abs(beta)) / (2 * FADE_HALF_WIDTH) + 0.5, 0.0, 1.0)
 
 
-def meetings(drive: Drive) -> tuple[Index, Index]:
+def element_lobe_pairs(drive: Drive) -> tuple[Index, Index]:
     """Row and lobe of the meetings of elements with lobes, (n z,) each, in the order in which they come to one beta.
 
     Element j + 1 of a row stands one bore back in the cage and faces the lobe i/(elements of a row) further back; after
@@ -182,13 +182,13 @@ def meetings(drive: Drive) -> tuple[Index, Index]:
     return place % rows, lobe % drive.lobes
 
 
-def scattered(count: int) -> Array:
+def low_discrepancy_angles(count: int) -> Array:
     """Output angles, (count,) rad, that lie evenly over a turn and keep step with nothing that turns: by the golden
     ratio."""
     return 2 * np.pi * (np.arange(count, dtype=float) * 0.6180339887498949 % 1)
 
 
-def places(individual: Individual, window: Window, output_angle: Array) -> Places:
+def element_positions(individual: Individual, window: Window, output_angle: Array) -> ElementPositions:
     """Where the elements stand at output angles, (m,) rad, within the drawing's window."""
     drive = individual.drive
     step = 2 * np.pi / drive.elements
@@ -197,27 +197,27 @@ def places(individual: Individual, window: Window, output_angle: Array) -> Place
     first = np.ceil(-window.reach / step - passed)
     place = first[:, None] + np.arange(window.width)
     beta = (passed[:, None] + place) * step
-    row, lobe = meetings(drive)
+    row, lobe = element_lobe_pairs(drive)
     count = place.astype(np.intp)
     meeting = count % len(row)
-    return Places(count % drive.elements, row[meeting], lobe[meeting], beta, window.weight(beta))
+    return ElementPositions(count % drive.elements, row[meeting], lobe[meeting], beta, window.weight(beta))
 
 
-def standing(individual: Individual, output_angle: float) -> tuple[Deviations, Array]:
-    """All elements of an individual at an output angle, rad, with the lobes they face, and `Places.weight` of each.
+def elements_at(individual: Individual, output_angle: float) -> tuple[Deviations, Array]:
+    """All elements of an individual at an output angle, rad, with the lobes they face, and `ElementPositions.weight`.
 
     Arrays (1, n), element after element.
 
     >>> from stiffness_model import load_drive
     >>> one = draw_individual(load_drive("drive_1"), 7)
-    >>> at, weight = standing(one, 0.0)
+    >>> at, weight = elements_at(one, 0.0)
     >>> bool(at.beta[0, 0] == one.start), bool((at.element[0] == one.element).all())
     (True, True)
     """
     n = individual.drive.elements
-    at = places(individual, Window(math.pi, math.pi, n), np.array([float(output_angle)]))
+    at = element_positions(individual, Window(math.pi, math.pi, n), np.array([float(output_angle)]))
     order = np.argsort(at.element[0])
     q = individual.lobe[at.row[0], at.lobe[0]][order]
     beta = wrap(at.beta[0, order])
     parts = (values[None] for values in (beta, individual.element, individual.crank, individual.cage, q))
-    return Deviations(*parts), Window.of(individual.drive).weight(beta)[None]
+    return Deviations(*parts), Window.of_drive(individual.drive).weight(beta)[None]

@@ -16,14 +16,14 @@ from ..drawing.twist_limits import twist_limit
 from ..errors import InputError, expect, expect_number
 from ..montecarlo.twist_torque_curve import BACKLASH_SHARE
 from ..numerics.arrays import Array
-from .individual import Individual, scattered
-from .maps import Stand, finite, stands, turning_map
+from .individual import Individual, low_discrepancy_angles
+from .maps import AngleBatch, angle_batches, expect_angles, turning_map
 
 TOLERANCE = 1e-8
 """Greatest remaining difference to the wanted torque, as a share of the torque at the drawing's max_twist."""
-_TRIAL = 41
-_ANGLES = 48
-_MOST_STEPS = 100
+_N_TWISTS = 41
+_N_ANGLES = 48
+_MAX_STEPS = 100
 
 
 @dataclass(frozen=True)
@@ -47,11 +47,11 @@ class NoLoad:
     """Where an individual stands without load, at n output angles; transmission errors, (n,) rad.
 
     forward, backward: with the output dragging behind a crank that drives it towards greater, and towards smaller
-    output angles, under a drag of `drag` N.m, `twist_torque_curve.BACKLASH_SHARE` of the torque at max_twist.
+    output angles, under a drag of `drag_torque` N.m, `twist_torque_curve.BACKLASH_SHARE` of the torque at max_twist.
     """
 
     individual: Individual
-    drag: float
+    drag_torque: float
     output_angle: Array
     forward: Array
     backward: Array
@@ -79,31 +79,31 @@ def loaded_turn(individual: Individual, torque: float, output_angle: ArrayLike) 
     True
     """
     expect_number(torque, "a finite torque in N.m", "torque")
-    angle = finite(output_angle, "output angle")
-    guess = _Guess.of(individual, float(torque))
+    angle = expect_angles(output_angle, "output angle")
+    guess = _InitialGuess.for_torque(individual, float(torque))
     twist, slope = np.empty(len(angle)), np.empty(len(angle))
     step = 1e-4 * individual.drive.max_twist
-    for part, stand in stands(individual, angle):
-        at = twist[part] = _twist_under(stand, guess)
-        slope[part] = (stand.torque(at + step) - stand.torque(at - step)) / (2 * step)
+    for part, batch in angle_batches(individual, angle):
+        at = twist[part] = _twist_under(batch, guess)
+        slope[part] = (batch.torque(at + step) - batch.torque(at - step)) / (2 * step)
     return LoadedTurn(individual, float(torque), angle, twist, slope)
 
 
 def no_load(individual: Individual, output_angle: ArrayLike) -> NoLoad:
     """Where the drive stands without load at output angles, (n,) rad, driven either way."""
-    angle = finite(output_angle, "output angle")
-    full = float(turning_map(individual, [individual.drive.max_twist], scattered(_ANGLES)).torque.mean())
+    angle = expect_angles(output_angle, "output angle")
+    full = float(turning_map(individual, [individual.drive.max_twist], low_discrepancy_angles(_N_ANGLES)).torque.mean())
     expect(full > 0, "an individual that carries torque at max_twist", full, individual.drive.name)
-    drag = BACKLASH_SHARE * full
+    drag_torque = BACKLASH_SHARE * full
     errors = np.empty((2, len(angle)))
-    guesses = [_Guess.of(individual, torque) for torque in (drag, -drag)]
-    for part, stand in stands(individual, angle):
-        errors[:, part] = [-_twist_under(stand, guess) for guess in guesses]
-    return NoLoad(individual, drag, angle, *errors)
+    guesses = [_InitialGuess.for_torque(individual, torque) for torque in (drag_torque, -drag_torque)]
+    for part, batch in angle_batches(individual, angle):
+        errors[:, part] = [-_twist_under(batch, guess) for guess in guesses]
+    return NoLoad(individual, drag_torque, angle, *errors)
 
 
 @dataclass(frozen=True)
-class _Guess:
+class _InitialGuess:
     """Where to start the search for the twist of a torque: on the mean of some angles."""
 
     torque: float
@@ -113,33 +113,35 @@ class _Guess:
     tolerance: float
 
     @staticmethod
-    def of(individual: Individual, torque: float) -> _Guess:
+    def for_torque(individual: Individual, torque: float) -> _InitialGuess:
         """Raises `InputError` for a torque out of reach."""
         reach = twist_limit(individual.drive)
-        trial = np.linspace(-reach, reach, _TRIAL)
-        mean = turning_map(individual, trial, scattered(_ANGLES)).torque.mean(axis=0)
+        trial = np.linspace(-reach, reach, _N_TWISTS)
+        mean = turning_map(individual, trial, low_discrepancy_angles(_N_ANGLES)).torque.mean(axis=0)
         if not mean[0] < torque < mean[-1]:
             raise InputError(
                 f"torque: expected one within {mean[0]:.4g} ... {mean[-1]:.4g} N.m, what "
                 f"{individual.drive.name} carries, got {torque:.4g}"
             )
-        k = int(np.clip(np.searchsorted(mean, torque), 1, _TRIAL - 1))
+        k = int(np.clip(np.searchsorted(mean, torque), 1, _N_TWISTS - 1))
         slope = float((mean[k] - mean[k - 1]) / (trial[k] - trial[k - 1]))
         full = float(np.interp(individual.drive.max_twist, trial, mean))
-        return _Guess(torque, float(trial[k - 1] + (torque - mean[k - 1]) / slope), slope, reach, TOLERANCE * full)
+        return _InitialGuess(
+            torque, float(trial[k - 1] + (torque - mean[k - 1]) / slope), slope, reach, TOLERANCE * full
+        )
 
 
-def _twist_under(stand: Stand, guess: _Guess) -> Array:
+def _twist_under(batch: AngleBatch, guess: _InitialGuess) -> Array:
     """The twist, rad, that carries the torque at every angle of a stand: secants within a bracket that shrinks.
 
     Where the torque jumps over the wanted one (an element changes its wall), the twist of the jump.
     """
-    n = len(stand.places.beta)
+    n = len(batch.positions.beta)
     low, high = np.full(n, -guess.reach), np.full(n, guess.reach)
     twist, slope = np.full(n, guess.twist), np.full(n, guess.slope)
-    value = stand.torque(twist)
+    value = batch.torque(twist)
     last_width = high - low
-    for k in range(_MOST_STEPS):
+    for k in range(_MAX_STEPS):
         gap = value - guess.torque
         low, high = np.where(gap < 0, twist, low), np.where(gap > 0, twist, high)
         width = high - low
@@ -152,7 +154,7 @@ def _twist_under(stand: Stand, guess: _Guess) -> Array:
         if k % 3 == 2:
             last_width = width
         new = np.where(todo, np.where(sure, step, (low + high) / 2), twist)
-        found = stand.torque(new)
+        found = batch.torque(new)
         with np.errstate(divide="ignore", invalid="ignore"):
             secant = (found - value) / (new - twist)
         slope = np.where(np.isfinite(secant) & (secant > 0), secant, slope)

@@ -17,12 +17,12 @@ from ..drawing.twist_limits import MAX_OUTPUT_ANGLE, expect_twists
 from ..equilibrium.closed_form import Equilibrium, Status, solve
 from ..errors import expect, expect_number, warn_not_converged
 from ..numerics.arrays import Array
-from .individual import Individual, Places, places
-from .placed import Parts
+from .individual import ElementPositions, Individual, element_positions
+from .individual_contacts import IndividualContacts
 
-AT_ONCE = 6000
+BATCH_SIZE = 6000
 """Contacts placed and solved at once: their arrays fit a core's cache."""
-TWISTS_AT_ONCE = 128
+TWIST_BATCH_SIZE = 128
 """Twists of a map for which their equilibrium is held at once, 50 MB."""
 
 
@@ -62,16 +62,18 @@ def turning_map(
     >>> turning_map(one, np.array([3.0, 6.0, 8.0]) * ARCMIN, [0.0, 0.1]).torque.shape
     (2, 3)
     """
-    twists, angle = expect_twists(individual.drive, twist), finite(output_angle, "output angle")
+    twists, angle = expect_twists(individual.drive, twist), expect_angles(output_angle, "output angle")
     torque, crank_torque, force = (np.empty((len(angle), len(twists))) for _ in range(3))
     lost, whole = 0, 0
-    for part, stand in stands(individual, angle, clearance):
-        for first in range(0, len(twists), TWISTS_AT_ONCE):
-            some = slice(first, first + TWISTS_AT_ONCE)
-            numbers = _carried(stand.contacts, twists[some] * individual.drive.ratio, _torques_and_force)
-            numbers = numbers.reshape(4, -1, *stand.places.beta.shape)
-            torque[part, some], crank_torque[part, some] = np.einsum("qtaw,aw->qat", numbers[:2], stand.places.weight)
-            carries = stand.places.weight > 0
+    for part, batch in angle_batches(individual, angle, clearance):
+        for first in range(0, len(twists), TWIST_BATCH_SIZE):
+            some = slice(first, first + TWIST_BATCH_SIZE)
+            numbers = _solve_grouped(batch.contacts, twists[some] * individual.drive.ratio, _torques_and_force)
+            numbers = numbers.reshape(4, -1, *batch.positions.beta.shape)
+            torque[part, some], crank_torque[part, some] = np.einsum(
+                "qtaw,aw->qat", numbers[:2], batch.positions.weight
+            )
+            carries = batch.positions.weight > 0
             force[part, some] = (numbers[2] * carries).max(axis=2).T
             lost, whole = lost + int((numbers[3] * carries).sum()), whole + numbers.shape[1] * int(carries.sum())
     warn_not_converged(lost, whole, individual.drive.name)
@@ -79,22 +81,24 @@ def turning_map(
 
 
 @dataclass(frozen=True)
-class Stand:
+class AngleBatch:
     """An individual standing at a few output angles at once, n of them: what stays while it is twisted."""
 
-    places: Places
+    positions: ElementPositions
     contacts: Contacts
     ratio: float
 
     def torque(self, twist: Array) -> Array:
         """Torque, (n,) N.m on the output, with a twist, (n,) rad, of its own at every angle."""
         # What the twist moves is the eccentric's centre, at beta + i twist: another beta with gear and path kept.
-        lead = np.repeat(self.ratio * twist, self.places.beta.shape[1])
+        lead = np.repeat(self.ratio * twist, self.positions.beta.shape[1])
         moved = replace(self.contacts, beta=self.contacts.beta + lead)
-        return (_carried(moved, np.zeros(1), _torque).reshape(self.places.beta.shape) * self.places.weight).sum(axis=1)
+        return (
+            _solve_grouped(moved, np.zeros(1), _torque).reshape(self.positions.beta.shape) * self.positions.weight
+        ).sum(axis=1)
 
 
-def finite(values: ArrayLike, name: str) -> Array:
+def expect_angles(values: ArrayLike, name: str) -> Array:
     """One-dimensional finite floats within +-`twist_limits.MAX_OUTPUT_ANGLE`, or `InputError`."""
     try:
         array = np.asarray(values, float)
@@ -110,18 +114,18 @@ def finite(values: ArrayLike, name: str) -> Array:
     return array
 
 
-def stands(individual: Individual, angle: Array, clearance: float = 0.0) -> Iterator[tuple[slice, Stand]]:
+def angle_batches(individual: Individual, angle: Array, clearance: float = 0.0) -> Iterator[tuple[slice, AngleBatch]]:
     """The stands that make up some output angles, (n,) rad, each with its place among them."""
     expect_number(clearance, "a finite clearance in m", "clearance")
-    parts = Parts(individual)
-    step = max(1, AT_ONCE // parts.window.width)
+    parts = IndividualContacts(individual)
+    step = max(1, BATCH_SIZE // parts.window.width)
     for first in range(0, len(angle), step):
         part = slice(first, min(first + step, len(angle)))
-        at = places(individual, parts.window, angle[part])
-        yield part, Stand(at, parts.contacts(at, clearance), individual.drive.ratio)
+        at = element_positions(individual, parts.window, angle[part])
+        yield part, AngleBatch(at, parts.contacts(at, clearance), individual.drive.ratio)
 
 
-def _carried(contacts: Contacts, crank_twist: Array, numbers: Callable[[Equilibrium], Array]) -> Array:
+def _solve_grouped(contacts: Contacts, crank_twist: Array, numbers: Callable[[Equilibrium], Array]) -> Array:
     """Numbers (q, n_twist, n) of the equilibrium. Balls larger than their bore are solved apart from the others, for
     they need an iteration."""
     tight = contacts.cage_gap < 0

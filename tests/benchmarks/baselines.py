@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 import stiffness_model as sm
 from reefmu.record import Record, read_record
-from stiffness_model.lookup.build import Lookup, build_lookup
+from stiffness_model.lookup.build_lookup import Lookup, build_lookup
 from stiffness_model.numerics.arrays import Array
 
 MICROMETRE = 1e-6

@@ -23,7 +23,7 @@ from reefmu.model.buffered import Buffered
 from reefmu.model.drive_model import build_model
 from reefmu.model.tables import spline_function
 from reefmu.simulate import inputs_at_twist, simulate_signal
-from stiffness_model.lookup.build import build_lookup
+from stiffness_model.lookup.build_lookup import build_lookup
 from tests import diagnosis_rig as rig
 
 SAMPLES = 10_000

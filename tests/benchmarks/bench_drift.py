@@ -28,7 +28,7 @@ from reefmu.fmu.model.component import Component, drive_component
 from reefmu.fmu.validation.reference_run import Trial, make_trial
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel, build_model
-from stiffness_model.lookup.build import build_lookup
+from stiffness_model.lookup.build_lookup import build_lookup
 from tests.integration.fmu.replay import build_replay, repeat_model, replay
 
 

@@ -34,7 +34,7 @@ from reefmu.fmu.model.joint import joint_component
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import Masses
 from stiffness_model.errors import DoesNotFitWarning
-from stiffness_model.lookup.build import build_lookup
+from stiffness_model.lookup.build_lookup import build_lookup
 
 HERE = Path(__file__).parent
 MASSES = Masses(1e-4, 2.0)

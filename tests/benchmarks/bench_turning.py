@@ -29,10 +29,10 @@ from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel, build_model
 from stiffness_model.equilibrium.reference import equilibrium_of
 from stiffness_model.errors import DoesNotFitWarning
-from stiffness_model.lookup.build import build_lookup
-from stiffness_model.rotation import draw_individual, loaded_turn, no_load, turn, turning_map
-from stiffness_model.rotation.individual import places
-from stiffness_model.rotation.placed import Parts
+from stiffness_model.lookup.build_lookup import build_lookup
+from stiffness_model.rotation import angles_over_turn, draw_individual, loaded_turn, no_load, turning_map
+from stiffness_model.rotation.individual import element_positions
+from stiffness_model.rotation.individual_contacts import IndividualContacts
 
 TWISTS, ANGLES = 61, 120
 HOST = Path(__file__).parent.parent / "integration" / "fmu" / "host" / "host.c"
@@ -57,7 +57,7 @@ def main() -> None:
         f"the paper's way: {1e3 * root:.1f} ms a point, {root / took * TWISTS * ANGLES:.0f} times the map's; torques "
         f"differ by {off:.1g} of the greatest"
     )
-    whole = turn(drive, 8)
+    whole = angles_over_turn(drive, 8)
     full = float(turning_map(one, [drive.max_twist], angle).torque.mean())
     under = best(lambda: loaded_turn(one, full, whole), 1)
     free = best(lambda: no_load(one, whole), 1)
@@ -73,13 +73,13 @@ def main() -> None:
 
 def papers_way(one: object, twist: np.ndarray, angle: np.ndarray, count: int) -> tuple[float, float]:
     """s per point of the map, and the greatest difference of the torque."""
-    parts = Parts(one)  # type: ignore[arg-type]
+    parts = IndividualContacts(one)  # type: ignore[arg-type]
     rng = np.random.default_rng(0)
     points = list(zip(rng.choice(twist, count), rng.choice(angle, count), strict=True))
     mine = [turning_map(parts.individual, [t], [a]).torque[0, 0] for t, a in points]
     start, found = time.perf_counter(), []
     for t, a in points:
-        at = places(parts.individual, parts.window, np.array([a]))
+        at = element_positions(parts.individual, parts.window, np.array([a]))
         contacts = parts.contacts(at)
         torques = [
             equilibrium_of(contacts, k, t * parts.individual.drive.ratio).output_torque for k in range(len(contacts))

@@ -18,7 +18,7 @@ import numpy as np
 
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError, expect
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.lookup.element_table import ElementTable
 from stiffness_model.lookup.modulus import ModulusShares
 from stiffness_model.numerics.arrays import Array

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.bspline import Axis, locate, slope_weights, weights
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffness_model.lookup.element_table import EDGE, ElementTable
+from stiffness_model.lookup.element_table import FADE_HALF_WIDTH, ElementTable
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.bspline import locate, slope_weights, weights
 
@@ -20,7 +20,7 @@ def element_torque(
         return table.evaluate(twist, clearance, position)
     beta = np.broadcast_to(np.asarray(position, float), twist.shape)
     beta = beta - 2 * np.pi * np.floor(beta / (2 * np.pi) + 0.5)
-    carries = np.flatnonzero(np.abs(beta) < table.limit + EDGE)
+    carries = np.flatnonzero(np.abs(beta) < table.limit + FADE_HALF_WIDTH)
     side = np.where(beta[carries] < 0, -1.0, 1.0)
     away = np.abs(beta[carries])
     cell, g = (v[0] for v in locate(table.clearance, np.array([float(clearance)])))
@@ -32,9 +32,9 @@ def element_torque(
     )
     slope = np.array(slope_weights(held), float) / table.clearance.step * (0 <= g <= 1)
     by_clearance = SplineTable(axes, strip @ slope).evaluate(side * twist[carries], away)[0]
-    fade = (table.limit - away) / (2 * EDGE) + 0.5
+    fade = (table.limit - away) / (2 * FADE_HALF_WIDTH) + 0.5
     left = np.clip(fade, 0.0, 1.0)
-    falls = np.where((fade > 0) & (fade < 1), -1 / (2 * EDGE), 0.0)
+    falls = np.where((fade > 0) & (fade < 1), -1 / (2 * FADE_HALF_WIDTH), 0.0)
     results = np.zeros((4, len(twist)))
     results[:, carries] = (
         side * left * value,

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stiffness_model.io.atomic_files import scratch_folder
-from stiffness_model.lookup.build import QUANTITIES
+from stiffness_model.lookup.build_lookup import QUANTITIES
 
 from ..model.component import Component
 from ..model.table_encoding import TABLES, carried_lookup, tables_header

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from reefmu.model.drive_model import DriveModel, ModelParameter, Signal
     from reefmu.model.masses import Masses
-    from stiffness_model.lookup.build import Lookup
+    from stiffness_model.lookup.build_lookup import Lookup
 
 Kind = Literal["drive", "joint"]
 KINDS: tuple[Kind, ...] = ("drive", "joint")

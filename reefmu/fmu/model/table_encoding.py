@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffness_model.errors import InputError, expect
-from stiffness_model.lookup.build import QUANTITIES, Lookup
-from stiffness_model.lookup.element_table import EDGE
-from stiffness_model.lookup.stored import axis_from, parse_json, take
+from stiffness_model.lookup.build_lookup import QUANTITIES, Lookup
+from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
+from stiffness_model.lookup.table_files import parse_axis, parse_json, require_keys
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.bspline import Axis
 
@@ -64,7 +64,7 @@ def tables_header(lookup: Lookup) -> str:
             **_axis("ELEMENT_CLEARANCE", element.clearance),
             **_axis("ELEMENT_POSITION", element.position),
             "ELEMENT_LIMIT": float(element.limit),
-            "ELEMENT_EDGE": EDGE,
+            "ELEMENT_EDGE": FADE_HALF_WIDTH,
             "ELEMENT_QUANTUM": quantum,
             "ELEMENT_PLANES": planes,
         }
@@ -110,7 +110,7 @@ def lookup_head(lookup: Lookup) -> str:
             "twist": astuple(lookup.twist),
             "clearance": astuple(lookup.clearance),
             "modulus": None if lookup.modulus is None else asdict(lookup.modulus),
-            "element": None if lookup.element is None else lookup.element.head(),
+            "element": None if lookup.element is None else lookup.element.header(),
             **({} if lookup.coefficients.size else {"tables": False}),
         }
     )
@@ -119,8 +119,8 @@ def lookup_head(lookup: Lookup) -> str:
 def read_tables(header: str, head: str, where: str) -> Lookup:
     """The lookup behind `tables_header` and `lookup_head`, right to a quantum. Errors: `InputError`."""
     values = parse_json(head, where)
-    take(values, ("twist", "clearance", "element"), where)
-    twist, clearance = (axis_from(values[name], f"{where}: {name}") for name in ("twist", "clearance"))
+    require_keys(values, ("twist", "clearance", "element"), where)
+    twist, clearance = (parse_axis(values[name], f"{where}: {name}") for name in ("twist", "clearance"))
     coefficients, element = np.zeros((len(QUANTITIES), 0, 0)), None
     try:
         if values.get("tables", True):
@@ -130,15 +130,15 @@ def read_tables(header: str, head: str, where: str) -> Lookup:
             quanta = [float(x) for x in _define(header, "LOOKUP_QUANTA").strip("{}").split(",")]
             coefficients = _whole(_unpacked(header, "LOOKUP", (*shape, 1), quanta)[..., 0])
         if values["element"] is not None:
-            axes = take(values["element"], ("axes",), where)["axes"]
-            shape = tuple(axis_from(axis, where).size for axis in axes)
+            axes = require_keys(values["element"], ("axes",), where)["axes"]
+            shape = tuple(parse_axis(axis, where).size for axis in axes)
             _expect_size(header, "ELEMENT", ("ROWS", "COLUMNS", "LAYERS"), shape)
             element = _unpacked(header, "ELEMENT", (1, *shape), [float(_define(header, "ELEMENT_QUANTUM"))])[0]
     except (ValueError, TypeError, OverflowError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{where}: expected packed tables, got {error}") from None
-    return Lookup.of(values, coefficients, element, where)
+    return Lookup.from_header(values, coefficients, element, where)
 
 
 def _half(lookup: Lookup) -> Array:

@@ -12,8 +12,8 @@ from ...drawing.sampling import Deviations
 from ...equilibrium.closed_form import closed_form
 from ...montecarlo.twist_torque_curve import BAND, TwistTorqueCurve
 from ...numerics.arrays import Array
+from ...ratings.peak_pressure import peak_pressures
 from ...ratings.pressure import wall_forces
-from ...ratings.turn_pressure import turn_pressures
 from .sweep import SampledElements, SweepSegment, draw_elements, segment_at, sweep
 
 MAX_CRANK_TWIST = 0.5
@@ -146,7 +146,7 @@ def _response(
         return a + part * (b - a)
 
     few = min(elements.n_drives, PRESSURE_DRIVES)
-    turning = turn_pressures(drive, between(twist[k - 1 : k], twist[k : k + 1]), few, seed, cage=False)
+    turning = peak_pressures(drive, between(twist[k - 1 : k], twist[k : k + 1]), few, seed, cage=False)
     return Response(
         carried,
         curve,

@@ -19,7 +19,7 @@ from reefmu.cli import main
 from reefmu.commands.compare import torque_steps
 from reefmu.progress import CountingExecutor, Progress
 from stiffness_model.ratings.efficiency import friction_losses
-from stiffness_model.ratings.turn_pressure import turn_pressures
+from stiffness_model.ratings.peak_pressure import peak_pressures
 from tests.patience import HANG, said
 
 CURVE_FILES = ["curve.csv", "curve.png", "forces.png", "load_share.png"]
@@ -107,7 +107,7 @@ def test_curve_tells_what_a_switch_changes_and_what_the_forces_mean(
     expected = sm.simulate(soft, [soft.max_twist], 16)
     assert float(rows[-1]["torque_mean [N.m]"]) == pytest.approx(expected.torque.mean(), rel=1e-7)
     assert float(rows[-1]["pressure_crank [MPa]"]) == pytest.approx(
-        np.percentile(turn_pressures(soft, [soft.max_twist], 16).pressure[..., 1], 90) / 1e6, rel=1e-3
+        np.percentile(peak_pressures(soft, [soft.max_twist], 16).pressure[..., 1], 90) / 1e6, rel=1e-3
     )
     assert float(rows[-1]["pressure_safety [1]"]) == pytest.approx(4200 / float(rows[-1]["pressure_crank [MPa]"]))
     assert 0.85 < float(rows[-1]["efficiency [1]"]) < 0.95

@@ -11,7 +11,7 @@ import stiffness_model as sm
 from reefmu.cli import main
 from reefmu.commands import demo
 from reefmu.model.drive_model import build_model
-from stiffness_model.lookup.build import Lookup, build_lookup
+from stiffness_model.lookup.build_lookup import Lookup, build_lookup
 
 pytestmark = pytest.mark.slow
 

@@ -11,7 +11,7 @@ from reefmu.fmu.codegen.compile import has_compiler
 from reefmu.fmu.export import export_fmu
 from reefmu.joint import JointModel
 from reefmu.model.drive_model import build_model
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 from tests.integration.cosimulation.joints import FREE, MASSES
 
 

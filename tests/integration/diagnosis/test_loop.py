@@ -19,7 +19,7 @@ from reefmu.fmu.importer.replay import replay_record
 from reefmu.model.drive_model import build_model
 from reefmu.model.model_file import load_model
 from reefmu.record import make_record
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 from tests import diagnosis_rig as rig
 from tests.diagnosis_rig import Array
 from tests.validation.blind.records import Case, make

@@ -15,7 +15,7 @@ from reefmu.effects import EFFECTS as ALL_EFFECTS
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel, build_model
-from stiffness_model.lookup.build import Lookup, build_lookup
+from stiffness_model.lookup.build_lookup import Lookup, build_lookup
 
 EFFECTS = {
     "backlash": {"clearance": 2e-6},

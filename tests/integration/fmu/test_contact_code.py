@@ -17,7 +17,7 @@ from reefmu.fmu.model.table_encoding import carried_lookup, lookup_head, read_ta
 from reefmu.fmu.model.variables import declare_exchange
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.stages import make_stages
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 
 needs_compiler = pytest.mark.skipif(
     not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH"

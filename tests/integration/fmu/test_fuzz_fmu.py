@@ -21,7 +21,7 @@ from reefmu.model.masses import DAMPINGS, INERTIAS, STEPS, Masses
 from reefmu.model.model_file import load_model
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.lookup.element_table import ElementTable
 from tests.fuzz.fuzz_fmu import complaint, examine, findings, make_bases
 

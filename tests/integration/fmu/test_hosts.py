@@ -24,7 +24,7 @@ from reefmu.fmu.validation.reference_run import make_trial, run_model
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import Masses
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 from tests.integration.fmu.conftest import EFFECTS
 from tests.integration.fmu.replay import build_replay, replay
 from tests.patience import HANG

@@ -19,7 +19,7 @@ from reefmu.fmu.validation.check import check_fmu
 from reefmu.joint.equations import JointModel, own_states
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import Masses
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 
 HAS_COMPILER = any(shutil.which(name) for name in ("cc", "gcc", "clang"))
 MASSES = Masses(1e-4, 1.0)

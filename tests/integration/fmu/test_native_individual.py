@@ -24,7 +24,7 @@ from reefmu.model.individual import individual_function
 from reefmu.model.masses import Masses
 from reefmu.model.model_file import save_model
 from stiffness_model.errors import InputError
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 
 pytestmark = pytest.mark.slow
 

@@ -16,7 +16,7 @@ from reefmu.fmu.model.table_encoding import TABLES, lookup_head, read_tables, ta
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import Masses
 from stiffness_model.errors import InputError
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.record import Record, make_record
 from reefmu.simulate import simulate_record
 from stiffness_model.errors import InputError
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 
 pytestmark = pytest.mark.slow
 

@@ -23,7 +23,7 @@ from reefmu.fmu.model.joint import joint_component
 from reefmu.fmu.model.sizes import experiment, full_twist, sized
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import TYPICAL_MASSES
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 from tests.integration.fmu.exchange import Exchange
 
 needs_compiler = pytest.mark.skipif(

@@ -17,7 +17,7 @@ from stiffness_model.drawing import sampling
 from stiffness_model.errors import InputError
 from stiffness_model.montecarlo import population
 from stiffness_model.montecarlo.population import memory_needed
-from stiffness_model.ratings.static_safety import check_strength
+from stiffness_model.ratings.static_safety import static_safety
 
 
 def test_ten_million_drives_under_a_limit_of_the_address_space_are_one_line(tmp_path: Path) -> None:
@@ -77,7 +77,7 @@ def test_nothing_is_drawn_before_the_refusal(monkeypatch: pytest.MonkeyPatch) ->
     drive = sm.load_drive("drive_1", bearing_capacity="40 kN")
     monkeypatch.setattr(memory, "available", lambda: 1e6)
     monkeypatch.setattr(sampling, "draw", lambda *_: pytest.fail("drawn"))
-    for ask in (lambda: sm.simulate(drive, [0.001], 20_000), lambda: check_strength(drive, [0.001], 10_000)):
+    for ask in (lambda: sm.simulate(drive, [0.001], 20_000), lambda: static_safety(drive, [0.001], 10_000)):
         with pytest.raises(InputError, match=r"fits the 0\.001 GB of memory that are free.*take fewer drives") as told:
             ask()
         assert "\n" not in str(told.value)

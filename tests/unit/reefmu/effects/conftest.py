@@ -11,7 +11,7 @@ import pytest
 import stiffness_model as sm
 from reefmu.effects import EFFECTS
 from reefmu.model.drive_model import DriveModel, build_model
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.numerics.arrays import Array
 
 Build = Callable[..., DriveModel]

@@ -16,7 +16,7 @@ from reefmu.simulate import inputs_at_twist, simulate_signal
 from stiffness_model.contact.element_contacts import build_contacts, usable
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
-from stiffness_model.lookup.build import Lookup, mean_torque
+from stiffness_model.lookup.build_lookup import Lookup, mean_torque
 from stiffness_model.lookup.modulus import with_modulus
 
 from .conftest import Build, Ride

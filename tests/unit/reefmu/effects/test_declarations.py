@@ -10,7 +10,7 @@ from reefmu.fmu.model.units import base_unit
 from reefmu.model.drive_model import build_model
 from reefmu.model.model_file import parse_parameter
 from stiffness_model.errors import InputError
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 
 CONTRACT = {
     "backlash",

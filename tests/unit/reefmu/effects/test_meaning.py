@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 import stiffness_model as sm
 from reefmu.simulate import Response, simulate_signal
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.numerics.arrays import Array
 
 from .conftest import Build, Ride

@@ -12,7 +12,7 @@ from reefmu.joint import JointModel, Masses, drive_system, joint_system, masses_
 from reefmu.joint.equations import JOINT_INPUTS, JOINT_OUTPUTS
 from reefmu.model.drive_model import DriveModel, build_model
 from stiffness_model.errors import InputError, UnknownNameError
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 
 LIGHT, HEAVY = Masses(1e-3, 2.0), Masses(3e-3, 5.0, 1e-3, 0.5)
 TIME = np.linspace(0.0, 0.02, 41)

@@ -15,7 +15,7 @@ from reefmu.joint import JointModel, Masses, drive_system, joint_system, lineari
 from reefmu.joint.equations import DRIVE_INPUTS
 from reefmu.model.drive_model import DriveModel, build_model
 from stiffness_model.errors import InputError, UnknownNameError
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0)
 ELASTIC = {

@@ -18,7 +18,7 @@ from reefmu.model.buffered import Buffered
 from reefmu.model.contact import element_function, with_contact_tables
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.tables import lookup_function
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.lookup.element_table import ElementTable
 from stiffness_model.numerics.bspline import Axis, evaluate
 

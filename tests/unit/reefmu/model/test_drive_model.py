@@ -12,7 +12,7 @@ import stiffness_model as sm
 from reefmu.effects import EFFECTS
 from reefmu.model.drive_model import INPUTS, OUTPUTS, DriveModel, build_model
 from reefmu.simulate import inputs_at_twist, simulate_signal
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 
 TAU = [s.name for s in OUTPUTS].index("output.tau")
 LOADED = {

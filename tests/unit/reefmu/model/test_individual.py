@@ -19,7 +19,7 @@ from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.individual import individual_function
 from reefmu.model.model_file import load_model, model_text, save_model
 from stiffness_model.errors import InputError, UnknownNameError
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.rotation import Individual, draw_individual, loaded_turn, turning_map
 from stiffness_model.units import ARCMIN
 

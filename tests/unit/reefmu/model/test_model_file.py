@@ -9,7 +9,7 @@ import pytest
 import stiffness_model as sm
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.model_file import is_model_file, load_model, model_text, save_model
-from stiffness_model.lookup.build import Lookup
+from stiffness_model.lookup.build_lookup import Lookup
 
 
 @pytest.fixture

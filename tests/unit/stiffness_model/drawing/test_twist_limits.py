@@ -16,12 +16,12 @@ from stiffness_model.drawing.twist_limits import MAX_OUTPUT_ANGLE, MAX_TWIST_FAC
 from stiffness_model.equilibrium import newton
 from stiffness_model.equilibrium.closed_form import Status
 from stiffness_model.errors import InputError, NotConvergedWarning
-from stiffness_model.lookup.build import mean_torque
+from stiffness_model.lookup.build_lookup import mean_torque
 from stiffness_model.plotting.layout import place
 from stiffness_model.plotting.loads import solve_loads
 from stiffness_model.ratings.bearing_life import bearing_life
 from stiffness_model.ratings.efficiency import friction_losses
-from stiffness_model.ratings.static_safety import check_strength
+from stiffness_model.ratings.static_safety import static_safety
 from stiffness_model.rotation import draw_individual, turning_map
 from stiffness_model.units import ARCMIN
 
@@ -30,7 +30,7 @@ Ask = Callable[[sm.Drive, np.ndarray], object]
 ASKED: dict[str, Ask] = {
     "simulate": lambda drive, twist: sm.simulate(drive, twist, 2),
     "pressure": lambda drive, twist: sm.contact_pressures(drive, twist, 2),
-    "strength": lambda drive, twist: check_strength(drive, twist, 2),
+    "strength": lambda drive, twist: static_safety(drive, twist, 2),
     "life": lambda drive, twist: bearing_life(drive, twist, 2),
     "friction": lambda drive, twist: friction_losses(drive, twist, 2, coefficient=0.05),
     "lookup": mean_torque,

@@ -12,7 +12,7 @@ from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
-from stiffness_model.lookup.element_table import EDGE, ElementTable, build_element_table
+from stiffness_model.lookup.element_table import FADE_HALF_WIDTH, ElementTable, build_element_table
 
 
 @pytest.fixture(scope="module")
@@ -48,9 +48,9 @@ def test_elements_all_round_make_the_drive(fields: dict) -> None:
 
 
 def test_no_torque_where_the_profile_is_cut_away(drive: sm.Drive, table: ElementTable) -> None:
-    beyond = np.array([drive.usable_limit + EDGE, 2.0, 3.0, np.pi, 4.0, -2.0])
+    beyond = np.array([drive.usable_limit + FADE_HALF_WIDTH, 2.0, 3.0, np.pi, 4.0, -2.0])
     assert (table.torque(drive.max_twist, 0.0, beyond) == 0).all()
-    inside = drive.usable_limit - EDGE
+    inside = drive.usable_limit - FADE_HALF_WIDTH
     assert table.torque(drive.max_twist, 0.0, inside) > 20
 
 
@@ -77,7 +77,7 @@ def test_file_gives_it_back(table: ElementTable, tmp_path: Path) -> None:
     table.save(tmp_path / "table.npz")
     again = ElementTable.load(tmp_path / "table.npz")
     assert np.array_equal(again.coefficients, table.coefficients)
-    assert again.head() == table.head()
+    assert again.header() == table.header()
     (tmp_path / "table.npz").write_bytes(b"no table")
     with pytest.raises(sm.InputError, match="expected a saved element table"):
         ElementTable.load(tmp_path / "table.npz")

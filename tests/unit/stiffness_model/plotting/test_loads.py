@@ -10,7 +10,7 @@ import pytest
 import stiffness_model as sm
 from reefmu.cli import main
 from stiffness_model.plotting.loads import Loads, solve_loads
-from stiffness_model.rotation import draw_individual, standing, turning_map
+from stiffness_model.rotation import draw_individual, elements_at, turning_map
 
 FIELDS = {
     "drive_1": {},
@@ -21,7 +21,7 @@ FIELDS = {
 
 def at_angle(drive: sm.Drive, seed: int, twist: float, angle: float) -> Loads:
     one = draw_individual(drive, seed)
-    deviations, weight = standing(one, angle / drive.ratio)
+    deviations, weight = elements_at(one, angle / drive.ratio)
     return solve_loads(drive, deviations, twist, angle, one.start, weight)
 
 
@@ -51,10 +51,10 @@ def test_lobes_follow_the_elements_as_they_turn() -> None:
     """In a turn of the crank every element comes to its next lobe, and the picture to the same places."""
     drive = sm.load_drive("drive_1")
     one = draw_individual(drive, 5)
-    (now, _), (then, _) = (standing(one, turn * 2 * np.pi / drive.ratio) for turn in (0.0, 1.0))
+    (now, _), (then, _) = (elements_at(one, turn * 2 * np.pi / drive.ratio) for turn in (0.0, 1.0))
     assert (now.element == then.element).all()
     assert (now.gear != then.gear).any()
-    whole, _ = standing(one, 2 * np.pi)
+    whole, _ = elements_at(one, 2 * np.pi)
     np.testing.assert_allclose(whole.gear, now.gear)
 
 

@@ -9,7 +9,7 @@ from scipy import optimize
 import stiffness_model as sm
 from stiffness_model import ARCMIN
 from stiffness_model.montecarlo.solved_blocks import SolvedBlock, solved_blocks
-from stiffness_model.ratings.efficiency import friction_losses, least_sliding, sliding
+from stiffness_model.ratings.efficiency import friction_losses, min_sliding_power, sliding_velocities
 
 MU = 0.04
 EXACT = {f"{part}_{kind}": "0 um" for part in ("element", "crank", "cage", "gear") for kind in ("tolerance", "offset")}
@@ -22,14 +22,14 @@ def block_of(drive: sm.Drive, twist: float, n_drives: int = 1) -> SolvedBlock:
 @pytest.mark.parametrize("lobes", [30, 28])
 @pytest.mark.parametrize("changes", [{}, {"bearing_stiffness": "250 N/um"}])
 def test_input_is_output_and_losses(lobes: int, changes: dict[str, str]) -> None:
-    """Statics with friction, nothing of `least_sliding` in it: frictional forces that balance elements' and rings'
+    """Statics with friction, nothing of `min_sliding_power` in it: frictional forces that balance elements' and rings'
     moments and hold most (the dual programme), normal forces that balance the elements with them, and what torque
     then turns the crank. Input power must be output power and losses.
     """
     drive = sm.load_drive("drive_1", lobes=lobes, **EXACT, **changes)
     block = block_of(drive, 0.05 * ARCMIN)
     c, r = block.contacts, block.result
-    slip, by_turn, by_ring = sliding(drive, block)
+    slip, by_turn, by_ring = sliding_velocities(drive, block)
     force = np.stack([r.gear, r.crank, r.cage_plus, r.cage_minus])[:, 0]
     n = len(c)
     # Frictional forces p at the contacts, |p| <= mu N, with the most power sum p.slip under both balances.
@@ -41,7 +41,7 @@ def test_input_is_output_and_losses(lobes: int, changes: dict[str, str]) -> None
     bounds = [(-MU * f, MU * f) for f in force.ravel()]
     dual = optimize.linprog(-slip[:, 0].ravel(), A_eq=balance, b_eq=np.zeros(n + 3), bounds=bounds, method="highs")
     assert dual.success
-    lost = MU * float(least_sliding(drive, block)[0].sum())
+    lost = MU * float(min_sliding_power(drive, block)[0].sum())
     assert lost > 0
     assert -dual.fun == pytest.approx(lost, rel=1e-6)
 
@@ -71,11 +71,11 @@ def test_losses_lie_between_nothing_and_all_that_slides(name: str) -> None:
     block = block_of(drive, drive.max_twist, 4)
     r = block.result
     force = np.stack([r.gear, r.crank, r.cage_plus, r.cage_minus])
-    least, ring = least_sliding(drive, block)
-    still = (force * np.abs(sliding(drive, block)[0])).sum(axis=0)
+    least, ring = min_sliding_power(drive, block)
+    still = (force * np.abs(sliding_velocities(drive, block)[0])).sum(axis=0)
     assert 0 < least.sum() < 0.6 * still.sum()
     for other in (-0.05, 0.05):  # any other turn of the rings loses more
-        slip, by_turn, by_ring = sliding(drive, block)
+        slip, by_turn, by_ring = sliding_velocities(drive, block)
         slip = slip.copy()
         slip[1] += by_ring * (ring + other)
         radius = block.contacts.element_radius

@@ -14,8 +14,8 @@ from stiffness_model import ARCMIN
 from stiffness_model.elasticity import hertz
 from stiffness_model.montecarlo.solved_blocks import solved_blocks
 from stiffness_model.ratings.bearing_life import bearing_forces, bearing_life
-from stiffness_model.ratings.static_safety import check_strength, pressure_limits
-from stiffness_model.ratings.turn_pressure import turn_pressures
+from stiffness_model.ratings.peak_pressure import peak_pressures
+from stiffness_model.ratings.static_safety import pressure_limits, static_safety
 
 TWIST = np.array([0.0, 2.0, 4.0, 6.0, 8.0]) * ARCMIN
 
@@ -32,24 +32,24 @@ def test_limits_of_iso_76_and_of_the_drawing() -> None:
 
 def test_safety_over_torque() -> None:
     drive = sm.load_drive("drive_1")
-    strength = check_strength(drive, TWIST, 24)
-    pressures = turn_pressures(drive, TWIST, 24)
+    strength = static_safety(drive, TWIST, 24)
+    pressures = peak_pressures(drive, TWIST, 24)
     np.testing.assert_allclose(strength.safety[:, 1:, :2], 4200e6 / pressures.pressure[:, 1:, :2])
     np.testing.assert_allclose(strength.load_safety[:, 1:], strength.safety[:, 1:] ** 3)
-    assert (np.diff(strength.least()[1:]) < 0).all()
+    assert (np.diff(strength.min_safety()[1:]) < 0).all()
     # Nine drives of ten have at least the safety that is told, at whichever contact is their worst.
     of_drives = strength.safety.min(axis=2)
-    assert 2 <= (of_drives < strength.least()).sum(axis=0)[1:].max() <= 3
-    assert (strength.least()[1:] < of_drives.mean(axis=0)[1:]).all()
-    assert {x.contact for x in strength.governing()} <= {"gear", "crank", "cage", ""}
+    assert 2 <= (of_drives < strength.min_safety()).sum(axis=0)[1:].max() <= 3
+    assert (strength.min_safety()[1:] < of_drives.mean(axis=0)[1:]).all()
+    assert {x.contact for x in strength.governing_contacts()} <= {"gear", "crank", "cage", ""}
     # The crank has no hollow to hold the ball: it governs, and 4200 MPa are reached within the paper's range.
-    assert str(strength.governing()[-1]) == "crank"
+    assert str(strength.governing_contacts()[-1]) == "crank"
     torque = sm.simulate(drive, TWIST, 24).torque.mean(axis=0)
-    permissible = strength.permissible(torque)
+    permissible = strength.permissible_torque(torque)
     assert permissible.status == "reached"
     assert torque[3] < permissible.torque < torque[4]
     at = np.interp(permissible.torque, torque, TWIST)
-    assert check_strength(drive, [at], 24).least()[0] == pytest.approx(1, abs=0.01)
+    assert static_safety(drive, [at], 24).min_safety()[0] == pytest.approx(1, abs=0.01)
 
 
 @pytest.mark.parametrize(
@@ -63,8 +63,8 @@ def test_torque_at_the_limit_is_that_of_the_most_loaded_ball(
     drive = sm.load_drive(name)
     twist = np.linspace(0.1, 1.0, 19) * drive.max_twist
     torque = sm.simulate(drive, twist, 200).torque.mean(axis=0)
-    strength = check_strength(drive, twist, 100)
-    assert tenth[0] < strength.permissible(torque).torque < tenth[1]
+    strength = static_safety(drive, twist, 100)
+    assert tenth[0] < strength.permissible_torque(torque).torque < tenth[1]
     each = [np.interp(4200e6, pressure, torque) for pressure in strength.pressure[..., 1]]
     assert middle[0] < np.median(each) < middle[1]
 
@@ -72,17 +72,17 @@ def test_torque_at_the_limit_is_that_of_the_most_loaded_ball(
 def test_never_and_already_are_told_apart() -> None:
     drive = sm.load_drive("drive_1")
     torque = sm.simulate(drive, TWIST, 24).torque.mean(axis=0)
-    strength = check_strength(drive, TWIST, 24)
+    strength = static_safety(drive, TWIST, 24)
     low, high = (
         dataclasses.replace(strength, twist=TWIST[part], pressure=strength.pressure[:, part])
         for part in (slice(1, 3), slice(4, 5))
     )
-    never, already = low.permissible(torque[1:3]), high.permissible(torque[4:])
+    never, already = low.permissible_torque(torque[1:3]), high.permissible_torque(torque[4:])
     assert (never.status, never.torque) == ("not reached", torque[2])
     assert str(never) == f"stays above 1 up to {torque[2]:.0f} N.m"
     assert (already.status, already.torque) == ("exceeded", torque[4])
     assert "is 1 or below already at" in str(already)
-    unlimited = dataclasses.replace(strength, limit=np.full(3, np.nan)).permissible(torque)
+    unlimited = dataclasses.replace(strength, limit=np.full(3, np.nan)).permissible_torque(torque)
     assert unlimited.status == "no limit"
     assert math.isnan(unlimited.torque)
 
@@ -91,7 +91,7 @@ def test_load_safety_is_in_terms_of_the_load() -> None:
     """One ball: the force at which its pressure reaches the limit is the force times the load safety."""
     drive = sm.load_drive("drive_1", elements=1, eccentrics=1)
     standing = sm.contact_pressures(drive, TWIST[[4]], 30).pressure
-    strength = dataclasses.replace(check_strength(drive, TWIST[[4]], 30), pressure=standing)
+    strength = dataclasses.replace(static_safety(drive, TWIST[[4]], 30), pressure=standing)
     force = sm.simulate(drive, TWIST[[4]], 30).contact_force[:, 0, 1]
     loaded = force > 0
     expected = force[loaded] * strength.load_safety[loaded, 0, 1]
@@ -102,7 +102,7 @@ def test_load_safety_is_in_terms_of_the_load() -> None:
 def test_a_load_grown_by_its_safety_reaches_the_limit(element: str) -> None:
     """s0 = C0/P0: the force times the load safety presses with ISO 76's limit, by Hertz (point and line contact)."""
     drive = sm.load_drive("drive_1", element=element, element_length="12 mm")
-    strength = check_strength(drive, TWIST[[2, 4]], 4)
+    strength = static_safety(drive, TWIST[[2, 4]], 4)
     compliance, radius = 2 * 4.375e-12, 7e-3
     for pressure, safety in zip(strength.pressure[:, :, 1].ravel(), strength.load_safety[:, :, 1].ravel(), strict=True):
         if element == "ball":  # p0 goes with the cube root of the force
@@ -115,21 +115,21 @@ def test_a_load_grown_by_its_safety_reaches_the_limit(element: str) -> None:
 
 
 def test_without_a_limit_there_is_no_safety() -> None:
-    strength = check_strength(sm.load_drive("drive_3"), [20 * ARCMIN], 8)
+    strength = static_safety(sm.load_drive("drive_3"), [20 * ARCMIN], 8)
     assert np.isnan(strength.safety[..., [0, 2]]).all()
-    governing = strength.governing()[0]
+    governing = strength.governing_contacts()[0]
     assert governing.contact == "crank"  # the only one known
     # The printed gear under some hundred MPa does not vanish behind it.
-    high = strength.high_pressure()[0]
+    high = strength.pressure_p90()[0]
     assert governing.no_limit == {"gear": high[0], "cage": high[2]}
     assert high[0] > 200e6
     assert str(governing) == f"crank; no limit known: gear at {high[0] / 1e6:.0f} MPa, cage at {high[2] / 1e6:.0f} MPa"
     unknown = sm.Material("POM", 2.8e9, 0.35, 1410.0)
     all_plastic = sm.load_drive("drive_3", crank_material=unknown)
-    nothing = check_strength(all_plastic, [20 * ARCMIN], 8)
-    assert np.isnan(nothing.least()).all()
-    assert nothing.governing()[0].contact == ""
-    assert list(nothing.governing()[0].no_limit) == ["gear", "crank", "cage"]
+    nothing = static_safety(all_plastic, [20 * ARCMIN], 8)
+    assert np.isnan(nothing.min_safety()).all()
+    assert nothing.governing_contacts()[0].contact == ""
+    assert list(nothing.governing_contacts()[0].no_limit) == ["gear", "crank", "cage"]
 
 
 def test_a_material_s_allowable_pressure_is_a_limit_where_both_are_known() -> None:
@@ -172,11 +172,11 @@ def test_life_of_iso_281() -> None:
         for kind in ("ball", "roller")
     )
     life = bearing_life(ball, TWIST[1:], 24)
-    assert life.revolutions * life.relative_turns == pytest.approx(1e6 * (40e3 / life.load) ** 3)
-    assert life.hours == pytest.approx(life.together / (1500 * 60))
-    assert life.together == pytest.approx(life.revolutions * 3**-0.9)
+    assert life.revolutions * life.relative_revolutions == pytest.approx(1e6 * (40e3 / life.load) ** 3)
+    assert life.hours == pytest.approx(life.system_revolutions / (1500 * 60))
+    assert life.system_revolutions == pytest.approx(life.revolutions * 3**-0.9)
     rolling = bearing_life(roller, TWIST[1:], 24)
-    assert rolling.revolutions * rolling.relative_turns == pytest.approx(1e6 * (40e3 / rolling.load) ** (10 / 3))
+    assert rolling.revolutions * rolling.relative_revolutions == pytest.approx(1e6 * (40e3 / rolling.load) ** (10 / 3))
     # The mean of order 3 is above the plain mean, and half the load lives eight times as long.
     force = bearing_forces(ball, TWIST[1:], 24)[0]
     assert (life.load > force.mean(axis=(0, 1))).all()
@@ -194,12 +194,12 @@ def test_damage_adds_up_and_bearings_survive_together(kind: str, order: float, w
     drive = sm.load_drive("drive_2", bearing_capacity="40 kN", bearing_type=kind)
     life, force = bearing_life(drive, TWIST[1:], 24), bearing_forces(drive, TWIST[1:], 24)[0]
     spent = ((force / 40e3) ** order).mean(axis=(0, 1))
-    assert life.revolutions * life.relative_turns == pytest.approx(1e6 / spent, rel=1e-3)
+    assert life.revolutions * life.relative_revolutions == pytest.approx(1e6 / spent, rel=1e-3)
     # The orders about it would be far off: in drive 2 the forces scatter.
     others = [(force**p).mean(axis=(0, 1)) ** (1 / p) for p in (1, 2, order + 1)]
     assert (np.abs(np.array(others) / life.load - 1)[:, 0] > 1e-3).all()
     assert life.load == pytest.approx((force**order).mean(axis=(0, 1)) ** (1 / order), rel=2e-4)
-    survival = np.exp(np.log(0.9) * (life.together / life.revolutions) ** weibull)
+    survival = np.exp(np.log(0.9) * (life.system_revolutions / life.revolutions) ** weibull)
     assert survival**drive.eccentrics == pytest.approx(0.9, rel=1e-12)
 
 
@@ -261,9 +261,9 @@ def test_a_life_counts_the_turns_of_the_rings_against_each_other(lobes: int, rel
         assert found.success
         turns.append(1 - found.x[n])  # the inner ring turns with the crank
     life = bearing_life(drive, [twist], 1)
-    assert life.relative_turns[0] == pytest.approx(np.mean(turns), abs=2e-3)
-    assert life.relative_turns[0] == pytest.approx(relative, abs=5e-3)
+    assert life.relative_revolutions[0] == pytest.approx(np.mean(turns), abs=2e-3)
+    assert life.relative_revolutions[0] == pytest.approx(relative, abs=5e-3)
     # In turns of the crank, and in hours, the life is shorter by it than in ISO 281's revolutions.
     of_rings = 1e6 * (40e3 / life.load[0]) ** 3
-    assert life.revolutions[0] == pytest.approx(of_rings / life.relative_turns[0])
-    assert life.hours[0] == pytest.approx(of_rings * 3**-0.9 / life.relative_turns[0] / (1500 * 60))
+    assert life.revolutions[0] == pytest.approx(of_rings / life.relative_revolutions[0])
+    assert life.hours[0] == pytest.approx(of_rings * 3**-0.9 / life.relative_revolutions[0] / (1500 * 60))

@@ -11,16 +11,16 @@ import stiffness_model as sm
 from stiffness_model.errors import InputError
 from stiffness_model.plotting.curves import save
 from stiffness_model.rotation import (
+    angles_over_turn,
     draw_individual,
     loaded_turn,
     mean_individual,
     no_load,
-    plots,
+    ripple_plots,
     spectrum,
-    turn,
     turning_map,
 )
-from stiffness_model.rotation.fan import fan
+from stiffness_model.rotation.twist_scatter import twist_scatter
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def test_the_twist_under_a_torque_carries_it(name: str) -> None:
 def test_play_is_what_the_clearance_leaves(small: sm.Drive) -> None:
     """Without deviations the middle of the play is zero, and 10 um more at every lobe open it by what the crank must
     turn to close them: the clearance over the lever at the steepest part of the profile."""
-    angle = turn(small, per_pass=4)[:40]
+    angle = angles_over_turn(small, per_pass=4)[:40]
     tight = mean_individual(small)
     loose = replace(tight, lobe=tight.lobe + 1e-5)
     for one in (tight, loose):
@@ -73,11 +73,11 @@ def test_play_is_what_the_clearance_leaves(small: sm.Drive) -> None:
 
 def test_without_load_the_output_drags_a_thousandth_of_full_torque(small: sm.Drive) -> None:
     """What "no load" is: a drag against the output's way, so that the twist is the one that carries the drag."""
-    one, angle = draw_individual(small, 3), turn(small, per_pass=1)[:90]
+    one, angle = draw_individual(small, 3), angles_over_turn(small, per_pass=1)[:90]
     free = no_load(one, angle)
-    full = turning_map(one, [small.max_twist], turn(small, per_pass=1)).torque.mean()
-    assert free.drag == pytest.approx(1e-3 * full, rel=0.02)
-    for error, torque in ((free.forward, free.drag), (free.backward, -free.drag)):
+    full = turning_map(one, [small.max_twist], angles_over_turn(small, per_pass=1)).torque.mean()
+    assert free.drag_torque == pytest.approx(1e-3 * full, rel=0.02)
+    for error, torque in ((free.forward, free.drag_torque), (free.backward, -free.drag_torque)):
         assert error == pytest.approx(loaded_turn(one, torque, angle).transmission_error, abs=1e-9)
 
 
@@ -102,7 +102,7 @@ def test_every_kind_of_deviation_has_its_orders(small: sm.Drive) -> None:
     """Equal lobes leave the multiples of z, equal elements those of an eccentric's elements, no deviation only the
     passing of the elements; what needs both to differ is the rest."""
     drawn, calm = draw_individual(small, 6), mean_individual(small, 0.3)
-    angle = turn(small, per_pass=4)
+    angle = angles_over_turn(small, per_pass=4)
     kinds = {
         "passing": calm,
         "elements": replace(drawn, lobe=calm.lobe),
@@ -128,7 +128,7 @@ def test_every_kind_of_deviation_has_its_orders(small: sm.Drive) -> None:
 def test_a_crank_radius_per_eccentric_repeats_with_every_row_passing(small: sm.Drive) -> None:
     drive = sm.load_drive("drive_1", crank_deviation="eccentric")
     calm, drawn = mean_individual(drive), draw_individual(drive, 1)
-    passing = turn(drive, per_pass=4)[:12]
+    passing = angles_over_turn(drive, per_pass=4)[:12]
     one = replace(calm, crank=drawn.crank)
     torque = turning_map(one, [drive.max_twist], np.concatenate([passing, passing + passing[-1] + passing[1]])).torque
     rows = torque.reshape(2, 12)
@@ -138,25 +138,25 @@ def test_a_crank_radius_per_eccentric_repeats_with_every_row_passing(small: sm.D
 
 @pytest.mark.slow
 def test_the_fan_is_centred_on_the_mean_drive(small: sm.Drive) -> None:
-    found = fan(small, range(12))
-    assert found.middle.shape == (12, len(found.torque))
-    assert (found.low <= found.middle).all()
-    assert (found.middle <= found.high).all()
-    error = found.middle.std(axis=0) / np.sqrt(12)
+    found = twist_scatter(small, range(12))
+    assert found.mean.shape == (12, len(found.torque))
+    assert (found.low <= found.mean).all()
+    assert (found.mean <= found.high).all()
+    error = found.mean.std(axis=0) / np.sqrt(12)
     loaded = np.abs(found.torque) > 0.2 * found.torque.max()
-    assert (np.abs(found.middle.mean(axis=0))[loaded] < 4 * error[loaded]).all()
+    assert (np.abs(found.mean.mean(axis=0))[loaded] < 4 * error[loaded]).all()
 
 
 @pytest.mark.slow
 def test_pictures(small: sm.Drive, tmp_path: object) -> None:
-    one, angle = draw_individual(small, 1), turn(small, per_pass=2)
+    one, angle = draw_individual(small, 1), angles_over_turn(small, per_pass=2)
     full = float(turning_map(one, [small.max_twist], angle[:20]).torque.mean())
     loaded, free = loaded_turn(one, full, angle), no_load(one, angle)
     drawn = {
-        "map": plots.ripple_map(turning_map(one, np.linspace(-1, 1, 9) * small.max_twist, angle[:40])),
-        "error": plots.errors_over_turn(free, [loaded]),
-        "orders": plots.order_spectrum(spectrum(small, loaded.transmission_error)),
-        "fan": plots.fan_of_individuals(fan(small, range(2))),
+        "map": ripple_plots.ripple_map(turning_map(one, np.linspace(-1, 1, 9) * small.max_twist, angle[:40])),
+        "error": ripple_plots.transmission_error_over_turn(free, [loaded]),
+        "orders": ripple_plots.order_spectrum(spectrum(small, loaded.transmission_error)),
+        "fan": ripple_plots.twists_of_individuals(twist_scatter(small, range(2))),
     }
     assert drawn["error"].get_xlim() == (0, 9)
     assert drawn["map"].get_ylabel() == "twist at the output [arcmin]"

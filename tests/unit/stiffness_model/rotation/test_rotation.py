@@ -13,10 +13,10 @@ from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.equilibrium.reference import equilibrium_of
 from stiffness_model.errors import InputError
-from stiffness_model.lookup.build import mean_torque
-from stiffness_model.lookup.element_table import EDGE
-from stiffness_model.rotation import Individual, draw_individual, mean_individual, turn, turning_map
-from stiffness_model.rotation.placed import Parts
+from stiffness_model.lookup.build_lookup import mean_torque
+from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
+from stiffness_model.rotation import Individual, angles_over_turn, draw_individual, mean_individual, turning_map
+from stiffness_model.rotation.individual_contacts import IndividualContacts
 
 SIZES = ("element", "crank", "cage")
 DRAWINGS = [
@@ -108,7 +108,7 @@ def test_places_and_torque_from_the_drawing_board(name: str, fields: dict[str, o
             crest = round(in_pitches)
             elements.append((2 * np.pi * (in_pitches - crest), k, row, crest % drive.lobes))
         beta = np.array([e[0] for e in elements])
-        if (np.abs(np.abs(beta) - drive.usable_limit) < 1.1 * EDGE).any() and drive.usable_limit < np.pi:
+        if (np.abs(np.abs(beta) - drive.usable_limit) < 1.1 * FADE_HALF_WIDTH).any() and drive.usable_limit < np.pi:
             continue
         keep = [e for e in elements if abs(e[0]) < drive.usable_limit]
         place, k, row, lobe = (np.array(column) for column in zip(*keep, strict=True))
@@ -151,7 +151,7 @@ def test_a_drive_without_deviations_has_the_nominal_mean() -> None:
     one = mean_individual(drive)
     sizes = [np.full(count, getattr(one, part)[0]) for part in SIZES] + [np.full(count, one.lobe[0, 0])]
     along = solve(build_contacts(drive, Deviations(beta, *sizes)), twist * drive.ratio).output_torque.mean(axis=1)
-    passing = turning_map(one, twist, turn(drive, per_pass=64)[:64]).torque
+    passing = turning_map(one, twist, angles_over_turn(drive, per_pass=64)[:64]).torque
     assert passing.mean(axis=0) == pytest.approx(along * drive.elements * limit / np.pi, rel=1e-4)
 
 
@@ -174,7 +174,7 @@ def test_energy_that_is_missing_leaves_at_the_cut() -> None:
     drive = sm.load_drive("drive_1")
     twist = np.array([0.25, 0.5, 1.0]) * drive.max_twist
     one = mean_individual(drive)
-    found = turning_map(one, twist, turn(drive, per_pass=32)[:32])
+    found = turning_map(one, twist, angles_over_turn(drive, per_pass=32)[:32])
     missing = 2 * np.pi * (found.torque - drive.ratio * found.crank_torque).mean(axis=0)
     edge = np.array([1.0, -1.0]) * drive.usable_limit
     sizes = [np.full(2, getattr(one, part)[0]) for part in SIZES] + [np.full(2, one.lobe[0, 0])]
@@ -217,13 +217,13 @@ def test_the_gears_stiffness_along_the_profile_is_the_contacts_own() -> None:
     for name in ("drive_1", "drive_3"):
         drive = sm.load_drive(name)
         one = draw_individual(drive, 2)
-        parts = Parts(one)
+        parts = IndividualContacts(one)
         rng = np.random.default_rng(0)
         beta = rng.uniform(-1, 1, 500) * parts.window.reach
         k, row, lobe = rng.integers(drive.elements, size=500), rng.integers(3, size=500), rng.integers(30, size=500)
         q = one.lobe[row, lobe] + 2e-6
         exact = build_contacts(drive, Deviations(beta, one.element[k], one.crank[k], one.cage[k], q)).stiffness_gear
-        assert parts.gear.stiffness(beta, q) == pytest.approx(exact, rel=3e-5)
+        assert parts.gear_table.stiffness(beta, q) == pytest.approx(exact, rel=3e-5)
 
 
 def test_a_seed_is_a_drive() -> None:

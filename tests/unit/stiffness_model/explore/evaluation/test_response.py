@@ -13,8 +13,8 @@ from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.drawing import sampling
 from stiffness_model.explore.evaluation.response import PRESSURE_DRIVES, simulate_design
 from stiffness_model.explore.evaluation.sweep import draw_elements, sweep
+from stiffness_model.ratings.peak_pressure import peak_pressures
 from stiffness_model.ratings.pressure import wall_forces
-from stiffness_model.ratings.turn_pressure import turn_pressures
 
 TORQUE, DRIVES, TWISTS = 200.0, 40, 21
 
@@ -114,7 +114,7 @@ def test_pressure_is_that_of_the_full_computation(element: str) -> None:
     found = simulate_design(drive, drive.usable_limit, TORQUE, DRIVES, TWISTS, 0)
     assert found is not None
     twist = float(found.curve.twist_at(TORQUE))
-    exact = turn_pressures(drive, np.linspace(0.5, 1.0, 10) * twist, PRESSURE_DRIVES)
+    exact = peak_pressures(drive, np.linspace(0.5, 1.0, 10) * twist, PRESSURE_DRIVES)
     assert found.pressure == pytest.approx(np.percentile(exact.pressure[:, -1, :2].max(axis=1), 90), rel=2e-3)
     # The most loaded contact over a turn, in nine drives of ten: more than the drives show where they happen to stand.
     standing = sm.contact_pressures(drive, [twist], PRESSURE_DRIVES).pressure[:, 0, :2].max(axis=1)

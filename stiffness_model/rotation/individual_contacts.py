@@ -16,15 +16,15 @@ from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations
 from ..numerics.arrays import Array
 from ..numerics.bspline import Axis, fit, locate, weights
-from .individual import Individual, Places, Window
+from .individual import ElementPositions, Individual, Window
 
-CELLS = 96
+N_CELLS = 96
 """Cells of the table along half the profile. The stiffness is right to 2e-5, the torque to 3e-6: the deviation of the
 ball's own radius is left out of the gear's curvature sum (a test holds both)."""
 
 
 @dataclass(frozen=True)
-class GearGive:
+class GearComplianceTable:
     """K1^(-1/p) of the gear's contact, m/N^(1/p), over |beta|, rad, and the equidistant's distance q, m.
 
     values: (axis.cells + 1, 3) at the axis' nodes: value at q = middle, slope and half the curvature along q. Between
@@ -49,11 +49,11 @@ class GearGive:
         return np.asarray(value + off * (slope + off * bend)) ** -self.exponent
 
 
-def gear_give(drive: Drive, reach: float) -> GearGive:
+def gear_compliance_table(drive: Drive, reach: float) -> GearComplianceTable:
     """The table of a drawing, from the profile's crest to |beta| = reach, rad."""
-    step = reach / CELLS
+    step = reach / N_CELLS
     # Two cells beyond both ends, for natural ends are poorer; all is even about the crest.
-    axis = Axis(-2 * step, step, CELLS + 4)
+    axis = Axis(-2 * step, step, N_CELLS + 4)
     tolerance = drive.tolerances["gear"]
     middle = drive.element_radius + tolerance.offset
     span = max(4 * tolerance.sigma, 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist)
@@ -70,11 +70,11 @@ def gear_give(drive: Drive, reach: float) -> GearGive:
         gives.append(contacts.stiffness_gear ** (-1 / exponent))
     low, at, high = gives
     values = np.stack([at, (high - low) / (2 * span), (high - 2 * at + low) / (2 * span**2)], axis=1)
-    return GearGive(axis, middle, exponent, values)
+    return GearComplianceTable(axis, middle, exponent, values)
 
 
 @dataclass(frozen=True)
-class Parts:
+class IndividualContacts:
     """An individual's parts with all that does not change as they turn."""
 
     individual: Individual
@@ -82,10 +82,10 @@ class Parts:
     @cached_property
     def window(self) -> Window:
         """The drawing's window."""
-        return Window.of(self.individual.drive)
+        return Window.of_drive(self.individual.drive)
 
     @cached_property
-    def own(self) -> Contacts:
+    def own_contacts(self) -> Contacts:
         """The contacts of every element, (n,), as far as they are its own: crank and bore."""
         one = self.individual
         zero = np.zeros(one.drive.elements)
@@ -94,13 +94,13 @@ class Parts:
         )
 
     @cached_property
-    def gear(self) -> GearGive:
+    def gear_table(self) -> GearComplianceTable:
         """The gear's table."""
-        return gear_give(self.individual.drive, self.window.reach)
+        return gear_compliance_table(self.individual.drive, self.window.reach)
 
-    def contacts(self, at: Places, clearance: float = 0.0) -> Contacts:
+    def contacts(self, at: ElementPositions, clearance: float = 0.0) -> Contacts:
         """The contacts at some places, flattened, angle after angle; clearance: m, added to the gear's clearance."""
-        one, own, number = self.individual, self.own, at.element.ravel()
+        one, own, number = self.individual, self.own_contacts, at.element.ravel()
         beta, q = at.beta.ravel(), one.lobe[at.row, at.lobe].ravel() + clearance
         path = one.drive.path
         normal_r, normal_t = path.normal(beta, one.drive.orientation)
@@ -113,5 +113,5 @@ class Parts:
             normal_r=normal_r,
             normal_t=normal_t,
             gear_gap=q - one.element[number],
-            stiffness_gear=self.gear.stiffness(beta, q) if ball else placed.stiffness_gear,
+            stiffness_gear=self.gear_table.stiffness(beta, q) if ball else placed.stiffness_gear,
         )

@@ -28,15 +28,24 @@ from ..numerics.arrays import Array
 from ..numerics.bspline import Axis, evaluate, fit
 from .table import QUANTITIES, Lookup, describe
 
-__all__ = ["ERROR_BOUND", "N_DRIVES", "N_SPREAD", "QUANTITIES", "Lookup", "build_lookup", "describe", "mean_torque"]
+__all__ = [
+    "ERROR_BOUND",
+    "N_DRIVES",
+    "N_QUADRATURE_ELEMENTS",
+    "QUANTITIES",
+    "Lookup",
+    "build_lookup",
+    "describe",
+    "mean_torque",
+]
 
 ERROR_BOUND = 1e-4
 """The error of the mean torque that `build_lookup` aims at, as a share of the full torque."""
 N_DRIVES = 250
 """Virtual drives behind band, force and load share."""
-N_SPREAD = 2**13
+N_QUADRATURE_ELEMENTS = 2**13
 """Evenly spread elements behind the mean torque."""
-N_SPREAD_DRIVES = 256
+N_QUADRATURE_DRIVES = 256
 """Evenly spread drives behind it where their elements feel each other."""
 
 
@@ -62,7 +71,10 @@ def build_lookup(drive: DriveLike, n_drives: int = N_DRIVES, seed: int = 0, exec
     twist_step = float(np.clip(1.05 * scatter / per_twist, drive.max_twist / 60, drive.max_twist / 26))
     refinements = (1.0, 1.5, 2.25)
     for finer in refinements:
-        axes = (_symmetric(2 * drive.max_twist, twist_step / finer), _symmetric(widest, clearance_step / finer))
+        axes = (
+            _symmetric_axis(2 * drive.max_twist, twist_step / finer),
+            _symmetric_axis(widest, clearance_step / finer),
+        )
         lookup = _build_on(drive, axes, n_drives, seed, executor)
         if lookup.error["torque_mean"] <= 0.8 * ERROR_BOUND or finer == refinements[-1]:
             return lookup
@@ -74,13 +86,13 @@ def _build_on(drive: Drive, axes: tuple[Axis, Axis], n_drives: int, seed: int, e
     solved = _solve(drive, axes[0].nodes, axes[1].nodes, n_drives, seed, executor)
     tables = np.stack([table for table, _ in solved], -1)
     coefficients = fit(axes[1], fit(axes[0], tables, 1), 2)
-    coefficients[:3] = _rising(coefficients[:3])
+    coefficients[:3] = _monotone(coefficients[:3])
     full_torque = float(evaluate(axes, coefficients[0], drive.max_twist, 0.0))
     error = _measured_error(drive, axes, coefficients, n_drives, seed, executor)
     return Lookup(axes[0], axes[1], coefficients, full_torque, error, drive_to_dict(drive), n_drives, seed, _version())
 
 
-def _symmetric(reach: float, step: float) -> Axis:
+def _symmetric_axis(reach: float, step: float) -> Axis:
     cells = 2 * int(np.ceil(reach / step))
     return Axis(-reach, 2 * reach / cells, cells)
 
@@ -101,7 +113,7 @@ def _tables(drive: Drive, twist: Array, n_drives: int, seed: int, clearance: flo
     mean = mean_torque(drive, twist, clearance)
     low, high = np.percentile(population.torque, BAND, axis=0) - population.torque.mean(axis=0) + mean
     force = population.contact_force.max(axis=2).mean(axis=0)
-    share = _held_share(population)
+    share = _extended_load_share(population)
     tables = np.stack(
         [
             (mean - mean[::-1]) / 2,
@@ -121,16 +133,16 @@ def mean_torque(drive: Drive, twist: Array, clearance: float = 0.0) -> Array:
     """
     twist = expect_twists(drive, twist)
     if drive.beyond.couples_elements:
-        drives = quasi_random_drives(drive, N_SPREAD_DRIVES)
+        drives = quasi_random_drives(drive, N_QUADRATURE_DRIVES)
         contacts = build_contacts(drive, drives, clearance)[usable(drive, drives.beta).ravel()]
-        return solve(contacts, twist * drive.ratio).output_torque.sum(axis=1) / N_SPREAD_DRIVES
-    elements = quasi_random_elements(drive, N_SPREAD)
+        return solve(contacts, twist * drive.ratio).output_torque.sum(axis=1) / N_QUADRATURE_DRIVES
+    elements = quasi_random_elements(drive, N_QUADRATURE_ELEMENTS)
     contacts = build_contacts(drive, elements, clearance)
     mean = [solve(contacts, [angle * drive.ratio]).output_torque.mean() for angle in twist]
     return np.array(mean) * drive.elements * drive.usable_limit / np.pi
 
 
-def _held_share(population: Population) -> Array:
+def _extended_load_share(population: Population) -> Array:
     """Mean load share over the twist, the nearest representative value where the torque is too low."""
     known = population.representative
     share = np.where(np.isfinite(population.load_share), np.minimum(population.load_share, 1.0), 1.0).mean(axis=0)
@@ -141,7 +153,7 @@ def _held_share(population: Population) -> Array:
     return share[nearest]
 
 
-def _rising(coefficients: Array) -> Array:
+def _monotone(coefficients: Array) -> Array:
     """Coefficients that do not fall along the twist, from the middle outwards: then neither does the spline.
 
     Interpolation undershoots by some 1e-6 of the full torque where contact sets in; this takes it away.

@@ -11,10 +11,10 @@ import numpy as np
 
 from ..plotting.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SHADE, dress, legend_above, new_axes
 from ..units import ARCMIN
-from .fan import Fan
 from .loaded import LoadedTurn, NoLoad
 from .maps import TurningMap
 from .orders import Spectrum
+from .twist_scatter import TwistScatter
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -57,7 +57,7 @@ def ripple_map(turning: TurningMap, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def errors_over_turn(free: NoLoad, loaded: Sequence[LoadedTurn], ax: Axes | None = None) -> Axes:
+def transmission_error_over_turn(free: NoLoad, loaded: Sequence[LoadedTurn], ax: Axes | None = None) -> Axes:
     """Transmission error over one turn of the output: the play without load, and under torques less the mean wind-up.
 
     Within one passing of an element only the middle and the reach are drawn.
@@ -117,18 +117,18 @@ def order_spectrum(
     return ax
 
 
-def fan_of_individuals(individuals: Fan, ax: Axes | None = None) -> Axes:
+def twists_of_individuals(individuals: TwistScatter, ax: Axes | None = None) -> Axes:
     """Twist of individuals less the mean drive's, over the torque; the first one bold, with its reach over a turn."""
     ax = new_axes(width=7.6) if ax is None else ax
     torque = individuals.torque
-    for k, middle in enumerate(individuals.middle[1:]):
+    for k, middle in enumerate(individuals.mean[1:]):
         ax.plot(torque, middle / ARCMIN, color=FAINT, linewidth=1.0, label=None if k else "others of the drawing")
     ax.fill_between(
         torque, individuals.low[0] / ARCMIN, individuals.high[0] / ARCMIN, color=BLUE, alpha=SHADE, linewidth=0
     )
     ax.plot(
         torque,
-        individuals.middle[0] / ARCMIN,
+        individuals.mean[0] / ARCMIN,
         color=BLUE,
         linewidth=2.0,
         label=f"individual {individuals.seeds[0]}, mean of its turn",
@@ -144,4 +144,4 @@ def _per_pass(values: np.ndarray, passes: int) -> np.ndarray:
     return np.stack([rows.min(axis=1), rows.mean(axis=1), rows.max(axis=1)])
 
 
-__all__ = ["errors_over_turn", "fan_of_individuals", "order_spectrum", "ripple_map"]
+__all__ = ["order_spectrum", "ripple_map", "transmission_error_over_turn", "twists_of_individuals"]

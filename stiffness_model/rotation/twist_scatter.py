@@ -10,21 +10,21 @@ import numpy as np
 from ..drawing.drive import Drive
 from ..errors import expect
 from ..io.drawing_toml import DriveLike, as_drive
-from ..lookup.build import mean_torque
+from ..lookup.build_lookup import mean_torque
 from ..numerics.arrays import Array
-from .individual import draw_individual, scattered
+from .individual import draw_individual, low_discrepancy_angles
 from .maps import turning_map
 
-TWISTS = 61
-ANGLES = 180
-TORQUES = 81
+N_TWISTS = 61
+N_ANGLES = 180
+N_TORQUES = 81
 
 
 @dataclass(frozen=True)
-class Fan:
+class TwistScatter:
     """Twists of individuals less that of the drawing's mean drive, rad at the output.
 
-    torque: (n,) N.m from -full to full; mean_twist: (n,) of the mean drive. seeds: of the individuals; middle, low,
+    torque: (n,) N.m from -full to full; mean_twist: (n,) of the mean drive. seeds: of the individuals; mean, low,
     high: (n_individuals, n) mean, least and greatest over a turn of the output.
     """
 
@@ -32,32 +32,32 @@ class Fan:
     seeds: tuple[int, ...]
     torque: Array
     mean_twist: Array
-    middle: Array
+    mean: Array
     low: Array
     high: Array
 
 
-def fan(drive: DriveLike, seeds: Sequence[int]) -> Fan:
+def twist_scatter(drive: DriveLike, seeds: Sequence[int]) -> TwistScatter:
     """The individuals of some seeds, up to the mean torque at nine tenths of the drawing's max_twist.
 
     >>> from stiffness_model import ARCMIN, load_drive
-    >>> found = fan(load_drive("drive_1"), range(3))
-    >>> found.middle.shape, bool(abs(found.middle).max() < 0.3 * ARCMIN)
+    >>> found = twist_scatter(load_drive("drive_1"), range(3))
+    >>> found.mean.shape, bool(abs(found.mean).max() < 0.3 * ARCMIN)
     ((3, 81), True)
     """
     drive = as_drive(drive)
     expect(len(seeds) > 0, "at least one seed", list(seeds), "seeds")
-    twist = np.linspace(-1.4, 1.4, TWISTS) * drive.max_twist
+    twist = np.linspace(-1.4, 1.4, N_TWISTS) * drive.max_twist
     mean = mean_torque(drive, twist)
     full = float(np.interp(0.9 * drive.max_twist, twist, mean))
     expect(full > 0, "a max_twist at which the drive carries torque", full, drive.name)
-    torque = np.linspace(-full, full, TORQUES)
+    torque = np.linspace(-full, full, N_TORQUES)
     mean_twist = np.interp(torque, mean, twist)
-    angle = scattered(ANGLES)
+    angle = low_discrepancy_angles(N_ANGLES)
     rows = []
     for seed in seeds:
         maps = turning_map(draw_individual(drive, int(seed)), twist, angle).torque
         twists = np.array([np.interp(torque, one, twist) for one in maps]) - mean_twist
         rows.append((twists.mean(axis=0), twists.min(axis=0), twists.max(axis=0)))
     middle, low, high = (np.array(part) for part in zip(*rows, strict=True))
-    return Fan(drive, tuple(int(seed) for seed in seeds), torque, mean_twist, middle, low, high)
+    return TwistScatter(drive, tuple(int(seed) for seed in seeds), torque, mean_twist, middle, low, high)

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import stiffness_model as sm
-from stiffness_model.lookup.build import ERROR_BOUND, QUANTITIES, Lookup, build_lookup, mean_torque
+from stiffness_model.lookup.build_lookup import ERROR_BOUND, QUANTITIES, Lookup, build_lookup, mean_torque
 from stiffness_model.numerics.bspline import Axis, evaluate, fit
 
 

@@ -23,11 +23,11 @@ from ..errors import InputError, expect, expect_number
 from ..numerics.arrays import Array
 from ..numerics.bspline import Axis
 
-MOST_BYTES = 1 << 26
+MAX_BYTES = 1 << 26
 """Of one table: 64 MiB. The greatest of the presets takes 0.2."""
-MOST_CELLS = 10_000
+MAX_CELLS = 10_000
 """Along one axis."""
-MOST = 1e12
+MAX_ENTRY = 1e12
 """N.m, N: the greatest entry of a table, a million times what a robot's gear bears."""
 
 
@@ -41,7 +41,7 @@ def load_tables(path: str | os.PathLike[str], what: str) -> tuple[Mapping[str, A
         with zipfile.ZipFile(path) as archive:
             content: dict[str, bytes] = {}
             for info in archive.infolist():
-                expect(info.file_size <= MOST_BYTES, f"tables of at most {MOST_BYTES} bytes", info.file_size, where)
+                expect(info.file_size <= MAX_BYTES, f"tables of at most {MAX_BYTES} bytes", info.file_size, where)
                 content[info.filename.removesuffix(".npy")] = archive.read(info)
         arrays = {name: _array(data) for name, data in content.items()}
         head = arrays.pop("head")
@@ -101,7 +101,7 @@ def parse_json(text: str | bytes, where: str) -> Mapping[str, Any]:
     return table
 
 
-def take(table: Any, names: Iterable[str], where: str) -> Mapping[str, Any]:
+def require_keys(table: Any, names: Iterable[str], where: str) -> Mapping[str, Any]:
     """`table`, if it is one and has these names; else `InputError`."""
     expect(isinstance(table, Mapping), "an object", table, where)
     for name in names:
@@ -109,29 +109,34 @@ def take(table: Any, names: Iterable[str], where: str) -> Mapping[str, Any]:
     return table
 
 
-def axis_from(value: Any, where: str) -> Axis:
+def parse_axis(value: Any, where: str) -> Axis:
     """The axis of [start, step, cells], or `InputError`.
 
-    >>> axis_from([-1.0, 0.5, 4], "lookup.json twist").stop
+    >>> parse_axis([-1.0, 0.5, 4], "lookup.json twist").stop
     1.0
     """
     expect(isinstance(value, (list, tuple)) and len(value) == 3, "[start, step, cells]", value, where)
     start, step, cells = value
     expect(
-        isinstance(cells, int) and not isinstance(cells, bool) and 1 <= cells <= MOST_CELLS,
-        f"a whole number of cells, 1 to {MOST_CELLS}",
+        isinstance(cells, int) and not isinstance(cells, bool) and 1 <= cells <= MAX_CELLS,
+        f"a whole number of cells, 1 to {MAX_CELLS}",
         cells,
         where,
     )
     return Axis(
-        expect_number(start, "a finite start", where, low=-MOST, high=MOST),
-        expect_number(step, "a step above zero", where, low=1e-15, high=MOST),
+        expect_number(start, "a finite start", where, low=-MAX_ENTRY, high=MAX_ENTRY),
+        expect_number(step, "a step above zero", where, low=1e-15, high=MAX_ENTRY),
         cells,
     )
 
 
 def expect_table(table: Array, shape: tuple[int, ...], where: str) -> Array:
-    """`table`, if it has this shape and entries within `MOST`; else `InputError`."""
+    """`table`, if it has this shape and entries within `MAX_ENTRY`; else `InputError`."""
     expect(table.shape == shape, f"a table {shape}, as the head states", table.shape, where)
-    expect(bool((np.abs(table) <= MOST).all()), f"entries within {MOST:g}", "others, or none that are numbers", where)
+    expect(
+        bool((np.abs(table) <= MAX_ENTRY).all()),
+        f"entries within {MAX_ENTRY:g}",
+        "others, or none that are numbers",
+        where,
+    )
     return table

@@ -13,18 +13,18 @@ from stiffness_model.contact.element_contacts import build_contacts, usable
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
-from stiffness_model.ratings import turn_pressure
-from stiffness_model.ratings.pressure import greatest
-from stiffness_model.ratings.turn_pressure import tightest_lobes, turn_pressures
+from stiffness_model.ratings import peak_pressure
+from stiffness_model.ratings.peak_pressure import peak_pressures, smallest_lobe_distances
+from stiffness_model.ratings.pressure import max_per_drive
 from stiffness_model.rotation import Individual
-from stiffness_model.rotation.individual import Window, places, scattered
+from stiffness_model.rotation.individual import Window, element_positions, low_discrepancy_angles
 
 
 def virtual_drive(drive: sm.Drive, seed: int) -> Individual:
     """The first virtual drive of a seed with all its lobes, able to turn. The order of the lobes in their row is of no
     account, for every element meets them all."""
     drawn = sampling.draw(drive, 0, 1, seed)
-    tight, rows = tightest_lobes(drive, drawn, 0, seed)[0], drive.eccentrics
+    tight, rows = smallest_lobe_distances(drive, drawn, 0, seed)[0], drive.eccentrics
     lobe = np.empty((rows, drive.lobes))
     for row in range(rows):
         near = np.abs(drawn.beta[0, row::rows]).argsort(kind="stable")[: drive.lobes]
@@ -37,8 +37,8 @@ def virtual_drive(drive: sm.Drive, seed: int) -> Individual:
 def turned_through(drive: sm.Drive, seed: int, twist: float, angles: int) -> np.ndarray:
     """Greatest pressures, (3,) Pa, of whole drives solved at many angles of the turn, every lobe where it stands."""
     one, found = virtual_drive(drive, seed), []
-    for angle in np.array_split(scattered(angles), max(1, angles // 300)):
-        at = places(one, Window(math.pi, math.pi, drive.elements), angle)
+    for angle in np.array_split(low_discrepancy_angles(angles), max(1, angles // 300)):
+        at = element_positions(one, Window(math.pi, math.pi, drive.elements), angle)
         parts = Deviations(
             at.beta, one.element[at.element], one.crank[at.element], one.cage[at.element], one.lobe[at.row, at.lobe]
         )
@@ -46,7 +46,7 @@ def turned_through(drive: sm.Drive, seed: int, twist: float, angles: int) -> np.
         contacts = build_contacts(drive, parts)[keep.ravel()]
         some = Deviations(*(getattr(parts, f.name)[keep] for f in fields(Deviations)))
         result = solve(contacts, [twist * drive.ratio])
-        found.append(greatest(drive, contacts, some, result, np.nonzero(keep)[0], len(keep))[0].max(axis=0)[0])
+        found.append(max_per_drive(drive, contacts, some, result, np.nonzero(keep)[0], len(keep))[0].max(axis=0)[0])
     return np.max(found, axis=0)
 
 
@@ -54,7 +54,7 @@ def turned_through(drive: sm.Drive, seed: int, twist: float, angles: int) -> np.
 def test_worst_meeting_is_that_of_a_whole_turn(name: str, lobes: int) -> None:
     drive = sm.load_drive(name, lobes=lobes)
     turned = turned_through(drive, 3, drive.max_twist, 6000)
-    found = turn_pressures(drive, [drive.max_twist], 1, 3).pressure[0, 0]
+    found = peak_pressures(drive, [drive.max_twist], 1, 3).pressure[0, 0]
     assert found[1] == pytest.approx(turned[1], rel=1e-3)
     # At the gear the pressure is greatest at the very end of the profile, which few of the angles come near.
     assert 0 <= found[0] / turned[0] - 1 < 0.02
@@ -71,7 +71,7 @@ def test_worst_meeting_is_that_of_a_whole_turn(name: str, lobes: int) -> None:
 def test_coupled_elements_are_rated_on_the_safe_side(name: str, extra: dict[str, str]) -> None:
     drive = sm.load_drive(name, **extra)
     worst = turned_through(drive, 1, drive.max_twist, 600)
-    found = turn_pressures(drive, [drive.max_twist], 1, 1).pressure[0, 0]
+    found = peak_pressures(drive, [drive.max_twist], 1, 1).pressure[0, 0]
     assert (found[:2] > 0.99 * worst[:2]).all()
     assert (found[:2] < 1.07 * worst[:2]).all()
 
@@ -92,7 +92,7 @@ def test_coupled_elements_are_rated_on_the_safe_side(name: str, extra: dict[str,
 def test_no_drive_stands_at_a_higher_pressure_than_it_turns_through(name: str, extra: dict[str, object]) -> None:
     drive = sm.load_drive(name, **extra)
     twist = np.array([0.0, 0.2, 0.6, 1.0]) * drive.max_twist
-    standing, turning = (f(drive, twist, 20, 1).pressure for f in (sm.contact_pressures, turn_pressures))
+    standing, turning = (f(drive, twist, 20, 1).pressure for f in (sm.contact_pressures, peak_pressures))
     assert (turning[..., :2] >= standing[..., :2] * (1 - 2e-3)).all()
     assert (turning[..., 2] >= standing[..., 2] * (1 - 2e-2)).all()
     assert (turning[:, -1, 1] > 1.01 * standing[:, -1, 1]).mean() > 0.5
@@ -102,12 +102,12 @@ def test_no_drive_stands_at_a_higher_pressure_than_it_turns_through(name: str, e
 def test_places_and_twists_asked_for_change_little(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     drive = sm.load_drive(name)
     twist = np.linspace(0.1, 1.0, 12) * drive.max_twist
-    coarse = turn_pressures(drive, twist, 20)
-    monkeypatch.setattr(turn_pressure, "PLACES", 145)
-    fine = turn_pressures(drive, twist, 20)
+    coarse = peak_pressures(drive, twist, 20)
+    monkeypatch.setattr(peak_pressure, "POSITIONS", 145)
+    fine = peak_pressures(drive, twist, 20)
     assert np.abs(coarse.pressure / fine.pressure - 1)[..., :2].max() < 1e-3
     assert np.abs(coarse.pressure / fine.pressure - 1)[..., 2].max() < 0.015
-    alone = turn_pressures(drive, twist[4:5], 5, cage=False)
+    alone = peak_pressures(drive, twist[4:5], 5, cage=False)
     np.testing.assert_allclose(alone.pressure[:, 0, :2], fine.pressure[:5, 4, :2], rtol=1e-12)
     assert np.isnan(alone.pressure[..., 2]).all()
 
@@ -116,7 +116,7 @@ def test_places_and_twists_asked_for_change_little(name: str, monkeypatch: pytes
 def test_the_tightest_of_a_row_s_lobes(lobes: int, expected: float) -> None:
     """The mean of the least of n normal numbers (Harter 1961, table of expected values of order statistics)."""
     drive = sm.load_drive("drive_1", lobes=lobes)
-    least = np.concatenate([tightest_lobes(drive, sampling.draw(drive, k, 16, 0), k, 0) for k in range(100)])
+    least = np.concatenate([smallest_lobe_distances(drive, sampling.draw(drive, k, 16, 0), k, 0) for k in range(100)])
     deviate = (least - drive.element_radius) / drive.tolerances["gear"].sigma
     assert deviate.mean() == pytest.approx(expected, abs=4 * deviate.std() / math.sqrt(deviate.size))
 
@@ -127,13 +127,13 @@ def test_a_drive_without_tolerances_turns_through_the_envelope_of_its_places() -
     }
     drive = sm.load_drive("drive_1", **exact)
     many = sm.contact_pressures(drive, [drive.max_twist], 100).pressure.max(axis=0)  # of 4400 places
-    found = turn_pressures(drive, [drive.max_twist], 3).pressure
+    found = peak_pressures(drive, [drive.max_twist], 3).pressure
     assert np.ptp(found, axis=0).max() == 0
     assert found[0, :, :2] == pytest.approx(many[:, :2], rel=2e-3)
 
 
 def test_bad_input() -> None:
     with pytest.raises(sm.InputError, match="finite twists"):
-        turn_pressures(sm.load_drive("drive_1"), [np.nan])
+        peak_pressures(sm.load_drive("drive_1"), [np.nan])
     with pytest.raises(sm.InputError, match="at least one drive"):
-        turn_pressures(sm.load_drive("drive_1"), [0.001], n_drives=0)
+        peak_pressures(sm.load_drive("drive_1"), [0.001], n_drives=0)
