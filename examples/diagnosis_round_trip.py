@@ -21,7 +21,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from reefmu.cli import main as reefmu
-from reefmu.diagnosis.preprocessing.trace import trace_of
+from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.report.corrected_model import denoised_record
 from reefmu.fmu.importer.replay import replay_record
 from reefmu.model.drive_model import build_model
@@ -49,7 +49,7 @@ def replays(folder: Path, measured: Record, zero: float) -> dict[str, Array]:
     All get the twist without the encoder's jitter, which moves no friction; it counts through the stiffness.
     """
     model = load_model(folder / "model.toml")
-    record, jitter = denoised_record(trace_of(measured, model.drive.ratio), zero)
+    record, jitter = denoised_record(make_trace(measured, model.drive.ratio), zero)
     runs: dict[str, Mapping[str, Array] | Response] = {
         "model as drawn, reefmu.simulate": simulate_record(build_model(model.drive), record),
         "model.toml, reefmu.simulate": simulate_record(model, record),

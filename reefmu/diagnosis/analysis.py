@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..record import Record
-from .estimation.problem import Study
+from .estimation.problem import Problem
 from .estimation.search import Search
 from .inference.isolability import Isolability
 from .inference.thresholds import Thresholds
@@ -18,7 +18,7 @@ class Analysis:
     """Everything behind a diagnosis, for the report and the corrected model."""
 
     record: Record
-    study: Study
+    problem: Problem
     search: Search
     thresholds: Thresholds
     conclusion: Conclusion

@@ -13,7 +13,7 @@ from stiffness_model.errors import expect
 
 from ..record import Record, read_record, with_output_locked
 from .analysis import Analysis
-from .estimation.worker_pool import trials
+from .estimation.worker_pool import ignore_overflow
 from .pipeline import analyse
 from .schema import Diagnosis
 from .shared_exponent import fixed_exponent_base
@@ -60,7 +60,7 @@ def diagnose_record(
     if output_locked:
         record = with_output_locked(record, 1.0 if drawn is None else drawn.ratio)
     base_of = None if exponent is None else fixed_exponent_base(exponent)
-    with trials():
+    with ignore_overflow():
         found = analyse(record, drawn, curve, progress, base_of, executor)
     if out is not None:
         from .report.files import write_results

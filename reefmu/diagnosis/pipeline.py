@@ -17,24 +17,23 @@ from ..effects import find_effect, separating_test
 from ..model.tables import cached_lookup
 from ..record import Record
 from .analysis import Analysis
-from .estimation.held_out import held_fits, spoken_against
+from .estimation.held_out import fits_without_held_out, is_refuted
 from .estimation.intervals import named_effect
-from .estimation.problem import Study, block_variances, candidates_of, make_weights, search_blocks
-from .estimation.remainder import scattered
-from .estimation.search import Search, base_fit, search, traces_of
-from .estimation.worker_pool import crew_of
-from .forward.base_curve import Base, curve_base, drawing_base, power_base, ratio_without_drawing
-from .forward.effect_functions import kernel
+from .estimation.problem import Problem, block_variances, make_weights, search_blocks, select_candidates
+from .estimation.remainder import predicted_scatter
+from .estimation.search import Search, base_fit, linearise_candidates, search
+from .estimation.worker_pool import open_pool
+from .forward.base_curve import BaseCurve, curve_base, drawing_base, power_base, ratio_from_angles
 from .inference.isolability import Isolability, isolability, separating_experiments
 from .inference.mean_drive import is_mean_drive
 from .inference.thresholds import calibrate_thresholds
 from .inference.verdict import Conclusion, decide, unconfirmed_conclusion
 from .preprocessing.audit import Audit, audit
 from .preprocessing.noise import Noise, estimate_noise
-from .preprocessing.trace import Trace, trace_of
-from .random_effects.individuals import individuals_along
+from .preprocessing.trace import Trace, make_trace
+from .random_effects.individuals import simulate_individuals
 from .random_effects.responses import element_responses
-from .random_effects.scatter import Scatter, turning
+from .random_effects.scatter import Scatter, element_motion
 from .report.gap import measure_gap
 from .report.location import locate_gap
 from .report.play import as_rotational_play
@@ -45,7 +44,7 @@ Progress = Callable[[str, float], None]
 MAX_EFFECTS = 3
 
 
-def base_curve_of(drive: Drive | None, curve: str | os.PathLike[str] | None, trace: Trace) -> Base:
+def base_curve_of(drive: Drive | None, curve: str | os.PathLike[str] | None, trace: Trace) -> BaseCurve:
     """The base curve that was asked for; a free power law if none was."""
     if drive is not None:
         return drawing_base(drive, cached_lookup(drive))
@@ -57,47 +56,47 @@ def analyse(
     drive: Drive | None = None,
     curve: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
-    base_of: Callable[[Trace], Base] | None = None,
+    base_of: Callable[[Trace], BaseCurve] | None = None,
     executor: Executor | None = None,
 ) -> Analysis | Diagnosis:
     """Diagnose one record; a `Diagnosis` alone where the record allows nothing."""
     started = time.perf_counter()
     say = progress or (lambda what, share: None)
-    ratio = drive.ratio if drive is not None else ratio_without_drawing(record)
+    ratio = drive.ratio if drive is not None else ratio_from_angles(record)
     look = audit(record, ratio)
-    if look.problems:
-        return insufficient(look, look.problems, time.perf_counter() - started)
+    if look.defects:
+        return insufficient(look, look.defects, time.perf_counter() - started)
     say("base curve", 0.0)
-    trace = trace_of(record, ratio)
+    trace = make_trace(record, ratio)
     base = base_curve_of(drive, curve, trace) if base_of is None else base_of(trace)
-    study, fresh = prepare_problem(record, trace, base)
-    reach = float(np.ptp(np.quantile(study.torque, [0.005, 0.995])))
-    if study.noise.torque > 0.15 * reach:
-        drowned = f"the noise, {study.noise.torque:.3g} N.m, drowns a torque that spans {reach:.3g} N.m"
+    problem, fresh = prepare_problem(record, trace, base)
+    reach = float(np.ptp(np.quantile(problem.torque, [0.005, 0.995])))
+    if problem.noise.torque > 0.15 * reach:
+        drowned = f"the noise, {problem.noise.torque:.3g} N.m, drowns a torque that spans {reach:.3g} N.m"
         return insufficient(look, [drowned], time.perf_counter() - started)
-    first = base_fit(study)
+    first = base_fit(problem)
     say("isolability", 0.1)
-    with crew_of(study, executor) as crew:
-        traces = traces_of(crew, first)
-        isolated = isolability(study, first, traces)
-        study = replace(study, candidates=tuple(n for n in study.candidates if n not in isolated.invisible))
+    with open_pool(problem, executor) as pool:
+        traces = linearise_candidates(pool, first)
+        isolated = isolability(problem, first, traces)
+        problem = replace(problem, candidates=tuple(n for n in problem.candidates if n not in isolated.invisible))
         say("thresholds", 0.2)
-        thresholds = calibrate_thresholds(study, first, fresh, traces)
-        study = replace(study, null_excess=thresholds.null_excess)
+        thresholds = calibrate_thresholds(problem, first, fresh, traces)
+        problem = replace(problem, null_excess=thresholds.null_excess)
         found = search(
-            replace(crew, study=study), first, traces, MAX_EFFECTS, lambda what, share: say(what, 0.3 + 0.6 * share)
+            replace(pool, problem=problem), first, traces, MAX_EFFECTS, lambda what, share: say(what, 0.3 + 0.6 * share)
         )
-    study, conclusion = decide(study, found, thresholds, isolated.indistinguishable)
+    problem, conclusion = decide(problem, found, thresholds, isolated.indistinguishable)
     say("result", 0.95)
-    held = held_fits(study, (found.base, conclusion.chosen)) if conclusion.chosen.names else []
-    if held and spoken_against(study, found.base, conclusion.chosen, held):
-        conclusion, held = unconfirmed_conclusion(study, found.base, conclusion), []
-    gap = measure_gap(study, found.base, conclusion.chosen, held)
-    diagnosis = _diagnosis(study, found, conclusion, isolated, look, gap, time.perf_counter() - started)
-    return Analysis(record, study, found, thresholds, conclusion, isolated, diagnosis)
+    held = fits_without_held_out(problem, (found.base, conclusion.chosen)) if conclusion.chosen.names else []
+    if held and is_refuted(problem, found.base, conclusion.chosen, held):
+        conclusion, held = unconfirmed_conclusion(problem, found.base, conclusion), []
+    gap = measure_gap(problem, found.base, conclusion.chosen, held)
+    diagnosis = _diagnosis(problem, found, conclusion, isolated, look, gap, time.perf_counter() - started)
+    return Analysis(record, problem, found, thresholds, conclusion, isolated, diagnosis)
 
 
-def prepare_problem(record: Record, trace: Trace, base: Base) -> tuple[Study, Array]:
+def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> tuple[Problem, Array]:
     """Noise, weights and candidates; and individuals (m, n) for the thresholds."""
     slope = _slope(trace, base)
     noise = estimate_noise(trace, slope)
@@ -109,22 +108,22 @@ def prepare_problem(record: Record, trace: Trace, base: Base) -> tuple[Study, Ar
         scatter = Scatter(
             base.drive,
             element_responses(base.drive),
-            turning(base.drive, trace, blocks),
+            element_motion(base.drive, trace, blocks),
             blocks.mean(trace.twist) - _zero(trace, base),
         )
-        fresh = individuals_along(scatter)
-    names, left_out = candidates_of(record.missing, base)
+        fresh = simulate_individuals(scatter)
+    names, left_out = select_candidates(record.missing, base)
     weights = make_weights(variance, scatter, variance if scatter is None else scatter.twist)
-    study = Study(
+    problem = Problem(
         base, trace, blocks, noise, weights, variance, block_variance, names, left_out, scatter, individuals=fresh
     )
-    if is_mean_drive(study, fresh):
+    if is_mean_drive(problem, fresh):
         # Nothing may then be put down to scatter, and no individual need calibrate thresholds.
-        return replace(study, mean=True, weights=weights.of_the_mean()), fresh[:0]
-    return study, fresh
+        return replace(problem, is_mean_drive=True, weights=weights.for_mean_drive()), fresh[:0]
+    return problem, fresh
 
 
-def _slope(trace: Trace, base: Base) -> Array:
+def _slope(trace: Trace, base: BaseCurve) -> Array:
     """Stiffness, N.m/rad, of the base curve along the record, with a first guess of its parameters."""
     twist = trace.twist
     if base.kind == "power law":
@@ -133,7 +132,7 @@ def _slope(trace: Trace, base: Base) -> Array:
     return base.elastic.evaluate(twist - _zero(trace, base), 0.0, base.shape_start)[1]
 
 
-def _zero(trace: Trace, base: Base) -> float:
+def _zero(trace: Trace, base: BaseCurve) -> float:
     """A first guess of the twist's zero: its middle where hardly any torque is carried."""
     near = np.abs(trace.torque) < 0.05 * base.full_torque
     return float((trace.twist[near].min() + trace.twist[near].max()) / 2) if near.any() else 0.0
@@ -155,16 +154,24 @@ def insufficient(look: Audit, problems: list[str] | tuple[str, ...], seconds: fl
 
 
 def _diagnosis(
-    study: Study, found: Search, conclusion: Conclusion, isolated: Isolability, look: Audit, gap: Gap, seconds: float
+    problem: Problem,
+    found: Search,
+    conclusion: Conclusion,
+    isolated: Isolability,
+    look: Audit,
+    gap: Gap,
+    seconds: float,
 ) -> Diagnosis:
     chosen, base = conclusion.chosen, found.base
-    before = study.torque - base.prediction.torque
-    noise_only = float(np.sqrt(np.mean(study.block_variance)))
+    before = problem.torque - base.prediction.torque
+    noise_only = float(np.sqrt(np.mean(problem.block_variance)))
     systematic = max(float(np.mean(before**2)) - noise_only**2, 0.0)
-    effects = tuple(as_rotational_play(named_effect(study, chosen, name, base), study.base) for name in chosen.names)
-    rest = study.torque - chosen.prediction.torque
-    rest = rest - scattered(study, chosen, rest)
-    places = locate_gap(study, rest, conclusion.remainder**2) if conclusion.remainder > 0 else ()
+    effects = tuple(
+        as_rotational_play(named_effect(problem, chosen, name, base), problem.base) for name in chosen.names
+    )
+    rest = problem.torque - chosen.prediction.torque
+    rest = rest - predicted_scatter(problem, chosen, rest)
+    places = locate_gap(problem, rest, conclusion.remainder**2) if conclusion.remainder > 0 else ()
     sets = [list(chosen.names), *conclusion.alternatives]
     nexts = separating_experiments(sets) if conclusion.verdict == "ambiguous" else []
     if conclusion.alternatives and conclusion.verdict != "ambiguous":
@@ -187,7 +194,7 @@ def _diagnosis(
         nexts.append(
             f"the remainder lies in {places[0].coordinate} ({places[0].region}): repeat the record there, finer"
         )
-    invisible = {**study.left_out, **isolated.invisible}
+    invisible = {**problem.excluded, **isolated.invisible}
     if conclusion.curve:
         nexts.append("tolerances or a law that bends otherwise: the same test on a second drive of the drawing")
     if conclusion.verdict == "none":
@@ -195,16 +202,16 @@ def _diagnosis(
     own = set(chosen.names)
     nexts += [f"{a} or {b}: {separating_test(a, b)}" for a, b in isolated.indistinguishable if own & {a, b}][:3]
     notes = list(look.notes)
-    if not study.noise.repeated:
+    if not problem.noise.repeated:
         notes.append("no cycles repeat: the noise is taken from smoothness alone and may be too small or too large")
-    fitted = chosen.parameters[study.layout(chosen.names).shape].tolist()
-    shape = dict(zip(study.base.shape_names, fitted, strict=True))
+    fitted = chosen.parameters[problem.layout(chosen.names).shape].tolist()
+    shape = dict(zip(problem.base.shape_names, fitted, strict=True))
     return Diagnosis(
         conclusion.verdict,
-        sentence(conclusion, gap, study),
+        sentence(conclusion, gap, problem),
         effects,
         conclusion.alternatives,
-        locate_gap(study, before, systematic),
+        locate_gap(problem, before, systematic),
         gap,
         tuple(dict.fromkeys(nexts)),
         conclusion.remainder,
@@ -213,23 +220,23 @@ def _diagnosis(
         tuple((a, b, separating_test(a, b)) for a, b in isolated.indistinguishable),
         tuple(notes),
         {
-            "kind": study.base.kind,
-            "source": study.base.source,
+            "kind": problem.base.kind,
+            "source": problem.base.source,
             "zero [rad]": float(chosen.parameters[0]),
             **shape,
             "scatter_size": chosen.weighting.size if len(chosen.weighting.strength) else 0.0,
-            "full_torque [N.m]": study.base.full_torque,
+            "full_torque [N.m]": problem.base.full_torque,
         },
         seconds,
     )
 
 
-def sentence(conclusion: Conclusion, gap: Gap, study: Study) -> str:
+def sentence(conclusion: Conclusion, gap: Gap, problem: Problem) -> str:
     """The verdict in one sentence."""
-    names = " and ".join(kernel(n).effect.title.lower() + f" ({n})" for n in conclusion.chosen.names)
+    names = " and ".join(find_effect(n).title.lower() + f" ({n})" for n in conclusion.chosen.names)
     verb = "shrinks" if gap.after < gap.before else "goes"
     shrink = f"the gap {verb} from {gap.before:.3g} to {gap.after:.3g} N.m at a noise of {gap.noise:.3g} N.m"
-    full = study.base.full_torque
+    full = problem.base.full_torque
     place = "" if conclusion.unnamed is None else f"; it goes with {conclusion.unnamed.term.coordinate}"
     match conclusion.verdict:
         case "named":

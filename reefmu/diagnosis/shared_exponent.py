@@ -17,11 +17,11 @@ from stiffness_model.numerics.arrays import Array
 
 from ..record import Record
 from .estimation.least_squares import Fit
-from .forward.base_curve import Base, power_base, ratio_without_drawing
-from .forward.elastic import Elastic
+from .forward.base_curve import BaseCurve, power_base, ratio_from_angles
+from .forward.elastic import ElasticTorque
 from .forward.vectorised import Number
 from .preprocessing.audit import audit
-from .preprocessing.trace import Trace, trace_of
+from .preprocessing.trace import Trace, make_trace
 
 LEAST, MOST = 1.0, 2.0
 """Bounds of a shared exponent: a spring 1, a line contact 10/9, a ball 3/2; no contact softens under load."""
@@ -58,28 +58,28 @@ class SharedExponent:
 
 
 @dataclass(frozen=True)
-class DeadBandElastic:
+class DeadBandTorque:
     """Another elastic torque behind a play to either side, rad: the last of the base parameters.
 
     lever: m/rad, between a clearance and the play that it makes.
     """
 
-    inner: Elastic
+    inner: ElasticTorque
     lever: float
 
     def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
-        """See `Elastic`; shape is that of the inner torque and the play."""
+        """See `ElasticTorque`; shape is that of the inner torque and the play."""
         value, by_twist, by_clearance, by_shape = self.inner.evaluate(
             twist, clearance + self.lever * shape[-1], shape[:-1]
         )
         return value, by_twist, by_clearance, [*by_shape, self.lever * by_clearance]
 
 
-def fixed_exponent_base(exponent: float) -> Callable[[Trace], Base]:
+def fixed_exponent_base(exponent: float) -> Callable[[Trace], BaseCurve]:
     """Makes a power law base with a dead band, whose exponent is held at a value within 0.3 ... 6."""
     expect(LOW <= exponent <= HIGH, f"an exponent within {LOW:g} ... {HIGH:g}", exponent, "exponent")
 
-    def make(trace: Trace) -> Base:
+    def make(trace: Trace) -> BaseCurve:
         base = power_base(trace)
 
         def with_play(values: Array, play: float) -> Array:
@@ -87,11 +87,11 @@ def fixed_exponent_base(exponent: float) -> Callable[[Trace], Base]:
 
         return replace(
             base,
-            elastic=DeadBandElastic(base.elastic, base.lever),
+            elastic=DeadBandTorque(base.elastic, base.lever),
             shape_names=(*base.shape_names, PLAY),
-            shape_start=with_play(base.shape_start, PLAYS[0] * base.reach),
+            shape_start=with_play(base.shape_start, PLAYS[0] * base.max_twist),
             shape_low=with_play(base.shape_low, 0.0),
-            shape_high=with_play(base.shape_high, 0.9 * base.reach),
+            shape_high=with_play(base.shape_high, 0.9 * base.max_twist),
             shape_prior=np.full(3, np.inf),
         )
 
@@ -104,14 +104,12 @@ def shared_exponent(records: Sequence[Record], progress: Callable[[str, float], 
     Every record counts the same: by the logarithm of what its best fit leaves. Between the grid's values the sum is
     taken as a parabola. Records that allow no diagnosis do not count; without another the exponent is that of a ball.
     """
-    sound = [
-        (record, ratio) for record in records if not audit(record, ratio := ratio_without_drawing(record)).problems
-    ]
+    sound = [(record, ratio) for record in records if not audit(record, ratio := ratio_from_angles(record)).defects]
     if not sound:
         return SharedExponent(BALL, BALL, BALL)
     costs = np.empty((len(sound), len(GRID)))
     for i, (record, ratio) in enumerate(sound):
-        trace = trace_of(record, ratio)
+        trace = make_trace(record, ratio)
         for k, exponent in enumerate(GRID):
             if progress:
                 progress("one exponent for all records", (i * len(GRID) + k) / costs.size)
@@ -127,20 +125,20 @@ def best_cost(record: Record, trace: Trace, exponent: float) -> float:
     from .pipeline import prepare_problem
 
     base = fixed_exponent_base(exponent)(trace)
-    study, _ = prepare_problem(record, trace, base)
-    first = base_fit(study)
+    problem, _ = prepare_problem(record, trace, base)
+    first = base_fit(problem)
     fits: list[Fit] = []
     for share in PLAYS:
         # Zero, scale, exponent, play; friction over load with its presliding, friction with its presliding.
         start = [
             *first.parameters[:3],
-            share * base.reach,
+            share * base.max_twist,
             0.2,
-            0.05 * base.reach,
+            0.05 * base.max_twist,
             0.05 * base.full_torque,
-            0.01 * base.reach,
+            0.01 * base.max_twist,
         ]
-        fits.append(study.fit_from(PARTNERS, np.array(start)))
+        fits.append(problem.fit_from(PARTNERS, np.array(start)))
     return min(fit.cost for fit in fits)
 
 

@@ -15,16 +15,16 @@ from .weighting import Weighting
 
 
 @dataclass(frozen=True)
-class Box:
+class ParameterBounds:
     """Scales and bounds of a parameter vector. Lengths, times and speeds are fitted by their logarithm."""
 
     low: Array
     high: Array
     scale: Array
     logarithmic: NDArray[np.bool_]
-    prior: Array
-    """Standard deviation of each parameter about `centre`; infinite where nothing is known."""
-    centre: Array
+    prior_deviation: Array
+    """Standard deviation of each parameter about `prior_mean`; infinite where nothing is known."""
+    prior_mean: Array
 
     def to_free(self, p: Array) -> Array:
         """Fitted variables of parameters."""
@@ -45,7 +45,7 @@ def is_logarithmic(parameter: Parameter) -> bool:
     return parameter.minimum > 0
 
 
-def never(parameter: Parameter) -> bool:
+def may_be_infinite(parameter: Parameter) -> bool:
     """Whether a time may be so long that what it times never comes: its greatest value is where it starts."""
     return is_logarithmic(parameter) and parameter.neutral == parameter.maximum
 
@@ -64,26 +64,26 @@ class Fit:
     prediction: Prediction
     curvature: Array
     at_bound: NDArray[np.bool_]
-    box: Box
+    bounds: ParameterBounds
 
 
-def box_of(
+def make_bounds(
     names: tuple[str, ...], base_low: Array, base_high: Array, base_scale: Array, base_prior: Array, base_centre: Array
-) -> Box:
-    """The box of base parameters and the effects' own."""
+) -> ParameterBounds:
+    """The bounds of base parameters and the effects' own."""
     parameters = [p for effect in effects_of(names) for p in effect.parameters]
     known = {"missing_ball.size": (1.0, 0.1)}
     names_of = [f"{effect.name}.{p.name}" for effect in effects_of(names) for p in effect.parameters]
     # A ball is out or it is not: half a dip is something else.
-    centre = [known.get(name, (0.0, np.inf))[0] for name in names_of]
-    prior = [known.get(name, (0.0, np.inf))[1] for name in names_of]
-    return Box(
+    prior_mean = [known.get(name, (0.0, np.inf))[0] for name in names_of]
+    prior_deviation = [known.get(name, (0.0, np.inf))[1] for name in names_of]
+    return ParameterBounds(
         np.concatenate([base_low, [p.minimum for p in parameters]]),
         np.concatenate([base_high, [p.maximum for p in parameters]]),
         np.concatenate([base_scale, [p.nominal for p in parameters]]),
         np.concatenate([np.zeros(len(base_low), bool), np.array([is_logarithmic(p) for p in parameters], bool)]),
-        np.concatenate([base_prior, prior]),
-        np.concatenate([base_centre, centre]),
+        np.concatenate([base_prior, prior_deviation]),
+        np.concatenate([base_centre, prior_mean]),
     )
 
 
@@ -91,7 +91,7 @@ def fit(
     predictor: Predictor,
     torque: Array,
     weights: Weighting,
-    box: Box,
+    bounds: ParameterBounds,
     start: Array,
     steps: int = 25,
     tolerance: float = 1e-3,
@@ -102,18 +102,18 @@ def fit(
     tolerance: change of the cost, seen or promised by the slope, at which it ends. refit_size: let the size of the
     scatter follow.
     """
-    p = np.clip(start, box.low, box.high)
+    p = np.clip(start, bounds.low, bounds.high)
     prediction = predictor(p)
     if refit_size:
-        weights = weights.best_size(torque - prediction.torque)
-    residual = weights.white(torque - prediction.torque)
-    chi = float(residual @ residual) + _prior_cost(p, box)
+        weights = weights.with_likeliest_size(torque - prediction.torque)
+    residual = weights.whiten(torque - prediction.torque)
+    chi_square = float(residual @ residual) + _prior_cost(p, bounds)
     damping = 1e-3
-    jacobian = weights.white(prediction.sensitivities) * box.slope(p)
+    jacobian = weights.whiten(prediction.sensitivities) * bounds.slope(p)
     for _ in range(steps):
-        gradient, curvature = _with_prior(jacobian, residual, p, box)
+        gradient, curvature = _normal_equations(jacobian, residual, p, bounds)
         # A parameter at its bound and pushed against it stays.
-        held = ((p <= box.low) & (gradient < 0)) | ((p >= box.high) & (gradient > 0))
+        held = ((p <= bounds.low) & (gradient < 0)) | ((p >= bounds.high) & (gradient > 0))
         free = np.flatnonzero(~held & (np.diag(curvature) > 0))
         if not free.size:
             break
@@ -123,43 +123,53 @@ def fit(
             diagonal = np.diag(inner)
             step = np.zeros(len(p))
             step[free] = np.linalg.solve(inner + np.diag(damping * diagonal + 1e-12 * diagonal.max()), gradient[free])
-            step = np.where(box.logarithmic, np.clip(step, -1.5, 1.5), step)
+            step = np.where(bounds.logarithmic, np.clip(step, -1.5, 1.5), step)
             if float(gradient @ step) < tolerance:
                 break  # as much as this step promises is nothing
-            trial = box.to_parameters(box.to_free(p) + step)
-            new = predictor(trial)
-            new_residual = weights.white(torque - new.torque)
-            new_chi = float(new_residual @ new_residual) + _prior_cost(trial, box)
-            if new_chi < chi:
-                better = trial, new, new_residual, new_chi
+            candidate = bounds.to_parameters(bounds.to_free(p) + step)
+            new = predictor(candidate)
+            new_residual = weights.whiten(torque - new.torque)
+            new_chi_square = float(new_residual @ new_residual) + _prior_cost(candidate, bounds)
+            if new_chi_square < chi_square:
+                better = candidate, new, new_residual, new_chi_square
                 break
             damping = max(damping * 8, 1e-4)
         if better is None:
             break
-        gain = chi - better[3]
-        p, prediction, residual, chi = better
+        gain = chi_square - better[3]
+        p, prediction, residual, chi_square = better
         damping = max(damping / 10, 1e-9)
         if refit_size:
-            resized = weights.best_size(torque - prediction.torque)
+            resized = weights.with_likeliest_size(torque - prediction.torque)
             if resized.size != weights.size:
                 weights = resized
-                residual = weights.white(torque - prediction.torque)
-                chi = float(residual @ residual) + _prior_cost(p, box)
+                residual = weights.whiten(torque - prediction.torque)
+                chi_square = float(residual @ residual) + _prior_cost(p, bounds)
                 gain = np.inf
-        jacobian = weights.white(prediction.sensitivities) * box.slope(p)
+        jacobian = weights.whiten(prediction.sensitivities) * bounds.slope(p)
         if gain < tolerance:
             break
-    _, curvature = _with_prior(jacobian, residual, p, box)
-    margin = 1e-6 * np.where(np.isfinite(box.high - box.low), box.high - box.low, 1.0)
-    at_bound = (p <= box.low + np.minimum(margin, 1e-6 * box.scale)) | (p >= box.high - margin)
-    return Fit(predictor.names, p, chi + weights.log_determinant, chi, weights, prediction, curvature, at_bound, box)
+    _, curvature = _normal_equations(jacobian, residual, p, bounds)
+    margin = 1e-6 * np.where(np.isfinite(bounds.high - bounds.low), bounds.high - bounds.low, 1.0)
+    at_bound = (p <= bounds.low + np.minimum(margin, 1e-6 * bounds.scale)) | (p >= bounds.high - margin)
+    return Fit(
+        predictor.names,
+        p,
+        chi_square + weights.log_determinant,
+        chi_square,
+        weights,
+        prediction,
+        curvature,
+        at_bound,
+        bounds,
+    )
 
 
-def _prior_cost(p: Array, box: Box) -> float:
-    return float((((p - box.centre) / box.prior) ** 2).sum())
+def _prior_cost(p: Array, bounds: ParameterBounds) -> float:
+    return float((((p - bounds.prior_mean) / bounds.prior_deviation) ** 2).sum())
 
 
-def _with_prior(jacobian: Array, residual: Array, p: Array, box: Box) -> tuple[Array, Array]:
-    pull = box.slope(p) / box.prior
-    gradient = jacobian.T @ residual - pull * (p - box.centre) / box.prior
-    return gradient, jacobian.T @ jacobian + np.diag(pull**2)
+def _normal_equations(jacobian: Array, residual: Array, p: Array, bounds: ParameterBounds) -> tuple[Array, Array]:
+    prior_slope = bounds.slope(p) / bounds.prior_deviation
+    gradient = jacobian.T @ residual - prior_slope * (p - bounds.prior_mean) / bounds.prior_deviation
+    return gradient, jacobian.T @ jacobian + np.diag(prior_slope**2)

@@ -14,38 +14,38 @@ from scipy.fft import dct
 from stiffness_model.numerics.arrays import Array
 
 from .least_squares import Fit
-from .problem import Study
+from .problem import Problem
 
-LONGEST = 60
+MAX_SEGMENT_BLOCKS = 60
 """Blocks of a stretch at most."""
-SLOW = 6
+N_SLOW_MODES = 6
 """Waves of a stretch that count as slow."""
 CHI_SQUARE_MEDIAN = 0.4549
 
 
-def dispersion(study: Study, fit: Fit, rest: Array | None = None) -> float:
+def estimate_overdispersion(problem: Problem, fit: Fit, rest: Array | None = None) -> float:
     """Variance of what is left, over what noise and roughness should leave, in the middle stretch; at least 1.
 
     The greater of two: over all blocks, and over the slow waves of a stretch, where a noise shows that is more
     correlated than it seemed. rest: (n,) N.m, what is left; beside the fit alone if not given.
     """
-    rest = study.torque - fit.prediction.torque if rest is None else rest
-    number, white = stretches(study), fit.weighting.white(rest)
-    expected = np.bincount(number, study.alone_by_block(fit.weighting))
+    rest = problem.torque - fit.prediction.torque if rest is None else rest
+    number, white = segments(problem), fit.weighting.whiten(rest)
+    expected = np.bincount(number, problem.expected_chi_square_by_block(fit.weighting))
     whole = float(np.median(np.bincount(number, white**2) / expected))
-    pieces = [piece for k in range(len(expected)) if len(piece := white[number == k]) > 2 * SLOW]
-    slow = [np.asarray(dct(piece, norm="ortho"))[:SLOW] ** 2 for piece in pieces]
+    long_segments = [segment for k in range(len(expected)) if len(segment := white[number == k]) > 2 * N_SLOW_MODES]
+    slow = [np.asarray(dct(segment, norm="ortho"))[:N_SLOW_MODES] ** 2 for segment in long_segments]
     return max(1.0, whole, float(np.median(slow)) / CHI_SQUARE_MEDIAN if slow else 1.0)
 
 
-def stretches(study: Study) -> NDArray[np.intp]:
+def segments(problem: Problem) -> NDArray[np.intp]:
     """Number (n,) of the stretch each block is in: of one run and one direction of the twist, not too long."""
-    t = study.trace
-    run = t.run[study.blocks.first]
-    way = np.sign(study.blocks.mean(np.where(t.start, 0.0, np.diff(t.smooth_twist, prepend=t.smooth_twist[0]))))
+    t = problem.trace
+    run = t.run[problem.blocks.first]
+    way = np.sign(problem.blocks.mean(np.where(t.start, 0.0, np.diff(t.smooth_twist, prepend=t.smooth_twist[0]))))
     # Where the twist stands the stretch goes on.
     way = way[np.maximum.accumulate(np.where(way != 0, np.arange(len(way)), 0))]
     begins = (np.diff(run, prepend=run[0] - 1) != 0) | (np.diff(way, prepend=way[0]) != 0)
     number = np.cumsum(begins) - 1
     since = np.arange(len(run)) - np.flatnonzero(begins)[number]
-    return np.unique(number * (len(run) + 1) + since // LONGEST, return_inverse=True)[1]
+    return np.unique(number * (len(run) + 1) + since // MAX_SEGMENT_BLOCKS, return_inverse=True)[1]

@@ -11,36 +11,36 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import EFFECTS, Effect, Requirement
-from ..forward.base_curve import Base
+from ..forward.base_curve import BaseCurve
 from ..forward.parameter_layout import ParameterLayout
 from ..forward.predictor import Predictor
 from ..preprocessing.noise import Noise
-from ..preprocessing.trace import Blocks, Trace, blocks_of
+from ..preprocessing.trace import Blocks, Trace, make_blocks
 from ..random_effects.scatter import Scatter
-from .least_squares import Box, Fit, box_of, fit, is_logarithmic, never
-from .weighting import Weighting, bare, is_bare, weighting
+from .least_squares import Fit, ParameterBounds, fit, is_logarithmic, make_bounds, may_be_infinite
+from .weighting import Weighting, is_size_only, size_only, weighting
 
-PHASES = 12
+N_PHASES = 12
 """Phases at which a missing ball is looked for."""
-FAR = 0.15
+LARGE_CRANK_TWIST = 0.15
 """Twist, rad at the crank, beyond which it matters from the start where a missing ball stands."""
-SEARCH_SAMPLES = 2400
+SEARCH_BLOCKS = 2400
 """Blocks on which sets of effects are searched."""
 
 
 @dataclass(frozen=True)
-class Study:
+class Problem:
     """One record and what is known of it before any effect is named; a value that no stage changes.
 
     trace: all samples; blocks: over which residuals are averaged, n of them; variance: (n,) that weighs each, with the
-    noise's correlation in it; block_variance: (n,) what the noise alone leaves in each; candidates: names; left_out:
+    noise's correlation in it; block_variance: (n,) what the noise alone leaves in each; candidates: names; excluded:
     others, with the reason; scatter: of the population, None without a drawing; null_excess: what single drives of the
-    population leave beyond the components, as a cost; shifted: a memo of `weights_at`, the weights by the twist and the
-    clearance that the contacts feel; mean: whether this is the mean drive, so that the scatter keeps small;
-    individuals: (m, n) N.m, single drives of the population less their mean, none without a drawing.
+    population leave beyond the components, as a cost; weights_cache: a memo of `weights_at`, the weights by
+    the twist and the clearance that the contacts feel; is_mean_drive: whether this is the mean drive, so that the
+    scatter keeps small; individuals: (m, n) N.m, single drives of the population less their mean.
     """
 
-    base: Base
+    base: BaseCurve
     trace: Trace
     blocks: Blocks
     noise: Noise
@@ -48,11 +48,11 @@ class Study:
     variance: Array
     block_variance: Array
     candidates: tuple[str, ...]
-    left_out: dict[str, str]
+    excluded: dict[str, str]
     scatter: Scatter | None
     null_excess: float = 0.0
-    shifted: list[tuple[Array, Array, Weighting]] = field(default_factory=list)
-    mean: bool = False
+    weights_cache: list[tuple[Array, Array, Weighting]] = field(default_factory=list)
+    is_mean_drive: bool = False
     individuals: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @cached_property
@@ -68,14 +68,14 @@ class Study:
         """Of a set of effects, on the blocks."""
         return Predictor(self.trace, self.base, names, self.blocks)
 
-    def box(self, names: Sequence[str]) -> Box:
+    def bounds(self, names: Sequence[str]) -> ParameterBounds:
         """Bounds of base and effects."""
-        b, reach = self.base, self.base.reach
-        return box_of(
+        b, max_twist = self.base, self.base.max_twist
+        return make_bounds(
             tuple(names),
             np.concatenate([[-np.inf], b.shape_low]),
             np.concatenate([[np.inf], b.shape_high]),
-            np.concatenate([[0.01 * reach], np.ones(b.n_shape)]),
+            np.concatenate([[0.01 * max_twist], np.ones(b.n_shape)]),
             np.concatenate([[np.inf], b.shape_prior]),
             np.concatenate([[0.0], b.shape_start]),
         )
@@ -85,15 +85,15 @@ class Study:
 
         A drive with play scatters where its contacts carry, one with preload also where it carries nothing.
         """
-        if self.scatter is None or self.mean:
+        if self.scatter is None or self.is_mean_drive:
             return self.weights
         twist, clearance = found.prediction.contact, found.prediction.clearance
-        near, alike = 0.02 * self.base.reach, 0.3 * self.scatter.responses.deviation
-        for other, play, weights in ((self.scatter.twist, 0.0, self.weights), *self.shifted):
+        near, alike = 0.02 * self.base.max_twist, 0.3 * self.scatter.responses.deviation
+        for other, play, weights in ((self.scatter.twist, 0.0, self.weights), *self.weights_cache):
             if np.abs(twist - other).max() < near and np.abs(clearance - play).max() < alike:
                 return weights.with_size(found.weighting.size)
-        weights = weighting(self.variance, *self.scatter.at(twist, clearance))
-        self.shifted.append((twist, clearance, weights))
+        weights = weighting(self.variance, *self.scatter.columns_at(twist, clearance))
+        self.weights_cache.append((twist, clearance, weights))
         return weights.with_size(found.weighting.size)
 
     def fit_from(
@@ -110,55 +110,55 @@ class Study:
             self.predictor(names),
             self.torque,
             self.weights if weights is None else weights,
-            self.box(names),
+            self.bounds(names),
             start,
             steps,
             tolerance,
             refit_size,
         )
 
-    def slim(self, found: Fit) -> Fit:
-        """A fit to send to another process, without the weights that a study there has as well."""
+    def without_weights(self, found: Fit) -> Fit:
+        """A fit to send to another process, without the weights that a problem there has as well."""
         own = found.weighting.mean is self.weights.mean and found.weighting.individual is self.weights.individual
-        return replace(found, weighting=bare(found.weighting.size)) if own else found
+        return replace(found, weighting=size_only(found.weighting.size)) if own else found
 
-    def whole(self, found: Fit) -> Fit:
+    def with_weights(self, found: Fit) -> Fit:
         """A fit that was sent by another process."""
         return (
             replace(found, weighting=self.weights.with_size(found.weighting.size))
-            if is_bare(found.weighting)
+            if is_size_only(found.weighting)
             else found
         )
 
-    def expected(self, found: Fit) -> float:
+    def expected_cost(self, found: Fit) -> float:
         """The cost that noise and scatter alone would leave, in the mean."""
-        return self.alone(found.weighting) + found.weighting.log_determinant
+        return self.expected_chi_square(found.weighting) + found.weighting.log_determinant
 
-    def alone(self, weights: Weighting) -> float:
+    def expected_chi_square(self, weights: Weighting) -> float:
         """The chi-square that noise and roughness leave in the mean."""
-        return float(self.alone_by_block(weights).sum())
+        return float(self.expected_chi_square_by_block(weights).sum())
 
-    def alone_by_block(self, weights: Weighting) -> Array:
+    def expected_chi_square_by_block(self, weights: Weighting) -> Array:
         """The same of every block, (n,)."""
         share = weights.noise_ratio
         return share * self.block_variance / self.variance + 1 - share
 
-    def excess(self, found: Fit) -> float:
+    def excess_cost(self, found: Fit) -> float:
         """The cost of a fit beyond what noise and scatter explain."""
-        return found.cost - self.expected(found)
+        return found.cost - self.expected_cost(found)
 
 
 def search_blocks(trace: Trace) -> Blocks:
     """The blocks on which sets are searched."""
-    return blocks_of(trace, max(1, round(len(trace) / SEARCH_SAMPLES)))
+    return make_blocks(trace, max(1, round(len(trace) / SEARCH_BLOCKS)))
 
 
 def block_variances(noise: Noise, slope: Array, count: Array) -> tuple[Array, Array]:
     """Variances of block means: (that weighs a block among others, that a block has), (N.m)^2, (n,) each."""
     single = noise.variance(slope)
-    weighing = single * noise.correlation / count
+    weighing = single * noise.correlation_time / count
     # Within a block the correlation falls off as that of a first-order autoregression of the same integral.
-    rho = (noise.correlation - 1) / (noise.correlation + 1)
+    rho = (noise.correlation_time - 1) / (noise.correlation_time + 1)
     lags = np.arange(1, int(count.max()) + 1)
     inside = 1 + 2 * ((1 - lags[None, :] / count[:, None]).clip(0) * rho ** lags[None, :]).sum(axis=1)
     return weighing, single * inside / count
@@ -176,34 +176,34 @@ def amplitudes(effect: Effect) -> list[int]:
     ]
 
 
-def shape_starts(effect: Effect, trace: Trace, reach: float) -> list[Array]:
+def start_variants(effect: Effect, trace: Trace, max_twist: float) -> list[Array]:
     """Parameter vectors of one effect with its sizes neutral and its lengths, times, speeds and phases varied."""
     speeds = np.abs(trace.output_speed)
     moving = speeds[speeds > 0.02 * speeds.max()] if speeds.max() > 0 else np.array([0.05])
     whole = float(trace.time[-1] - trace.time[0])
-    longest = max(float(trace.time[b - 1] - trace.time[a]) for a, b in trace.bounds)
+    longest = max(float(trace.time[b - 1] - trace.time[a]) for a, b in trace.run_ranges)
     variants: list[dict[str, float]] = [{}]
     if any(p.name == "phase" for p in effect.parameters):
-        variants = [{"phase": float(phase)} for phase in 2 * np.pi * np.arange(PHASES) / PHASES - np.pi]
+        variants = [{"phase": float(phase)} for phase in 2 * np.pi * np.arange(N_PHASES) / N_PHASES - np.pi]
     if any(p.name == "windup" for p in effect.parameters):
         # Where the crank hardly turns against the output, a fit finds its way from either end.
-        ends = (0.0, 1.0) if reach * abs(trace.ratio) > FAR else (0.0,)
+        ends = (0.0, 1.0) if max_twist * abs(trace.ratio) > LARGE_CRANK_TWIST else (0.0,)
         variants = [{**v, "windup": share} for v in variants for share in ends]
     for p in effect.parameters:
         if not is_logarithmic(p):
             continue
         values = {
-            "rad": [0.012 * reach, 0.08 * reach],
+            "rad": [0.012 * max_twist, 0.08 * max_twist],
             "s": [0.03 * longest, 0.15 * longest],
             "rad/s": np.quantile(moving, [0.1, 0.5, 0.9]).tolist(),
         }.get(p.unit, [p.nominal])
-        if never(p):
+        if may_be_infinite(p):
             values = [0.7 * whole, 10 * whole]
         variants = [{**v, p.name: float(np.clip(x, p.minimum, p.maximum))} for v in variants for x in values]
     return [np.array([v.get(p.name, p.neutral) for p in effect.parameters]) for v in variants]
 
 
-def candidates_of(missing: Sequence[str], base: Base) -> tuple[tuple[str, ...], dict[str, str]]:
+def select_candidates(missing: Sequence[str], base: BaseCurve) -> tuple[tuple[str, ...], dict[str, str]]:
     """Effects that a record with these columns missing can show, and why the others are left out."""
     lacks = {
         Requirement.TEMPERATURE: "temperature" in missing,
@@ -221,7 +221,7 @@ def candidates_of(missing: Sequence[str], base: Base) -> tuple[tuple[str, ...], 
 
 
 def make_weights(variance: Array, scatter: Scatter | None, twist: Array) -> Weighting:
-    """Weights of a study where the contacts feel a twist (n,); without a drawing nothing scatters."""
+    """Weights of a problem where the contacts feel a twist (n,); without a drawing nothing scatters."""
     if scatter is None:
         return weighting(variance, np.zeros((0, len(variance))))
-    return weighting(variance, *scatter.at(twist))
+    return weighting(variance, *scatter.columns_at(twist))

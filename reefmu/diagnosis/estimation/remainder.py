@@ -14,72 +14,72 @@ from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
-from ..preprocessing.noise import matching
+from ..preprocessing.noise import matching_cycles
 from .least_squares import Fit
-from .problem import Study
+from .problem import Problem
 
-CERTAIN = 3.0
+SIGNIFICANT_ERRORS = 3.0
 """Standard errors by which cycles must share something."""
-STRETCHES = 8
+SEGMENTS_PER_CYCLE = 8
 """Parts of every pair of cycles over which products are averaged; the spread of these means gives the error."""
 
 
 @dataclass(frozen=True)
-class Shared:
+class CycleCovariance:
     """Mean square, (N.m)^2, that repeated cycles share, and its standard error; pairs: of cycles compared."""
 
-    mean_square: float
-    error: float
+    covariance: float
+    standard_error: float
     pairs: int
 
 
-def remainder(study: Study, fit: Fit) -> float:
+def remainder(problem: Problem, fit: Fit) -> float:
     """Rms, N.m, of what neither the model nor the scatter nor the noise explains."""
-    rest = study.torque - fit.prediction.torque
-    rest = rest - scattered(study, fit, rest)
-    weight = study.blocks.count / study.blocks.count.sum()
-    excess = float((weight * (rest**2 - study.block_variance)).sum())
+    rest = problem.torque - fit.prediction.torque
+    rest = rest - predicted_scatter(problem, fit, rest)
+    weight = problem.blocks.count / problem.blocks.count.sum()
+    excess = float((weight * (rest**2 - problem.block_variance)).sum())
     return float(np.sqrt(max(excess, 0.0)))
 
 
-def repeated(study: Study, fit: Fit) -> Shared | None:
+def repeated_residual(problem: Problem, fit: Fit) -> CycleCovariance | None:
     """What repeated cycles share beside a fit; None where none repeat."""
-    predictor = study.predictor(fit.names)
+    predictor = problem.predictor(fit.names)
     predictor.blocks = None
-    rest = study.trace.torque - predictor(fit.parameters).torque
-    whole = study.torque - fit.prediction.torque
-    own = np.repeat(scattered(study, fit, whole), study.blocks.count.astype(int))
-    return shared(rest - own, matching(study.trace))
+    rest = problem.trace.torque - predictor(fit.parameters).torque
+    whole = problem.torque - fit.prediction.torque
+    own = np.repeat(predicted_scatter(problem, fit, whole), problem.blocks.count.astype(int))
+    return cycle_covariance(rest - own, matching_cycles(problem.trace))
 
 
-def comes_again(study: Study, fit: Fit) -> bool:
+def is_repeatable(problem: Problem, fit: Fit) -> bool:
     """Whether repeated cycles share something of what is left beside a fit, or none are repeated."""
-    both = repeated(study, fit)
-    return both is None or both.mean_square > CERTAIN * both.error
+    both = repeated_residual(problem, fit)
+    return both is None or both.covariance > SIGNIFICANT_ERRORS * both.standard_error
 
 
-def shared(rest: Array, pairs: list[tuple[NDArray[np.intp], NDArray[np.intp]]]) -> Shared | None:
+def cycle_covariance(rest: Array, pairs: list[tuple[NDArray[np.intp], NDArray[np.intp]]]) -> CycleCovariance | None:
     """From residuals (n,), N.m, and indices of matching samples in pairs of cycles.
 
     >>> rng = np.random.default_rng(0)
     >>> wave = np.tile(np.sin(np.arange(200) / 5), 20)
     >>> cycles = [np.arange(200) + 200 * k for k in range(20)]
-    >>> found = shared(wave + 3 * rng.standard_normal(4000), list(zip(cycles[::2], cycles[1::2])))
-    >>> abs(found.mean_square - 0.5) < 3 * found.error < 1
+    >>> found = cycle_covariance(wave + 3 * rng.standard_normal(4000), list(zip(cycles[::2], cycles[1::2])))
+    >>> abs(found.covariance - 0.5) < 3 * found.standard_error < 1
     True
     """
     means = [
         float(part.mean())
         for first, second in pairs
-        for part in np.array_split(rest[first] * rest[second], STRETCHES)
+        for part in np.array_split(rest[first] * rest[second], SEGMENTS_PER_CYCLE)
         if len(part)
     ]
-    if len(means) < 2 * STRETCHES:
+    if len(means) < 2 * SEGMENTS_PER_CYCLE:
         return None
-    return Shared(float(np.mean(means)), float(np.std(means, ddof=1) / np.sqrt(len(means))), len(pairs))
+    return CycleCovariance(float(np.mean(means)), float(np.std(means, ddof=1) / np.sqrt(len(means))), len(pairs))
 
 
-def scattered(study: Study, fit: Fit, rest: Array) -> Array:
+def predicted_scatter(problem: Problem, fit: Fit, rest: Array) -> Array:
     """The likeliest part (n,), N.m, of a residual that is this drive's own scatter."""
     w = fit.weighting
     strength = w.size**2 * w.strength

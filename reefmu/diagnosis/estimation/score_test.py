@@ -13,9 +13,9 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ..forward.effect_functions import kernel
+from ...effects import find_effect
 from .least_squares import Fit
-from .problem import Study, amplitudes, shape_starts
+from .problem import Problem, amplitudes, start_variants
 from .weighting import Weighting
 
 STEP = 0.02
@@ -35,14 +35,14 @@ class Direction:
     paired: bool
 
 
-def directions(study: Study, name: str, at: Fit) -> list[Direction]:
+def linearise(problem: Problem, name: str, at: Fit) -> list[Direction]:
     """All variants of a candidate, linearised about a fit."""
-    effect = kernel(name).effect
+    effect = find_effect(name)
     sizes = amplitudes(effect)
-    predictor = study.predictor((*at.names, name))
+    predictor = problem.predictor((*at.names, name))
     paired = any(p.name.startswith("phase_") for p in effect.parameters)
     found = []
-    for start in shape_starts(effect, study.trace, study.base.reach):
+    for start in start_variants(effect, problem.trace, problem.base.max_twist):
         first = len(at.parameters)
         parts = []
         for phase in (0.0, np.pi / 2) if paired else (0.0,):
@@ -57,9 +57,9 @@ def directions(study: Study, name: str, at: Fit) -> list[Direction]:
     return found
 
 
-def projector(weights: Weighting, known: Array) -> Array:
+def orthonormal_basis(weights: Weighting, known: Array) -> Array:
     """Orthonormal basis (n, k) of the whitened columns `known` (n, k)."""
-    white = weights.white(known)
+    white = weights.whiten(known)
     norm = np.linalg.norm(white, axis=0)
     keep = norm > 1e-12 * max(float(norm.max(initial=0.0)), 1e-300)
     q, r = np.linalg.qr(white[:, keep] / norm[keep])
@@ -67,11 +67,11 @@ def projector(weights: Weighting, known: Array) -> Array:
     return q[:, good]
 
 
-def gains(direction: Direction, weights: Weighting, basis: Array, residuals: Array) -> tuple[Array, Array, float]:
+def score_gains(direction: Direction, weights: Weighting, basis: Array, residuals: Array) -> tuple[Array, Array, float]:
     """What a direction would gain on whitened residuals (n, m): cost (m,), sizes (k, m), and the share of the
     direction that the parameters of `basis` cannot imitate.
     """
-    white = weights.white(direction.columns)
+    white = weights.whiten(direction.columns)
     own = np.linalg.norm(white)
     rest = white - basis @ (basis.T @ white)
     q, r = np.linalg.qr(rest)
@@ -86,9 +86,9 @@ def gains(direction: Direction, weights: Weighting, basis: Array, residuals: Arr
     return gain, np.asarray(sizes, float), share
 
 
-def start_of(direction: Direction, sizes: Array) -> Array:
+def starting_parameters(direction: Direction, sizes: Array) -> Array:
     """Parameters of the candidate from the linear sizes (k,)."""
-    effect = kernel(direction.name).effect
+    effect = find_effect(direction.name)
     p = direction.start.copy()
     m = len(direction.sizes)
     for j, k in enumerate(direction.sizes):
@@ -106,17 +106,19 @@ def start_of(direction: Direction, sizes: Array) -> Array:
     return p
 
 
-def screen(study: Study, at: Fit, found: Iterable[Direction], size: float) -> list[tuple[float, str, Array]]:
+def rank_directions(
+    problem: Problem, at: Fit, found: Iterable[Direction], size: float
+) -> list[tuple[float, str, Array]]:
     """(gain, name, starting parameters) of every direction, linearised about a fit, on that fit's residual, best first.
 
     size: of the scatter.
     """
     weights = at.weighting.with_size(size)
-    basis = projector(weights, at.prediction.sensitivities)
-    residual = weights.white(study.torque - at.prediction.torque)[:, None]
+    basis = orthonormal_basis(weights, at.prediction.sensitivities)
+    residual = weights.whiten(problem.torque - at.prediction.torque)[:, None]
     residual = residual - basis @ (basis.T @ residual)
     scored = []
     for direction in found:
-        gain, sizes, _ = gains(direction, weights, basis, residual)
-        scored.append((float(gain[0]), direction.name, start_of(direction, sizes[:, 0])))
+        gain, sizes, _ = score_gains(direction, weights, basis, residual)
+        scored.append((float(gain[0]), direction.name, starting_parameters(direction, sizes[:, 0])))
     return sorted(scored, key=lambda item: -item[0])

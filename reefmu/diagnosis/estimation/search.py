@@ -11,29 +11,28 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import find_effect
-from ..forward.effect_functions import kernel
-from .least_squares import Fit, is_logarithmic, never
-from .problem import Study, amplitudes
-from .score_test import Direction, directions, screen
-from .weighting import SIZES
-from .worker_pool import Crew
+from .least_squares import Fit, is_logarithmic, may_be_infinite
+from .problem import Problem, amplitudes
+from .score_test import Direction, linearise, rank_directions
+from .weighting import SCATTER_SIZES
+from .worker_pool import WorkerPool
 
-BEAM = 4
+BEAM_WIDTH = 4
 """Sets of each size that the next effect is added to."""
-FURTHER = 8
+MAX_CANDIDATES = 8
 """Candidates, the best by their scores, that are tried as a second effect; half as many as a third."""
-SETTLED = 5
+N_REFINED = 5
 """Sets of each size that are fitted to the end."""
-STARTS = 2
+MAX_VARIANTS = 2
 """Variants of a candidate that are fitted, the best by their scores."""
-MOST_SWAPS = 3
+MAX_SWAP_ROUNDS = 3
 """Rounds of swapping."""
-WORTH = 6.0
+MIN_GAIN = 6.0
 """Gain by score below which a further effect is not fitted."""
-ROUGH = 0.1
+COARSE_TOLERANCE = 0.1
 """Change of the cost at which a fit ends that only ranks sets."""
 
-Traces = Mapping[str, Sequence[Direction]]
+Directions = Mapping[str, Sequence[Direction]]
 """Variants of every candidate about one fit."""
 
 
@@ -45,76 +44,88 @@ class Search:
     best: dict[int, list[Fit]]
 
 
-def base_fit(study: Study) -> Fit:
+def base_fit(problem: Problem) -> Fit:
     """Zero and base shape alone."""
-    twist = study.blocks.mean(study.trace.twist)
+    twist = problem.blocks.mean(problem.trace.twist)
     starts = [0.0, float(np.median(twist))]
-    near = np.abs(study.torque) < 0.05 * study.base.full_torque
+    near = np.abs(problem.torque) < 0.05 * problem.base.full_torque
     if near.any():
         starts.append(float(np.median(twist[near])))
-    fits = [study.fit_from((), np.concatenate([[z], study.base.shape_start])) for z in dict.fromkeys(starts)]
+    fits = [problem.fit_from((), np.concatenate([[z], problem.base.shape_start])) for z in dict.fromkeys(starts)]
     return min(fits, key=lambda f: f.cost)
 
 
-def traces_of(crew: Crew, at: Fit) -> dict[str, list[Direction]]:
+def linearise_candidates(pool: WorkerPool, at: Fit) -> dict[str, list[Direction]]:
     """Variants of all candidates about a fit."""
-    names = crew.study.candidates
-    return dict(zip(names, crew.map(_traced, [(name, crew.study.slim(at)) for name in names]), strict=True))
+    names = pool.problem.candidates
+    return dict(
+        zip(names, pool.map(_linearised, [(name, pool.problem.without_weights(at)) for name in names]), strict=True)
+    )
 
 
-def _traced(study: Study, job: tuple[str, Fit]) -> list[Direction]:
-    return directions(study, job[0], study.whole(job[1]))
+def _linearised(problem: Problem, job: tuple[str, Fit]) -> list[Direction]:
+    return linearise(problem, job[0], problem.with_weights(job[1]))
 
 
 def search(
-    crew: Crew, base: Fit, traces: Traces, most: int = 3, progress: Callable[[str, float], None] | None = None
+    pool: WorkerPool,
+    base: Fit,
+    directions: Directions,
+    most: int = 3,
+    progress: Callable[[str, float], None] | None = None,
 ) -> Search:
-    """Fit singles, pairs and, where they promise anything, thirds; traces: of the candidates about the base fit."""
-    study = crew.study
+    """Fit singles, pairs and, where they promise anything, thirds; directions: of the candidates about the base fit."""
+    problem = pool.problem
     best: dict[int, list[Fit]] = {0: [base]}
     for size in range(1, most + 1):
-        done = partial(_tell, progress, size, most)
+        done = partial(_report, progress, size, most)
         done(0.0)
-        parents = best[size - 1][: BEAM if size < 3 else BEAM // 2]
-        starts = promising(study, base, study.candidates, traces) if size == 1 else _starts(crew, parents, frozenset())
-        ranked = sorted(_best_of(fitted(crew, starts, done)).values(), key=lambda f: f.cost)
+        parents = best[size - 1][: BEAM_WIDTH if size < 3 else BEAM_WIDTH // 2]
+        starts = (
+            promising_starts(problem, base, problem.candidates, directions)
+            if size == 1
+            else _all_starts(pool, parents, frozenset())
+        )
+        ranked = sorted(_best_by_set(fit_starts(pool, starts, done)).values(), key=lambda f: f.cost)
         if not ranked:
             break
-        best[size] = [settled(study, fit) for fit in ranked[:SETTLED]] + ranked[SETTLED:]
+        best[size] = [refine(problem, fit) for fit in ranked[:N_REFINED]] + ranked[N_REFINED:]
         best[size].sort(key=lambda f: f.cost)
-        if size >= 2 and best[size - 1][0].cost - best[size][0].cost < WORTH:
+        if size >= 2 and best[size - 1][0].cost - best[size][0].cost < MIN_GAIN:
             break
         if size >= 2:
-            best[size] = swapped(crew, best[size], best[size - 1], parents)
+            best[size] = swap_members(pool, best[size], best[size - 1], parents)
     return Search(base, best)
 
 
-def swapped(crew: Crew, fits: list[Fit], smaller: list[Fit], extended_already: list[Fit]) -> list[Fit]:
+def swap_members(pool: WorkerPool, fits: list[Fit], smaller: list[Fit], extended_already: list[Fit]) -> list[Fit]:
     """The fits of one size with each member of the best replaced by every other candidate, until none is better.
 
     smaller: fits with one effect less, from which the replacements start; extended_already: those of them from which
     the fits came.
     """
-    study = crew.study
+    problem = pool.problem
     known = {frozenset(f.names): f for f in fits}
     parts = {frozenset(f.names): f for f in smaller}
     tried = {frozenset(f.names) for f in extended_already}
-    for _ in range(MOST_SWAPS):
+    for _ in range(MAX_SWAP_ROUNDS):
         best = min(known.values(), key=lambda f: f.cost)
         left = [frozenset(best.names) - {name} for name in best.names]
         new = [part for part in left if part not in tried]
         if not new:
             break
         tried.update(new)
-        parents = [parts[part] if part in parts else study.fit_from(*part_of(study, best, part)) for part in new]
-        for names, fit in _best_of(fitted(crew, _starts(crew, parents, frozenset(known)))).items():
-            known[names] = settled(study, fit) if fit.cost < best.cost else fit
+        parents = [
+            parts[part] if part in parts else problem.fit_from(*restrict_fit(problem, best, part)) for part in new
+        ]
+        for names, fit in _best_by_set(fit_starts(pool, _all_starts(pool, parents, frozenset(known)))).items():
+            known[names] = refine(problem, fit) if fit.cost < best.cost else fit
     return sorted(known.values(), key=lambda f: f.cost)
 
 
-def part_of(study: Study, fit: Fit, names: frozenset[str]) -> tuple[tuple[str, ...], Array]:
+def restrict_fit(problem: Problem, fit: Fit, names: frozenset[str]) -> tuple[tuple[str, ...], Array]:
     """Some names of a fit, and its parameters without the others'."""
-    layout, parameters = study.layout(fit.names).part(names, fit.parameters)
+    layout, parameters = problem.layout(fit.names).part(names, fit.parameters)
     return layout.names, parameters
 
 
@@ -127,15 +138,15 @@ class Start:
     size: float
 
 
-def promising(
-    study: Study,
+def promising_starts(
+    problem: Problem,
     parent: Fit,
     candidates: Sequence[str],
-    traces: Traces | None = None,
+    directions: Directions | None = None,
     known: frozenset[frozenset[str]] = frozenset(),
 ) -> list[Start]:
-    """Starts of all sets worth a fit that have one effect more; traces: of the candidates about the parent, if there
-    are any; known: sets that need none."""
+    """Starts of all sets worth a fit that have one effect more; directions: of the candidates about the parent, if any;
+    known: sets that need none."""
     names = [
         n
         for n in candidates
@@ -143,62 +154,70 @@ def promising(
         and frozenset((*parent.names, n)) not in known
         and find_effect(n).identification.sign_pair not in parent.names
     ]
-    # `screen` is in the order of the scores; nearly all of what a further effect gains shows there.
-    most = len(names) if not parent.names else FURTHER if len(parent.names) == 1 else FURTHER // 2
-    floor = WORTH if parent.names else 1.0
-    shown = [d for name in names for d in (directions(study, name, parent) if traces is None else traces[name])]
+    # `rank_directions` is in the order of the scores; nearly all of what a further effect gains shows there.
+    most = len(names) if not parent.names else MAX_CANDIDATES if len(parent.names) == 1 else MAX_CANDIDATES // 2
+    floor = MIN_GAIN if parent.names else 1.0
+    shown = [
+        d for name in names for d in (linearise(problem, name, parent) if directions is None else directions[name])
+    ]
     # As an individual of the population and as the mean drive: the scatter bends what a small effect looks like.
     starts: list[Start] = []
-    for size in dict.fromkeys((parent.weighting.size, SIZES[0])):
+    for size in dict.fromkeys((parent.weighting.size, SCATTER_SIZES[0])):
         taken: dict[str, int] = {}
-        for gain, name, start in screen(study, parent, shown, size):
+        for gain, name, start in rank_directions(problem, parent, shown, size):
             new = name not in taken
-            if gain <= floor or (new and len(taken) >= most) or taken.get(name, 0) >= (1 if parent.names else STARTS):
+            if (
+                gain <= floor
+                or (new and len(taken) >= most)
+                or taken.get(name, 0) >= (1 if parent.names else MAX_VARIANTS)
+            ):
                 continue
             taken[name] = taken.get(name, 0) + 1
             starts.append(Start((*parent.names, name), np.concatenate([parent.parameters, start]), size))
     return starts
 
 
-def _starts(crew: Crew, parents: Sequence[Fit], known: frozenset[frozenset[str]]) -> list[Start]:
+def _all_starts(pool: WorkerPool, parents: Sequence[Fit], known: frozenset[frozenset[str]]) -> list[Start]:
     """Those of several parents; each set from the first parent that promises it only where they hold three or more."""
-    jobs = [(crew.study.slim(parent), crew.study.candidates, known) for parent in parents]
+    jobs = [(pool.problem.without_weights(parent), pool.problem.candidates, known) for parent in parents]
     found: list[Start] = []
-    for starts in crew.map(_promising, jobs):
+    for starts in pool.map(_starts_of, jobs):
         made = {frozenset(s.names) for s in found if len(s.names) > 2}
         found += [s for s in starts if frozenset(s.names) not in made]
     return found
 
 
-def _promising(study: Study, job: tuple[Fit, tuple[str, ...], frozenset[frozenset[str]]]) -> list[Start]:
+def _starts_of(problem: Problem, job: tuple[Fit, tuple[str, ...], frozenset[frozenset[str]]]) -> list[Start]:
     parent, candidates, known = job
-    return promising(study, study.whole(parent), candidates, known=known)
+    return promising_starts(problem, problem.with_weights(parent), candidates, known=known)
 
 
-def fitted(crew: Crew, starts: Sequence[Start], done: Callable[[float], None] | None = None) -> list[Fit]:
+def fit_starts(pool: WorkerPool, starts: Sequence[Start], done: Callable[[float], None] | None = None) -> list[Fit]:
     """A fit from every start, good enough to rank; done: called with the share done."""
     fits: list[Fit] = []
-    for fit in crew.map(_fitted, starts):
-        fits.append(crew.study.whole(fit))
+    for fit in pool.map(_fit_start, starts):
+        fits.append(pool.problem.with_weights(fit))
         if done:
             done(len(fits) / len(starts))
     return fits
 
 
-def _tell(progress: Callable[[str, float], None] | None, size: int, most: int, share: float) -> None:
+def _report(progress: Callable[[str, float], None] | None, size: int, most: int, share: float) -> None:
     if progress:
         progress(f"sets of {size}", (size - 1 + share) / most)
 
 
-def _fitted(study: Study, start: Start) -> Fit:
+def _fit_start(problem: Problem, start: Start) -> Fit:
     """A fit whose first steps see a scatter of this size: a wide one would swallow the effect before it is found."""
     at = start.parameters
-    if start.size == SIZES[0]:
-        at = study.fit_from(start.names, at, study.weights.with_size(start.size), 6, ROUGH, refit_size=False).parameters
-    return study.slim(study.fit_from(start.names, at, steps=12, tolerance=ROUGH))
+    if start.size == SCATTER_SIZES[0]:
+        at = problem.fit_from(
+            start.names, at, problem.weights.with_size(start.size), 6, COARSE_TOLERANCE, refit_size=False
+        ).parameters
+    return problem.without_weights(problem.fit_from(start.names, at, steps=12, tolerance=COARSE_TOLERANCE))
 
 
-def _best_of(fits: Sequence[Fit]) -> dict[frozenset[str], Fit]:
+def _best_by_set(fits: Sequence[Fit]) -> dict[frozenset[str], Fit]:
     """The best fit of every set."""
     best: dict[frozenset[str], Fit] = {}
     for fit in fits:
@@ -208,26 +227,26 @@ def _best_of(fits: Sequence[Fit]) -> dict[frozenset[str], Fit]:
     return best
 
 
-def settled(study: Study, fit: Fit) -> Fit:
+def refine(problem: Problem, fit: Fit) -> Fit:
     """The set fitted to the end, under the scatter at the twist that its contacts feel."""
-    weights = study.weights_at(fit)
-    better = study.fit_from(fit.names, fit.parameters, weights if weights is not study.weights else None)
+    weights = problem.weights_at(fit)
+    better = problem.fit_from(fit.names, fit.parameters, weights if weights is not problem.weights else None)
     return better if better.cost < fit.cost else fit
 
 
-def degenerate(study: Study, fit: Fit) -> bool:
+def is_degenerate(problem: Problem, fit: Fit) -> bool:
     """Whether a time, a length or a speed has run to where the record cannot resolve it: the effect then only
     imitates a simpler one."""
-    t = study.trace
+    t = problem.trace
     step = t.step[~t.start & (t.step > 0)]
     limits = {
         "s": (2 * float(np.median(step)) if step.size else 0.0, 10 * float(t.time[-1] - t.time[0])),
         "rad/s": (0.0, 5 * float(np.abs(t.output_speed).max())),
-        "rad": (0.0, 2 * study.base.reach),
+        "rad": (0.0, 2 * problem.base.max_twist),
     }
-    for at, p in study.layout(fit.names).effect_parameters():
+    for at, p in problem.layout(fit.names).effect_parameters():
         low, high = limits.get(p.unit, (0.0, np.inf))
-        high = np.inf if never(p) else high
+        high = np.inf if may_be_infinite(p) else high
         if is_logarithmic(p) and not low <= fit.parameters[at] <= high:
             return True
     return False
@@ -235,13 +254,13 @@ def degenerate(study: Study, fit: Fit) -> bool:
 
 def n_parameters(fit: Fit) -> int:
     """Parameters of the effects of a fit."""
-    return sum(len(kernel(name).effect.parameters) for name in fit.names)
+    return sum(len(find_effect(name).parameters) for name in fit.names)
 
 
-def without(study: Study, fit: Fit, name: str) -> Array:
+def torque_without(problem: Problem, fit: Fit, name: str) -> Array:
     """The fit's torque with one effect switched off and all else as it is, (n,) N.m."""
     p = fit.parameters.copy()
-    first, effect = study.layout(fit.names).effects[name].start, kernel(name).effect
+    first, effect = problem.layout(fit.names).effects[name].start, find_effect(name)
     for k in amplitudes(effect):
         p[first + k] = effect.parameters[k].neutral
-    return study.predictor(fit.names)(p).torque
+    return problem.predictor(fit.names)(p).torque

@@ -1,9 +1,9 @@
 """The base curve that a record is held against: a drawing, a curve file, or a free power law.
 
-All three give a torque over twist and clearance (`elastic.Elastic`), base parameters that are fitted together
+All three give a torque over twist and clearance (`elastic.ElasticTorque`), base parameters that are fitted together
 with every candidate, and a `Lookup`, so that the corrected model runs in `reefmu.simulate` like any other.
 Without a drawing there is no lever that turns a clearance into a twist: there the clearance, m, is the play,
-rad, to either side times `NO_LEVER`.
+rad, to either side times `NOMINAL_LEVER`.
 """
 
 from __future__ import annotations
@@ -27,30 +27,30 @@ from ...effects import EFFECTS
 from ...model.contact import with_contact_tables
 from ...model.curve_table import curve_lookup
 from ...record import Record, check_range, convert_units
-from ..preprocessing.audit import ENCODER, changes
+from ..preprocessing.audit import ANGLE_RESOLUTION, exceeds_resolution
 from ..preprocessing.trace import Trace
-from .elastic import Elastic, LookupElastic, PowerElastic
+from .elastic import ElasticTorque, LookupTorque, PowerLawTorque
 from .vectorised import Number
 
-NO_LEVER = 0.01
+NOMINAL_LEVER = 0.01
 """m/rad, where no drawing gives eccentricity and ratio."""
-CURVE_SCALE = 0.05
+SCALE_DEVIATION = 0.05
 """Standard deviation of a curve file's scale, as a share, where the file states no band."""
 
 
 @dataclass(frozen=True)
-class Base:
+class BaseCurve:
     """kind: "drawing", "curve" or "power law"; ratio: signed, 1 for a still crank; lever: m/rad, clearance over
     the twist that it frees; shape_names, shape_start, shape_low, shape_high, shape_prior: of base parameters;
     full_torque: N.m; lookup: tables of the curve, None for a power law until its parameters are known.
     """
 
     kind: str
-    elastic: Elastic
+    elastic: ElasticTorque
     ratio: float
     lever: float
     full_torque: float
-    reach: float
+    max_twist: float
     shape_names: tuple[str, ...]
     shape_start: Array
     shape_low: Array
@@ -69,25 +69,25 @@ class Base:
 
 
 @dataclass(frozen=True)
-class ScaledElastic:
+class ScaledTorque:
     """Another elastic torque times a factor 1 + shape[0]: a curve file's uncertain scale."""
 
-    inner: Elastic
+    inner: ElasticTorque
 
     def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
-        """See `Elastic`; shape is (share,)."""
+        """See `ElasticTorque`; shape is (share,)."""
         value, by_twist, by_clearance, _ = self.inner.evaluate(twist, clearance, np.zeros(0))
         factor = 1 + float(shape[0])
         return factor * value, factor * by_twist, factor * by_clearance, [value]
 
 
-def drawing_base(drive: Drive, lookup: Lookup) -> Base:
+def drawing_base(drive: Drive, lookup: Lookup) -> BaseCurve:
     """The mean torque of a drawing's lookup. What individuals differ is the scatter's business, not a scale's."""
     none = np.zeros(0)
     whole = with_contact_tables(lookup, drive, tuple(EFFECTS.values()))
-    return Base(
+    return BaseCurve(
         "drawing",
-        LookupElastic.of(lookup),
+        LookupTorque.of(lookup),
         drive.ratio,
         drive.eccentricity * abs(drive.ratio),
         lookup.full_torque,
@@ -105,7 +105,7 @@ def drawing_base(drive: Drive, lookup: Lookup) -> Base:
     )
 
 
-def ratio_without_drawing(record: Record) -> float:
+def ratio_from_angles(record: Record) -> float:
     """The signed transmission ratio that a record's own angles show; 1 where the crank stands still.
 
     The crank's angle over the output's is a straight line but for the twist; its slope is the ratio, taken as the
@@ -115,15 +115,15 @@ def ratio_without_drawing(record: Record) -> float:
     if np.ptp(crank) == 0 or "crank_angle" in record.missing:
         return 1.0
     where = record.source or "record"
-    if not changes(output, ENCODER, float(np.abs(output).max())):
+    if not exceeds_resolution(output, ANGLE_RESOLUTION, float(np.abs(output).max())):
         raise InputError(
             f"{where}: expected an output that turns, or a twist [rad] in place of the angles, for a gear "
             "without a drawing, got a turning crank at an output that stands still: no ratio can be known"
         )
     across, along = output - output.mean(), crank - crank.mean()
     slope = float(across @ along) / float(across @ across)
-    left = float(np.std(along - slope * across) / np.std(crank))
-    if abs(slope) < 1.5 or left > 0.05:
+    residual = float(np.std(along - slope * across) / np.std(crank))
+    if abs(slope) < 1.5 or residual > 0.05:
         raise InputError(
             f"{where}: expected a crank that turns with the output, or stands still, "
             "for a gear without a drawing, got angles that show no transmission ratio"
@@ -132,21 +132,21 @@ def ratio_without_drawing(record: Record) -> float:
     return float(whole if abs(slope - whole) < 0.02 * abs(slope) else slope)
 
 
-def curve_base(path: str | os.PathLike[str], ratio: float = 1.0) -> Base:
+def curve_base(path: str | os.PathLike[str], ratio: float = 1.0) -> BaseCurve:
     """A curve file: the columns of `reefmu curve`, or any `twist [unit]` and `torque [N.m]` (or torque_mean).
 
-    ratio: of the record that is held against it, see `ratio_without_drawing`.
+    ratio: of the record that is held against it, see `ratio_from_angles`.
 
     Raises `InputError` for a file without them or with twists that do not rise.
     """
     twist, torque, spread = _read_curve(Path(path))
-    lookup = curve_lookup(twist, torque, NO_LEVER, Path(path).stem, ratio)
+    lookup = curve_lookup(twist, torque, NOMINAL_LEVER, Path(path).stem, ratio)
     one = np.ones(1)
-    return Base(
+    return BaseCurve(
         "curve",
-        ScaledElastic(LookupElastic.of(lookup)),
+        ScaledTorque(LookupTorque.of(lookup)),
         ratio,
-        NO_LEVER,
+        NOMINAL_LEVER,
         float(np.abs(torque).max()),
         float(np.abs(twist).max()),
         ("scale",),
@@ -160,18 +160,18 @@ def curve_base(path: str | os.PathLike[str], ratio: float = 1.0) -> Base:
     )
 
 
-def power_base(trace: Trace) -> Base:
+def power_base(trace: Trace) -> BaseCurve:
     """A free power law for a record of a gear that has no drawing and no curve."""
-    reach = float(np.ptp(np.quantile(trace.twist, [0.002, 0.998])) / 2) or 1e-3
+    max_twist = float(np.ptp(np.quantile(trace.twist, [0.002, 0.998])) / 2) or 1e-3
     full = float(np.quantile(np.abs(trace.torque - np.median(trace.torque)), 0.998)) or 1.0
-    elastic = PowerElastic(reach, NO_LEVER, 1e-3 * reach)
-    return Base(
+    elastic = PowerLawTorque(max_twist, NOMINAL_LEVER, 1e-3 * max_twist)
+    return BaseCurve(
         "power law",
         elastic,
         trace.ratio,
-        NO_LEVER,
+        NOMINAL_LEVER,
         full,
-        reach,
+        max_twist,
         ("log_scale", "exponent"),
         np.array([np.log(full), 1.2]),
         np.array([np.log(full) - 5, 0.3]),
@@ -181,12 +181,12 @@ def power_base(trace: Trace) -> Base:
     )
 
 
-def lookup_of(base: Base, shape: Array) -> Lookup:
+def lookup_of(base: BaseCurve, shape: Array) -> Lookup:
     """Tables of the base curve with its fitted parameters."""
     if base.kind == "drawing":
         assert base.lookup is not None
         return base.lookup
-    twist = np.linspace(-1.6, 1.6, 321) * base.reach
+    twist = np.linspace(-1.6, 1.6, 321) * base.max_twist
     torque = base.elastic.evaluate(twist, np.zeros_like(twist), shape)[0]
     return curve_lookup(twist, torque, base.lever, Path(base.source).stem, base.ratio)
 
@@ -226,7 +226,7 @@ def _read_curve(path: Path) -> tuple[Array, Array, float]:
 
     twist, torque = column("twist"), column(torque_name)
     expect(bool((np.diff(twist) > 0).all()), "twists that rise", "twists that do not", where)
-    spread = CURVE_SCALE
+    spread = SCALE_DEVIATION
     if "torque_p10" in titles and "torque_p90" in titles:
         high = torque > 0.5 * torque.max()
         share = (column("torque_p90") - column("torque_p10"))[high] / torque[high]

@@ -19,7 +19,7 @@ from stiffness_model.numerics.bspline import Axis, locate, slope_weights, weight
 from .vectorised import Number
 
 
-class Elastic(Protocol):
+class ElasticTorque(Protocol):
     """Torque over twist and clearance; `shape` holds base parameters that are fitted with the effects."""
 
     def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
@@ -86,36 +86,36 @@ def _across(axis: Axis, y: Array) -> tuple[NDArray[np.intp], Array, Array]:
 
 
 @dataclass(frozen=True)
-class LookupElastic:
+class LookupTorque:
     """Mean torque of a lookup; no base parameters of its own."""
 
     table: SplineTable
 
     @staticmethod
-    def of(lookup: Lookup) -> LookupElastic:
+    def of(lookup: Lookup) -> LookupTorque:
         """From a lookup's tables."""
-        return LookupElastic(SplineTable(lookup.axes, np.ascontiguousarray(lookup.coefficients[0])))
+        return LookupTorque(SplineTable(lookup.axes, np.ascontiguousarray(lookup.coefficients[0])))
 
     def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
-        """See `Elastic`; shape is empty."""
+        """See `ElasticTorque`; shape is empty."""
         return (*self.table.evaluate(twist, clearance), [])
 
 
 @dataclass(frozen=True)
-class PowerElastic:
-    """A free power law for gears without a drawing: scale (s/reach)^exponent at each of two flanks.
+class PowerLawTorque:
+    """A free power law for gears without a drawing: scale (s/max_twist)^exponent at each of two flanks.
 
     s is the twist beyond the play, clearance/lever, on either side; with interference both flanks carry about
-    the middle. reach: rad, a twist within the record, so that `scale` is a torque; lever: m/rad; corner: rad,
+    the middle. max_twist: rad, a twist within the record, so that `scale` is a torque; lever: m/rad; corner: rad,
     over which contact sets in, so that slopes exist. shape: (log of the scale in N.m, exponent).
     """
 
-    reach: float
+    max_twist: float
     lever: float
     corner: float
 
     def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
-        """See `Elastic`; shape is (log of the scale in N.m, exponent)."""
+        """See `ElasticTorque`; shape is (log of the scale in N.m, exponent)."""
         play = clearance / self.lever
         right, right_slope, right_log = self._flank(twist - play, shape)
         left, left_slope, left_log = self._flank(-twist - play, shape)
@@ -129,6 +129,6 @@ class PowerElastic:
 
     def _flank(self, gap: Array, shape: Array) -> tuple[Array, Array, Array]:
         root = np.sqrt(gap**2 + self.corner**2)
-        beyond = np.maximum((gap + root) / 2 / self.reach, 1e-12)
+        beyond = np.maximum((gap + root) / 2 / self.max_twist, 1e-12)
         value = np.exp(shape[0]) * beyond ** shape[1]
-        return value, shape[1] * value / beyond * (1 + gap / root) / 2 / self.reach, np.log(beyond)
+        return value, shape[1] * value / beyond * (1 + gap / root) / 2 / self.max_twist, np.log(beyond)

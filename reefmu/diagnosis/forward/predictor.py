@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import Effect, IndependentVariable, Place, State
+from ...effects import Effect, IndependentVariable, Place, State, find_effect
 from ..preprocessing.trace import Blocks, Trace
-from .base_curve import Base
+from .base_curve import BaseCurve
 from .effect_functions import Tangent, Values, accumulate, is_zero, kernel, scaled
 from .element import element_torque
 from .parameter_layout import ParameterLayout
@@ -59,7 +59,7 @@ class _Dual:
 class Predictor:
     """Evaluates one set of effects on one trace; means over `blocks` of it, if given. size: of the parameters."""
 
-    def __init__(self, trace: Trace, base: Base, names: Sequence[str], blocks: Blocks | None = None) -> None:
+    def __init__(self, trace: Trace, base: BaseCurve, names: Sequence[str], blocks: Blocks | None = None) -> None:
         self.trace, self.base, self.blocks = trace, base, blocks
         self.names = tuple(names)
         self.kernels = [kernel(name) for name in self.names]
@@ -277,7 +277,7 @@ class _Run:
         self.states, self.state_tangents = present, present_tangents
 
     def _solve(self, twist: _Dual, clearance: _Dual) -> tuple[_Dual, Array]:
-        """Elastic torque with tangents, and stiffness with the series compliance."""
+        """ElasticTorque torque with tangents, and stiffness with the series compliance."""
         pairs = [
             self._contribution(i, twist.tangent)
             for i, k in enumerate(self.of.kernels)
@@ -348,4 +348,4 @@ class _Run:
 
 def effects_of(names: Sequence[str]) -> list[Effect]:
     """The effects of these names."""
-    return [kernel(name).effect for name in names]
+    return [find_effect(name) for name in names]

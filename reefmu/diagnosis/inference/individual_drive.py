@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from ...effects import EFFECTS, ToleranceSignature
+from ...effects import EFFECTS, ToleranceSignature, find_effect
 from ..estimation.least_squares import Fit
-from ..estimation.problem import Study
-from ..estimation.search import part_of
-from ..estimation.weighting import INDIVIDUAL, SIZES
-from ..forward.effect_functions import kernel
+from ..estimation.problem import Problem
+from ..estimation.search import restrict_fit
+from ..estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES
 from .model_comparison import FORM_ERROR, crank_stands
 from .population_spread import as_individual_drive
 
@@ -24,44 +23,48 @@ CHANCE_GAIN, CHANCE_GAIN_PER_PARAMETER = 16.0, 8.0
 likely the more sizes of its curve must vanish, but every parameter takes one of them away."""
 IMPLAUSIBLE_SIZE = 2.0
 """Size of the scatter that these tolerances hardly make."""
-LARGEST_PLAUSIBLE_SIZE = max(size for size in SIZES if size < IMPLAUSIBLE_SIZE)
+LARGEST_PLAUSIBLE_SIZE = max(size for size in SCATTER_SIZES if size < IMPLAUSIBLE_SIZE)
 
 
-def limited_to_tolerances(study: Study, smaller: Fit, fit: Fit) -> Fit:
+def limited_to_tolerances(problem: Problem, smaller: Fit, fit: Fit) -> Fit:
     """The fit without a name, as of a drive of these tolerances where the name makes it one: a scatter wider than they
     make explains all there is."""
     if smaller.weighting.size < IMPLAUSIBLE_SIZE or fit.weighting.size >= IMPLAUSIBLE_SIZE:
         return smaller
-    return study.fit_from(
+    return problem.fit_from(
         smaller.names, smaller.parameters, smaller.weighting.with_size(LARGEST_PLAUSIBLE_SIZE), refit_size=False
     )
 
 
-def may_be_individual(study: Study, fit: Fit, base: Fit, smaller: Fit, name: str, overdispersion: float) -> bool:
+def may_be_individual(problem: Problem, fit: Fit, base: Fit, smaller: Fit, name: str, overdispersion: float) -> bool:
     """Whether this drive may be an individual: it scatters, or the record cannot tell and an individual, or several
     names for what it does by itself, would do hardly worse. smaller: the fit without the name."""
-    if fit.weighting.size >= INDIVIDUAL:
+    if fit.weighting.size >= INDIVIDUAL_SIZE:
         wide = smaller.weighting.size >= IMPLAUSIBLE_SIZE > fit.weighting.size
         return (name in SCATTER_LIKE and not wide) or (
             smaller.cost - fit.cost
         ) / overdispersion < 4 * MAX_INDIVIDUAL_GAIN
-    if crank_stands(study):
-        return name in SCATTER_LIKE and _by_chance(study, fit, base, smaller, name, overdispersion)
-    if study.mean or name not in CURVE_EFFECTS or (len(fit.names) == 1 and base.weighting.size < INDIVIDUAL):
+    if crank_stands(problem):
+        return name in SCATTER_LIKE and _by_chance(problem, fit, base, smaller, name, overdispersion)
+    if (
+        problem.is_mean_drive
+        or name not in CURVE_EFFECTS
+        or (len(fit.names) == 1 and base.weighting.size < INDIVIDUAL_SIZE)
+    ):
         return False
     # What scatters less than any single drive does is none.
-    single = smaller if smaller.weighting.size >= INDIVIDUAL else as_individual_drive(study, smaller)
+    single = smaller if smaller.weighting.size >= INDIVIDUAL_SIZE else as_individual_drive(problem, smaller)
     return (single.cost - fit.cost) / overdispersion < MAX_INDIVIDUAL_GAIN
 
 
-def _by_chance(study: Study, fit: Fit, base: Fit, smaller: Fit, name: str, overdispersion: float) -> bool:
+def _by_chance(problem: Problem, fit: Fit, base: Fit, smaller: Fit, name: str, overdispersion: float) -> bool:
     """Whether names that do what parts do are hardly likelier than a single drive, whose curve at one angle of the
     crank has but a few sizes, or than another form of the effects beside them: each of them, and all together."""
     alike = SCATTER_LIKE & set(fit.names)
     others = frozenset(fit.names) - alike
-    plain = study.fit_from(*part_of(study, fit, others)) if others else base
+    plain = problem.fit_from(*restrict_fit(problem, fit, others)) if others else base
     for without, names in ((smaller, {name}), (plain, alike)):
-        least = sum(CHANCE_GAIN + CHANCE_GAIN_PER_PARAMETER * len(kernel(n).effect.parameters) for n in names)
-        if without.weighting.size >= INDIVIDUAL and without.cost - fit.cost < overdispersion * least:
+        least = sum(CHANCE_GAIN + CHANCE_GAIN_PER_PARAMETER * len(find_effect(n).parameters) for n in names)
+        if without.weighting.size >= INDIVIDUAL_SIZE and without.cost - fit.cost < overdispersion * least:
             return True
     return plain.cost - fit.cost < FORM_ERROR * (base.cost - plain.cost)

@@ -9,11 +9,10 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import separating_test
+from ...effects import find_effect, separating_test
 from ..estimation.least_squares import Fit
-from ..estimation.problem import Study
-from ..estimation.score_test import Direction, projector
-from ..forward.effect_functions import kernel
+from ..estimation.problem import Problem
+from ..estimation.score_test import Direction, orthonormal_basis
 
 MIN_TRACE_SHARE = 0.03
 """Share of a candidate's trace that the base parameters must leave, or it is called invisible."""
@@ -30,30 +29,30 @@ class Isolability:
     indistinguishable: tuple[tuple[str, str], ...]
 
 
-def isolability(study: Study, base: Fit, traces: dict[str, list[Direction]]) -> Isolability:
+def isolability(problem: Problem, base: Fit, traces: dict[str, list[Direction]]) -> Isolability:
     """From linearised traces of all candidates under the noise alone."""
-    weights = study.weights.with_size(0.0)
-    basis = projector(weights, base.prediction.sensitivities)
+    weights = problem.weights.with_size(0.0)
+    basis = orthonormal_basis(weights, base.prediction.sensitivities)
     visible: dict[str, list[Array]] = {}
     invisible = {}
     for name, variants in traces.items():
         kept = []
         for direction in variants:
-            white = weights.white(direction.columns)
+            white = weights.whiten(direction.columns)
             rest = white - basis @ (basis.T @ white)
-            sizes = [kernel(name).effect.parameters[k].nominal for k in direction.sizes]
+            sizes = [find_effect(name).parameters[k].nominal for k in direction.sizes]
             nominal = np.array(sizes * (2 if direction.paired else 1))
             if np.linalg.norm(white) > 0 and np.linalg.norm(rest) > MIN_TRACE_SHARE * np.linalg.norm(white):
                 kept.append(np.linalg.qr(rest * nominal)[0][:, :1] if rest.shape[1] == 1 else _span(rest * nominal))
         if kept:
             visible[name] = kept
         else:
-            invisible[name] = "leaves no trace in this record; it would take: " + kernel(name).effect.experiment
+            invisible[name] = "leaves no trace in this record; it would take: " + find_effect(name).experiment
     names = list(visible)
     indistinguishable = []
     for i, first in enumerate(names):
         for second in names[i + 1 :]:
-            if kernel(first).effect.identification.sign_pair == second:
+            if find_effect(first).identification.sign_pair == second:
                 continue  # one quantity; the sign that fits is the name
             like = max(_alike(a, b) for a in visible[first] for b in visible[second])
             if like > INDISTINGUISHABLE_COSINE:

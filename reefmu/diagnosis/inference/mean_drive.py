@@ -12,7 +12,7 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ..estimation.overdispersion import CHI_SQUARE_MEDIAN
-from ..estimation.problem import Study
+from ..estimation.problem import Problem
 
 LEAST_TURN, LEAST_BLOCKS = np.pi, 40
 """Way of the crank, rad, and blocks of a run that shows ripple."""
@@ -26,16 +26,20 @@ MEAN_SIZE = 0.2
 drawings at noises of 0.16 to 0.8 % had 0.57 to 1.8, as many mean drives up to 0.13."""
 
 
-def ripple_size(study: Study, individuals: Array) -> float | None:
+def ripple_size(problem: Problem, individuals: Array) -> float | None:
     """Size of the record's ripple over that of `individuals` (m, n), N.m; None where this record cannot show it.
 
     The median over the patterns: a cogging motor or a missing ball makes a few of them large, an individual all.
     """
     if not len(individuals):
         return None
-    curve = study.base.elastic.evaluate(study.scatter.twist, 0.0, study.base.shape_start)[0] if study.scatter else 0.0
-    rows = np.vstack([study.torque - curve, individuals]) / np.sqrt(study.variance)
-    run, crank = study.trace.run[study.blocks.first], study.blocks.mean(study.trace.crank)
+    curve = (
+        problem.base.elastic.evaluate(problem.scatter.twist, 0.0, problem.base.shape_start)[0]
+        if problem.scatter
+        else 0.0
+    )
+    rows = np.vstack([problem.torque - curve, individuals]) / np.sqrt(problem.variance)
+    run, crank = problem.trace.run[problem.blocks.first], problem.blocks.mean(problem.trace.crank)
     parts = []
     for number in np.unique(run):
         here = np.flatnonzero(run == number)
@@ -65,7 +69,7 @@ def ripple_size(study: Study, individuals: Array) -> float | None:
     return float(np.sqrt(np.median(along**2 / strength[seen]) / CHI_SQUARE_MEDIAN))
 
 
-def is_mean_drive(study: Study, individuals: Array) -> bool:
+def is_mean_drive(problem: Problem, individuals: Array) -> bool:
     """Whether the record could show an individual's ripple and does not."""
-    size = ripple_size(study, individuals)
+    size = ripple_size(problem, individuals)
     return size is not None and size < MEAN_SIZE

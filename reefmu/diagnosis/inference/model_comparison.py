@@ -13,11 +13,11 @@ import numpy as np
 
 from ...effects import EFFECTS, Place, ToleranceSignature
 from ..estimation.least_squares import Fit
-from ..estimation.overdispersion import dispersion
-from ..estimation.problem import Study
-from ..estimation.score_test import projector
-from ..estimation.search import Search, degenerate, part_of
-from ..estimation.weighting import SIZES, SMALL_SCATTER
+from ..estimation.overdispersion import estimate_overdispersion
+from ..estimation.problem import Problem
+from ..estimation.score_test import orthonormal_basis
+from ..estimation.search import Search, is_degenerate, restrict_fit
+from ..estimation.weighting import MEAN_DRIVE_SIZE, SCATTER_SIZES
 from .nonparametric import CURVE, NonparametricTerm, TermFit, curve_over_torque, fit_terms
 from .population_spread import population_deviations
 
@@ -59,35 +59,35 @@ class Comparison:
     within_tolerances: bool = False
 
 
-def as_mean_drive(study: Study, fit: Fit) -> Fit:
+def as_mean_drive(problem: Problem, fit: Fit) -> Fit:
     """The fit as one of the mean drive, where that and a curve beside it are likelier than scatter; else as it is.
 
     Where the crank stands a smooth curve says nothing: an individual's is smooth too.
     """
-    if fit.weighting.size <= SMALL_SCATTER or crank_stands(study):
+    if fit.weighting.size <= MEAN_DRIVE_SIZE or crank_stands(problem):
         return fit
-    smooth = study.fit_from(fit.names, fit.parameters, study.weights.of_the_mean())
-    curve = fit_terms(study, smooth, [NonparametricTerm(CURVE, curve_over_torque)])
+    smooth = problem.fit_from(fit.names, fit.parameters, problem.weights.for_mean_drive())
+    curve = fit_terms(problem, smooth, [NonparametricTerm(CURVE, curve_over_torque)])
     likelier = smooth.cost - curve[0].gain < fit.cost - SIGNIFICANT
-    return smooth if likelier and _stands(study, smooth, curve, SIGNIFICANT) else fit
+    return smooth if likelier and _stands(problem, smooth, curve, SIGNIFICANT) else fit
 
 
-def compare_models(study: Study, found: Search, best: Fit) -> Comparison:
+def compare_models(problem: Problem, found: Search, best: Fit) -> Comparison:
     """Hold the best set of names against rivals."""
     base = found.base if best.names else best
     gain = max(base.cost - best.cost, 0.0)
-    beside = fit_terms(study, best)
+    beside = fit_terms(problem, best)
     rest = beside[0].gain if beside else 0.0
-    if (base_law := _base_law(study, base, best)) is not None:
+    if (base_law := _base_law(problem, base, best)) is not None:
         return base_law
-    if not _stands(study, best, beside, max(SIGNIFICANT, FORM * gain)):
+    if not _stands(problem, best, beside, max(SIGNIFICANT, FORM * gain)):
         return Comparison(best, None)
     known: list[NonparametricTerm] = [r.term for r in beside[:4]]
-    alone = fit_terms(study, base) if best.names else beside
+    alone = fit_terms(problem, base) if best.names else beside
     known += [r.term for r in alone[:2] if r.term.coordinate not in {f.coordinate for f in known}]
     margin = max(REPLACED, REPLACED_SHARE * rest)
-    sets = _sets(study, found, best)
-    joint = [_joint(study, f, known) for f in sets]
+    sets = _sets(problem, found, best)
+    joint = [_joint(problem, f, known) for f in sets]
     top = min(f.cost - r.gain for f, r in joint)
     alike = [(f, r) for f, r in joint if f.cost - r.gain < top + margin]
     # Among those alike the set that stood without a rival comes first.
@@ -99,46 +99,46 @@ def compare_models(study: Study, found: Search, best: Fit) -> Comparison:
         if rest < FORM_ERROR * gain:
             kept, unnamed = next(pair for pair in joint if pair[0].names == best.names)
         return Comparison(kept, unnamed)
-    return _curved(study, base, kept, unnamed, gain, rest)
+    return _curved(problem, base, kept, unnamed, gain, rest)
 
 
-def _base_law(study: Study, base: Fit, best: Fit) -> Comparison | None:
+def _base_law(problem: Problem, base: Fit, best: Fit) -> Comparison | None:
     """The set without its names of the curve, where they only make a curve of the population, whose law may be off by
     that much: several names where a curve of any form does it as well, one where it does it better."""
     static = tuple(n for n in best.names if n in STATIC)
     if not static:
         return None
     worse = CURVED if len(static) > 1 else 0.0
-    others = _without(study, base, best)
-    fit, curve = _joint(study, others, [NonparametricTerm(CURVE, curve_over_torque)])
+    others = _without(problem, base, best)
+    fit, curve = _joint(problem, others, [NonparametricTerm(CURVE, curve_over_torque)])
     alike = fit.cost - curve.gain < best.cost + worse
-    return Comparison(others, curve, True) if alike and _tolerated(study, fit, curve) else None
+    return Comparison(others, curve, True) if alike and _tolerated(problem, fit, curve) else None
 
 
-def _joint(study: Study, fit: Fit, known: list[NonparametricTerm]) -> tuple[Fit, TermFit]:
+def _joint(problem: Problem, fit: Fit, known: list[NonparametricTerm]) -> tuple[Fit, TermFit]:
     """A set with the rival that helps it most. With one beside it, the drive may be surer the mean one than without."""
-    pairs = [(fit, fit_terms(study, fit, known)[0])]
-    if fit.weighting.size > SIZES[0]:
-        sure = study.fit_from(fit.names, fit.parameters, study.weights.of_the_mean(), refit_size=False)
-        pairs.append((sure, fit_terms(study, sure, known)[0]))
+    pairs = [(fit, fit_terms(problem, fit, known)[0])]
+    if fit.weighting.size > SCATTER_SIZES[0]:
+        sure = problem.fit_from(fit.names, fit.parameters, problem.weights.for_mean_drive(), refit_size=False)
+        pairs.append((sure, fit_terms(problem, sure, known)[0]))
     return min(pairs, key=lambda pair: pair[0].cost - pair[1].gain)
 
 
-def _without(study: Study, base: Fit, fit: Fit) -> Fit:
+def _without(problem: Problem, base: Fit, fit: Fit) -> Fit:
     """A fit without its names of the curve."""
     others = frozenset(n for n in fit.names if n not in STATIC)
-    return study.fit_from(*part_of(study, fit, others)) if others else base
+    return problem.fit_from(*restrict_fit(problem, fit, others)) if others else base
 
 
-def _curved(study: Study, base: Fit, kept: Fit, unnamed: TermFit, gain: float, rest: float) -> Comparison:
+def _curved(problem: Problem, base: Fit, kept: Fit, unnamed: TermFit, gain: float, rest: float) -> Comparison:
     """The curve itself is off. A bend that the names of the curve leave is more than their form, so the whole may be
     a tolerance, or something else that bends it."""
-    others, curve = _joint(study, _without(study, base, kept), [unnamed.term])
+    others, curve = _joint(problem, _without(problem, base, kept), [unnamed.term])
     alone = others.cost - curve.gain
     alike = alone < kept.cost - unnamed.gain + CURVED
-    if not kept.names and _tolerated(study, others, curve):
+    if not kept.names and _tolerated(problem, others, curve):
         return Comparison(others, curve, True)
-    if alike and rest > BEND * gain and _tolerated(study, others, curve):
+    if alike and rest > BEND * gain and _tolerated(problem, others, curve):
         return Comparison(others, curve, True)
     # Two names for one bend, and the bend itself explains it better than both.
     if len(kept.names) - len(others.names) > 1 and alone < kept.cost:
@@ -146,42 +146,42 @@ def _curved(study: Study, base: Fit, kept: Fit, unnamed: TermFit, gain: float, r
     return Comparison(kept, unnamed)
 
 
-def _stands(study: Study, best: Fit, beside: list[TermFit], least: float) -> bool:
+def _stands(problem: Problem, best: Fit, beside: list[TermFit], least: float) -> bool:
     """Whether a rival gains enough, also if the noise is louder than estimated, and can be seen."""
     if not beside or beside[0].gain < least:
         return False
     part = beside[0].torque
-    overdispersion = dispersion(study, best, study.torque - best.prediction.torque - part)
-    visible = float(np.sqrt(np.mean(part**2))) > VISIBLE * study.base.full_torque
+    overdispersion = estimate_overdispersion(problem, best, problem.torque - best.prediction.torque - part)
+    visible = float(np.sqrt(np.mean(part**2))) > VISIBLE * problem.base.full_torque
     return visible and beside[0].gain > SIGNIFICANT * overdispersion
 
 
-def _sets(study: Study, found: Search, best: Fit) -> list[Fit]:
+def _sets(problem: Problem, found: Search, best: Fit) -> list[Fit]:
     """The base, the best set, all of its parts that were fitted, and the best few of every size."""
     sets = [best, found.base]
     for size in range(1, len(best.names) + 1):
-        fits = [f for f in found.best.get(size, []) if not degenerate(study, f)]
+        fits = [f for f in found.best.get(size, []) if not is_degenerate(problem, f)]
         sets += [f for k, f in enumerate(fits) if k < FEW or set(f.names) < set(best.names)]
     return list({frozenset(f.names): f for f in reversed(sets)}.values())
 
 
-def crank_stands(study: Study) -> bool:
+def crank_stands(problem: Problem) -> bool:
     """Whether an individual of the population is as smooth as the mean drive, for the crank stands."""
-    return study.scatter is not None and study.scatter.stands
+    return problem.scatter is not None and problem.scatter.crank_stands
 
 
-def _tolerated(study: Study, fit: Fit, unnamed: TermFit) -> bool:
+def _tolerated(problem: Problem, fit: Fit, unnamed: TermFit) -> bool:
     """Whether a curve over the torque is one that drives of the population have: as large, and as odd."""
-    torque, part = study.torque, unnamed.torque
+    torque, part = problem.torque, unnamed.torque
     order = np.argsort(torque)
     other = np.interp(-torque, torque[order], part[order])
     inside = (-torque > torque.min()) & (-torque < torque.max())
-    if not len(study.individuals) or not inside.any():
+    if not len(problem.individuals) or not inside.any():
         return False
     even = np.where(inside, (part + other) / 2, 0.0)
     share = float(np.mean(even[inside] ** 2)) / max(float(np.mean((part - even)[inside] ** 2)), 1e-300)
-    seen = fit.weighting.white(even)
-    basis = projector(fit.weighting, fit.prediction.sensitivities)
+    seen = fit.weighting.whiten(even)
+    basis = orthonormal_basis(fit.weighting, fit.prediction.sensitivities)
     seen = seen - basis @ (basis.T @ seen)
     odd = share < EVEN_SHARE or float((seen**2).sum()) < SIGNIFICANT
-    return odd and population_deviations(study, fit, part) < TOLERATED
+    return odd and population_deviations(problem, fit, part) < TOLERATED

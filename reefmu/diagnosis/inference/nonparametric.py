@@ -20,8 +20,8 @@ from scipy.interpolate import BSpline
 from stiffness_model.numerics.arrays import Array
 
 from ..estimation.least_squares import Fit
-from ..estimation.problem import Study
-from ..estimation.score_test import projector
+from ..estimation.problem import Problem
+from ..estimation.score_test import orthonormal_basis
 
 Columns = Callable[[Array], Array]
 
@@ -61,19 +61,19 @@ class TermFit:
     torque: Array
 
 
-def fit_terms(study: Study, fit: Fit, known: Sequence[NonparametricTerm] = ()) -> list[TermFit]:
+def fit_terms(problem: Problem, fit: Fit, known: Sequence[NonparametricTerm] = ()) -> list[TermFit]:
     """All families beside a fit, or the known ones, the best first. The fit's own parameters stay free, to first
     order."""
-    weights, full = fit.weighting, study.base.full_torque
-    basis = projector(weights, fit.prediction.sensitivities)
-    residual = weights.white(study.torque - fit.prediction.torque)
+    weights, full = fit.weighting, problem.base.full_torque
+    basis = orthonormal_basis(weights, fit.prediction.sensitivities)
+    residual = weights.whiten(problem.torque - fit.prediction.torque)
     residual = residual - basis @ (basis.T @ residual)
     # The measured torque holds the residual: a curve over it, beside the torque of the fit, would swallow the noise.
     torque = fit.prediction.torque / full
     found = []
-    for term in known or list(possible_terms(study, residual)):
+    for term in known or list(possible_terms(problem, residual)):
         columns = term.columns(torque)
-        white = weights.white(columns * full)
+        white = weights.whiten(columns * full)
         free = white - basis @ (basis.T @ white)
         gain, coefficients = _marginal(free, white, residual)
         found.append(TermFit(term, gain - 2 * float(np.log(term.n_tried)), columns @ coefficients * full))
@@ -95,9 +95,9 @@ def _marginal(free: Array, white: Array, residual: Array) -> tuple[float, Array]
     return best, coefficients
 
 
-def possible_terms(study: Study, residual: Array) -> Iterator[NonparametricTerm]:
+def possible_terms(problem: Problem, residual: Array) -> Iterator[NonparametricTerm]:
     """The families that this record can show; residual: (n,) whitened, by which scanned ones are picked."""
-    t, mean = study.trace, study.blocks.mean
+    t, mean = problem.trace, problem.blocks.mean
     crank, clock, warmth = mean(t.crank), mean(t.time), mean(t.temperature) - 20.0
     yield NonparametricTerm(CURVE, curve_over_torque)
     direction = mean(np.sign(np.where(t.start, 0.0, np.diff(t.smooth_twist, prepend=t.smooth_twist[0]))))
@@ -114,16 +114,16 @@ def possible_terms(study: Study, residual: Array) -> Iterator[NonparametricTerm]
             waves = np.stack([np.cos(order * crank), np.sin(order * crank)], axis=1)
             yield NonparametricTerm(f"order {order} of the crank, by torque", _times(waves))
         near = np.abs(crank - crank[0]) < 2 * np.pi * NEAR_TURNS
-        order, tried = _strongest(study, crank / (2 * np.pi), residual, near, HIGHEST_ORDER)
+        order, tried = _strongest(problem, crank / (2 * np.pi), residual, near, HIGHEST_ORDER)
         yield _fixed(f"order {order:.3g} of the crank at any load", _wave(order * crank) * near[:, None], tried)
     span = max(float(np.ptp(clock)), 1e-9)
     along = 2 * (clock - clock[0]) / span - 1
     yield _fixed("time, smoothly", _splines(along, np.linspace(-1, 1, 7)))
     yield NonparametricTerm("time, by torque", _times(_splines(along, np.linspace(-1, 1, 5)), 2))
     highest = min(PERIODS / 2 / span, 0.4 / max(float(np.median(np.diff(clock))), 1e-9))
-    frequency, tried = _strongest(study, clock, residual, np.ones(len(clock), bool), highest)
+    frequency, tried = _strongest(problem, clock, residual, np.ones(len(clock), bool), highest)
     yield _fixed(f"time, period {1 / frequency:.3g} s", _wave(2 * np.pi * frequency * clock), tried)
-    yield from _runs(study, residual)
+    yield from _runs(problem, residual)
 
 
 def _fixed(coordinate: str, columns: Array, n_tried: float = 1.0) -> NonparametricTerm:
@@ -179,13 +179,15 @@ def _wave(phase: Array) -> Array:
     return np.stack([np.cos(phase), np.sin(phase)], axis=1)
 
 
-def _strongest(study: Study, x: Array, residual: Array, near: NDArray[np.bool_], highest: float) -> tuple[float, float]:
+def _strongest(
+    problem: Problem, x: Array, residual: Array, near: NDArray[np.bool_], highest: float
+) -> tuple[float, float]:
     """Frequency of the wave over x (n,) that the whitened residual holds most of, and how many differ; looked for
     `near` (n,), up to `highest` cycles per unit of x."""
     span = max(float(np.ptp(x[near])), 1e-9)
     cells = 2 ** int(np.ceil(np.log2(8 * highest * span + 16)))
     place = ((x[near] - x[near].min()) / span * (cells - 1)).round().astype(int)
-    values = (residual / np.sqrt(study.variance))[near]
+    values = (residual / np.sqrt(problem.variance))[near]
     power = np.abs(np.fft.rfft(np.bincount(place, values, cells), 4 * cells)) ** 2
     frequency = np.arange(len(power)) / (4 * cells) * (cells - 1) / span
     inside = (frequency >= min(2 / span, 0.5 * highest)) & (frequency <= highest)
@@ -193,9 +195,9 @@ def _strongest(study: Study, x: Array, residual: Array, near: NDArray[np.bool_],
     return float(frequency[best]), max(1.0, highest * span)
 
 
-def _runs(study: Study, residual: Array) -> Iterator[NonparametricTerm]:
+def _runs(problem: Problem, residual: Array) -> Iterator[NonparametricTerm]:
     """A zero of the torque of its own in every run, a scale, and a jump between two runs."""
-    run = study.trace.run[study.blocks.first]
+    run = problem.trace.run[problem.blocks.first]
     numbers = np.unique(run)
     if len(numbers) < 3:
         return
@@ -203,7 +205,7 @@ def _runs(study: Study, residual: Array) -> Iterator[NonparametricTerm]:
     yield _fixed("zero of each run", own)
     yield NonparametricTerm("scale of each run", partial(_scales, own))
     steps = (run >= numbers[1:, None]).astype(float)
-    scale = 1 / np.sqrt(study.variance)
+    scale = 1 / np.sqrt(problem.variance)
     centred = steps - (steps @ scale**2 / (scale**2).sum())[:, None]
     energy = (centred @ (residual * scale)) ** 2 / np.maximum(centred**2 @ scale**2, 1e-300)
     best = int(energy.argmax())

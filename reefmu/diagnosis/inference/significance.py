@@ -14,13 +14,13 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import EFFECTS, find_effect
-from ..estimation.held_out import shrinks
+from ..estimation.held_out import held_out_ratio
 from ..estimation.least_squares import Fit
-from ..estimation.overdispersion import dispersion
-from ..estimation.problem import Study
-from ..estimation.remainder import comes_again
-from ..estimation.search import Search, degenerate, part_of, without
-from ..estimation.weighting import INDIVIDUAL, SMALL_SCATTER
+from ..estimation.overdispersion import estimate_overdispersion
+from ..estimation.problem import Problem
+from ..estimation.remainder import is_repeatable
+from ..estimation.search import Search, is_degenerate, restrict_fit, torque_without
+from ..estimation.weighting import INDIVIDUAL_SIZE, MEAN_DRIVE_SIZE
 from .individual_drive import SCATTER_LIKE, limited_to_tolerances, may_be_individual
 from .model_comparison import FORM_ERROR
 from .population_spread import population_deviations
@@ -58,39 +58,43 @@ class SignificanceTest:
     reasons: Mapping[str, str]
 
 
-def chance_excess(study: Study) -> float:
+def chance_excess(problem: Problem) -> float:
     """Excess within which noise alone may lie."""
-    ratio = study.block_variance / study.variance
+    ratio = problem.block_variance / problem.variance
     return 3.0 * float(np.sqrt(2 * (ratio**2).sum()))
 
 
-def unexplained_excess(study: Study, fit: Fit) -> float:
+def unexplained_excess(problem: Problem, fit: Fit) -> float:
     """Excess of a fit beyond what chance and a single drive of the population could make.
 
     What is everywhere and does not come again with the cycles is a noise that is louder than estimated.
     """
-    share = float(np.clip((fit.weighting.size - SMALL_SCATTER) / 0.35, 0.0, 1.0))
-    excess = study.excess(fit) - chance_excess(study) - share * study.null_excess
-    if excess > 0 and not comes_again(study, fit):
-        excess -= (dispersion(study, fit) - 1) * study.alone(fit.weighting)
+    share = float(np.clip((fit.weighting.size - MEAN_DRIVE_SIZE) / 0.35, 0.0, 1.0))
+    excess = problem.excess_cost(fit) - chance_excess(problem) - share * problem.null_excess
+    if excess > 0 and not is_repeatable(problem, fit):
+        excess -= (estimate_overdispersion(problem, fit) - 1) * problem.expected_chi_square(fit.weighting)
     return max(0.0, excess)
 
 
 def assess_set(
-    study: Study, fit: Fit, base: Fit, thresholds: Thresholds, known: Mapping[frozenset[str], Fit]
+    problem: Problem, fit: Fit, base: Fit, thresholds: Thresholds, known: Mapping[frozenset[str], Fit]
 ) -> SignificanceTest:
     """Leave out each effect in turn, refit, and see whether it is missed."""
-    rest, size, overdispersion = unexplained_excess(study, fit), fit.weighting.size, dispersion(study, fit)
+    rest, size, overdispersion = (
+        unexplained_excess(problem, fit),
+        fit.weighting.size,
+        estimate_overdispersion(problem, fit),
+    )
     shares, reasons, left_out = {}, {}, {}
     for name in fit.names:
         others = tuple(n for n in fit.names if n != name)
-        smaller = left_out[name] = _smaller(study, fit, name, others, known) if others else base
-        gain = limited_to_tolerances(study, smaller, fit).cost - fit.cost
+        smaller = left_out[name] = _smaller(problem, fit, name, others, known) if others else base
+        gain = limited_to_tolerances(problem, smaller, fit).cost - fit.cost
         group = find_effect(name).identification.confounding_group
         kin = [other for other in others if group and find_effect(other).identification.confounding_group is group]
         form = FORM_ERROR if rest or SEVERAL_TIMES & set(kin) else FORM_ERROR_ALL
         shares[name] = gain / (gain + rest) if gain > 0 else 0.0
-        change = without(study, fit, name) - fit.prediction.torque
+        change = torque_without(problem, fit, name) - fit.prediction.torque
         least = thresholds.of(name, size) * overdispersion
         if gain < least:
             reasons[name] = f"gains {gain:.0f}, an individual drive up to {least:.0f}"
@@ -98,18 +102,18 @@ def assess_set(
             reasons[name] = f"gains {gain:.0f}: so much may the form of {' and '.join(kin)} be wrong"
         elif shares[name] < FURTHER_SHARE:
             reasons[name] = f"removes {100 * shares[name]:.0f} % of what is left without it"
-        elif largest_run_rms(study, change) < (MATERIAL if others else MATERIAL_FIRST) * study.base.full_torque:
+        elif largest_run_rms(problem, change) < (MATERIAL if others else MATERIAL_FIRST) * problem.base.full_torque:
             reasons[name] = "changes no run visibly"
         elif (
-            may_be_individual(study, fit, base, smaller, name, overdispersion)
-            and (over := population_deviations(study, fit, change)) < OVER_SCATTER
+            may_be_individual(problem, fit, base, smaller, name, overdispersion)
+            and (over := population_deviations(problem, fit, change)) < OVER_SCATTER
         ):
             reasons[name] = f"is {over:.1f} times what single drives of the population make of the kind by themselves"
-    if not reasons and size >= INDIVIDUAL:
-        reasons = _idle(study, fit, {name: left_out[name] for name in fit.names if name in SCATTER_LIKE})
-    gain = limited_to_tolerances(study, base, fit).cost - fit.cost
+    if not reasons and size >= INDIVIDUAL_SIZE:
+        reasons = _idle(problem, fit, {name: left_out[name] for name in fit.names if name in SCATTER_LIKE})
+    gain = limited_to_tolerances(problem, base, fit).cost - fit.cost
     whole = gain / (gain + rest) if gain > 0 else 0.0
-    return SignificanceTest(fit, not reasons and whole >= FIRST_SHARE and _closer(study, fit, base), shares, reasons)
+    return SignificanceTest(fit, not reasons and whole >= FIRST_SHARE and _closer(problem, fit, base), shares, reasons)
 
 
 def _plain(names: Sequence[str], kin: Sequence[str], base: Fit, known: Mapping[frozenset[str], Fit]) -> Fit:
@@ -117,37 +121,39 @@ def _plain(names: Sequence[str], kin: Sequence[str], base: Fit, known: Mapping[f
     return known.get(frozenset(names) - frozenset(kin), base)
 
 
-def _closer(study: Study, fit: Fit, base: Fit) -> bool:
+def _closer(problem: Problem, fit: Fit, base: Fit) -> bool:
     """Whether the model itself, without what scatter may add to it, stays about as close to the record."""
-    before, after = (float(np.sum((study.torque - f.prediction.torque) ** 2)) for f in (base, fit))
+    before, after = (float(np.sum((problem.torque - f.prediction.torque) ** 2)) for f in (base, fit))
     return after < FARTHER**2 * before
 
 
-def _smaller(study: Study, fit: Fit, name: str, others: tuple[str, ...], known: Mapping[frozenset[str], Fit]) -> Fit:
+def _smaller(
+    problem: Problem, fit: Fit, name: str, others: tuple[str, ...], known: Mapping[frozenset[str], Fit]
+) -> Fit:
     """The best fit of a set without one of its effects, from where the set stands and from where it was found."""
-    weights = fit.weighting if study.weights_at(fit) is not study.weights else None
-    fits = [study.fit_from(*part_of(study, fit, frozenset(others)), weights)]
+    weights = fit.weighting if problem.weights_at(fit) is not problem.weights else None
+    fits = [problem.fit_from(*restrict_fit(problem, fit, frozenset(others)), weights)]
     if (found := known.get(frozenset(others))) is not None:
         fits.append(found)
     return min(fits, key=lambda f: f.cost)
 
 
-def largest_run_rms(study: Study, change: Array) -> float:
+def largest_run_rms(problem: Problem, change: Array) -> float:
     """Greatest rms of a change (n,) over a run, N.m."""
-    runs = study.trace.run[study.blocks.first]
+    runs = problem.trace.run[problem.blocks.first]
     return max(float(np.sqrt(np.mean(change[runs == r] ** 2))) for r in np.unique(runs))
 
 
 def largest_significant_set(
-    study: Study, found: Search, thresholds: Thresholds
+    problem: Problem, found: Search, thresholds: Thresholds
 ) -> tuple[SignificanceTest | None, list[SignificanceTest]]:
     """The largest set in which every effect is justified, and what was examined."""
     known = {frozenset(f.names): f for fits in found.best.values() for f in fits}
     examined: list[SignificanceTest] = []
     for size in sorted((k for k in found.best if k), reverse=True):
-        for fit in _likeliest(study, found.best[size], thresholds):
-            verdict = assess_set(study, fit, found.base, thresholds, known)
-            if verdict.holds and not _worth_its_size(study, fit, found):
+        for fit in _likeliest(problem, found.best[size], thresholds):
+            verdict = assess_set(problem, fit, found.base, thresholds, known)
+            if verdict.holds and not _worth_its_size(problem, fit, found):
                 verdict = replace(verdict, holds=False, reasons={fit.names[-1]: "a smaller set does as well"})
             examined.append(verdict)
             if verdict.holds:
@@ -155,9 +161,9 @@ def largest_significant_set(
     return None, examined
 
 
-def _idle(study: Study, fit: Fit, left_out: Mapping[str, Fit]) -> dict[str, str]:
+def _idle(problem: Problem, fit: Fit, left_out: Mapping[str, Fit]) -> dict[str, str]:
     """Names that do what parts do, but not in runs that were not fitted; left_out: the fits without each name."""
-    shares = {name: shrinks(study, smaller, fit) for name, smaller in left_out.items()}
+    shares = {name: held_out_ratio(problem, smaller, fit) for name, smaller in left_out.items()}
     return {
         name: f"leaves {100 * share:.0f} % of the gap in runs that were not fitted"
         for name, share in shares.items()
@@ -165,13 +171,13 @@ def _idle(study: Study, fit: Fit, left_out: Mapping[str, Fit]) -> dict[str, str]
     }
 
 
-def _worth_its_size(study: Study, fit: Fit, found: Search) -> bool:
+def _worth_its_size(problem: Problem, fit: Fit, found: Search) -> bool:
     """Whether a set is better than all smaller ones, of whatever names, by more than noise gives."""
-    smaller = [f.cost for f in found.best.get(len(fit.names) - 1, []) if not degenerate(study, f)]
-    return not smaller or min(smaller) - fit.cost > NOISE_GAIN * dispersion(study, fit)
+    smaller = [f.cost for f in found.best.get(len(fit.names) - 1, []) if not is_degenerate(problem, f)]
+    return not smaller or min(smaller) - fit.cost > NOISE_GAIN * estimate_overdispersion(problem, fit)
 
 
-def _likeliest(study: Study, fits: Sequence[Fit], thresholds: Thresholds) -> list[Fit]:
+def _likeliest(problem: Problem, fits: Sequence[Fit], thresholds: Thresholds) -> list[Fit]:
     """The set that stands out most over what each of its effects would gain on a null drive by chance."""
-    fits = [f for f in fits if not degenerate(study, f)] or list(fits)
+    fits = [f for f in fits if not is_degenerate(problem, f)] or list(fits)
     return [min(fits, key=lambda f: f.cost + thresholds.total(f) + BETTER * len(GENERAL & set(f.names)))]

@@ -9,12 +9,11 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import Place
+from ...effects import Place, find_effect
 from ..estimation.least_squares import Fit
-from ..estimation.problem import Study
-from ..estimation.score_test import Direction, gains, projector
-from ..estimation.weighting import SMALL_SCATTER
-from ..forward.effect_functions import kernel
+from ..estimation.problem import Problem
+from ..estimation.score_test import Direction, orthonormal_basis, score_gains
+from ..estimation.weighting import MEAN_DRIVE_SIZE
 
 NOISE_GAIN, NOISE_GAIN_PER_PARAMETER = 16.0, 4.0
 """Gain that noise alone does not reach."""
@@ -42,32 +41,32 @@ class Thresholds:
 
     def of(self, name: str, size: float) -> float:
         """The threshold of a candidate where the scatter left has this size."""
-        share = float(np.clip((size - SMALL_SCATTER) / 0.35, 0.0, 1.0))
+        share = float(np.clip((size - MEAN_DRIVE_SIZE) / 0.35, 0.0, 1.0))
         return self.noise[name] + share * max(self.individuals[name] - self.noise[name], 0.0)
 
 
 def calibrate_thresholds(
-    study: Study, base: Fit, fresh: Array, traces: Mapping[str, Sequence[Direction]], seed: int = 0
+    problem: Problem, base: Fit, fresh: Array, traces: Mapping[str, Sequence[Direction]], seed: int = 0
 ) -> Thresholds:
     """Thresholds from individuals `fresh` (m, n), N.m, that no component was made of, with this record's noise;
     traces: variants of every candidate."""
     noise = {
-        name: NOISE_GAIN + NOISE_GAIN_PER_PARAMETER * len(kernel(name).effect.parameters) for name in study.candidates
+        name: NOISE_GAIN + NOISE_GAIN_PER_PARAMETER * len(find_effect(name).parameters) for name in problem.candidates
     }
     if not len(fresh):
         return Thresholds(noise, noise)
-    weights = study.weights.with_size(1.0)
+    weights = problem.weights.with_size(1.0)
     rng = np.random.default_rng(np.random.SeedSequence([seed, len(fresh)]))
-    basis = projector(weights, base.prediction.sensitivities)
-    nulls = fresh.T + np.sqrt(study.block_variance)[:, None] * rng.standard_normal((len(study.torque), len(fresh)))
-    residuals = weights.white(nulls)
+    basis = orthonormal_basis(weights, base.prediction.sensitivities)
+    nulls = fresh.T + np.sqrt(problem.block_variance)[:, None] * rng.standard_normal((len(problem.torque), len(fresh)))
+    residuals = weights.whiten(nulls)
     residuals = residuals - basis @ (basis.T @ residuals)
-    null_excess = 1.3 * max(0.0, float((residuals**2).sum(axis=0).max() - study.alone(weights)))
+    null_excess = 1.3 * max(0.0, float((residuals**2).sum(axis=0).max() - problem.expected_chi_square(weights)))
     individuals = {}
-    for name in study.candidates:
+    for name in problem.candidates:
         greatest = 0.0
         for direction in traces[name]:
-            greatest = max(greatest, float(gains(direction, weights, basis, residuals)[0].max()))
-        margin = KINEMATIC_MARGIN if kernel(name).effect.place is Place.KINEMATIC else MARGIN
+            greatest = max(greatest, float(score_gains(direction, weights, basis, residuals)[0].max()))
+        margin = KINEMATIC_MARGIN if find_effect(name).place is Place.KINEMATIC else MARGIN
         individuals[name] = max(noise[name], INDIVIDUAL_GAIN, margin * greatest)
     return Thresholds(noise, individuals, null_excess)

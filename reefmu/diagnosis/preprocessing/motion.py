@@ -18,26 +18,26 @@ from stiffness_model.numerics.arrays import Array
 
 from ...speed import central_speed, median_step
 
-TURN = 8.0
+REVERSAL_DEVIATIONS = 8.0
 """Way back, in standard deviations of the noise, that makes a turning point: some hundred samples of noise span 6."""
-MOST_TURN = 0.05
+MAX_REVERSAL_SHARE = 0.05
 """The same at most, as a share of the whole way."""
-PLATEAU = 12
+MIN_DWELL = 12
 """Samples near a turning point from which on the angle stood there; its level is then their median."""
 WINDOWS = (3, 5, 9, 17, 33, 65)
-CLEAN = 1e-6
+NOISE_FREE = 1e-6
 """Noise over the whole way below which an angle counts as free of it."""
-SHOWN = 8.0
+SIGNIFICANT_SLOPE = 8.0
 """Slope over its standard deviation at which motion shows."""
 
 
-def angle_noise(angle: Array, bounds: list[tuple[int, int]]) -> float:
-    """Standard deviation, rad, of what is rough in an angle (n,), over the runs `bounds`.
+def angle_noise(angle: Array, runs: list[tuple[int, int]]) -> float:
+    """Standard deviation, rad, of what is rough in an angle (n,), over the runs `runs`.
 
     Third differences, over every other sample since encoders remember the last, of white noise have 20 times its
     variance; motion is smoother than that nearly everywhere.
     """
-    rough = [np.abs(p[6:] - 3 * p[4:-2] + 3 * p[2:-4] - p[:-6]) for a, b in bounds if len(p := angle[a:b]) > 12]
+    rough = [np.abs(p[6:] - 3 * p[4:-2] + 3 * p[2:-4] - p[:-6]) for a, b in runs if len(p := angle[a:b]) > 12]
     return 1.4826 * float(np.median(np.concatenate(rough))) / np.sqrt(20) if rough else 0.0
 
 
@@ -62,9 +62,9 @@ def turning_points(angle: Array, least: float) -> list[int]:
     return [*turns, len(values) - 1]
 
 
-def path_of(angle: Array, noise: float) -> Array:
+def monotone_path(angle: Array, noise: float) -> Array:
     """The way (n,) that an angle of one run went, without the to and fro of its noise (standard deviation, rad)."""
-    least = min(TURN * noise, MOST_TURN * float(np.ptp(angle)))
+    least = min(REVERSAL_DEVIATIONS * noise, MAX_REVERSAL_SHARE * float(np.ptp(angle)))
     if least <= 0 or len(angle) < 3:
         return angle.copy()
     turns = turning_points(angle, least)
@@ -77,7 +77,7 @@ def path_of(angle: Array, noise: float) -> Array:
         near = np.abs(angle - angle[k]) < least
         first = max([before, *(np.flatnonzero(~near[before:k]) + before + 1)])
         last = min([after, *(np.flatnonzero(~near[k:after]) + k - 1)])
-        if last - first >= PLATEAU:
+        if last - first >= MIN_DWELL:
             # The farthest sample of a stand is its noisiest; it stood at their median.
             level = float(np.median(angle[first : last + 1]))
             part = path[before : after + 1]
@@ -85,10 +85,10 @@ def path_of(angle: Array, noise: float) -> Array:
     return path
 
 
-def speed_of(angle: Array, time: Array, noise: float) -> Array:
+def estimate_speed(angle: Array, time: Array, noise: float) -> Array:
     """Speed (n,), rad/s, of an angle of one run."""
     n = len(angle)
-    if noise <= CLEAN * float(np.ptp(angle)):
+    if noise <= NOISE_FREE * float(np.ptp(angle)):
         return central_speed(angle, time)  # simulated: as it was
     speed, open_ = np.zeros(n), np.ones(n, bool)
     windows = [w for w in WINDOWS if w <= n]
@@ -104,7 +104,7 @@ def speed_of(angle: Array, time: Array, noise: float) -> Array:
         deviation = np.full(n, noise * np.sqrt(12 / (window * (window**2 - 1))))
         if order == 2:
             deviation[[0, -1]] *= np.sqrt(13)  # a parabola's slope at its ends
-        shown = np.abs(way) > SHOWN * deviation
+        shown = np.abs(way) > SIGNIFICANT_SLOPE * deviation
         last = window == windows[-1]
         duration = np.where(sound, duration, usual) if last else duration
         now = open_ & (duration > 0) & (sound | last) & (shown | last)

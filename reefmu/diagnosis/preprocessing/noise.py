@@ -2,7 +2,7 @@
 
 Differences of matching samples of successive cycles hold twice the noise and nothing that repeats; mean and
 slope of each pair go out, so slow changes do not count either. Variance is a + b slope^2: the torque sensor's
-part and the twist sensor's, seen through the stiffness. `correlation` is the integral of the autocorrelation:
+part and the twist sensor's, seen through the stiffness. `correlation_time` is the integral of the autocorrelation:
 with it, sums over many samples get honest errors without a model of the noise.
 """
 
@@ -19,24 +19,24 @@ from stiffness_model.numerics.arrays import Array
 from .autocorrelation import autocorrelation
 from .trace import Trace
 
-LEAST_CYCLE = 24
+MIN_CYCLE = 24
 """Samples below which a cycle says nothing."""
-LEAST_SWING = 0.1
+MIN_LOOP_RANGE = 0.1
 """Least loop that counts as one, as a share of a run's range."""
-ALIKE = 0.04
+CYCLE_TOLERANCE = 0.04
 """Greatest difference of two cycles' ranges, as a share."""
 
 
 @dataclass(frozen=True)
 class Noise:
-    """torque: N.m, standard deviation of the torque's part; twist: rad, of the twist's; correlation: samples,
+    """torque: N.m, standard deviation of the torque's part; twist: rad, of the twist's; correlation_time: samples,
     sum of the autocorrelation over all lags, 1 for white noise; lag_one: autocorrelation at lag one; pairs: of
     cycles compared; repeated: False if no cycles repeat and the figures come from smoothness alone.
     """
 
     torque: float
     twist: float
-    correlation: float
+    correlation_time: float
     lag_one: float
     pairs: int
     repeated: bool
@@ -48,35 +48,35 @@ class Noise:
 
 def estimate_noise(trace: Trace, slope: Array) -> Noise:
     """Noise of a trace (all samples, not thinned); slope: (n,) stiffness of the base curve, N.m/rad."""
-    pairs = [_difference(trace, slope, first, second) for first, second in matching(trace)]
+    pairs = [_difference(trace, slope, first, second) for first, second in matching_cycles(trace)]
     repeated = len(pairs) >= 2
     if not repeated:
-        pairs = [pair for a, b in trace.bounds if (pair := _roughness(trace, slope, a, b)) is not None]
-    pairs = _alike(pairs)
+        pairs = [pair for a, b in trace.run_ranges if (pair := _smoothing_residual(trace, slope, a, b)) is not None]
+    pairs = _without_outliers(pairs)
     if not pairs:
         spread = float(np.std(trace.torque)) or 1.0
         return Noise(spread, 0.0, 1.0, 0.0, 0, False)
     # In units of the local noise, so that steep and flat stretches count alike; the sizes follow.
-    rough = _parts(np.concatenate([d**2 for d, _ in pairs]), np.concatenate([s for _, s in pairs]))
+    rough = _variance_parts(np.concatenate([d**2 for d, _ in pairs]), np.concatenate([s for _, s in pairs]))
     units = [np.sqrt(rough[0] + rough[1] * s**2) for _, s in pairs]
-    found = autocorrelation([_detrended(d / unit) for (d, _), unit in zip(pairs, units, strict=True)], LEAST_CYCLE)
+    found = autocorrelation([_detrended(d / unit) for (d, _), unit in zip(pairs, units, strict=True)], MIN_CYCLE)
     return Noise(
         float(np.sqrt(rough[0] * found.variance)),
         float(np.sqrt(rough[1] * found.variance)),
-        found.integral,
+        found.correlation_time,
         found.lag_one,
         len(pairs),
         repeated,
     )
 
 
-def _alike(pairs: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
+def _without_outliers(pairs: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
     """Pairs without those whose difference is far larger than most: there the cycles were not the same after all."""
     squares = np.array([float(np.mean(d**2)) for d, _ in pairs])
     return [pair for pair, s in zip(pairs, squares, strict=True) if s <= 5 * np.median(squares)]
 
 
-def period_of(twist: Array) -> int:
+def cycle_period(twist: Array) -> int:
     """Samples of one cycle of a run that goes to and fro; 0 if it does not repeat."""
     low, high = np.quantile(twist, [0.005, 0.995])
     middle, dead = (low + high) / 2, 0.15 * (high - low)
@@ -93,11 +93,11 @@ def period_of(twist: Array) -> int:
         periods += np.diff(middles).tolist()
     period = float(np.median(periods)) if periods else 0.0
     if not periods or np.abs(np.array(periods) - period).max() >= 0.05 * period + 1:
-        period = _between_tips(twist, LEAST_SWING * (high - low))
-    return round(period) if period >= LEAST_CYCLE else 0
+        period = _peak_spacing(twist, MIN_LOOP_RANGE * (high - low))
+    return round(period) if period >= MIN_CYCLE else 0
 
 
-def _between_tips(twist: Array, swing: float) -> float:
+def _peak_spacing(twist: Array, swing: float) -> float:
     """Samples between the tips of loops that do not all cross one level; 0 if most are not alike."""
     from scipy.signal import find_peaks
 
@@ -108,33 +108,33 @@ def _between_tips(twist: Array, swing: float) -> float:
     return period if np.mean(np.abs(spacing - period) < 0.05 * period + 1) > 0.5 else 0.0
 
 
-def matching(trace: Trace) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+def matching_cycles(trace: Trace) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
     """Indices of matching samples, one cycle apart, cycle by cycle over all runs."""
-    return [pair for a, b in trace.bounds for pair in _matching(trace, a, b)]
+    return [pair for a, b in trace.run_ranges for pair in _matching_in_run(trace, a, b)]
 
 
-def _matching(trace: Trace, a: int, b: int) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+def _matching_in_run(trace: Trace, a: int, b: int) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
     """Indices one cycle apart in the run from a to b."""
-    twist, period = trace.smooth_twist[a:b], period_of(trace.smooth_twist[a:b])
+    twist, period = trace.smooth_twist[a:b], cycle_period(trace.smooth_twist[a:b])
     n = b - a
     if not period or n < 1.9 * period:
         return []
     # The exact period in samples: where the run is most like itself.
     wide = max(2, period // 50)
-    around = [p for p in range(period - wide, period + wide + 1) if n - p >= LEAST_CYCLE]
+    around = [p for p in range(period - wide, period + wide + 1) if n - p >= MIN_CYCLE]
     period = min(around, key=lambda p: float(np.mean((twist[p:] - twist[:-p]) ** 2)))
     # The first loop starts from rest: what friction does there does not come again.
     first = period // 2 if n >= 2.4 * period else period // 4
     apart = np.abs(twist[period:] - twist[:-period])
     turned = np.abs(trace.crank[a + period : b] - trace.crank[a : b - period])
-    alike = (apart <= 0.5 * ALIKE * float(np.ptp(twist))) & (turned <= 0.05)
+    alike = (apart <= 0.5 * CYCLE_TOLERANCE * float(np.ptp(twist))) & (turned <= 0.05)
     alike[:first] = False
     edges = np.flatnonzero(np.diff(np.concatenate([[0], alike.astype(int), [0]])))
     found = []
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        pieces = max(1, round((end - begin) / period))
-        for index in np.array_split(np.arange(a + begin, a + end), pieces):
-            if len(index) >= max(LEAST_CYCLE, period // 3):
+        cycles = max(1, round((end - begin) / period))
+        for index in np.array_split(np.arange(a + begin, a + end), cycles):
+            if len(index) >= max(MIN_CYCLE, period // 3):
                 found.append((index, index + period))
     return found
 
@@ -150,7 +150,7 @@ def _detrended(values: Array) -> Array:
     return values - values.mean() - x * (float(values @ x) / float(x @ x))
 
 
-def _roughness(trace: Trace, slope: Array, a: int, b: int, window: int = 25) -> tuple[Array, Array] | None:
+def _smoothing_residual(trace: Trace, slope: Array, a: int, b: int, window: int = 25) -> tuple[Array, Array] | None:
     """What a moving cubic does not follow: noise, if what is not noise is smooth."""
     from scipy.signal import savgol_filter
 
@@ -170,7 +170,7 @@ def _centre_weight(window: int) -> float:
     return float(savgol_coeffs(window, 3)[window // 2])
 
 
-def _parts(squares: Array, slope: Array) -> tuple[float, float]:
+def _variance_parts(squares: Array, slope: Array) -> tuple[float, float]:
     """Constant part and part per slope^2 of the variance, neither negative."""
     scale = float(np.median(np.abs(slope))) or 1.0
     x = (slope / scale) ** 2

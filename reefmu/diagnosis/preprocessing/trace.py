@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stiffness_model.numerics.arrays import Array
 
 from ...record import Record
-from .motion import angle_noise, path_of, speed_of
+from .motion import angle_noise, estimate_speed, monotone_path
 
 
 @dataclass(frozen=True)
@@ -62,25 +62,25 @@ class Trace:
         return np.sign(np.where(self.start, 0.0, np.diff(self.output, prepend=self.output[0])))
 
     @property
-    def bounds(self) -> list[tuple[int, int]]:
+    def run_ranges(self) -> list[tuple[int, int]]:
         """First and past-the-last index of every run."""
         edges = [*np.flatnonzero(self.start).tolist(), len(self)]
         return list(itertools.pairwise(edges))
 
 
-def trace_of(record: Record, ratio: float) -> Trace:
+def make_trace(record: Record, ratio: float) -> Trace:
     """The signals of a record; paths and speeds without the noise of the angles."""
     start = np.zeros(len(record), bool)
     start[record.starts] = True
-    bounds = list(itertools.pairwise([*record.starts.tolist(), len(record)]))
+    run_ranges = list(itertools.pairwise([*record.starts.tolist(), len(record)]))
     twist = record.twist(ratio)
     angles = {"crank": record.crank_angle, "output": record.output_angle, "twist": twist}
-    noise = {name: angle_noise(angle, bounds) for name, angle in angles.items()}
+    noise = {name: angle_noise(angle, run_ranges) for name, angle in angles.items()}
     path, speed = {}, {}
     for name, angle in angles.items():
-        parts = [slice(a, b) for a, b in bounds]
-        path[name] = np.concatenate([path_of(angle[p], noise[name]) for p in parts])
-        speed[name] = np.concatenate([speed_of(angle[p], record.time[p], noise[name]) for p in parts])
+        parts = [slice(a, b) for a, b in run_ranges]
+        path[name] = np.concatenate([monotone_path(angle[p], noise[name]) for p in parts])
+        speed[name] = np.concatenate([estimate_speed(angle[p], record.time[p], noise[name]) for p in parts])
     step = np.maximum(np.diff(record.time, prepend=record.time[0]), 0.0)
     return Trace(
         record.time,
@@ -112,9 +112,9 @@ class Blocks:
         return np.add.reduceat(values, self.first) / self.count
 
 
-def blocks_of(trace: Trace, samples: int) -> Blocks:
+def make_blocks(trace: Trace, samples: int) -> Blocks:
     """Blocks of `samples` samples, the last of a run with what is left."""
-    first = np.concatenate([np.arange(a, b, samples) for a, b in trace.bounds])
+    first = np.concatenate([np.arange(a, b, samples) for a, b in trace.run_ranges])
     # A tail of a few samples joins its neighbour.
     tail = np.diff(first, append=len(trace)) < max(1, samples // 2)
     first = first[~tail | trace.start[first]]

@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
-from .responses import cells
-from .scatter import FAST, Scatter, places
+from .responses import locate_cells
+from .scatter import FULL_TURN, Scatter, element_positions
 
-INDIVIDUALS = 48
+N_INDIVIDUALS = 48
 
 
-def individuals_along(scatter: Scatter, count: int = INDIVIDUALS, seed: int = 0) -> Array:
+def simulate_individuals(scatter: Scatter, count: int = N_INDIVIDUALS, seed: int = 0) -> Array:
     """Torque of `count` individuals less the mean drive's, (count, n) N.m, at the record's blocks.
 
     Each starts anywhere; balls and cranks go with the element, lobes stay in the gear. Clearances are not linearised;
@@ -23,11 +23,11 @@ def individuals_along(scatter: Scatter, count: int = INDIVIDUALS, seed: int = 0)
     rng = np.random.default_rng(np.random.SeedSequence([seed, len(scatter.twist)]))
     n, rows = drive.elements, drive.eccentrics
     share = {part: np.sqrt(v) for part, v in r.shares.items()}
-    mean, fast = mean_along(scatter), scatter.turning.span > FAST
-    t, f = cells(r.twist, scatter.twist)
+    mean, fast = mean_torque(scatter), scatter.motion.span > FULL_TURN
+    t, f = locate_cells(r.twist, scatter.twist)
     found = np.empty((count, len(scatter.twist)))
     for number in range(count):
-        beta, lobe, inside = places(drive, scatter.turning, rng.uniform(0, 2 * np.pi))
+        beta, lobe, inside = element_positions(drive, scatter.motion, rng.uniform(0, 2 * np.pi))
         crank = rng.standard_normal(n)
         if drive.crank_deviation == "eccentric":
             crank = crank[np.arange(n) % rows]
@@ -41,20 +41,20 @@ def individuals_along(scatter: Scatter, count: int = INDIVIDUALS, seed: int = 0)
     return found
 
 
-def mean_along(scatter: Scatter) -> Array:
+def mean_torque(scatter: Scatter) -> Array:
     """Torque of the mean drive, (n,) N.m, from the same tables: over deviations and all places of the elements."""
     r, drive = scatter.responses, scatter.drive
     trapezoid = np.ones(len(r.position))
     trapezoid[[0, -1]] = 0.5
-    curve = drive.elements * (r.near(0.0)["mean"] @ trapezoid) * (r.position[1] - r.position[0]) / (2 * np.pi)
+    curve = drive.elements * (r.at_clearance(0.0)["mean"] @ trapezoid) * (r.position[1] - r.position[0]) / (2 * np.pi)
     return np.interp(scatter.twist, r.twist, curve)
 
 
 def _single(scatter: Scatter, t: NDArray[np.intp], f: Array, beta: Array, z: Array) -> Array:
     """Torque of single elements, N.m, linear between the nodes of all three axes; z: in standard deviations."""
     r = scatter.responses
-    b, g = cells(r.position, beta)
-    k, h = cells(r.solved, z * r.deviation)
+    b, g = locate_cells(r.position, beta)
+    k, h = locate_cells(r.solved, z * r.deviation)
     flat, (_, n_twist, n_position) = r.single.ravel(), r.single.shape
     first = (k * n_twist + t) * n_position + b
     planes = []

@@ -22,26 +22,26 @@ from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.io.drawing_toml import drive_to_dict
 from stiffness_model.numerics.arrays import Array
 
-TWISTS, POSITIONS = 49, 49
-REACH = 1.4
+N_TWISTS, N_POSITIONS = 49, 49
+TWIST_MARGIN = 1.4
 """Greatest twist of the tables over the drawing's max_twist; beyond, they are held."""
-STEP = 0.6
+CLEARANCE_STEP = 0.6
 """Between the clearances of the tables, in standard deviations."""
-FARTHEST = 4.8
+MAX_DEVIATION = 4.8
 """Deviation, in standard deviations, up to which single elements are solved beyond the clearances."""
-MOST_CLEARANCES = 61
-_CLOSES = {"element": -2.0, "crank": -1.0, "gear": 1.0}
+MAX_CLEARANCES = 61
+_CLEARANCE_PER_RADIUS = {"element": -2.0, "crank": -1.0, "gear": 1.0}
 """Clearance between gear and crank that a larger radius of a part opens, at small pressure angles."""
-ANSWERS = ("mean", "linear", "quadratic", "cubic", "bore")
+RESPONSES = ("mean", "linear", "quadratic", "cubic", "bore")
 
 
 @dataclass(frozen=True)
-class Responses:
-    """twist, position: (TWISTS,), (POSITIONS,) rad, uniform, the position to the usable limit; clearance: (n_c,) m,
-    uniform; deviation: m, the standard deviation of single elements' clearances; single: (n_s, TWISTS, POSITIONS)
-    N.m, torque of one element at the clearances `solved`; tables: (n_c, TWISTS, POSITIONS) N.m of each of `ANSWERS`:
-    mean and what one standard deviation makes, of the bore for "bore"; shares: of element, crank and gear in the
-    clearance's variance.
+class ElementResponses:
+    """twist, position: (N_TWISTS,), (N_POSITIONS,) rad, uniform, the position to the usable limit; clearance: (n_c,) m,
+    uniform; deviation: m, the standard deviation of single elements' clearances; single: (n_s, N_TWISTS, N_POSITIONS)
+    N.m, torque of one element at the clearances `solved`; tables: (n_c, N_TWISTS, N_POSITIONS) N.m of each of
+    `RESPONSES`: mean and what one standard deviation makes, of the bore for "bore"; shares: of element, crank
+    and gear in the clearance's variance.
     """
 
     twist: Array
@@ -53,13 +53,13 @@ class Responses:
     tables: dict[str, Array]
     shares: dict[str, float]
 
-    def near(self, clearance: float) -> dict[str, Array]:
-        """Tables (TWISTS, POSITIONS) at one clearance, m, held at the ends."""
-        k, f = cells(self.clearance, np.array(clearance))
+    def at_clearance(self, clearance: float) -> dict[str, Array]:
+        """Tables (N_TWISTS, N_POSITIONS) at one clearance, m, held at the ends."""
+        k, f = locate_cells(self.clearance, np.array(clearance))
         return {name: (1 - f) * table[k] + f * table[k + 1] for name, table in self.tables.items()}
 
 
-def element_responses(drive: Drive) -> Responses:
+def element_responses(drive: Drive) -> ElementResponses:
     """Solve one element of the drawing over its tolerances; some tenths of a second, then remembered."""
     return _solved(_Key(drive))
 
@@ -79,22 +79,22 @@ class _Key:
 
 
 @functools.lru_cache(maxsize=4)
-def _solved(key: _Key) -> Responses:
+def _solved(key: _Key) -> ElementResponses:
     # Where bodies couple the elements, an answer alone is that between rigid ones.
     rigid = replace(key.drive.beyond, bearing_stiffness=math.inf, housing_stiffness=math.inf)
     drive = replace(key.drive, beyond=rigid)
-    twist = np.linspace(-REACH, REACH, TWISTS) * drive.max_twist
-    position = np.linspace(-1, 1, POSITIONS) * drive.usable_limit
-    widest = 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist
-    sigma = {part: abs(c) * drive.tolerances[part].sigma for part, c in _CLOSES.items()}
-    deviation = float(np.sqrt(sum(s**2 for s in sigma.values()))) or 1e-3 * widest
-    step = max(STEP * deviation, 2 * widest / (MOST_CLEARANCES - 1))
-    cells_each = int(np.ceil(widest / step))
-    beyond = int(np.ceil(FARTHEST * deviation / step))
-    solved = np.asarray(step * np.arange(-cells_each - beyond, cells_each + beyond + 1), float)
+    twist = np.linspace(-TWIST_MARGIN, TWIST_MARGIN, N_TWISTS) * drive.max_twist
+    position = np.linspace(-1, 1, N_POSITIONS) * drive.usable_limit
+    max_clearance = 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist
+    sigma = {part: abs(c) * drive.tolerances[part].sigma for part, c in _CLEARANCE_PER_RADIUS.items()}
+    deviation = float(np.sqrt(sum(s**2 for s in sigma.values()))) or 1e-3 * max_clearance
+    step = max(CLEARANCE_STEP * deviation, 2 * max_clearance / (MAX_CLEARANCES - 1))
+    n_inner = int(np.ceil(max_clearance / step))
+    n_outer = int(np.ceil(MAX_DEVIATION * deviation / step))
+    solved = np.asarray(step * np.arange(-n_inner - n_outer, n_inner + n_outer + 1), float)
     single = np.stack([_torque(drive, twist, position, shift) for shift in solved])
-    clearance = solved[beyond : len(solved) - beyond]
-    z = step * np.arange(-beyond, beyond + 1) / deviation
+    clearance = solved[n_outer : len(solved) - n_outer]
+    z = step * np.arange(-n_outer, n_outer + 1) / deviation
     weight = np.exp(-(z**2) / 2)
     weight /= weight.sum()
     hermite = {
@@ -115,7 +115,7 @@ def _solved(key: _Key) -> Responses:
         ]
     )
     shares = {part: (s / deviation) ** 2 for part, s in sigma.items()}
-    return Responses(twist, position, clearance, solved, deviation, single, tables, shares)
+    return ElementResponses(twist, position, clearance, solved, deviation, single, tables, shares)
 
 
 def _torque(drive: Drive, twist: Array, position: Array, clearance: float, bore: float = 0.0) -> Array:
@@ -139,7 +139,7 @@ def _torque(drive: Drive, twist: Array, position: Array, clearance: float, bore:
     return solve(contacts, twist * drive.ratio).output_torque
 
 
-def cells(nodes: Array, values: Array) -> tuple[NDArray[np.intp], Array]:
+def locate_cells(nodes: Array, values: Array) -> tuple[NDArray[np.intp], Array]:
     """Cell of a uniform axis and the place in it, 0 to 1, held at the ends."""
     place = np.clip((values - nodes[0]) / (nodes[1] - nodes[0]), 0.0, len(nodes) - 1)
     cell = np.minimum(place.astype(np.intp), len(nodes) - 2)

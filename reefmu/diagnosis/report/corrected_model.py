@@ -12,14 +12,14 @@ from ...model.drive_model import DriveModel, build_curve_model, build_model
 from ...record import Record, make_record
 from ...simulate import simulate_record
 from ..estimation.least_squares import Fit
-from ..estimation.problem import Study
+from ..estimation.problem import Problem
 from ..forward.base_curve import lookup_of
 from ..preprocessing.trace import Trace
 
 
-def corrected_model(study: Study, chosen: Fit) -> DriveModel:
+def corrected_model(problem: Problem, chosen: Fit) -> DriveModel:
     """The drive model with the effects found inside, as model.toml holds it."""
-    base, layout = study.base, study.layout(chosen.names)
+    base, layout = problem.base, problem.layout(chosen.names)
     effects = layout.by_effect(chosen.parameters)
     table = lookup_of(base, chosen.parameters[layout.shape])
     if base.drive is None:

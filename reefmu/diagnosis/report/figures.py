@@ -16,10 +16,10 @@ from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import ARCMIN
 
 from ..estimation.least_squares import Fit
-from ..estimation.problem import Study
-from ..estimation.remainder import scattered
+from ..estimation.problem import Problem
+from ..estimation.remainder import predicted_scatter
 from ..schema import Gap
-from .gap import held_out
+from .gap import held_out_blocks
 from .location import block_coordinates
 
 MEASURED, BEFORE, AFTER, NOISE, SCATTER = "#333333", "#c2452d", "#1f6fb2", "#bbbbbb", "#55a868"
@@ -45,14 +45,14 @@ def svg(name: str, draw: Callable[[Axes], None], width: float = 6.2, height: flo
     return re.sub(r"^.*?(?=<svg )<svg ", f'<svg role="img" aria-label="{name}" ', text, flags=re.DOTALL)
 
 
-def curve_figure(study: Study, base: Fit, chosen: Fit) -> str:
+def curve_figure(problem: Problem, base: Fit, chosen: Fit) -> str:
     """Torque over twist: measured, model before and after, in the run with the widest loop."""
-    _, inside = widest_run(study)
-    x = _twist(study, chosen)[inside]
+    _, inside = widest_run(problem)
+    x = _twist(problem, chosen)[inside]
 
     def draw(axes: Axes) -> None:
-        axes.plot(x, study.torque[inside], ".", ms=3, color=MEASURED, label="measured")
-        axes.plot(x, base.prediction.torque[inside], "-", lw=1.2, color=BEFORE, label=_before(study))
+        axes.plot(x, problem.torque[inside], ".", ms=3, color=MEASURED, label="measured")
+        axes.plot(x, base.prediction.torque[inside], "-", lw=1.2, color=BEFORE, label=_before(problem))
         if chosen.names:
             axes.plot(x, chosen.prediction.torque[inside], "-", lw=1.2, color=AFTER, label=_with(chosen))
         _label(axes, "twist [arcmin]", "torque [N.m]")
@@ -61,15 +61,15 @@ def curve_figure(study: Study, base: Fit, chosen: Fit) -> str:
     return svg("torque over twist", draw)
 
 
-def loop_figure(study: Study, base: Fit, chosen: Fit) -> str:
+def loop_figure(problem: Problem, base: Fit, chosen: Fit) -> str:
     """The same run less the model before: the loops that a curve of full size hides."""
-    _, inside = widest_run(study)
-    x, zero = _twist(study, chosen)[inside], base.prediction.torque[inside]
+    _, inside = widest_run(problem)
+    x, zero = _twist(problem, chosen)[inside], base.prediction.torque[inside]
 
     def draw(axes: Axes) -> None:
-        axes.axhspan(-2 * _noise(study), 2 * _noise(study), color=NOISE, alpha=0.5, lw=0, label="noise, 95 %")
-        axes.axhline(0, lw=1.2, color=BEFORE, label=_before(study))
-        axes.plot(x, study.torque[inside] - zero, ".", ms=3, color=MEASURED, label="measured")
+        axes.axhspan(-2 * _noise(problem), 2 * _noise(problem), color=NOISE, alpha=0.5, lw=0, label="noise, 95 %")
+        axes.axhline(0, lw=1.2, color=BEFORE, label=_before(problem))
+        axes.plot(x, problem.torque[inside] - zero, ".", ms=3, color=MEASURED, label="measured")
         if chosen.names:
             axes.plot(x, chosen.prediction.torque[inside] - zero, "-", lw=1.2, color=AFTER, label=_with(chosen))
         _label(axes, "twist [arcmin]", "torque less model [N.m]")
@@ -78,24 +78,24 @@ def loop_figure(study: Study, base: Fit, chosen: Fit) -> str:
     return svg("what the model without effects leaves, over the twist", draw)
 
 
-def widest_run(study: Study) -> tuple[int, NDArray[np.intp]]:
+def widest_run(problem: Problem) -> tuple[int, NDArray[np.intp]]:
     """The run of the widest twist: its number and its blocks, thinned."""
-    runs = study.trace.run[study.blocks.first]
-    twist = study.blocks.mean(study.trace.twist)
+    runs = problem.trace.run[problem.blocks.first]
+    twist = problem.blocks.mean(problem.trace.twist)
     widest = max(np.unique(runs), key=lambda r: float(np.ptp(twist[runs == r])))
     return int(widest), np.flatnonzero(runs == widest)[:MOST_POINTS]
 
 
-def _twist(study: Study, chosen: Fit) -> Array:
-    return (study.blocks.mean(study.trace.twist) - chosen.parameters[0]) / ARCMIN
+def _twist(problem: Problem, chosen: Fit) -> Array:
+    return (problem.blocks.mean(problem.trace.twist) - chosen.parameters[0]) / ARCMIN
 
 
-def _noise(study: Study) -> float:
-    return float(np.sqrt(np.mean(study.block_variance)))
+def _noise(problem: Problem) -> float:
+    return float(np.sqrt(np.mean(problem.block_variance)))
 
 
-def _before(study: Study) -> str:
-    return "model as drawn" if study.base.drive is not None else f"{study.base.kind} alone"
+def _before(problem: Problem) -> str:
+    return "model as drawn" if problem.base.drive is not None else f"{problem.base.kind} alone"
 
 
 def _with(chosen: Fit) -> str:
@@ -121,16 +121,16 @@ def _label(axes: Axes, x: str, y: str) -> None:
     axes.set_ylabel(y, fontsize=9)
 
 
-def residual_figure(study: Study, base: Fit, chosen: Fit, coordinate: str) -> str:
+def residual_figure(problem: Problem, base: Fit, chosen: Fit, coordinate: str) -> str:
     """Residual before and after over the coordinate where the gap lives, against the noise."""
-    places = block_coordinates(study)
-    crank = np.degrees(study.blocks.mean(study.trace.crank)) % 360
-    x, unit = {"crank_angle": (crank, "deg"), "direction": (study.torque, "N.m")}.get(
-        coordinate, places.get(coordinate, (study.torque, "N.m"))
+    places = block_coordinates(problem)
+    crank = np.degrees(problem.blocks.mean(problem.trace.crank)) % 360
+    x, unit = {"crank_angle": (crank, "deg"), "direction": (problem.torque, "N.m")}.get(
+        coordinate, places.get(coordinate, (problem.torque, "N.m"))
     )
-    before, after = study.torque - base.prediction.torque, study.torque - chosen.prediction.torque
-    noise = np.sqrt(study.block_variance)
-    going = np.sign(study.blocks.mean(study.trace.twist_rate))
+    before, after = problem.torque - base.prediction.torque, problem.torque - chosen.prediction.torque
+    noise = np.sqrt(problem.block_variance)
+    going = np.sign(problem.blocks.mean(problem.trace.twist_rate))
     step = max(1, len(x) // MOST_POINTS)
 
     def draw(axes: Axes) -> None:
@@ -159,10 +159,10 @@ def residual_figure(study: Study, base: Fit, chosen: Fit, coordinate: str) -> st
     return svg("where the gap lies", draw)
 
 
-def time_figure(study: Study, base: Fit, chosen: Fit) -> str:
+def time_figure(problem: Problem, base: Fit, chosen: Fit) -> str:
     """Residuals sample by sample; what was held out is shaded."""
-    before, after = study.torque - base.prediction.torque, study.torque - chosen.prediction.torque
-    held = held_out(study)
+    before, after = problem.torque - base.prediction.torque, problem.torque - chosen.prediction.torque
+    held = held_out_blocks(problem)
 
     def draw(axes: Axes) -> None:
         k = np.arange(len(before))
@@ -172,7 +172,7 @@ def time_figure(study: Study, base: Fit, chosen: Fit) -> str:
             if len(chosen.weighting.strength) and chosen.weighting.size > 0.1:
                 axes.plot(
                     k,
-                    after - scattered(study, chosen, after),
+                    after - predicted_scatter(problem, chosen, after),
                     lw=0.5,
                     color=SCATTER,
                     label="after, without this drive's scatter",

@@ -11,25 +11,25 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ..estimation.held_out import held_out
+from ..estimation.held_out import held_out_blocks
 from ..estimation.least_squares import Fit
-from ..estimation.problem import Study
-from ..estimation.remainder import scattered
+from ..estimation.problem import Problem
+from ..estimation.remainder import predicted_scatter
 from ..schema import Gap
 from .corrected_model import corrected_model, simulated_torque
 
 
-def measure_gap(study: Study, base: Fit, chosen: Fit, held: Sequence[Fit]) -> Gap:
-    """Root mean squares over all samples, N.m; held: `held_fits` of both, none where nothing is named."""
-    samples = np.repeat(held_out(study), study.blocks.count.astype(int))
+def measure_gap(problem: Problem, base: Fit, chosen: Fit, held: Sequence[Fit]) -> Gap:
+    """Root mean squares over all samples, N.m; held: `fits_without_held_out` of both, none where nothing is named."""
+    samples = np.repeat(held_out_blocks(problem), problem.blocks.count.astype(int))
     slope = chosen.prediction.slope
-    noise = float(np.sqrt(np.average(study.noise.variance(slope), weights=study.blocks.count)))
-    before = after = residual(study, base)
+    noise = float(np.sqrt(np.average(problem.noise.variance(slope), weights=problem.blocks.count)))
+    before = after = residual(problem, base)
     held_before = held_after = _rms(before[samples])
     if held:
-        after = residual(study, chosen)
-        held_before, held_after = (_rms(residual(study, found)[samples]) for found in held)
-    own = own_scatter(study, chosen)
+        after = residual(problem, chosen)
+        held_before, held_after = (_rms(residual(problem, found)[samples]) for found in held)
+    own = own_scatter(problem, chosen)
     return Gap(
         _rms(before),
         _rms(after),
@@ -40,17 +40,19 @@ def measure_gap(study: Study, base: Fit, chosen: Fit, held: Sequence[Fit]) -> Ga
     )
 
 
-def own_scatter(study: Study, found: Fit) -> Array | None:
+def own_scatter(problem: Problem, found: Fit) -> Array | None:
     """The likeliest scatter (n,), N.m, of this one drive at all samples; None where nothing scatters."""
-    if study.scatter is None or not len(found.weighting.strength):
+    if problem.scatter is None or not len(found.weighting.strength):
         return None
-    rest = study.torque - found.prediction.torque
-    return np.repeat(scattered(study, found, rest), study.blocks.count.astype(int))
+    rest = problem.torque - found.prediction.torque
+    return np.repeat(predicted_scatter(problem, found, rest), problem.blocks.count.astype(int))
 
 
-def residual(study: Study, found: Fit) -> Array:
+def residual(problem: Problem, found: Fit) -> Array:
     """Measured less simulated torque of all samples, (n,) N.m."""
-    return study.trace.torque - simulated_torque(corrected_model(study, found), study.trace, float(found.parameters[0]))
+    return problem.trace.torque - simulated_torque(
+        corrected_model(problem, found), problem.trace, float(found.parameters[0])
+    )
 
 
 def _rms(values: Array) -> float:

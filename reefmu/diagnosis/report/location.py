@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import ARCMIN
 
-from ..estimation.problem import Study
+from ..estimation.problem import Problem
 from ..schema import Location
 
 BINS, FINE_BINS = 10, 40
@@ -18,11 +18,11 @@ FINER = 0.1
 MOST_ORDER = 6
 
 
-def block_coordinates(study: Study) -> dict[str, tuple[Array, str]]:
+def block_coordinates(problem: Problem) -> dict[str, tuple[Array, str]]:
     """Coordinates of the blocks that vary in this record, with their units."""
-    t, mean = study.trace, study.blocks.mean
+    t, mean = problem.trace, problem.blocks.mean
     travel = np.cumsum(np.abs(np.diff(t.crank, prepend=t.crank[0])))
-    torque = study.torque
+    torque = problem.torque
     found = {
         "torque": (torque, "N.m"),
         "time": (mean(t.time), "s"),
@@ -35,13 +35,13 @@ def block_coordinates(study: Study) -> dict[str, tuple[Array, str]]:
     return {name: v for name, v in found.items() if np.ptp(v[0]) > 1e-9 * (1 + np.abs(v[0]).max())}
 
 
-def locate_gap(study: Study, residual: Array, systematic: float) -> tuple[Location, ...]:
+def locate_gap(problem: Problem, residual: Array, systematic: float) -> tuple[Location, ...]:
     """Places of a residual (n,), N.m, whose systematic mean square is `systematic`; the greatest shares first."""
     if systematic <= 0:
         return ()
-    values = block_coordinates(study)
-    direction = np.sign(study.blocks.mean(study.trace.twist_rate))
-    noise = study.variance
+    values = block_coordinates(problem)
+    direction = np.sign(problem.blocks.mean(problem.trace.twist_rate))
+    noise = problem.variance
     found: list[Location] = []
     for name, (x, unit) in values.items():
         groups = _bins(x, FINE_BINS if name == "twist" else BINS)
@@ -49,11 +49,11 @@ def locate_gap(study: Study, residual: Array, systematic: float) -> tuple[Locati
     shares = {p.coordinate: p.share for p in found}
     if shares.get("twist", 0.0) < shares.get("torque", 0.0) + FINER:
         found = [p for p in found if p.coordinate != "twist"]
-    load = _bins(study.torque)
+    load = _bins(problem.torque)
     side = load * 3 + (direction + 1).astype(int)
     odd = residual - _means(load, residual)[load]
-    found.append(_place("direction", side, odd, noise, systematic, study.torque, "N.m", direction))
-    crank = study.blocks.mean(study.trace.crank)
+    found.append(_place("direction", side, odd, noise, systematic, problem.torque, "N.m", direction))
+    crank = problem.blocks.mean(problem.trace.crank)
     if np.ptp(crank) > 0.5:
         found.append(_orders(crank, residual, noise, systematic))
     return tuple(sorted((p for p in found if p.share > 0.02), key=lambda p: -p.share))

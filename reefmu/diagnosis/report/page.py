@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from ...effects import find_effect
 from ..analysis import Analysis
-from ..forward.effect_functions import kernel
 from ..schema import Diagnosis, Location, NamedEffect
 from .text import MEANING, cautions, file_name, interval_text, location_text, main_parameter_text, quantity_text
 
@@ -69,7 +69,7 @@ def report_html(found: Analysis | Diagnosis) -> str:
 
 
 def _names(names: Sequence[str]) -> str:
-    return " and ".join(f"{kernel(n).effect.title.lower()} ({n})" for n in names)
+    return " and ".join(f"{find_effect(n).title.lower()} ({n})" for n in names)
 
 
 # -- the first screen -----------------------------------------------------------------------------------------------
@@ -88,7 +88,7 @@ def _cards(d: Diagnosis) -> str:
             (
                 "One of several that fit" if d.verdict == "ambiguous" else "What is missing",
                 [
-                    f"<p><b>{escape(kernel(e.name).effect.title)}</b><br>{escape(main_parameter_text(e))}</p>"
+                    f"<p><b>{escape(find_effect(e.name).title)}</b><br>{escape(main_parameter_text(e))}</p>"
                     for e in d.effects
                 ],
             )
@@ -119,26 +119,26 @@ def _cautions(d: Diagnosis) -> str:
 def _pictures(found: Analysis) -> list[str]:
     from . import figures
 
-    d, study, base, chosen = found.diagnosis, found.study, found.search.base, found.conclusion.chosen
+    d, problem, base, chosen = found.diagnosis, found.problem, found.search.base, found.conclusion.chosen
     where = d.where[0].coordinate if d.where else "torque"
     place = f", {100 * d.where[0].share:.0f} % of it over the {location_text(d.where[0])}" if d.where else ""
     return [
         "<div class=row>",
         _figure(
-            figures.curve_figure(study, base, chosen),
-            f"Torque over twist in run {figures.widest_run(study)[0]}, the widest.",
+            figures.curve_figure(problem, base, chosen),
+            f"Torque over twist in run {figures.widest_run(problem)[0]}, the widest.",
         ),
         _figure(
-            figures.loop_figure(study, base, chosen),
+            figures.loop_figure(problem, base, chosen),
             "The same run less the model without effects: what the model does not know.",
         ),
-        _figure(figures.residual_figure(study, base, chosen, where), f"Where the gap lies{escape(place)}."),
+        _figure(figures.residual_figure(problem, base, chosen, where), f"Where the gap lies{escape(place)}."),
         _figure(
             figures.gap_figure(d.gap, bool(chosen.names)),
             "The gap against the noise. Held out: runs that a second fit did not see.",
         ),
         "</div>",
-        _figure(figures.time_figure(study, base, chosen), "The gap through the record, run after run."),
+        _figure(figures.time_figure(problem, base, chosen), "The gap through the record, run after run."),
     ]
 
 
@@ -150,7 +150,7 @@ def _figure(picture: str, caption: str) -> str:
 
 
 def _effect(effect: NamedEffect) -> str:
-    e = kernel(effect.name).effect
+    e = find_effect(effect.name)
     rows = [
         [
             name.replace("_", " "),
@@ -210,20 +210,20 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 def _workings(found: Analysis) -> list[str]:
     """How it was found: noise, scatter, the best sets with their costs, why sets were refused."""
-    study, search, n = found.study, found.search, found.study.noise
+    problem, search, n = found.problem, found.search, found.problem.noise
     kind = f"differences of {n.pairs} pairs of cycles" if n.repeated else "smoothness alone"
     lines = [
-        f"{len(found.record)} samples in {len(found.record.starts)} runs; base curve: {study.base.kind} "
-        f"{file_name(study.base.source)}",
+        f"{len(found.record)} samples in {len(found.record.starts)} runs; base curve: {problem.base.kind} "
+        f"{file_name(problem.base.source)}",
         f"noise {n.torque:.3g} N.m and {quantity_text(n.twist, 'rad')}, integrated autocorrelation "
-        f"{n.correlation:.3g} samples, from {kind}",
+        f"{n.correlation_time:.3g} samples, from {kind}",
     ]
-    if study.scatter is not None:
+    if problem.scatter is not None:
         lines.append(
             f"size of the tolerance scatter: {found.diagnosis.base.get('scatter_size', 0):.2g} of the population's"
         )
     rows = [
-        [", ".join(f.names) or "none", f"{search.base.cost - f.cost:.0f}", f"{study.excess(f):.0f}"]
+        [", ".join(f.names) or "none", f"{search.base.cost - f.cost:.0f}", f"{problem.excess_cost(f):.0f}"]
         for size in sorted(search.best)
         for f in search.best[size][:4]
     ]

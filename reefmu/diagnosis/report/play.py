@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..forward.base_curve import Base
+from ..forward.base_curve import BaseCurve
 from ..schema import NamedEffect, Value
 
 _UNITS = {"m": "rad", "m/K": "rad/K", "m/rad": "1"}
 
 
-def as_rotational_play(effect: NamedEffect, base: Base) -> NamedEffect:
+def as_rotational_play(effect: NamedEffect, base: BaseCurve) -> NamedEffect:
     """The effect with its lengths as plays to either side, by the base's lever; as it is where there is a drawing.
 
     model.toml keeps the lengths, and states the lever beside them.

@@ -216,7 +216,7 @@ def test_rounding_on_a_large_number_is_no_torque() -> None:
         {"time": 0.01 * np.arange(400), "twist": 1e-3 * np.sin(0.1 * np.arange(400)), "output_torque": torque}
     )
     assert np.ptp(torque) > 0
-    assert any("the torque never changes" in problem for problem in audit(record, 1.0).problems)
+    assert any("the torque never changes" in defect for defect in audit(record, 1.0).defects)
 
 
 @pytest.mark.parametrize("output", [np.zeros(400), np.full(400, 0.3)])

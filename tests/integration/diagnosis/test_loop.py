@@ -12,7 +12,7 @@ import pytest
 from reefmu.cli import main
 from reefmu.diagnosis.analysis import Analysis
 from reefmu.diagnosis.pipeline import analyse
-from reefmu.diagnosis.preprocessing.trace import trace_of
+from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.report.corrected_model import corrected_model, denoised_record, simulated_torque
 from reefmu.diagnosis.report.files import write_results
 from reefmu.fmu.importer.replay import replay_record
@@ -56,7 +56,7 @@ def test_the_model_file_leaves_the_gap_that_is_reported(
 ) -> None:
     found = request.getfixturevalue(which)
     write_results(found, tmp_path / "out")
-    model, trace = load_model(tmp_path / "out" / "model.toml"), found.study.trace
+    model, trace = load_model(tmp_path / "out" / "model.toml"), found.problem.trace
     torque = simulated_torque(model, trace, found.diagnosis.base["zero [rad]"])
     assert rms(trace.torque - torque) == pytest.approx(found.diagnosis.gap.after, rel=1e-9)
 
@@ -65,10 +65,10 @@ def test_the_model_file_leaves_the_gap_that_is_reported(
 def test_the_fast_engine_fits_what_the_model_simulates(which: str, request: pytest.FixtureRequest) -> None:
     """Two implementations of the same equations: their torques differ by far less than the gap they leave."""
     found = request.getfixturevalue(which)
-    chosen, study = found.conclusion.chosen, found.study
-    predictor = study.predictor(chosen.names)
+    chosen, problem = found.conclusion.chosen, found.problem
+    predictor = problem.predictor(chosen.names)
     predictor.blocks = None
-    slow = simulated_torque(corrected_model(study, chosen), study.trace, float(chosen.parameters[0]))
+    slow = simulated_torque(corrected_model(problem, chosen), problem.trace, float(chosen.parameters[0]))
     assert rms(predictor(chosen.parameters).torque - slow) < 0.1 * found.diagnosis.gap.after
 
 
@@ -88,7 +88,7 @@ def test_the_record_through_the_fmu(
     fmu = tmp_path / "found.fmu"
     assert main(["export", str(tmp_path / "out" / "model.toml"), "-o", str(fmu), "--backend", backend]) == 0
     capsys.readouterr()
-    record, jitter = denoised_record(found.study.trace, found.diagnosis.base["zero [rad]"])
+    record, jitter = denoised_record(found.problem.trace, found.diagnosis.base["zero [rad]"])
     outputs = replay_record(fmu, record)
     torque = outputs["measured.tau"] + outputs["stiffness"] * jitter
     assert rms(record.output_torque - torque) == pytest.approx(found.diagnosis.gap.after, rel=1e-6)
@@ -109,7 +109,7 @@ def test_an_encoders_noise_is_no_rate(lookup: Lookup) -> None:
         }
     )
     damped, bare = (
-        simulated_torque(build_model(drive, effects, lookup=lookup), trace_of(measured, drive.ratio), 0.0)
+        simulated_torque(build_model(drive, effects, lookup=lookup), make_trace(measured, drive.ratio), 0.0)
         for effects in ({"damping": {"coefficient": coefficient}}, {})
     )
     assert rms(damped - bare - coefficient * 2e-4 * np.cos(time)) < 0.1 * coefficient * noise / 1e-3

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis import diagnose_record
-from reefmu.diagnosis.estimation.held_out import held_fits, held_out, spoken_against
-from reefmu.diagnosis.estimation.intervals import deviations
-from reefmu.diagnosis.estimation.problem import Study
+from reefmu.diagnosis.estimation.held_out import fits_without_held_out, held_out_blocks, is_refuted
+from reefmu.diagnosis.estimation.intervals import standard_errors
+from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.inference.mean_drive import is_mean_drive, ripple_size
 from reefmu.diagnosis.inference.nonparametric import fit_terms
 from reefmu.diagnosis.pipeline import prepare_problem
-from reefmu.diagnosis.preprocessing.trace import trace_of
-from reefmu.diagnosis.random_effects.individuals import individuals_along
+from reefmu.diagnosis.preprocessing.trace import make_trace
+from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.model.tables import cached_lookup
 from reefmu.record import Record
 from stiffness_model.numerics.arrays import Array
@@ -27,8 +27,8 @@ from tests import diagnosis_rig as rig
 pytestmark = pytest.mark.slow
 
 
-def study_of(record: Record) -> Study:
-    trace = trace_of(record, rig.drive().ratio)
+def problem_of(record: Record) -> Problem:
+    trace = make_trace(record, rig.drive().ratio)
     return prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))[0]
 
 
@@ -57,45 +57,45 @@ def test_disguises_are_seen_through(change: Callable[[Record], Array], place: st
 
 def test_noise_gives_rivals_nothing() -> None:
     for correlation in (0.0, 0.9):
-        study = study_of(rig.measured({}, correlation=correlation, seed=12))
-        assert fit_terms(study, base_fit(study))[0].gain < 12
+        problem = problem_of(rig.measured({}, correlation=correlation, seed=12))
+        assert fit_terms(problem, base_fit(problem))[0].gain < 12
 
 
 def test_the_ripple_tells_an_individual_from_the_mean_drive() -> None:
-    study = study_of(rig.measured({"backlash": {"clearance": 3e-6}}, noise=0.3, seed=13))
-    assert study.scatter is not None
-    individuals = individuals_along(study.scatter)
-    assert is_mean_drive(study, individuals)
+    problem = problem_of(rig.measured({"backlash": {"clearance": 3e-6}}, noise=0.3, seed=13))
+    assert problem.scatter is not None
+    individuals = simulate_individuals(problem.scatter)
+    assert is_mean_drive(problem, individuals)
     one, others = individuals[0], individuals[2:]
-    study.__dict__["torque"] = study.torque + one
-    assert ripple_size(study, others) == pytest.approx(1.0, abs=0.5)
-    assert not is_mean_drive(study, others)
-    assert not is_mean_drive(study, individuals[:0])
+    problem.__dict__["torque"] = problem.torque + one
+    assert ripple_size(problem, others) == pytest.approx(1.0, abs=0.5)
+    assert not is_mean_drive(problem, others)
+    assert not is_mean_drive(problem, individuals[:0])
 
 
 def test_a_misfit_that_goes_with_the_loops_widens_the_intervals() -> None:
-    study = study_of(rig.measured({"hysteresis": {"torque": 4.0}}, seed=14))
-    fit = study.fit_from(("hysteresis",), np.array([0.0, 4.0, 1e-4]))
-    before = deviations(study, fit)
-    way = study.blocks.mean(np.sign(study.trace.twist_rate))
-    loops = way * np.sin(study.trace.run[study.blocks.first])
-    study.__dict__["torque"] = study.torque + loops
-    worse = study.fit_from(("hysteresis",), fit.parameters)
+    problem = problem_of(rig.measured({"hysteresis": {"torque": 4.0}}, seed=14))
+    fit = problem.fit_from(("hysteresis",), np.array([0.0, 4.0, 1e-4]))
+    before = standard_errors(problem, fit)
+    way = problem.blocks.mean(np.sign(problem.trace.twist_rate))
+    loops = way * np.sin(problem.trace.run[problem.blocks.first])
+    problem.__dict__["torque"] = problem.torque + loops
+    worse = problem.fit_from(("hysteresis",), fit.parameters)
     # The misfit more than doubles the sum of squares: as noise it would widen by a half.
     assert worse.chi_square < 3 * fit.chi_square
-    assert deviations(study, worse)[1] > 2.5 * before[1]
+    assert standard_errors(problem, worse)[1] > 2.5 * before[1]
 
 
 def test_names_that_do_harm_in_unfitted_runs_are_withdrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     record = rig.measured({"hysteresis": {"torque": 4.0}}, seed=15)
-    study = study_of(record)
-    base, names = base_fit(study), study.fit_from(("hysteresis",), np.array([0.0, 4.0, 1e-4]))
-    assert not spoken_against(study, base, names, held_fits(study, (base, names)))
+    problem = problem_of(record)
+    base, names = base_fit(problem), problem.fit_from(("hysteresis",), np.array([0.0, 4.0, 1e-4]))
+    assert not is_refuted(problem, base, names, fits_without_held_out(problem, (base, names)))
     # In the runs that are held out the torque goes the other way.
     change = names.prediction.torque - base.prediction.torque
-    study.__dict__["torque"] = study.torque - 2 * change * held_out(study)
-    assert spoken_against(study, base, names, held_fits(study, (base, names)))
-    monkeypatch.setattr("reefmu.diagnosis.pipeline.spoken_against", lambda *args: bool(args[2].names))
+    problem.__dict__["torque"] = problem.torque - 2 * change * held_out_blocks(problem)
+    assert is_refuted(problem, base, names, fits_without_held_out(problem, (base, names)))
+    monkeypatch.setattr("reefmu.diagnosis.pipeline.is_refuted", lambda *args: bool(args[2].names))
     found = diagnose_record(record, drive=rig.drive())
     assert (found.verdict, found.effects) == ("unknown", ())
     assert found.remainder > 1.0

@@ -11,9 +11,9 @@ import pytest
 
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.least_squares import Fit
-from reefmu.diagnosis.estimation.problem import Study
+from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
-from reefmu.diagnosis.estimation.weighting import INDIVIDUAL
+from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.inference.individual_drive import may_be_individual
 from reefmu.diagnosis.inference.population_spread import (
@@ -22,7 +22,7 @@ from reefmu.diagnosis.inference.population_spread import (
     residual_outside_population,
 )
 from reefmu.diagnosis.pipeline import prepare_problem
-from reefmu.diagnosis.preprocessing.trace import trace_of
+from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.schema import Diagnosis
 from reefmu.model.tables import cached_lookup
 from stiffness_model.numerics.arrays import Array
@@ -32,22 +32,22 @@ pytestmark = pytest.mark.slow
 
 
 @functools.cache
-def study() -> Study:
+def problem() -> Problem:
     record = rig.measured({}, noise=0.3, full=False)
     base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
-    return prepare_problem(record, trace_of(record, rig.drive().ratio), base)[0]
+    return prepare_problem(record, make_trace(record, rig.drive().ratio), base)[0]
 
 
-def with_residual(rest: Array) -> tuple[Study, Fit]:
+def with_residual(rest: Array) -> tuple[Problem, Fit]:
     """The clean record with something added to it, and its fit without effects."""
-    other = replace(study(), weights=study().weights)
-    other.__dict__["torque"] = base_fit(study()).prediction.torque + rest
+    other = replace(problem(), weights=problem().weights)
+    other.__dict__["torque"] = base_fit(problem()).prediction.torque + rest
     return other, base_fit(other)
 
 
 @pytest.mark.parametrize("number", [0, 7, 23])
 def test_a_single_drive_is_like_the_population(number: int) -> None:
-    single = study().individuals[number]
+    single = problem().individuals[number]
     of, fit = with_residual(single)
     assert residual_outside_population(of, fit) == 0.0
     assert population_deviations(of, fit, single) < 4.0
@@ -56,25 +56,25 @@ def test_a_single_drive_is_like_the_population(number: int) -> None:
 @pytest.mark.parametrize("less", [True, False])
 def test_more_and_less_than_any_single_drive_is_not(less: bool) -> None:
     """A misfit of another form than the scatter's may be small: an individual would differ by more."""
-    each = np.sqrt(np.mean(study().individuals ** 2, axis=1))
+    each = np.sqrt(np.mean(problem().individuals ** 2, axis=1))
     rest = each.min() / 1.5 if less else each.max() * 1.5
-    size = np.sqrt(rest**2 + np.mean(study().block_variance))
-    of, fit = with_residual(np.sqrt(2) * size * np.sin(np.arange(study().individuals.shape[1])))
+    size = np.sqrt(rest**2 + np.mean(problem().block_variance))
+    of, fit = with_residual(np.sqrt(2) * size * np.sin(np.arange(problem().individuals.shape[1])))
     assert residual_outside_population(of, fit) > 0.5 * rest
 
 
 def test_as_an_individual_a_drive_scatters() -> None:
-    fit = base_fit(study())
-    assert fit.weighting.size < INDIVIDUAL
-    single = as_individual_drive(study(), fit)
-    assert single.weighting.size >= INDIVIDUAL
+    fit = base_fit(problem())
+    assert fit.weighting.size < INDIVIDUAL_SIZE
+    single = as_individual_drive(problem(), fit)
+    assert single.weighting.size >= INDIVIDUAL_SIZE
     assert single.cost > fit.cost
 
 
 def one_loop(number: int | None, **clearance: float) -> Diagnosis:
     """Of one loop at one angle of the crank: the mean drive, or a single one, with a clearance, m."""
     record = rig.measured({"backlash": clearance} if clearance else {}, noise=0.3, full=False, seed=3)
-    own = 0.0 if number is None else study().individuals[number]
+    own = 0.0 if number is None else problem().individuals[number]
     return diagnose_record(replace(record, output_torque=record.output_torque + own), drive=rig.drive())
 
 
@@ -127,9 +127,9 @@ def test_a_curve_that_is_off_within_the_tolerances_is_told() -> None:
 
 def test_a_name_that_brings_a_scatter_back_within_the_tolerances_is_none_of_it() -> None:
     """A kinematic error does what lobes do; but not if single drives would have to scatter twice as much for it."""
-    base = base_fit(study())
-    named = replace(as_individual_drive(study(), base), names=("kinematic_error",))
+    base = base_fit(problem())
+    named = replace(as_individual_drive(problem(), base), names=("kinematic_error",))
     named = replace(named, weighting=named.weighting.with_size(0.75))
     for size, may in ((1.0, True), (2.8, False)):
         without = replace(named, names=(), cost=named.cost + 2000, weighting=named.weighting.with_size(size))
-        assert may_be_individual(study(), named, base, without, "kinematic_error", 1.0) is may
+        assert may_be_individual(problem(), named, base, without, "kinematic_error", 1.0) is may

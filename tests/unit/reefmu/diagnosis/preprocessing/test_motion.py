@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reefmu.diagnosis.preprocessing.motion import angle_noise, path_of, speed_of, turning_points
+from reefmu.diagnosis.preprocessing.motion import angle_noise, estimate_speed, monotone_path, turning_points
 
 TRUE = np.concatenate(
     [
@@ -32,20 +32,20 @@ def test_a_drive_that_stands_rubs_no_way(correlation: float) -> None:
     angle = TRUE + 0.005 * noise
     size = angle_noise(angle, [(0, len(angle))])
     assert size == pytest.approx(0.005, rel=0.35)
-    path = path_of(angle, size)
+    path = monotone_path(angle, size)
     way = np.abs(np.diff(TRUE)).sum()
     assert np.abs(np.diff(path)).sum() == pytest.approx(way, rel=0.01)
     assert np.abs(np.diff(angle)).sum() > 1.1 * way
     assert np.abs(path - TRUE).max() < 4 * 0.005
-    speed = speed_of(angle, TIME, size)
+    speed = estimate_speed(angle, TIME, size)
     assert np.abs(speed[70:180]).max() < 0.02 * np.abs(speed[:30]).max()
     assert speed[5:20] == pytest.approx(1 / 0.29, rel=0.25)
 
 
 def test_without_noise_nothing_changes() -> None:
-    np.testing.assert_array_equal(path_of(TRUE, 0.0), TRUE)
+    np.testing.assert_array_equal(monotone_path(TRUE, 0.0), TRUE)
     smooth = np.sin(TIME)
-    assert speed_of(smooth, TIME, 0.0) == pytest.approx(np.cos(TIME), abs=1e-2)
+    assert estimate_speed(smooth, TIME, 0.0) == pytest.approx(np.cos(TIME), abs=1e-2)
 
 
 @given(st.lists(st.floats(-1, 1), min_size=2, max_size=40), st.floats(0.01, 1))
@@ -69,7 +69,7 @@ def test_a_clock_that_was_late_makes_no_speed(late: int, gap: float, noise: floa
     true = np.concatenate([np.arange(50) * 0.14, 49 * 0.14 + 1e-3 * np.arange(1, 200)])
     stamps = true.copy()
     stamps[49 : 50 + late] = stamps[49 + late] - gap
-    speed = speed_of(2.0 * true + noise * np.random.default_rng(0).standard_normal(len(true)), stamps, noise)
+    speed = estimate_speed(2.0 * true + noise * np.random.default_rng(0).standard_normal(len(true)), stamps, noise)
     assert np.delete(speed, np.arange(46 - late, 54 + 2 * late)) == pytest.approx(2.0, rel=0.05)
     # A stamp that stands for many samples holds their middle.
     assert np.abs(speed).max() < 2.0 * (late / 2 + 3)

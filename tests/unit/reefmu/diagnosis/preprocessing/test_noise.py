@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis.preprocessing.autocorrelation import autocorrelation
-from reefmu.diagnosis.preprocessing.noise import estimate_noise, period_of
-from reefmu.diagnosis.preprocessing.trace import trace_of
+from reefmu.diagnosis.preprocessing.noise import cycle_period, estimate_noise
+from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.model.tables import cached_lookup
 from tests import diagnosis_rig as rig
 
@@ -13,12 +13,12 @@ from tests import diagnosis_rig as rig
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
 def test_size_and_correlation(correlation: float) -> None:
     record = rig.measured({"hysteresis": {"torque": 4.0}}, noise=0.8, correlation=correlation, seed=3)
-    trace = trace_of(record, rig.drive().ratio)
+    trace = make_trace(record, rig.drive().ratio)
     found = estimate_noise(trace, cached_lookup(rig.drive()).stiffness(trace.twist))
     size = float(np.sqrt(np.mean(found.variance(cached_lookup(rig.drive()).stiffness(trace.twist)))))
     assert found.repeated
     assert size == pytest.approx(0.8, rel=0.2)
-    assert found.correlation == pytest.approx((1 + correlation) / (1 - correlation), rel=0.45)
+    assert found.correlation_time == pytest.approx((1 + correlation) / (1 - correlation), rel=0.45)
 
 
 def test_without_repeats_it_says_so() -> None:
@@ -33,7 +33,7 @@ def test_without_repeats_it_says_so() -> None:
             for name in ("time", "run", "crank_angle", "output_angle", "output_torque", "temperature")
         },
     )
-    trace = trace_of(short, rig.drive().ratio)
+    trace = make_trace(short, rig.drive().ratio)
     found = estimate_noise(trace, cached_lookup(rig.drive()).stiffness(trace.twist))
     assert not found.repeated
     assert found.torque < 2.0
@@ -52,7 +52,7 @@ def test_a_slow_noise_is_not_taken_for_a_small_one(correlation: float) -> None:
         pieces = pieces - pieces @ line @ np.linalg.pinv(line)
         found = autocorrelation(list(pieces))
         sizes.append(np.sqrt(found.variance))
-        sums.append(found.variance * found.integral)
+        sums.append(found.variance * found.correlation_time)
     truth = sum(a**2 * (1 + r) / (1 - r) for a, r in ((0.9, correlation), (0.436, 0.6 * correlation)))
     assert np.mean(sizes) == pytest.approx(1.0, abs=0.1)
     assert 0.5 * truth < np.mean(sums) < 2 * truth
@@ -62,7 +62,7 @@ def test_loops_of_growing_size_have_a_period_too() -> None:
     """Two pushes each to two, three and five parts: the first never cross the middle of the whole."""
     push = (1 - np.cos(2 * np.pi * np.arange(100) / 100)) / 2
     pushes = np.concatenate([np.linspace(0, 0.1, 10), *(0.1 + top * push for top in (0.4, 0.4, 0.6, 0.6, 1.0, 1.0))])
-    assert period_of(pushes) == pytest.approx(100, abs=2)
-    assert period_of(np.linspace(0, 1, 400)) == 0
+    assert cycle_period(pushes) == pytest.approx(100, abs=2)
+    assert cycle_period(np.linspace(0, 1, 400)) == 0
     rng = np.random.default_rng(0)
-    assert period_of(np.cumsum(rng.standard_normal(400))) == 0
+    assert cycle_period(np.cumsum(rng.standard_normal(400))) == 0

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.estimation.problem import Study
+from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.pipeline import prepare_problem
-from reefmu.diagnosis.preprocessing.trace import trace_of
-from reefmu.diagnosis.random_effects.individuals import individuals_along
+from reefmu.diagnosis.preprocessing.trace import make_trace
+from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.scatter import Scatter
 from reefmu.model.tables import cached_lookup
 from stiffness_model.rotation import draw_individual, turning_map
@@ -17,21 +17,21 @@ from tests import diagnosis_rig as rig
 
 
 @pytest.fixture(scope="module")
-def study() -> Study:
+def problem() -> Problem:
     record = rig.measured({}, noise=0.5, seed=21)
-    trace = trace_of(record, rig.drive().ratio)
+    trace = make_trace(record, rig.drive().ratio)
     return prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))[0]
 
 
 @pytest.fixture(scope="module")
-def scatter(study: Study) -> Scatter:
-    assert study.scatter is not None
-    return study.scatter
+def scatter(problem: Problem) -> Scatter:
+    assert problem.scatter is not None
+    return problem.scatter
 
 
 def test_the_columns_hold_the_variance_of_individuals(scatter: Scatter) -> None:
-    columns, rough = scatter.at(scatter.twist)
-    found = individuals_along(scatter, 64, seed=3)
+    columns, rough = scatter.columns_at(scatter.twist)
+    found = simulate_individuals(scatter, 64, seed=3)
     loaded = np.abs(scatter.twist) > 0.3 * rig.drive().max_twist
     expected = float(np.sqrt(np.mean(((columns**2).sum(axis=0) + rough)[loaded])))
     assert float(np.sqrt(np.mean(found[:, loaded] ** 2))) == pytest.approx(expected, rel=0.15)
@@ -40,13 +40,13 @@ def test_the_columns_hold_the_variance_of_individuals(scatter: Scatter) -> None:
     assert np.mean(np.abs(found.mean(axis=0)[loaded]) < 3 * error) > 0.95
 
 
-def test_a_turning_individual_of_the_solver_is_one_of_these(study: Study, scatter: Scatter) -> None:
+def test_a_turning_individual_of_the_solver_is_one_of_these(problem: Problem, scatter: Scatter) -> None:
     """`stiffness_model.rotation` places and solves its own; the weights take most of it for scatter."""
     drive = rig.drive()
-    crank = study.blocks.mean(study.trace.crank)
-    mean = study.base.elastic.evaluate(scatter.twist, 0.0, study.base.shape_start)[0]
-    standing = scatter.turning.span < 0.01
-    weights = study.weights.with_size(1.0)
+    crank = problem.blocks.mean(problem.trace.crank)
+    mean = problem.base.elastic.evaluate(scatter.twist, 0.0, problem.base.shape_start)[0]
+    standing = scatter.motion.span < 0.01
+    weights = problem.weights.with_size(1.0)
     one = draw_individual(drive, 1)
     torque = mean.copy()
     for angle in np.unique(np.round(crank[standing], 2)):
@@ -58,12 +58,14 @@ def test_a_turning_individual_of_the_solver_is_one_of_these(study: Study, scatte
         torque[k] = turning_map(one, scatter.twist[k : k + 1], crank[k : k + 1] / drive.ratio).torque[0, 0]
     gap = torque - mean
     raw = float(((gap * weights.scale) ** 2).sum())
-    left = float((weights.white(gap) ** 2).sum())
+    left = float((weights.whiten(gap) ** 2).sum())
     assert left < 0.05 * raw
     assert left < 4 * len(weights.strength)
 
 
 def test_a_preloaded_drive_scatters_without_load_too(scatter: Scatter) -> None:
     near = np.abs(scatter.twist) < 0.02 * rig.drive().max_twist
-    plain, tight = (np.sqrt((scatter.at(scatter.twist, c)[0] ** 2).sum(axis=0))[near].mean() for c in (0.0, -6e-6))
+    plain, tight = (
+        np.sqrt((scatter.columns_at(scatter.twist, c)[0] ** 2).sum(axis=0))[near].mean() for c in (0.0, -6e-6)
+    )
     assert tight > 3 * plain

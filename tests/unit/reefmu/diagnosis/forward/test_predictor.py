@@ -5,7 +5,7 @@ import pytest
 
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.forward.predictor import Predictor
-from reefmu.diagnosis.preprocessing.trace import trace_of
+from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.effects import EFFECTS
 from reefmu.model.drive_model import build_model
 from reefmu.model.tables import cached_lookup
@@ -26,7 +26,7 @@ def test_torque_and_sensitivities(names: tuple[str, ...]) -> None:
     record, lookup = rig.protocol(), cached_lookup(rig.drive())
     nominal = {n: {p.name: p.nominal for p in EFFECTS[n].parameters} for n in names}
     wanted = simulate_record(build_model(rig.drive(), nominal, lookup=lookup), record)["measured.tau"]
-    predictor = Predictor(trace_of(record, rig.drive().ratio), drawing_base(rig.drive(), lookup), names)
+    predictor = Predictor(make_trace(record, rig.drive().ratio), drawing_base(rig.drive(), lookup), names)
     p = np.array([0.0, *(v for n in names for v in nominal[n].values())])
     found = predictor(p)
     # Creep is advanced by another rule of the same order.
@@ -49,7 +49,7 @@ def test_every_effect_is_covered() -> None:
 def test_creep_too_soft_for_the_steps_stays_finite(time: float) -> None:
     # Steps longer than such a state allows would run away; a fit may come by, and must be able to turn back.
     predictor = Predictor(
-        trace_of(rig.protocol(), rig.drive().ratio),
+        make_trace(rig.protocol(), rig.drive().ratio),
         drawing_base(rig.drive(), cached_lookup(rig.drive())),
         ("creep", "damping"),
     )

@@ -12,7 +12,7 @@ from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.pipeline import prepare_problem
-from reefmu.diagnosis.preprocessing.trace import trace_of
+from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.model.tables import cached_lookup
 from tests import diagnosis_rig as rig
 
@@ -40,15 +40,15 @@ def test_processes_change_nothing() -> None:
 
 
 def test_a_fit_that_was_sent_is_whole_again() -> None:
-    """Small on its way where the study's own weights were used; with its weights where others were."""
+    """Small on its way where the problem's own weights were used; with its weights where others were."""
     record = rig.measured({}, full=False)
     base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
-    study = prepare_problem(record, trace_of(record, rig.drive().ratio), base)[0]
-    fit = base_fit(study)
-    sent = pickle.dumps(study.slim(fit))
+    problem = prepare_problem(record, make_trace(record, rig.drive().ratio), base)[0]
+    fit = base_fit(problem)
+    sent = pickle.dumps(problem.without_weights(fit))
     assert len(sent) < len(pickle.dumps(fit)) / 3
-    back = study.whole(pickle.loads(sent))
-    assert back.weighting.mean is study.weights.mean
+    back = problem.with_weights(pickle.loads(sent))
+    assert back.weighting.mean is problem.weights.mean
     assert back.weighting.size == fit.weighting.size
-    other = study.fit_from((), fit.parameters, study.weights.of_the_mean())
-    assert study.whole(study.slim(other)) is other
+    other = problem.fit_from((), fit.parameters, problem.weights.for_mean_drive())
+    assert problem.with_weights(problem.without_weights(other)) is other
