@@ -6,8 +6,8 @@ import math
 from pathlib import Path
 
 from reefmu.fmu.model.component import Component
-from reefmu.fmu.model.sizes import GROWTH, full_stiffness
-from reefmu.fmu.validation.check import Finding, embedded_component
+from reefmu.fmu.model.nominals import MAX_GROWTH_RATE, stiffness_at_full_torque
+from reefmu.fmu.validation.check import CheckResult, embedded_component
 from reefmu.fmu.xml.archive import FmuFile, read_archive
 from reefmu.joint.step import growth_rate, largest_step, step_warning
 from reefmu.model.masses import Masses, expect_inertia, expect_step
@@ -17,7 +17,9 @@ from stiffness_model.errors import expect
 def step_notes(component: Component, masses: Masses, step: float) -> list[str]:
     """What to say of a communication step, s, between the drive and these masses: one line, or none if it will do."""
     ratio = next(p.value for p in component.parameters if p.name == "ratio")
-    warning = step_warning(step, full_stiffness(component), masses.reduced_inertia(ratio), growth=GROWTH)
+    warning = step_warning(
+        step, stiffness_at_full_torque(component), masses.reduced_inertia(ratio), growth=MAX_GROWTH_RATE
+    )
     return [warning] if warning else []
 
 
@@ -29,7 +31,7 @@ def proposed_step(file: FmuFile) -> float:
     return float((experiment and experiment.stepSize) or math.nan)
 
 
-def coupling_finding(path: Path, step: float | None, inertia: float) -> Finding:
+def coupling_finding(path: Path, step: float | None, inertia: float) -> CheckResult:
     """Whether a master that holds the drive's torque over a step, s, keeps the joint's oscillation from growing.
 
     step: None for the one that the FMU proposes.
@@ -42,8 +44,8 @@ def coupling_finding(path: Path, step: float | None, inertia: float) -> Finding:
         step = proposed_step(file)
     expect_step(step, "--step")
     expect(file.kind == "drive", "--step and --inertia with an FMU of kind drive", f"kind {file.kind}", str(path))
-    spring = full_stiffness(embedded_component(file))
-    limit = largest_step(spring, inertia, growth=GROWTH)
+    spring = stiffness_at_full_torque(embedded_component(file))
+    limit = largest_step(spring, inertia, growth=MAX_GROWTH_RATE)
     rate = growth_rate(step, spring, inertia)
     in_turn = largest_step(spring, inertia, scheme="sequential")
     detail = (
@@ -52,4 +54,4 @@ def coupling_finding(path: Path, step: float | None, inertia: float) -> Finding:
         f"lets grow by exp({rate:.3g} t/s). Stepping the masses first allows {in_turn:.2g} s, one that uses "
         "`stiffness` or directional derivatives stays stable at any step, kind joint stays right"
     )
-    return Finding("coupling", step <= limit, step, limit, detail)
+    return CheckResult("coupling", step <= limit, step, limit, detail)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from reefmu.fmu.codegen.compile import chosen_platforms
+from reefmu.fmu.codegen.compile import select_platforms
 from reefmu.fmu.export import NO_COMPILER, default_backend, export_fmu
 from reefmu.fmu.model.component import drive_component
 from reefmu.fmu.model.joint import joint_component
-from reefmu.fmu.python_backend.cost import real_time_note
+from reefmu.fmu.python_backend.real_time import real_time_note
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.curve_table import source_curve
 from reefmu.model.drive_model import DriveModel, build_model
@@ -36,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
     expect(native or args.platform is None, "--platform without --backend python", args.platform, "--platform")
     expect(native or args.fmi == "2", "--fmi 3 without --backend python", f"--backend {backend}", "--fmi")
     if args.platform not in (None, "none"):
-        chosen_platforms(args.platform)  # an unknown name is refused before the lookup is solved
+        select_platforms(args.platform)  # an unknown name is refused before the lookup is solved
     masses = masses_of(args)
     model, notes = load(args)
     joint = args.kind == "joint"

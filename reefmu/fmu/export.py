@@ -3,7 +3,7 @@
 native: binaries from generated C, which need nothing. python: the installed package runs it through pythonfmu.
 The same model exported twice with the same version (and compiler) gives the same bytes. So nothing in
 the file comes from the clock: the GUID is a hash of the content, and the date is SOURCE_DATE_EPOCH where that is set,
-else `RELEASED`, a date that stands for this version of the export.
+else `RELEASE_DATE`, a date that stands for this version of the export.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from reefmu.source_date import source_date
 from stiffness_model.errors import InputError, expect, unknown_name
 from stiffness_model.io.atomic_files import scratch_folder
 
-from .codegen.compile import chosen_platforms, compile_binaries, has_compiler
-from .codegen.sources import UNIT, sources, with_guid
-from .export_fmi3 import members3, sources3
-from .model.component import HEAD_FILE, LOOKUP_FILE, Component, drive_component, save_component
-from .model.sizes import experiment, sized
-from .model.table_encoding import carried_lookup, lookup_head
-from .model.variables import STANDARDS, Interface, declare, declare_exchange
-from .python_backend.dependencies import dependencies
+from .codegen.compile import compile_binaries, has_compiler, select_platforms
+from .codegen.sources import MAIN_SOURCE, make_sources, with_guid
+from .export_fmi3 import fmi3_members, fmi3_sources
+from .model.component import LOOKUP_FILE, METADATA_FILE, Component, drive_component, save_component
+from .model.nominals import propose_experiment, with_nominals
+from .model.table_encoding import embedded_lookup, lookup_metadata
+from .model.variables import FMI_VERSIONS, Interface, declare, declare_with_derivatives
+from .python_backend.dependencies import external_dependencies
 from .python_backend.equations_file import EQUATIONS_FILE, write_equations
 from .xml.archive import DESCRIPTION, SCRIPT_NAME, write_archive
-from .xml.fmi2 import Export, model_description
+from .xml.fmi2 import ExportInfo, model_description
 
 if TYPE_CHECKING:
     from reefmu.model.drive_model import DriveModel
     from reefmu.model.masses import Masses
 
-RELEASED = datetime(2026, 1, 1, tzinfo=UTC)
+RELEASE_DATE = datetime(2026, 1, 1, tzinfo=UTC)
 LICENCE = "BSD-3-Clause"
 AUTHOR, COPYRIGHT = "the reefmu authors", "Copyright (c) 2026, the reefmu authors"
 """Of the code inside, as in the licence; the model is whose drawing it is."""
@@ -77,11 +77,11 @@ EXCHANGE_CAPABILITIES = {
     "providesDirectionalDerivative": True,
 }
 """What the generated C can do, for co-simulation and for model exchange (section 3.3.1)."""
-_SCRIPT = '''"""Runs in the installed package. Its names keep it apart from other FMUs in the process."""
+_SLAVE_SCRIPT = '''"""Runs in the installed package. Its names keep it apart from other FMUs in the process."""
 from reefmu.fmu.python_backend.slave import DriveSlave
-from reefmu.fmu.python_backend.workarounds import hold
+from reefmu.fmu.python_backend.workarounds import leak_reference
 
-hold(globals())
+leak_reference(globals())
 
 
 class {identifier}(DriveSlave):
@@ -123,11 +123,11 @@ def export_fmu(
             warnings.warn(NO_COMPILER, stacklevel=2)
     if backend not in BACKENDS:
         raise unknown_name("back end", backend, BACKENDS)
-    if fmi not in STANDARDS:
-        raise unknown_name("version of FMI", fmi, STANDARDS)
+    if fmi not in FMI_VERSIONS:
+        raise unknown_name("version of FMI", fmi, FMI_VERSIONS)
     expect(backend == "native" or fmi == "2.0", "FMI 3.0 with the native back end only", backend, "back end")
     make = _python_members if backend == "python" else functools.partial(_native_members, fmi=fmi)
-    when = source_date(RELEASED)
+    date = source_date(RELEASE_DATE)
     resources = _resources(model, masses)
     if masses is None:
         component = drive_component(model)
@@ -135,20 +135,20 @@ def export_fmu(
         from .model.joint import joint_component
 
         component = joint_component(model, masses)
-    members = make(sized(component), resources, when, platform)
-    return write_archive(path, members, when)
+    members = make(with_nominals(component), resources, date, platform)
+    return write_archive(path, members, date)
 
 
 def _python_members(
-    component: Component, resources: dict[str, bytes], when: datetime, _platform: str
+    component: Component, resources: dict[str, bytes], date: datetime, _platform: str
 ) -> dict[str, bytes]:
     """The archive of an FMU that runs in the installed package."""
     interface = declare(component)
     resources = {**resources, EQUATIONS_FILE: write_equations(component, interface)}
-    export = _export(component, interface, resources, when, "python", _SCRIPT)
+    export = _export(component, interface, resources, date, "python", _SLAVE_SCRIPT)
     # Two scripts of one name cannot both be loaded into a process: this one has the content's hash in its name.
     module = f"{export.model_identifier}_{export.guid.strip('{}').replace('-', '')[:12]}"
-    script = _SCRIPT.format(identifier=module, guid=export.guid)
+    script = _SLAVE_SCRIPT.format(identifier=module, guid=export.guid)
     return {
         DESCRIPTION: model_description(interface, export),
         f"resources/{module}.py": script.encode(),
@@ -160,22 +160,22 @@ def _python_members(
 
 
 def _native_members(
-    component: Component, resources: dict[str, bytes], when: datetime, platform: str, fmi: str
+    component: Component, resources: dict[str, bytes], date: datetime, platform: str, fmi: str
 ) -> dict[str, bytes]:
     """The archive of an FMU in C. Its resources are for `reefmu check` and for people; no binary reads them."""
-    platforms = () if platform == "none" else chosen_platforms(platform)
-    interface = declare_exchange(component)
+    platforms = () if platform == "none" else select_platforms(platform)
+    interface = declare_with_derivatives(component)
     # The tables, where there are any, stand among the sources.
     resources = {name: data for name, data in resources.items() if name != LOOKUP_FILE}
-    resources[HEAD_FILE] = lookup_head(carried_lookup(component.model)).encode()
+    resources[METADATA_FILE] = lookup_metadata(embedded_lookup(component.model)).encode()
     identifier = _identifier(component)
-    nameless = sources(component, interface, "", identifier, STANDARDS[fmi])
+    nameless = make_sources(component, interface, "", identifier, FMI_VERSIONS[fmi])
     if fmi != "2.0":
-        nameless = sources3(nameless)
+        nameless = fmi3_sources(nameless)
     without_guid = hashlib.sha256()
     for name, content in sorted(nameless.items()):
         without_guid.update(name.encode() + content)
-    export = _export(component, interface, resources, when, "native", without_guid.hexdigest())
+    export = _export(component, interface, resources, date, "native", without_guid.hexdigest())
     files = with_guid(nameless, export.guid)
     members = {
         DESCRIPTION: model_description(interface, export),
@@ -184,37 +184,37 @@ def _native_members(
         **compile_binaries(files, export.model_identifier, platforms),
         **_documentation(interface, export),
     }
-    return members if fmi == "2.0" else members3(members, interface, export)
+    return members if fmi == "2.0" else fmi3_members(members, interface, export)
 
 
 def _export(
-    component: Component, interface: Interface, resources: dict[str, bytes], when: datetime, backend: str, code: str
-) -> Export:
+    component: Component, interface: Interface, resources: dict[str, bytes], date: datetime, backend: str, code: str
+) -> ExportInfo:
     """Names, versions and capabilities. The GUID is a hash of the variables, the resources and the code."""
     version, native = _version("reefmu"), backend == "native"
     content = hashlib.sha256()
-    for part in (repr(interface), version, code, when.isoformat()):
+    for part in (repr(interface), version, code, date.isoformat()):
         content.update(part.encode())
     for name in sorted(resources):
         content.update(name.encode() + hashlib.sha256(resources[name]).digest())
     guid = uuid.UUID(bytes=content.digest()[:16], version=5)
     tool = f"CasADi {_version('casadi')}" if native else f"pythonfmu {_version('pythonfmu')}"
-    return Export(
+    return ExportInfo(
         guid=f"{{{guid}}}",
         model_identifier=_identifier(component),
         description=_describe(interface, version, backend),
         generation_tool=f"reefmu {version} with {tool}",
-        generated=when.strftime("%Y-%m-%dT%H:%M:%SZ"),
+        generated=date.strftime("%Y-%m-%dT%H:%M:%SZ"),
         author=AUTHOR,
         version=version,
         copyright=COPYRIGHT,
         licence=LICENCE,
         backend=backend,
         capabilities=NATIVE_CAPABILITIES if native else CAPABILITIES,
-        experiment=experiment(component),
+        experiment=propose_experiment(component),
         exchange=EXCHANGE_CAPABILITIES if native else None,
-        indicators=component.switches if native else 0,
-        sources=(UNIT,) if native else (),
+        indicators=component.n_indicators if native else 0,
+        sources=(MAIN_SOURCE,) if native else (),
     )
 
 
@@ -257,7 +257,7 @@ def _describe(interface: Interface, version: str, backend: str) -> str:
     )
 
 
-def _documentation(interface: Interface, export: Export) -> dict[str, bytes]:
+def _documentation(interface: Interface, export: ExportInfo) -> dict[str, bytes]:
     """A page for people, and the licences of what the archive contains."""
     rows = "".join(
         f"<tr><td>{escape(v.name)}</td><td>{v.causality}</td><td>{escape(v.unit)}</td>"
@@ -272,7 +272,7 @@ def _documentation(interface: Interface, export: Export) -> dict[str, bytes]:
     )
     members = {"documentation/index.html": page.encode()}
     if export.capabilities["needsExecutionTool"]:
-        members |= dependencies(export.version, _version("casadi"), _version("pythonfmu"))
+        members |= external_dependencies(export.version, _version("casadi"), _version("pythonfmu"))
     # The standard's name for the licence of the whole (FMI 2.0.4, section 2.3; FMI 3.0.2, section 2.5.1).
     names = {"reefmu": "license", "pythonfmu": "pythonfmu"}
     for package in names if export.backend == "python" else ("reefmu",):

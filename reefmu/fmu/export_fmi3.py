@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from .codegen.sources import UNIT, UNIT_FMI2, UNIT_FMI3, wrapper_files
+from .codegen.sources import FMI2_MAIN, FMI3_MAIN, MAIN_SOURCE, wrapper_files
 from .model.variables import Interface
 from .xml.archive import DESCRIPTION
-from .xml.fmi2 import Export
-from .xml.fmi3 import build_description, model_description3, terminals
+from .xml.fmi2 import ExportInfo
+from .xml.fmi3 import build_description, model_description_fmi3, terminals
 
 _FOLDERS = {
     "linux64": ("x86_64-linux",),
@@ -19,15 +19,15 @@ _FOLDERS = {
 """Folders of binaries, FMI 2.0 -> FMI 3.0."""
 
 
-def sources3(sources: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The files of a native FMU with the wrapper for FMI 3.0 around them; still `UNIT` is what is compiled."""
-    files = {**sources, **wrapper_files("fmi3"), UNIT_FMI2: sources[UNIT]}
-    files[UNIT] = files.pop(UNIT_FMI3)
+def fmi3_sources(sources: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The files of a native FMU with the wrapper for FMI 3.0 around them; still `MAIN_SOURCE` is what is compiled."""
+    files = {**sources, **wrapper_files("fmi3"), FMI2_MAIN: sources[MAIN_SOURCE]}
+    files[MAIN_SOURCE] = files.pop(FMI3_MAIN)
     return files
 
 
-def members3(members: Mapping[str, bytes], interface: Interface, export: Export) -> dict[str, bytes]:
-    """The archive for FMI 3.0 from that for 2.0, whose sources are already those of `sources3`."""
+def fmi3_members(members: Mapping[str, bytes], interface: Interface, export: ExportInfo) -> dict[str, bytes]:
+    """The archive for FMI 3.0 from that for 2.0, whose sources are already those of `fmi3_sources`."""
     moved: dict[str, bytes] = {}
     for name, content in members.items():
         top, _, rest = name.partition("/")
@@ -38,7 +38,7 @@ def members3(members: Mapping[str, bytes], interface: Interface, export: Export)
             moved[name] = content
     return {
         **moved,
-        DESCRIPTION: model_description3(interface, export),
+        DESCRIPTION: model_description_fmi3(interface, export),
         "sources/buildDescription.xml": build_description(export),
         "terminalsAndIcons/terminalsAndIcons.xml": terminals(interface),
     }

@@ -25,7 +25,7 @@ import stiffness_model as sm
 from reefmu.effects import EFFECTS
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.model.component import Component, drive_component
-from reefmu.fmu.validation.reference_run import Trial, make_trial
+from reefmu.fmu.validation.reference_run import Excitation, make_excitation
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel, build_model
 from stiffness_model.lookup.build_lookup import build_lookup
@@ -44,16 +44,16 @@ def full_model() -> DriveModel:
     return model.with_parameters({**sizes, "wear.rate": 1e-11, "torque_sensor_drift.rate": 1e-6})
 
 
-def closed(component: Component, steps: int) -> Trial:
-    """`make_trial` there and back again."""
-    trial = make_trial(component)
+def closed(component: Component, steps: int) -> Excitation:
+    """`make_excitation` there and back again."""
+    excitation = make_excitation(component)
     there = np.interp(
-        np.linspace(0, 1, steps // 2 + 1), np.linspace(0, 1, len(trial.inputs)), np.arange(len(trial.inputs))
+        np.linspace(0, 1, steps // 2 + 1), np.linspace(0, 1, len(excitation.inputs)), np.arange(len(excitation.inputs))
     )
-    columns = [np.interp(there, np.arange(len(trial.inputs)), column) for column in trial.inputs.T]
+    columns = [np.interp(there, np.arange(len(excitation.inputs)), column) for column in excitation.inputs.T]
     inputs = np.column_stack(columns)
     inputs = np.vstack([inputs, inputs[-2::-1] * [1, -1, 1, -1, 1]])
-    return Trial(trial.names, np.resize(trial.dt, len(inputs) - 1), inputs)
+    return Excitation(excitation.names, np.resize(excitation.dt, len(inputs) - 1), inputs)
 
 
 def main() -> None:
@@ -63,8 +63,8 @@ def main() -> None:
     args = parser.parse_args()
     model = full_model()
     component = drive_component(model)
-    trial = closed(component, args.round)
-    rounds = max(2, args.steps // len(trial.dt))
+    excitation = closed(component, args.round)
+    rounds = max(2, args.steps // len(excitation.dt))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         path = export_fmu(model, folder / "full.fmu", backend="native")
@@ -77,17 +77,17 @@ def main() -> None:
             next((folder / "out").rglob("*.so")),
             read_archive(path).guid,
             component,
-            trial,
+            excitation,
             folder,
             rounds=rounds,
         )
         native = time.perf_counter() - start
         start = time.perf_counter()
-        expected = repeat_model(component, trial, model.parameter_vector(), rounds)
+        expected = repeat_model(component, excitation, model.parameter_vector(), rounds)
         python = time.perf_counter() - start
-    steps = rounds * len(trial.dt)
+    steps = rounds * len(excitation.dt)
     print(
-        f"{rounds} rounds of {len(trial.dt)} steps, {len(model.effects)} effects; C host {native:.1f} s "
+        f"{rounds} rounds of {len(excitation.dt)} steps, {len(model.effects)} effects; C host {native:.1f} s "
         f"({1e6 * native / steps:.2f} us a step), model {python:.1f} s, {python / native:.0f} times as long"
     )
     names = [s.name for s in (*component.outputs, *component.states)]
@@ -97,8 +97,8 @@ def main() -> None:
     for n in sorted({1, *(int(10**k) for k in range(1, 8) if 10**k < rounds), rounds}):
         worst = int(away[n].argmax())
         print(
-            f"after {n * len(trial.dt):9d} steps: torque {away[n, 0]:.2g} of full torque, worst {away[n, worst]:.2g} "
-            f"in {names[worst]}"
+            f"after {n * len(excitation.dt):9d} steps: torque {away[n, 0]:.2g} of full torque, "
+            f"worst {away[n, worst]:.2g} in {names[worst]}"
         )
     for name in ("wear.travel", "creep.twist", "hysteresis.deflection", "output.tau"):
         at = names.index(name)

@@ -32,7 +32,7 @@ from reefmu.commands.coupling import coupling_finding
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.python_backend.equations_file import EQUATIONS_FILE, read_equations
 from reefmu.fmu.validation import check
-from reefmu.fmu.validation.reference_run import make_trial
+from reefmu.fmu.validation.reference_run import make_excitation
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import Masses
@@ -110,7 +110,7 @@ def examine(path: Path) -> None:
     component = check.embedded_component(file)
     check._standard(file)
     check._declaration(file, check.declared_variables(file, component))
-    make_trial(component)
+    make_excitation(component)
     if file.kind == "drive":
         coupling_finding(path, 1e-3, 0.08)
     if f"resources/{EQUATIONS_FILE}" in file.members:

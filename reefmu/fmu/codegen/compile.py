@@ -21,7 +21,7 @@ from reefmu.progress import Progress
 from stiffness_model.errors import InputError, unknown_name
 from stiffness_model.io.atomic_files import atomic_file, scratch_folder
 
-from .sources import UNIT
+from .sources import MAIN_SOURCE
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,8 @@ _FLAGS = (
     "-DFMI3_OVERRIDE_FUNCTION_PREFIX",
 )
 """-ffp-contract=off: the same roundings on every platform."""
-_OLD_NAMES = "old_names.h"
-_OLD = (
+_SYMVER_FILE = "old_names.h"
+_SYMVER_HEADER = (
     "#include <features.h>\n#ifdef __GLIBC__\n"
     + "".join(f'__asm__(".symver {name},{name}@GLIBC_2.2.5");\n' for name in ("exp", "log", "pow", "exp2", "log2"))
     + "#endif\n"
@@ -80,7 +80,7 @@ def host_platform() -> str:
     return "linux-arm64" if machine in ("aarch64", "arm64") and sys.platform == "linux" else ""
 
 
-def chosen_platforms(name: str) -> tuple[Platform, ...]:
+def select_platforms(name: str) -> tuple[Platform, ...]:
     """`name`, "host" or "all" as platforms. Errors: `InputError` for an unknown one, with what there is."""
     if name == "all":
         return tuple(PLATFORMS.values())
@@ -100,7 +100,7 @@ def compile_binaries(sources: Mapping[str, bytes], identifier: str, platforms: S
     parts: dict[str, list[bytes]] = {p.name: [] for p in platforms}
     with Progress("compiling", len(jobs)) as progress:
         for p, target in jobs:
-            parts[p.name].append(_compiled(sources, identifier, p, target))
+            parts[p.name].append(_compile_cached(sources, identifier, p, target))
             progress.step()
     for p in platforms:
         slices = parts[p.name]
@@ -109,7 +109,7 @@ def compile_binaries(sources: Mapping[str, bytes], identifier: str, platforms: S
     return members
 
 
-def _compiled(sources: Mapping[str, bytes], identifier: str, p: Platform, target: str) -> bytes:
+def _compile_cached(sources: Mapping[str, bytes], identifier: str, p: Platform, target: str) -> bytes:
     from reefmu.model.tables import cache_folder
 
     command, version = _compiler(p, target)
@@ -120,7 +120,7 @@ def _compiled(sources: Mapping[str, bytes], identifier: str, p: Platform, target
     if kept.is_file():
         return kept.read_bytes()
     with scratch_folder() as folder:
-        for name, content in {**sources, _OLD_NAMES: _OLD.encode()}.items():
+        for name, content in {**sources, _SYMVER_FILE: _SYMVER_HEADER.encode()}.items():
             (folder / name).write_bytes(content)
         output = f"{identifier}{p.suffix}"
         link = (
@@ -130,7 +130,7 @@ def _compiled(sources: Mapping[str, bytes], identifier: str, p: Platform, target
         )
         # The folder's name must not get into the binary: names are relative to it.
         done = subprocess.run(
-            [*command, UNIT, "-o", output, *link],
+            [*command, MAIN_SOURCE, "-o", output, *link],
             cwd=folder,
             capture_output=True,
             text=True,
@@ -159,10 +159,10 @@ def _compiled(sources: Mapping[str, bytes], identifier: str, p: Platform, target
 
 
 def has_compiler(platform: str = "host") -> bool:
-    """Whether a compiler is there for `platform` (as `chosen_platforms` reads it); False for an unknown machine."""
+    """Whether a compiler is there for `platform` (as `select_platforms` reads it); False for an unknown machine."""
     if platform == "host" and not host_platform():
         return False
-    return all(_program(p) for p in chosen_platforms(platform))
+    return all(_program(p) for p in select_platforms(platform))
 
 
 def _program(p: Platform) -> tuple[str, ...]:
@@ -189,7 +189,7 @@ def _compiler(p: Platform, target: str) -> tuple[tuple[str, ...], str]:
         )
     if program == _ZIG:
         return (*_ZIG, "cc", "-target", target, *_FLAGS, *_ZIG_FLAGS), f"zig {_first_line([*_ZIG, 'version'])}"
-    old = ("-include", _OLD_NAMES) if p.name == "linux64" else ()
+    old = ("-include", _SYMVER_FILE) if p.name == "linux64" else ()
     return (*program, *_FLAGS, *old), _first_line([*program, "--version"])
 
 

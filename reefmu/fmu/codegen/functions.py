@@ -10,10 +10,10 @@ Those of `reefmu.model.stages`, on the component's own vectors x, u and p, and w
 
 and for a joint, which integrates itself,
 
-    coast(x, dt) -> x                        angles after dt at these speeds
+    drift_angles(x, dt) -> x                        angles after dt at these speeds
     kick(x, u, dt, g, k, p, c) -> x          speeds after dt
-    probe(p) -> (x, x)                       two motions that stretch every spring
-    pace(p, added) -> dt                     longest part of a step; added: slope that the states add, N.m/rad
+    probe_states(p) -> (x, x)                       two motions that stretch every spring
+    max_step(p, added) -> dt                     longest part of a step; added: slope that the states add, N.m/rad
 
 and for an individual, not in scalars,
 
@@ -35,15 +35,15 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Pieces:
-    """The functions by name; motion: how many states a joint has before the drive's own."""
+class GeneratedFunctions:
+    """The functions by name; n_motion: how many states a joint has before the drive's own."""
 
     functions: dict[str, casadi.Function]
     stages: Stages
-    motion: int
+    n_motion: int
 
 
-def make_pieces(component: Component) -> Pieces:
+def make_functions(component: Component) -> GeneratedFunctions:
     """The pieces of a component of either kind."""
     import casadi as ca
 
@@ -67,13 +67,13 @@ def make_pieces(component: Component) -> Pieces:
             "rate": stages.rate(x, u, k, p, c),
             "output": stages.output(x, u, k, p, c),
         }
-        motion = 0
+        n_motion = 0
     else:
         from ..model.joint import JointStages
 
         joint = JointStages(component.model, stages, x, u, p, dt, k, c)
-        drive, motion = joint.of_drive(), 4
-        functions |= joint.of_motion()
+        drive, n_motion = joint.drive_stages(), 4
+        functions |= joint.motion_stages()
     inside = {
         "kinematics": [x, u, p],
         "coefficients": [p],
@@ -108,4 +108,4 @@ def make_pieces(component: Component) -> Pieces:
         of_contact = stages.contact.forward(1)(q, ca.MX(len(CONTACT), 1), dq)
         functions["individual_contacts"] = stages.contact
         functions["individual_jvp"] = ca.Function("individual_jvp", [q, dq], [ca.densify(of_contact)])
-    return Pieces(functions, stages, motion)
+    return GeneratedFunctions(functions, stages, n_motion)

@@ -20,36 +20,39 @@ from stiffness_model.io.atomic_files import scratch_folder
 from stiffness_model.lookup.build_lookup import QUANTITIES
 
 from ..model.component import Component
-from ..model.table_encoding import TABLES, carried_lookup, tables_header
-from ..model.variables import FMI2, Interface, Standard, Variable
-from .functions import Pieces, make_pieces
+from ..model.table_encoding import TABLES, embedded_lookup, encode_tables
+from ..model.variables import FMI2, FmiVersion, Interface, Variable
+from .functions import GeneratedFunctions, make_functions
 
-UNIT = "all.c"
+MAIN_SOURCE = "all.c"
 """The file to compile."""
-UNIT_FMI2, UNIT_FMI3 = "fmi2_all.c", "fmi3_all.c"
+FMI2_MAIN, FMI3_MAIN = "fmi2_all.c", "fmi3_all.c"
 """That file in `native/`; in an FMU for FMI 3.0 the first stands beside the second, which includes it."""
-MOST_PARTS = 1e7
+MAX_SUBSTEPS = 1e7
 """Most parts of one communication step of a component that integrates itself; more are refused."""
 
 
-class _Names(NamedTuple):
+class _Identity(NamedTuple):
     guid: str
     identifier: str
-    standard: Standard
+    standard: FmiVersion
 
 
-def sources(
-    component: Component, interface: Interface, guid: str, identifier: str, standard: Standard = FMI2
+def make_sources(
+    component: Component, interface: Interface, guid: str, identifier: str, standard: FmiVersion = FMI2
 ) -> dict[str, bytes]:
-    """Every file of `sources` by name. interface: with the derivatives (`declare_exchange`). identifier: the model's,
-    which all names begin with that are seen from outside."""
+    """The files of an FMU's folder `sources`, by name.
+
+    interface: with derivatives (`declare_with_derivatives`). identifier: the model identifier, with which the names of
+    all exported functions begin.
+    """
     files = wrapper_files("fmi2", "model", "numerics")
-    files[UNIT] = files.pop(UNIT_FMI2)
-    pieces = make_pieces(component)
+    files[MAIN_SOURCE] = files.pop(FMI2_MAIN)
+    pieces = make_functions(component)
     equations, sizes = _equations(pieces)
     files["equations.c"] = equations.encode()
-    files["model.h"] = _header(component, pieces, interface, _Names(guid, identifier, standard), sizes).encode()
-    files[TABLES] = tables_header(carried_lookup(component.model)).encode()
+    files["model.h"] = _header(component, pieces, interface, _Identity(guid, identifier, standard), sizes).encode()
+    files[TABLES] = encode_tables(embedded_lookup(component.model)).encode()
     return files
 
 
@@ -73,7 +76,7 @@ def with_guid(files: Mapping[str, bytes], guid: str) -> dict[str, bytes]:
     return {**files, "model.h": header}
 
 
-def _equations(pieces: Pieces) -> tuple[str, dict[str, int]]:
+def _equations(pieces: GeneratedFunctions) -> tuple[str, dict[str, int]]:
     """The generated functions, and the work space that the greatest of them needs."""
     import casadi as ca
 
@@ -90,24 +93,24 @@ def _equations(pieces: Pieces) -> tuple[str, dict[str, int]]:
         "ARGUMENTS": max(f.sz_arg() for f in call),
         "RESULTS": max(f.sz_res() for f in call),
     }
-    return _kept_inside(_without_queries(text, pieces.functions)), sizes
+    return _with_static_helpers(_without_introspection(text, pieces.functions)), sizes
 
 
-def _kept_inside(text: str) -> str:
+def _with_static_helpers(text: str) -> str:
     """With CasADi's helpers for this file alone: beside another FMU's they would be there twice."""
     return re.sub(
         r"^(?!static\b|CASADI_SYMBOL_EXPORT\b)(?=[A-Za-z][\w* ]*\bcasadi_\w+\()", "static ", text, flags=re.MULTILINE
     )
 
 
-def _without_queries(text: str, functions: Iterable[str]) -> str:
+def _without_introspection(text: str, functions: Iterable[str]) -> str:
     """Without the functions by which CasADi's own loader asks for names and sizes: nobody calls them here."""
     kept = "|".join(functions)
     one = rf"^CASADI_SYMBOL_EXPORT (?!int (?:{kept})\()[^\n]*(?:\}}\n|\{{\n.*?^\}}\n)\n?"
     return re.sub(one, "", text, flags=re.MULTILINE | re.DOTALL)
 
 
-def _prefix(names: _Names) -> str:
+def _prefix(names: _Identity) -> str:
     """The names' beginning, as the standard wants it of sources (FMI 2.0.4, section 2.1.1; FMI 3.0.2, section 2.2.1).
 
     Without it where a host says so, or CMake, by a macro of its own, that it makes a shared library.
@@ -119,7 +122,9 @@ def _prefix(names: _Names) -> str:
     )
 
 
-def _header(component: Component, pieces: Pieces, interface: Interface, names: _Names, sizes: dict[str, int]) -> str:
+def _header(
+    component: Component, pieces: GeneratedFunctions, interface: Interface, names: _Identity, sizes: dict[str, int]
+) -> str:
     from reefmu.model.assembly import NEWTON_STEPS, NEWTON_TOLERANCE
     from reefmu.model.stages import COEFFICIENTS, CONTACT
 
@@ -133,18 +138,18 @@ def _header(component: Component, pieces: Pieces, interface: Interface, names: _
         "N_VALUES": len(interface.variables),
         "N_UNKNOWNS": n_y + n_x,
         "N_KNOWNS": n_u + n_x + len(component.parameters),
-        "N_INDICATORS": component.switches,
-        "FIRST_INDICATOR": component.first_switch,
+        "N_INDICATORS": component.n_indicators,
+        "FIRST_INDICATOR": component.first_indicator,
         "IS_JOINT": int(component.kind == "joint"),
         "IS_INDIVIDUAL": int(stages.contact is not None),
         "HAS_ANGLE_STATES": int(stages.has_angle_states),
         "HAS_TIME_STATES": int(stages.has_time_states),
         "TIME_STATES_NEED_TORQUE": int(stages.time_states_need_torque),
         "HAS_SERIES_COMPLIANCE": int(stages.has_series_compliance),
-        "N_MOTION": pieces.motion,
+        "N_MOTION": pieces.n_motion,
         "DISCRETE_OUTPUT": [s.discrete for s in component.outputs].index(True),
         "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"),
-        "MOST_PARTS": MOST_PARTS,
+        "MAX_SUBSTEPS": MAX_SUBSTEPS,
         "NEWTON_STEPS": NEWTON_STEPS,
         "NEWTON_TOLERANCE": NEWTON_TOLERANCE,
         **{f"N_{name}": size for name, size in sizes.items()},
@@ -158,18 +163,18 @@ def _header(component: Component, pieces: Pieces, interface: Interface, names: _
     enums = "".join(
         f"enum {{ {', '.join(name.upper() for name in names)}, N_{title} }};\n" for title, names in orders.items()
     )
-    rows = "".join(_row(v, component, interface) for v in interface.variables)
+    rows = "".join(_variable_row(v, component, interface) for v in interface.variables)
     numbers["FIRST_REFERENCE"] = names.standard.first_reference
     defines = "".join(f"#define {name} {value}\n" for name, value in numbers.items())
     return (
-        f"/* {interface.kind} {json.dumps(_plain(interface.name))}: sizes and variables. Generated. */\n\n"
+        f"/* {interface.kind} {json.dumps(_ascii(interface.name))}: sizes and variables. Generated. */\n\n"
         '#ifndef MODEL_H\n#define MODEL_H\n\n#include "variable.h"\n\n'
         f'{_prefix(names)}#define MODEL_GUID "{names.guid}"\n{defines}\n{enums}\n'
         f"static const Variable VARIABLES[N_VALUES] = {{\n{rows}}};\n\n#endif\n"
     )
 
 
-def _row(v: Variable, component: Component, interface: Interface) -> str:
+def _variable_row(v: Variable, component: Component, interface: Interface) -> str:
     """One line of the table of variables."""
     n_u, n_y = len(component.inputs), len(component.outputs)
     n_x, first_state = len(component.states), n_u + n_y + len(component.parameters)
@@ -190,11 +195,11 @@ def _row(v: Variable, component: Component, interface: Interface) -> str:
     numbers = ", ".join(repr(float(x)) for x in (v.start or 0.0, low, high, v.nominal or 1.0))
     assert all(math.isfinite(x) for x in (low, high))
     return (
-        f"    {{{json.dumps(_plain(v.name))}, {json.dumps(_plain(v.unit))}, {access}, {numbers}, {stale}, "
+        f"    {{{json.dumps(_ascii(v.name))}, {json.dumps(_ascii(v.unit))}, {access}, {numbers}, {stale}, "
         f"{known}, {unknown}}},\n"
     )
 
 
-def _plain(text: str) -> str:
+def _ascii(text: str) -> str:
     """`text` in ASCII, without what a comment or the host's log would read as a sign of its own."""
     return re.sub(r"[^ -~]|[%#\\]|\*/|\?\?", "?", text)

@@ -14,7 +14,7 @@ from stiffness_model.io.atomic_files import scratch_folder
 _LOG_LENGTH = 20
 
 
-class Block:
+class VariableBlock:
     """Named Real variables as the arrays fmi2GetReal and fmi2SetReal take, made once."""
 
     def __init__(self, references: Mapping[str, int], names: tuple[str, ...]) -> None:
@@ -30,33 +30,33 @@ class Block:
         self.values[self.position[name]] = value
 
 
-class Loaded:
+class LoadedFmu:
     """A folder with an unpacked FMU, and the instance that runs from it, once there is one."""
 
     def __init__(self) -> None:
         self._work = ExitStack()
         self.folder = self._work.enter_context(scratch_folder())
         self.fmu: Any = None
-        self.dead = False
+        self.unusable = False
         """After fmi2Fatal, or without an instance: FMI allows no call any more."""
 
     def release(self) -> None:
         """Free the instance, unload the library and remove the folder."""
         fmu, self.fmu = self.fmu, None
         if fmu is not None:
-            if not self.dead:
+            if not self.unusable:
                 with suppress(Exception):
                     fmu.fmi2FreeInstance(fmu.component)
             # A library that is still loaded when the process ends (on Linux the first of pythonfmu's always is)
             # releases its hold on Python twice, into freed memory. After this call there is nothing to release.
-            let_go = getattr(fmu.dll, "finalizePythonInterpreter", None)
-            if let_go is not None:
-                let_go()
+            finalize = getattr(fmu.dll, "finalizePythonInterpreter", None)
+            if finalize is not None:
+                finalize()
             fmu.freeLibrary()
         self._work.close()
 
 
-def callbacks(complaints: list[str]) -> Any:
+def make_callbacks(messages: list[str]) -> Any:
     """FMI callbacks whose logger keeps the latest messages with a status worse than fmi2Warning.
 
     fmpy's logger proxy, which fills in "%s" and the like, is left out: it knows one logger per process, so a
@@ -67,8 +67,8 @@ def callbacks(complaints: list[str]) -> Any:
 
     def log(_environment: Any, _name: Any, status: int, _category: Any, message: bytes | None) -> None:
         if status > fmi2.fmi2Warning:
-            complaints.append((message or b"").decode("utf-8", "replace"))
-            del complaints[:-_LOG_LENGTH]
+            messages.append((message or b"").decode("utf-8", "replace"))
+            del messages[:-_LOG_LENGTH]
 
     made = fmi2.fmi2CallbackFunctions()
     made.logger = fmi2.fmi2CallbackLoggerTYPE(log)

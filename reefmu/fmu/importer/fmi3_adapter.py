@@ -18,19 +18,19 @@ _SAME = {
 _LOG_LENGTH = 20
 
 
-class Slave3:
+class Fmi3Slave:
     """FMPy's slave for FMI 3.0 with the part of FMI 2.0 that `host.FmuDrive` calls.
 
-    complaints: takes the latest messages with a status worse than fmi3Warning.
+    messages: takes the latest messages with a status worse than fmi3Warning.
     """
 
-    def __init__(self, complaints: list[str], **kwargs: Any) -> None:
+    def __init__(self, messages: list[str], **kwargs: Any) -> None:
         from fmpy.fmi3 import FMU3Slave, fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
 
         def log(_environment: Any, status: int, _category: Any, message: bytes | None) -> None:
             if status > 1:
-                complaints.append((message or b"").decode("utf-8", "replace"))
-                del complaints[:-_LOG_LENGTH]
+                messages.append((message or b"").decode("utf-8", "replace"))
+                del messages[:-_LOG_LENGTH]
 
         self._fmu: Any = FMU3Slave(**kwargs)
         self._log, self._update = fmi3LogMessageCallback(log), fmi3IntermediateUpdateCallback()

@@ -18,12 +18,12 @@ from typing import Any, Self
 
 from stiffness_model.errors import InputError, expect, unknown_name
 
-from ..model.variables import INDICATOR
+from ..model.variables import INDICATOR_PREFIX
 from ..xml.archive import SCRIPT_NAME, FmuFile, read_archive
-from .ctypes_buffers import Block, Loaded, callbacks, pythonfmu_location
-from .saved_values import with_values
+from .ctypes_buffers import LoadedFmu, VariableBlock, make_callbacks, pythonfmu_location
+from .saved_values import replace_values
 
-_PYTHONFMU_LAST_WORDS = "Fatal py exception"
+_PYTHONFMU_FATAL = "Fatal py exception"
 _LOADING = threading.Lock()
 """fmpy changes the working directory while it loads a library: one at a time, or the directory is lost."""
 
@@ -56,7 +56,7 @@ class FmuDrive:
         import fmpy
 
         self._path = Path(path)
-        self._complaints: list[str] = []
+        self._messages: list[str] = []
         archive = read_archive(self._path)
         expect(
             archive.fmi_version in ("2.0", "3.0") and archive.model_identifier != "",
@@ -64,7 +64,7 @@ class FmuDrive:
             f"one for FMI {archive.fmi_version} by {archive.generation_tool or 'an unnamed tool'}",
             str(self._path),
         )
-        self._loaded = Loaded()
+        self._loaded = LoadedFmu()
         self._release = weakref.finalize(self, self._loaded.release)
         try:
             folder = fmpy.extract(str(self._path), self._loaded.folder)
@@ -77,9 +77,9 @@ class FmuDrive:
                 for causality in ("input", "output", "parameter")
             )
             self._starts = {v.name: float(v.start) for v in variables if v.start is not None}
-            self._input_block = Block(self._references, self.inputs)
-            self._output_block = Block(self._references, self.outputs)
-            self._blocks: dict[tuple[str, ...], Block] = {}
+            self._input_block = VariableBlock(self._references, self.inputs)
+            self._output_block = VariableBlock(self._references, self.outputs)
+            self._blocks: dict[tuple[str, ...], VariableBlock] = {}
             self._instantiate(folder, archive, name)
             self._prepare(parameters or {})
         except BaseException as error:
@@ -103,18 +103,18 @@ class FmuDrive:
             "instanceName": name,
         }
         if archive.fmi_version == "3.0":
-            from .fmi3_adapter import Slave3
+            from .fmi3_adapter import Fmi3Slave
 
             with _LOADING:
-                slave = Slave3(self._complaints, **names)
+                slave = Fmi3Slave(self._messages, **names)
             slave.component = slave.instantiate(name, self.guid, f"{resources}{os.sep}")
-            self._keep(slave)
+            self._attach(slave)
             return
         by_pythonfmu = archive.backend == "python" or SCRIPT_NAME in archive.members
         location = pythonfmu_location(resources) if by_pythonfmu else resources.as_uri()
         with _LOADING:
             fmu = FMU2Slave(**names)
-        fmu.callbacks = callbacks(self._complaints)
+        fmu.callbacks = make_callbacks(self._messages)
         fmu.component = fmu.fmi2Instantiate(
             name.encode(),
             fmi2CoSimulation,
@@ -124,12 +124,12 @@ class FmuDrive:
             False,
             True,
         )
-        self._keep(fmu)
+        self._attach(fmu)
 
-    def _keep(self, fmu: Any) -> None:
+    def _attach(self, fmu: Any) -> None:
         self._loaded.fmu = fmu
         if not fmu.component:
-            self._loaded.dead = True
+            self._loaded.unusable = True
             raise InputError(f"{self._path}: expected an FMU that runs here, got no instance{self._logged()}")
 
     def _prepare(self, parameters: Mapping[str, float]) -> None:
@@ -213,13 +213,13 @@ class FmuDrive:
         for name in parameters:
             if name not in self.parameters:
                 raise unknown_name("parameter", name, self.parameters, str(self._path))
-        block = Block(self._references, tuple(parameters))
+        block = VariableBlock(self._references, tuple(parameters))
         for name, value in parameters.items():
             block.write(name, value)
-        self._complaints.clear()
+        self._messages.clear()
         self._call("fmi2SetReal", block.references, len(block.names), block.values)
-        if self._complaints:  # pythonfmu has no status for a value out of range, only the log
-            raise InputError(f"{self._path}: {self._complaints[-1]}")
+        if self._messages:  # pythonfmu has no status for a value out of range, only the log
+            raise InputError(f"{self._path}: {self._messages[-1]}")
         self.set_values.update(parameters)
 
     def save(self) -> bytes:
@@ -248,21 +248,21 @@ class FmuDrive:
         block = self._input_block  # inputs not named in the next step keep their value of the saved moment
         self._call("fmi2GetReal", block.references, len(block.names), block.values)
 
-    def put(self, values: Mapping[str, float]) -> None:
+    def overwrite(self, values: Mapping[str, float]) -> None:
         """Put variables of any kind, states too, to these values; outputs follow with the next step."""
         # Event indicators are read from the derivatives and stand in no place of their own.
         names = sorted(
-            (name for name in self._references if name != "time" and not name.startswith(INDICATOR)),
+            (name for name in self._references if name != "time" and not name.startswith(INDICATOR_PREFIX)),
             key=lambda name: self._references[name],
         )
         present = list(self.read(names).values())
         saved = self.save()
-        self.restore(saved[:8] + with_values(saved[8:], present, {names.index(n): v for n, v in values.items()}))
+        self.restore(saved[:8] + replace_values(saved[8:], present, {names.index(n): v for n, v in values.items()}))
 
-    def _block(self, names: tuple[str, ...]) -> Block:
+    def _block(self, names: tuple[str, ...]) -> VariableBlock:
         """Made once for each choice of names: a master asks for the same ones every step."""
         if names not in self._blocks:
-            self._blocks[names] = Block(self._references, names)
+            self._blocks[names] = VariableBlock(self._references, names)
         return self._blocks[names]
 
     # --- calls --------------------------------------------------------------------------------------------
@@ -288,15 +288,15 @@ class FmuDrive:
         except FMICallException as error:
             logged = self._logged()
             if error.status == fmi2Fatal:
-                self._loaded.dead = True
+                self._loaded.unusable = True
                 self.close()
             raise InputError(f"{self._path}: {_one_line(error).rstrip('.')}{logged}") from None
 
     def _logged(self) -> str:
         """What the FMU said since the last call that failed, as the end of a message of one line."""
-        said = list(dict.fromkeys(_one_line(message) for message in self._complaints))
-        self._complaints.clear()
-        own = [message for message in said if not message.startswith(_PYTHONFMU_LAST_WORDS)] or said
+        said = list(dict.fromkeys(_one_line(message) for message in self._messages))
+        self._messages.clear()
+        own = [message for message in said if not message.startswith(_PYTHONFMU_FATAL)] or said
         own = [message for message in own if not any(message in other for other in own if other != message)]
         return f": {'; '.join(own)}" if own else ""
 

@@ -14,12 +14,13 @@ from collections.abc import Mapping, Sequence
 from stiffness_model.errors import InputError
 
 
-def with_values(saved: bytes, values: Sequence[float], changes: Mapping[int, float]) -> bytes:
+def replace_values(saved: bytes, values: Sequence[float], changes: Mapping[int, float]) -> bytes:
     """The saved state `saved`, of an FMU that now has these values, with some of them changed, by their position.
 
     Raises `InputError` for a state in which the values do not stand in one block.
 
-    >>> with_values(b"head" + struct.pack("<2d", 1.0, 2.0), [1.0, 2.0], {1: 3.0}) == b"head" + struct.pack("<2d", 1, 3)
+    >>> saved = b"head" + struct.pack("<2d", 1.0, 2.0)
+    >>> replace_values(saved, [1.0, 2.0], {1: 3.0}) == b"head" + struct.pack("<2d", 1.0, 3.0)
     True
     """
     new = [changes.get(k, value) for k, value in enumerate(values)]

@@ -7,7 +7,7 @@ Both back ends run these functions, so both give the same numbers:
     rate(x, u, p) -> dx/dt
     output(x, u, p) -> y
     tangent(x, u, p, d) -> change of (y, dx/dt) for a change d of (u, x)
-    pace(p) -> dt               longest step that `advance` takes at once; None: any
+    max_step(p) -> dt               longest step that `advance` takes at once; None: any
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from stiffness_model.errors import InputError, expect
 from stiffness_model.io.atomic_files import parse_toml
 
-from .kernel import equal_parts
-from .table_encoding import TABLES, read_tables
+from .kernel import substep_count
+from .table_encoding import TABLES, decode_tables
 
 if TYPE_CHECKING:
     import casadi
@@ -41,7 +41,7 @@ MODEL_FILE = "model.toml"
 LOOKUP_FILE = "lookup.npz"
 JOINT_FILE = "joint.toml"
 """What a component is made of, in `resources`; the last for a joint only."""
-HEAD_FILE = "lookup.json"
+METADATA_FILE = "lookup.json"
 """In place of `LOOKUP_FILE` where the tables stand among the sources (`packed.TABLES`)."""
 
 
@@ -49,7 +49,7 @@ HEAD_FILE = "lookup.json"
 class Component:
     """Signals and parameters in the order of the vectors u, y, x and p, and the functions on them.
 
-    switches: how many states, from `first_switch` on, remember the path that others move along; the sign of
+    switches: how many states, from `first_indicator` on, remember the path that others move along; the sign of
     such a state's rate is what switches. full_torque: N.m on the output, the measure of small deviations.
     model: the drive inside.
     """
@@ -66,9 +66,9 @@ class Component:
     output: casadi.Function
     full_torque: float
     model: DriveModel
-    pace: casadi.Function | None = None
-    first_switch: int = 0
-    switches: int = 0
+    max_step: casadi.Function | None = None
+    first_indicator: int = 0
+    n_indicators: int = 0
 
     @cached_property
     def tangent(self) -> casadi.Function:
@@ -91,31 +91,34 @@ class Component:
         return np.array([p.value for p in self.parameters])
 
     def step(self, x: Any, u: Any, dt: float, p: Any) -> Any:
-        """States after dt, in as many equal parts as `pace` asks for."""
-        parts = self.parts(dt, p)
+        """States after dt, in as many equal parts as `max_step` asks for."""
+        parts = self.substeps(dt, p)
         for _ in range(parts):
             x = self.advance(x, u, dt / parts, p)
         return x
 
-    def parts(self, dt: float, p: Any) -> int:
+    def substeps(self, dt: float, p: Any) -> int:
         """Number of equal parts of a step of dt seconds."""
-        return equal_parts(self.pace, dt, p)
+        return substep_count(self.max_step, dt, p)
 
 
-def files_in(kind: str, members: Collection[str]) -> dict[str, str]:
-    """What `component_in` needs, and where it stands in an FMU with these members."""
+def component_files(kind: str, members: Collection[str]) -> dict[str, str]:
+    """What `load_component` needs, and where it stands in an FMU with these members."""
     names = [MODEL_FILE, *([JOINT_FILE] if kind == "joint" else [])]
-    if f"resources/{HEAD_FILE}" not in members:
+    if f"resources/{METADATA_FILE}" not in members:
         return {name: f"resources/{name}" for name in (*names, LOOKUP_FILE)}
-    return {**{name: f"resources/{name}" for name in (*names, HEAD_FILE)}, TABLES: f"sources/{TABLES}"}
+    return {**{name: f"resources/{name}" for name in (*names, METADATA_FILE)}, TABLES: f"sources/{TABLES}"}
 
 
-def component_in(folder: Path) -> Component:
-    """The component of `save_component`, or of `files_in`. Errors: `InputError` for files that are no such one."""
+def load_component(folder: Path) -> Component:
+    """The component whose files `save_component` wrote or `component_files` names.
+
+    Errors: `InputError` for files that are missing or damaged.
+    """
     from reefmu.model.model_file import load_model
 
-    packed = (folder / HEAD_FILE).exists()
-    model = load_model(folder / MODEL_FILE, lookup=_packed_lookup(folder) if packed else folder / LOOKUP_FILE)
+    packed = (folder / METADATA_FILE).exists()
+    model = load_model(folder / MODEL_FILE, lookup=_encoded_lookup(folder) if packed else folder / LOOKUP_FILE)
     expect(
         model.individual is not None or model.lookup.coefficients.size > 0,
         "an individual where there are no tables",
@@ -135,12 +138,12 @@ def component_in(folder: Path) -> Component:
         raise InputError(f"{masses}: expected the masses of a joint, got {error}") from None
 
 
-def _packed_lookup(folder: Path) -> Lookup:
+def _encoded_lookup(folder: Path) -> Lookup:
     try:
-        header, head = ((folder / name).read_text("utf-8") for name in (TABLES, HEAD_FILE))
+        header, head = ((folder / name).read_text("utf-8") for name in (TABLES, METADATA_FILE))
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{folder}: expected a lookup in {TABLES} and {HEAD_FILE}, got {error}") from None
-    return read_tables(header, head, f"{folder / HEAD_FILE} with {TABLES}")
+        raise InputError(f"{folder}: expected a lookup in {TABLES} and {METADATA_FILE}, got {error}") from None
+    return decode_tables(header, head, f"{folder / METADATA_FILE} with {TABLES}")
 
 
 def save_component(model: DriveModel, masses: Masses | None, folder: Path) -> None:
@@ -173,5 +176,5 @@ def drive_component(model: DriveModel) -> Component:
         model.output,
         model.full_torque,
         model,
-        switches=len(stored_angles(model.effects)),
+        n_indicators=len(stored_angles(model.effects)),
     )

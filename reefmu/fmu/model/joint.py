@@ -6,7 +6,7 @@ it serves the dissipating effects as well: Chin's scheme 4A (Physics Letters A 2
     kick h/6, drift h/2, kick 2h/3 with the force F + h^2/24 dF/dq M^-1 F, drift h/2, kick h/6.
 
 A drift moves the angles and with them the drive's states, exactly; a kick changes the speeds, implicitly in them
-(trapezoidal rule), so that no damping is too strong. Parts of a communication step are `pace` long or shorter.
+(trapezoidal rule), so that no damping is too strong. Parts of a communication step are `max_step` long or shorter.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from reefmu.model.masses import Masses
     from reefmu.model.stages import Stages
 
-PHASE = 0.1
+SUBSTEP_PHASE = 0.1
 """rad of the joint's fastest oscillation in one part of a step: energy then holds to 1e-6."""
 
 
@@ -51,8 +51,8 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
         for s in motion
     )
     parameters = (*model.parameters[:2], *_mass_parameters(masses), *start, *model.parameters[2:])
-    system = System(model)
-    switches = len(stored_angles(model.effects))
+    system = JointEquations(model)
+    n_indicators = len(stored_angles(model.effects))
     x, u, p, dt = system.x, system.u, system.p, system.dt
     return Component(
         "joint",
@@ -67,9 +67,9 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
         ca.Function("output", [x, u, p], [ca.vertcat(x[:4], system.drive(x))], ["x", "u", "p"], ["y"]),
         model.full_torque,
         model,
-        ca.Function("pace", [p], [system.pace()], ["p"], ["dt"]),
+        ca.Function("max_step", [p], [system.max_step()], ["p"], ["dt"]),
         4,
-        switches,
+        n_indicators,
     )
 
 
@@ -100,7 +100,7 @@ def _mass_parameters(masses: Masses) -> tuple[Any, ...]:
     return (*made, ModelParameter("temperature", 20.0, -273.15, 1000.0, "degC", "Temperature of the drive", True, 20.0))
 
 
-class System:
+class JointEquations:
     """Symbols and expressions. x: the four of the motion, then the drive's; p: ratio, band, masses, start, effects."""
 
     def __init__(self, model: DriveModel) -> None:
@@ -173,13 +173,13 @@ class System:
         (matrix,) = ca.graph_substitute([ca.densify(ca.jacobian(a, speeds))], [speeds], [ca.vertcat(x[1], x[3])])
         return matrix
 
-    def coast(self, x: Any, h: Any) -> Any:
+    def drift_angles(self, x: Any, h: Any) -> Any:
         """Angles after h."""
         return self.ca.vertcat(x[0] + h * x[1], x[1], x[2] + h * x[3], x[3], x[4:])
 
     def drift(self, x: Any, h: Any) -> Any:
         """Angles after h, and the drive's states, which follow them and the time."""
-        moved = self.coast(x, h)
+        moved = self.drift_angles(x, h)
         if not self.model.states:
             return moved
         states = self.model.advance(moved[4:], self.inputs(moved), h, self.p_drive)
@@ -196,36 +196,36 @@ class System:
         after = kick(drift(after, h / 2, self.p), self.u, 2 * h / 3, self.p, h**2 / 24)
         return kick(drift(after, h / 2, self.p), self.u, h / 6, self.p, 0)
 
-    def pace(self) -> Any:
-        """Longest part of a step: `PHASE` of the oscillation on the steepest spring there is.
+    def max_step(self) -> Any:
+        """Longest part of a step: `SUBSTEP_PHASE` of the oscillation on the stiffest spring there is.
 
-        That is the contacts' steepest slope and what the states add to it: as they follow the twist or the
+        That is the contacts' greatest stiffness and what the states add to it: as they follow the twist or the
         output, they too resist, twice as much after a reversal.
         """
         ca = self.ca
         added = ca.MX(0)
         if self.model.states:
             state = ca.MX.sym("state", len(self.model.states))
-            for x in self.probes():
+            for x in self.probe_states():
                 at = self.inputs(x)
                 torque = self.model.output.call([state, at, self.p_drive], True, False)[0][0]
                 follow = ca.jacobian(torque, state).T * self.model.rate(state, at, self.p_drive)
                 (part,) = ca.graph_substitute([ca.sum1(ca.fabs(follow))], [state], [ca.MX.zeros(state.numel())])
                 added = added + 2 * part
-        return self.pace_with(added)
+        return self.max_step_for(added)
 
-    def probes(self) -> list[Any]:
+    def probe_states(self) -> list[Any]:
         """States of two motions that wind the drive up to the end of its lookup, without and with the output."""
         ca, own = self.ca, self.x.numel() - 4
         return [ca.vertcat(0, self.ratio, -self.model.lookup.twist.stop, speed, ca.MX.zeros(own)) for speed in (0, 1)]
 
-    def pace_with(self, added: Any) -> Any:
+    def max_step_for(self, added: Any) -> Any:
         """The same, from what the states add to the slope, N.m/rad."""
         softness = 1 / (self.motor_inertia * self.ratio**2) + 1 / self.load_inertia
-        return PHASE / self.ca.sqrt((steepest(self.model) + added) * softness)
+        return SUBSTEP_PHASE / self.ca.sqrt((maximum_stiffness(self.model) + added) * softness)
 
 
-class JointStages(System):
+class JointStages(JointEquations):
     """The same around tables that other code reads: see `pieces`. k, c: what `reefmu.model.stages` calls so."""
 
     def __init__(self, model: DriveModel, stages: Stages, x: Any, u: Any, p: Any, dt: Any, k: Any, c: Any) -> None:
@@ -239,7 +239,7 @@ class JointStages(System):
     def drive_rate(self, x: Any) -> Any:
         return self.stages.rate(x[4:], self.inputs(x), self.k, self.p_drive, self.c)
 
-    def of_drive(self) -> dict[str, Any]:
+    def drive_stages(self) -> dict[str, Any]:
         """Expressions of the drive's stages on the joint's vectors."""
         x, k, p, c, s, vertcat = self.x, self.k, self.p_drive, self.c, self.stages, self.ca.vertcat
         u, own = self.inputs(x), x[4:]
@@ -253,22 +253,22 @@ class JointStages(System):
             "output": vertcat(x[:4], self.drive(x)),
         }
 
-    def of_motion(self) -> dict[str, Any]:
+    def motion_stages(self) -> dict[str, Any]:
         """The functions that move the masses."""
         from reefmu.model.stages import scalar_function
 
         x, u, dt, p, ca = self.x, self.u, self.dt, self.p, self.ca
         g, added = ca.MX.sym("g"), ca.MX.sym("added")
         bodies = {
-            "coast": ([x, dt], self.coast(x, dt)),
+            "drift_angles": ([x, dt], self.drift_angles(x, dt)),
             "kick": ([x, u, dt, g, self.k, p, self.c], self.kick(x, dt, g)),
-            "probe": ([p], ca.vertcat(*self.probes())),
-            "pace": ([p, added], self.pace_with(added)),
+            "probe_states": ([p], ca.vertcat(*self.probe_states())),
+            "max_step": ([p, added], self.max_step_for(added)),
         }
         return {name: scalar_function(name, arguments, result) for name, (arguments, result) in bodies.items()}
 
 
-def steepest(model: DriveModel) -> float:
+def maximum_stiffness(model: DriveModel) -> float:
     """The greatest slope of the torque over twist, N.m/rad, of an individual or of mean and percentiles alike."""
     import numpy as np
 

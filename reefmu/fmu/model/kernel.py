@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     import casadi
 
 
-class Steps(Protocol):
-    """What a kernel calls: a `Component`, or the `carried.Equations` of one."""
+class StepFunctions(Protocol):
+    """What a kernel calls: a `Component`, or the `carried.StepEquations` of one."""
 
     @property
     def initial(self) -> casadi.Function: ...
@@ -25,22 +25,22 @@ class Steps(Protocol):
     def advance(self) -> casadi.Function: ...
     @property
     def output(self) -> casadi.Function: ...
-    def parts(self, dt: float, p: Any) -> int: ...
+    def substeps(self, dt: float, p: Any) -> int: ...
 
 
-def equal_parts(pace: casadi.Function | None, dt: float, p: Any) -> int:
-    """Number of equal parts of a step of dt seconds, each no longer than `pace` (p) allows; None: one."""
-    return 1 if pace is None else max(1, math.ceil(dt / float(np.asarray(pace(p)).item())))
+def substep_count(max_step: casadi.Function | None, dt: float, p: Any) -> int:
+    """Number of equal parts of a step of dt seconds, each no longer than `max_step` (p) allows; None: one."""
+    return 1 if max_step is None else max(1, math.ceil(dt / float(np.asarray(max_step(p)).item())))
 
 
-class Kernel:
+class StepKernel:
     """All variables of one instance, and the two operations on them.
 
     values: doubles by value reference, starting at the start values; results are NaN until `initialise`.
     An operation whose result is not finite returns False and leaves `values` as they were.
     """
 
-    def __init__(self, component: Steps, interface: Interface) -> None:
+    def __init__(self, component: StepFunctions, interface: Interface) -> None:
         self.values = array("d", (math.nan if v.start is None else v.start for v in interface.variables))
         view = memoryview(self.values)
         u, y, p, x = (view[interface.span(block)] for block in ("input", "output", "parameter", "local"))
@@ -63,7 +63,7 @@ class Kernel:
     def step(self, dt: float) -> bool:
         """States after `dt` seconds with the inputs held, and the outputs at the end."""
         before = bytes(self._x)
-        parts = self._component.parts(dt, np.frombuffer(self._p))
+        parts = self._component.substeps(dt, np.frombuffer(self._p))
         for part in range(parts if self._x else 0):
             self._dt[0] = dt / parts
             self._advance()

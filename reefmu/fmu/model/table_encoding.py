@@ -6,7 +6,7 @@ half; and of what follows smoothly from its neighbours, differences: twice along
 Signs go into the lowest bit, and the bytes into planes, the lowest of all numbers first: the upper ones are nearly
 all zero, and no more planes are written than needed. `native/numerics/spline_tables.c` unpacks them. Against the
 lookup's own error bound, 1e-4, the rounding is nothing. An individual reads no tables but that of a missing element:
-`carried_lookup`.
+`embedded_lookup`.
 """
 
 from __future__ import annotations
@@ -38,24 +38,24 @@ _SYMMETRY = 1e-9
 """How far tables may be off their symmetry, as a share of their greatest value: rounding is 1e-15."""
 
 
-def carried_lookup(model: DriveModel) -> Lookup:
+def embedded_lookup(model: DriveModel) -> Lookup:
     """The lookup as a component in C carries it: of an individual, with tables (5, 0, 0) over twist and clearance."""
     if model.individual is None:
         return model.lookup
     return replace(model.lookup, coefficients=np.zeros((len(QUANTITIES), 0, 0)))
 
 
-def tables_header(lookup: Lookup) -> str:
+def encode_tables(lookup: Lookup) -> str:
     """C: axes, quanta and packed numbers."""
     numbers: dict[str, Any] = {}
     arrays = ""
     if lookup.coefficients.size:
-        numbers, arrays = _lookup_part(lookup)
+        numbers, arrays = _lookup_macros(lookup)
     numbers["HAS_ELEMENT"] = int(lookup.element is not None)
     if (element := lookup.element) is not None:
         quantum = _quantum(lookup.full_torque, _TORQUE_BITS)
         shape = element.coefficients.shape
-        planes, words = _packed(element.coefficients[None], [quantum])
+        planes, words = _encode(element.coefficients[None], [quantum])
         numbers |= {
             "ELEMENT_ROWS": shape[0],
             "ELEMENT_COLUMNS": shape[1],
@@ -78,12 +78,12 @@ def tables_header(lookup: Lookup) -> str:
     )
 
 
-def _lookup_part(lookup: Lookup) -> tuple[dict[str, Any], str]:
-    half = _half(lookup)
+def _lookup_macros(lookup: Lookup) -> tuple[dict[str, Any], str]:
+    half = _nonnegative_half(lookup)
     quanta = [_quantum(lookup.full_torque, _TORQUE_BITS)] * 3 + [
         _quantum(float(np.abs(table).max()), _OTHER_BITS) for table in half[3:]
     ]
-    planes, words = _packed(half[..., None], quanta)
+    planes, words = _encode(half[..., None], quanta)
     n_q, rows, columns = half.shape
     return {
         "LOOKUP_QUANTITIES": n_q,
@@ -97,8 +97,8 @@ def _lookup_part(lookup: Lookup) -> tuple[dict[str, Any], str]:
     }, _array("LOOKUP_WORDS", words)
 
 
-def lookup_head(lookup: Lookup) -> str:
-    """JSON: all of a lookup that `tables_header` leaves out."""
+def lookup_metadata(lookup: Lookup) -> str:
+    """JSON: all of a lookup that `encode_tables` leaves out."""
     return json.dumps(
         {
             "full_torque": lookup.full_torque,
@@ -116,8 +116,8 @@ def lookup_head(lookup: Lookup) -> str:
     )
 
 
-def read_tables(header: str, head: str, where: str) -> Lookup:
-    """The lookup behind `tables_header` and `lookup_head`, right to a quantum. Errors: `InputError`."""
+def decode_tables(header: str, head: str, where: str) -> Lookup:
+    """The lookup behind `encode_tables` and `lookup_metadata`, right to a quantum. Errors: `InputError`."""
     values = parse_json(head, where)
     require_keys(values, ("twist", "clearance", "element"), where)
     twist, clearance = (parse_axis(values[name], f"{where}: {name}") for name in ("twist", "clearance"))
@@ -128,12 +128,12 @@ def read_tables(header: str, head: str, where: str) -> Lookup:
             shape = (len(QUANTITIES), (twist.size + 3) // 2, clearance.size)
             _expect_size(header, "LOOKUP", ("QUANTITIES", "ROWS", "COLUMNS"), shape)
             quanta = [float(x) for x in _define(header, "LOOKUP_QUANTA").strip("{}").split(",")]
-            coefficients = _whole(_unpacked(header, "LOOKUP", (*shape, 1), quanta)[..., 0])
+            coefficients = _mirrored_table(_decode(header, "LOOKUP", (*shape, 1), quanta)[..., 0])
         if values["element"] is not None:
             axes = require_keys(values["element"], ("axes",), where)["axes"]
             shape = tuple(parse_axis(axis, where).size for axis in axes)
             _expect_size(header, "ELEMENT", ("ROWS", "COLUMNS", "LAYERS"), shape)
-            element = _unpacked(header, "ELEMENT", (1, *shape), [float(_define(header, "ELEMENT_QUANTUM"))])[0]
+            element = _decode(header, "ELEMENT", (1, *shape), [float(_define(header, "ELEMENT_QUANTUM"))])[0]
     except (ValueError, TypeError, OverflowError) as error:
         if isinstance(error, InputError):
             raise
@@ -141,7 +141,7 @@ def read_tables(header: str, head: str, where: str) -> Lookup:
     return Lookup.from_header(values, coefficients, element, where)
 
 
-def _half(lookup: Lookup) -> Array:
+def _nonnegative_half(lookup: Lookup) -> Array:
     """The rows of twists from 0 up, and the one before that the first cell needs: (5, n/2 + 2, n_clearance)."""
     c = lookup.coefficients
     mirrored = np.stack([-c[0], -c[2], -c[1], c[3], c[4]])[:, ::-1]
@@ -155,8 +155,8 @@ def _half(lookup: Lookup) -> Array:
     return ((c + mirrored) / 2)[:, c.shape[1] // 2 - 1 :]
 
 
-def _whole(half: Array) -> Array:
-    """What `_half` came from."""
+def _mirrored_table(half: Array) -> Array:
+    """What `_nonnegative_half` came from."""
     mirrored = np.stack([-half[0], -half[2], -half[1], half[3], half[4]])[:, :2:-1]
     return np.concatenate([mirrored, half], axis=1)
 
@@ -165,7 +165,7 @@ def _quantum(size: float, bits: int) -> float:
     return 2.0 ** (math.ceil(math.log2(max(size, 1e-100))) - bits)
 
 
-def _packed(tables: Array, quanta: list[float]) -> tuple[int, NDArray[np.uint32]]:
+def _encode(tables: Array, quanta: list[float]) -> tuple[int, NDArray[np.uint32]]:
     """Planes and words of tables (n, rows, columns, layers)."""
     whole = np.rint(tables / np.reshape(quanta, (-1, 1, 1, 1))).astype(np.int64)
     expect(bool((np.abs(whole) < 2**53).all()), "tables within 500 times the full torque", "greater ones", "lookup")
@@ -184,7 +184,7 @@ def _expect_size(header: str, name: str, sides: tuple[str, ...], shape: tuple[in
         raise ValueError(f"{name} {stated} where the head states {shape}")
 
 
-def _unpacked(header: str, name: str, shape: tuple[int, ...], quanta: list[float]) -> Array:
+def _decode(header: str, name: str, shape: tuple[int, ...], quanta: list[float]) -> Array:
     planes = int(_define(header, f"{name}_PLANES"))
     if not 1 <= planes <= 8 or len(quanta) != shape[0] or not all(0 < q < 1 for q in quanta):
         raise ValueError(f"{planes} planes and {len(quanta)} quanta of {name}")

@@ -33,18 +33,18 @@ BLOCKS: tuple[Causality, ...] = ("input", "output", "parameter", "local")
 
 
 @dataclass(frozen=True)
-class Standard:
+class FmiVersion:
     """A version of FMI. first_reference: the value reference of the first variable that is declared."""
 
     version: str
     first_reference: int
 
 
-FMI2, FMI3 = Standard("2.0", 0), Standard("3.0", 1)
+FMI2, FMI3 = FmiVersion("2.0", 0), FmiVersion("3.0", 1)
 """From 1 in FMI 3.0, because OMSimulator takes the references there for places in the list, counted from one."""
-INDICATOR = "indicator."
+INDICATOR_PREFIX = "indicator."
 """How the names of event indicators begin in FMI 3."""
-STANDARDS = {standard.version: standard for standard in (FMI2, FMI3)}
+FMI_VERSIONS = {standard.version: standard for standard in (FMI2, FMI3)}
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Variable:
             sys.float_info.max if self.maximum is None else self.maximum,
         )
 
-    def refusal(self, value: float) -> str:
+    def range_error(self, value: float) -> str:
         """Why `value` cannot be used here, as one line."""
         if not math.isfinite(value):
             return f"{self.name}: expected a finite number [{self.unit}], got {value}"
@@ -164,8 +164,8 @@ def declare(component: Component) -> Interface:
                 signal.description,
                 None,
                 *_limits(signal.minimum, signal.maximum, signal.nominal),
-                _chosen(inputs, step[row]),
-                _chosen(inputs, start_inputs[row]) + _chosen(parameters, start_parameters[row]),
+                _selected(inputs, step[row]),
+                _selected(inputs, start_inputs[row]) + _selected(parameters, start_parameters[row]),
             )
         )
     for parameter in component.parameters:
@@ -197,7 +197,7 @@ def declare(component: Component) -> Interface:
     return Interface(component.kind, component.name, tuple(variables))
 
 
-def declare_exchange(component: Component) -> Interface:
+def declare_with_derivatives(component: Component) -> Interface:
     """The same for an FMU that also serves model exchange: with the derivatives, and states among what an output
     depends on (FMI 2.0.4, section 2.2.8)."""
     interface = declare(component)
@@ -205,19 +205,19 @@ def declare_exchange(component: Component) -> Interface:
     parameters = [p.name for p in component.parameters]
     outputs_of_x = _pattern(component.output, 0)
     variables = [
-        replace(v, dependencies=v.dependencies + _chosen(states, outputs_of_x[v.reference - len(inputs)]))
+        replace(v, dependencies=v.dependencies + _selected(states, outputs_of_x[v.reference - len(inputs)]))
         if v.causality == "output"
         else v
         for v in interface.variables
     ]
     of_x, of_u, of_p = (_pattern(component.rate, argument) for argument in range(3))
     initial_u, initial_p = (_pattern(component.initial, argument) for argument in range(2))
-    jumping = _jumping(component)
+    jumping = _reinit_states(component)
     for row, state in enumerate(interface.block("local")):
         variables[state.reference] = replace(
             state,
             reinit=state.name in jumping,
-            initial_dependencies=_chosen(inputs, initial_u[row]) + _chosen(parameters, initial_p[row]),
+            initial_dependencies=_selected(inputs, initial_u[row]) + _selected(parameters, initial_p[row]),
         )
         variables.append(
             Variable(
@@ -227,23 +227,23 @@ def declare_exchange(component: Component) -> Interface:
                 "continuous",
                 _per_second(state.unit),
                 f"Derivative of {state.name}",
-                dependencies=_chosen(inputs, of_u[row]) + _chosen(states, of_x[row]),
-                initial_dependencies=_chosen(inputs, (of_u | (of_x @ initial_u))[row])
-                + _chosen(parameters, (of_p | (of_x @ initial_p))[row]),
+                dependencies=_selected(inputs, of_u[row]) + _selected(states, of_x[row]),
+                initial_dependencies=_selected(inputs, (of_u | (of_x @ initial_u))[row])
+                + _selected(parameters, (of_p | (of_x @ initial_p))[row]),
                 derivative_of=state.name,
             )
         )
     return replace(interface, variables=tuple(variables))
 
 
-def _jumping(component: Component) -> set[str]:
+def _reinit_states(component: Component) -> set[str]:
     """States that catch up with an angle at an event where a host has connected the angle without its speed."""
     from reefmu.effects import IndependentVariable
 
-    if component.pace is not None:  # the speeds are its own
+    if component.max_step is not None:  # the speeds are its own
         return set()
     remembered = {
-        s.name for s in component.states[component.first_switch : component.first_switch + component.switches]
+        s.name for s in component.states[component.first_indicator : component.first_indicator + component.n_indicators]
     }
     return remembered | {
         f"{effect.name}.{state.name}"
@@ -271,7 +271,7 @@ def _limits(
     return low, high, size if size is not None and size > 0 else None
 
 
-def _chosen(names: Sequence[str], row: Iterable[bool]) -> tuple[str, ...]:
+def _selected(names: Sequence[str], row: Iterable[bool]) -> tuple[str, ...]:
     return tuple(name for name, used in zip(names, row, strict=True) if used)
 
 
@@ -283,7 +283,7 @@ def _dependencies(component: Component) -> tuple[NDArray[np.bool_], NDArray[np.b
     (n_outputs, n_inputs) twice, then (n_outputs, n_parameters).
     """
     of_x, of_u, of_p = (_pattern(component.output, argument) for argument in range(3))
-    step = of_u | (of_x @ _pattern(component.advance, 1)) if component.pace is None else of_u
+    step = of_u | (of_x @ _pattern(component.advance, 1)) if component.max_step is None else of_u
     return step, of_u | (of_x @ _pattern(component.initial, 0)), of_p | (of_x @ _pattern(component.initial, 1))
 
 

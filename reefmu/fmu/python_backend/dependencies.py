@@ -18,10 +18,10 @@ Needed in that Python (pip install reefmu brings all of them):
 """
 
 
-def dependencies(version: str, casadi: str, pythonfmu: str) -> dict[str, bytes]:
+def external_dependencies(version: str, casadi: str, pythonfmu: str) -> dict[str, bytes]:
     """The members of the archive, as text and as a page; the versions are those of the export.
 
-    >>> sorted(dependencies("1.0", "3.8.2", "0.7.0"))
+    >>> sorted(external_dependencies("1.0", "3.8.2", "0.7.0"))
     ['documentation/externalDependencies.html', 'documentation/externalDependencies.txt']
     """
     text = _TEXT.format(version=version, casadi=casadi, pythonfmu=pythonfmu)

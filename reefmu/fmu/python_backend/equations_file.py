@@ -1,4 +1,4 @@
-"""Equations as a file: what an FMU of the Python back end carries and runs.
+"""StepEquations as a file: what an FMU of the Python back end carries and runs.
 
 `equations.json` holds the component's functions as CasADi writes them down, the interface, and a digest of the code
 that they came from. So an instance builds nothing: it reads the functions within some hundredths of a second, and it
@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 import stiffness_model
 from stiffness_model.errors import InputError, expect
 
-from ..model.kernel import equal_parts
+from ..model.kernel import substep_count
 from ..model.variables import Interface, Variable
 
 if TYPE_CHECKING:
@@ -40,17 +40,17 @@ _ROOTS = ("reefmu.model.drive_model", "reefmu.fmu.model.joint", "reefmu.fmu.mode
 
 
 @dataclass(frozen=True)
-class Equations:
+class StepEquations:
     """The functions of a `Component` that a step needs."""
 
     initial: casadi.Function
     advance: casadi.Function
     output: casadi.Function
-    pace: casadi.Function | None = None
+    max_step: casadi.Function | None = None
 
-    def parts(self, dt: float, p: Any) -> int:
+    def substeps(self, dt: float, p: Any) -> int:
         """Number of equal parts of a step of dt seconds."""
-        return equal_parts(self.pace, dt, p)
+        return substep_count(self.max_step, dt, p)
 
 
 def write_equations(component: Component, interface: Interface) -> bytes:
@@ -59,7 +59,12 @@ def write_equations(component: Component, interface: Interface) -> bytes:
 
     serializer = ca.StringSerializer()
     serializer.pack(
-        [component.initial, component.advance, component.output, *([] if component.pace is None else [component.pace])]
+        [
+            component.initial,
+            component.advance,
+            component.output,
+            *([] if component.max_step is None else [component.max_step]),
+        ]
     )
     modules, text = model_modules(), serializer.encode()
     return json.dumps(
@@ -74,7 +79,7 @@ def write_equations(component: Component, interface: Interface) -> bytes:
     ).encode()
 
 
-def read_equations(content: bytes, where: str) -> tuple[Equations, Interface]:
+def read_equations(content: bytes, where: str) -> tuple[StepEquations, Interface]:
     """What `write_equations` wrote. Errors: `InputError` for other content, another CasADi that cannot read the
     functions, and an installed package whose equations are not those of the file."""
     try:
@@ -91,7 +96,7 @@ def read_equations(content: bytes, where: str) -> tuple[Equations, Interface]:
         expect(came == table["sum"], "functions as they were written", "damaged ones", where)
         functions = _functions(table["functions"], table["casadi"], where)
         variables = tuple(Variable(**_fields(row)) for row in interface["variables"])
-        return Equations(*functions), Interface(interface["kind"], interface["name"], variables)
+        return StepEquations(*functions), Interface(interface["kind"], interface["name"], variables)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         if isinstance(error, InputError):
             raise

@@ -26,24 +26,24 @@ from pythonfmu.enums import Fmi2Status
 
 from stiffness_model.errors import InputError
 
-from ..model.kernel import Kernel
+from ..model.kernel import StepKernel
 from ..model.variables import Interface
-from .equations_file import EQUATIONS_FILE, Equations, read_equations
-from .workarounds import guarded, hold, resource_folder
+from .equations_file import EQUATIONS_FILE, StepEquations, read_equations
+from .workarounds import guarded, leak_reference, resource_folder
 
 _SETUP, _INITIALISED, _TERMINATED = "setup", "initialised", "terminated"
 _logger = logging.getLogger("reefmu.fmu")
 
 
 @functools.lru_cache(maxsize=32)
-def _load(content: bytes) -> tuple[Equations, Interface]:
+def _load(content: bytes) -> tuple[StepEquations, Interface]:
     """The equations and their interface: shared by the instances of one FMU and kept over a reset.
 
     And for ever: a host in C ends Python when the process ends, after CasADi's own library has cleared its tables, and
     a function that is freed then takes the process down ("pure virtual method called").
     """
     equations, interface = read_equations(content, EQUATIONS_FILE)
-    hold(equations)
+    leak_reference(equations)
     return equations, interface
 
 
@@ -63,7 +63,7 @@ class DriveSlave(Fmi2Slave):
         except OSError as error:
             raise InputError(f"{folder}: expected {EQUATIONS_FILE}, got {error.strerror or error}") from None
         equations, self.interface = _load(content)
-        self.kernel = Kernel(equations, self.interface)
+        self.kernel = StepKernel(equations, self.interface)
         self._values = self.kernel.values
         self._enter(_SETUP)
         self._stale = True  # results wait to be computed from the start values
@@ -76,7 +76,7 @@ class DriveSlave(Fmi2Slave):
         self._refresh()
         if self._stale:
             reason = "; ".join(self._refused.values()) or "they are not finite"
-            self.complain(f"no results at the start: {reason}")
+            self.log_problem(f"no results at the start: {reason}")
         self._enter(_INITIALISED)
 
     def terminate(self) -> None:
@@ -107,7 +107,7 @@ class DriveSlave(Fmi2Slave):
         elif not self.kernel.step(step_size):
             problem = "no finite result with these inputs and parameters"
         if problem:
-            self.complain(problem, Fmi2Status.discard, f"step at {current_time:g} s discarded: ")
+            self.log_problem(problem, Fmi2Status.discard, f"step at {current_time:g} s discarded: ")
             return False
         self._stale = False
         return True
@@ -117,14 +117,14 @@ class DriveSlave(Fmi2Slave):
     @guarded
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         for reference, value in zip(vrs, values, strict=True):
-            low, high = self._settable.get(reference) or self._forbidden(reference)
+            low, high = self._settable.get(reference) or self._raise_not_settable(reference)
             if low <= value <= high:  # false for NaN as well
                 self._values[reference] = value
                 if self._refused:
                     self._refused.pop(reference, None)
             else:
-                self._refused[reference] = self.interface.variables[reference].refusal(value)
-                self.complain(self._refused[reference])
+                self._refused[reference] = self.interface.variables[reference].range_error(value)
+                self.log_problem(self._refused[reference])
         if self._phase == _SETUP:
             self._stale = True
 
@@ -137,7 +137,7 @@ class DriveSlave(Fmi2Slave):
         values = self._values
         return [values[reference] for reference in vrs]
 
-    def _forbidden(self, reference: int) -> NoReturn:
+    def _raise_not_settable(self, reference: int) -> NoReturn:
         if 0 <= reference < len(self._values):
             variable = self.interface.variables[reference]
             raise InputError(
@@ -189,7 +189,7 @@ class DriveSlave(Fmi2Slave):
 
     # --- the rest -----------------------------------------------------------------------------------------
 
-    def complain(self, problem: str, status: Fmi2Status = Fmi2Status.error, occasion: str = "") -> None:
+    def log_problem(self, problem: str, status: Fmi2Status = Fmi2Status.error, occasion: str = "") -> None:
         """To the host's log, and once to Python's, because hosts often run with their log switched off."""
         self.log(occasion + problem, status)
         if problem != self._last_problem:

@@ -41,7 +41,7 @@ def resource_folder(location: str) -> Path:
     return Path(text)
 
 
-def hold(item: object) -> None:
+def leak_reference(item: object) -> None:
     """Take one reference to `item` that nobody gives back.
 
     For each instantiation pythonfmu 0.7 runs the script once and releases the script's namespace once, which
@@ -65,9 +65,9 @@ def guarded(method: Callable[Concatenate[_Slave, _P], _R]) -> Callable[Concatena
         except Exception as error:
             slave = cast(Any, self)
             kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
-            slave.complain(f"{kind}{error}")
+            slave.log_problem(f"{kind}{error}")
             for held in (slave, slave.log_queue, type(slave)):
-                hold(held)
+                leak_reference(held)
             raise
 
     return wrapper

@@ -19,13 +19,13 @@ from stiffness_model.errors import InputError, expect
 from stiffness_model.io.atomic_files import scratch_folder
 
 from ..importer.instance import FmuDrive
-from ..model.component import KINDS, component_in, files_in
-from ..model.variables import INDICATOR, STANDARDS, Variable, declare, declare_exchange
+from ..model.component import KINDS, component_files, load_component
+from ..model.variables import FMI_VERSIONS, INDICATOR_PREFIX, Variable, declare, declare_with_derivatives
 from ..xml.archive import SCRIPT_NAME, FmuFile, read_archive, read_members
 from .derivatives import TOLERANCE as DERIVATIVE_TOLERANCE
 from .derivatives import derivative_error
-from .fmi3_rules import broken_rules
-from .reference_run import QUARTERS, Trial, continue_fmu, make_trial, run_fmu, run_model
+from .fmi3_rules import rule_violations
+from .reference_run import LOADED_ROWS, Excitation, continue_fmu, make_excitation, run_fmu, run_model
 
 if TYPE_CHECKING:
     from ..model.component import Component
@@ -35,18 +35,18 @@ TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
-class Finding:
-    """One thing that was looked at. figure: what was measured, to be at most `limit`."""
+class CheckResult:
+    """One thing that was looked at. value: what was measured, to be at most `limit`."""
 
     name: str
     passed: bool
-    figure: float
+    value: float
     limit: float
     detail: str = ""
 
     def __str__(self) -> str:
         status = "ok  " if self.passed else "FAIL"
-        text = f"{status} {self.name}: {self.figure:.3g} (at most {self.limit:.3g})"
+        text = f"{status} {self.name}: {self.value:.3g} (at most {self.limit:.3g})"
         return f"{text}; {self.detail}" if self.detail else text
 
 
@@ -55,13 +55,13 @@ class CheckReport:
     """What `check_fmu` found, in the order of looking."""
 
     path: Path
-    findings: tuple[Finding, ...]
+    findings: tuple[CheckResult, ...]
 
     @property
     def passed(self) -> bool:
         return all(finding.passed for finding in self.findings)
 
-    def __getitem__(self, name: str) -> Finding:
+    def __getitem__(self, name: str) -> CheckResult:
         return next(finding for finding in self.findings if finding.name == name)
 
     def __str__(self) -> str:
@@ -90,7 +90,7 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
     component = embedded_component(file)
     findings = [
         _standard(file),
-        *_rules(file),
+        *_fmi3_rules(file),
         _declaration(file, declared_variables(file, component)),
         *_behaviour(file.path, component),
     ]
@@ -101,52 +101,52 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
 
 def embedded_component(file: FmuFile) -> Component:
     """What the resources of an FMU of this package hold. Errors: `InputError` if they are missing or damaged."""
-    names = files_in(file.kind, file.members)
+    names = component_files(file.kind, file.members)
     content = read_members(file, names.values())
     with scratch_folder() as folder:
         for name, member in names.items():
             (folder / name).write_bytes(content[member])
         try:
-            return component_in(folder)
+            return load_component(folder)
         except InputError as error:
             # The folder is gone by the time the message is read; the member's name is what helps.
             raise InputError(f"{file.path}: {str(error).replace(str(folder), 'resources')}") from None
 
 
-def _standard(file: FmuFile) -> Finding:
+def _standard(file: FmuFile) -> CheckResult:
     from fmpy.validation import validate_fmu
 
     try:
         problems = validate_fmu(str(file.path))
     except Exception as error:  # fmpy and the parser behind it raise many kinds for what they refuse
         problems = [str(error)]
-    return Finding("standard", not problems, len(problems), 0, " ".join(" ".join(problems[:3]).split()))
+    return CheckResult("standard", not problems, len(problems), 0, " ".join(" ".join(problems[:3]).split()))
 
 
-def _rules(file: FmuFile) -> list[Finding]:
+def _fmi3_rules(file: FmuFile) -> list[CheckResult]:
     return [
-        Finding(name, not problems, len(problems), 0, "; ".join(problems[:3]))
-        for name, problems in broken_rules(file).items()
+        CheckResult(name, not problems, len(problems), 0, "; ".join(problems[:3]))
+        for name, problems in rule_violations(file).items()
     ]
 
 
 def declared_variables(file: FmuFile, component: Component) -> tuple[Variable, ...]:
     """The variables that the back end of the file has for this component."""
-    return (declare_exchange(component) if file.backend == "native" else declare(component)).variables
+    return (declare_with_derivatives(component) if file.backend == "native" else declare(component)).variables
 
 
-def _declaration(file: FmuFile, variables: tuple[Variable, ...]) -> Finding:
+def _declaration(file: FmuFile, variables: tuple[Variable, ...]) -> CheckResult:
     """A model exchanged by hand, or another version's, would no longer be what the description says."""
     from fmpy import read_model_description
 
-    first = STANDARDS[file.fmi_version].first_reference
+    first = FMI_VERSIONS[file.fmi_version].first_reference
     try:
         description = read_model_description(str(file.path), validate=False)
     except Exception as error:  # as above
         raise InputError(
             f"{file.path}: expected a description that fmpy reads, got {' '.join(str(error).split())}"
         ) from None
-    beside = {v.name for v in description.modelVariables if v.name.startswith(INDICATOR)}
+    beside = {v.name for v in description.modelVariables if v.name.startswith(INDICATOR_PREFIX)}
     declared = {
         v.name: (v.valueReference - first, v.causality, v.variability, v.unit, _number(v.start))
         for v in description.modelVariables
@@ -161,7 +161,7 @@ def _declaration(file: FmuFile, variables: tuple[Variable, ...]) -> Finding:
     )  # NaN equals NaN here
     if _script_guid(file) != file.guid:
         differing.insert(0, "guid")
-    return Finding("declaration", not differing, len(differing), 0, ", ".join(differing[:5]))
+    return CheckResult("declaration", not differing, len(differing), 0, ", ".join(differing[:5]))
 
 
 def _number(text: str | None) -> float | str:
@@ -182,82 +182,86 @@ def _script_guid(file: FmuFile) -> str:
     return "" if found is None else found[1].decode("utf-8", "replace")
 
 
-def _behaviour(path: Path, component: Component) -> Iterator[Finding]:
+def _behaviour(path: Path, component: Component) -> Iterator[CheckResult]:
     names = tuple(signal.name for signal in component.outputs)
     values = component.parameter_vector()
-    trial, other = make_trial(component), make_trial(component, scale=0.7)
-    reference = run_model(component, trial, values)
-    half = len(trial.dt) // 2
+    excitation, other = make_excitation(component), make_excitation(component, scale=0.7)
+    reference = run_model(component, excitation, values)
+    half = len(excitation.dt) // 2
     with FmuDrive(path, name="first") as first, FmuDrive(path, name="second") as second:
-        alone = run_fmu(first, trial, names)
-        yield _against("agreement", alone, reference, component, names)
+        alone = run_fmu(first, excitation, names)
+        yield _compared("agreement", alone, reference, component, names)
 
         first.reset()
-        again = run_fmu(first, trial.part(0, half), names)
+        again = run_fmu(first, excitation.part(0, half), names)
         saved = first.save()
-        rest = continue_fmu(first, trial.part(half, None), names)
-        yield _same("reset", np.vstack([again, rest]), alone)
+        rest = continue_fmu(first, excitation.part(half, None), names)
+        yield _identical("reset", np.vstack([again, rest]), alone)
 
         first.restore(saved)
         second.initialize(other.at(0))
         second.restore(saved)
-        restored = [continue_fmu(drive, trial.part(half, None), names) for drive in (first, second)]
-        yield _same("restore", np.vstack(restored), np.vstack([alone[half + 1 :]] * 2))
+        restored = [continue_fmu(drive, excitation.part(half, None), names) for drive in (first, second)]
+        yield _identical("restore", np.vstack(restored), np.vstack([alone[half + 1 :]] * 2))
 
-        yield _refusal(first, trial, names, alone)
+        yield _check_refusal(first, excitation, names, alone)
 
         second.reset()
         other_alone = run_fmu(second, other, names)
         first.reset()
         second.reset()
-        yield _same(
-            "independence", np.hstack(_in_turn(first, second, trial, other, names)), np.hstack([alone, other_alone])
+        yield _identical(
+            "independence",
+            np.hstack(_run_alternately(first, second, excitation, other, names)),
+            np.hstack([alone, other_alone]),
         )
 
-        moved = _moved(component)
+        moved = _shifted_parameters(component)
         first.reset(moved)
         values = np.array([moved.get(p.name, v) for p, v in zip(component.parameters, values, strict=True)])
-        reference = run_model(component, trial, values)
-        yield _against("parameters", run_fmu(first, trial, names), reference, component, names)
+        reference = run_model(component, excitation, values)
+        yield _compared("parameters", run_fmu(first, excitation, names), reference, component, names)
 
 
-def _derivatives(path: Path, component: Component) -> Finding:
+def _derivatives(path: Path, component: Component) -> CheckResult:
     with FmuDrive(path) as drive:
-        figure, where = derivative_error(drive, component, make_trial(component), QUARTERS)
-    return Finding("derivatives", figure <= DERIVATIVE_TOLERANCE, figure, DERIVATIVE_TOLERANCE, f"worst in {where}")
+        value, where = derivative_error(drive, component, make_excitation(component), LOADED_ROWS)
+    return CheckResult("derivatives", value <= DERIVATIVE_TOLERANCE, value, DERIVATIVE_TOLERANCE, f"worst in {where}")
 
 
-def _in_turn(
-    first: FmuDrive, second: FmuDrive, trial: Trial, other: Trial, names: tuple[str, ...]
+def _run_alternately(
+    first: FmuDrive, second: FmuDrive, excitation: Excitation, other: Excitation, names: tuple[str, ...]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Both instances over their own signal, one step each in turn."""
     rows: tuple[list[list[float]], list[list[float]]] = ([], [])
-    for row in range(len(trial.dt) + 1):
-        for drive, signal, kept in ((first, trial, rows[0]), (second, other, rows[1])):
+    for row in range(len(excitation.dt) + 1):
+        for drive, signal, kept in ((first, excitation, rows[0]), (second, other, rows[1])):
             inputs = signal.at(row)
             outputs = drive.initialize(inputs) if row == 0 else drive.step(float(signal.dt[row - 1]), inputs)
             kept.append([outputs[name] for name in names])
     return np.array(rows[0]), np.array(rows[1])
 
 
-def _refusal(drive: FmuDrive, trial: Trial, names: tuple[str, ...], alone: NDArray[np.float64]) -> Finding:
+def _check_refusal(
+    drive: FmuDrive, excitation: Excitation, names: tuple[str, ...], alone: NDArray[np.float64]
+) -> CheckResult:
     """A step with NaN among the inputs must be discarded, and the run must go on as if nothing had been."""
     drive.reset()
-    half = len(trial.dt) // 2
-    rows = [run_fmu(drive, trial.part(0, half), names)]
+    half = len(excitation.dt) // 2
+    rows = [run_fmu(drive, excitation.part(0, half), names)]
     discarded = False
-    with _quiet():
+    with _logging_disabled():
         try:
-            drive.step(1e-3, {trial.names[0]: math.nan})
+            drive.step(1e-3, {excitation.names[0]: math.nan})
         except InputError as error:
             discarded = "(discard)" in str(error)
     if discarded:
-        rows.append(continue_fmu(drive, trial.part(half, None), names))
-        return _same("refusal", np.vstack(rows), alone)
-    return Finding("refusal", False, math.nan, 0, f"{trial.names[0]} = NaN was not answered with fmi2Discard")
+        rows.append(continue_fmu(drive, excitation.part(half, None), names))
+        return _identical("refusal", np.vstack(rows), alone)
+    return CheckResult("refusal", False, math.nan, 0, f"{excitation.names[0]} = NaN was not answered with fmi2Discard")
 
 
-def _moved(component: Component) -> dict[str, float]:
+def _shifted_parameters(component: Component) -> dict[str, float]:
     """Every tunable parameter moved by a tenth of its size or nominal value, towards the wider side."""
     moved = {}
     for parameter in component.parameters:
@@ -270,32 +274,32 @@ def _moved(component: Component) -> dict[str, float]:
     return moved
 
 
-def _against(
+def _compared(
     name: str, came: NDArray[np.float64], expected: NDArray[np.float64], component: Component, names: tuple[str, ...]
-) -> Finding:
+) -> CheckResult:
     greatest = np.abs(expected).max(axis=0)
     scale = np.where(greatest > 0, greatest, 1.0)
     scale[names.index("output.tau")] = component.full_torque
     deviation = np.abs(came - expected).max(axis=0) / scale
     worst = int(np.argmax(np.where(np.isnan(deviation), np.inf, deviation)))
-    figure = float(deviation[worst])
+    value = float(deviation[worst])
     torque = float(deviation[names.index("output.tau")])
-    return Finding(
+    return CheckResult(
         name,
-        figure <= TOLERANCE,
-        figure,
+        value <= TOLERANCE,
+        value,
         TOLERANCE,
         f"worst in {names[worst]}; output.tau {torque:.3g} of {component.full_torque:.4g} N.m, {len(came) - 1} steps",
     )
 
 
-def _same(name: str, came: NDArray[np.float64], expected: NDArray[np.float64]) -> Finding:
-    figure = float(np.abs(came - expected).max())
-    return Finding(name, figure == 0, figure, 0.0)
+def _identical(name: str, came: NDArray[np.float64], expected: NDArray[np.float64]) -> CheckResult:
+    value = float(np.abs(came - expected).max())
+    return CheckResult(name, value == 0, value, 0.0)
 
 
 @contextmanager
-def _quiet() -> Generator[None]:
+def _logging_disabled() -> Generator[None]:
     """The FMU's complaint about the NaN we send it on purpose is no news for the user."""
     logger = logging.getLogger("reefmu.fmu")
     disabled, logger.disabled = logger.disabled, True

@@ -10,8 +10,8 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ..importer.instance import FmuDrive
-from ..model.sizes import full_twist
-from .reference_run import Trial
+from ..model.nominals import twist_at_full_torque
+from .reference_run import Excitation
 
 if TYPE_CHECKING:
     from ..model.component import Component
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-6
 """Greatest deviation of a variable's derivatives, as a part of its greatest. Differences that cross a knot of the
 lookup's splines err by this much; elsewhere the two agree to 1e-8."""
-STEPS = (1e-3, 1e-4, 1e-5)
+DIFFERENCE_STEPS = (1e-3, 1e-4, 1e-5)
 """Of a difference, as parts of an input's size. A shorter one is only taken where a longer one disagrees: where it
 crosses the onset of a contact of an individual, whose stiffness begins as a root."""
-_SIXTH = np.array([-1, 9, -45, 45, -9, 1]) / 60
-_PLACES = (-3, -2, -1, 1, 2, 3)
+_SIXTH_ORDER = np.array([-1, 9, -45, 45, -9, 1]) / 60
+_OFFSETS = (-3, -2, -1, 1, 2, 3)
 
 
 def differences(function: Callable[[Array], Array], at: Array, step: Array) -> Array:
@@ -37,7 +37,7 @@ def differences(function: Callable[[Array], Array], at: Array, step: Array) -> A
     columns = []
     for k, h in enumerate(step):
         move = h * (np.arange(len(at)) == k)
-        columns.append(sum(w * function(at + n * move) for w, n in zip(_SIXTH, _PLACES, strict=True)) / h)
+        columns.append(sum(w * function(at + n * move) for w, n in zip(_SIXTH_ORDER, _OFFSETS, strict=True)) / h)
     return np.array(columns).T
 
 
@@ -50,8 +50,10 @@ def row_error(came: Array, expected: Array, value: Array) -> Array:
     return np.abs(came - expected).max(axis=1) / scale
 
 
-def derivative_error(drive: FmuDrive, component: Component, trial: Trial, rows: tuple[int, ...]) -> tuple[float, str]:
-    """The greatest `row_error` and the variable it is in, over outputs and rates, at some rows of a run over `trial`.
+def derivative_error(
+    drive: FmuDrive, component: Component, excitation: Excitation, rows: tuple[int, ...]
+) -> tuple[float, str]:
+    """The greatest `row_error` over outputs and rates at some rows of a run over `excitation`, and its variable.
 
     drive: not yet initialised; it runs as far as the last of `rows`.
     """
@@ -59,22 +61,22 @@ def derivative_error(drive: FmuDrive, component: Component, trial: Trial, rows: 
     states = [signal.name for signal in component.states]
     p = component.parameter_vector()
     worst, where = 0.0, ""
-    drive.initialize(trial.at(0))
+    drive.initialize(excitation.at(0))
     for row in range(1, max(rows) + 1):
-        drive.step(float(trial.dt[row - 1]), trial.at(row))
+        drive.step(float(excitation.dt[row - 1]), excitation.at(row))
         if row not in rows:
             continue
-        x, u = np.array(list(drive.read(states).values())), trial.inputs[row]
-        size = _sizes(component, u)
+        x, u = np.array(list(drive.read(states).values())), excitation.inputs[row]
+        size = _input_scales(component, u)
 
         def values(inputs: Array, x: Array = x) -> Array:
             return np.concatenate([np.asarray(f(x, inputs, p)).ravel() for f in (component.output, component.rate)])
 
         came = np.array(
-            [list(drive.derivative(names, {name: h}).values()) for name, h in zip(trial.names, size, strict=True)]
+            [list(drive.derivative(names, {name: h}).values()) for name, h in zip(excitation.names, size, strict=True)]
         ).T
         error = np.full(len(names), np.inf)
-        for step in STEPS:
+        for step in DIFFERENCE_STEPS:
             if error.max() > TOLERANCE:
                 error = np.minimum(error, row_error(came, differences(values, u, step * size) * size, values(u)))
         if error.max() > worst:
@@ -82,9 +84,9 @@ def derivative_error(drive: FmuDrive, component: Component, trial: Trial, rows: 
     return worst, where
 
 
-def _sizes(component: Component, inputs: Array) -> Array:
+def _input_scales(component: Component, inputs: Array) -> Array:
     """How far each input is moved by: angles by a part of the twist at full torque, others of what they are."""
-    twist = full_twist(component) if component.kind == "drive" else 0.0
+    twist = twist_at_full_torque(component) if component.kind == "drive" else 0.0
     ratio = next(abs(p.value) for p in component.parameters if p.name == "ratio")
     angles = {"crank.phi": 0.1 * ratio * twist, "output.phi": 0.1 * twist}
     return np.array(

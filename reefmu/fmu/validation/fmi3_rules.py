@@ -10,7 +10,7 @@ from ..xml.archive import DESCRIPTION, FmuFile
 _OPEN = ("approx", "calculated")
 
 
-def broken_rules(file: FmuFile) -> dict[str, list[str]]:
+def rule_violations(file: FmuFile) -> dict[str, list[str]]:
     """What breaks each rule, as short texts, by the rule's name; no rules for FMI 2.0.
 
     `references`: value references count the variables from one in the order of declaration, for which OMSimulator

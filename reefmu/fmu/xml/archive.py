@@ -18,9 +18,9 @@ from stiffness_model.io.atomic_files import atomic_file
 from .fmi2 import TOOL
 
 DESCRIPTION = "modelDescription.xml"
-MOST_MEMBERS, MOST_BYTES, MOST_TEXT = 1000, 1 << 28, 1 << 24
+MAX_MEMBERS, MAX_BYTES, MAX_TEXT_BYTES = 1000, 1 << 28, 1 << 24
 """Of an FMU: members, bytes unpacked (256 MiB; ours have at most 4), and of one member that is read as a whole."""
-_DEEPEST = 100
+_MAX_DEPTH = 100
 """Elements within each other; a description has 5, and other readers of XML give up at 256."""
 SCRIPT_NAME = "resources/slavemodule.txt"
 """Where pythonfmu's binary reads which script to load."""
@@ -76,7 +76,7 @@ def read_archive(path: str | os.PathLike[str]) -> FmuFile:
     expect(source.is_file(), "an FMU file", "a folder", where)
     try:
         with zipfile.ZipFile(source) as archive:
-            _expect_bounded(archive, where)
+            _expect_size_limits(archive, where)
             damaged = archive.testzip()
             expect(damaged is None, "a whole zip archive", f"damaged content in {damaged}", where)
             members = tuple(archive.namelist())
@@ -107,7 +107,7 @@ def read_archive(path: str | os.PathLike[str]) -> FmuFile:
 
 
 def read_members(file: FmuFile, names: Iterable[str]) -> dict[str, bytes]:
-    """The content of some members, each within `MOST_TEXT`. Errors: `InputError` for one that is missing or larger."""
+    """The content of some members. Errors: `InputError` for one that is missing or larger than `MAX_TEXT_BYTES`."""
     where = str(file.path)
     with zipfile.ZipFile(file.path) as archive:
         content: dict[str, bytes] = {}
@@ -117,17 +117,17 @@ def read_members(file: FmuFile, names: Iterable[str]) -> dict[str, bytes]:
     return content
 
 
-def _expect_bounded(archive: zipfile.ZipFile, where: str) -> None:
+def _expect_size_limits(archive: zipfile.ZipFile, where: str) -> None:
     """Nothing is unpacked beyond the size that the archive's directory states, so that is what counts."""
     infos = archive.infolist()
-    expect(len(infos) <= MOST_MEMBERS, f"an FMU of at most {MOST_MEMBERS} members", len(infos), where)
+    expect(len(infos) <= MAX_MEMBERS, f"an FMU of at most {MAX_MEMBERS} members", len(infos), where)
     whole = sum(info.file_size for info in infos)
-    expect(whole <= MOST_BYTES, f"an FMU of at most {MOST_BYTES} bytes unpacked", whole, where)
+    expect(whole <= MAX_BYTES, f"an FMU of at most {MAX_BYTES} bytes unpacked", whole, where)
 
 
 def _read(archive: zipfile.ZipFile, name: str, where: str) -> bytes:
     size = archive.getinfo(name).file_size
-    expect(size <= MOST_TEXT, f"{name} of at most {MOST_TEXT} bytes", size, where)
+    expect(size <= MAX_TEXT_BYTES, f"{name} of at most {MAX_TEXT_BYTES} bytes", size, where)
     return archive.read(name)
 
 
@@ -145,7 +145,9 @@ def parse_xml(content: bytes, name: str, where: str) -> ElementTree.Element:
     try:
         for event, element in ElementTree.iterparse(io.BytesIO(content), ("start", "end")):
             depth += 1 if event == "start" else -1
-            expect(depth <= _DEEPEST, f"XML in {name} of at most {_DEEPEST} elements within each other", "more", where)
+            expect(
+                depth <= _MAX_DEPTH, f"XML in {name} of at most {_MAX_DEPTH} elements within each other", "more", where
+            )
             root = element
         return root
     except InputError:

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from ..model.sizes import Experiment
-from ..model.units import base_unit
+from ..model.base_units import base_unit
+from ..model.nominals import Experiment
 from ..model.variables import Interface, Variable
 
 TOOL = "reefmu"
@@ -44,7 +44,7 @@ LOG_CATEGORIES = {
 
 
 @dataclass(frozen=True)
-class Export:
+class ExportInfo:
     """What a description says beside the variables.
 
     generated: "2026-01-01T00:00:00Z"; capabilities: attributes of the CoSimulation element; backend: "python"
@@ -69,7 +69,7 @@ class Export:
     sources: tuple[str, ...] = ()
 
 
-def model_description(interface: Interface, export: Export) -> bytes:
+def model_description(interface: Interface, export: ExportInfo) -> bytes:
     """The whole file, UTF-8, in the order the schema prescribes. Errors: `InputError` for an unknown unit."""
     root = Element(
         "fmiModelDescription",
@@ -107,7 +107,7 @@ def model_description(interface: Interface, export: Export) -> bytes:
     return tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
 
 
-def default_experiment(export: Export) -> dict[str, str]:
+def default_experiment(export: ExportInfo) -> dict[str, str]:
     """Attributes of DefaultExperiment, the same in FMI 3.0."""
     proposed = export.experiment
     return {
@@ -118,7 +118,7 @@ def default_experiment(export: Export) -> dict[str, str]:
     }
 
 
-def _kind(root: Element, tag: str, capabilities: Mapping[str, bool], export: Export) -> None:
+def _kind(root: Element, tag: str, capabilities: Mapping[str, bool], export: ExportInfo) -> None:
     """What the FMU can do as this kind, and the sources to build it from (sections 3.3.1 and 4.3.1)."""
     element = SubElement(
         root,

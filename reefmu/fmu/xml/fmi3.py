@@ -11,9 +11,9 @@ from dataclasses import replace
 from typing import NamedTuple
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from ..model.variables import FMI3, INDICATOR, Interface, Variable
+from ..model.variables import FMI3, INDICATOR_PREFIX, Interface, Variable
 from . import fmi2 as description
-from .fmi2 import LOG_CATEGORIES, TOOL, TYPES, Export, plain_text, type_names, unit_definitions
+from .fmi2 import LOG_CATEGORIES, TOOL, TYPES, ExportInfo, plain_text, type_names, unit_definitions
 
 EXCHANGE = {
     "needsExecutionTool": False,
@@ -72,7 +72,7 @@ FLANGES = {
 """Terminals by the FMU's kind."""
 
 
-def model_description3(interface: Interface, export: Export) -> bytes:
+def model_description_fmi3(interface: Interface, export: ExportInfo) -> bytes:
     """modelDescription.xml, UTF-8, in the order the schema prescribes. interface: with the derivatives."""
     root = Element(
         "fmiModelDescription",
@@ -150,7 +150,7 @@ def terminals(interface: Interface) -> bytes:
     return _written(root)
 
 
-def build_description(export: Export) -> bytes:
+def build_description(export: ExportInfo) -> bytes:
     """sources/buildDescription.xml (section 2.5.1)."""
     root = Element("fmiBuildDescription", {"fmiVersion": "3.0"})
     configuration = SubElement(root, "BuildConfiguration", {"modelIdentifier": export.model_identifier})
@@ -193,7 +193,7 @@ def _unit(unit: str, interface: Interface) -> dict[str, str]:
     return {**({"declaredType": TYPES[unit][0]} if unit in TYPES else {}), "unit": unit}
 
 
-def _structure(root: Element, interface: Interface, export: Export) -> None:
+def _structure(root: Element, interface: Interface, export: ExportInfo) -> None:
     """ModelStructure: what outputs, derivatives and initial unknowns depend on, and the event indicators."""
     structure = SubElement(root, "ModelStructure")
     outputs, rates = interface.block("output"), interface.derivatives
@@ -216,7 +216,7 @@ def indicators(interface: Interface, count: int) -> tuple[Variable, ...]:
         replace(
             v,
             reference=len(interface.variables) + k,
-            name=v.derivative_of.replace("last.", INDICATOR),
+            name=v.derivative_of.replace("last.", INDICATOR_PREFIX),
             description=f"Event indicator: where it passes 0, what follows {v.derivative_of} turns round",
             derivative_of="",
         )

@@ -10,8 +10,8 @@ import casadi as ca
 import numpy as np
 
 from reefmu.fmu.model.component import Component
-from reefmu.fmu.model.variables import declare_exchange
-from reefmu.fmu.validation.reference_run import Trial
+from reefmu.fmu.model.variables import declare_with_derivatives
+from reefmu.fmu.validation.reference_run import Excitation
 from stiffness_model.numerics.arrays import Array
 
 SOURCE = Path(__file__).parent / "host" / "replay.c"
@@ -32,7 +32,7 @@ def replay(
     library: Path | str,
     guid: str,
     component: Component,
-    trial: Trial,
+    excitation: Excitation,
     folder: Path,
     *,
     rounds: int = 1,
@@ -41,9 +41,9 @@ def replay(
 
     command: what runs the host. The first row is that after initialisation.
     """
-    interface = declare_exchange(component)
+    interface = declare_with_derivatives(component)
     references = [v.reference for v in (*interface.block("output"), *interface.block("local"))]
-    rows = np.column_stack([np.concatenate([[0.0], trial.dt]), trial.inputs])
+    rows = np.column_stack([np.concatenate([[0.0], excitation.dt]), excitation.inputs])
     head = np.array([len(component.inputs), len(rows), len(references), float(rounds == 1), *references])
     np.concatenate([head, rows.ravel()]).tofile(folder / "signal.bin")
     done = subprocess.run(
@@ -57,9 +57,9 @@ def replay(
     return np.fromfile(folder / "result.bin").reshape(-1, len(references))
 
 
-def repeat_model(component: Component, trial: Trial, parameters: Array, rounds: int) -> Array:
+def repeat_model(component: Component, excitation: Excitation, parameters: Array, rounds: int) -> Array:
     """The same by the Python model, its states carried from round to round."""
-    n, p = len(trial.dt), np.tile(parameters[:, None], len(trial.dt))
+    n, p = len(excitation.dt), np.tile(parameters[:, None], len(excitation.dt))
     x, u, dt, q = (
         ca.MX.sym(name, size)
         for name, size in (
@@ -71,13 +71,13 @@ def repeat_model(component: Component, trial: Trial, parameters: Array, rounds: 
     )
     one = ca.Function("one", [x, u, dt, q], [component.advance(x, u, dt, q)])
     whole = one.mapaccum("round", n, [0], [0], {"base": 10})
-    u, dt, last = trial.inputs[1:].T, trial.dt[None, :], trial.inputs[-1]
-    x = np.array(component.initial(trial.inputs[0], parameters)).ravel()
+    u, dt, last = excitation.inputs[1:].T, excitation.dt[None, :], excitation.inputs[-1]
+    x = np.array(component.initial(excitation.inputs[0], parameters)).ravel()
 
     def row(inputs: Array) -> Array:
         return np.concatenate([np.array(component.output(x, inputs, parameters)).ravel(), x])
 
-    rows = [row(trial.inputs[0])]
+    rows = [row(excitation.inputs[0])]
     for _ in range(rounds):
         x = np.array(whole(x, u, dt, p))[:, -1]
         rows.append(row(last))

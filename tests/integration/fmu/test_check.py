@@ -18,21 +18,21 @@ def test_an_export_passes(fmu, soft_fmu):
         report = check_fmu(path)
         assert report.passed, str(report)
         assert [finding.name for finding in report.findings] == NAMES
-        assert report["agreement"].figure <= 1e-9
+        assert report["agreement"].value <= 1e-9
         assert str(path) in str(report)
 
 
 def test_a_wrong_torque_is_found(fmu, monkeypatch):
-    from reefmu.fmu.model.kernel import Kernel
+    from reefmu.fmu.model.kernel import StepKernel
 
-    right = Kernel.step
+    right = StepKernel.step
 
     def wrong(self, dt):
         done = right(self, dt)
         self._y[0] *= 1 + 1e-7
         return done
 
-    monkeypatch.setattr(Kernel, "step", wrong)
+    monkeypatch.setattr(StepKernel, "step", wrong)
     report = check_fmu(fmu)
     assert not report.passed
     assert not report["agreement"].passed
@@ -51,19 +51,21 @@ def test_a_state_that_is_not_restored_is_found(fmu, monkeypatch):
 
 
 def test_instances_that_share_their_values_are_found(fmu, monkeypatch):
-    from reefmu.fmu.model.kernel import Kernel
+    from reefmu.fmu.model.kernel import StepKernel
 
     made = {}
-    monkeypatch.setattr("reefmu.fmu.python_backend.slave.Kernel", lambda *args: made.setdefault("one", Kernel(*args)))
+    monkeypatch.setattr(
+        "reefmu.fmu.python_backend.slave.StepKernel", lambda *args: made.setdefault("one", StepKernel(*args))
+    )
     assert not check_fmu(fmu)["independence"].passed
 
 
 def test_an_accepted_nan_is_found(fmu, monkeypatch):
     monkeypatch.setattr(host.FmuDrive, "_set_inputs", lambda self, inputs: None)
-    monkeypatch.setattr(check, "run_fmu", lambda drive, trial, names: [drive.initialize() and [0.0] * len(names)])
+    monkeypatch.setattr(check, "run_fmu", lambda drive, excitation, names: [drive.initialize() and [0.0] * len(names)])
     with host.FmuDrive(fmu) as drive:
-        trial = check.make_trial(check.embedded_component(read_archive(fmu)))
-        assert not check._refusal(drive, trial, ("output.tau",), trial.inputs[:, :1]).passed
+        excitation = check.make_excitation(check.embedded_component(read_archive(fmu)))
+        assert not check._check_refusal(drive, excitation, ("output.tau",), excitation.inputs[:, :1]).passed
 
 
 def test_a_model_exchanged_by_hand_is_found(rewritten):

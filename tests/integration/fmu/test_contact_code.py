@@ -13,8 +13,8 @@ import pytest
 from reefmu.effects import EFFECTS, Effect, Parameter, Place
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.model.component import Component, drive_component
-from reefmu.fmu.model.table_encoding import carried_lookup, lookup_head, read_tables, tables_header
-from reefmu.fmu.model.variables import declare_exchange
+from reefmu.fmu.model.table_encoding import decode_tables, embedded_lookup, encode_tables, lookup_metadata
+from reefmu.fmu.model.variables import declare_with_derivatives
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.stages import make_stages
 from stiffness_model.lookup.build_lookup import Lookup
@@ -47,10 +47,10 @@ def test_outputs_and_directional_derivatives_are_the_models(
     """To 1e-12 of the greatest, in and beyond the tables, with random parameters, by inputs and states together."""
     # The tables as they stand in the FMU: what their rounding does is held in test_packed.
     full_model, path = request.getfixturevalue(name), request.getfixturevalue(fmu)
-    carried = carried_lookup(full_model)
-    packed = read_tables(tables_header(carried), lookup_head(carried), "")
+    carried = embedded_lookup(full_model)
+    packed = decode_tables(encode_tables(carried), lookup_metadata(carried), "")
     component = drive_component(replace(full_model, lookup=packed))
-    interface = declare_exchange(component)
+    interface = declare_with_derivatives(component)
     unknowns = [v.name for v in (*interface.block("output"), *interface.derivatives)]
     knowns = [v.name for v in (*interface.block("input"), *interface.block("local")) if not v.derivative_of]
     states, outputs = [s.name for s in component.states], [s.name for s in component.outputs]

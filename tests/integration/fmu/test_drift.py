@@ -23,18 +23,18 @@ def test_rounds_of_a_loop_leave_no_drift(
     full_model: DriveModel, unpacked: tuple[Path, Path, str], tmp_path: Path
 ) -> None:
     component = drive_component(full_model)
-    trial = closed(component, 400)
+    excitation = closed(component, 400)
     rounds = 20
     came = replay(
         [str(build_replay(tmp_path / "host"))],
         next(unpacked[1].rglob("*.so")),
         unpacked[2],
         component,
-        trial,
+        excitation,
         tmp_path,
         rounds=rounds,
     )
-    expected = repeat_model(component, trial, full_model.parameter_vector(), rounds)
+    expected = repeat_model(component, excitation, full_model.parameter_vector(), rounds)
     names = [s.name for s in (*component.outputs, *component.states)]
     assert came.shape == (rounds + 1, len(names))
     scale = np.maximum(np.abs(expected).max(axis=0), 1e-12)

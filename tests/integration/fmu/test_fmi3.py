@@ -22,7 +22,7 @@ from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.validation import check
 from reefmu.fmu.validation.check import check_fmu
-from reefmu.fmu.validation.fmi3_rules import broken_rules
+from reefmu.fmu.validation.fmi3_rules import rule_violations
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import Masses
@@ -62,7 +62,7 @@ def test_valid_and_as_the_model(three: Path, joint: Path) -> None:
         assert validate_fmu(str(path)) == []
         report = check_fmu(path)
         assert report.passed, str(report)
-        assert report["agreement"].figure <= 1e-12
+        assert report["agreement"].value <= 1e-12
         assert read_archive(path).fmi_version == "3.0"
 
 
@@ -178,9 +178,9 @@ def doctored(path: Path, target: Path, pattern: str, by: str) -> Path:
 def test_check_knows_the_rules_of_other_hosts(
     three: Path, tmp_path: Path, rule: str, pattern: str, by: str, said: str
 ) -> None:
-    assert set(broken_rules(read_archive(three))) == {"references", "unknowns"}
+    assert set(rule_violations(read_archive(three))) == {"references", "unknowns"}
     path = doctored(three, tmp_path / "doctored.fmu", pattern, by)
-    assert said in "; ".join(broken_rules(read_archive(path))[rule])
+    assert said in "; ".join(rule_violations(read_archive(path))[rule])
     assert rule in [finding.name for finding in check._rules(read_archive(path)) if not finding.passed]
 
 

@@ -20,7 +20,7 @@ import stiffness_model as sm
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.model.component import drive_component
-from reefmu.fmu.validation.reference_run import make_trial, run_model
+from reefmu.fmu.validation.reference_run import make_excitation, run_model
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import Masses
@@ -143,7 +143,7 @@ def test_any_call_to_the_others(fmi: str, kind: str, model: DriveModel, drive: s
         archive.extractall(tmp_path / "out")
     header = tmp_path / "out" / "sources" / "model.h"
     # A joint may take ten million steps of its own in one step before it refuses: here a thousand are enough.
-    short, changes = re.subn(r"(?m)^(#define MOST_PARTS) .*$", r"\1 1000.0", header.read_text("utf-8"))
+    short, changes = re.subn(r"(?m)^(#define MAX_SUBSTEPS) .*$", r"\1 1000.0", header.read_text("utf-8"))
     assert changes == 1
     header.write_text(short, "utf-8")
     three = fmi == "3.0"
@@ -347,9 +347,9 @@ def replays_as_the_model(command: list[str], model: DriveModel, platform: str, f
         (member,) = (name for name in archive.namelist() if name.startswith("binaries/"))
         archive.extract(member, folder)
     component = drive_component(model)
-    trial = make_trial(component)
-    came = replay(command, member, read_archive(path).guid, component, trial, folder)[:, : len(component.outputs)]
-    expected = run_model(component, trial, model.parameter_vector())
+    excitation = make_excitation(component)
+    came = replay(command, member, read_archive(path).guid, component, excitation, folder)[:, : len(component.outputs)]
+    expected = run_model(component, excitation, model.parameter_vector())
     scale = np.maximum(np.abs(expected).max(axis=0), 1.0)
     scale[0] = model.full_torque
     assert np.abs(expected[:, 0]).max() > 0.5 * model.full_torque

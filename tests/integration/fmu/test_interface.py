@@ -78,8 +78,8 @@ def test_dependencies_hold_every_input_an_output_reacts_to(model):
 
 def test_a_value_that_cannot_be_used_is_named_with_its_limits(model):
     band = declare_drive(model)["band"]
-    assert band.refusal(3.0) == "band: expected a number from -1 to 1 [1], got 3"
-    assert "got nan" in band.refusal(float("nan"))
+    assert band.range_error(3.0) == "band: expected a number from -1 to 1 [1], got 3"
+    assert "got nan" in band.range_error(float("nan"))
 
 
 def test_unknown_variable(model):

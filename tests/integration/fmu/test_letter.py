@@ -15,7 +15,7 @@ from fmpy.fmi2 import FMU2Slave, fmi2Error
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 from reefmu.fmu.export import export_fmu
-from reefmu.fmu.importer.ctypes_buffers import callbacks
+from reefmu.fmu.importer.ctypes_buffers import make_callbacks
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import Masses
 from tests.integration.fmu.exchange import Exchange
@@ -52,7 +52,7 @@ def slave(folder: Path, fmi: str, said: list[str], stop: float | None, log: bool
     }
     if fmi == "2.0":
         fmu = FMU2Slave(**names)
-        fmu.instantiate(callbacks=callbacks(said), loggingOn=log)
+        fmu.instantiate(callbacks=make_callbacks(said), loggingOn=log)
         fmu.setupExperiment(startTime=0.0, stopTime=stop)
         fmu.enterInitializationMode()
     else:

@@ -20,7 +20,7 @@ from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.model.component import drive_component
 from reefmu.fmu.validation.check import check_fmu
-from reefmu.fmu.validation.reference_run import make_trial, run_fmu, run_model
+from reefmu.fmu.validation.reference_run import make_excitation, run_fmu, run_model
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import OUTPUTS, DriveModel
 from stiffness_model.errors import InputError, UnknownNameError
@@ -48,20 +48,20 @@ def test_native_python_and_model_agree_with_all_effects(
 ) -> None:
     """To 1e-12 of full torque, over reversals and uneven steps, after a reset and a restore in mid-loop."""
     component = drive_component(full_model)
-    trial = make_trial(component)
-    half = len(trial.dt) // 2
-    expected = run_model(component, trial, full_model.parameter_vector())
+    excitation = make_excitation(component)
+    half = len(excitation.dt) // 2
+    expected = run_model(component, excitation, full_model.parameter_vector())
     python = export_fmu(full_model, tmp_path / "python.fmu", backend="python")
     for path in (full_native, python):
         with FmuDrive(path) as drive:
-            run_fmu(drive, trial.part(0, 7), NAMES)
+            run_fmu(drive, excitation.part(0, 7), NAMES)
             drive.reset()
-            came = [run_fmu(drive, trial.part(0, half), NAMES)]
+            came = [run_fmu(drive, excitation.part(0, half), NAMES)]
             saved = drive.save()
-            drive.step(0.1, trial.at(3))
+            drive.step(0.1, excitation.at(3))
             drive.restore(saved)
-            for row in range(half, len(trial.dt)):
-                came.append(np.array([list(drive.step(float(trial.dt[row]), trial.at(row + 1)).values())]))
+            for row in range(half, len(excitation.dt)):
+                came.append(np.array([list(drive.step(float(excitation.dt[row]), excitation.at(row + 1)).values())]))
         deviation = np.abs(np.vstack(came) - expected)
         assert deviation[:, NAMES.index("output.tau")].max() < 1e-12 * full_model.full_torque
         assert (deviation.max(axis=0) <= 1e-12 * np.maximum(np.abs(expected).max(axis=0), 1)).all()

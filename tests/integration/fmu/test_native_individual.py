@@ -13,11 +13,11 @@ import stiffness_model as sm
 from reefmu.cli import main
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
-from reefmu.fmu.model.component import component_in, drive_component
-from reefmu.fmu.model.joint import joint_component, steepest
-from reefmu.fmu.model.table_encoding import TABLES, carried_lookup, lookup_head, read_tables, tables_header
+from reefmu.fmu.model.component import drive_component, load_component
+from reefmu.fmu.model.joint import joint_component, maximum_stiffness
+from reefmu.fmu.model.table_encoding import TABLES, decode_tables, embedded_lookup, encode_tables, lookup_metadata
 from reefmu.fmu.validation.check import check_fmu, embedded_component
-from reefmu.fmu.validation.reference_run import make_trial, run_fmu, run_model
+from reefmu.fmu.validation.reference_run import make_excitation, run_fmu, run_model
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import OUTPUTS, DriveModel, build_model
 from reefmu.model.individual import individual_function
@@ -46,14 +46,14 @@ def test_native_python_and_model_agree(
 ) -> None:
     """With all effects to 1e-12 of full torque, over reversals and uneven steps; and it is not the mean drive."""
     component = drive_component(full_individual)
-    trial = make_trial(component)
-    expected = run_model(component, trial, full_individual.parameter_vector())
+    excitation = make_excitation(component)
+    expected = run_model(component, excitation, full_individual.parameter_vector())
     for path in (full_native_individual, export_fmu(full_individual, tmp_path / "python.fmu", backend="python")):
         with FmuDrive(path) as drive:
-            deviation = np.abs(run_fmu(drive, trial, NAMES) - expected)
+            deviation = np.abs(run_fmu(drive, excitation, NAMES) - expected)
         assert deviation[:, NAMES.index("output.tau")].max() < 1e-12 * full_individual.full_torque
         assert (deviation.max(axis=0) <= 1e-11 * np.maximum(np.abs(expected).max(axis=0), 1)).all()
-    mean = run_model(drive_component(full_model.with_parameters(band=0.0)), trial, full_model.parameter_vector())
+    mean = run_model(drive_component(full_model.with_parameters(band=0.0)), excitation, full_model.parameter_vector())
     assert np.abs(mean[:, 0] - expected[:, 0]).max() > 1e-3 * full_individual.full_torque
 
 
@@ -63,7 +63,7 @@ def test_check_passes(one: DriveModel, fmi: str, masses: Masses | None, tmp_path
     path = export_fmu(one, tmp_path / "one.fmu", backend="native", fmi=fmi, masses=masses)
     report = check_fmu(path)
     assert report.passed, str(report)
-    assert report["agreement"].figure < 1e-12
+    assert report["agreement"].value < 1e-12
 
 
 @needs_compiler
@@ -108,8 +108,8 @@ def test_tables_of_the_mean_are_not_inside(one: DriveModel, full_individual: Dri
 
 
 def test_what_is_packed_of_an_individuals_lookup_is_read_back(full_individual: DriveModel) -> None:
-    lookup, carried = full_individual.lookup, carried_lookup(full_individual)
-    again = read_tables(tables_header(carried), lookup_head(carried), "here")
+    lookup, carried = full_individual.lookup, embedded_lookup(full_individual)
+    again = decode_tables(encode_tables(carried), lookup_metadata(carried), "here")
     assert again.coefficients.shape == (5, 0, 0)
     assert (again.axes, again.full_torque, again.drawing, again.modulus) == (
         lookup.axes,
@@ -125,29 +125,31 @@ def test_what_is_packed_of_an_individuals_lookup_is_read_back(full_individual: D
 def test_a_mean_drive_without_tables_is_refused(
     one: DriveModel, lookup: Lookup, drive: sm.Drive, tmp_path: Path
 ) -> None:
-    carried = carried_lookup(one)
-    (tmp_path / TABLES).write_text(tables_header(carried))
-    (tmp_path / "lookup.json").write_text(lookup_head(carried))
+    carried = embedded_lookup(one)
+    (tmp_path / TABLES).write_text(encode_tables(carried))
+    (tmp_path / "lookup.json").write_text(lookup_metadata(carried))
     save_model(one, tmp_path / "model.toml")
-    assert component_in(tmp_path).name == "drive_1 individual 3"
+    assert load_component(tmp_path).name == "drive_1 individual 3"
     save_model(build_model(drive, lookup=lookup), tmp_path / "model.toml")
     with pytest.raises(InputError, match=r"model\.toml: expected an individual where there are no tables"):
-        component_in(tmp_path)
+        load_component(tmp_path)
 
 
-def test_the_pace_of_a_joint_is_that_of_its_own_spring(one: DriveModel) -> None:
-    """No slope in the range is above the one that the pace counts with, by more than what lies between its angles."""
+def test_the_longest_substep_of_a_joint_follows_from_the_individuals_stiffness(one: DriveModel) -> None:
+    """No stiffness in the range exceeds the one behind `max_step` by more than what lies between its angles."""
     assert one.individual is not None
     rng = np.random.default_rng(5)
     twist, clearance = (rng.uniform(axis.start, axis.stop, 3000) for axis in one.lookup.axes)
     slope = np.asarray(
         individual_function(one.individual, one.lookup).map(3000)(twist, clearance, rng.uniform(0, 2 * np.pi, 3000))[1]
     )
-    assert 0.8 * steepest(one) < slope.max() < 1.01 * steepest(one)
+    assert 0.8 * maximum_stiffness(one) < slope.max() < 1.01 * maximum_stiffness(one)
     component = joint_component(one, MASSES)
     softness = 1 / (MASSES.motor_inertia * one.drive.ratio**2) + 1 / MASSES.load_inertia
-    assert component.pace is not None
-    assert float(component.pace(component.parameter_vector())) == pytest.approx(0.1 / np.sqrt(steepest(one) * softness))
+    assert component.max_step is not None
+    assert float(component.max_step(component.parameter_vector())) == pytest.approx(
+        0.1 / np.sqrt(maximum_stiffness(one) * softness)
+    )
 
 
 @needs_compiler

@@ -24,10 +24,10 @@ from reefmu.fmu.codegen import compile as platforms
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.model.component import Component, drive_component
 from reefmu.fmu.model.joint import joint_component
-from reefmu.fmu.model.kernel import Kernel
+from reefmu.fmu.model.kernel import StepKernel
 from reefmu.fmu.model.variables import declare
-from reefmu.fmu.python_backend import cost
 from reefmu.fmu.python_backend import equations_file as carried
+from reefmu.fmu.python_backend import real_time
 from reefmu.fmu.python_backend.equations_file import EQUATIONS_FILE, read_equations, write_equations
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel
@@ -90,7 +90,7 @@ def test_the_carried_equations_are_those_of_the_model(
     equations, interface = read_equations(content, "here")
     assert interface == declare(component)
     assert content == write_equations(component, declare(component))
-    one, other = Kernel(component, interface), Kernel(equations, interface)
+    one, other = StepKernel(component, interface), StepKernel(equations, interface)
     for kernel in (one, other):
         kernel.initialise()
         for dt in (1e-5, 1e-4):
@@ -241,14 +241,14 @@ def test_a_step_slower_than_real_time_is_told(
 ) -> None:
     """By a clock of the test's own, on which every step takes 1 ms; a joint's parts are counted."""
     clock = itertools.count(0.0, 1e-3)
-    monkeypatch.setattr(cost, "clock", lambda: next(clock))
+    monkeypatch.setattr(real_time, "clock", lambda: next(clock))
     drive, joint = drive_component(model), joint_of(full_model)
-    assert cost.step_cost(drive, 1e-3) == pytest.approx(1e-3)
-    parts = joint.parts(1e-2, joint.parameter_vector())
+    assert real_time.step_cost(drive, 1e-3) == pytest.approx(1e-3)
+    parts = joint.substeps(1e-2, joint.parameter_vector())
     assert parts > 100
-    assert cost.step_cost(joint, 1e-2) == pytest.approx(parts * 1e-3)
-    assert cost.real_time_note(drive, 0.01) == []
-    (line,) = cost.real_time_note(joint, 1e-2)
+    assert real_time.step_cost(joint, 1e-2) == pytest.approx(parts * 1e-3)
+    assert real_time.real_time_note(drive, 0.01) == []
+    (line,) = real_time.real_time_note(joint, 1e-2)
     assert "slower than real time" in line
     assert "--backend native" in line
 

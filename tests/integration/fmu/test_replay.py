@@ -12,7 +12,7 @@ import pytest
 import stiffness_model as sm
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.replay import replay_record
-from reefmu.fmu.importer.saved_values import with_values
+from reefmu.fmu.importer.saved_values import replace_values
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.record import Record, make_record
 from reefmu.simulate import simulate_record
@@ -84,4 +84,4 @@ def test_runs_as_the_model(fmu: Path, inside: DriveModel, pause: float | None, r
 
 def test_a_state_that_is_none_of_ours() -> None:
     with pytest.raises(InputError, match="found them 0 times"):
-        with_values(b"opaque", [1.0, 2.0], {0: 3.0})
+        replace_values(b"opaque", [1.0, 2.0], {0: 3.0})

@@ -14,7 +14,7 @@ import pytest
 
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
-from reefmu.fmu.model.variables import STANDARDS
+from reefmu.fmu.model.variables import FMI_VERSIONS
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import Masses
@@ -82,7 +82,7 @@ def linked(fmus: list[Path], fmi: str, compiler: str, folder: Path) -> list[str]
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
-@pytest.mark.parametrize("fmi", list(STANDARDS))
+@pytest.mark.parametrize("fmi", list(FMI_VERSIONS))
 def test_two_drives_and_a_joint_link_into_one_static_program(
     fmi: str, compiler: str, full_model: DriveModel, soft_model: DriveModel, tmp_path: Path
 ) -> None:
@@ -104,7 +104,7 @@ def test_two_drives_and_a_joint_link_into_one_static_program(
         assert complaint == f"fmi{fmi[0]}SetDebugLogging: unknown category '%n%s{hash_sign}'"
 
 
-@pytest.mark.parametrize("fmi", list(STANDARDS))
+@pytest.mark.parametrize("fmi", list(FMI_VERSIONS))
 def test_every_name_from_outside_begins_with_the_identifier(fmi: str, model: DriveModel, tmp_path: Path) -> None:
     path = export_fmu(model, tmp_path / "d.fmu", backend="native", platform="none", fmi=fmi)
     sources = unpacked_sources(path, tmp_path / "out")
@@ -126,7 +126,7 @@ def test_every_name_from_outside_begins_with_the_identifier(fmi: str, model: Dri
 def test_the_identifier_is_that_of_the_model(model: DriveModel, tmp_path: Path) -> None:
     """Whatever the values inside: a host's project finds an FMU that was exported anew."""
     changed = model.with_parameters({"hysteresis.torque": 4.5})
-    for fmi in STANDARDS:
+    for fmi in FMI_VERSIONS:
         files = [read_archive(export_fmu(m, tmp_path / "d.fmu", backend="native", fmi=fmi)) for m in (model, changed)]
         assert [file.model_identifier for file in files] == ["drive_1", "drive_1"]
         assert files[0].guid != files[1].guid

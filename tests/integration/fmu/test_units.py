@@ -1,6 +1,6 @@
 import pytest
 
-from reefmu.fmu.model.units import base_unit
+from reefmu.fmu.model.base_units import base_unit
 from stiffness_model.errors import InputError, UnknownNameError
 
 

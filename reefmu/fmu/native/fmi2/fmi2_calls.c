@@ -49,7 +49,7 @@ static const char *phase_name(int phase) {
 static int allowed(const Instance *instance, const Call *call) {
     if (!instance) return 0;
     if (instance->now.phase & call->phases) return 1;
-    send(instance, fmi2Error, "%s: not allowed in this state (%s)", call->name, phase_name(instance->now.phase));
+    log_to_host(instance, fmi2Error, "%s: not allowed in this state (%s)", call->name, phase_name(instance->now.phase));
     return 0;
 }
 
@@ -57,7 +57,7 @@ static int allowed(const Instance *instance, const Call *call) {
 static int allowed_for(const Instance *instance, const Call *call, fmi2Type kind) {
     if (!allowed(instance, call)) return 0;
     if (instance->now.kind == (int)kind) return 1;
-    send(instance, fmi2Error, "%s: not a call for %s", call->name,
+    log_to_host(instance, fmi2Error, "%s: not a call for %s", call->name,
          kind == fmi2CoSimulation ? "model exchange" : "co-simulation");
     return 0;
 }
@@ -66,24 +66,24 @@ static int allowed_for(const Instance *instance, const Call *call, fmi2Type kind
 
    ahead: how far an integrator may look beyond before it comes back. Hosts add up steps: the rounding that FMPy and
    fmusim allow for, 1e-9, is no time beyond. */
-static int in_time(const Instance *instance, const Call *call, double time, double ahead) {
-    const Content *now = &instance->now;
+static int before_stop_time(const Instance *instance, const Call *call, double time, double ahead) {
+    const InstanceState *now = &instance->now;
     if (!now->stops || time <= now->stop + 1e-9 * fmax(fabs(now->start), fabs(now->stop)) + ahead) return 1;
-    send(instance, fmi2Error, "%s: expected a time up to the stop time of %g s, got %.17g s", call->name, now->stop,
+    log_to_host(instance, fmi2Error, "%s: expected a time up to the stop time of %g s, got %.17g s", call->name, now->stop,
          time);
     return 0;
 }
 
 /* An array of `count` elements that the host must give. */
-static int given(const Instance *instance, const Call *call, const void *array, size_t count) {
+static int has_array(const Instance *instance, const Call *call, const void *array, size_t count) {
     if (array || !count) return 1;
-    send(instance, fmi2Error, "%s: expected an array of %lu, got none", call->name, (unsigned long)count);
+    log_to_host(instance, fmi2Error, "%s: expected an array of %lu, got none", call->name, (unsigned long)count);
     return 0;
 }
 
 /* The place among the values that a value reference names, N_VALUES for none. In FMI 3.0 the event indicators have
    references of their own behind all others; their values are derivatives. */
-static size_t place_of(fmi2ValueReference reference) {
+static size_t index_of(fmi2ValueReference reference) {
     size_t place = (size_t)reference - FIRST_REFERENCE;
 #ifdef IS_FMI3
     if (place >= N_VALUES && place < N_VALUES + N_INDICATORS) place += AT_RATES + FIRST_INDICATOR - N_VALUES;

@@ -5,14 +5,14 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2DoStep)(fmi2Component component, fmi2Real t
     Instance *instance = component;
     const char *problem = NULL;
     (void)no_return;
-    if (!allowed_for(instance, &CALL_DoStep, fmi2CoSimulation) || !in_time(instance, &CALL_DoStep, time + dt, 0.0))
+    if (!allowed_for(instance, &CALL_DoStep, fmi2CoSimulation) || !before_stop_time(instance, &CALL_DoStep, time + dt, 0.0))
         return fmi2Error;
     if (!(dt > 0.0 && dt < HUGE_VAL) || !all_finite(&time, 1)) problem = "expected a finite time and a step above 0 s";
-    else if (!refresh(instance, 0) || !take_step(instance, dt))
+    else if (!refresh(instance, 0) || !advance_step(instance, dt))
         problem = "no finite result with these inputs and parameters";
     if (problem) {
         instance->now.status = fmi2Discard;
-        send(instance, fmi2Discard, "step of %g s at %g s discarded: %s", dt, time, problem);
+        log_to_host(instance, fmi2Discard, "step of %g s at %g s discarded: %s", dt, time, problem);
         return fmi2Discard;
     }
     instance->now.time = time + dt;
@@ -29,7 +29,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetRealInputDerivatives)(fmi2Component comp
                                                               const fmi2ValueReference references[], size_t count,
                                                               const fmi2Integer orders[], const fmi2Real values[]) {
     (void)references, (void)count, (void)orders, (void)values;
-    if (component) send(component, fmi2Error, "fmi2SetRealInputDerivatives: inputs are held over a step"); /* not in FMI 3.0 */
+    if (component) log_to_host(component, fmi2Error, "fmi2SetRealInputDerivatives: inputs are held over a step"); /* not in FMI 3.0 */
     return fmi2Error;
 }
 
@@ -37,16 +37,16 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetRealOutputDerivatives)(fmi2Component com
                                                                const fmi2ValueReference references[], size_t count,
                                                                const fmi2Integer orders[], fmi2Real values[]) {
     (void)references, (void)count, (void)orders, (void)values;
-    if (component) send(component, fmi2Error, "fmi2GetRealOutputDerivatives: there are none"); /* not in FMI 3.0 */
+    if (component) log_to_host(component, fmi2Error, "fmi2GetRealOutputDerivatives: there are none"); /* not in FMI 3.0 */
     return fmi2Error;
 }
 
 static int status_call(const Instance *instance, const void *value) {
-    return allowed_for(instance, &CALL_GetStatus, fmi2CoSimulation) && given(instance, &CALL_GetStatus, value, 1);
+    return allowed_for(instance, &CALL_GetStatus, fmi2CoSimulation) && has_array(instance, &CALL_GetStatus, value, 1);
 }
 
 static fmi2Status no_status(const Instance *instance) {
-    send(instance, fmi2Discard, "%s: the slave has no status of this kind", CALL_GetStatus.name);
+    log_to_host(instance, fmi2Discard, "%s: the slave has no status of this kind", CALL_GetStatus.name);
     return fmi2Discard;
 }
 

@@ -19,27 +19,27 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDirectionalDerivative)(
     size_t n_knowns, const fmi2Real directions[], fmi2Real results[]) {
     Instance *instance = component;
     const Call *call = &CALL_GetDirectionalDerivative;
-    if (!allowed(instance, call) || !given(instance, call, unknowns, n_unknowns) ||
-        !given(instance, call, knowns, n_knowns) || !given(instance, call, directions, n_knowns) ||
-        !given(instance, call, results, n_unknowns))
+    if (!allowed(instance, call) || !has_array(instance, call, unknowns, n_unknowns) ||
+        !has_array(instance, call, knowns, n_knowns) || !has_array(instance, call, directions, n_knowns) ||
+        !has_array(instance, call, results, n_unknowns))
         return fmi2Error;
     for (size_t k = 0; k < n_unknowns + n_knowns; k++) {
         int known = k >= n_unknowns;
         fmi2ValueReference reference = known ? knowns[k - n_unknowns] : unknowns[k];
-        if (!(known ? is_known(instance, place_of(reference)) : is_unknown(instance, place_of(reference)))) {
-            send(instance, fmi2Error, "%s: value reference %u is no %s in this state (%s)", call->name, reference,
+        if (!(known ? is_known(instance, index_of(reference)) : is_unknown(instance, index_of(reference)))) {
+            log_to_host(instance, fmi2Error, "%s: value reference %u is no %s in this state (%s)", call->name, reference,
                  known ? "known" : "unknown", phase_name(instance->now.phase));
             return fmi2Error;
         }
     }
     memset(instance->direction, 0, sizeof instance->direction);
-    for (size_t k = 0; k < n_knowns; k++) instance->direction[VARIABLES[place_of(knowns[k])].known] += directions[k];
-    if (!refresh(instance, 0) || !tangent(instance, instance->now.phase == INITIALISING)) {
-        send(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", call->name);
+    for (size_t k = 0; k < n_knowns; k++) instance->direction[VARIABLES[index_of(knowns[k])].known] += directions[k];
+    if (!refresh(instance, 0) || !update_tangent(instance, instance->now.phase == INITIALISING)) {
+        log_to_host(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", call->name);
         return fmi2Discard;
     }
     for (size_t k = 0; k < n_unknowns; k++) {
-        int place = VARIABLES[place_of(unknowns[k])].unknown;
+        int place = VARIABLES[index_of(unknowns[k])].unknown;
         results[k] = place < N_UNKNOWNS ? instance->tangent[place] : instance->direction[N_INPUTS + place - N_UNKNOWNS];
     }
     return fmi2OK;

@@ -1,8 +1,8 @@
 /* Instantiation to termination (FMI 2.0.4, sections 2.1.5 and 2.1.6). */
 
-static const char *text_or_none(const char *text) { return text ? text : "(none)"; }
+static const char *text_or_placeholder(const char *text) { return text ? text : "(none)"; }
 
-static void set_start(Instance *instance, fmi2Type kind) {
+static void set_start_values(Instance *instance, fmi2Type kind) {
     memset(&instance->now, 0, sizeof instance->now);
     instance->coefficients_known = 0;
     instance->now.kind = (int)kind;
@@ -18,42 +18,42 @@ FMI2_EXPORT const char *FMI2_NAME(fmi2GetVersion)(void) { return "2.0"; }
 FMI2_EXPORT fmi2Component FMI2_NAME(fmi2Instantiate)(fmi2String name, fmi2Type kind, fmi2String guid,
                                                      fmi2String resources, const fmi2CallbackFunctions *callbacks,
                                                      fmi2Boolean visible, fmi2Boolean log) {
-    Voice voice;
+    HostLog host_log;
     Instance *instance;
     size_t length;
     const char *problem = NULL;
     (void)resources; /* all data are in the binary */
     (void)visible;
     if (!callbacks) return NULL;
-    voice.callbacks = *callbacks;
-    voice.name = text_or_none(name);
-    voice.log = log ? LOG_ALL : LOG_OFF;
+    host_log.callbacks = *callbacks;
+    host_log.name = text_or_placeholder(name);
+    host_log.categories = log ? LOG_ALL : LOG_OFF;
     if (!name || !*name) problem = "expected a name of the instance, got none";
     else if (kind != fmi2CoSimulation && kind != fmi2ModelExchange) problem = "unknown type of FMU";
     if (problem || !guid || strcmp(guid, MODEL_GUID) != 0) {
-        if (problem) speak(&voice, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": %s", problem);
-        else speak(&voice, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": expected GUID %s, got %.60s", MODEL_GUID,
-                   text_or_none(guid));
+        if (problem) log_message(&host_log, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": %s", problem);
+        else log_message(&host_log, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": expected GUID %s, got %.60s", MODEL_GUID,
+                   text_or_placeholder(guid));
         return NULL;
     }
     length = strlen(name) + 1;
     instance = callbacks->allocateMemory ? callbacks->allocateMemory(1, sizeof *instance + length)
                                          : calloc(1, sizeof *instance + length);
     if (!instance) {
-        speak(&voice, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": out of memory");
+        log_message(&host_log, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": out of memory");
         return NULL;
     }
-    voice.name = memcpy((char *)(instance + 1), name, length);
-    instance->voice = voice;
-    set_start(instance, kind);
+    host_log.name = memcpy((char *)(instance + 1), name, length);
+    instance->log = host_log;
+    set_start_values(instance, kind);
     return instance;
 }
 
 FMI2_EXPORT void FMI2_NAME(fmi2FreeInstance)(fmi2Component component) {
     Instance *instance = component;
     if (!instance) return;
-    if (!instance->voice.callbacks.allocateMemory) free(instance);
-    else if (instance->voice.callbacks.freeMemory) instance->voice.callbacks.freeMemory(instance);
+    if (!instance->log.callbacks.allocateMemory) free(instance);
+    else if (instance->log.callbacks.freeMemory) instance->log.callbacks.freeMemory(instance);
 }
 
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetupExperiment)(fmi2Component component, fmi2Boolean has_tolerance,
@@ -64,7 +64,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetupExperiment)(fmi2Component component, f
     (void)tolerance;
     if (!allowed(instance, &CALL_SetupExperiment)) return fmi2Error;
     if (!all_finite(&start, 1) || (has_stop && !(stop >= start && stop < HUGE_VAL))) {
-        send(instance, fmi2Error, "%s: expected start and stop in order, got %g s and %g s", CALL_SetupExperiment.name, start,
+        log_to_host(instance, fmi2Error, "%s: expected start and stop in order, got %g s and %g s", CALL_SetupExperiment.name, start,
              stop);
         return fmi2Error;
     }
@@ -85,12 +85,12 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2ExitInitializationMode)(fmi2Component compo
     Instance *instance = component;
     if (!allowed(instance, &CALL_ExitInitializationMode)) return fmi2Error;
     if (!refresh(instance, STALE_OUTPUTS)) {
-        send(instance, fmi2Error, "%s: no finite result with these inputs and parameters",
+        log_to_host(instance, fmi2Error, "%s: no finite result with these inputs and parameters",
              CALL_ExitInitializationMode.name);
         return fmi2Error;
     }
-    count_way(instance);
-    memset(instance->now.told, 0, sizeof instance->now.told);
+    accumulate_path(instance);
+    memset(instance->now.path_from_speeds, 0, sizeof instance->now.path_from_speeds);
     instance->now.phase = instance->now.kind == fmi2CoSimulation ? STEPPING : EVENT_MODE;
     return fmi2OK;
 }
@@ -105,6 +105,6 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2Terminate)(fmi2Component component) {
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2Reset)(fmi2Component component) {
     Instance *instance = component;
     if (!allowed(instance, &CALL_Reset)) return fmi2Error;
-    set_start(instance, (fmi2Type)instance->now.kind);
+    set_start_values(instance, (fmi2Type)instance->now.kind);
     return fmi2OK;
 }

@@ -7,20 +7,20 @@
 #define IN_FMI(two, three) "fmi2" two
 #endif
 
-static void speak(const Voice *voice, fmi2Status status, const char *format, ...) {
+static void log_message(const HostLog *log, fmi2Status status, const char *format, ...) {
     static const struct { fmi2Status status; int bit; const char *name; } categories[] = {
         {fmi2Warning, LOG_WARNING, "logStatusWarning"},
         {fmi2Discard, LOG_DISCARD, "logStatusDiscard"},
         {fmi2Error, LOG_ERROR, "logStatusError"},
         {fmi2Fatal, LOG_FATAL, "logStatusFatal"},
     };
-    char said[512], text[2 * sizeof said], *end = text;
+    char message[512], text[2 * sizeof message], *end = text;
     va_list values;
-    if (!voice->callbacks.logger) return;
+    if (!log->callbacks.logger) return;
     va_start(values, format);
-    vsnprintf(said, sizeof said, format, values);
+    vsnprintf(message, sizeof message, format, values);
     va_end(values);
-    for (const char *from = said; *from; from++) {
+    for (const char *from = message; *from; from++) {
 #ifndef IS_FMI3
         /* The host takes the message for a format of printf, with #variables# in it (section 2.1.5); what came from
            outside must be neither. "%s" and the message behind it would do for the one, but hosts that do not look
@@ -31,12 +31,12 @@ static void speak(const Voice *voice, fmi2Status status, const char *format, ...
     }
     *end = 0;
     for (size_t k = 0; k < sizeof categories / sizeof *categories; k++)
-        if (categories[k].status == status && (voice->log & categories[k].bit))
-            voice->callbacks.logger(voice->callbacks.componentEnvironment, voice->name, status, categories[k].name,
+        if (categories[k].status == status && (log->categories & categories[k].bit))
+            log->callbacks.logger(log->callbacks.componentEnvironment, log->name, status, categories[k].name,
                                     text);
 }
 
-#define send(instance, ...) speak(&((const Instance *)(instance))->voice, __VA_ARGS__)
+#define log_to_host(instance, ...) log_message(&((const Instance *)(instance))->log, __VA_ARGS__)
 
 /* What is sent with logging off: in FMI 2.0, where that means logging for debugging, why a call was refused; in FMI 3.0
    nothing (section 2.3.1). */
@@ -58,14 +58,14 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetDebugLogging)(fmi2Component component, f
         for (size_t k = 0; k < sizeof bits / sizeof *bits; k++)
             if (chosen[i] && strcmp(chosen[i], names[k]) == 0) bit = bits[k];
         if (!bit) {
-            send(instance, fmi2Error, IN_FMI("SetDebugLogging", "SetDebugLogging") ": unknown category '%.80s'",
+            log_to_host(instance, fmi2Error, IN_FMI("SetDebugLogging", "SetDebugLogging") ": unknown category '%.80s'",
                  chosen[i] ? chosen[i] : "");
             return fmi2Error;
         }
         wanted |= bit;
     }
     if (!count) wanted = LOG_ALL;
-    if (on) instance->voice.log = count ? wanted : LOG_ALL;
-    else instance->voice.log = count ? instance->voice.log & ~wanted : LOG_OFF;
+    if (on) instance->log.categories = count ? wanted : LOG_ALL;
+    else instance->log.categories = count ? instance->log.categories & ~wanted : LOG_OFF;
     return fmi2OK;
 }

@@ -12,21 +12,21 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2EnterEventMode)(fmi2Component component) {
    it. Friction and all that follows the angle then catches up at an event, over the way that was not told, as in a step
    of co-simulation. A lead below a millionth of the state's nominal size, or shorter than the way that the speeds did
    tell, is an integrator's error. Whether there is one: then the next states are in instance->next_states[0]. */
-static int has_lead(Instance *instance) {
+static int angle_is_ahead(Instance *instance) {
     int found = 0;
 #if HAS_ANGLE_STATES && !IS_JOINT
     double *next = instance->next_states[0], *x = instance->next_states[1];
-    Place place;
+    Evaluation at;
     memcpy(x, instance->now.values + AT_STATES, N_STATES * sizeof(double));
-    place_at(instance, &place, x);
-    RUN(advance_angles, next, place.x, place.u, place.k, place.p);
+    begin_evaluation(instance, &at, x);
+    RUN(advance_angles, next, at.x, at.u, at.k, at.p);
     for (int k = 0; k < N_INDICATORS; k++) {
         int state = FIRST_INDICATOR + k;
         double lead = fabs(next[state] - x[state]);
-        if (lead > fmax(1e-6 * VARIABLES[AT_STATES + state].nominal, instance->now.told[k])) found = 1;
+        if (lead > fmax(1e-6 * VARIABLES[AT_STATES + state].nominal, instance->now.path_from_speeds[k])) found = 1;
         else x[state] = next[state];
     }
-    if (found) RUN(advance_angles, next, place.x, place.u, place.k, place.p);
+    if (found) RUN(advance_angles, next, at.x, at.u, at.k, at.p);
     found = found && all_finite(next, N_STATES);
 #else
     (void)instance;
@@ -37,16 +37,16 @@ static int has_lead(Instance *instance) {
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2NewDiscreteStates)(fmi2Component component, fmi2EventInfo *info) {
     Instance *instance = component;
     if (!allowed_for(instance, &CALL_NewDiscreteStates, fmi2ModelExchange) ||
-        !given(instance, &CALL_NewDiscreteStates, info, 1))
+        !has_array(instance, &CALL_NewDiscreteStates, info, 1))
         return fmi2Error;
     /* There are no discrete states: at an event a direction changes, and with it the derivatives. */
     memset(info, 0, sizeof *info);
-    if (has_lead(instance)) {
+    if (angle_is_ahead(instance)) {
         memcpy(instance->now.values + AT_STATES, instance->next_states[0], N_STATES * sizeof(double));
         instance->now.stale |= STALE_OUTPUTS | STALE_RATES;
         info->valuesOfContinuousStatesChanged = fmi2True;
-        count_way(instance);
-        memset(instance->now.told, 0, sizeof instance->now.told);
+        accumulate_path(instance);
+        memset(instance->now.path_from_speeds, 0, sizeof instance->now.path_from_speeds);
     }
     return fmi2OK;
 }
@@ -64,15 +64,15 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2CompletedIntegratorStep)(fmi2Component comp
     Instance *instance = component;
     (void)no_return;
     if (!allowed_for(instance, &CALL_CompletedIntegratorStep, fmi2ModelExchange) ||
-        !given(instance, &CALL_CompletedIntegratorStep, event, 1) ||
-        !given(instance, &CALL_CompletedIntegratorStep, terminate, 1) ||
-        !in_time(instance, &CALL_CompletedIntegratorStep, instance->now.time, 0.0))
+        !has_array(instance, &CALL_CompletedIntegratorStep, event, 1) ||
+        !has_array(instance, &CALL_CompletedIntegratorStep, terminate, 1) ||
+        !before_stop_time(instance, &CALL_CompletedIntegratorStep, instance->now.time, 0.0))
         return fmi2Error;
     *event = *terminate = fmi2False;
-    count_way(instance);
+    accumulate_path(instance);
     if (refresh(instance, STALE_OUTPUTS))
         *event = instance->now.next_discrete != instance->now.values[AT_OUTPUTS + DISCRETE_OUTPUT] ||
-                 has_lead(instance);
+                 angle_is_ahead(instance);
     return fmi2OK;
 }
 
@@ -80,35 +80,35 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetTime)(fmi2Component component, fmi2Real 
     Instance *instance = component;
     if (!allowed_for(instance, &CALL_SetTime, fmi2ModelExchange)) return fmi2Error;
     if (!all_finite(&time, 1)) {
-        send(instance, fmi2Discard, "%s: expected a finite time, got %g s", CALL_SetTime.name, time);
+        log_to_host(instance, fmi2Discard, "%s: expected a finite time, got %g s", CALL_SetTime.name, time);
         return fmi2Discard;
     }
     /* CVode steps beyond the end and interpolates; FMPy keeps its steps below a fiftieth of the run. */
-    if (!in_time(instance, &CALL_SetTime, time, (instance->now.stop - instance->now.start) / 50.0)) return fmi2Error;
+    if (!before_stop_time(instance, &CALL_SetTime, time, (instance->now.stop - instance->now.start) / 50.0)) return fmi2Error;
     instance->now.time = time;
     return fmi2OK;
 }
 
 /* A vector of the length that the model has. */
-static int vector(const Instance *instance, const Call *call, const void *array, size_t came, size_t expected) {
-    if (!allowed_for(instance, call, fmi2ModelExchange) || !given(instance, call, array, came)) return 0;
+static int has_length(const Instance *instance, const Call *call, const void *array, size_t came, size_t expected) {
+    if (!allowed_for(instance, call, fmi2ModelExchange) || !has_array(instance, call, array, came)) return 0;
     if (came == expected) return 1;
-    send(instance, fmi2Error, "%s: expected %lu values, got %lu", call->name, (unsigned long)expected,
+    log_to_host(instance, fmi2Error, "%s: expected %lu values, got %lu", call->name, (unsigned long)expected,
          (unsigned long)came);
     return 0;
 }
 
-static fmi2Status no_result(const Instance *instance, const Call *call) {
-    send(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", call->name);
+static fmi2Status discard(const Instance *instance, const Call *call) {
+    log_to_host(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", call->name);
     return fmi2Discard;
 }
 
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetContinuousStates)(fmi2Component component, const fmi2Real states[],
                                                           size_t count) {
     Instance *instance = component;
-    if (!vector(instance, &CALL_SetContinuousStates, states, count, N_STATES)) return fmi2Error;
+    if (!has_length(instance, &CALL_SetContinuousStates, states, count, N_STATES)) return fmi2Error;
     if (!all_finite(states, count)) {
-        send(instance, fmi2Discard, "%s: expected finite states", CALL_SetContinuousStates.name);
+        log_to_host(instance, fmi2Discard, "%s: expected finite states", CALL_SetContinuousStates.name);
         return fmi2Discard;
     }
     if (count) memcpy(instance->now.values + AT_STATES, states, count * sizeof(double));
@@ -118,8 +118,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetContinuousStates)(fmi2Component componen
 
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDerivatives)(fmi2Component component, fmi2Real derivatives[], size_t count) {
     Instance *instance = component;
-    if (!vector(instance, &CALL_GetDerivatives, derivatives, count, N_STATES)) return fmi2Error;
-    if (!refresh(instance, STALE_RATES)) return no_result(instance, &CALL_GetDerivatives);
+    if (!has_length(instance, &CALL_GetDerivatives, derivatives, count, N_STATES)) return fmi2Error;
+    if (!refresh(instance, STALE_RATES)) return discard(instance, &CALL_GetDerivatives);
     if (count) memcpy(derivatives, instance->now.values + AT_RATES, count * sizeof(double));
     return fmi2OK;
 }
@@ -128,16 +128,16 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDerivatives)(fmi2Component component, fm
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetEventIndicators)(fmi2Component component, fmi2Real indicators[],
                                                          size_t count) {
     Instance *instance = component;
-    if (!vector(instance, &CALL_GetEventIndicators, indicators, count, N_INDICATORS)) return fmi2Error;
-    if (!refresh(instance, STALE_RATES)) return no_result(instance, &CALL_GetEventIndicators);
+    if (!has_length(instance, &CALL_GetEventIndicators, indicators, count, N_INDICATORS)) return fmi2Error;
+    if (!refresh(instance, STALE_RATES)) return discard(instance, &CALL_GetEventIndicators);
     if (count) memcpy(indicators, instance->now.values + AT_RATES + FIRST_INDICATOR, count * sizeof(double));
     return fmi2OK;
 }
 
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetContinuousStates)(fmi2Component component, fmi2Real states[], size_t count) {
     Instance *instance = component;
-    if (!vector(instance, &CALL_GetContinuousStates, states, count, N_STATES)) return fmi2Error;
-    if (!refresh(instance, 0)) return no_result(instance, &CALL_GetContinuousStates);
+    if (!has_length(instance, &CALL_GetContinuousStates, states, count, N_STATES)) return fmi2Error;
+    if (!refresh(instance, 0)) return discard(instance, &CALL_GetContinuousStates);
     if (count) memcpy(states, instance->now.values + AT_STATES, count * sizeof(double));
     return fmi2OK;
 }
@@ -145,7 +145,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetContinuousStates)(fmi2Component componen
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetNominalsOfContinuousStates)(fmi2Component component, fmi2Real nominals[],
                                                                     size_t count) {
     Instance *instance = component;
-    if (!vector(instance, &CALL_GetNominalsOfContinuousStates, nominals, count, N_STATES)) return fmi2Error;
+    if (!has_length(instance, &CALL_GetNominalsOfContinuousStates, nominals, count, N_STATES)) return fmi2Error;
     for (size_t k = 0; k < count; k++) nominals[k] = VARIABLES[(AT_STATES + k) % N_VALUES].nominal;
     return fmi2OK;
 }

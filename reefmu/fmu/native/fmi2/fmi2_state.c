@@ -2,20 +2,20 @@
 
 typedef struct {
     char guid[sizeof MODEL_GUID];
-    Content content;
+    InstanceState content;
 } Saved;
 
 static Saved *new_saved(const Instance *instance) {
-    return instance->voice.callbacks.allocateMemory ? instance->voice.callbacks.allocateMemory(1, sizeof(Saved))
+    return instance->log.callbacks.allocateMemory ? instance->log.callbacks.allocateMemory(1, sizeof(Saved))
                                               : calloc(1, sizeof(Saved));
 }
 
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetFMUstate)(fmi2Component component, fmi2FMUstate *state) {
     Instance *instance = component;
-    if (!allowed(instance, &CALL_FMUstate) || !given(instance, &CALL_FMUstate, state, 1)) return fmi2Error;
+    if (!allowed(instance, &CALL_FMUstate) || !has_array(instance, &CALL_FMUstate, state, 1)) return fmi2Error;
     if (!*state) *state = new_saved(instance);
     if (!*state) {
-        send(instance, fmi2Error, IN_FMI("GetFMUstate", "GetFMUState") ": out of memory");
+        log_to_host(instance, fmi2Error, IN_FMI("GetFMUstate", "GetFMUState") ": out of memory");
         return fmi2Error;
     }
     memcpy(((Saved *)*state)->guid, MODEL_GUID, sizeof MODEL_GUID);
@@ -26,9 +26,9 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetFMUstate)(fmi2Component component, fmi2F
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetFMUstate)(fmi2Component component, fmi2FMUstate state) {
     Instance *instance = component;
     const Saved *saved = state;
-    if (!allowed(instance, &CALL_FMUstate) || !given(instance, &CALL_FMUstate, state, 1)) return fmi2Error;
+    if (!allowed(instance, &CALL_FMUstate) || !has_array(instance, &CALL_FMUstate, state, 1)) return fmi2Error;
     if (saved->content.kind != instance->now.kind) {
-        send(instance, fmi2Error, IN_FMI("SetFMUstate", "SetFMUState") ": expected a state of the same type of FMU");
+        log_to_host(instance, fmi2Error, IN_FMI("SetFMUstate", "SetFMUState") ": expected a state of the same type of FMU");
         return fmi2Error;
     }
     instance->now = saved->content;
@@ -39,16 +39,16 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2FreeFMUstate)(fmi2Component component, fmi2
     Instance *instance = component;
     if (!allowed(instance, &CALL_FMUstate)) return fmi2Error;
     if (!state || !*state) return fmi2OK;
-    if (!instance->voice.callbacks.allocateMemory) free(*state);
-    else if (instance->voice.callbacks.freeMemory) instance->voice.callbacks.freeMemory(*state);
+    if (!instance->log.callbacks.allocateMemory) free(*state);
+    else if (instance->log.callbacks.freeMemory) instance->log.callbacks.freeMemory(*state);
     *state = NULL;
     return fmi2OK;
 }
 
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SerializedFMUstateSize)(fmi2Component component, fmi2FMUstate state, size_t *size) {
     Instance *instance = component;
-    if (!allowed(instance, &CALL_FMUstate) || !given(instance, &CALL_FMUstate, state, 1) ||
-        !given(instance, &CALL_FMUstate, size, 1))
+    if (!allowed(instance, &CALL_FMUstate) || !has_array(instance, &CALL_FMUstate, state, 1) ||
+        !has_array(instance, &CALL_FMUstate, size, 1))
         return fmi2Error;
     *size = sizeof(Saved);
     return fmi2OK;
@@ -57,11 +57,11 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SerializedFMUstateSize)(fmi2Component compo
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SerializeFMUstate)(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[],
                                                         size_t size) {
     Instance *instance = component;
-    if (!allowed(instance, &CALL_FMUstate) || !given(instance, &CALL_FMUstate, state, 1) ||
-        !given(instance, &CALL_FMUstate, bytes, 1))
+    if (!allowed(instance, &CALL_FMUstate) || !has_array(instance, &CALL_FMUstate, state, 1) ||
+        !has_array(instance, &CALL_FMUstate, bytes, 1))
         return fmi2Error;
     if (size < sizeof(Saved)) {
-        send(instance, fmi2Error, IN_FMI("SerializeFMUstate", "SerializeFMUState")
+        log_to_host(instance, fmi2Error, IN_FMI("SerializeFMUstate", "SerializeFMUState")
              ": expected room for %lu bytes, got %lu",
              (unsigned long)sizeof(Saved), (unsigned long)size);
         return fmi2Error;
@@ -71,8 +71,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SerializeFMUstate)(fmi2Component component,
 }
 
 /* Whether bytes from outside are a state that this FMU can be in. */
-static int usable(const Saved *saved) {
-    const Content *content = &saved->content;
+static int is_valid(const Saved *saved) {
+    const InstanceState *content = &saved->content;
     int cosimulation = content->kind == fmi2CoSimulation, phase = content->phase;
     if (memcmp(saved->guid, MODEL_GUID, sizeof MODEL_GUID) != 0) return 0;
     if (!cosimulation && content->kind != fmi2ModelExchange) return 0;
@@ -81,12 +81,12 @@ static int usable(const Saved *saved) {
         return 0;
     if (content->stale & ~STALE_ALL || content->status < fmi2OK || content->status > fmi2Discard) return 0;
     if (content->stops & ~1 || !all_finite(&content->start, 1) || !all_finite(&content->stop, 1)) return 0;
-    if (!all_finite(&content->next_discrete, 1) || !all_finite(content->remembered, N_INDICATORS + 1) ||
-        !all_finite(content->told, N_INDICATORS + 1))
+    if (!all_finite(&content->next_discrete, 1) || !all_finite(content->last_path_values, N_INDICATORS + 1) ||
+        !all_finite(content->path_from_speeds, N_INDICATORS + 1))
         return 0;
     if (!all_finite(&content->time, 1) || !all_finite(content->values, N_VALUES)) return 0;
     if (content->contact.known & ~1 || !all_finite(content->contact.at, N_CONTACT_POINT) ||
-        !all_finite(&content->contact.twist, 1) || !all_finite(content->contact.gives, N_CONTACT))
+        !all_finite(&content->contact.twist, 1) || !all_finite(content->contact.outputs, N_CONTACT))
         return 0;
     for (size_t k = 0; k < N_VALUES; k++)
         if (VARIABLES[k].access != RESULT &&
@@ -99,19 +99,19 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2DeSerializeFMUstate)(fmi2Component componen
                                                           fmi2FMUstate *state) {
     Instance *instance = component;
     Saved came;
-    if (!allowed(instance, &CALL_FMUstate) || !given(instance, &CALL_FMUstate, bytes, 1) ||
-        !given(instance, &CALL_FMUstate, state, 1))
+    if (!allowed(instance, &CALL_FMUstate) || !has_array(instance, &CALL_FMUstate, bytes, 1) ||
+        !has_array(instance, &CALL_FMUstate, state, 1))
         return fmi2Error;
     if (size == sizeof came) memcpy(&came, bytes, sizeof came);
-    if (size != sizeof came || !usable(&came)) {
-        send(instance, fmi2Error, IN_FMI("DeSerializeFMUstate", "DeserializeFMUState")
+    if (size != sizeof came || !is_valid(&came)) {
+        log_to_host(instance, fmi2Error, IN_FMI("DeSerializeFMUstate", "DeserializeFMUState")
              ": expected a state of this FMU, got %lu bytes that are none",
              (unsigned long)size);
         return fmi2Error;
     }
     if (!*state) *state = new_saved(instance);
     if (!*state) {
-        send(instance, fmi2Error, IN_FMI("DeSerializeFMUstate", "DeserializeFMUState") ": out of memory");
+        log_to_host(instance, fmi2Error, IN_FMI("DeSerializeFMUstate", "DeserializeFMUState") ": out of memory");
         return fmi2Error;
     }
     memcpy(*state, &came, sizeof came);

@@ -1,7 +1,7 @@
 /* Reading and writing variables (FMI 2.0.4, section 2.1.7). All variables are Real. */
 
 static fmi2Status no_variable(const Instance *instance, const Call *call, fmi2ValueReference reference) {
-    send(instance, fmi2Error, "%s: expected the value reference of a variable, %d to %d, got %u", call->name,
+    log_to_host(instance, fmi2Error, "%s: expected the value reference of a variable, %d to %d, got %u", call->name,
          (int)FIRST_REFERENCE, (int)(FIRST_REFERENCE + N_VALUES - 1), reference);
     return fmi2Error;
 }
@@ -10,23 +10,23 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetReal)(fmi2Component component, const fmi
                                               size_t count, fmi2Real values[]) {
     Instance *instance = component;
     int wanted = 0;
-    if (!allowed(instance, &CALL_GetReal) || !given(instance, &CALL_GetReal, references, count) ||
-        !given(instance, &CALL_GetReal, values, count))
+    if (!allowed(instance, &CALL_GetReal) || !has_array(instance, &CALL_GetReal, references, count) ||
+        !has_array(instance, &CALL_GetReal, values, count))
         return fmi2Error;
     for (size_t k = 0; k < count; k++) {
-        size_t place = place_of(references[k]);
+        size_t place = index_of(references[k]);
         if (place == N_VALUES) return no_variable(instance, &CALL_GetReal, references[k]);
         wanted |= VARIABLES[place].stale;
     }
     if (instance->now.stale & wanted && !refresh(instance, wanted)) {
         for (size_t k = 0; k < count; k++) {
-            size_t place = place_of(references[k]);
+            size_t place = index_of(references[k]);
             values[k] = VARIABLES[place].stale ? NAN : instance->now.values[place];
         }
-        send(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", CALL_GetReal.name);
+        log_to_host(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", CALL_GetReal.name);
         return fmi2Discard;
     }
-    for (size_t k = 0; k < count; k++) values[k] = instance->now.values[place_of(references[k])];
+    for (size_t k = 0; k < count; k++) values[k] = instance->now.values[index_of(references[k])];
     return fmi2OK;
 }
 
@@ -45,24 +45,24 @@ static const int SETTABLE[] = {
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetReal)(fmi2Component component, const fmi2ValueReference references[],
                                               size_t count, const fmi2Real values[]) {
     Instance *instance = component;
-    if (!allowed(instance, &CALL_SetReal) || !given(instance, &CALL_SetReal, references, count) ||
-        !given(instance, &CALL_SetReal, values, count))
+    if (!allowed(instance, &CALL_SetReal) || !has_array(instance, &CALL_SetReal, references, count) ||
+        !has_array(instance, &CALL_SetReal, values, count))
         return fmi2Error;
     for (size_t k = 0; k < count; k++) {
-        const Variable *variable = &VARIABLES[place_of(references[k]) % N_VALUES];
-        if (place_of(references[k]) == N_VALUES) return no_variable(instance, &CALL_SetReal, references[k]);
+        const Variable *variable = &VARIABLES[index_of(references[k]) % N_VALUES];
+        if (index_of(references[k]) == N_VALUES) return no_variable(instance, &CALL_SetReal, references[k]);
         if (!(SETTABLE[variable->access] & instance->now.phase)) {
-            send(instance, fmi2Error, "%s: %s cannot be set in this state (%s)", CALL_SetReal.name, variable->name,
+            log_to_host(instance, fmi2Error, "%s: %s cannot be set in this state (%s)", CALL_SetReal.name, variable->name,
                  phase_name(instance->now.phase));
             return fmi2Error;
         }
         if (!(values[k] >= variable->low && values[k] <= variable->high)) { /* true for NaN */
-            send(instance, fmi2Discard, "%s: expected a finite number from %g to %g [%s], got %g", variable->name,
+            log_to_host(instance, fmi2Discard, "%s: expected a finite number from %g to %g [%s], got %g", variable->name,
                  variable->low, variable->high, variable->unit, values[k]);
             return fmi2Discard;
         }
     }
-    for (size_t k = 0; k < count; k++) instance->now.values[place_of(references[k])] = values[k];
+    for (size_t k = 0; k < count; k++) instance->now.values[index_of(references[k])] = values[k];
     if (!count) return fmi2OK;
     /* Between two steps the outputs stay those of the last step (section 4.2.4). */
     if (instance->now.phase & (INSTANTIATED | INITIALISING)) instance->now.stale = STALE_ALL;
@@ -78,7 +78,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetReal)(fmi2Component component, const fmi
         (void)references;                                                                                        \
         (void)values;                                                                                            \
         if (component && !count) return fmi2OK;                                                                  \
-        if (component) send(component, fmi2Error, #function ": this FMU has Real variables only");               \
+        if (component) log_to_host(component, fmi2Error, #function ": this FMU has Real variables only");               \
         return fmi2Error;                                                                                        \
     }
 NO_VARIABLES(fmi2GetInteger, fmi2Integer)

@@ -4,26 +4,26 @@ typedef struct {
     fmi2Component core;
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback log;
-} Instance3;
+} Fmi3Instance;
 
-#define CORE(instance) ((instance) ? ((Instance3 *)(instance))->core : NULL)
+#define CORE(instance) ((instance) ? ((Fmi3Instance *)(instance))->core : NULL)
 
 /* A message of the core, which is finished and no format here. */
-static void pass_on(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
+static void forward_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
                     fmi2String message, ...) {
-    const Instance3 *instance = environment;
+    const Fmi3Instance *instance = environment;
     (void)name;
     if (instance->log) instance->log(instance->environment, (fmi3Status)status, category, message);
 }
 
-static void complain(fmi3Instance instance, const char *message) {
-    if (instance) send(CORE(instance), fmi2Error, "%s", message);
+static void log_error(fmi3Instance instance, const char *message) {
+    if (instance) log_to_host(CORE(instance), fmi2Error, "%s", message);
 }
 
 static fmi3Instance instantiate(fmi3String name, fmi3String token, fmi2Type kind, fmi3Boolean log,
                                 fmi3InstanceEnvironment environment, fmi3LogMessageCallback message) {
-    Instance3 *made = calloc(1, sizeof *made);
-    fmi2CallbackFunctions callbacks = {pass_on, NULL, NULL, NULL, NULL};
+    Fmi3Instance *made = calloc(1, sizeof *made);
+    fmi2CallbackFunctions callbacks = {forward_message, NULL, NULL, NULL, NULL};
     if (!made) return NULL;
     made->environment = environment;
     made->log = message;
@@ -88,12 +88,12 @@ FMI3_EXPORT fmi3Status FMI3_NAME(fmi3EnterInitializationMode)(fmi3Instance insta
     return (fmi3Status)(status == fmi2OK ? FMI2_NAME(fmi2EnterInitializationMode)(CORE(instance)) : status);
 }
 
-#define SAME_CALL(name)                                                      \
+#define FORWARD_CALL(name)                                                      \
     FMI3_EXPORT fmi3Status FMI3_NAME(fmi3##name)(fmi3Instance instance) {    \
         return (fmi3Status)FMI2_NAME(fmi2##name)(CORE(instance));            \
     }
-SAME_CALL(ExitInitializationMode)
-SAME_CALL(EnterEventMode)
-SAME_CALL(EnterContinuousTimeMode)
-SAME_CALL(Terminate)
-SAME_CALL(Reset)
+FORWARD_CALL(ExitInitializationMode)
+FORWARD_CALL(EnterEventMode)
+FORWARD_CALL(EnterContinuousTimeMode)
+FORWARD_CALL(Terminate)
+FORWARD_CALL(Reset)

@@ -1,35 +1,35 @@
 /* What this FMU has not, as its description says: clocks, structural parameters, adjoint derivatives, output
    derivatives, event mode in co-simulation. The functions must be there; each is refused. */
 
-#define ABSENT(name, ...)                                                              \
+#define UNSUPPORTED(name, ...)                                                              \
     FMI3_EXPORT fmi3Status FMI3_NAME(name)(fmi3Instance instance, ##__VA_ARGS__) {     \
-        complain(instance, #name ": this FMU has no use for the call");                \
+        log_error(instance, #name ": this FMU has no use for the call");                \
         return fmi3Error;                                                              \
     }
 
-ABSENT(fmi3EnterConfigurationMode)
-ABSENT(fmi3ExitConfigurationMode)
-ABSENT(fmi3EnterStepMode)
-ABSENT(fmi3EvaluateDiscreteStates)
-ABSENT(fmi3GetNumberOfVariableDependencies, fmi3ValueReference reference, size_t *count)
-ABSENT(fmi3GetVariableDependencies, fmi3ValueReference dependent, size_t elements[], fmi3ValueReference independents[],
+UNSUPPORTED(fmi3EnterConfigurationMode)
+UNSUPPORTED(fmi3ExitConfigurationMode)
+UNSUPPORTED(fmi3EnterStepMode)
+UNSUPPORTED(fmi3EvaluateDiscreteStates)
+UNSUPPORTED(fmi3GetNumberOfVariableDependencies, fmi3ValueReference reference, size_t *count)
+UNSUPPORTED(fmi3GetVariableDependencies, fmi3ValueReference dependent, size_t elements[], fmi3ValueReference independents[],
        size_t indices[], fmi3DependencyKind kinds[], size_t count)
-ABSENT(fmi3GetAdjointDerivative, const fmi3ValueReference unknowns[], size_t n_unknowns,
+UNSUPPORTED(fmi3GetAdjointDerivative, const fmi3ValueReference unknowns[], size_t n_unknowns,
        const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[], size_t n_seed,
        fmi3Float64 sensitivity[], size_t n_sensitivity)
-ABSENT(fmi3GetOutputDerivatives, const fmi3ValueReference references[], size_t count, const fmi3Int32 orders[],
+UNSUPPORTED(fmi3GetOutputDerivatives, const fmi3ValueReference references[], size_t count, const fmi3Int32 orders[],
        fmi3Float64 values[], size_t n_values)
-ABSENT(fmi3ActivateModelPartition, fmi3ValueReference clock, fmi3Float64 time)
-ABSENT(fmi3GetIntervalDecimal, const fmi3ValueReference references[], size_t count, fmi3Float64 intervals[],
+UNSUPPORTED(fmi3ActivateModelPartition, fmi3ValueReference clock, fmi3Float64 time)
+UNSUPPORTED(fmi3GetIntervalDecimal, const fmi3ValueReference references[], size_t count, fmi3Float64 intervals[],
        fmi3IntervalQualifier qualifiers[])
-ABSENT(fmi3GetIntervalFraction, const fmi3ValueReference references[], size_t count, fmi3UInt64 counters[],
+UNSUPPORTED(fmi3GetIntervalFraction, const fmi3ValueReference references[], size_t count, fmi3UInt64 counters[],
        fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
-ABSENT(fmi3GetShiftDecimal, const fmi3ValueReference references[], size_t count, fmi3Float64 shifts[])
-ABSENT(fmi3GetShiftFraction, const fmi3ValueReference references[], size_t count, fmi3UInt64 counters[],
+UNSUPPORTED(fmi3GetShiftDecimal, const fmi3ValueReference references[], size_t count, fmi3Float64 shifts[])
+UNSUPPORTED(fmi3GetShiftFraction, const fmi3ValueReference references[], size_t count, fmi3UInt64 counters[],
        fmi3UInt64 resolutions[])
-ABSENT(fmi3SetIntervalDecimal, const fmi3ValueReference references[], size_t count, const fmi3Float64 intervals[])
-ABSENT(fmi3SetIntervalFraction, const fmi3ValueReference references[], size_t count, const fmi3UInt64 counters[],
+UNSUPPORTED(fmi3SetIntervalDecimal, const fmi3ValueReference references[], size_t count, const fmi3Float64 intervals[])
+UNSUPPORTED(fmi3SetIntervalFraction, const fmi3ValueReference references[], size_t count, const fmi3UInt64 counters[],
        const fmi3UInt64 resolutions[])
-ABSENT(fmi3SetShiftDecimal, const fmi3ValueReference references[], size_t count, const fmi3Float64 shifts[])
-ABSENT(fmi3SetShiftFraction, const fmi3ValueReference references[], size_t count, const fmi3UInt64 counters[],
+UNSUPPORTED(fmi3SetShiftDecimal, const fmi3ValueReference references[], size_t count, const fmi3Float64 shifts[])
+UNSUPPORTED(fmi3SetShiftFraction, const fmi3ValueReference references[], size_t count, const fmi3UInt64 counters[],
        const fmi3UInt64 resolutions[])

@@ -3,9 +3,9 @@
 
 enum { TIME = FIRST_REFERENCE + N_VALUES + N_INDICATORS };
 
-static int as_many(fmi3Instance instance, size_t references, size_t values) {
+static int counts_match(fmi3Instance instance, size_t references, size_t values) {
     if (references == values) return 1;
-    complain(instance, "expected as many values as value references: all variables are scalar");
+    log_error(instance, "expected as many values as value references: all variables are scalar");
     return 0;
 }
 
@@ -13,7 +13,7 @@ FMI3_EXPORT fmi3Status FMI3_NAME(fmi3GetFloat64)(fmi3Instance instance, const fm
                                                  size_t count, fmi3Float64 values[], size_t n_values) {
     size_t first = 0; /* of a run without time */
     fmi2Status worst = fmi2OK;
-    if (!instance || !as_many(instance, count, n_values)) return fmi3Error;
+    if (!instance || !counts_match(instance, count, n_values)) return fmi3Error;
     for (size_t k = 0; references && values && k <= count; k++) {
         if (k < count && references[k] != TIME) continue;
         if (k > first) {
@@ -30,64 +30,64 @@ FMI3_EXPORT fmi3Status FMI3_NAME(fmi3GetFloat64)(fmi3Instance instance, const fm
 
 FMI3_EXPORT fmi3Status FMI3_NAME(fmi3SetFloat64)(fmi3Instance instance, const fmi3ValueReference references[],
                                                  size_t count, const fmi3Float64 values[], size_t n_values) {
-    if (!instance || !as_many(instance, count, n_values)) return fmi3Error;
+    if (!instance || !counts_match(instance, count, n_values)) return fmi3Error;
     return (fmi3Status)FMI2_NAME(fmi2SetReal)(CORE(instance), references, count, values);
 }
 
 /* There are no variables of these types: an empty list is fine, anything else an error. */
-#define NO_VARIABLES3(type)                                                                                          \
+#define NO_FMI3_VARIABLES(type)                                                                                          \
     FMI3_EXPORT fmi3Status FMI3_NAME(fmi3Get##type)(fmi3Instance instance, const fmi3ValueReference references[],    \
                                                     size_t count, fmi3##type values[], size_t n_values) {            \
         (void)references, (void)values, (void)n_values;                                                              \
-        return none_of(instance, count);                                                                             \
+        return reject_type(instance, count);                                                                             \
     }                                                                                                                \
     FMI3_EXPORT fmi3Status FMI3_NAME(fmi3Set##type)(fmi3Instance instance, const fmi3ValueReference references[],    \
                                                     size_t count, const fmi3##type values[], size_t n_values) {      \
         (void)references, (void)values, (void)n_values;                                                              \
-        return none_of(instance, count);                                                                             \
+        return reject_type(instance, count);                                                                             \
     }
 
-static fmi3Status none_of(fmi3Instance instance, size_t count) {
+static fmi3Status reject_type(fmi3Instance instance, size_t count) {
     if (instance && !count) return fmi3OK;
-    complain(instance, "this FMU has Float64 variables only");
+    log_error(instance, "this FMU has Float64 variables only");
     return fmi3Error;
 }
 
-NO_VARIABLES3(Float32)
-NO_VARIABLES3(Int8)
-NO_VARIABLES3(UInt8)
-NO_VARIABLES3(Int16)
-NO_VARIABLES3(UInt16)
-NO_VARIABLES3(Int32)
-NO_VARIABLES3(UInt32)
-NO_VARIABLES3(Int64)
-NO_VARIABLES3(UInt64)
-NO_VARIABLES3(Boolean)
-NO_VARIABLES3(String)
+NO_FMI3_VARIABLES(Float32)
+NO_FMI3_VARIABLES(Int8)
+NO_FMI3_VARIABLES(UInt8)
+NO_FMI3_VARIABLES(Int16)
+NO_FMI3_VARIABLES(UInt16)
+NO_FMI3_VARIABLES(Int32)
+NO_FMI3_VARIABLES(UInt32)
+NO_FMI3_VARIABLES(Int64)
+NO_FMI3_VARIABLES(UInt64)
+NO_FMI3_VARIABLES(Boolean)
+NO_FMI3_VARIABLES(String)
 
 FMI3_EXPORT fmi3Status FMI3_NAME(fmi3GetBinary)(fmi3Instance instance, const fmi3ValueReference references[],
                                                 size_t count, size_t sizes[], fmi3Binary values[], size_t n_values) {
     (void)references, (void)sizes, (void)values, (void)n_values;
-    return none_of(instance, count);
+    return reject_type(instance, count);
 }
 
 FMI3_EXPORT fmi3Status FMI3_NAME(fmi3SetBinary)(fmi3Instance instance, const fmi3ValueReference references[],
                                                 size_t count, const size_t sizes[], const fmi3Binary values[],
                                                 size_t n_values) {
     (void)references, (void)sizes, (void)values, (void)n_values;
-    return none_of(instance, count);
+    return reject_type(instance, count);
 }
 
 FMI3_EXPORT fmi3Status FMI3_NAME(fmi3GetClock)(fmi3Instance instance, const fmi3ValueReference references[],
                                                size_t count, fmi3Clock values[]) {
     (void)references, (void)values;
-    return none_of(instance, count);
+    return reject_type(instance, count);
 }
 
 FMI3_EXPORT fmi3Status FMI3_NAME(fmi3SetClock)(fmi3Instance instance, const fmi3ValueReference references[],
                                                size_t count, const fmi3Clock values[]) {
     (void)references, (void)values;
-    return none_of(instance, count);
+    return reject_type(instance, count);
 }
 
 FMI3_EXPORT fmi3Status FMI3_NAME(fmi3GetFMUState)(fmi3Instance instance, fmi3FMUState *state) {
@@ -119,7 +119,7 @@ FMI3_EXPORT fmi3Status FMI3_NAME(fmi3DeserializeFMUState)(fmi3Instance instance,
 FMI3_EXPORT fmi3Status FMI3_NAME(fmi3GetDirectionalDerivative)(
     fmi3Instance instance, const fmi3ValueReference unknowns[], size_t n_unknowns, const fmi3ValueReference knowns[],
     size_t n_knowns, const fmi3Float64 seed[], size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity) {
-    if (!instance || !as_many(instance, n_unknowns, n_sensitivity) || !as_many(instance, n_knowns, n_seed))
+    if (!instance || !counts_match(instance, n_unknowns, n_sensitivity) || !counts_match(instance, n_knowns, n_seed))
         return fmi3Error;
     return (fmi3Status)FMI2_NAME(fmi2GetDirectionalDerivative)(CORE(instance), unknowns, n_unknowns, knowns, n_knowns,
                                                                seed, sensitivity);

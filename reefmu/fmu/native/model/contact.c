@@ -11,14 +11,14 @@ typedef struct {
     int *integers; /* work space of the generated functions */
     double *work;
 #else
-    double shift, held[4];
+    double shift, clearance_weights[4];
     int column;
     int cell; /* of the lookup, and the side of the twist */
     double side, rows[4];
 #endif
 #if HAS_ELEMENT
-    double element_side, left, around[16];
-    int corner, element_cell; /* of the element's table */
+    double element_side, remaining, element_weights[16];
+    int element_offset, element_cell; /* of the element's table */
     double element_rows[4];
 #endif
 } Slice;
@@ -29,44 +29,44 @@ static const Axis ELEMENT_SHIFT = {ELEMENT_CLEARANCE_START, 1.0 / ELEMENT_CLEARA
 static const Axis ELEMENT_PLACE = {ELEMENT_POSITION_START, 1.0 / ELEMENT_POSITION_STEP, ELEMENT_POSITION_CELLS};
 
 /* The missing element's angle to the eccentric, -pi to pi, its side, and how much of the element is left there. */
-static double beta_of(double position, double *side, double *left) {
-    static const double turn = 6.283185307179586476925;
-    double beta = position - turn * floor(position / turn + 0.5), inside;
+static double element_angle(double position, double *side, double *remaining) {
+    static const double revolution = 6.283185307179586476925;
+    double beta = position - revolution * floor(position / revolution + 0.5), inside;
     *side = beta < 0.0 ? -1.0 : 1.0;
     inside = (ELEMENT_LIMIT - fabs(beta)) / (2.0 * ELEMENT_EDGE) + 0.5;
-    *left = clipped(inside);
+    *remaining = clipped(inside);
     return fmin(fabs(beta), ELEMENT_LIMIT + ELEMENT_EDGE);
 }
 
-static void cut_element(Slice *slice, const double *q) {
-    double g, h, across[4], along[4], beta = beta_of(q[POSITION], &slice->element_side, &slice->left);
+static void slice_element_table(Slice *slice, const double *q) {
+    double g, h, across[4], along[4], beta = element_angle(q[POSITION], &slice->element_side, &slice->remaining);
     int column, layer;
     slice->element_cell = -1;
-    if (slice->coefficients[MISSING] == 0.0 || slice->left == 0.0) return;
+    if (slice->coefficients[MISSING] == 0.0 || slice->remaining == 0.0) return;
     column = cell_of(ELEMENT_SHIFT, q[CLEARANCE], &g), layer = cell_of(ELEMENT_PLACE, beta, &h);
     cubic(clipped(g), across);
     cubic(h, along);
-    slice->corner = column * ELEMENT_LAYERS + layer;
+    slice->element_offset = column * ELEMENT_LAYERS + layer;
     for (int b = 0; b < 4; b++)
-        for (int d = 0; d < 4; d++) slice->around[4 * b + d] = across[b] * along[d];
+        for (int d = 0; d < 4; d++) slice->element_weights[4 * b + d] = across[b] * along[d];
 }
 
 /* Takes the missing share of the element's torque and stiffness away. */
-static void take_element(Slice *slice, double twist, double *torque, double *stiffness) {
-    double f, w[4], s[4], lost = slice->coefficients[MISSING] * slice->left;
+static void subtract_missing_element(Slice *slice, double twist, double *torque, double *stiffness) {
+    double f, w[4], s[4], lost = slice->coefficients[MISSING] * slice->remaining;
     int cell;
     if (lost == 0.0) return;
     cell = cell_of(ELEMENT_TWIST, slice->element_side * twist, &f);
     if (cell != slice->element_cell) {
         for (int a = 0; a < 4; a++) {
-            const double *from = slice->tables->element + (cell + a) * ELEMENT_COLUMNS * ELEMENT_LAYERS + slice->corner;
+            const double *from = slice->tables->element + (cell + a) * ELEMENT_COLUMNS * ELEMENT_LAYERS + slice->element_offset;
             double sum = 0.0;
-            for (int b = 0; b < 4; b++) sum += dot(slice->around + 4 * b, from + b * ELEMENT_LAYERS);
+            for (int b = 0; b < 4; b++) sum += dot(slice->element_weights + 4 * b, from + b * ELEMENT_LAYERS);
             slice->element_rows[a] = sum;
         }
         slice->element_cell = cell;
     }
-    going_on(f, w, s);
+    cubic_extrapolated(f, w, s);
     *torque -= lost * slice->element_side * dot(w, slice->element_rows);
     *stiffness -= lost * dot(s, slice->element_rows) * (1.0 / ELEMENT_TWIST_STEP);
 }
@@ -78,7 +78,7 @@ static const Axis SHIFT = {LOOKUP_CLEARANCE_START, 1.0 / LOOKUP_CLEARANCE_STEP, 
 #endif
 
 /* For one instance between two changes of its parameters: a slice that is cut there already stays. */
-static void cut(Slice *slice, const Tables *tables, const double *coefficients, const double *q) {
+static void update_slice(Slice *slice, const Tables *tables, const double *coefficients, const double *q) {
 #if IS_INDIVIDUAL
     slice->at[ANGLE] = q[ANGLE];
 #endif
@@ -87,38 +87,38 @@ static void cut(Slice *slice, const Tables *tables, const double *coefficients, 
     slice->at[CLEARANCE] = q[CLEARANCE], slice->at[POSITION] = q[POSITION];
 #if !IS_INDIVIDUAL
     slice->column = cell_of(SHIFT, q[CLEARANCE], &slice->shift);
-    cubic(clipped(slice->shift), slice->held);
+    cubic(clipped(slice->shift), slice->clearance_weights);
     slice->cell = -1, slice->side = 0.0;
 #endif
 #if HAS_ELEMENT
-    cut_element(slice, q);
+    slice_element_table(slice, q);
 #endif
 }
 
 #if IS_INDIVIDUAL
 /* Runs a generated function of the parts at a twist. Beyond this angle, rad, it is lost which element stands where. */
-static void of_parts(int (*function)(const double **, double **, int *, double *, int), const Slice *slice,
+static void evaluate_individual(int (*function)(const double **, double **, int *, double *, int), const Slice *slice,
                      double twist, const double *along, double *result) {
-    static const double farthest = 1e12;
+    static const double max_angle = 1e12;
     double point[3] = {twist, slice->at[CLEARANCE], slice->at[ANGLE]};
     const double *arguments[N_ARGUMENTS] = {point, along};
     double *results[N_RESULTS] = {result};
-    if (fabs(slice->at[ANGLE]) < farthest) function(arguments, results, slice->integers, slice->work, 0);
+    if (fabs(slice->at[ANGLE]) < max_angle) function(arguments, results, slice->integers, slice->work, 0);
     else for (int k = 0; k < N_CONTACT; k++) result[k] = NAN;
 }
 
 /* The contacts at a twist of their own: torque and stiffness, and all that the parts themselves give. */
-typedef struct { double torque, stiffness, own[N_CONTACT]; } Turned;
+typedef struct { double torque, stiffness, own[N_CONTACT]; } AtTwist;
 
-static Turned unscaled(Slice *slice, double twist) {
-    Turned at;
-    of_parts(individual_contacts, slice, twist, NULL, at.own);
+static AtTwist tabulated(Slice *slice, double twist) {
+    AtTwist at;
+    evaluate_individual(individual_contacts, slice, twist, NULL, at.own);
     at.torque = at.own[TORQUE], at.stiffness = at.own[STIFFNESS];
     return at;
 }
 
 /* Force, load share and whether the point is in range. */
-static void rest(const Slice *slice, const Turned *at, double *c) {
+static void remaining_outputs(const Slice *slice, const AtTwist *at, double *c) {
     (void)slice;
     c[MAX_CONTACT_FORCE] = at->own[MAX_CONTACT_FORCE], c[LOAD_SHARE] = at->own[LOAD_SHARE];
     c[IN_RANGE] = at->own[IN_RANGE];
@@ -126,14 +126,14 @@ static void rest(const Slice *slice, const Turned *at, double *c) {
 #else
 /* Coefficients along the twist of one quantity. */
 static inline double row_of(const Slice *slice, int quantity, int row) {
-    return dot(slice->held, slice->tables->lookup + (quantity * LOOKUP_ROWS + row) * LOOKUP_COLUMNS + slice->column);
+    return dot(slice->clearance_weights, slice->tables->lookup + (quantity * LOOKUP_ROWS + row) * LOOKUP_COLUMNS + slice->column);
 }
 
 /* The contacts at a twist of their own: torque and stiffness, and coordinate and weights in slice->cell. */
-typedef struct { double torque, stiffness, f, w[4]; } Turned;
+typedef struct { double torque, stiffness, f, w[4]; } AtTwist;
 
-static Turned unscaled(Slice *slice, double twist) {
-    Turned at;
+static AtTwist tabulated(Slice *slice, double twist) {
+    AtTwist at;
     double side = twist < 0.0 ? -1.0 : 1.0, band = side * slice->coefficients[BAND], s[4];
     int cell = cell_of(TWIST, side * twist, &at.f);
     if (cell != slice->cell || side != slice->side) {
@@ -145,14 +145,14 @@ static Turned unscaled(Slice *slice, double twist) {
         }
         slice->cell = cell, slice->side = side;
     }
-    going_on(at.f, at.w, s);
+    cubic_extrapolated(at.f, at.w, s);
     at.torque = side * dot(at.w, slice->rows);
     at.stiffness = dot(s, slice->rows) * (1.0 / LOOKUP_TWIST_STEP);
     return at;
 }
 
 /* Force, load share and whether the point is in range. */
-static void rest(const Slice *slice, const Turned *at, double *c) {
+static void remaining_outputs(const Slice *slice, const AtTwist *at, double *c) {
     double rows[4];
     for (int a = 0; a < 4; a++) rows[a] = row_of(slice, TABLE_MAX_CONTACT_FORCE, slice->cell + a);
     c[MAX_CONTACT_FORCE] = dot(at->w, rows);
@@ -163,10 +163,10 @@ static void rest(const Slice *slice, const Turned *at, double *c) {
 #endif
 
 /* The same without what is missing and with the modulus of the parameters. */
-static Turned turn(Slice *slice, double twist) {
-    Turned at = unscaled(slice, twist);
+static AtTwist contacts_at_twist(Slice *slice, double twist) {
+    AtTwist at = tabulated(slice, twist);
 #if HAS_ELEMENT
-    take_element(slice, twist, &at.torque, &at.stiffness);
+    subtract_missing_element(slice, twist, &at.torque, &at.stiffness);
 #endif
     at.torque *= slice->coefficients[SCALE], at.stiffness *= slice->coefficients[SCALE];
     return at;
@@ -174,10 +174,10 @@ static Turned turn(Slice *slice, double twist) {
 
 /* The twist of the contacts at which they and the compliance in series make up the target, from `twist` on; whether
    it was found. */
-static int settle(Slice *slice, double target, double *twist) {
+static int solve_series_twist(Slice *slice, double target, double *twist) {
     double step, compliance = slice->coefficients[COMPLIANCE];
     for (int k = 0; k < NEWTON_STEPS; k++) {
-        Turned at = turn(slice, *twist);
+        AtTwist at = contacts_at_twist(slice, *twist);
         step = (target - *twist - compliance * at.torque) / (1.0 + compliance * at.stiffness);
         *twist += step;
         if (fabs(step) <= NEWTON_TOLERANCE) return 1;
@@ -186,24 +186,24 @@ static int settle(Slice *slice, double target, double *twist) {
 }
 
 /* `contact` at q; where it is known from a point before, the search starts there. */
-static void touch(Slice *slice, const double *q, Contact *contact) {
-    double compliance = slice->coefficients[COMPLIANCE], twist = q[TARGET], *c = contact->gives;
-    Turned at;
+static void solve_contacts(Slice *slice, const double *q, Contact *contact) {
+    double compliance = slice->coefficients[COMPLIANCE], twist = q[TARGET], *c = contact->outputs;
+    AtTwist at;
     if (compliance != 0.0) {
         if (contact->known)
             twist = contact->twist + (twist - contact->at[TARGET]) * (1.0 - compliance * c[STIFFNESS]);
-        if (!settle(slice, q[TARGET], &twist) && contact->known) {
+        if (!solve_series_twist(slice, q[TARGET], &twist) && contact->known) {
             twist = q[TARGET];
-            settle(slice, q[TARGET], &twist);
+            solve_series_twist(slice, q[TARGET], &twist);
         }
     }
-    at = turn(slice, twist);
+    at = contacts_at_twist(slice, twist);
     c[TORQUE] = at.torque, c[STIFFNESS] = at.stiffness;
     if (compliance != 0.0) {
         c[STIFFNESS] /= 1.0 + compliance * at.stiffness;
         c[TORQUE] -= c[STIFFNESS] * (twist + compliance * at.torque - q[TARGET]);
     }
-    rest(slice, &at, c);
+    remaining_outputs(slice, &at, c);
     c[MAX_CONTACT_FORCE] *= slice->coefficients[SCALE];
     memcpy(contact->at, q, sizeof contact->at);
     memcpy(contact->coefficients, slice->coefficients, sizeof contact->coefficients);

@@ -15,8 +15,8 @@ static double over_cell(const double *from, int stride, const double *rows, cons
 /* Weights, slopes and curvatures along the twist: per radian; and weights and slopes along the clearance. */
 typedef struct { double twist[3][4], shift[2][4]; } Weights;
 
-static void weigh(Weights *weights, double f, double g, double twist_step, double shift_step) {
-    going_on(f, weights->twist[0], weights->twist[1]);
+static void set_weights(Weights *weights, double f, double g, double twist_step, double shift_step) {
+    cubic_extrapolated(f, weights->twist[0], weights->twist[1]);
     cubic_curvatures(clipped(f), weights->twist[2]);
     cubic(clipped(g), weights->shift[0]);
     cubic_slopes(clipped(g), weights->shift[1]);
@@ -49,14 +49,14 @@ static void add(Slopes *to, Slopes slopes, double factor) {
 
 #if HAS_ELEMENT
 static Slopes element_slopes(const Slice *slice, const double *q, double twist) {
-    double f, g, h, side, left, beta = beta_of(q[POSITION], &side, &left), place[2][4], fades, value, by_t;
+    double f, g, h, side, remaining, beta = element_angle(q[POSITION], &side, &remaining), place[2][4], fades, value, by_t;
     int row = cell_of(ELEMENT_TWIST, side * twist, &f), column = cell_of(ELEMENT_SHIFT, q[CLEARANCE], &g);
     int layer = cell_of(ELEMENT_PLACE, beta, &h);
     const double *from = slice->tables->element + (row * ELEMENT_COLUMNS + column) * ELEMENT_LAYERS + layer;
     Weights w;
     double sum[3][2][2] = {{{0}}}; /* by orders of derivative along twist, clearance, position */
     Slopes slopes = {0};
-    weigh(&w, f, g, ELEMENT_TWIST_STEP, ELEMENT_CLEARANCE_STEP);
+    set_weights(&w, f, g, ELEMENT_TWIST_STEP, ELEMENT_CLEARANCE_STEP);
     cubic(h, place[0]);
     cubic_slopes(h, place[1]);
     for (int a = 0; a < 4; a++)
@@ -65,41 +65,41 @@ static Slopes element_slopes(const Slice *slice, const double *q, double twist) 
                 for (int p = 0; p < 2; p++)
                     sum[t][c][p] += w.twist[t][a] * over_cell(from + a * ELEMENT_COLUMNS * ELEMENT_LAYERS,
                                                               ELEMENT_LAYERS, w.shift[c], place[p]);
-    fades = left > 0.0 && left < 1.0 ? -1.0 / (2.0 * ELEMENT_EDGE) : 0.0;
+    fades = remaining > 0.0 && remaining < 1.0 ? -1.0 / (2.0 * ELEMENT_EDGE) : 0.0;
     value = sum[0][0][0], by_t = sum[1][0][0];
-    slopes.value = side * left * value;
-    slopes.by_t = left * by_t;
-    slopes.by_c = side * left * sum[0][1][0];
-    slopes.by_p = left * sum[0][0][1] / ELEMENT_POSITION_STEP + fades * value;
-    slopes.by_tt = side * left * sum[2][0][0];
-    slopes.by_tc = left * sum[1][1][0];
-    slopes.by_tp = side * (left * sum[1][0][1] / ELEMENT_POSITION_STEP + fades * by_t);
+    slopes.value = side * remaining * value;
+    slopes.by_t = remaining * by_t;
+    slopes.by_c = side * remaining * sum[0][1][0];
+    slopes.by_p = remaining * sum[0][0][1] / ELEMENT_POSITION_STEP + fades * value;
+    slopes.by_tt = side * remaining * sum[2][0][0];
+    slopes.by_tc = remaining * sum[1][1][0];
+    slopes.by_tp = side * (remaining * sum[1][0][1] / ELEMENT_POSITION_STEP + fades * by_t);
     return slopes;
 }
 #endif
 
 /* Change of contact->gives for a change of the contact point and of the coefficients. */
-static void touch_change(const Slice *at, const Contact *contact, const double *dq, const double *dr, double *change) {
+static void contact_jvp(const Slice *at, const Contact *contact, const double *dq, const double *dr, double *change) {
     Slice slice = *at;
-    Turned at_twist;
+    AtTwist at_twist;
     const double *coefficients = at->coefficients;
     Slopes torque = {0}, by_coefficients = {0}; /* the latter: by the coefficients, at this twist */
-    double value, slope, softer, moved, scale = coefficients[SCALE], compliance = coefficients[COMPLIANCE];
-    double rescaled = dr[SCALE] / scale;
+    double value, slope, series_factor, twist_change, scale = coefficients[SCALE], compliance = coefficients[COMPLIANCE];
+    double relative_scale_change = dr[SCALE] / scale;
 #if IS_INDIVIDUAL
     /* What the parts give changes by clearance and angle, and by a radian of twist. */
-    double still[N_CONTACT], turned[N_CONTACT], there[3] = {0.0, dq[CLEARANCE], dq[ANGLE]}, once[3] = {1.0, 0.0, 0.0};
-    at_twist = turn(&slice, contact->twist);
-    of_parts(individual_jvp, &slice, contact->twist, there, still);
-    of_parts(individual_jvp, &slice, contact->twist, once, turned);
-    torque.by_t = turned[TORQUE], torque.by_tt = turned[STIFFNESS];
+    double at_fixed_twist[N_CONTACT], per_twist[N_CONTACT], along_point[3] = {0.0, dq[CLEARANCE], dq[ANGLE]}, along_twist[3] = {1.0, 0.0, 0.0};
+    at_twist = contacts_at_twist(&slice, contact->twist);
+    evaluate_individual(individual_jvp, &slice, contact->twist, along_point, at_fixed_twist);
+    evaluate_individual(individual_jvp, &slice, contact->twist, along_twist, per_twist);
+    torque.by_t = per_twist[TORQUE], torque.by_tt = per_twist[STIFFNESS];
 #else
     Weights w;
     Slopes blend = {0}, force, share;
     double side, band;
-    at_twist = turn(&slice, contact->twist);
+    at_twist = contacts_at_twist(&slice, contact->twist);
     side = slice.side, band = side * coefficients[BAND];
-    weigh(&w, at_twist.f, slice.shift, LOOKUP_TWIST_STEP, LOOKUP_CLEARANCE_STEP);
+    set_weights(&w, at_twist.f, slice.shift, LOOKUP_TWIST_STEP, LOOKUP_CLEARANCE_STEP);
     add(&blend, lookup_slopes(&slice, &w, TABLE_TORQUE_MEAN), 1.0 - fabs(band));
     if (band != 0.0) add(&blend, lookup_slopes(&slice, &w, band > 0.0 ? TABLE_TORQUE_P90 : TABLE_TORQUE_P10), fabs(band));
     if (dr[BAND] != 0.0) { /* on the mean itself between its two slopes, as in the model */
@@ -119,28 +119,28 @@ static void touch_change(const Slice *at, const Contact *contact, const double *
         add(&torque, element_slopes(&slice, contact->at, contact->twist), -coefficients[MISSING]);
     if (dr[MISSING] != 0.0) add(&by_coefficients, element_slopes(&slice, contact->at, contact->twist), -dr[MISSING]);
 #endif
-    softer = 1.0 / (1.0 + compliance * at_twist.stiffness);
+    series_factor = 1.0 / (1.0 + compliance * at_twist.stiffness);
     /* Of torque and stiffness with the twist of the contacts held. */
     value = scale * (torque.by_c * dq[CLEARANCE] + torque.by_p * dq[POSITION] + by_coefficients.value) +
-            rescaled * at_twist.torque;
+            relative_scale_change * at_twist.torque;
     slope = scale * (torque.by_tc * dq[CLEARANCE] + torque.by_tp * dq[POSITION] + by_coefficients.by_t) +
-            rescaled * at_twist.stiffness;
+            relative_scale_change * at_twist.stiffness;
 #if IS_INDIVIDUAL
-    value += scale * still[TORQUE];
-    slope += scale * still[STIFFNESS];
+    value += scale * at_fixed_twist[TORQUE];
+    slope += scale * at_fixed_twist[STIFFNESS];
 #endif
-    moved = (dq[TARGET] - compliance * value - dr[COMPLIANCE] * at_twist.torque) * softer;
-    change[TORQUE] = scale * torque.by_t * moved + value;
-    change[STIFFNESS] = softer * softer * (scale * torque.by_tt * moved + slope -
+    twist_change = (dq[TARGET] - compliance * value - dr[COMPLIANCE] * at_twist.torque) * series_factor;
+    change[TORQUE] = scale * torque.by_t * twist_change + value;
+    change[STIFFNESS] = series_factor * series_factor * (scale * torque.by_tt * twist_change + slope -
                                            at_twist.stiffness * at_twist.stiffness * dr[COMPLIANCE]);
 #if IS_INDIVIDUAL
-    change[MAX_CONTACT_FORCE] = scale * (turned[MAX_CONTACT_FORCE] * moved + still[MAX_CONTACT_FORCE]);
-    change[LOAD_SHARE] = turned[LOAD_SHARE] * moved + still[LOAD_SHARE];
+    change[MAX_CONTACT_FORCE] = scale * (per_twist[MAX_CONTACT_FORCE] * twist_change + at_fixed_twist[MAX_CONTACT_FORCE]);
+    change[LOAD_SHARE] = per_twist[LOAD_SHARE] * twist_change + at_fixed_twist[LOAD_SHARE];
 #else
     force = lookup_slopes(&slice, &w, TABLE_MAX_CONTACT_FORCE), share = lookup_slopes(&slice, &w, TABLE_LOAD_SHARE);
-    change[MAX_CONTACT_FORCE] = scale * (side * force.by_t * moved + force.by_c * dq[CLEARANCE]);
-    change[LOAD_SHARE] = side * share.by_t * moved + share.by_c * dq[CLEARANCE];
+    change[MAX_CONTACT_FORCE] = scale * (side * force.by_t * twist_change + force.by_c * dq[CLEARANCE]);
+    change[LOAD_SHARE] = side * share.by_t * twist_change + share.by_c * dq[CLEARANCE];
 #endif
-    change[MAX_CONTACT_FORCE] += rescaled * contact->gives[MAX_CONTACT_FORCE];
+    change[MAX_CONTACT_FORCE] += relative_scale_change * contact->outputs[MAX_CONTACT_FORCE];
     change[IN_RANGE] = 0.0;
 }

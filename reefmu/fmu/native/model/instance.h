@@ -32,7 +32,7 @@ typedef struct {
     int known;
     double at[N_CONTACT_POINT], coefficients[N_COEFFICIENTS];
     double twist; /* of the contacts alone */
-    double gives[N_CONTACT];
+    double outputs[N_CONTACT];
 } Contact;
 
 /* All that changes: what a saved FMU state holds. */
@@ -46,16 +46,16 @@ typedef struct {
     double stop;
     double next_discrete; /* of the discrete output, which changes at events only */
     double values[N_VALUES]; /* by value reference: inputs, outputs, parameters, states, derivatives */
-    double remembered[N_INDICATORS + 1], told[N_INDICATORS + 1]; /* of angles, see fmi2_model_exchange.c */
+    double last_path_values[N_INDICATORS + 1], path_from_speeds[N_INDICATORS + 1]; /* of angles, see fmi2_model_exchange.c */
     Contact contact; /* of the last step: where the next one starts to search */
-} Content;
+} InstanceState;
 
 /* The way to the host. */
 typedef struct {
     fmi2CallbackFunctions callbacks;
     const char *name;
-    int log; /* categories that are sent */
-} Voice;
+    int categories; /* categories that are sent */
+} HostLog;
 
 /* The lookup by quantity, twist and clearance; the missing element by twist, clearance and position. */
 typedef struct {
@@ -70,11 +70,11 @@ typedef struct {
 } Tables;
 
 typedef struct {
-    Content now;
-    Voice voice;
+    InstanceState now;
+    HostLog log;
     /* The coefficients and the parameters that they were computed from. */
     int coefficients_known;
-    double coefficients_for[N_PARAMETERS + 1], coefficients[N_COEFFICIENTS], longest;
+    double coefficient_parameters[N_PARAMETERS + 1], coefficients[N_COEFFICIENTS], max_step;
     /* Work space. */
     int integers[N_INTEGERS];
     double next_states[2][N_STATES + 1]; /* two in turn: a generated function may not read where it writes */

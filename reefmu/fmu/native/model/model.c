@@ -20,28 +20,28 @@ static int all_finite(const double *values, size_t count) {
 /* Where the drive stands: states, and what follows from them and the inputs. */
 typedef struct {
     const double *x, *u, *p;
-    int turn; /* which of instance->next_states was written last */
+    int buffer; /* which of instance->next_states was written last */
     double k[2];
     Slice slice;
     Contact contact;
-} Place;
+} Evaluation;
 
-static void place_at(Instance *instance, Place *place, const double *x) {
+static void begin_evaluation(Instance *instance, Evaluation *at, const double *x) {
     double *v = instance->now.values;
-    place->x = x, place->u = v + AT_INPUTS, place->p = v + AT_PARAMETERS;
-    place->turn = 0;
-    place->slice.tables = NULL;
+    at->x = x, at->u = v + AT_INPUTS, at->p = v + AT_PARAMETERS;
+    at->buffer = 0;
+    at->slice.tables = NULL;
 #if IS_INDIVIDUAL
-    place->slice.integers = instance->integers, place->slice.work = instance->work;
+    at->slice.integers = instance->integers, at->slice.work = instance->work;
 #endif
-    place->contact.known = 0;
-    RUN(kinematics, place->k, x, place->u, place->p);
+    at->contact.known = 0;
+    RUN(kinematics, at->k, x, at->u, at->p);
 }
 
 /* Room for the next states: a generated function may not read where it writes. */
-static double *next_states(Instance *instance, Place *place) {
-    place->turn = !place->turn;
-    return instance->next_states[place->turn];
+static double *next_states(Instance *instance, Evaluation *at) {
+    at->buffer = !at->buffer;
+    return instance->next_states[at->buffer];
 }
 
 static int same(const double *a, const double *b, size_t count) {
@@ -51,85 +51,85 @@ static int same(const double *a, const double *b, size_t count) {
 }
 
 /* What the contacts give, unless that is known already. */
-static const double *contacts(Instance *instance, Place *place) {
+static const double *evaluate_contacts(Instance *instance, Evaluation *at) {
     double q[N_CONTACT_POINT];
-    RUN(contact_point, q, place->x, place->u, place->k, place->p);
-    cut(&place->slice, &instance->tables, instance->coefficients, q);
-    if (!place->contact.known || !same(q, place->contact.at, N_CONTACT_POINT) ||
-        !same(instance->coefficients, place->contact.coefficients, N_COEFFICIENTS))
-        touch(&place->slice, q, &place->contact);
-    return place->contact.gives;
+    RUN(contact_point, q, at->x, at->u, at->k, at->p);
+    update_slice(&at->slice, &instance->tables, instance->coefficients, q);
+    if (!at->contact.known || !same(q, at->contact.at, N_CONTACT_POINT) ||
+        !same(instance->coefficients, at->contact.coefficients, N_COEFFICIENTS))
+        solve_contacts(&at->slice, q, &at->contact);
+    return at->contact.outputs;
 }
 
 /* States after dt with the inputs held. */
-static void drift(Instance *instance, Place *place, double dt) {
+static void apply_drift(Instance *instance, Evaluation *at, double dt) {
     double *x;
-    (void)instance, (void)place, (void)dt, (void)x;
+    (void)instance, (void)at, (void)dt, (void)x;
 #if IS_JOINT
-    x = next_states(instance, place);
-    RUN(coast, x, place->x, &dt);
-    place->x = x;
-    RUN(kinematics, place->k, x, place->u, place->p);
+    x = next_states(instance, at);
+    RUN(drift_angles, x, at->x, &dt);
+    at->x = x;
+    RUN(kinematics, at->k, x, at->u, at->p);
 #endif
 #if HAS_ANGLE_STATES
-    x = next_states(instance, place);
-    RUN(advance_angles, x, place->x, place->u, place->k, place->p);
-    place->x = x;
+    x = next_states(instance, at);
+    RUN(advance_angles, x, at->x, at->u, at->k, at->p);
+    at->x = x;
 #endif
 #if HAS_TIME_STATES
-    x = next_states(instance, place);
-    RUN(advance_time, x, place->x, place->u, place->k, &dt, place->p,
-        TIME_STATES_NEED_TORQUE ? contacts(instance, place) : NULL);
-    place->x = x;
+    x = next_states(instance, at);
+    RUN(advance_time, x, at->x, at->u, at->k, &dt, at->p,
+        TIME_STATES_NEED_TORQUE ? evaluate_contacts(instance, at) : NULL);
+    at->x = x;
 #endif
 }
 
 #if IS_JOINT
-static void push(Instance *instance, Place *place, double dt, double gradient) {
-    const double *gives = contacts(instance, place);
-    double *x = next_states(instance, place);
-    RUN(kick, x, place->x, place->u, &dt, &gradient, place->k, place->p, gives);
-    place->x = x;
+static void apply_kick(Instance *instance, Evaluation *at, double dt, double gradient) {
+    const double *contact_outputs = evaluate_contacts(instance, at);
+    double *x = next_states(instance, at);
+    RUN(kick, x, at->x, at->u, &dt, &gradient, at->k, at->p, contact_outputs);
+    at->x = x;
 }
 
 /* One part of a step: see joint_component.py. */
-static void part_of_step(Instance *instance, Place *place, double h) {
-    push(instance, place, h / 6.0, 0.0);
-    drift(instance, place, h / 2.0);
-    push(instance, place, 2.0 * h / 3.0, h * h / 24.0);
-    drift(instance, place, h / 2.0);
-    push(instance, place, h / 6.0, 0.0);
+static void substep(Instance *instance, Evaluation *at, double h) {
+    apply_kick(instance, at, h / 6.0, 0.0);
+    apply_drift(instance, at, h / 2.0);
+    apply_kick(instance, at, 2.0 * h / 3.0, h * h / 24.0);
+    apply_drift(instance, at, h / 2.0);
+    apply_kick(instance, at, h / 6.0, 0.0);
 }
 #endif
 
 /* Change of outputs and rates for a change of inputs, states and parameters, at a place. */
-static void directional(Instance *instance, Place *place, const double *direction, double *result) {
+static void evaluate_jvp(Instance *instance, Evaluation *at, const double *direction, double *result) {
     double dq[N_CONTACT_POINT], dr[N_COEFFICIENTS], dc[N_CONTACT];
-    const double *gives = contacts(instance, place);
-    RUN(contact_point_jvp, dq, place->x, place->u, place->p, direction);
-    RUN(coefficients_jvp, dr, place->p, direction);
-    touch_change(&place->slice, &place->contact, dq, dr, dc);
-    RUN(result_jvp, result, place->x, place->u, place->p, direction, gives, dc);
+    const double *contact_outputs = evaluate_contacts(instance, at);
+    RUN(contact_point_jvp, dq, at->x, at->u, at->p, direction);
+    RUN(coefficients_jvp, dr, at->p, direction);
+    contact_jvp(&at->slice, &at->contact, dq, dr, dc);
+    RUN(result_jvp, result, at->x, at->u, at->p, direction, contact_outputs, dc);
 }
 
 #if IS_JOINT
 /* The longest part of a step: how much the states add to the steepest spring as they follow the motion. */
-static void find_pace(Instance *instance) {
+static void update_max_step(Instance *instance) {
     double probes[2 * N_STATES], rates[N_STATES], change_of[N_UNKNOWNS], direction[N_KNOWNS] = {0.0}, added = 0.0;
     const double *p = instance->now.values + AT_PARAMETERS;
-    RUN(probe, probes, p);
+    RUN(probe_states, probes, p);
     for (int k = 0; k < 2; k++) {
-        Place place;
-        place_at(instance, &place, probes + k * N_STATES);
-        RUN(rate, rates, place.x, place.u, place.k, place.p, contacts(instance, &place));
+        Evaluation at;
+        begin_evaluation(instance, &at, probes + k * N_STATES);
+        RUN(rate, rates, at.x, at.u, at.k, at.p, evaluate_contacts(instance, &at));
         for (int state = N_MOTION; state < N_STATES; state++) {
             direction[N_INPUTS + state] = 1.0;
-            directional(instance, &place, direction, change_of);
+            evaluate_jvp(instance, &at, direction, change_of);
             direction[N_INPUTS + state] = 0.0;
             added += 2.0 * fabs(change_of[TORQUE_OUTPUT] * rates[state]);
         }
     }
-    RUN(pace, &instance->longest, p, &added);
+    RUN(max_step, &instance->max_step, p, &added);
 }
 #endif
 
@@ -137,32 +137,32 @@ static void find_pace(Instance *instance) {
 static void update_coefficients(Instance *instance) {
     const double *p = instance->now.values + AT_PARAMETERS;
     if (!instance->coefficients_known) unpack_tables(&instance->tables);
-    else if (memcmp(p, instance->coefficients_for, N_PARAMETERS * sizeof(double)) == 0) return;
-    memcpy(instance->coefficients_for, p, N_PARAMETERS * sizeof(double));
+    else if (memcmp(p, instance->coefficient_parameters, N_PARAMETERS * sizeof(double)) == 0) return;
+    memcpy(instance->coefficient_parameters, p, N_PARAMETERS * sizeof(double));
     instance->coefficients_known = 1;
     RUN(coefficients, instance->coefficients, p);
 #if IS_JOINT
-    find_pace(instance);
+    update_max_step(instance);
 #endif
 }
 
 /* instance->tangent: change of outputs and rates for the change instance->direction of inputs, states and parameters;
    starts: the states' change follows from the others'. */
-static int tangent(Instance *instance, int starts) {
-    Place place;
+static int update_tangent(Instance *instance, int starts) {
+    Evaluation at;
     update_coefficients(instance);
-    place_at(instance, &place, instance->now.values + AT_STATES);
+    begin_evaluation(instance, &at, instance->now.values + AT_STATES);
     if (starts && N_STATES) {
         double *change = instance->next_states[0];
-        RUN(initial_jvp, change, place.u, place.p, instance->direction);
+        RUN(initial_jvp, change, at.u, at.p, instance->direction);
         memcpy(instance->direction + N_INPUTS, change, N_STATES * sizeof(double));
     }
-    directional(instance, &place, instance->direction, instance->tangent);
+    evaluate_jvp(instance, &at, instance->direction, instance->tangent);
     return all_finite(instance->tangent, N_UNKNOWNS) && all_finite(instance->direction, N_KNOWNS);
 }
 
 /* The outputs; in continuous time the discrete one stays as it is until the next event. */
-static void take_outputs(Instance *instance, const double *outputs) {
+static void store_outputs(Instance *instance, const double *outputs) {
     double *held = instance->now.values + AT_OUTPUTS, before = held[DISCRETE_OUTPUT];
     memcpy(held, outputs, N_OUTPUTS * sizeof(double));
     instance->now.next_discrete = held[DISCRETE_OUTPUT];
@@ -173,7 +173,7 @@ static void take_outputs(Instance *instance, const double *outputs) {
 static int refresh(Instance *instance, int wanted) {
     double *v = instance->now.values, *next = instance->next_states[0], *outputs = instance->next_outputs;
     int stale = instance->now.stale & (wanted | STALE_STATES);
-    Place place;
+    Evaluation at;
     if (!stale) return 1;
     update_coefficients(instance);
     if (stale & STALE_STATES && N_STATES) {
@@ -182,57 +182,57 @@ static int refresh(Instance *instance, int wanted) {
         memcpy(v + AT_STATES, next, N_STATES * sizeof(double));
     }
     if (stale & (STALE_OUTPUTS | STALE_RATES)) {
-        const double *gives;
-        place_at(instance, &place, v + AT_STATES);
-        gives = contacts(instance, &place);
+        const double *contact_outputs;
+        begin_evaluation(instance, &at, v + AT_STATES);
+        contact_outputs = evaluate_contacts(instance, &at);
         if (stale & STALE_OUTPUTS) {
-            RUN(output, outputs, place.x, place.u, place.k, place.p, gives);
+            RUN(output, outputs, at.x, at.u, at.k, at.p, contact_outputs);
             if (!all_finite(outputs, N_OUTPUTS)) return 0;
         }
         if (stale & STALE_RATES && N_STATES) {
-            RUN(rate, next, place.x, place.u, place.k, place.p, gives);
+            RUN(rate, next, at.x, at.u, at.k, at.p, contact_outputs);
             if (!all_finite(next, N_STATES)) return 0;
             memcpy(v + AT_RATES, next, N_STATES * sizeof(double));
         }
-        if (stale & STALE_OUTPUTS) take_outputs(instance, outputs);
+        if (stale & STALE_OUTPUTS) store_outputs(instance, outputs);
     }
     instance->now.stale &= ~stale;
     return 1;
 }
 
 /* States and outputs after dt seconds with the inputs held. */
-static int take_step(Instance *instance, double dt) {
+static int advance_step(Instance *instance, double dt) {
     double *v = instance->now.values, *outputs = instance->next_outputs;
-    Place place;
+    Evaluation at;
     update_coefficients(instance);
-    place_at(instance, &place, v + AT_STATES);
+    begin_evaluation(instance, &at, v + AT_STATES);
 #if HAS_SERIES_COMPLIANCE
-    place.contact = instance->now.contact;
+    at.contact = instance->now.contact;
 #endif
 #if IS_JOINT
     double parts;
-    if (!(instance->longest > 0.0) || !(dt / instance->longest < MOST_PARTS)) return 0;
-    parts = fmax(1.0, ceil(dt / instance->longest));
-    for (long k = 0; k < (long)parts; k++) part_of_step(instance, &place, dt / parts);
+    if (!(instance->max_step > 0.0) || !(dt / instance->max_step < MAX_SUBSTEPS)) return 0;
+    parts = fmax(1.0, ceil(dt / instance->max_step));
+    for (long k = 0; k < (long)parts; k++) substep(instance, &at, dt / parts);
 #else
-    drift(instance, &place, dt);
+    apply_drift(instance, &at, dt);
 #endif
-    RUN(output, outputs, place.x, place.u, place.k, place.p, contacts(instance, &place));
-    if (!all_finite(place.x, N_STATES) || !all_finite(outputs, N_OUTPUTS)) return 0;
-    take_outputs(instance, outputs);
-    if (N_STATES) memcpy(v + AT_STATES, place.x, N_STATES * sizeof(double));
+    RUN(output, outputs, at.x, at.u, at.k, at.p, evaluate_contacts(instance, &at));
+    if (!all_finite(at.x, N_STATES) || !all_finite(outputs, N_OUTPUTS)) return 0;
+    store_outputs(instance, outputs);
+    if (N_STATES) memcpy(v + AT_STATES, at.x, N_STATES * sizeof(double));
 #if HAS_SERIES_COMPLIANCE
-    instance->now.contact = place.contact;
+    instance->now.contact = at.contact;
 #endif
     instance->now.stale = STALE_RATES;
     return 1;
 }
 
 /* At the end of a step: the way that the speeds told since the last catching up. */
-static void count_way(Instance *instance) {
+static void accumulate_path(Instance *instance) {
     for (int k = 0; k < N_INDICATORS; k++) {
         double now = instance->now.values[AT_STATES + FIRST_INDICATOR + k];
-        instance->now.told[k] += fabs(now - instance->now.remembered[k]);
-        instance->now.remembered[k] = now;
+        instance->now.path_from_speeds[k] += fabs(now - instance->now.last_path_values[k]);
+        instance->now.last_path_values[k] = now;
     }
 }

@@ -71,7 +71,7 @@ static void cubic_curvatures(double c, double *w) {
 }
 
 /* The same at any f: beyond the cell in a straight line. */
-static inline void going_on(double f, double *w, double *s) {
+static inline void cubic_extrapolated(double f, double *w, double *s) {
     double c = clipped(f), beyond = f - c;
     cubic(c, w);
     cubic_slopes(c, s);

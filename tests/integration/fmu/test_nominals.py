@@ -20,7 +20,7 @@ from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.model.component import drive_component
 from reefmu.fmu.model.joint import joint_component
-from reefmu.fmu.model.sizes import experiment, full_twist, sized
+from reefmu.fmu.model.nominals import propose_experiment, twist_at_full_torque, with_nominals
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import TYPICAL_MASSES
 from stiffness_model.lookup.build_lookup import Lookup
@@ -38,8 +38,8 @@ def description(path: Path) -> ElementTree.Element:
 
 def test_sizes_are_those_of_the_drive_at_full_torque(full_model: DriveModel) -> None:
     component = drive_component(full_model)
-    found = {s.name: s.nominal for s in (*sized(component).outputs, *sized(component).states)}
-    twist, values = full_twist(component), {q.name: q.value for q in full_model.parameters}
+    found = {s.name: s.nominal for s in (*with_nominals(component).outputs, *with_nominals(component).states)}
+    twist, values = twist_at_full_torque(component), {q.name: q.value for q in full_model.parameters}
     assert all(size is not None and size > 0 for size in found.values())
     assert found["output.tau"] == pytest.approx(full_model.full_torque, rel=0.05)
     assert found["crank.tau"] == pytest.approx(full_model.full_torque / 29, rel=0.1)  # the kinematic error's lever
@@ -53,8 +53,8 @@ def test_a_joint_s_speeds_are_those_of_its_oscillation(model: DriveModel) -> Non
     """A free swing from the full twist: its greatest speeds, with the energy of the spring, are of the nominal size."""
     plain = build_model(sm.load_drive("drive_1"), lookup=model.lookup)
     component = joint_component(plain, TYPICAL_MASSES)
-    found = {s.name: s.nominal or 0.0 for s in sized(component).states}
-    twist = full_twist(drive_component(plain))
+    found = {s.name: s.nominal or 0.0 for s in with_nominals(component).states}
+    twist = twist_at_full_torque(drive_component(plain))
     p = component.parameter_vector()
     p[[q.name for q in component.parameters].index("start.output.phi")] = -twist
     x, greatest = component.initial([0, 0], p), np.zeros(4)
@@ -104,7 +104,7 @@ def test_euler_s_method_stays_sane_at_the_proposed_step(drive: sm.Drive, lookup:
     """An undamped swing with friction over the whole of the proposed experiment: it grows by exp(1/2) a second."""
     for effects in ({}, {"hysteresis": {"torque": 4.0}, "coulomb_friction": {"torque": 2.0}}):
         component = joint_component(build_model(drive, effects, lookup=lookup), TYPICAL_MASSES)
-        proposed = experiment(component)
+        proposed = propose_experiment(component)
         steps = proposed.stop_time / proposed.step_size
         assert steps == pytest.approx(round(steps))
         p = component.parameter_vector()
@@ -173,7 +173,7 @@ def test_friction_follows_angles_without_speeds(full_model: DriveModel, unpacked
 def test_with_speeds_nothing_is_caught_up(full_model: DriveModel, unpacked: tuple[Path, Path, str]) -> None:
     """Though the integrator is off by a per cent of the way."""
     component, p = drive_component(full_model), full_model.parameter_vector()
-    names, memory = [s.name for s in full_model.states], slice(0, component.switches)
+    names, memory = [s.name for s in full_model.states], slice(0, component.n_indicators)
     with Exchange(unpacked[1], {}) as exchange:
         states = exchange.get(names)
         start = states[memory].copy()

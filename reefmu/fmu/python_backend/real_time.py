@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..model.component import Component
-from ..model.kernel import Kernel
+from ..model.kernel import StepKernel
 from ..model.variables import declare
 
 _TRIES = 5
@@ -21,9 +21,9 @@ def step_cost(component: Component, step: float) -> float:
 
     A joint takes as many parts as its fastest oscillation asks for, so they are counted and not run.
     """
-    kernel = Kernel(component, declare(component))
+    kernel = StepKernel(component, declare(component))
     kernel.initialise()
-    parts = component.parts(step, np.asarray(component.parameter_vector()))
+    parts = component.substeps(step, np.asarray(component.parameter_vector()))
     tries: list[float] = []
     for _ in range(_TRIES):
         before = clock()

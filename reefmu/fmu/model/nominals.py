@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-6
 """Relative, for who integrates: to this a joint's own steps keep its energy."""
-GROWTH = 1.0
+MAX_GROWTH_RATE = 1.0
 """1/s: how fast an oscillation may grow that the proposed step brings about."""
 PERIODS = 10
 """Of the joint's oscillation, in the proposed experiment."""
@@ -32,24 +32,24 @@ class Experiment(NamedTuple):
     tolerance: float
 
 
-def full_twist(component: Component) -> float:
+def twist_at_full_torque(component: Component) -> float:
     """Least twist (rad) at which the still drive gives its full torque; 0.01 rad if none below 1 rad does."""
     torque = [signal.name for signal in component.outputs].index("output.tau")
     parameters = component.parameter_vector()
     for twist in np.geomspace(1e-5, 1.0, 200):
-        inputs = _wound(component, float(twist))
+        inputs = _inputs_at(component, float(twist))
         states = component.initial(inputs, parameters)
         if float(np.asarray(component.output(states, inputs, parameters)).ravel()[torque]) >= component.full_torque:
             return float(twist)
     return 0.01
 
 
-def full_stiffness(component: Component) -> float:
+def stiffness_at_full_torque(component: Component) -> float:
     """The `stiffness` output (N.m/rad) of the still drive at its full torque, where the contacts are stiffest."""
-    return _full_outputs(component, full_twist(component))["stiffness"]
+    return _outputs_at(component, twist_at_full_torque(component))["stiffness"]
 
 
-def sized(component: Component) -> Component:
+def with_nominals(component: Component) -> Component:
     """The component with the nominal of every output and state: how large each is in the drive at full torque.
 
     A state that follows an angle is measured by the twist, in the motor's angles times the ratio; speeds of a joint
@@ -58,9 +58,9 @@ def sized(component: Component) -> Component:
     from .component import drive_component
 
     drive = component if component.kind == "drive" else drive_component(component.model)
-    twist = full_twist(drive)
+    twist = twist_at_full_torque(drive)
     ratio = abs(_value(component, "ratio"))
-    found = {name: abs(value) for name, value in _full_outputs(drive, twist).items()} | {"twist": twist}
+    found = {name: abs(value) for name, value in _outputs_at(drive, twist).items()} | {"twist": twist}
     angles = {"crank": ratio * twist, "output": twist}
     swing = _frequency(component, _masses(component))
     for side, own in (("crank", "motor"), ("output", "load")):
@@ -83,17 +83,17 @@ def sized(component: Component) -> Component:
     return replace(component, outputs=of(component.outputs), states=of(component.states))
 
 
-def experiment(component: Component) -> Experiment:
-    """An experiment in which explicit methods and masters that hold the torque over a step stay sane.
+def propose_experiment(component: Component) -> Experiment:
+    """Stop time and step size for which explicit integration and a zero-order hold of the torque remain stable enough.
 
-    With the eigenfrequency omega of the drive between its masses, `TYPICAL_MASSES` around a drive alone, a master that
-    holds the torque over a step h lets an oscillation grow with 3/4 omega^2 h (`reefmu.joint.step`), Euler's explicit
-    method with 1/2 omega^2 h: the step allows no more than `GROWTH`, and Euler on the fastest state as the motion
-    passes zero no overshoot. It lasts `PERIODS` of the oscillation. Both are of 1, 2 or 5 times a power of ten, so that
-    one is a multiple of the other.
+    With the eigenfrequency omega of the drive between its inertias (`TYPICAL_MASSES` ones for kind `drive`), a master that
+    holds the torque over a step h makes an oscillation grow at the rate 3/4 omega^2 h (`reefmu.joint.step`), the
+    explicit Euler method at 1/2 omega^2 h. The step keeps the growth below `MAX_GROWTH_RATE`, and keeps Euler's method
+    from overshooting the fastest state at the greatest speed of the oscillation. The experiment lasts `PERIODS` of the
+    oscillation. Both times are rounded down to 1, 2 or 5 times a power of ten.
     """
     swing = _frequency(component, _masses(component))
-    step = min(4 * GROWTH / (3 * swing**2), 1 / max(_fastest(component, swing), swing))
+    step = min(4 * MAX_GROWTH_RATE / (3 * swing**2), 1 / max(_fastest_rate(component, swing), swing))
     return Experiment(_rounded(PERIODS * math.tau / swing), _rounded(step), TOLERANCE)
 
 
@@ -104,13 +104,13 @@ def _masses(component: Component) -> Masses:
 
 
 def _frequency(component: Component, masses: Masses) -> float:
-    """Eigenfrequency at the steepest torque, rad/s."""
-    from .joint import steepest
+    """Eigenfrequency at the greatest stiffness, rad/s."""
+    from .joint import maximum_stiffness
 
-    return math.sqrt(steepest(component.model) / masses.reduced_inertia(_value(component, "ratio")))
+    return math.sqrt(maximum_stiffness(component.model) / masses.reduced_inertia(_value(component, "ratio")))
 
 
-def _fastest(component: Component, swing: float) -> float:
+def _fastest_rate(component: Component, swing: float) -> float:
     """How fast the quickest state settles, 1/s, as the oscillation passes zero with its greatest speed."""
     from .component import drive_component
 
@@ -118,7 +118,7 @@ def _fastest(component: Component, swing: float) -> float:
     names = [s.name for s in component.inputs] + [s.name for s in component.states]
     at, p = np.zeros(len(names)), component.parameter_vector()
     at[: len(component.inputs)] = [s.start for s in component.inputs]
-    at[names.index("output.w" if component.kind == "drive" else "load.w")] = -full_twist(drive) * swing
+    at[names.index("output.w" if component.kind == "drive" else "load.w")] = -twist_at_full_torque(drive) * swing
     n = len(component.inputs)
 
     def rates(z: Array) -> Array:
@@ -138,14 +138,14 @@ def _value(component: Component, name: str) -> float:
     return next(q.value for q in component.parameters if q.name == name)
 
 
-def _wound(component: Component, twist: float) -> Array:
+def _inputs_at(component: Component, twist: float) -> Array:
     inputs = np.array([signal.start for signal in component.inputs], dtype=float)
     inputs[[signal.name for signal in component.inputs].index("output.phi")] = -twist
     return inputs
 
 
-def _full_outputs(component: Component, twist: float) -> dict[str, float]:
+def _outputs_at(component: Component, twist: float) -> dict[str, float]:
     """Outputs of a drive, still, at a twist."""
-    inputs, p = _wound(component, twist), component.parameter_vector()
+    inputs, p = _inputs_at(component, twist), component.parameter_vector()
     outputs = np.asarray(component.output(component.initial(inputs, p), inputs, p)).ravel()
     return dict(zip((signal.name for signal in component.outputs), outputs.tolist(), strict=True))

@@ -12,7 +12,7 @@ import pytest
 
 from reefmu.effects import EFFECTS
 from reefmu.fmu.export import export_fmu
-from reefmu.fmu.model.table_encoding import TABLES, lookup_head, read_tables, tables_header
+from reefmu.fmu.model.table_encoding import TABLES, decode_tables, encode_tables, lookup_metadata
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import Masses
 from stiffness_model.errors import InputError
@@ -27,20 +27,20 @@ def full(drive: object, lookup: Lookup) -> Lookup:
 
 def test_what_is_read_back_is_what_was_packed(full: Lookup) -> None:
     """To 1e-13 of full torque in every coefficient, all else unchanged; packed again the text is the same."""
-    header, head = tables_header(full), lookup_head(full)
-    again = read_tables(header, head, "here")
+    header, head = encode_tables(full), lookup_metadata(full)
+    again = decode_tables(header, head, "here")
     size = np.array([full.full_torque] * 3 + [np.abs(full.coefficients[k]).max() for k in (3, 4)])[:, None, None]
     assert (np.abs(again.coefficients - full.coefficients) <= 1e-13 * size).all()
     assert again.element is not None
     assert full.element is not None
     assert np.abs(again.element.coefficients - full.element.coefficients).max() <= 1e-13 * full.full_torque
     same = replace(again, coefficients=full.coefficients, element=full.element, drawing=dict(full.drawing))
-    assert json.dumps(json.loads(lookup_head(same))) == json.dumps(json.loads(head))
-    assert tables_header(again) == header
+    assert json.dumps(json.loads(lookup_metadata(same))) == json.dumps(json.loads(head))
+    assert encode_tables(again) == header
 
 
 def test_the_torque_changes_by_rounding_only(full: Lookup) -> None:
-    again = read_tables(tables_header(full), lookup_head(full), "here")
+    again = decode_tables(encode_tables(full), lookup_metadata(full), "here")
     rng = np.random.default_rng(3)
     twist, clearance = rng.uniform(-1.2, 1.2, 500) * full.twist.stop, rng.uniform(-1.2, 1.2, 500) * full.clearance.stop
     for band in (-1.0, 0.0, 0.7):
@@ -56,7 +56,7 @@ def test_tables_that_do_not_mirror_themselves_are_refused(lookup: Lookup) -> Non
     bent = lookup.coefficients.copy()
     bent[0, 3] += 1.0
     with pytest.raises(InputError, match="expected a lookup that mirrors itself in the twist"):
-        tables_header(replace(lookup, coefficients=bent))
+        encode_tables(replace(lookup, coefficients=bent))
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_tables_that_do_not_mirror_themselves_are_refused(lookup: Lookup) -> Non
 )
 def test_damaged_tables_are_refused(lookup: Lookup, change) -> None:
     with pytest.raises(InputError, match=r"^here: expected") as refused:
-        read_tables(change(tables_header(lookup)), lookup_head(lookup), "here")
+        decode_tables(change(encode_tables(lookup)), lookup_metadata(lookup), "here")
     assert "\n" not in str(refused.value)
 
 
