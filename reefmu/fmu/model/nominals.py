@@ -86,7 +86,7 @@ def with_nominals(component: Component) -> Component:
 def propose_experiment(component: Component) -> Experiment:
     """Stop time and step size for which explicit integration and a zero-order hold of the torque remain stable enough.
 
-    With the eigenfrequency omega of the drive between its inertias (`TYPICAL_MASSES` ones for kind `drive`), a master that
+    With the eigenfrequency omega of the drive between its inertias (`TYPICAL_MASSES` for kind `drive`), a master that
     holds the torque over a step h makes an oscillation grow at the rate 3/4 omega^2 h (`reefmu.joint.step`), the
     explicit Euler method at 1/2 omega^2 h. The step keeps the growth below `MAX_GROWTH_RATE`, and keeps Euler's method
     from overshooting the fastest state at the greatest speed of the oscillation. The experiment lasts `PERIODS` of the

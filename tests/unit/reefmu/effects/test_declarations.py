@@ -6,7 +6,7 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS, Effect, Place
-from reefmu.fmu.model.units import base_unit
+from reefmu.fmu.model.base_units import base_unit
 from reefmu.model.drive_model import build_model
 from reefmu.model.model_file import parse_parameter
 from stiffness_model.errors import InputError
