@@ -84,8 +84,8 @@ def twist_over_torque(folder: Path) -> None:
         right.plot(
             torque, np.abs(added), color=line.colour, linestyle=line.style, linewidth=1.5, marker="o", markersize=3
         )
-    style.dress(left, "torque at the output [N.m]", "twist at the output [arcmin]")
-    style.dress(right, "torque at the output [N.m]", "twist added, magnitude [arcmin]")
+    style.format_axes(left, "torque at the output [N.m]", "twist at the output [arcmin]")
+    style.format_axes(right, "torque at the output [N.m]", "twist added, magnitude [arcmin]")
     left.set_xlim(0, 300)
     left.set_ylim(0, 14)
     right.set_yscale("log")
@@ -108,8 +108,8 @@ def gear_and_bore(folder: Path) -> None:
         error = 100 * (plain / exact - 1)
         print(f"linearised gear, {name}: torque too high by {error[4]:.2f} % at half, {error[-1]:.2f} % at full twist")
         left.plot(100 * share, error, color=line.colour, linestyle=line.style, label=name.replace("_", " "))
-    style.dress(left, "share of full twist [%]", "linearised gear: torque too high by [%]")
-    style.from_zero(left)
+    style.format_axes(left, "share of full twist [%]", "linearised gear: torque too high by [%]")
+    style.start_axes_at_zero(left)
     style.legend_above(left)
 
     radius, compliance = 7e-3, 2 * sm.MATERIALS["100Cr6"].compliance
@@ -124,7 +124,7 @@ def gear_and_bore(folder: Path) -> None:
             f"bore {1e6 * clearance:g} um wider than the ball, 3 um deep: {force[60]:.0f} N, by Hertz "
             f"{k * approach[60] ** 1.5:.0f} N"
         )
-    style.dress(right, "approach at the wall [um]", "force on the wall [N]")
+    style.format_axes(right, "approach at the wall [um]", "force on the wall [N]")
     right.set_xlim(0, 4)
     right.set_ylim(0, 2500)
     style.legend_above(right, "clearance of the radii; solid: slices, dashed: Hertz, capped")
@@ -167,7 +167,7 @@ def loads(folder: Path) -> None:
         (efficiency, "efficiency, friction 0.05 [%]"),
         (life, "L10 of the crank bearings, C = 40 kN [h]"),
     ):
-        style.dress(ax, "torque at the output [N.m]", text)
+        style.format_axes(ax, "torque at the output [N.m]", text)
         ax.set_xlim(0, 300)
     safety.set_ylim(0, 3)
     efficiency.set_ylim(50, 100)

@@ -21,7 +21,7 @@ from reefmu.fmu.export import export_fmu
 from reefmu.joint import JointModel, Masses, Motion, Scheme, cosimulate, growth_rate, largest_step, simulate_joint
 from reefmu.model.drive_model import build_model
 from stiffness_model.errors import InputError
-from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, RED, dress
+from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, RED, format_axes
 
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0)
 LOAD = -100.0  # N.m: where the small oscillation takes place
@@ -72,7 +72,7 @@ def picture_growth(fmu: Path, joint: JointModel) -> Figure:
     """Amplitude factor over the step: theory as lines, the FMU in the loop as points."""
     k, inertia = stiffness(joint, LOAD), joint.masses.reduced_inertia(joint.ratio)
     figure = Figure(figsize=(6.8, 4.4), dpi=150, layout="constrained")
-    ax = dress(figure.subplots(), "communication step [ms]", f"amplitude after {DURATION:g} s, times the first")
+    ax = format_axes(figure.subplots(), "communication step [ms]", f"amplitude after {DURATION:g} s, times the first")
     fine = np.geomspace(2e-6, 6e-3, 500)
     for scheme, (colour, marker, dashes) in LOOK.items():
         theory = np.array([np.exp(min(growth_rate(h, k, inertia, scheme=scheme) * DURATION, 40)) for h in fine])
@@ -106,7 +106,7 @@ def picture_swing(fmu: Path, joint: JointModel) -> Figure:
     axes = figure.subplots(1, 2, sharey=True)
     reference = simulate_joint(joint, lambda _t, _s: (0.0, 0.0), step=1e-4, duration=DURATION / 2, start=start)
     for ax, step in zip(axes, (1e-4, 5e-4), strict=True):
-        dress(ax, "time [ms]", "twist [mrad]" if ax is axes[0] else "")
+        format_axes(ax, "time [ms]", "twist [mrad]" if ax is axes[0] else "")
         ax.plot(1e3 * reference.time, 1e3 * reference["twist"], color=FAINT, lw=3.5, label="one system, Runge-Kutta")
         for scheme, (colour, _, dashes) in LOOK.items():
             motion = as_far_as_it_goes(fmu, joint, scheme, step, start)

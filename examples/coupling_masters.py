@@ -33,7 +33,7 @@ from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.joint import JointModel, Masses
 from reefmu.model.drive_model import build_model
 from stiffness_model.numerics.arrays import Array
-from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, PURPLE, RED, dress
+from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, PURPLE, RED, format_axes
 
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0)
 DURATION = 0.5  # s
@@ -201,7 +201,7 @@ def main() -> None:
     }
     for ax, (title, case) in zip(axes, cases.items(), strict=True):
         label = f"amplitude after {DURATION:g} s, times the first"
-        dress(ax, "communication step [ms]", label if ax is axes[0] else "")
+        format_axes(ax, "communication step [ms]", label if ax is axes[0] else "")
         print(f"{title}: {label}")
         print(f"  {'step [ms]':18s}" + "".join(f"{1e3 * h:>8g}" for h in STEPS))
         first = case.swing(case.start)

@@ -27,7 +27,7 @@ from matplotlib.figure import Figure
 from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.diagnosis.shared_exponent import PLAY, shared_exponent
 from reefmu.record import Record, read_record, with_output_locked
-from stiffness_model.plotting.style import BLUE, GREEN, ORANGE, RED, dress
+from stiffness_model.plotting.style import BLUE, GREEN, ORANGE, RED, format_axes
 from stiffness_model.units import ARCMIN
 
 COLUMNS = {"TIME": "time [s]", "POSITION": "twist [rev]", "TORQUE": "output_torque [N.m]", "test_nr": "run"}
@@ -114,7 +114,7 @@ def picture(rows: list[tuple[float, float, tuple[float, ...], tuple[float, ...],
     axes[2].plot(k, [r[4] for r in rows], "o-", color=RED, label="repeatable remainder")
     axes[2].plot(k, [r[5] for r in rows], "s--", color=BLUE, label="noise")
     for ax, unit in zip(axes, ("arcmin", "", "N.m"), strict=True):
-        dress(ax, "preload step", unit)
+        format_axes(ax, "preload step", unit)
         ax.set_ylim(0)
         ax.legend(frameon=False, fontsize=8)
     figure.savefig(path, dpi=120)

@@ -29,7 +29,7 @@ from reefmu.model.model_file import load_model
 from reefmu.record import Record, read_record
 from reefmu.simulate import Response, simulate_record
 from stiffness_model.numerics.arrays import Array
-from stiffness_model.plotting.style import BLUE, INK, RED, dress
+from stiffness_model.plotting.style import BLUE, INK, RED, format_axes
 from stiffness_model.units import ARCMIN
 
 
@@ -82,7 +82,10 @@ def picture(record: Record, ratio: float, found: Mapping[str, Array], path: Path
         gap = record.output_torque - torque
         right.plot(gap, lw=0.6, color=colour, label=f"{name}: {rms(gap):.2f} N.m rms")
     right.set_title("the gap through the record")
-    for ax in (dress(left, "twist [arcmin]", "torque [N.m]"), dress(right, "sample", "measured - model [N.m]")):
+    for ax in (
+        format_axes(left, "twist [arcmin]", "torque [N.m]"),
+        format_axes(right, "sample", "measured - model [N.m]"),
+    ):
         ax.legend(frameon=False, fontsize=8)
     figure.savefig(path, dpi=120)
 

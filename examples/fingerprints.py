@@ -27,7 +27,7 @@ from reefmu.record import Record, make_record
 from reefmu.simulate import simulate_record
 from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.numerics.arrays import Array
-from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, dress
+from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, format_axes
 
 ARCMIN = np.pi / 10800
 TURN = 2 * np.pi
@@ -206,8 +206,8 @@ def draw(name: str, plain: DriveModel, lookup: Lookup) -> Figure:
         # Where runs lie on one line, the later are thinner: all stay visible.
         width = len(runs) - k + 0.3 if shown.right in ("speed", "rate") else 1.3
         right.plot(along_right, (after - before)[part], color=COLOURS[k], linewidth=width, zorder=2 + k)
-    dress(left, COORDINATES[shown.left], TORQUE)
-    dress(right, COORDINATES[shown.right], CHANGE)
+    format_axes(left, COORDINATES[shown.left], TORQUE)
+    format_axes(right, COORDINATES[shown.right], CHANGE)
     right.axhline(0, color=FAINT, linewidth=1, zorder=1)
     left.set_title(" ", fontsize="small")  # room for the legend, which may reach over the other axes
     left.legend(

@@ -26,7 +26,7 @@ from reefmu.joint.controller import Design, Weights, design_lqr
 from reefmu.joint.simulate import Motion, simulate_joint
 from reefmu.model.drive_model import build_model
 from reefmu.model.tables import cached_lookup
-from stiffness_model.plotting.style import BLUE, FAINT, INK, dress
+from stiffness_model.plotting.style import BLUE, FAINT, INK, format_axes
 
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0, motor_damping=1e-3, load_damping=0.5)
 SAMPLE = 5e-4  # s
@@ -100,7 +100,7 @@ def main() -> None:
             cells.append(f"{np.abs(error).max():.2f}   {torque.min():.2f} to {torque.max():.2f}")
         print("".join(f"{cell:>26}" for cell in cells))
     for design, ax in zip(designs, axes, strict=True):
-        dress(ax, "", "error of the output [arcmin]").set_title(design.name, loc="right", fontsize="medium")
+        format_axes(ax, "", "error of the output [arcmin]").set_title(design.name, loc="right", fontsize="medium")
     axes[0].legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1))
     axes[-1].set_xlabel("turns of the crank")
     axes[-1].set_xlim(0, DURATION * SPEED / (2 * np.pi))

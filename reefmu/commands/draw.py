@@ -14,12 +14,12 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.drawing.twist_limits import expect_crank_angle, expect_twists
 from stiffness_model.errors import expect, expect_number
 from stiffness_model.io.atomic_files import staged_folder
-from stiffness_model.plotting.animation import write_turn
-from stiffness_model.plotting.dxf import write_dxf
-from stiffness_model.plotting.layout import turns_to_repeat
-from stiffness_model.plotting.loads import Loads, solve_loads
-from stiffness_model.plotting.section import picture_drawing, picture_forces
-from stiffness_model.plotting.shapes import most_exaggeration
+from stiffness_model.plotting.cross_section.animation import write_animation
+from stiffness_model.plotting.cross_section.dxf import write_dxf
+from stiffness_model.plotting.cross_section.element_forces import ElementForces, solve_element_forces
+from stiffness_model.plotting.cross_section.figures import drawing_figure, forces_figure
+from stiffness_model.plotting.cross_section.layout import period_turns
+from stiffness_model.plotting.cross_section.row_outlines import max_exaggeration
 from stiffness_model.units import ARCMIN, MICROMETRE
 
 from . import study
@@ -43,17 +43,17 @@ def run(args: argparse.Namespace) -> int:
         start, (deviations, weight) = one.start, turning.elements_at(one, angle / drive.ratio)
     said = []
     with staged_folder(folder) as stage:
-        loads = solve_loads(drive, deviations, twist, angle, start, weight)
-        most = most_exaggeration(drive, loads)
+        loads = solve_element_forces(drive, deviations, twist, angle, start, weight)
+        most = max_exaggeration(drive, loads)
         expect(
             larger <= max(most, 1.0),
             f"a factor of at most {most:.3g}, where deviations and displacements are drawn as large as an element",
             larger,
             "--exaggerate",
         )
-        at_rest = solve_loads(drive, sampling.nominal(drive), 0.0, angle)
-        picture_drawing(drive, at_rest).savefig(stage / "drive.png")
-        picture_forces(drive, loads, larger).savefig(stage / "forces.png")
+        at_rest = solve_element_forces(drive, sampling.nominal(drive), 0.0, angle)
+        drawing_figure(drive, at_rest).savefig(stage / "drive.png")
+        forces_figure(drive, loads, larger).savefig(stage / "forces.png")
         if args.dxf:
             profile = write_dxf(drive, stage / "profile.dxf", chord)
             said.append(
@@ -61,8 +61,8 @@ def run(args: argparse.Namespace) -> int:
                 f"{profile.error / MICROMETRE:.2g} um; mm"
             )
         if args.animate:
-            count = write_turn(drive, stage / "turn.gif", twist)
-            said.append(f"turn.gif: {count} pictures, nominal drive; turns of the crank: {turns_to_repeat(drive)}")
+            count = write_animation(drive, stage / "turn.gif", twist)
+            said.append(f"turn.gif: {count} pictures, nominal drive; turns of the crank: {period_turns(drive)}")
         names = sorted(file.name for file in stage.iterdir())
     study.show_notes([*notes, *_uneven(drive)])
     print(_sizes(drive))
@@ -93,8 +93,8 @@ def _uneven(drive: Drive) -> list[str]:
     ]
 
 
-def _forces(loads: Loads) -> str:
-    size, lost = loads.carried, loads.not_converged
+def _forces(loads: ElementForces) -> str:
+    size, lost = loads.significant, loads.not_converged
     greatest = ", ".join(f"{name} {size[..., k].max():.4g}" for k, name in enumerate(CONTACTS))
     return (
         f"at {loads.twist / ARCMIN:g} arcmin {loads.torque.sum():.4g} N.m; greatest forces {greatest} N; "

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffness_model.plotting.style import BLUE, FAINT, INK, RED, dress
+from stiffness_model.plotting.style import BLUE, FAINT, INK, RED, format_axes
 
 from .controller import Design, feedback, minimum_damping_ratio
 from .equations import JointModel
@@ -67,7 +67,7 @@ def tangents(joint: JointModel, designs: Sequence[Design], ax: Axes) -> Axes:
     reach = 0.35 * lookup.twist.stop
     twist = np.linspace(-reach, reach, 400)
     torque = lookup.torque(twist)
-    dress(ax, "twist at the output [mrad]", "torque [N.m]")
+    format_axes(ax, "twist at the output [mrad]", "torque [N.m]")
     ax.plot(1e3 * twist, torque, color=INK, lw=2.2, label=joint.drive.name.replace("_", " "))
     for design, colour, dashes in zip(designs, COLOURS, DASHES, strict=False):
         shown = np.abs(design.stiffness * twist) < 1.05 * torque.max()
@@ -88,7 +88,7 @@ def damping_over_torque(joint: JointModel, designs: Sequence[Design], ax: Axes) 
     """Least damping ratio of the loop over the torque that the joint holds."""
     top = 0.7 * joint.drive.full_torque
     torques = np.concatenate([[0.0], np.geomspace(top / 400, top, 40)])
-    dress(ax, "torque the joint holds [N.m]", "least damping ratio of the loop")
+    format_axes(ax, "torque the joint holds [N.m]", "least damping ratio of the loop")
     for design, colour, dashes in zip(designs, COLOURS, DASHES, strict=False):
         ax.plot(
             torques,
@@ -141,7 +141,7 @@ def response(
     Returns what is left of the oscillation by design name: half of peak to peak of the drive's torque in the
     last fifth, N.m.
     """
-    dress(ax, "time [s]", "output angle [mrad]")
+    format_axes(ax, "time [s]", "output angle [mrad]")
     left: dict[str, float] = {}
     for design, colour, width in reversed(list(zip(designs, COLOURS, (1.3, 1.8), strict=False))):
         motion = run(joint, design, target, load, duration)

@@ -1,6 +1,5 @@
-"""Pictures: curves of drives, and the drive itself to scale.
+"""Pictures of results and of drives; matplotlib is loaded when a picture is drawn.
 
-* `style`, `curves`, `profile`: pictures of results.
-* `layout` (where every part stands), `loads` (under which forces), `outline`, `shapes` (what is drawn), `section`,
-  `animation` and `dxf` (the files).
+* `style`: colours, lines and axes of all pictures; `curves`: torque, stiffness, forces and load share.
+* `profile`: some lobes of the ring gear; `cross_section`: the whole drive to scale, its forces, a turn, the DXF file.
 """

@@ -29,12 +29,12 @@ from .style import (
     SHADE,
     Line,
     caption,
-    dress,
-    from_zero,
+    format_axes,
     label_ends,
     legend_above,
     legend_beside,
     new_axes,
+    start_axes_at_zero,
 )
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def twist_over_torque(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve], ax:
     several = _list(curves)
     for curve, line in zip(several, _lines(len(several)), strict=True):
         _sideways_band(ax, curve, line)
-    dress(ax, TORQUE, TWIST)
+    format_axes(ax, TORQUE, TWIST)
     _start_at_zero(ax, several)
     return legend_above(ax, BAND_TEXT)
 
@@ -89,7 +89,7 @@ def against_catalog(curve: TwistTorqueCurve, gears: Iterable[CatalogGear], ax: A
             linestyle=(0, GEAR_DASHES[k % len(GEAR_DASHES)]),
             label=_two_lines(gear),
         )
-    dress(ax, TORQUE, TWIST)
+    format_axes(ax, TORQUE, TWIST)
     _start_at_zero(ax, [curve])
     return caption(legend_beside(ax), BAND_TEXT)
 
@@ -107,7 +107,7 @@ def stiffness_over_torque(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve],
             linewidth=1.8,
             label=_name(curve.name),
         )
-    dress(ax, TORQUE, "stiffness [N.m/arcmin]")
+    format_axes(ax, TORQUE, "stiffness [N.m/arcmin]")
     _start_at_zero(ax, several)
     return legend_above(ax)
 
@@ -121,8 +121,8 @@ def contact_forces(population: Population, ax: Axes | None = None) -> Axes:
     mean = force.mean(axis=0)
     for k, (line, name) in enumerate(zip(CONTACTS, CONTACT_NAMES, strict=True)):
         _band(ax, torque, mean[:, k], low[:, k], high[:, k], line, name)
-    dress(ax, TORQUE, "greatest contact force [N]")
-    from_zero(ax)
+    format_axes(ax, TORQUE, "greatest contact force [N]")
+    start_axes_at_zero(ax)
     if torque[-1] > 0:
         # The names stand where the curves end.
         ax.set_xlim(0, torque[-1])
@@ -152,8 +152,8 @@ def load_share(populations: Population | Sequence[Population], ax: Axes | None =
         share = 100 * population.load_share[:, order]
         low, high = np.percentile(share, BAND, axis=0)
         _band(ax, torque, share.mean(axis=0), low, high, line, _name(population.drive.name))
-    dress(ax, TORQUE, "greatest load share of an element [%]")
-    from_zero(ax)
+    format_axes(ax, TORQUE, "greatest load share of an element [%]")
+    start_axes_at_zero(ax)
     return legend_above(ax, f"{BAND_TEXT}; torques below {100 * LOW_TORQUE_SHARE:g} % of the greatest left out")
 
 
@@ -209,4 +209,4 @@ def _two_lines(gear: CatalogGear) -> str:
 def _start_at_zero(ax: Axes, curves: Iterable[TwistTorqueCurve]) -> None:
     """Axes from zero, unless a curve covers both signs."""
     if all(curve.twist[0] >= 0 for curve in curves):
-        from_zero(ax)
+        start_axes_at_zero(ax)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..drawing.drive import Drive
 from ..numerics.arrays import Array
-from .style import BLUE, FAINT, INK, METAL, RED, dress, legend_above, new_axes
+from .style import BLUE, FAINT, INK, METAL, RED, format_axes, legend_above, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,7 +46,7 @@ def gear_profile(drive: Drive, ax: Axes | None = None, lobes: int = 2) -> Axes:
                     label="cut away: carries nothing" if named else None,
                 )
     ax.plot(*gear, color=INK, linewidth=2.0, label="gear profile")
-    dress(ax, "across [mm]", "from the drive's axis [mm]")
+    format_axes(ax, "across [mm]", "from the drive's axis [mm]")
     ax.set_aspect("equal")
     ax.set_ylim(bottom=1e3 * (drive.path.centre_distance - drive.eccentricity - 0.5 * q))
     ax.margins(x=0.02)

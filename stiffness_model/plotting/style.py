@@ -51,7 +51,7 @@ def new_axes(width: float = 6.4, height: float = 4.2) -> Axes:
     return Figure(figsize=(width, height), dpi=150, layout="constrained").add_subplot()
 
 
-def dress(ax: Axes, x_label: str, y_label: str) -> Axes:
+def format_axes(ax: Axes, x_label: str, y_label: str) -> Axes:
     """Labels, a light grid and no frame above and on the right."""
     ax.set_xlabel(x_label, color=INK)
     ax.set_ylabel(y_label, color=INK)
@@ -63,7 +63,7 @@ def dress(ax: Axes, x_label: str, y_label: str) -> Axes:
     return ax
 
 
-def from_zero(ax: Axes) -> Axes:
+def start_axes_at_zero(ax: Axes) -> Axes:
     """Both axes start at zero and reach beyond the data, on shared axes beyond that of all."""
     # matplotlib stops adapting limits once one is set: a second call on shared axes must widen them itself.
     right, top = 1.05 * float(ax.dataLim.xmax), 1.05 * float(ax.dataLim.ymax)

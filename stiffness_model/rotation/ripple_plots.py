@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..plotting.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SHADE, dress, legend_above, new_axes
+from ..plotting.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SHADE, format_axes, legend_above, new_axes
 from ..units import ARCMIN
 from .loaded import LoadedTurn, NoLoad
 from .maps import TurningMap
@@ -47,7 +47,7 @@ def ripple_map(turning: TurningMap, ax: Axes | None = None) -> Axes:
         shading="nearest",
         rasterized=True,
     )
-    dress(ax, TURNS, "twist at the output [arcmin]")
+    format_axes(ax, TURNS, "twist at the output [arcmin]")
     ax.grid(False)
     figure = ax.get_figure()
     assert figure is not None
@@ -72,7 +72,7 @@ def transmission_error_over_turn(free: NoLoad, loaded: Sequence[LoadedTurn], ax:
         least, middle, most = _per_pass(error, len(turns))
         ax.fill_between(turns, least / ARCMIN, most / ARCMIN, color=colour, alpha=SHADE, linewidth=0)
         ax.plot(turns, middle / ARCMIN, color=colour, linewidth=0.9, label=f"{turn.torque:.3g} N.m")
-    dress(ax, TURNS, "transmission error [arcmin]")
+    format_axes(ax, TURNS, "transmission error [arcmin]")
     ax.set_xlim(0, drive.transmission_ratio)
     return legend_above(ax, "under torque: less the mean wind-up; shaded: reach within a ball's passing")
 
@@ -93,7 +93,7 @@ def order_spectrum(
         thick, front = (0.8, 1) if source == "both" else (1.6, 2)
         ax.vlines(order[some], floor, amplitude[some], color=colour, linewidth=thick, zorder=front)
         ax.plot(order[some], amplitude[some], "o", color=colour, markersize=2.5 * thick, label=text, zorder=front)
-    dress(ax, "order per turn of the crank", quantity)
+    format_axes(ax, "order per turn of the crank", quantity)
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_ylim(floor, 2.5 * float(amplitude.max()))
@@ -134,7 +134,7 @@ def twists_of_individuals(individuals: TwistScatter, ax: Axes | None = None) -> 
         label=f"individual {individuals.seeds[0]}, mean of its turn",
     )
     ax.axhline(0, color=INK, linewidth=0.8)
-    dress(ax, "torque at the output [N.m]", "twist less the mean drive's [arcmin]")
+    format_axes(ax, "torque at the output [N.m]", "twist less the mean drive's [arcmin]")
     return legend_above(ax, "shaded: reach of the first one over a turn")
 
 

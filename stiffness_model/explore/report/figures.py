@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...numerics.arrays import Array
-from ...plotting.style import BLUE, INK, RED, SHADE, caption, dress, legend_above, new_axes
+from ...plotting.style import BLUE, INK, RED, SHADE, caption, format_axes, legend_above, new_axes
 from ..definition.metrics import METRICS
 from ..definition.study import torque_text
 from .main_effects import parameter_effect, sampled_designs
@@ -52,7 +52,7 @@ def pareto_front(results: Results, ax: Axes | None = None) -> Axes:
         _limits(ax, "x", x[members])
         _limits(ax, "y", y[members])
     _star(ax, x, y, results)
-    dress(
+    format_axes(
         ax,
         f"{METRICS[names[0]].label}, {_sense(results, names[0])}",
         f"{METRICS[names[1]].label}, {_sense(results, names[1])}",
@@ -89,7 +89,7 @@ def trade_off(results: Results) -> list[Axes]:
         dots = ax.scatter(x[members], y[members], s=14, linewidth=0, **_colours(results))
         _star(ax, x, y, results)
         last = k + columns >= len(rows)
-        dress(
+        format_axes(
             ax,
             METRICS[names[0]].label if last else "",
             METRICS[row].label if isinstance(row, str) else _parameter_label(results, row),
@@ -125,7 +125,7 @@ def main_effects(results: Results) -> list[Axes]:
             ax.fill_between(x, effect.low, effect.high, color=BLUE, alpha=SHADE, linewidth=0)
             ax.plot(x, effect.mean, color=BLUE, linewidth=1.6, marker=".", markersize=4)
             below, beside = i == len(names) - 1, j == 0
-            dress(ax, _parameter_label(results, j) if below else "", METRICS[name].label if beside else "")
+            format_axes(ax, _parameter_label(results, j) if below else "", METRICS[name].label if beside else "")
             caption(ax, f"{100 * effect.index:.0f} %")
             _ticks(ax, results, j, "x")
             low.append(effect.low.min(initial=np.inf))

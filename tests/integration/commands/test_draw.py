@@ -32,7 +32,7 @@ def test_draw_writes_dxf_and_animation(
     pytest.importorskip("ezdxf", reason="ezdxf (extra dxf) is not installed")
     from reefmu.commands import draw
 
-    monkeypatch.setattr(draw, "write_turn", lambda drive, path, twist: path.write_bytes(b"GIF") and 48)
+    monkeypatch.setattr(draw, "write_animation", lambda drive, path, twist: path.write_bytes(b"GIF") and 48)
     assert (
         main(["draw", "drive_1", "--set", "lobes=28", "--dxf", "--chord", "1", "--animate", "--out", str(tmp_path)])
         == 0

@@ -17,8 +17,8 @@ from stiffness_model.equilibrium import newton
 from stiffness_model.equilibrium.closed_form import Status
 from stiffness_model.errors import InputError, NotConvergedWarning
 from stiffness_model.lookup.build_lookup import mean_torque
-from stiffness_model.plotting.layout import place
-from stiffness_model.plotting.loads import solve_loads
+from stiffness_model.plotting.cross_section.element_forces import solve_element_forces
+from stiffness_model.plotting.cross_section.layout import place
 from stiffness_model.ratings.bearing_life import bearing_life
 from stiffness_model.ratings.efficiency import friction_losses
 from stiffness_model.ratings.static_safety import static_safety
@@ -35,7 +35,7 @@ ASKED: dict[str, Ask] = {
     "friction": lambda drive, twist: friction_losses(drive, twist, 2, coefficient=0.05),
     "lookup": mean_torque,
     "turning": lambda drive, twist: turning_map(draw_individual(drive, 0), twist, [0.1]),
-    "view": lambda drive, twist: solve_loads(drive, sampling.nominal(drive), float(twist[-1])),
+    "view": lambda drive, twist: solve_element_forces(drive, sampling.nominal(drive), float(twist[-1])),
 }
 
 

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import stiffness_model as sm
 from stiffness_model.drawing.tolerances import iso_492_normal
 from stiffness_model.geometry.seats import Seats
-from stiffness_model.plotting.layout import place
-from stiffness_model.plotting.shapes import cage_room
+from stiffness_model.plotting.cross_section.layout import place_parts
+from stiffness_model.plotting.cross_section.row_outlines import cage_radii
 
 ISO_3290_DIAMETERS_MM = (5, 5.5, 6, 6.5, 7, 7.5, 8, 8.5, 9, 9.5, 10, 11, 12, 13, 14, 15, 16)
 """Preferred nominal ball diameters of ISO 3290-1 in this range."""
@@ -46,7 +46,7 @@ def test_balls_of_14_mm_stand_on_every_second_seat(per_row, fits):
     """With 15 to 21 a row there was no warning, though the bores of neighbouring seats overlap."""
     drive = sm.load_drive("drive_1", elements=3 * per_row)
     assert drive.seats.fits == fits
-    centre = place(drive, 0.3).centre[0]
+    centre = place_parts(drive, 0.3).centre[0]
     nearest = min(np.linalg.norm(a - b) for k, a in enumerate(centre) for b in centre[:k])
     # The eccentric moves the centres in and out by 0.7 mm of 48; bores stay where they are.
     assert nearest == pytest.approx(drive.seats.chord, rel=0.02)
@@ -56,7 +56,7 @@ def test_the_workshop_s_drive_can_be_built():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         drive = sm.load_drive("workshop")
-    rim = cage_room(drive)[0]
+    rim = cage_radii(drive)[0]
     at_rim = 2 * (rim * math.sin(math.pi / drive.seats.seats) - drive.seats.bore_radius)
     assert drive.seats.spacing == 1
     assert drive.seats.wall > at_rim > 1.5e-3
@@ -64,7 +64,7 @@ def test_the_workshop_s_drive_can_be_built():
     assert drive.usable_limit == math.pi
     crest = 1 / drive.path.curvature(math.pi)
     assert crest + drive.element_radius < -0.25e-3
-    assert np.abs(place(drive).gear).max() < 1e-12
+    assert np.abs(place_parts(drive).gear).max() < 1e-12
     # Bought as drawn.
     assert 2e3 * drive.element_radius in ISO_3290_DIAMETERS_MM
     ring = drive.tolerances["crank"]

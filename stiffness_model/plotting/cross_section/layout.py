@@ -19,11 +19,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drawing.drive import Drive
-from ..drawing.twist_limits import expect_crank_angle
-from ..errors import expect, expect_number
-from ..geometry.ball_path import wrap
-from ..numerics.arrays import Array
+from ...drawing.drive import Drive
+from ...drawing.twist_limits import expect_crank_angle
+from ...errors import expect, expect_number
+from ...geometry.ball_path import wrap
+from ...numerics.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Layout:
     centre: Array
 
 
-def place(drive: Drive, angle: float = 0.0, start: float = 0.0) -> Layout:
+def place_parts(drive: Drive, angle: float = 0.0, start: float = 0.0) -> Layout:
     """Where the parts stand with the first eccentric at `angle`, rad.
 
     start: position beta, rad, of the first element with the eccentric at 0: how the drive was put together, cage to
@@ -51,16 +51,16 @@ def place(drive: Drive, angle: float = 0.0, start: float = 0.0) -> Layout:
 
     >>> from stiffness_model import load_drive
     >>> drive = load_drive("drive_1")
-    >>> turned = place(drive, 2 * np.pi).bore - place(drive).bore
+    >>> turned = place_parts(drive, 2 * np.pi).bore - place_parts(drive).bore
     >>> f"{2 * np.pi / turned[0, 0]:.1f}"
     '-29.0'
-    >>> [np.degrees(place(load_drive("drive_1", lobes=z)).gear).round(9).tolist() for z in (30, 28)]
+    >>> [np.degrees(place_parts(load_drive("drive_1", lobes=z)).gear).round(9).tolist() for z in (30, 28)]
     [[0.0, -4.0, 4.0], [0.0, 0.0, 0.0]]
     """
     expect_crank_angle(drive, expect_number(angle, "a finite crank angle in rad", "angle"))
-    rows, lobes, ratio = drive.eccentrics, drive.lobes, _places(drive)
+    rows, lobes, ratio = drive.eccentrics, drive.lobes, _n_seats(drive)
     row = np.arange(rows)
-    first = 2 * np.pi / ratio * ((row * _step(drive) / rows)[:, None] + occupied(drive)) + start
+    first = 2 * np.pi / ratio * ((row * _step(drive) / rows)[:, None] + occupied_seats(drive)) + start
     at_rest = 2 * np.pi * _order(drive) / rows
     turn = at_rest - first[:, 0] * (1 + drive.orientation / lobes)
     pitch = 2 * np.pi / lobes
@@ -72,19 +72,19 @@ def place(drive: Drive, angle: float = 0.0, start: float = 0.0) -> Layout:
         bore,
         wrap(beta),
         np.where(np.abs(gear) < 1e-12, 0.0, gear),
-        drive.eccentricity * towards(crank),
-        drive.path.radius(beta)[..., None] * towards(bore),
+        drive.eccentricity * unit_vector(crank),
+        drive.path.radius(beta)[..., None] * unit_vector(bore),
     )
 
 
-def occupied(drive: Drive) -> NDArray[np.intp]:
+def occupied_seats(drive: Drive) -> NDArray[np.intp]:
     """Which of a row's |i| places have a bore, (n,): all, or as many as there are elements, spread evenly.
 
     >>> from stiffness_model import load_drive
-    >>> occupied(load_drive("drive_1", elements=3 * 14, element_radius="4 mm")).tolist()
+    >>> occupied_seats(load_drive("drive_1", elements=3 * 14, element_radius="4 mm")).tolist()
     [0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26]
     """
-    count, places = drive.elements_per_row, _places(drive)
+    count, places = drive.elements_per_row, _n_seats(drive)
     expect(
         count <= places,
         f"at most {places} elements on one eccentric, one for every place that the ratio gives",
@@ -94,23 +94,23 @@ def occupied(drive: Drive) -> NDArray[np.intp]:
     return np.arange(count) * places // count
 
 
-def turns_to_repeat(drive: Drive) -> int:
+def period_turns(drive: Drive) -> int:
     """Crank turns after which the picture is the same again, element for element's neighbour.
 
     >>> from stiffness_model import load_drive
-    >>> turns_to_repeat(load_drive("drive_1")), turns_to_repeat(load_drive("drive_1", elements=60))
+    >>> period_turns(load_drive("drive_1")), period_turns(load_drive("drive_1", elements=60))
     (1, 29)
     """
-    count, places = len(occupied(drive)), _places(drive)
+    count, places = len(occupied_seats(drive)), _n_seats(drive)
     return places // count if places % count == 0 else places
 
 
-def towards(angle: Array) -> Array:
+def unit_vector(angle: Array) -> Array:
     """Unit vectors (..., 2) at polar angles (...), rad."""
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
-def _places(drive: Drive) -> int:
+def _n_seats(drive: Drive) -> int:
     return drive.seats.seats
 
 
@@ -124,5 +124,5 @@ def _order(drive: Drive) -> NDArray[np.int64]:
 
 def _step(drive: Drive) -> int:
     """Places from one element to the next where they are spread evenly over all; else 1."""
-    step, left = divmod(_places(drive), drive.elements_per_row)
+    step, left = divmod(_n_seats(drive), drive.elements_per_row)
     return step if left == 0 else 1

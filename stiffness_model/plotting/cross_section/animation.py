@@ -9,42 +9,42 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drawing import sampling
-from ..drawing.drive import Drive
-from ..errors import expect
-from ..io.atomic_files import atomic_file
-from .layout import turns_to_repeat
-from .loads import Loads, solve_loads
-from .section import ARROW_COLOURS, colour_elements, draw_arrows, draw_row
-from .shapes import shapes
-from .style import caption
+from ...drawing import sampling
+from ...drawing.drive import Drive
+from ...errors import expect
+from ...io.atomic_files import atomic_file
+from ..style import caption
+from .element_forces import ElementForces, solve_element_forces
+from .layout import period_turns
+from .row import ARROW_COLOURS, colour_elements, draw_arrows, draw_row
+from .row_outlines import row_outlines
 
 FRAMES = 48
 """Pictures for one turn of the crank."""
-MOST_FRAMES = 720
+MAX_FRAMES = 720
 FRAME_TIME = 60
 """ms."""
 SIZE, DOTS_PER_INCH = 4.6, 100
 COLOURS = 64
 
 
-def write_turn(drive: Drive, path: str | os.PathLike[str], twist: float = 0.0, frames: int = FRAMES) -> int:
+def write_animation(drive: Drive, path: str | os.PathLike[str], twist: float = 0.0, frames: int = FRAMES) -> int:
     """Write the first row of the nominal drive through one period of its motion and return the number of pictures.
 
     The gear is fixed, the crank turns, and the cage by 1/ratio of it. After one turn every bore stands where its
-    neighbour stood, and the picture is the same (`layout.turns_to_repeat`: a row with empty places needs more turns).
+    neighbour stood, and the picture is the same (`layout.period_turns`: a row with empty places needs more turns).
     With a `twist`, rad at the output, forces are drawn as they are at every crank angle. frames: for one turn.
-    The file is written whole or not at all. Raises `InputError` for less than 2 frames or more than `MOST_FRAMES`
+    The file is written whole or not at all. Raises `InputError` for less than 2 frames or more than `MAX_FRAMES`
     in all.
     """
-    count = frames * turns_to_repeat(drive)
+    count = frames * period_turns(drive)
     expect(
-        frames >= 2 and count <= MOST_FRAMES,
-        f"at least 2 frames a turn, and at most {MOST_FRAMES} in the {turns_to_repeat(drive)} turns of a period",
+        frames >= 2 and count <= MAX_FRAMES,
+        f"at least 2 frames a turn, and at most {MAX_FRAMES} in the {period_turns(drive)} turns of a period",
         frames,
         "frames",
     )
-    every = list(turn_loads(drive, twist, frames))
+    every = list(forces_over_turn(drive, twist, frames))
     pictures = list(_pictures(drive, every))
     palette = _palette(pictures[0])
     # No dithering: its dots would crawl.
@@ -54,24 +54,24 @@ def write_turn(drive: Drive, path: str | os.PathLike[str], twist: float = 0.0, f
     return count
 
 
-def turn_loads(drive: Drive, twist: float, frames: int = FRAMES) -> Iterator[Loads]:
+def forces_over_turn(drive: Drive, twist: float, frames: int = FRAMES) -> Iterator[ElementForces]:
     """The nominal drive through one period of its motion, `frames` crank angles a turn."""
     nominal = sampling.nominal(drive)
-    for k in range(frames * turns_to_repeat(drive)):
-        yield solve_loads(drive, nominal, twist, 2 * np.pi * k / frames)
+    for k in range(frames * period_turns(drive)):
+        yield solve_element_forces(drive, nominal, twist, 2 * np.pi * k / frames)
 
 
-def _pictures(drive: Drive, every: list[Loads]) -> Iterator[NDArray[np.uint8]]:
+def _pictures(drive: Drive, every: list[ElementForces]) -> Iterator[NDArray[np.uint8]]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(SIZE, SIZE), dpi=DOTS_PER_INCH)
     canvas = FigureCanvasAgg(figure)
-    greatest = max(float(loads.carried[0].max()) for loads in every)
+    greatest = max(float(loads.significant[0].max()) for loads in every)
     for loads in every:
         figure.clear()
         ax = figure.add_axes((0.01, 0.01, 0.98, 0.93))
-        row = shapes(drive, loads, 0)
+        row = row_outlines(drive, loads, 0)
         draw_row(ax, drive, row)
         colour_elements(ax, loads, 0, greatest)
         draw_arrows(ax, drive, loads, 0, greatest)

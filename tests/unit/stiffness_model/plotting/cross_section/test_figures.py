@@ -12,10 +12,10 @@ import stiffness_model as sm
 from stiffness_model.contact.element_contacts import CONTACTS
 from stiffness_model.drawing import sampling
 from stiffness_model.errors import InputError
-from stiffness_model.plotting.loads import Loads, solve_loads
-from stiffness_model.plotting.section import picture_drawing, picture_forces
-from stiffness_model.plotting.shapes import shapes
-from tests.unit.stiffness_model.plotting.polygons import crossings, distances
+from stiffness_model.plotting.cross_section.element_forces import ElementForces, solve_element_forces
+from stiffness_model.plotting.cross_section.figures import drawing_figure, forces_figure
+from stiffness_model.plotting.cross_section.row_outlines import row_outlines
+from tests.unit.stiffness_model.plotting.cross_section.polygons import crossings, distances
 
 
 def arrows(figure: Figure, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -30,8 +30,8 @@ def moment(point: np.ndarray, force: np.ndarray) -> float:
     return float((point[:, 0] * force[:, 1] - point[:, 1] * force[:, 0]).sum())
 
 
-def loaded(drive: sm.Drive, share: float = 0.8) -> Loads:
-    return solve_loads(drive, sampling.draw(drive, 0, 1, 3), share * drive.max_twist, 0.4)
+def loaded(drive: sm.Drive, share: float = 0.8) -> ElementForces:
+    return solve_element_forces(drive, sampling.draw(drive, 0, 1, 3), share * drive.max_twist, 0.4)
 
 
 @pytest.mark.parametrize("lobes", [28, 30])
@@ -43,7 +43,7 @@ def test_drawn_arrows_turn_the_drive_with_its_torque(lobes: int, seed: int, shar
     deviations = sampling.draw(drive, 0, 1, seed)
     twist = share * drive.max_twist
     angle = float(deviations.beta[0, 0]) * drive.transmission_ratio / lobes
-    figure = picture_forces(drive, solve_loads(drive, deviations, twist, angle))
+    figure = forces_figure(drive, solve_element_forces(drive, deviations, twist, angle))
     expected = sm.simulate(drive, [twist], 1, seed)
     by_kind = {name: arrows(figure, name) for name in CONTACTS}
     on_output = -sum(moment(*by_kind[name]) for name in ("cage t+", "cage t-"))
@@ -58,9 +58,9 @@ def test_drawn_arrows_turn_the_drive_with_its_torque(lobes: int, seed: int, shar
 
 def test_forces_on_every_element_balance(drawn: sm.Drive) -> None:
     loads = loaded(drawn)
-    assert loads.size.max() > 10
-    np.testing.assert_allclose(loads.force.sum(axis=2), 0, atol=1e-6 * loads.size.max())
-    assert (loads.size[~loads.usable] == 0).all()
+    assert loads.magnitude.max() > 10
+    np.testing.assert_allclose(loads.force.sum(axis=2), 0, atol=1e-6 * loads.magnitude.max())
+    assert (loads.magnitude[~loads.usable] == 0).all()
 
 
 def test_arrows_end_where_element_and_partner_touch(drawn: sm.Drive) -> None:
@@ -76,13 +76,13 @@ def test_arrows_end_where_element_and_partner_touch(drawn: sm.Drive) -> None:
 
 def test_arrow_lengths_and_colours_tell_the_force(roomy: sm.Drive) -> None:
     """One scale for all arrows and for the arrow that shows it; the element that carries most is the darkest."""
-    figure, loads = picture_forces(roomy, loaded(roomy)), loaded(roomy)
+    figure, loads = forces_figure(roomy, loaded(roomy)), loaded(roomy)
     drawn = [q for ax in figure.axes for q in ax.collections if isinstance(q, Quiver)]
     assert len({q.scale for q in drawn}) == 1
     scale = next(q for q in drawn if q.get_gid() == "scale")
     assert f"{scale.U[0]:g} N" in [text.get_text() for ax in figure.axes for text in ax.texts]
     elements = [p for ax in figure.axes for p in ax.patches if p.get_gid() == "element"]
-    size = loads.size.max(axis=-1).ravel()
+    size = loads.magnitude.max(axis=-1).ravel()
     assert len(elements) == size.size == 87
     filled = np.array([p.get_facecolor()[3] > 0 for p in elements])
     np.testing.assert_array_equal(filled, size > 1e-6 * size.max())
@@ -93,8 +93,8 @@ def test_arrow_lengths_and_colours_tell_the_force(roomy: sm.Drive) -> None:
 
 def test_parts_are_drawn_to_scale(roomy: sm.Drive) -> None:
     """Balls of their size touch the drawn profile, lie on the drawn crank, and overlap neither cage nor each other."""
-    loads = solve_loads(roomy, sampling.nominal(roomy), 0.0, 0.3)
-    figure = picture_drawing(roomy, loads)
+    loads = solve_element_forces(roomy, sampling.nominal(roomy), 0.0, 0.3)
+    figure = drawing_figure(roomy, loads)
     ax = figure.axes[0]
     balls = [p for p in ax.patches if isinstance(p, Circle)]
     (gear,) = [p for p in ax.patches if isinstance(p, PathPatch) and p.get_gid() == "gear"]
@@ -130,7 +130,7 @@ def test_parts_are_drawn_to_scale(roomy: sm.Drive) -> None:
 
 
 def test_overlapping_elements_are_said(drive: sm.Drive) -> None:
-    figure = picture_drawing(drive, solve_loads(drive, sampling.nominal(drive), 0.0))
+    figure = drawing_figure(drive, solve_element_forces(drive, sampling.nominal(drive), 0.0))
     assert "neighbouring bores cut each other by 3.62 mm" in figure.axes[1].get_title(loc="left")
     assert not [p for p in figure.axes[0].patches if p.get_gid() == "cage"]
     assert len([line for line in figure.axes[0].lines if line.get_gid() == "wall"]) == 2 * 29
@@ -139,16 +139,16 @@ def test_overlapping_elements_are_said(drive: sm.Drive) -> None:
 def test_exaggeration_shows_play_and_indentation(roomy: sm.Drive) -> None:
     """At N times, gaps between circles and profile are N times what the contacts' equations say."""
     loads, row, times = loaded(roomy), 1, 50.0
-    shown, true = shapes(roomy, loads, row, times), shapes(roomy, loads, row)
+    shown, true = row_outlines(roomy, loads, row, times), row_outlines(roomy, loads, row)
     members = slice(row, None, 3)
-    deviations, shift = loads.deviations, loads.shift[row]
+    deviations, shift = loads.deviations, loads.displacement[row]
     n_r, n_t = roomy.path.normal(loads.layout.beta[row], roomy.orientation)
     play = deviations.gear[0, members] - deviations.element[0, members] - shift[:, 0] * n_r - shift[:, 1] * n_t
     gap = distances(shown.centre, shown.gear) - shown.radius
     plain = np.abs(loads.layout.beta[row]) < roomy.usable_limit - 0.3
     assert np.abs(play[plain]).max() > 1e-6
     np.testing.assert_allclose(gap[plain & (play > 0)], times * play[plain & (play > 0)], atol=0.15 * times * 5e-6)
-    pressed = plain & (loads.size[row, :, 0] > 100)
+    pressed = plain & (loads.magnitude[row, :, 0] > 100)
     assert pressed.sum() > 5
     inside = -(times * play[pressed])
     assert (inside > 0).all()
@@ -158,20 +158,20 @@ def test_exaggeration_shows_play_and_indentation(roomy: sm.Drive) -> None:
 
 
 def test_at_rest_there_are_no_arrows(drive: sm.Drive) -> None:
-    figure = picture_forces(drive, solve_loads(drive, sampling.nominal(drive), 0.0))
+    figure = forces_figure(drive, solve_element_forces(drive, sampling.nominal(drive), 0.0))
     assert not [c for ax in figure.axes for c in ax.collections if isinstance(c, Quiver)]
     assert not any(p.get_facecolor()[3] for ax in figure.axes for p in ax.patches if p.get_gid() == "element")
 
 
 def test_every_kind_of_drive_is_drawn(drawn: sm.Drive) -> None:
     loads = loaded(drawn)
-    figure = picture_forces(drawn, loads)
+    figure = forces_figure(drawn, loads)
     rows = [ax for ax in figure.axes if any(p.get_gid() == "gear" for p in ax.patches)]
     assert len(rows) == drawn.eccentrics
     figure.draw_without_rendering()
-    picture_drawing(drawn, loads).draw_without_rendering()
+    drawing_figure(drawn, loads).draw_without_rendering()
 
 
 def test_bad_input_is_one_line(drive: sm.Drive) -> None:
     with pytest.raises(InputError, match="twist"):
-        solve_loads(drive, sampling.nominal(drive), float("nan"))
+        solve_element_forces(drive, sampling.nominal(drive), float("nan"))

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 import stiffness_model as sm
 from stiffness_model.drawing import sampling
 from stiffness_model.errors import InputError
-from stiffness_model.plotting.layout import Layout, place, turns_to_repeat
-from stiffness_model.plotting.outline import gear_outline, rotated
-from tests.unit.stiffness_model.plotting.polygons import distances
+from stiffness_model.plotting.cross_section.layout import Layout, period_turns, place_parts
+from stiffness_model.plotting.cross_section.outline import gear_outline, rotated
+from tests.unit.stiffness_model.plotting.cross_section.polygons import distances
 
 
 def check_contacts(drive: sm.Drive, layout: Layout) -> None:
@@ -46,14 +46,14 @@ def test_elements_rest_on_eccentric_and_profile(
         eccentrics=rows,
         elements=rows * count,
     )
-    layout = place(drive, angle)
+    layout = place_parts(drive, angle)
     check_contacts(drive, layout)
     assert layout.beta.shape == (rows, count)
     np.testing.assert_allclose(np.exp(1j * layout.beta), np.exp(1j * (layout.crank[:, None] - layout.bore)), atol=1e-9)
     # The eccentrics are spread evenly: the crank is balanced.
     assert np.abs(np.exp(1j * layout.crank).sum()) < 1e-9 or rows == 1
     # Gear fixed: the profile stays, the cage turns by 1/ratio.
-    start = place(drive)
+    start = place_parts(drive)
     np.testing.assert_allclose(layout.gear, start.gear, atol=1e-12)
     np.testing.assert_allclose(layout.bore - start.bore, angle / drive.ratio, atol=1e-12)
     np.testing.assert_allclose(layout.crank - start.crank, angle, atol=1e-12)
@@ -63,10 +63,10 @@ def test_a_turn_closes_on_itself(drawn: sm.Drive) -> None:
     """Elements as a set; and no earlier."""
 
     def picture(angle: float) -> np.ndarray:
-        centres = place(drawn, angle).centre.reshape(-1, 2)
+        centres = place_parts(drawn, angle).centre.reshape(-1, 2)
         return centres[np.lexsort(np.round(centres.T, 9))]
 
-    turns = turns_to_repeat(drawn)
+    turns = period_turns(drawn)
     np.testing.assert_allclose(picture(2 * np.pi * turns), picture(0.0), atol=1e-12)
     for earlier in range(1, turns):
         assert np.abs(picture(2 * np.pi * earlier) - picture(0.0)).max() > 1e-5
@@ -76,7 +76,7 @@ def test_balls_touch_the_trimmed_profile_through_a_turn(drawn: sm.Drive) -> None
     """No gap where the profile exists, no ball in the gear anywhere: within the polygon's chord error."""
     outline = gear_outline(drawn, chord_error=1e-6)
     for angle in np.linspace(0, 2 * np.pi, 7):
-        layout = place(drawn, angle)
+        layout = place_parts(drawn, angle)
         for row, turn in enumerate(layout.gear):
             gap = distances(layout.centre[row], rotated(outline.points, turn)) - drawn.element_radius
             exists = np.abs(layout.beta[row]) <= drawn.usable_limit
@@ -87,7 +87,7 @@ def test_balls_touch_the_trimmed_profile_through_a_turn(drawn: sm.Drive) -> None
 
 def test_balls_where_the_profile_is_cut_away_stand_free(drive: sm.Drive) -> None:
     """Between two lobes by 0.16 mm: the profile there has gone with the crest."""
-    outline, layout = gear_outline(drive), place(drive)
+    outline, layout = gear_outline(drive), place_parts(drive)
     gap = distances(layout.centre[0], outline.points) - drive.element_radius
     assert gap.max() == pytest.approx(0.163e-3, rel=0.02)
     assert np.abs(layout.beta[0, gap.argmax()]) > 3
@@ -99,14 +99,16 @@ def test_rows_have_the_positions_of_the_simulated_drives(drive: sm.Drive) -> Non
         drive = sm.load_drive("drive_1", lobes=lobes)
         beta = sampling.draw(drive, 0, 1, 4).beta
         angle = beta[0, 0] * drive.transmission_ratio / lobes
-        np.testing.assert_allclose(np.exp(1j * place(drive, angle).beta.T.ravel()), np.exp(1j * beta[0]), atol=1e-12)
+        np.testing.assert_allclose(
+            np.exp(1j * place_parts(drive, angle).beta.T.ravel()), np.exp(1j * beta[0]), atol=1e-12
+        )
 
 
 def test_one_profile_serves_all_rows_where_lobes_and_eccentrics_share_no_factor() -> None:
     for lobes, rows, straight in ((30, 3, False), (28, 3, True), (30, 2, False), (29, 2, True), (31, 3, True)):
         ratio = lobes - 1
         drive = sm.load_drive("drive_1", transmission_ratio=ratio, lobes=lobes, eccentrics=rows, elements=rows * ratio)
-        layout = place(drive)
+        layout = place_parts(drive)
         assert (layout.gear == 0).all() == straight == (math.gcd(lobes, rows) == 1)
         # Either way eq. 20's spread: all rows together divide the profile evenly.
         gaps = np.diff(np.sort(layout.beta.ravel()))
@@ -123,6 +125,6 @@ def test_bars_between_bores(roomy: sm.Drive, drive: sm.Drive) -> None:
 def test_more_elements_than_places_are_refused() -> None:
     drive = sm.load_drive("drive_1", elements=90)
     with pytest.raises(InputError, match="at most 29 elements on one eccentric"):
-        place(drive)
+        place_parts(drive)
     with pytest.raises(InputError, match="angle"):
-        place(sm.load_drive("drive_1"), math.nan)
+        place_parts(sm.load_drive("drive_1"), math.nan)

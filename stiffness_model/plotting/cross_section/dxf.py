@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..drawing.drive import HOLES, Drive
-from ..drawing.fits import zone_text
-from ..errors import InputError
-from ..io.atomic_files import atomic_file
-from ..units import MICROMETRE
-from .layout import Layout, place, towards
+from ...drawing.drive import HOLES, Drive
+from ...drawing.fits import zone_text
+from ...errors import InputError
+from ...io.atomic_files import atomic_file
+from ...units import MICROMETRE
+from .layout import Layout, place_parts, unit_vector
 from .outline import CHORD_ERROR, Outline, equidistant, gear_offset, gear_outline, rotated
 
 MILLIMETRES = 4
@@ -35,7 +35,7 @@ def write_dxf(drive: Drive, path: str | os.PathLike[str], chord_error: float = C
         raise InputError("dxf: expected the library ezdxf, got none; pip install 'reefmu[dxf]'") from None
     profile = gear_outline(drive, chord_error)
     centres = equidistant(drive.path, 0.0, chord_error)
-    layout = place(drive)
+    layout = place_parts(drive)
     document: Any = new("R2010", units=MILLIMETRES)
     document.header["$MEASUREMENT"] = 1
     space = document.modelspace()
@@ -92,7 +92,7 @@ def notes(drive: Drive, profile: Outline, layout: Layout) -> list[str]:
 def _bores(space: Any, drive: Drive, layout: Layout, row: int, layer: str) -> None:
     centre_distance = 1e3 * drive.path.centre_distance
     radius = 1e3 * (drive.element_radius + drive.tolerances["cage"].offset)
-    for direction in towards(layout.bore[row]):
+    for direction in unit_vector(layout.bore[row]):
         space.add_circle(centre_distance * direction, radius, dxfattribs={"layer": layer})
         space.add_line(
             (centre_distance - 1.2 * radius) * direction,

@@ -11,9 +11,9 @@ from PIL import Image
 
 import stiffness_model as sm
 from stiffness_model.errors import InputError
-from stiffness_model.plotting.animation import FRAMES, turn_loads, write_turn
-from stiffness_model.plotting.outline import gear_outline
-from tests.unit.stiffness_model.plotting.polygons import distances
+from stiffness_model.plotting.cross_section.animation import FRAMES, forces_over_turn, write_animation
+from stiffness_model.plotting.cross_section.outline import gear_outline
+from tests.unit.stiffness_model.plotting.cross_section.polygons import distances
 
 
 def pictures(path: Path) -> list[np.ndarray]:
@@ -28,20 +28,20 @@ def pictures(path: Path) -> list[np.ndarray]:
 def test_balls_touch_the_profile_in_all_frames(roomy: sm.Drive) -> None:
     """Unloaded and without deviations: no gap to the profile in any frame's state, by the workshop's outline."""
     outline = gear_outline(roomy, 1e-6).points
-    states = list(turn_loads(roomy, 0.0))
+    states = list(forces_over_turn(roomy, 0.0))
     assert len(states) == FRAMES
     for loads in states[::6]:
         gap = distances(loads.layout.centre[0], outline) - roomy.element_radius
         assert np.abs(gap[loads.usable[0]]).max() < 1.01e-6
         assert gap.min() > -1.01e-6
-        assert np.abs(loads.shift[loads.usable]).max() < 1e-12
+        assert np.abs(loads.displacement[loads.usable]).max() < 1e-12
 
 
 @pytest.mark.slow
 def test_gif_loops_without_a_seam(roomy: sm.Drive, tmp_path: Path) -> None:
     """From the last picture to the first is a step like any other, though the cage never turns back."""
     small = replace(roomy, eccentrics=1, elements=29)
-    assert write_turn(small, tmp_path / "turn.gif", small.max_twist, frames=12) == 12
+    assert write_animation(small, tmp_path / "turn.gif", small.max_twist, frames=12) == 12
     with Image.open(tmp_path / "turn.gif") as image:
         assert image.format == "GIF"
         assert image.n_frames == 12
@@ -56,7 +56,7 @@ def test_gif_loops_without_a_seam(roomy: sm.Drive, tmp_path: Path) -> None:
 def test_frames_are_bounded(tmp_path: Path) -> None:
     sparse = sm.load_drive("drive_1", elements=3 * 20)
     with pytest.raises(InputError, match="at most 720 in the 29 turns"):
-        write_turn(sparse, tmp_path / "turn.gif")
+        write_animation(sparse, tmp_path / "turn.gif")
     with pytest.raises(InputError, match="at least 2 frames"):
-        write_turn(sm.load_drive("drive_1"), tmp_path / "turn.gif", frames=1)
+        write_animation(sm.load_drive("drive_1"), tmp_path / "turn.gif", frames=1)
     assert not list(tmp_path.iterdir())

@@ -9,7 +9,7 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.cli import main
-from stiffness_model.plotting.loads import Loads, solve_loads
+from stiffness_model.plotting.cross_section.element_forces import ElementForces, solve_element_forces
 from stiffness_model.rotation import draw_individual, elements_at, turning_map
 
 FIELDS = {
@@ -19,10 +19,10 @@ FIELDS = {
 }
 
 
-def at_angle(drive: sm.Drive, seed: int, twist: float, angle: float) -> Loads:
+def at_angle(drive: sm.Drive, seed: int, twist: float, angle: float) -> ElementForces:
     one = draw_individual(drive, seed)
     deviations, weight = elements_at(one, angle / drive.ratio)
-    return solve_loads(drive, deviations, twist, angle, one.start, weight)
+    return solve_element_forces(drive, deviations, twist, angle, one.start, weight)
 
 
 @pytest.mark.parametrize("fields", FIELDS)
@@ -43,7 +43,7 @@ def test_a_drawn_individual_is_the_one_that_turns(fields: str, seed: int, angle:
         assert len(set(facing)) == min(len(facing), drive.lobes)
     turned = turning_map(one, [loads.twist], [angle / drive.ratio])
     # The map reads the gear's stiffness from a table (2e-5).
-    assert loads.size.max() == pytest.approx(turned.max_force[0, 0], rel=1e-4)
+    assert loads.magnitude.max() == pytest.approx(turned.max_force[0, 0], rel=1e-4)
     assert loads.torque.sum() == pytest.approx(turned.torque[0, 0], rel=1e-4)
 
 

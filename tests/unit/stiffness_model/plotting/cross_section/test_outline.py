@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 import stiffness_model as sm
 from stiffness_model.errors import InputError
 from stiffness_model.geometry.ball_path import BallPath, usable_limit
-from stiffness_model.plotting import dxf
-from stiffness_model.plotting.layout import place
-from stiffness_model.plotting.outline import equidistant, gear_offset, gear_outline, rotated
-from tests.unit.stiffness_model.plotting.polygons import area, crossings, distances
+from stiffness_model.plotting.cross_section import dxf
+from stiffness_model.plotting.cross_section.layout import place_parts
+from stiffness_model.plotting.cross_section.outline import equidistant, gear_offset, gear_outline, rotated
+from tests.unit.stiffness_model.plotting.cross_section.polygons import area, crossings, distances
 
 ezdxf = pytest.importorskip("ezdxf", reason="ezdxf (extra dxf) is not installed")
 
@@ -114,7 +114,7 @@ def test_dxf_reads_back(drawn: sm.Drive, tmp_path: Path) -> None:
     """Units, layers, and every row's profile against `geometry.ball_path`'s to the stated error."""
     chord = 1e-7
     written = dxf.write_dxf(drawn, tmp_path / "profile.dxf", chord)
-    document, layout, q = read(tmp_path / "profile.dxf"), place(drawn), gear_offset(drawn)
+    document, layout, q = read(tmp_path / "profile.dxf"), place_parts(drawn), gear_offset(drawn)
     assert document.units == 4
     assert document.header["$INSUNITS"] == 4
     assert document.header["$MEASUREMENT"] == 1

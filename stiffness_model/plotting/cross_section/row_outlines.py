@@ -13,24 +13,24 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..drawing.drive import Drive
-from ..geometry.ball_path import BallPath
-from ..numerics.arrays import Array
-from ..numerics.roots import bracketed_root
-from .layout import towards
-from .loads import Loads
+from ...drawing.drive import Drive
+from ...geometry.ball_path import BallPath
+from ...numerics.arrays import Array
+from ...numerics.roots import bracketed_root
+from .element_forces import ElementForces
+from .layout import unit_vector
 from .outline import rotated
 
 CAGE_CLEARANCE = 0.1
 """Of the room between crank and gear, left free by the cage on either side. A drawing says nothing of its rings."""
-LEAST_SMALL = 1e-9
+MIN_DIMENSION = 1e-9
 """m: less is no dimension of a part, for its surface is rougher."""
 POINTS = 97
 """On the half of a lobe in a picture: chords within 1 um of drive_1's profile."""
 
 
 @dataclass(frozen=True)
-class Shapes:
+class RowOutlines:
     """Outlines of one row with n elements, m. All polygons are closed without repeating their first point.
 
     gear: (k, 2), the profile; crank: (k, 2), its raceway; eccentric: (2,), the raceway's centre; centre: (n, 2) and
@@ -47,7 +47,7 @@ class Shapes:
     walls: Array
 
 
-def shapes(drive: Drive, loads: Loads, row: int, exaggeration: float = 1.0) -> Shapes:
+def row_outlines(drive: Drive, loads: ElementForces, row: int, exaggeration: float = 1.0) -> RowOutlines:
     """The outlines of row `row` as it stands under `loads`."""
     layout, deviations, f = loads.layout, loads.deviations, exaggeration
     members = slice(row, None, drive.eccentrics)
@@ -61,17 +61,17 @@ def shapes(drive: Drive, loads: Loads, row: int, exaggeration: float = 1.0) -> S
             ("crank", drive.crank_radius),
         )
     }
-    outwards, along = towards(bore), towards(bore + np.pi / 2)
-    shift = f * loads.shift[row]
+    outwards, along = unit_vector(bore), unit_vector(bore + np.pi / 2)
+    shift = f * loads.displacement[row]
     centre = layout.centre[row] + shift[:, :1] * outwards + shift[:, 1:] * along
     neutral = layout.eccentric[row]
     eccentric = neutral + f * (rotated(neutral, loads.twist * drive.ratio) - neutral)
 
     # Between two elements nothing is known of gear and crank: their deviations go on linearly.
     around = np.linspace(0, 2 * np.pi, 1440, endpoint=False)
-    crank = eccentric + towards(around) * (drive.crank_radius + _between(around, bore, grown["crank"]))[:, None]
+    crank = eccentric + unit_vector(around) * (drive.crank_radius + _between(around, bore, grown["crank"]))[:, None]
     half = drive.element_radius + grown["cage"]
-    inner, outer = cage_room(drive)
+    inner, outer = cage_radii(drive)
     ends = np.array([inner, outer])
     sides = np.array([1.0, -1.0])
     # A wall is parallel to its bore's axis: at the distance rho it stands at the angle asin(half/rho) from it.
@@ -79,7 +79,7 @@ def shapes(drive: Drive, loads: Loads, row: int, exaggeration: float = 1.0) -> S
         np.sqrt(np.maximum(ends**2 - half[:, None] ** 2, 0.0))[:, None, :, None] * outwards[:, None, None]
         + (sides * half[:, None])[..., None, None] * along[:, None, None]
     )
-    return Shapes(
+    return RowOutlines(
         _gear(drive.path, drive, layout.gear[row], bore, grown["gear"]),
         crank,
         eccentric,
@@ -90,7 +90,7 @@ def shapes(drive: Drive, loads: Loads, row: int, exaggeration: float = 1.0) -> S
     )
 
 
-def most_exaggeration(drive: Drive, loads: Loads) -> float:
+def max_exaggeration(drive: Drive, loads: ElementForces) -> float:
     """The greatest `exaggeration` that leaves a picture: drawn so, what is small is as large as an element's radius."""
     deviations = loads.deviations
     way = drive.eccentricity * abs(loads.twist * drive.ratio)
@@ -103,14 +103,14 @@ def most_exaggeration(drive: Drive, loads: Loads) -> float:
                 deviations.cage - drive.element_radius,
                 deviations.gear - drive.element_radius,
                 deviations.crank - drive.crank_radius,
-                loads.shift,
+                loads.displacement,
             )
         ),
     ]
-    return drive.element_radius / max(*small, LEAST_SMALL)
+    return drive.element_radius / max(*small, MIN_DIMENSION)
 
 
-def cage_room(drive: Drive) -> tuple[float, float]:
+def cage_radii(drive: Drive) -> tuple[float, float]:
     """Inner and outer radius, m, of a cage between crank and gear with `CAGE_CLEARANCE` on either side."""
     path, q = drive.path, drive.element_radius
     limit = drive.usable_limit
@@ -161,7 +161,7 @@ def _bar(low: tuple[float, float], high: tuple[float, float], inner: float, oute
     across = np.linspace(0, 1, 25)
     return np.concatenate(
         [
-            first * towards(start(first) + width(first) * across),
-            outer * towards(start(outer) + width(outer) * across[::-1]),
+            first * unit_vector(start(first) + width(first) * across),
+            outer * unit_vector(start(outer) + width(outer) * across[::-1]),
         ]
     )

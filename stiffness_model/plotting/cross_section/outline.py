@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..drawing.drive import Drive
-from ..errors import expect_number
-from ..geometry.ball_path import BallPath, usable_limit
-from ..numerics.arrays import Array
+from ...drawing.drive import Drive
+from ...errors import expect_number
+from ...geometry.ball_path import BallPath, usable_limit
+from ...numerics.arrays import Array
 
 CHORD_ERROR = 1e-7
 """Greatest distance between curve and polygon, m, unless asked for otherwise."""

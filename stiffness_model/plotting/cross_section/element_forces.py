@@ -7,26 +7,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.element_contacts import build_contacts, usable
-from ..drawing.drive import Drive
-from ..drawing.sampling import Deviations
-from ..drawing.twist_limits import expect_twists
-from ..equilibrium.closed_form import Status, solve
-from ..errors import warn_not_converged
-from ..numerics.arrays import Array
-from .layout import Layout, place, towards
+from ...contact.element_contacts import build_contacts, usable
+from ...drawing.drive import Drive
+from ...drawing.sampling import Deviations
+from ...drawing.twist_limits import expect_twists
+from ...equilibrium.closed_form import Status, solve
+from ...errors import warn_not_converged
+from ...numerics.arrays import Array
+from .layout import Layout, place_parts, unit_vector
 
-CARRIES, LEAST_FORCE = 1e-6, 1e-6
+MIN_FORCE_RATIO, MIN_FORCE = 1e-6, 1e-6
 """A contact carries above this share of the greatest force, and above this force, N."""
 
 
 @dataclass(frozen=True)
-class Loads:
+class ElementForces:
     """Forces on the elements of one drive at a twist; m rows of n elements, contacts in the order of `CONTACTS`.
 
     twist: rad at the output. layout: before the twist. deviations: (1, m n), as `sampling` orders them. usable: (m, n),
     whether an element's position is on the part of the profile that exists. force: (m, n, 4, 2), N, on the element by
-    gear, crank, cage t+ and t-. point: (m, n, 4, 2), m, where it touches them. shift: (m, n, 2), m, radial and
+    gear, crank, cage t+ and t-. point: (m, n, 4, 2), m, where it touches them. displacement: (m, n, 2), m, radial and
     tangential displacement of the centres. torque: (m, n), N.m on the output, by the elements. not_converged:
     elements without an equilibrium, which count as no force.
     """
@@ -37,47 +37,47 @@ class Loads:
     usable: NDArray[np.bool_]
     force: Array
     point: Array
-    shift: Array
+    displacement: Array
     torque: Array
     not_converged: int = 0
 
     @property
-    def size(self) -> Array:
+    def magnitude(self) -> Array:
         """The forces' magnitudes, (m, n, 4), N."""
         return np.hypot(self.force[..., 0], self.force[..., 1])
 
     @property
-    def carried(self) -> Array:
-        """As `size`, with 0 for what is below `CARRIES`: the last digits of an element that only just touches."""
-        size = self.size
-        return np.where(size > max(CARRIES * size.max(initial=0.0), LEAST_FORCE), size, 0.0)
+    def significant(self) -> Array:
+        """`magnitude`, with 0 below `MIN_FORCE_RATIO`: rounding errors of an element that only just touches."""
+        size = self.magnitude
+        return np.where(size > max(MIN_FORCE_RATIO * size.max(initial=0.0), MIN_FORCE), size, 0.0)
 
 
-def solve_loads(
+def solve_element_forces(
     drive: Drive,
     deviations: Deviations,
     twist: float,
     angle: float = 0.0,
     start: float = 0.0,
     weight: Array | None = None,
-) -> Loads:
+) -> ElementForces:
     """Forces at `twist`, rad at the output, with the crank turned there from `angle`, rad; cage and gear fixed.
 
-    deviations: of one drive (`rotation.elements_at`, `sampling.nominal`); its positions are replaced by those of
-    the layout with its first element at `start`, rad, of the profile (`layout.place`). weight: (1, n) share of every
-    element in the torque, as `rotation.elements_at` gives it; an element with none carries nothing. Without it, all on
-    the part of the profile that exists count whole. Raises `InputError` for a twist or
-    an angle that is not finite or far from what a drive can be (`twist_limits`); warns with `NotConvergedWarning`.
+    deviations: of one drive (`rotation.elements_at`, `sampling.nominal`); its positions are replaced by those of the
+    layout whose first element stands at `start`, rad, on the profile (`layout.place_parts`). weight: (1, n) share of
+    every element in the torque, as `rotation.elements_at` gives it; an element of weight 0 carries nothing. Without
+    weights, every element on the existing part of the profile counts fully. Raises `InputError` for a twist or an angle
+    that is not finite or beyond `drawing.twist_limits`; warns with `NotConvergedWarning`.
 
     >>> from stiffness_model import load_drive
     >>> from stiffness_model.drawing import sampling
     >>> drive = load_drive("drive_1")
-    >>> loads = solve_loads(drive, sampling.nominal(drive), drive.max_twist)
-    >>> bool(loads.torque.sum() > 0), bool((np.abs(loads.force.sum(axis=2)) < 1e-6 * loads.size.max()).all())
+    >>> loads = solve_element_forces(drive, sampling.nominal(drive), drive.max_twist)
+    >>> bool(loads.torque.sum() > 0), bool((np.abs(loads.force.sum(axis=2)) < 1e-6 * loads.magnitude.max()).all())
     (True, True)
     """
     expect_twists(drive, twist)
-    layout = place(drive, angle, start)
+    layout = place_parts(drive, angle, start)
     rows, count = layout.beta.shape
     here = Deviations(_flat(layout.beta), deviations.element, deviations.crank, deviations.cage, deviations.gear)
     share = usable(drive, here.beta).astype(float).ravel() if weight is None else weight.ravel()
@@ -123,8 +123,8 @@ def solve_loads(
     size = np.stack([gear, crank, plus, minus], axis=-1)[..., None]
     ball = deviations.element.reshape(count, rows).T[..., None, None]
     middle = np.stack([c + radial, tangential], -1)[:, :, None]
-    axes = np.stack([towards(layout.bore), towards(layout.bore + np.pi / 2)], axis=-2)[:, :, None]
-    return Loads(
+    axes = np.stack([unit_vector(layout.bore), unit_vector(layout.bore + np.pi / 2)], axis=-2)[:, :, None]
+    return ElementForces(
         float(twist),
         layout,
         here,

@@ -1,0 +1,119 @@
+"""One row of a drive to scale: its parts, its elements coloured by force, and the contact forces as arrows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...contact.element_contacts import CONTACTS
+from ...drawing.drive import Drive
+from ...numerics.arrays import Array
+from ..style import CONTACTS as CONTACT_LINES
+from ..style import FAINT, GREEN, INK, METAL, RED
+from .element_forces import ElementForces
+from .row_outlines import RowOutlines
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+GEAR_FILL, CRANK_FILL, CAGE_FILL = METAL, "#f3e3da", "#cfe8df"
+RIM = 2.2
+"""Width of the gear's ring outside the path, in element radii; a drawing says nothing of it."""
+LONGEST = 2.0
+"""Length of the greatest force's arrow, in element radii."""
+ARROW_COLOURS = (CONTACT_LINES[0].colour, CONTACT_LINES[1].colour, CONTACT_LINES[2].colour, CONTACT_LINES[2].colour)
+"""Gear, crank and both cage walls: blue, red, green."""
+
+
+def draw_row(ax: Axes, drive: Drive, row: RowOutlines) -> Axes:
+    """One row in mm: gear ring, crank, cage and elements; all but the elements filled."""
+    from matplotlib.patches import Circle, PathPatch, Polygon
+    from matplotlib.path import Path as Outline
+
+    # add_artist, not add_patch: finding limits from the patches, which are set below, would take most of the time.
+    rim = 1e3 * (drive.path.centre_distance + RIM * drive.element_radius)
+    ring = [Outline.circle((0, 0), rim), _closed(row.gear)]
+    ax.add_artist(
+        PathPatch(Outline.make_compound_path(*ring), facecolor=GEAR_FILL, edgecolor=INK, linewidth=1.0, gid="gear")
+    )
+    ax.add_artist(Polygon(1e3 * row.crank, facecolor=CRANK_FILL, edgecolor=INK, linewidth=1.0, gid="crank"))
+    for polygon in row.bars:
+        ax.add_artist(Polygon(1e3 * polygon, facecolor=CAGE_FILL, edgecolor=GREEN, linewidth=0.8, gid="cage"))
+    if len(row.bars) < len(row.centre):
+        for wall in row.walls.reshape(-1, 2, 2):
+            ax.plot(*(1e3 * wall.T), color=GREEN, linewidth=0.6, gid="wall")
+    for centre, radius in zip(row.centre, row.radius, strict=True):
+        ax.add_artist(
+            Circle(tuple(1e3 * centre), 1e3 * radius, facecolor="none", edgecolor=INK, linewidth=0.9, gid="element")
+        )
+    ax.plot(0, 0, marker="+", color=INK, markersize=9, gid="axis")
+    ax.plot(*(1e3 * row.eccentric), marker=".", color=RED, markersize=5, gid="eccentric")
+    # Room for the arrows outside.
+    reach = 1e3 * (drive.path.centre_distance + (1.1 + max(RIM - 1, LONGEST)) * drive.element_radius)
+    ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
+    ax.set_axis_off()
+    return ax
+
+
+def colour_elements(ax: Axes, loads: ElementForces, row: int, greatest: float) -> None:
+    """Elements by their greatest contact force; one that carries nothing stays empty, dotted where there is no gear."""
+    force = loads.significant[row].max(axis=-1)
+    elements = [patch for patch in ax.patches if patch.get_gid() == "element"]
+    for patch, value, exists in zip(elements, force, loads.usable[row], strict=True):
+        carries = value > 0
+        patch.set(
+            facecolor=colour_map()(value / greatest) if carries else "none",
+            edgecolor=INK if carries else FAINT,
+            linestyle="solid" if exists else "dotted",
+        )
+
+
+def draw_arrows(ax: Axes, drive: Drive, loads: ElementForces, row: int, greatest: float) -> None:
+    """The forces on one row's elements, tips where they act, and below the axes an arrow for scale."""
+    if greatest == 0:
+        return
+    per_mm = greatest / (1e3 * LONGEST * drive.element_radius)
+    style: dict[str, Any] = {
+        "angles": "xy",
+        "scale_units": "xy",
+        "scale": per_mm,
+        "units": "xy",
+        "pivot": "tip",
+        "width": 0.09e3 * drive.element_radius,
+        "headwidth": 3.5,
+        "headlength": 4,
+        "headaxislength": 3.6,
+        "minlength": 0.0,
+        "minshaft": 1.0,
+        "zorder": 5,
+    }
+    for k, (name, colour) in enumerate(zip(CONTACTS, ARROW_COLOURS, strict=True)):
+        some = loads.significant[row, :, k] > 0
+        x, y = 1e3 * loads.point[row, some, k].T
+        across, up = loads.force[row, some, k].T
+        ax.quiver(x, y, across, up, color=colour, gid=name, **style)
+    size = _round_below(greatest)
+    low, left = 0.97 * ax.get_ylim()[0], 0.99 * ax.get_xlim()[0]
+    style["pivot"] = "tail"
+    ax.quiver([left], [low], [size], [0.0], color=INK, gid="scale", **style)
+    ax.text(left, low + 0.4e3 * drive.element_radius, f"{size:g} N", color=INK, fontsize="small", ha="left")
+
+
+def colour_map() -> Any:
+    from matplotlib import colormaps
+
+    return colormaps["YlOrBr"].resampled(256)
+
+
+def _closed(points: Array) -> Any:
+    from matplotlib.path import Path as Outline
+
+    # Clockwise, against the rim's circle: what lies between is filled.
+    return Outline(1e3 * np.concatenate([points[::-1], points[-1:]]), closed=True)
+
+
+def _round_below(value: float) -> float:
+    """The greatest of 1, 2, 5 times a power of ten that is not above `value`."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(max(m * power for m in (1, 2, 5) if m * power <= value))
