@@ -13,6 +13,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from stiffness_model.lazy_names import lazy_names
+
 if TYPE_CHECKING:
     from .diagnosis import diagnose_record
     from .fmu.export import export_fmu
@@ -39,17 +41,19 @@ __all__ = [
     "simulate_record",
     "simulate_signal",
 ]
-_HOMES = {
-    "diagnosis": ("diagnose_record",),
-    "fmu.export": ("export_fmu",),
-    "fmu.validation.check": ("check_fmu",),
-    "joint": ("JointModel", "Masses", "joint_system"),
-    "model": ("DriveModel", "build_model"),
-    "model.model_file": ("load_model", "save_model"),
-    "record": ("read_record",),
-    "simulate": ("simulate_record", "simulate_signal"),
-}
-"""Module -> the names that it gives to the package, loaded when they are first used."""
+_get, __dir__ = lazy_names(
+    __name__,
+    {
+        ".diagnosis": ("diagnose_record",),
+        ".fmu.export": ("export_fmu",),
+        ".fmu.validation.check": ("check_fmu",),
+        ".joint": ("JointModel", "Masses", "joint_system"),
+        ".model": ("DriveModel", "build_model"),
+        ".model.model_file": ("load_model", "save_model"),
+        ".record": ("read_record",),
+        ".simulate": ("simulate_record", "simulate_signal"),
+    },
+)
 
 
 def __getattr__(name: str) -> Any:
@@ -58,9 +62,4 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("reefmu")
-    home = next((module for module, names in _HOMES.items() if name in names), None)
-    if home is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
-
-    return getattr(import_module(f".{home}", __name__), name)
+    return _get(name)

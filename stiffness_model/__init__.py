@@ -25,8 +25,9 @@ True
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from .lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from .drawing.drive import Drive
@@ -61,24 +62,17 @@ __all__ = [
     "simulate",
 ]
 
-_HOMES = {
-    "montecarlo.twist_torque_curve": ("TwistTorqueCurve",),
-    "io.drawing_toml": ("drive_from_dict", "drive_to_dict", "load_drive", "presets", "save_drive"),
-    "drawing.drive": ("Drive",),
-    "errors": ("DoesNotFitWarning", "InputError", "NotConvergedWarning", "UnknownNameError"),
-    "drawing.materials": ("MATERIALS", "Material"),
-    "montecarlo.population": ("Population", "simulate"),
-    "ratings.pressure": ("Pressures", "contact_pressures"),
-    "drawing.tolerances": ("Tolerance",),
-    "units": ("ARCMIN",),
-}
-"""Module -> the names that it gives to the package."""
-
-
-def __getattr__(name: str) -> Any:
-    home = next((module for module, names in _HOMES.items() if name in names), None)
-    if home is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f".{home}", __name__), name)
-    globals()[name] = value
-    return value
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        ".montecarlo.twist_torque_curve": ("TwistTorqueCurve",),
+        ".io.drawing_toml": ("drive_from_dict", "drive_to_dict", "load_drive", "presets", "save_drive"),
+        ".drawing.drive": ("Drive",),
+        ".errors": ("DoesNotFitWarning", "InputError", "NotConvergedWarning", "UnknownNameError"),
+        ".drawing.materials": ("MATERIALS", "Material"),
+        ".montecarlo.population": ("Population", "simulate"),
+        ".ratings.pressure": ("Pressures", "contact_pressures"),
+        ".drawing.tolerances": ("Tolerance",),
+        ".units": ("ARCMIN",),
+    },
+)

@@ -12,8 +12,9 @@ Names are loaded when they are first used: importing control alone takes a secon
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from stiffness_model.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from reefmu.model.masses import Masses, Scheme
@@ -24,25 +25,6 @@ if TYPE_CHECKING:
     from .simulate import Controller, Motion, simulate_joint
     from .step import growth_rate, largest_step, step_warning
     from .systems import drive_system, joint_system, linearize
-
-_HOMES = {
-    "FmuBlock": ".block",
-    "fmu_block": ".block",
-    "masses_block": ".block",
-    "cosimulate": ".cosimulation",
-    "JointModel": ".equations",
-    "Masses": "..model.masses",
-    "Scheme": "..model.masses",
-    "Controller": ".simulate",
-    "Motion": ".simulate",
-    "simulate_joint": ".simulate",
-    "growth_rate": ".step",
-    "largest_step": ".step",
-    "step_warning": ".step",
-    "drive_system": ".systems",
-    "joint_system": ".systems",
-    "linearize": ".systems",
-}
 
 __all__ = [
     "Controller",
@@ -63,8 +45,15 @@ __all__ = [
     "step_warning",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name], __name__), name)
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        ".block": ("FmuBlock", "fmu_block", "masses_block"),
+        ".cosimulation": ("cosimulate",),
+        ".equations": ("JointModel",),
+        "..model.masses": ("Masses", "Scheme"),
+        ".simulate": ("Controller", "Motion", "simulate_joint"),
+        ".step": ("growth_rate", "largest_step", "step_warning"),
+        ".systems": ("drive_system", "joint_system", "linearize"),
+    },
+)

@@ -10,8 +10,9 @@ Names are loaded when they are first used: an FMU that runs needs no solver.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from stiffness_model.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from .drive_model import (
@@ -36,8 +37,4 @@ __all__ = [
     "describe_effects",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(".drive_model", __name__), name)
+__getattr__, __dir__ = lazy_names(__name__, {".drive_model": __all__})
