@@ -28,9 +28,10 @@ from .codegen.compile import compile_binaries, has_compiler, select_platforms
 from .codegen.sources import MAIN_SOURCE, make_sources, with_guid
 from .export_fmi3 import fmi3_members, fmi3_sources
 from .model.component import LOOKUP_FILE, METADATA_FILE, Component, drive_component, save_component
+from .model.declaration import declare, declare_with_derivatives
 from .model.nominals import propose_experiment, with_nominals
 from .model.table_encoding import embedded_lookup, lookup_metadata
-from .model.variables import FMI_VERSIONS, Interface, declare, declare_with_derivatives
+from .model.variables import FMI_VERSIONS, Interface
 from .python_backend.dependencies import external_dependencies
 from .python_backend.equations_file import EQUATIONS_FILE, write_equations
 from .xml.archive import DESCRIPTION, SCRIPT_NAME, write_archive

@@ -69,7 +69,7 @@ def make_functions(component: Component) -> GeneratedFunctions:
         }
         n_motion = 0
     else:
-        from ..model.joint import JointStages
+        from ..model.joint_equations import JointStages
 
         joint = JointStages(component.model, stages, x, u, p, dt, k, c)
         drive, n_motion = joint.drive_stages(), 4

@@ -105,7 +105,7 @@ def _masses(component: Component) -> Masses:
 
 def _frequency(component: Component, masses: Masses) -> float:
     """Eigenfrequency at the greatest stiffness, rad/s."""
-    from .joint import maximum_stiffness
+    from .joint_equations import maximum_stiffness
 
     return math.sqrt(maximum_stiffness(component.model) / masses.reduced_inertia(_value(component, "ratio")))
 

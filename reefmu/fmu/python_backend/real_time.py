@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from ..model.component import Component
+from ..model.declaration import declare
 from ..model.kernel import StepKernel
-from ..model.variables import declare
 
 _TRIES = 5
 clock: Callable[[], float] = time.perf_counter

@@ -20,7 +20,8 @@ from stiffness_model.io.atomic_files import scratch_folder
 
 from ..importer.instance import FmuDrive
 from ..model.component import KINDS, component_files, load_component
-from ..model.variables import FMI_VERSIONS, INDICATOR_PREFIX, Variable, declare, declare_with_derivatives
+from ..model.declaration import declare, declare_with_derivatives
+from ..model.variables import FMI_VERSIONS, INDICATOR_PREFIX, Variable
 from ..xml.archive import SCRIPT_NAME, FmuFile, read_archive, read_members
 from .derivatives import TOLERANCE as DERIVATIVE_TOLERANCE
 from .derivatives import derivative_error

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from reefmu.fmu.model.component import Component
-from reefmu.fmu.model.variables import declare_with_derivatives
+from reefmu.fmu.model.declaration import declare_with_derivatives
 from reefmu.fmu.validation.reference_run import Excitation
 from stiffness_model.numerics.arrays import Array
 

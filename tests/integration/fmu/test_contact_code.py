@@ -13,8 +13,8 @@ import pytest
 from reefmu.effects import EFFECTS, Effect, Parameter, Place
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.model.component import Component, drive_component
+from reefmu.fmu.model.declaration import declare_with_derivatives
 from reefmu.fmu.model.table_encoding import decode_tables, embedded_lookup, encode_tables, lookup_metadata
-from reefmu.fmu.model.variables import declare_with_derivatives
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.stages import make_stages
 from stiffness_model.lookup.build_lookup import Lookup

@@ -4,7 +4,8 @@ import sys
 import numpy as np
 import pytest
 
-from reefmu.fmu.model.variables import declare_drive
+from reefmu.fmu.model.component import drive_component
+from reefmu.fmu.model.declaration import declare
 from reefmu.model.drive_model import INPUTS, OUTPUTS
 from stiffness_model.errors import UnknownNameError
 
@@ -26,7 +27,7 @@ UNITS = {
 
 
 def test_names_and_units_of_the_contract(model):
-    interface = declare_drive(model)
+    interface = declare(drive_component(model))
     for causality, names in CONTRACT.items():
         assert set(names) <= {v.name for v in interface.block(causality)}
     parameters = [v.name for v in interface.block("parameter")]
@@ -42,7 +43,7 @@ def test_names_and_units_of_the_contract(model):
 
 
 def test_blocks_are_the_vectors_of_the_model(model):
-    interface = declare_drive(model)
+    interface = declare(drive_component(model))
     assert [v.reference for v in interface.variables] == list(range(len(interface.variables)))
     for causality, size in (
         ("input", len(INPUTS)),
@@ -58,7 +59,7 @@ def test_blocks_are_the_vectors_of_the_model(model):
 
 def test_dependencies_hold_every_input_an_output_reacts_to(model):
     """Found by moving each input and looking, at a point where the drive carries load."""
-    interface = declare_drive(model)
+    interface = declare(drive_component(model))
     parameters = model.parameter_vector()
     start = np.array([0.3, 1.0, 0.3 / parameters[0] - 1e-3, -0.1, 25.0])
 
@@ -77,19 +78,19 @@ def test_dependencies_hold_every_input_an_output_reacts_to(model):
 
 
 def test_a_value_that_cannot_be_used_is_named_with_its_limits(model):
-    band = declare_drive(model)["band"]
+    band = declare(drive_component(model))["band"]
     assert band.range_error(3.0) == "band: expected a number from -1 to 1 [1], got 3"
     assert "got nan" in band.range_error(float("nan"))
 
 
 def test_unknown_variable(model):
     with pytest.raises(UnknownNameError, match=r"did you mean 'output\.tau'"):
-        _ = declare_drive(model)["output.ta"]
+        _ = declare(drive_component(model))["output.ta"]
 
 
 def test_the_digest_changes_with_the_variables(model, soft_model):
-    assert declare_drive(model).digest == declare_drive(model).digest
-    assert declare_drive(model).digest != declare_drive(soft_model).digest
+    assert declare(drive_component(model)).digest == declare(drive_component(model)).digest
+    assert declare(drive_component(model)).digest != declare(drive_component(soft_model)).digest
 
 
 @pytest.mark.parametrize(

@@ -23,9 +23,9 @@ from reefmu.cli import main
 from reefmu.fmu.codegen import compile as platforms
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.model.component import Component, drive_component
+from reefmu.fmu.model.declaration import declare
 from reefmu.fmu.model.joint import joint_component
 from reefmu.fmu.model.kernel import StepKernel
-from reefmu.fmu.model.variables import declare
 from reefmu.fmu.python_backend import equations_file as carried
 from reefmu.fmu.python_backend import real_time
 from reefmu.fmu.python_backend.equations_file import EQUATIONS_FILE, read_equations, write_equations
