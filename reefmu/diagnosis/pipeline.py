@@ -20,7 +20,7 @@ from .analysis import Analysis
 from .estimation.held_out import fits_without_held_out, is_refuted
 from .estimation.intervals import named_effect
 from .estimation.problem import Problem, block_variances, make_weights, search_blocks, select_candidates
-from .estimation.remainder import predicted_scatter
+from .estimation.residuals import predicted_scatter
 from .estimation.search import Search, base_fit, linearise_candidates, search
 from .estimation.worker_pool import open_pool
 from .forward.base_curve import BaseCurve, curve_base, drawing_base, power_base, ratio_from_angles
@@ -128,8 +128,8 @@ def _slope(trace: Trace, base: BaseCurve) -> Array:
     twist = trace.twist
     if base.kind == "power law":
         centred = twist - np.median(twist)
-        return base.elastic.evaluate(centred, 0.0, base.shape_start)[1]
-    return base.elastic.evaluate(twist - _zero(trace, base), 0.0, base.shape_start)[1]
+        return base.elastic.evaluate(centred, 0.0, base.shape.start)[1]
+    return base.elastic.evaluate(twist - _zero(trace, base), 0.0, base.shape.start)[1]
 
 
 def _zero(trace: Trace, base: BaseCurve) -> float:
@@ -205,7 +205,7 @@ def _diagnosis(
     if not problem.noise.repeated:
         notes.append("no cycles repeat: the noise is taken from smoothness alone and may be too small or too large")
     fitted = chosen.parameters[problem.layout(chosen.names).shape].tolist()
-    shape = dict(zip(problem.base.shape_names, fitted, strict=True))
+    shape = dict(zip(problem.base.shape.names, fitted, strict=True))
     return Diagnosis(
         conclusion.verdict,
         sentence(conclusion, gap, problem),
@@ -224,7 +224,7 @@ def _diagnosis(
             "source": problem.base.source,
             "zero [rad]": float(chosen.parameters[0]),
             **shape,
-            "scatter_size": chosen.weighting.size if len(chosen.weighting.strength) else 0.0,
+            "scatter_size": chosen.weighting.size if len(chosen.weighting.eigenvalues) else 0.0,
             "full_torque [N.m]": problem.base.full_torque,
         },
         seconds,

@@ -17,7 +17,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ..record import Record
 from .estimation.least_squares import Fit
-from .forward.base_curve import BaseCurve, power_base, ratio_from_angles
+from .forward.base_curve import BaseCurve, ShapeParameters, power_base, ratio_from_angles
 from .forward.elastic import ElasticTorque
 from .forward.vectorised import Number
 from .preprocessing.audit import audit
@@ -88,11 +88,13 @@ def fixed_exponent_base(exponent: float) -> Callable[[Trace], BaseCurve]:
         return replace(
             base,
             elastic=DeadBandTorque(base.elastic, base.lever),
-            shape_names=(*base.shape_names, PLAY),
-            shape_start=with_play(base.shape_start, PLAYS[0] * base.max_twist),
-            shape_low=with_play(base.shape_low, 0.0),
-            shape_high=with_play(base.shape_high, 0.9 * base.max_twist),
-            shape_prior=np.full(3, np.inf),
+            shape=ShapeParameters(
+                (*base.shape.names, PLAY),
+                with_play(base.shape.start, PLAYS[0] * base.max_twist),
+                with_play(base.shape.low, 0.0),
+                with_play(base.shape.high, 0.9 * base.max_twist),
+                np.full(3, np.inf),
+            ),
         )
 
     return make

@@ -1,7 +1,7 @@
-"""Fits: which sets of effects explain a record, and how well.
+"""Estimation: which sets of effects explain a record, how well, and with which parameters.
 
-* `problem`: the record and all that is known of it before any effect is named; `weighting`: its covariance.
-* `score_test`, `least_squares`, `search`: from first-order gains to fitted sets; `worker_pool` shares them among
-  processes.
-* `held_out`, `overdispersion`, `remainder`, `intervals`: what a fit leaves, and how sure its sizes are.
+* `problem`: the record and what is known before any effect is named; `weighting`: the covariance of its residuals.
+* `least_squares`, `score_test`, `search`: fits, first-order gains, and the search for sets; `worker_pool` shares them
+  among processes.
+* `residuals`, `held_out`, `intervals`: what a fit leaves, cross-validation, and confidence intervals.
 """

@@ -1,4 +1,4 @@
-"""Fits without a regime of the record, and what that regime says of them."""
+"""Cross-validation: fits without a part of the record, and what that part says of them."""
 
 from __future__ import annotations
 
@@ -7,19 +7,24 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .least_squares import Fit, fit
+from .least_squares import HELD_SIZE, Fit, fit
 from .problem import Problem, make_weights
 
-REFUTING_RATIO = 1.2
-"""What is left of runs that were not fitted, over that before, rms, from which they speak against the names."""
-MIN_FITTED_SHARE = 0.3
-"""Share of what the names gain that the fitted runs alone must show."""
 HELD_OUT_PERIOD = 3
-"""Every third run is held out; of a single run the last third."""
+"""Every third run is held out, of one or two runs the last third of the record. Chosen by judgement: two thirds still
+determine the parameters."""
+NO_WEIGHT = 1e12
+"""Factor on the variance of blocks that are held out: large enough to leave them without influence."""
+REFUTING_RATIO = 1.2
+"""Rms residual of the held-out blocks with the named effects, over that without, from which they refute the names.
+Chosen by judgement: wrong names do more harm than noise does."""
+MIN_FITTED_SHARE = 0.3
+"""Share of the whole gain that the blocks which are not held out must show by themselves for the others to refute the
+names. Chosen by judgement: with less, the parameters were hardly determined."""
 
 
 def held_out_blocks(problem: Problem) -> NDArray[np.bool_]:
-    """Blocks (n,) that a second fit leaves out."""
+    """(n,), whether a block is held out."""
     runs = problem.trace.run[problem.blocks.first]
     numbers = np.unique(runs)
     if len(numbers) >= HELD_OUT_PERIOD:
@@ -28,8 +33,8 @@ def held_out_blocks(problem: Problem) -> NDArray[np.bool_]:
 
 
 def fits_without_held_out(problem: Problem, fits: Sequence[Fit]) -> list[Fit]:
-    """The same sets fitted without the blocks held out."""
-    variance = np.where(held_out_blocks(problem), 1e12 * problem.variance, problem.variance)
+    """The same sets fitted without the held-out blocks, from the parameters of the fits."""
+    variance = np.where(held_out_blocks(problem), NO_WEIGHT * problem.variance, problem.variance)
     twist = variance if problem.scatter is None else problem.scatter.twist
     weights = make_weights(variance, problem.scatter, twist)
     return [
@@ -39,14 +44,14 @@ def fits_without_held_out(problem: Problem, fits: Sequence[Fit]) -> list[Fit]:
             weights.with_size(f.weighting.size),
             f.bounds,
             f.parameters,
-            refit_size=False,
+            HELD_SIZE,
         )
         for f in fits
     ]
 
 
 def held_out_ratio(problem: Problem, smaller: Fit, larger: Fit) -> float:
-    """What the larger of two sets leaves of the blocks held out, over what the smaller leaves, rms."""
+    """Rms residual of the held-out blocks that the larger of two sets leaves, over that of the smaller."""
     held = held_out_blocks(problem)
     before, after = (
         float(np.mean((problem.torque - f.prediction.torque)[held] ** 2))
@@ -56,13 +61,13 @@ def held_out_ratio(problem: Problem, smaller: Fit, larger: Fit) -> float:
 
 
 def is_refuted(problem: Problem, base: Fit, chosen: Fit, held: Sequence[Fit]) -> bool:
-    """Whether runs that were not fitted speak against the names: the others show them well, and there they do harm.
+    """Whether the held-out blocks refute the named effects: the other blocks show them, and there they do harm.
 
     held: `fits_without_held_out` of base and chosen.
     """
-    rests = [(problem.torque - f.prediction.torque) ** 2 for f in held]
+    squares = [(problem.torque - f.prediction.torque) ** 2 for f in held]
     out = held_out_blocks(problem)
-    before, after = (float(np.mean(rest[out])) for rest in rests)
-    without, with_names = (float(np.sum((rest / problem.variance)[~out])) for rest in rests)
+    before, after = (float(np.mean(square[out])) for square in squares)
+    without, with_names = (float(np.sum((square / problem.variance)[~out])) for square in squares)
     shown = without - with_names > MIN_FITTED_SHARE * (base.chi_square - chosen.chi_square)
     return shown and after > REFUTING_RATIO**2 * before

@@ -1,4 +1,8 @@
-"""Least squares with bounds by Levenberg and Marquardt, on exact sensitivities and whitened residuals."""
+"""Bounded nonlinear least squares by the method of Levenberg and Marquardt, with exact sensitivities.
+
+Residuals and sensitivities are whitened by the covariance of noise and scatter, so that the cost is -2 log likelihood
+up to a constant; the size of the scatter may be estimated along the way.
+"""
 
 from __future__ import annotations
 
@@ -9,51 +13,80 @@ from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import Parameter
-from ..forward.predictor import Prediction, Predictor, effects_of
+from ...effects import Parameter, find_effect
+from ..forward.predictor import Prediction, Predictor
 from .weighting import Weighting
+
+MAX_TRIALS = 6
+"""Damped steps that are tried from one point before the fit ends. Chosen by judgement."""
+MAX_LOG_STEP = 1.5
+"""Greatest change of a logarithm in one step: beyond it the linearisation says nothing. Chosen by judgement."""
+PRIORS = {"missing_ball.size": (1.0, 0.1)}
+"""Mean and standard deviation of Gaussian priors, by effect and parameter. A ball is missing or it is present; a tenth
+allows for an imperfect contact law and was chosen by judgement."""
 
 
 @dataclass(frozen=True)
 class ParameterBounds:
-    """Scales and bounds of a parameter vector. Lengths, times and speeds are fitted by their logarithm."""
+    """Bounds, scales and Gaussian priors of a parameter vector, (k,) each.
+
+    Lengths, times and speeds are fitted by their logarithm (`logarithmic`), the others in units of `scale`.
+    prior_deviation is infinite where nothing is known; prior_mean is then of no effect.
+    """
 
     low: Array
     high: Array
     scale: Array
     logarithmic: NDArray[np.bool_]
     prior_deviation: Array
-    """Standard deviation of each parameter about `prior_mean`; infinite where nothing is known."""
     prior_mean: Array
 
     def to_free(self, p: Array) -> Array:
-        """Fitted variables of parameters."""
+        """Fitted variables (k,) of parameters (k,)."""
         return np.where(self.logarithmic, np.log(np.maximum(p, 1e-300)), p / self.scale)
 
     def to_parameters(self, z: Array) -> Array:
-        """Parameters of fitted variables, within the bounds."""
+        """Parameters (k,) of fitted variables (k,), clipped to the bounds."""
         p = np.where(self.logarithmic, np.exp(np.minimum(z, 700.0)), z * self.scale)
         return np.clip(p, self.low, self.high)
 
     def slope(self, p: Array) -> Array:
-        """d parameter / d fitted variable."""
+        """Derivatives (k,) of the parameters by the fitted variables at parameters (k,)."""
         return np.where(self.logarithmic, p, self.scale)
 
 
 def is_logarithmic(parameter: Parameter) -> bool:
-    """Whether a parameter can only be positive: a length, a time, a speed."""
+    """Whether a parameter is strictly positive (a length, a time, a speed) and fitted by its logarithm."""
     return parameter.minimum > 0
 
 
 def may_be_infinite(parameter: Parameter) -> bool:
-    """Whether a time may be so long that what it times never comes: its greatest value is where it starts."""
+    """Whether the neutral value of a time is its upper bound: the process it times then never takes place."""
     return is_logarithmic(parameter) and parameter.neutral == parameter.maximum
+
+
+def make_bounds(names: tuple[str, ...], base: ParameterBounds) -> ParameterBounds:
+    """The bounds of the base parameters followed by those of the effects `names`."""
+    declared = [(f"{name}.{p.name}", p) for name in names for p in find_effect(name).parameters]
+    parameters = [p for _, p in declared]
+    priors = [PRIORS.get(key, (0.0, np.inf)) for key, _ in declared]
+    return ParameterBounds(
+        np.concatenate([base.low, [p.minimum for p in parameters]]),
+        np.concatenate([base.high, [p.maximum for p in parameters]]),
+        np.concatenate([base.scale, [p.nominal for p in parameters]]),
+        np.concatenate([base.logarithmic, np.array([is_logarithmic(p) for p in parameters], bool)]),
+        np.concatenate([base.prior_deviation, [deviation for _, deviation in priors]]),
+        np.concatenate([base.prior_mean, [mean for mean, _ in priors]]),
+    )
 
 
 @dataclass(frozen=True)
 class Fit:
-    """One fitted set: names, parameters (size,) in the order zero, base shape, effects; cost: -2 log likelihood
-    less a constant; chi_square: of the whitened residual; curvature: (size, size) J^T J in free variables.
+    """One fitted set of effects.
+
+    names: of the effects; parameters: (k,) in the order zero, base shape, effects; cost: -2 log likelihood up to a
+    constant; chi_square: of the whitened residual, with the priors; curvature: (k, k), J^T J of the fitted variables;
+    at_bound: (k,), which parameters ended at a bound.
     """
 
     names: tuple[str, ...]
@@ -66,25 +99,54 @@ class Fit:
     at_bound: NDArray[np.bool_]
     bounds: ParameterBounds
 
+    @property
+    def n_effect_parameters(self) -> int:
+        """Number of parameters of the effects."""
+        return sum(len(find_effect(name).parameters) for name in self.names)
 
-def make_bounds(
-    names: tuple[str, ...], base_low: Array, base_high: Array, base_scale: Array, base_prior: Array, base_centre: Array
-) -> ParameterBounds:
-    """The bounds of base parameters and the effects' own."""
-    parameters = [p for effect in effects_of(names) for p in effect.parameters]
-    known = {"missing_ball.size": (1.0, 0.1)}
-    names_of = [f"{effect.name}.{p.name}" for effect in effects_of(names) for p in effect.parameters]
-    # A ball is out or it is not: half a dip is something else.
-    prior_mean = [known.get(name, (0.0, np.inf))[0] for name in names_of]
-    prior_deviation = [known.get(name, (0.0, np.inf))[1] for name in names_of]
-    return ParameterBounds(
-        np.concatenate([base_low, [p.minimum for p in parameters]]),
-        np.concatenate([base_high, [p.maximum for p in parameters]]),
-        np.concatenate([base_scale, [p.nominal for p in parameters]]),
-        np.concatenate([np.zeros(len(base_low), bool), np.array([is_logarithmic(p) for p in parameters], bool)]),
-        np.concatenate([base_prior, prior_deviation]),
-        np.concatenate([base_centre, prior_mean]),
-    )
+
+@dataclass(frozen=True)
+class FitOptions:
+    """How far a fit goes.
+
+    steps: at most; tolerance: change of the cost, predicted or achieved, at which it ends; estimate_size: whether the
+    size of the scatter is estimated with the parameters or held.
+    """
+
+    steps: int = 25
+    tolerance: float = 1e-3
+    estimate_size: bool = True
+
+
+HELD_SIZE = FitOptions(estimate_size=False)
+"""A full fit under the size of the scatter that is given."""
+
+
+@dataclass(frozen=True)
+class _Point:
+    parameters: Array
+    prediction: Prediction
+    residual: Array
+    chi_square: float
+
+
+@dataclass(frozen=True)
+class _Objective:
+    predictor: Predictor
+    torque: Array
+    bounds: ParameterBounds
+
+    def evaluate(self, p: Array, weights: Weighting, prediction: Prediction | None = None) -> _Point:
+        prediction = self.predictor(p) if prediction is None else prediction
+        residual = weights.whiten(self.torque - prediction.torque)
+        prior = float((((p - self.bounds.prior_mean) / self.bounds.prior_deviation) ** 2).sum())
+        return _Point(p, prediction, residual, float(residual @ residual) + prior)
+
+    def likeliest(self, weights: Weighting, prediction: Prediction) -> Weighting:
+        return weights.with_likeliest_size(self.torque - prediction.torque)
+
+    def jacobian(self, point: _Point, weights: Weighting) -> Array:
+        return weights.whiten(point.prediction.sensitivities) * self.bounds.slope(point.parameters)
 
 
 def fit(
@@ -93,83 +155,80 @@ def fit(
     weights: Weighting,
     bounds: ParameterBounds,
     start: Array,
-    steps: int = 25,
-    tolerance: float = 1e-3,
-    refit_size: bool = True,
+    options: FitOptions | None = None,
 ) -> Fit:
-    """Fit all parameters of a predictor from `start` (size,) to measured torque (n,), N.m.
-
-    tolerance: change of the cost, seen or promised by the slope, at which it ends. refit_size: let the size of the
-    scatter follow.
-    """
+    """Fit all parameters of a predictor to measured torque (n,), N.m, from `start` (k,)."""
+    options = options or FitOptions()
+    objective = _Objective(predictor, torque, bounds)
     p = np.clip(start, bounds.low, bounds.high)
     prediction = predictor(p)
-    if refit_size:
-        weights = weights.with_likeliest_size(torque - prediction.torque)
-    residual = weights.whiten(torque - prediction.torque)
-    chi_square = float(residual @ residual) + _prior_cost(p, bounds)
+    if options.estimate_size:
+        weights = objective.likeliest(weights, prediction)
+    point = objective.evaluate(p, weights, prediction)
     damping = 1e-3
-    jacobian = weights.whiten(prediction.sensitivities) * bounds.slope(p)
-    for _ in range(steps):
-        gradient, curvature = _normal_equations(jacobian, residual, p, bounds)
-        # A parameter at its bound and pushed against it stays.
-        held = ((p <= bounds.low) & (gradient < 0)) | ((p >= bounds.high) & (gradient > 0))
-        free = np.flatnonzero(~held & (np.diag(curvature) > 0))
-        if not free.size:
-            break
-        better: tuple[Array, Prediction, Array, float] | None = None
-        for _ in range(6):
-            inner = curvature[np.ix_(free, free)]
-            diagonal = np.diag(inner)
-            step = np.zeros(len(p))
-            step[free] = np.linalg.solve(inner + np.diag(damping * diagonal + 1e-12 * diagonal.max()), gradient[free])
-            step = np.where(bounds.logarithmic, np.clip(step, -1.5, 1.5), step)
-            if float(gradient @ step) < tolerance:
-                break  # as much as this step promises is nothing
-            candidate = bounds.to_parameters(bounds.to_free(p) + step)
-            new = predictor(candidate)
-            new_residual = weights.whiten(torque - new.torque)
-            new_chi_square = float(new_residual @ new_residual) + _prior_cost(candidate, bounds)
-            if new_chi_square < chi_square:
-                better = candidate, new, new_residual, new_chi_square
-                break
-            damping = max(damping * 8, 1e-4)
+    jacobian = objective.jacobian(point, weights)
+    for _ in range(options.steps):
+        better, damping = _improve(objective, point, weights, jacobian, damping, options.tolerance)
         if better is None:
             break
-        gain = chi_square - better[3]
-        p, prediction, residual, chi_square = better
-        damping = max(damping / 10, 1e-9)
-        if refit_size:
-            resized = weights.with_likeliest_size(torque - prediction.torque)
+        gain = point.chi_square - better.chi_square
+        point = better
+        if options.estimate_size:
+            resized = objective.likeliest(weights, point.prediction)
             if resized.size != weights.size:
                 weights = resized
-                residual = weights.whiten(torque - prediction.torque)
-                chi_square = float(residual @ residual) + _prior_cost(p, bounds)
+                point = objective.evaluate(point.parameters, weights, point.prediction)
                 gain = np.inf
-        jacobian = weights.whiten(prediction.sensitivities) * bounds.slope(p)
-        if gain < tolerance:
+        jacobian = objective.jacobian(point, weights)
+        if gain < options.tolerance:
             break
-    _, curvature = _normal_equations(jacobian, residual, p, bounds)
-    margin = 1e-6 * np.where(np.isfinite(bounds.high - bounds.low), bounds.high - bounds.low, 1.0)
-    at_bound = (p <= bounds.low + np.minimum(margin, 1e-6 * bounds.scale)) | (p >= bounds.high - margin)
+    _, curvature = _normal_equations(jacobian, point.residual, point.parameters, bounds)
     return Fit(
         predictor.names,
-        p,
-        chi_square + weights.log_determinant,
-        chi_square,
+        point.parameters,
+        point.chi_square + weights.log_determinant,
+        point.chi_square,
         weights,
-        prediction,
+        point.prediction,
         curvature,
-        at_bound,
+        _at_bound(point.parameters, bounds),
         bounds,
     )
 
 
-def _prior_cost(p: Array, bounds: ParameterBounds) -> float:
-    return float((((p - bounds.prior_mean) / bounds.prior_deviation) ** 2).sum())
+def _improve(
+    objective: _Objective, point: _Point, weights: Weighting, jacobian: Array, damping: float, tolerance: float
+) -> tuple[_Point | None, float]:
+    """The next point, None where no step reduces the cost by more than the tolerance, and the next damping."""
+    p, bounds = point.parameters, objective.bounds
+    gradient, curvature = _normal_equations(jacobian, point.residual, p, bounds)
+    # A parameter at its bound that the gradient pushes against it is held.
+    held = ((p <= bounds.low) & (gradient < 0)) | ((p >= bounds.high) & (gradient > 0))
+    free = np.flatnonzero(~held & (np.diag(curvature) > 0))
+    if not free.size:
+        return None, damping
+    inner = curvature[np.ix_(free, free)]
+    diagonal = np.diag(inner)
+    for _ in range(MAX_TRIALS):
+        step = np.zeros(len(p))
+        step[free] = np.linalg.solve(inner + np.diag(damping * diagonal + 1e-12 * diagonal.max()), gradient[free])
+        step = np.where(bounds.logarithmic, np.clip(step, -MAX_LOG_STEP, MAX_LOG_STEP), step)
+        if float(gradient @ step) < tolerance:
+            break  # the linearisation predicts no reduction worth a step
+        candidate = objective.evaluate(bounds.to_parameters(bounds.to_free(p) + step), weights)
+        if candidate.chi_square < point.chi_square:
+            return candidate, max(damping / 10, 1e-9)
+        damping = max(damping * 8, 1e-4)
+    return None, damping
 
 
 def _normal_equations(jacobian: Array, residual: Array, p: Array, bounds: ParameterBounds) -> tuple[Array, Array]:
+    """Gradient (k,) and curvature (k, k) of half the cost, with the priors."""
     prior_slope = bounds.slope(p) / bounds.prior_deviation
     gradient = jacobian.T @ residual - prior_slope * (p - bounds.prior_mean) / bounds.prior_deviation
     return gradient, jacobian.T @ jacobian + np.diag(prior_slope**2)
+
+
+def _at_bound(p: Array, bounds: ParameterBounds) -> NDArray[np.bool_]:
+    margin = 1e-6 * np.where(np.isfinite(bounds.high - bounds.low), bounds.high - bounds.low, 1.0)
+    return (p <= bounds.low + np.minimum(margin, 1e-6 * bounds.scale)) | (p >= bounds.high - margin)

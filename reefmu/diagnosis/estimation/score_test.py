@@ -1,7 +1,8 @@
-"""Score tests: what a candidate would gain, to first order, without fitting it.
+"""Score tests: the gain of a candidate to first order, without fitting it.
 
-A candidate's torque is nearly linear in its size, so that a projection tells how much of a residual it could
-take. Lengths, times and phases are tried at a few values each.
+The torque of an effect is nearly linear in its amplitudes, so a projection of the residual on its sensitivities gives
+the reduction of the cost (Rao's score test). Lengths, times, speeds and phases, in which it is not linear, are varied
+over a few values each; every combination is a variant of the candidate.
 """
 
 from __future__ import annotations
@@ -13,19 +14,35 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import find_effect
-from .least_squares import Fit
-from .problem import Problem, amplitudes, start_variants
+from ...effects import Effect, find_effect
+from ..preprocessing.trace import Trace
+from .least_squares import Fit, is_logarithmic, may_be_infinite
+from .problem import Problem
 from .weighting import Weighting
 
-STEP = 0.02
-"""Size at which slopes by phases are taken, in nominal sizes."""
+N_PHASES = 12
+"""Values of a phase over one turn that are tried. Chosen by judgement: no true phase is farther than 15 degrees."""
+LARGE_CRANK_TWIST = 0.15
+"""Twist, rad at the crank, from which the wind-up of the crank is also started at its upper end. Chosen by judgement:
+below, the position of a missing ball hardly depends on it."""
+LENGTHS = (0.012, 0.08)
+"""Starting values of a length of twist, over the base curve's greatest twist. Chosen by judgement for presliding."""
+TIMES = (0.03, 0.15)
+"""Starting values of a time, over the longest run. Chosen by judgement: shorter ones look static, longer ones drift."""
+ONSETS = (0.7, 10.0)
+"""Starting values of a time that may be infinite, over the whole record. Chosen by judgement: within and beyond it."""
+SPEED_QUANTILES = (0.1, 0.5, 0.9)
+"""Quantiles of the moving output's speed that start a speed. Chosen by judgement to cover what the record visits."""
 
 
 @dataclass(frozen=True)
 class Direction:
-    """One variant of a candidate: its parameters with sizes neutral, the indices of its sizes and their columns
-    (n, m), N.m per unit; one_sided: sizes that cannot be negative; paired: columns come as sine and cosine."""
+    """One variant of a candidate, linearised in its amplitudes.
+
+    start: (q,) parameters with neutral amplitudes; sizes: indices of the amplitudes; columns: (n, m), N.m per unit,
+    their sensitivities; one_sided: whether amplitudes cannot be negative; paired: whether the columns are sines followed by
+    cosines of the same amplitudes.
+    """
 
     name: str
     start: Array
@@ -33,6 +50,45 @@ class Direction:
     columns: Array
     one_sided: bool
     paired: bool
+
+
+def amplitudes(effect: Effect) -> list[int]:
+    """Indices of the parameters that switch an effect on: at their neutral value it has no influence."""
+    return [
+        k
+        for k, p in enumerate(effect.parameters)
+        if not is_logarithmic(p) and not p.name.startswith("phase") and p.name != "windup"
+    ]
+
+
+def start_variants(effect: Effect, trace: Trace, max_twist: float) -> list[Array]:
+    """Parameter vectors of an effect with neutral amplitudes and varied lengths, times, speeds and phases.
+
+    max_twist: rad, of the base curve.
+    """
+    variants: list[dict[str, float]] = [{}]
+    if any(p.name == "phase" for p in effect.parameters):
+        variants = [{"phase": float(phase)} for phase in 2 * np.pi * np.arange(N_PHASES) / N_PHASES - np.pi]
+    if any(p.name == "windup" for p in effect.parameters):
+        # Where the crank hardly winds up a fit converges from either end.
+        ends = (0.0, 1.0) if max_twist * abs(trace.ratio) > LARGE_CRANK_TWIST else (0.0,)
+        variants = [{**v, "windup": share} for v in variants for share in ends]
+    speeds = np.abs(trace.output_speed)
+    moving = speeds[speeds > 0.02 * speeds.max()] if speeds.max() > 0 else np.array([0.05])
+    longest = max(float(trace.time[b - 1] - trace.time[a]) for a, b in trace.run_ranges)
+    typical = {
+        "rad": [share * max_twist for share in LENGTHS],
+        "s": [share * longest for share in TIMES],
+        "rad/s": np.quantile(moving, SPEED_QUANTILES).tolist(),
+    }
+    for p in effect.parameters:
+        if not is_logarithmic(p):
+            continue
+        values = typical.get(p.unit, [p.nominal])
+        if may_be_infinite(p):
+            values = [factor * float(trace.time[-1] - trace.time[0]) for factor in ONSETS]
+        variants = [{**v, p.name: float(np.clip(x, p.minimum, p.maximum))} for v in variants for x in values]
+    return [np.array([v.get(p.name, p.neutral) for p in effect.parameters]) for v in variants]
 
 
 def linearise(problem: Problem, name: str, at: Fit) -> list[Direction]:
@@ -57,9 +113,9 @@ def linearise(problem: Problem, name: str, at: Fit) -> list[Direction]:
     return found
 
 
-def orthonormal_basis(weights: Weighting, known: Array) -> Array:
-    """Orthonormal basis (n, k) of the whitened columns `known` (n, k)."""
-    white = weights.whiten(known)
+def orthonormal_basis(weights: Weighting, columns: Array) -> Array:
+    """Orthonormal basis (n, r) of columns (n, k), N.m, after whitening; linearly dependent columns are dropped."""
+    white = weights.whiten(columns)
     norm = np.linalg.norm(white, axis=0)
     keep = norm > 1e-12 * max(float(norm.max(initial=0.0)), 1e-300)
     q, r = np.linalg.qr(white[:, keep] / norm[keep])
@@ -68,14 +124,16 @@ def orthonormal_basis(weights: Weighting, known: Array) -> Array:
 
 
 def score_gains(direction: Direction, weights: Weighting, basis: Array, residuals: Array) -> tuple[Array, Array, float]:
-    """What a direction would gain on whitened residuals (n, m): cost (m,), sizes (k, m), and the share of the
-    direction that the parameters of `basis` cannot imitate.
+    """Gains of a direction on whitened residuals (n, m) that are orthogonal to `basis` (n, r).
+
+    Returns the reductions of the cost (m,), the amplitudes (k, m), and the norm of the direction orthogonal to the
+    basis over its whole norm.
     """
     white = weights.whiten(direction.columns)
     own = np.linalg.norm(white)
-    rest = white - basis @ (basis.T @ white)
-    q, r = np.linalg.qr(rest)
-    share = float(np.linalg.norm(rest) / own) if own > 0 else 0.0
+    free = white - basis @ (basis.T @ white)
+    q, r = np.linalg.qr(free)
+    share = float(np.linalg.norm(free) / own) if own > 0 else 0.0
     solid = np.abs(np.diag(r)) > 1e-6 * max(float(own), 1e-300)
     along = q.T @ residuals
     along[~solid] = 0.0
@@ -87,7 +145,7 @@ def score_gains(direction: Direction, weights: Weighting, basis: Array, residual
 
 
 def starting_parameters(direction: Direction, sizes: Array) -> Array:
-    """Parameters of the candidate from the linear sizes (k,)."""
+    """Parameters (q,) of the candidate for the linear amplitudes `sizes` (k,), within its bounds."""
     effect = find_effect(direction.name)
     p = direction.start.copy()
     m = len(direction.sizes)
@@ -107,18 +165,18 @@ def starting_parameters(direction: Direction, sizes: Array) -> Array:
 
 
 def rank_directions(
-    problem: Problem, at: Fit, found: Iterable[Direction], size: float
+    problem: Problem, at: Fit, directions: Iterable[Direction], size: float
 ) -> list[tuple[float, str, Array]]:
-    """(gain, name, starting parameters) of every direction, linearised about a fit, on that fit's residual, best first.
+    """(gain, name, starting parameters) of directions linearised about a fit, on its residual, largest gain first.
 
-    size: of the scatter.
+    size: of the scatter under which the gains are computed.
     """
     weights = at.weighting.with_size(size)
     basis = orthonormal_basis(weights, at.prediction.sensitivities)
     residual = weights.whiten(problem.torque - at.prediction.torque)[:, None]
     residual = residual - basis @ (basis.T @ residual)
     scored = []
-    for direction in found:
+    for direction in directions:
         gain, sizes, _ = score_gains(direction, weights, basis, residual)
         scored.append((float(gain[0]), direction.name, starting_parameters(direction, sizes[:, 0])))
     return sorted(scored, key=lambda item: -item[0])

@@ -1,9 +1,10 @@
-"""How residuals are weighed: noise at each sample, and what the population scatters as a random effect.
+"""Covariance of the residuals: noise of every block, and the scatter of the population as a random effect.
 
-Covariance of n samples: diag(variance) + size^2 U U^T, with U the columns of the scatter. The inverse is Woodbury's;
-`size` is 1 for a drive of the population. It is fitted too: a record that shows no scatter (the mean drive, or a
-perfect one) shows small effects all the better. A drive that scatters is also rough beyond the columns: from
-`INDIVIDUAL_SIZE` on, the samples' own variance holds that too.
+The covariance of n blocks is diag(variance) + size^2 U U^T; the columns of U are what one standard deviation of each
+random effect does. It is inverted by the Woodbury identity. `size` is 1 for an individual drive of the population and
+is estimated with every fit: a record without scatter (of the mean drive, or of a drive better than its tolerances)
+shows smaller effects. An individual drive also deviates in ways that the columns do not span; from `INDIVIDUAL_SIZE`
+on, the diagonal holds that variance too.
 """
 
 from __future__ import annotations
@@ -16,32 +17,38 @@ from scipy.linalg import eigh
 from stiffness_model.numerics.arrays import Array
 
 SCATTER_SIZES = (0.007, 0.02, 0.06, 0.12, 0.25, 0.5, 0.75, 1.0, 1.4, 2.0, 2.8)
-"""Sizes of the scatter that are tried. Those of means of 250 and 2500 drives are among them; the
-least is what numbers leave."""
+"""Grid on which the size of the scatter is estimated. The mean of N drives scatters by 1/sqrt(N): 0.06 stands for 250
+drives, 0.02 for 2500; 0.007 is about the error of the tables. The spacing was chosen by judgement."""
 MEAN_DRIVE_SIZE = 0.15
-"""Size of the scatter below which a drive counts as the mean drive."""
+"""Greatest size of the scatter at which a drive counts as the mean drive. Chosen by judgement, between the mean of a
+few dozen drives and an individual drive."""
 INDIVIDUAL_SIZE = 0.25
-"""Size from which a drive counts as an individual, rough beyond the columns."""
-MIN_STRENGTH = 0.3
-"""Variance of a component, in units of the noise, below which it no longer matters."""
+"""Least size of the scatter at which a drive counts as an individual drive, with the variance beyond the columns.
+Chosen by judgement."""
+MIN_EIGENVALUE = 0.3
+"""Least variance of a principal component, over that of the noise, that is kept. Chosen by judgement: a component well
+below the noise changes no decision."""
 
 
 @dataclass(frozen=True)
 class Covariance:
-    """scale: (n,) one over the standard deviation of the samples alone; basis: (n, m) orthonormal; strength: (m,)
-    variances of the scatter along it at size 1, in units of the samples' own; level: log of the determinant of the
-    samples' own covariance, over that of the noise; ratio: (n,) of the noise's variance in it."""
+    """Diagonal plus low rank, in units of the diagonal.
+
+    scale: (n,) 1/(N.m), reciprocal standard deviations of the diagonal; basis: (n, m), orthonormal principal components
+    of the whitened scatter; eigenvalues: (m,), their variances at size 1; log_determinant: of the diagonal over that
+    of the noise; noise_share: (n,), share of the noise in the diagonal.
+    """
 
     scale: Array
     basis: Array
-    strength: Array
-    level: float
-    ratio: Array
+    eigenvalues: Array
+    log_determinant: float
+    noise_share: Array
 
 
 @dataclass(frozen=True)
 class Weighting:
-    """mean: for a drive that is (almost) the mean one; individual: for one that scatters; size: of the scatter."""
+    """mean: covariance for (nearly) the mean drive; individual: for an individual drive; size: of the scatter."""
 
     mean: Covariance
     individual: Covariance
@@ -53,48 +60,48 @@ class Weighting:
 
     @property
     def scale(self) -> Array:
-        """(n,) one over the standard deviation of the samples alone."""
+        """(n,) 1/(N.m), reciprocal standard deviations of the diagonal."""
         return self._active.scale
 
     @property
     def basis(self) -> Array:
-        """(n, m) orthonormal, of the whitened scatter."""
+        """(n, m), orthonormal principal components of the whitened scatter."""
         return self._active.basis
 
     @property
-    def strength(self) -> Array:
-        """(m,) variances along the basis at size 1."""
-        return self._active.strength
+    def eigenvalues(self) -> Array:
+        """(m,), variances of the principal components at size 1, in units of the diagonal."""
+        return self._active.eigenvalues
 
     def whiten(self, values: Array) -> Array:
-        """Values (n,) or (n, k), N.m, as independent ones of variance 1."""
+        """Values (n,) or (n, k), N.m, transformed so that residuals are independent with variance 1."""
         own = self._active
         v = values * (own.scale if values.ndim == 1 else own.scale[:, None])
-        shrink = 1 - 1 / np.sqrt(1 + self.size**2 * own.strength)
+        shrink = 1 - 1 / np.sqrt(1 + self.size**2 * own.eigenvalues)
         along = own.basis.T @ v
         return v - own.basis @ (along * (shrink if values.ndim == 1 else shrink[:, None]))
 
     @property
     def log_determinant(self) -> float:
-        """Of the covariance over the noise's."""
-        return float(np.log1p(self.size**2 * self.strength).sum()) + self._active.level
+        """Logarithm of the determinant of the covariance over that of the noise alone."""
+        return float(np.log1p(self.size**2 * self.eigenvalues).sum()) + self._active.log_determinant
 
     @property
-    def noise_ratio(self) -> Array:
-        """Share (n,) of the noise in the variance of the samples alone."""
-        return self._active.ratio
+    def noise_share(self) -> Array:
+        """(n,), share of the noise in the diagonal."""
+        return self._active.noise_share
 
     def with_size(self, size: float) -> Weighting:
         """The same with another size of the scatter."""
         return replace(self, size=size)
 
     def for_mean_drive(self) -> Weighting:
-        """For a drive that is known to be no individual: only what a mean of a few drives may be off is left."""
+        """For a drive known to be the mean drive: the least scatter of the grid and no individual's variance."""
         return replace(self, individual=self.mean, size=SCATTER_SIZES[0])
 
     def with_likeliest_size(self, residual: Array) -> Weighting:
-        """With the size under which the residual (n,), N.m, is most likely."""
-        if not len(self.mean.strength):
+        """With the size on the grid that maximises the likelihood of a residual (n,), N.m."""
+        if not len(self.mean.eigenvalues):
             return self
         costs = []
         kinds = [(self.mean, [s for s in SCATTER_SIZES if s < INDIVIDUAL_SIZE])]
@@ -103,42 +110,45 @@ class Weighting:
         for own, sizes in kinds:
             v = residual * own.scale
             along = (own.basis.T @ v) ** 2
-            spread = 1 + np.array(sizes)[:, None] ** 2 * own.strength
-            # The part across the basis is the same for all sizes that share one.
-            across = float(v @ v) + own.level
+            spread = 1 + np.array(sizes)[:, None] ** 2 * own.eigenvalues
+            # All sizes of one diagonal share the part of the residual that is orthogonal to the basis.
+            across = float(v @ v) + own.log_determinant
             costs += (across - (along * (1 - 1 / spread)).sum(axis=1) + np.log(spread).sum(axis=1)).tolist()
         return self.with_size(SCATTER_SIZES[int(np.argmin(costs))])
 
 
 def size_only(size: float) -> Weighting:
-    """A size alone, of no samples."""
-    none = weighting(np.zeros(0), np.zeros((0, 0)))
+    """A weighting of no blocks that only holds a size: stands for one that the receiver has itself."""
+    none = make_weighting(np.zeros(0), np.zeros((0, 0)))
     return none.with_size(size)
 
 
 def is_size_only(weights: Weighting) -> bool:
-    """Whether weights are a size alone."""
+    """Whether a weighting only holds a size."""
     return len(weights.scale) == 0
 
 
-def weighting(variance: Array, scatter: Array, residual_variance: Array | None = None, size: float = 1.0) -> Weighting:
-    """From variances (n,) of the samples' noise, (N.m)^2, columns of the scatter (m, n), N.m, or (0, n), and the
-    variance (n,) by which an individual is rough beyond them.
+def make_weighting(
+    variance: Array, scatter: Array, residual_variance: Array | None = None, size: float = 1.0
+) -> Weighting:
+    """The weighting of n blocks.
+
+    variance: (n,) (N.m)^2, of the noise; scatter: (m, n) N.m, what one standard deviation of each random effect does,
+    or (0, n); residual_variance: (n,) (N.m)^2, of an individual drive beyond these columns.
     """
     mean = _covariance(variance, scatter, 0.0, np.ones(len(variance)))
     if residual_variance is None or not len(scatter):
         return Weighting(mean, mean, size)
-    level = float(np.log1p(residual_variance / variance).sum())
-    return Weighting(
-        mean, _covariance(variance + residual_variance, scatter, level, variance / (variance + residual_variance)), size
-    )
+    log_determinant = float(np.log1p(residual_variance / variance).sum())
+    total = variance + residual_variance
+    return Weighting(mean, _covariance(total, scatter, log_determinant, variance / total), size)
 
 
-def _covariance(variance: Array, scatter: Array, level: float, ratio: Array) -> Covariance:
+def _covariance(variance: Array, scatter: Array, log_determinant: float, noise_share: Array) -> Covariance:
     scale = 1 / np.sqrt(variance)
     if not len(scatter):
-        return Covariance(scale, np.zeros((len(scale), 0)), np.zeros(0), level, ratio)
+        return Covariance(scale, np.zeros((len(scale), 0)), np.zeros(0), log_determinant, noise_share)
     rows = scatter * scale
-    values, vectors = eigh(rows @ rows.T, subset_by_value=(MIN_STRENGTH, np.inf), check_finite=False)
+    values, vectors = eigh(rows @ rows.T, subset_by_value=(MIN_EIGENVALUE, np.inf), check_finite=False)
     basis = np.ascontiguousarray((vectors.T @ rows).T / np.sqrt(values))
-    return Covariance(scale, basis, values, level, ratio)
+    return Covariance(scale, basis, values, log_determinant, noise_share)

@@ -1,4 +1,4 @@
-"""A problem's fits shared among processes: each gets the problem once and the fits' starts as they come."""
+"""Fits shared among processes: each process reads the problem once, then receives the jobs."""
 
 from __future__ import annotations
 
@@ -19,28 +19,30 @@ from .problem import Problem
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
-_held: dict[str, Problem] = {}
-"""The problem that this process last worked on, by the file it came in."""
+_loaded: dict[str, Problem] = {}
+"""The problem that this process read last, by its file."""
 
 
 def ignore_overflow() -> np.errstate:
-    """For everything that fits: a trial whose creep runs away overflows; its cost is then no number, and the fit
-    refuses the step."""
+    """A context for fits: the trajectory of a trial point may overflow, its cost is then not finite, and the fit
+    rejects the step."""
     return np.errstate(over="ignore", invalid="ignore")
 
 
 @dataclass(frozen=True)
 class WorkerPool:
-    """problem: as this process has it; executor: of processes that share the work, None to do it here;
-    file: in which they find the problem."""
+    """problem: in this process; executor: of the processes, None to work in this one; file: the problem for them."""
 
     problem: Problem
     executor: Executor | None = None
     file: str = ""
 
     def map(self, function: Callable[[Problem, Job], Result], jobs: Sequence[Job]) -> Iterator[Result]:
-        """function(problem, job) of every job, in their order. The function stands in a module; a `Fit` comes back
-        through `Problem.without_weights` and `Problem.with_weights`."""
+        """function(problem, job) for every job, in their order.
+
+        The function must be defined in a module. A `Fit` travels through `Problem.without_weights` and
+        `Problem.with_weights`.
+        """
         if self.executor is None:
             return map(function, [self.problem] * len(jobs), jobs)
         return self.executor.map(_work, [function] * len(jobs), [self.file] * len(jobs), jobs)
@@ -48,21 +50,20 @@ class WorkerPool:
 
 @contextmanager
 def open_pool(problem: Problem, executor: Executor | None) -> Generator[WorkerPool]:
-    """The problem laid out for an executor's processes; what only verdicts need stays here."""
+    """A pool for one problem; what only the inference needs is not sent to the processes."""
     if executor is None:
         yield WorkerPool(problem)
         return
     with scratch_folder() as folder:
         file = folder / "problem"
-        file.write_bytes(
-            pickle.dumps(replace(problem, scatter=None, weights_cache=[], individuals=problem.individuals[:0]))
-        )
+        sent = replace(problem, scatter=None, weights_cache=[], individuals=problem.individuals[:0])
+        file.write_bytes(pickle.dumps(sent))
         yield WorkerPool(problem, executor, str(file))
 
 
 def _work(function: Callable[[Problem, Job], Result], file: str, job: Job) -> Result:
-    if file not in _held:
-        _held.clear()
-        _held[file] = pickle.loads(Path(file).read_bytes())
+    if file not in _loaded:
+        _loaded.clear()
+        _loaded[file] = pickle.loads(Path(file).read_bytes())
     with ignore_overflow():
-        return function(_held[file], job)
+        return function(_loaded[file], job)

@@ -39,9 +39,32 @@ SCALE_DEVIATION = 0.05
 
 
 @dataclass(frozen=True)
+class ShapeParameters:
+    """Parameters of a base curve that are fitted with every set of effects, (k,) each.
+
+    prior_deviation: standard deviations of Gaussian priors about `start`, infinite where nothing is known.
+    """
+
+    names: tuple[str, ...]
+    start: Array
+    low: Array
+    high: Array
+    prior_deviation: Array
+
+    @property
+    def size(self) -> int:
+        """Number of parameters."""
+        return len(self.names)
+
+
+NO_SHAPE = ShapeParameters((), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
+"""Of a base curve that nothing can change."""
+
+
+@dataclass(frozen=True)
 class BaseCurve:
     """kind: "drawing", "curve" or "power law"; ratio: signed, 1 for a still crank; lever: m/rad, clearance over
-    the twist that it frees; shape_names, shape_start, shape_low, shape_high, shape_prior: of base parameters;
+    the twist that it frees; shape: its own parameters;
     full_torque: N.m; lookup: tables of the curve, None for a power law until its parameters are known.
     """
 
@@ -51,21 +74,12 @@ class BaseCurve:
     lever: float
     full_torque: float
     max_twist: float
-    shape_names: tuple[str, ...]
-    shape_start: Array
-    shape_low: Array
-    shape_high: Array
-    shape_prior: Array
+    shape: ShapeParameters
     drive: Drive | None = None
     lookup: Lookup | None = None
     element: ElementTable | None = None
     modulus: ModulusShares | None = None
     source: str = ""
-
-    @property
-    def n_shape(self) -> int:
-        """Number of base parameters besides the zero."""
-        return len(self.shape_names)
 
 
 @dataclass(frozen=True)
@@ -83,7 +97,6 @@ class ScaledTorque:
 
 def drawing_base(drive: Drive, lookup: Lookup) -> BaseCurve:
     """The mean torque of a drawing's lookup. What individuals differ is the scatter's business, not a scale's."""
-    none = np.zeros(0)
     whole = with_contact_tables(lookup, drive, tuple(EFFECTS.values()))
     return BaseCurve(
         "drawing",
@@ -92,11 +105,7 @@ def drawing_base(drive: Drive, lookup: Lookup) -> BaseCurve:
         drive.eccentricity * abs(drive.ratio),
         lookup.full_torque,
         drive.max_twist,
-        (),
-        none,
-        none,
-        none,
-        none,
+        NO_SHAPE,
         drive,
         whole,
         whole.element,
@@ -149,11 +158,7 @@ def curve_base(path: str | os.PathLike[str], ratio: float = 1.0) -> BaseCurve:
         NOMINAL_LEVER,
         float(np.abs(torque).max()),
         float(np.abs(twist).max()),
-        ("scale",),
-        0 * one,
-        -0.5 * one,
-        one,
-        spread * one,
+        ShapeParameters(("scale",), 0 * one, -0.5 * one, one, spread * one),
         None,
         lookup,
         source=str(path),
@@ -172,11 +177,13 @@ def power_base(trace: Trace) -> BaseCurve:
         NOMINAL_LEVER,
         full,
         max_twist,
-        ("log_scale", "exponent"),
-        np.array([np.log(full), 1.2]),
-        np.array([np.log(full) - 5, 0.3]),
-        np.array([np.log(full) + 5, 6.0]),
-        np.array([np.inf, np.inf]),
+        ShapeParameters(
+            ("log_scale", "exponent"),
+            np.array([np.log(full), 1.2]),
+            np.array([np.log(full) - 5, 0.3]),
+            np.array([np.log(full) + 5, 6.0]),
+            np.array([np.inf, np.inf]),
+        ),
         source="power law",
     )
 

@@ -61,7 +61,7 @@ class ParameterLayout:
             for name, where in self.effects.items()
         }
 
-    def part(self, names: Collection[str], vector: Array) -> tuple[ParameterLayout, Array]:
+    def restrict(self, names: Collection[str], vector: Array) -> tuple[ParameterLayout, Array]:
         """The layout of some of the effects alone, in the same order, and what a vector (size,) holds of it."""
         kept = tuple(name for name in self.names if name in names)
         pieces = [vector[: 1 + self.n_shape], *(vector[self.effects[name]] for name in kept)]

@@ -63,7 +63,7 @@ class Predictor:
         self.trace, self.base, self.blocks = trace, base, blocks
         self.names = tuple(names)
         self.kernels = [kernel(name) for name in self.names]
-        self.layout = ParameterLayout(base.n_shape, self.names)
+        self.layout = ParameterLayout(base.shape.size, self.names)
         self.slices = [self.layout.effects[name] for name in self.names]
         self.size = self.layout.size
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...effects import EFFECTS, ToleranceSignature, find_effect
-from ..estimation.least_squares import Fit
+from ..estimation.least_squares import HELD_SIZE, Fit
 from ..estimation.problem import Problem
 from ..estimation.search import restrict_fit
 from ..estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES
@@ -32,7 +32,7 @@ def limited_to_tolerances(problem: Problem, smaller: Fit, fit: Fit) -> Fit:
     if smaller.weighting.size < IMPLAUSIBLE_SIZE or fit.weighting.size >= IMPLAUSIBLE_SIZE:
         return smaller
     return problem.fit_from(
-        smaller.names, smaller.parameters, smaller.weighting.with_size(LARGEST_PLAUSIBLE_SIZE), refit_size=False
+        smaller.names, smaller.parameters, smaller.weighting.with_size(LARGEST_PLAUSIBLE_SIZE), options=HELD_SIZE
     )
 
 

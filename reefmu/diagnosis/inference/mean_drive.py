@@ -11,8 +11,8 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ..estimation.overdispersion import CHI_SQUARE_MEDIAN
 from ..estimation.problem import Problem
+from ..estimation.residuals import CHI_SQUARE_MEDIAN
 
 LEAST_TURN, LEAST_BLOCKS = np.pi, 40
 """Way of the crank, rad, and blocks of a run that shows ripple."""
@@ -34,7 +34,7 @@ def ripple_size(problem: Problem, individuals: Array) -> float | None:
     if not len(individuals):
         return None
     curve = (
-        problem.base.elastic.evaluate(problem.scatter.twist, 0.0, problem.base.shape_start)[0]
+        problem.base.elastic.evaluate(problem.scatter.twist, 0.0, problem.base.shape.start)[0]
         if problem.scatter
         else 0.0
     )

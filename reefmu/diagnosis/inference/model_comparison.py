@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...effects import EFFECTS, Place, ToleranceSignature
-from ..estimation.least_squares import Fit
-from ..estimation.overdispersion import estimate_overdispersion
+from ..estimation.least_squares import HELD_SIZE, Fit
 from ..estimation.problem import Problem
+from ..estimation.residuals import estimate_overdispersion
 from ..estimation.score_test import orthonormal_basis
 from ..estimation.search import Search, is_degenerate, restrict_fit
 from ..estimation.weighting import MEAN_DRIVE_SIZE, SCATTER_SIZES
@@ -119,7 +119,7 @@ def _joint(problem: Problem, fit: Fit, known: list[NonparametricTerm]) -> tuple[
     """A set with the rival that helps it most. With one beside it, the drive may be surer the mean one than without."""
     pairs = [(fit, fit_terms(problem, fit, known)[0])]
     if fit.weighting.size > SCATTER_SIZES[0]:
-        sure = problem.fit_from(fit.names, fit.parameters, problem.weights.for_mean_drive(), refit_size=False)
+        sure = problem.fit_from(fit.names, fit.parameters, problem.weights.for_mean_drive(), options=HELD_SIZE)
         pairs.append((sure, fit_terms(problem, sure, known)[0]))
     return min(pairs, key=lambda pair: pair[0].cost - pair[1].gain)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ..estimation.least_squares import Fit
+from ..estimation.least_squares import HELD_SIZE, Fit
 from ..estimation.problem import Problem
 from ..estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES
 
@@ -53,4 +53,4 @@ def as_individual_drive(problem: Problem, fit: Fit) -> Fit:
     rest = problem.torque - fit.prediction.torque
     sizes = [problem.weights.with_size(size) for size in SCATTER_SIZES if size >= INDIVIDUAL_SIZE]
     likeliest = min(sizes, key=lambda w: float((w.whiten(rest) ** 2).sum()) + w.log_determinant)
-    return problem.fit_from(fit.names, fit.parameters, likeliest, refit_size=False)
+    return problem.fit_from(fit.names, fit.parameters, likeliest, options=HELD_SIZE)

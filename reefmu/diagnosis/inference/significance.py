@@ -16,10 +16,9 @@ from stiffness_model.numerics.arrays import Array
 from ...effects import EFFECTS, find_effect
 from ..estimation.held_out import held_out_ratio
 from ..estimation.least_squares import Fit
-from ..estimation.overdispersion import estimate_overdispersion
 from ..estimation.problem import Problem
-from ..estimation.remainder import is_repeatable
-from ..estimation.search import Search, is_degenerate, restrict_fit, torque_without
+from ..estimation.residuals import estimate_overdispersion, is_repeatable, torque_without
+from ..estimation.search import Search, is_degenerate, restrict_fit
 from ..estimation.weighting import INDIVIDUAL_SIZE, MEAN_DRIVE_SIZE
 from .individual_drive import SCATTER_LIKE, limited_to_tolerances, may_be_individual
 from .model_comparison import FORM_ERROR

@@ -9,10 +9,9 @@ import numpy as np
 
 from ...effects import find_effect
 from ..estimation.least_squares import Fit
-from ..estimation.overdispersion import estimate_overdispersion
 from ..estimation.problem import Problem
-from ..estimation.remainder import is_repeatable, remainder
-from ..estimation.search import Search, is_degenerate, n_parameters
+from ..estimation.residuals import estimate_overdispersion, is_repeatable, remainder
+from ..estimation.search import Search, is_degenerate
 from ..estimation.weighting import INDIVIDUAL_SIZE, MEAN_DRIVE_SIZE, SCATTER_SIZES
 from .individual_drive import IMPLAUSIBLE_SIZE, SCATTER_LIKE
 from .model_comparison import as_mean_drive, compare_models
@@ -157,7 +156,7 @@ def _limiting(other: Fit, chosen: Fit, indistinguishable: Sequence[tuple[str, st
 
 def _visible(problem: Problem, fit: Fit) -> float:
     """Least remainder, N.m rms, that is called one."""
-    scattered_drive = len(fit.weighting.strength) > 0 and fit.weighting.size > MEAN_DRIVE_SIZE
+    scattered_drive = len(fit.weighting.eigenvalues) > 0 and fit.weighting.size > MEAN_DRIVE_SIZE
     share = REMAINDER_INDIVIDUAL if scattered_drive else REMAINDER
     uncertain = _noise_uncertainty(problem) * float(np.mean(problem.block_variance))
     return max(share * problem.base.full_torque, float(np.sqrt(uncertain)))
@@ -198,7 +197,7 @@ def _alternatives(
         common = frozenset(f.names) & frozenset(chosen.names)
         gain = known.get(common, found.base.cost) - chosen.cost
         allowance = max(ALIKE_COST, ALIKE_SHARE * gain)
-        if n_parameters(f) > n_parameters(chosen):
+        if f.n_effect_parameters > chosen.n_effect_parameters:
             # With more parameters it can imitate; as good as the chosen it must be, and not its limiting case.
             allowance = 2.0
         if worse < allowance and not is_degenerate(problem, f) and not _limiting(f, chosen, indistinguishable):

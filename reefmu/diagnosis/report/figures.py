@@ -17,7 +17,7 @@ from stiffness_model.units import ARCMIN
 
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..estimation.remainder import predicted_scatter
+from ..estimation.residuals import predicted_scatter
 from ..schema import Gap
 from .gap import held_out_blocks
 from .location import block_coordinates
@@ -169,7 +169,7 @@ def time_figure(problem: Problem, base: Fit, chosen: Fit) -> str:
         axes.plot(k, before, lw=0.6, color=BEFORE, label="before")
         if chosen.names:
             axes.plot(k, after, lw=0.6, color=AFTER, label="after")
-            if len(chosen.weighting.strength) and chosen.weighting.size > 0.1:
+            if len(chosen.weighting.eigenvalues) and chosen.weighting.size > 0.1:
                 axes.plot(
                     k,
                     after - predicted_scatter(problem, chosen, after),

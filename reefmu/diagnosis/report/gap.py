@@ -14,7 +14,7 @@ from stiffness_model.numerics.arrays import Array
 from ..estimation.held_out import held_out_blocks
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..estimation.remainder import predicted_scatter
+from ..estimation.residuals import predicted_scatter
 from ..schema import Gap
 from .corrected_model import corrected_model, simulated_torque
 
@@ -42,7 +42,7 @@ def measure_gap(problem: Problem, base: Fit, chosen: Fit, held: Sequence[Fit]) -
 
 def own_scatter(problem: Problem, found: Fit) -> Array | None:
     """The likeliest scatter (n,), N.m, of this one drive at all samples; None where nothing scatters."""
-    if problem.scatter is None or not len(found.weighting.strength):
+    if problem.scatter is None or not len(found.weighting.eigenvalues):
         return None
     rest = problem.torque - found.prediction.torque
     return np.repeat(predicted_scatter(problem, found, rest), problem.blocks.count.astype(int))

@@ -44,7 +44,7 @@ def test_a_turning_individual_of_the_solver_is_one_of_these(problem: Problem, sc
     """`stiffness_model.rotation` places and solves its own; the weights take most of it for scatter."""
     drive = rig.drive()
     crank = problem.blocks.mean(problem.trace.crank)
-    mean = problem.base.elastic.evaluate(scatter.twist, 0.0, problem.base.shape_start)[0]
+    mean = problem.base.elastic.evaluate(scatter.twist, 0.0, problem.base.shape.start)[0]
     standing = scatter.motion.span < 0.01
     weights = problem.weights.with_size(1.0)
     one = draw_individual(drive, 1)
@@ -60,7 +60,7 @@ def test_a_turning_individual_of_the_solver_is_one_of_these(problem: Problem, sc
     raw = float(((gap * weights.scale) ** 2).sum())
     left = float((weights.whiten(gap) ** 2).sum())
     assert left < 0.05 * raw
-    assert left < 4 * len(weights.strength)
+    assert left < 4 * len(weights.eigenvalues)
 
 
 def test_a_preloaded_drive_scatters_without_load_too(scatter: Scatter) -> None:

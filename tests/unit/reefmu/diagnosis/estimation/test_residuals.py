@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 from reefmu.diagnosis.estimation.least_squares import Fit
-from reefmu.diagnosis.estimation.overdispersion import estimate_overdispersion
 from reefmu.diagnosis.estimation.problem import Problem
+from reefmu.diagnosis.estimation.residuals import estimate_overdispersion
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.estimation.weighting import Weighting
 from reefmu.diagnosis.forward.base_curve import drawing_base
@@ -36,7 +36,7 @@ def quieter(problem: Problem, fit: Fit, factor: float) -> tuple[Problem, Fit]:
             k: replace(
                 getattr(weights, k),
                 scale=factor * getattr(weights, k).scale,
-                strength=factor**2 * getattr(weights, k).strength,
+                eigenvalues=factor**2 * getattr(weights, k).eigenvalues,
             )
             for k in ("mean", "individual")
         }

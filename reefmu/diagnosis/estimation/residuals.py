@@ -1,0 +1,136 @@
+"""What a fit leaves: remainder, scatter, overdispersion, and the part that repeats with the cycles.
+
+Where a test repeats a cycle, the noise of one cycle is independent of that of the next, so that the mean product of
+their residuals estimates the mean square of what both share, whatever the size and autocorrelation of the noise.
+Elsewhere the variance of the noise is subtracted, which is known only in part.
+
+A missing effect is local: its residual depends on where the drive is. Noise that is larger or slower than estimated is
+everywhere. Where even the median segment of the record exceeds what the noise should leave, gains are divided by that
+overdispersion (McCullagh and Nelder, Generalized Linear Models, 1989, section 4.5).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import dct
+
+from stiffness_model.numerics.arrays import Array
+
+from ...effects import find_effect
+from ..preprocessing.noise import matching_cycles
+from .least_squares import Fit
+from .problem import Problem
+from .score_test import amplitudes
+
+SIGNIFICANT_ERRORS = 3.0
+"""Standard errors above zero at which the covariance of repeated cycles is significant: 0.1 % for normal errors."""
+SEGMENTS_PER_CYCLE = 8
+"""Segments of a pair of cycles whose mean products give the standard error. Chosen by judgement: long against the
+autocorrelation of the noise, and enough for a variance."""
+MAX_SEGMENT_BLOCKS = 60
+"""Greatest length of a segment in blocks. Chosen by judgement: short against the whole record, so that a local residual
+does not enter the median segment."""
+N_SLOW_MODES = 6
+"""Lowest cosine modes of a segment in which slow noise shows. Chosen by judgement: a tenth of a full segment."""
+CHI_SQUARE_MEDIAN = 0.4549
+"""Median of chi-square with one degree of freedom."""
+
+
+@dataclass(frozen=True)
+class CycleCovariance:
+    """Covariance of the residuals of repeated cycles and its standard error, (N.m)^2; pairs: of cycles compared."""
+
+    covariance: float
+    standard_error: float
+    pairs: int
+
+
+def remainder(problem: Problem, fit: Fit) -> float:
+    """Rms residual, N.m, that neither the model nor the scatter nor the noise explains."""
+    residual = problem.torque - fit.prediction.torque
+    residual = residual - predicted_scatter(problem, fit, residual)
+    weight = problem.blocks.count / problem.blocks.count.sum()
+    excess = float((weight * (residual**2 - problem.block_variance)).sum())
+    return float(np.sqrt(max(excess, 0.0)))
+
+
+def predicted_scatter(problem: Problem, fit: Fit, residual: Array) -> Array:
+    """(n,) N.m, best linear unbiased prediction of the drive's own scatter in a residual (n,), N.m."""
+    w = fit.weighting
+    variance = w.size**2 * w.eigenvalues
+    along = w.basis.T @ (residual * w.scale)
+    return (w.basis @ (along * variance / (1 + variance))) / w.scale
+
+
+def torque_without(problem: Problem, fit: Fit, name: str) -> Array:
+    """(n,) N.m, torque of a fit with one effect switched off and all other parameters unchanged."""
+    p = fit.parameters.copy()
+    first, effect = problem.layout(fit.names).effects[name].start, find_effect(name)
+    for k in amplitudes(effect):
+        p[first + k] = effect.parameters[k].neutral
+    return problem.predictor(fit.names)(p).torque
+
+
+def is_repeatable(problem: Problem, fit: Fit) -> bool:
+    """Whether the residual of a fit repeats significantly with the cycles; true where no cycles repeat."""
+    predictor = problem.predictor(fit.names)
+    predictor.blocks = None
+    residual = problem.trace.torque - predictor(fit.parameters).torque
+    own = predicted_scatter(problem, fit, problem.torque - fit.prediction.torque)
+    residual = residual - np.repeat(own, problem.blocks.count.astype(int))
+    shared = cycle_covariance(residual, matching_cycles(problem.trace))
+    return shared is None or shared.covariance > SIGNIFICANT_ERRORS * shared.standard_error
+
+
+def cycle_covariance(residual: Array, pairs: list[tuple[NDArray[np.intp], NDArray[np.intp]]]) -> CycleCovariance | None:
+    """Covariance of residuals (n,), N.m, at the indices of matching samples of pairs of cycles; None for too few.
+
+    >>> rng = np.random.default_rng(0)
+    >>> wave = np.tile(np.sin(np.arange(200) / 5), 20)
+    >>> cycles = [np.arange(200) + 200 * k for k in range(20)]
+    >>> found = cycle_covariance(wave + 3 * rng.standard_normal(4000), list(zip(cycles[::2], cycles[1::2])))
+    >>> abs(found.covariance - 0.5) < 3 * found.standard_error < 1
+    True
+    """
+    means = [
+        float(part.mean())
+        for first, second in pairs
+        for part in np.array_split(residual[first] * residual[second], SEGMENTS_PER_CYCLE)
+        if len(part)
+    ]
+    if len(means) < 2 * SEGMENTS_PER_CYCLE:
+        return None
+    error = float(np.std(means, ddof=1) / np.sqrt(len(means)))
+    return CycleCovariance(float(np.mean(means)), error, len(pairs))
+
+
+def estimate_overdispersion(problem: Problem, fit: Fit, residual: Array | None = None) -> float:
+    """Variance of a residual over its expectation in the median segment, at least 1.
+
+    The greater of two estimates: from all blocks, and from the slow modes of a segment, which show noise with a longer
+    autocorrelation than estimated. residual: (n,) N.m; that of the fit if None.
+    """
+    residual = problem.torque - fit.prediction.torque if residual is None else residual
+    number, white = segments(problem), fit.weighting.whiten(residual)
+    expected = np.bincount(number, problem.expected_chi_square_by_block(fit.weighting))
+    whole = float(np.median(np.bincount(number, white**2) / expected))
+    longer = [part for k in range(len(expected)) if len(part := white[number == k]) > 2 * N_SLOW_MODES]
+    slow = [np.asarray(dct(part, norm="ortho"))[:N_SLOW_MODES] ** 2 for part in longer]
+    return max(1.0, whole, float(np.median(slow)) / CHI_SQUARE_MEDIAN if slow else 1.0)
+
+
+def segments(problem: Problem) -> NDArray[np.intp]:
+    """(n,) number of the segment of each block: one run, one direction of the twist, at most `MAX_SEGMENT_BLOCKS`."""
+    t = problem.trace
+    run = t.run[problem.blocks.first]
+    change = np.where(t.start, 0.0, np.diff(t.smooth_twist, prepend=t.smooth_twist[0]))
+    direction = np.sign(problem.blocks.mean(change))
+    # While the twist stands still the segment goes on.
+    direction = direction[np.maximum.accumulate(np.where(direction != 0, np.arange(len(direction)), 0))]
+    begins = (np.diff(run, prepend=run[0] - 1) != 0) | (np.diff(direction, prepend=direction[0]) != 0)
+    number = np.cumsum(begins) - 1
+    since = np.arange(len(run)) - np.flatnonzero(begins)[number]
+    return np.unique(number * (len(run) + 1) + since // MAX_SEGMENT_BLOCKS, return_inverse=True)[1]
