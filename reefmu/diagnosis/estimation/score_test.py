@@ -40,8 +40,8 @@ class Direction:
     """One variant of a candidate, linearised in its amplitudes.
 
     start: (q,) parameters with neutral amplitudes; sizes: indices of the amplitudes; columns: (n, m), N.m per unit,
-    their sensitivities; one_sided: whether amplitudes cannot be negative; paired: whether the columns are sines followed by
-    cosines of the same amplitudes.
+    their sensitivities; one_sided: whether amplitudes cannot be negative; paired: whether the columns are
+    sines followed by cosines of the same amplitudes.
     """
 
     name: str
