@@ -62,6 +62,15 @@ _PREFERRED = {
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S*)\s*")
 
 
+def si_unit(quantity: str) -> str:
+    """The SI unit of a quantity of `UNITS`.
+
+    >>> si_unit("torsional stiffness")
+    'N.m/rad'
+    """
+    return _SI[quantity]
+
+
 def parse_quantity(value: object, quantity: str, where: str) -> float:
     """The SI value of a text such as "41 mm"; a bare number from Python code is taken as SI.
 

@@ -13,7 +13,7 @@ from reefmu.model.tables import cached_lookup
 from reefmu.progress import Progress
 from reefmu.record import Record, read_record, with_output_locked
 from stiffness_model.errors import InputError, expect
-from stiffness_model.io.atomic_files import parse_toml
+from stiffness_model.io.toml_files import parse_toml
 from stiffness_model.units import ARCMIN
 
 from . import study, workers

@@ -179,17 +179,8 @@ def _front(results: Results) -> str:
 
 def _values(results: Results, design: int) -> list[str]:
     return [
-        _text(p.at(float(x)), p.quantity == "length")
-        for p, x in zip(results.study.parameters, results.evaluations.positions[design], strict=True)
+        p.text(float(x)) for p, x in zip(results.study.parameters, results.evaluations.positions[design], strict=True)
     ]
-
-
-def _text(value: float | int | str, length: bool) -> str:
-    if length:
-        size = float(value)
-        return f"{1e6 * size:.4g} um" if abs(size) < 1e-4 else f"{1e3 * size:.6g} mm"
-    words = str(value).split()
-    return f"{float(words[0]):.3g} sigma" if words[-1] == "sigma" else str(value)
 
 
 def _effects(results: Results) -> str:

@@ -58,12 +58,7 @@ class Loads:
             return []
         drive = self.population.drive
         plain, now = self.plain_torque
-        options = [
-            f"{name} = {value}"
-            for section in ("bodies", "contacts")
-            for name, value in write_options(drive.beyond, section).items()
-            if name in _SWITCHES
-        ]
+        options = [f"{name} = {value}" for name, value in write_options(drive.beyond).items() if name in _SWITCHES]
         return [
             f"beyond the plain model: {', '.join(options)}",
             f"torque at {drive.max_twist / ARCMIN:g} arcmin {now:.1f} N.m; plain model {plain:.1f} N.m",

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from reefmu.progress import CountingExecutor
-from stiffness_model.drawing.drive import Drive
+from stiffness_model.drawing.drive import FIELDS, Drive
 from stiffness_model.errors import expect
 from stiffness_model.io.drawing_toml import load_drive
 from stiffness_model.montecarlo.population import Population, simulate
@@ -23,13 +23,11 @@ from . import workers
 
 TWISTS = 61
 """Twists from zero to the drawing's max_twist."""
-_NUMBERS = ("elements", "eccentrics", "lobes", "transmission_ratio", "friction_coefficient")
-"""Fields that are bare numbers in a drawing; all others are texts, sizes with their units."""
 
 
 def load(source: str, fields: Sequence[tuple[str, str]]) -> tuple[Drive, list[str]]:
     """The drawing with the fields of `--set`, and notes on it, such as that its elements do not fit."""
-    return read_drawing(source, **{name: _number(text) if name in _NUMBERS else text for name, text in fields})
+    return read_drawing(source, **{name: FIELDS[name].parse(text) if name in FIELDS else text for name, text in fields})
 
 
 def read_drawing(source: str, **fields: object) -> tuple[Drive, list[str]]:
@@ -89,13 +87,3 @@ def table(heads: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[st
     return "\n".join(
         "  " + "  ".join(text.rjust(width) for text, width in zip(line, widths, strict=True)) for line in lines
     )
-
-
-def _number(text: str) -> object:
-    """A number where it is one; else the text, for the drawing's checks to refuse."""
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            pass
-    return text

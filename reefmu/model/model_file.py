@@ -21,8 +21,9 @@ import tomli_w
 
 from stiffness_model.drawing.sampling import check_seed
 from stiffness_model.errors import InputError, expect, expect_number, refuse_unknown, unknown_name
-from stiffness_model.io.atomic_files import atomic_file, parse_toml
+from stiffness_model.io.atomic_files import atomic_file
 from stiffness_model.io.drawing_toml import drive_from_dict
+from stiffness_model.io.toml_files import parse_toml
 from stiffness_model.lookup.build_lookup import N_DRIVES, Lookup
 from stiffness_model.units import parse_quantity
 

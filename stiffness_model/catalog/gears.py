@@ -6,7 +6,6 @@ numbers: it then says where they would be found, and has no curve.
 
 from __future__ import annotations
 
-import importlib.resources
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError, expect, expect_number, refuse_unknown
-from ..io.atomic_files import parse_toml
+from ..io.toml_files import parse_toml, read_packaged, read_text
 from ..numerics.arrays import Array
 from ..units import parse_quantity
 
@@ -155,17 +154,8 @@ def catalog(own: str | os.PathLike[str] | None = None) -> tuple[CatalogGear, ...
     >>> sum(gear.has_curve for gear in catalog()), len(catalog())
     (3, 8)
     """
-    text = (importlib.resources.files("stiffness_model.catalog") / "catalog.toml").read_text("utf-8")
-    rows = read_rows(text, "catalog.toml")
-    if own is None:
-        return rows
-    path = Path(own)
-    try:
-        text = path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"{path}: expected a readable TOML catalogue, got: {reason}") from None
-    return rows + read_rows(text, str(path))
+    rows = read_rows(read_packaged("catalog", "catalog"), "catalog.toml")
+    return rows if own is None else rows + read_rows(read_text(Path(own), "TOML catalogue"), str(Path(own)))
 
 
 def read_rows(text: str, where: str) -> tuple[CatalogGear, ...]:

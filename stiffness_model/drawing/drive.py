@@ -5,98 +5,150 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Annotated
 
 from ..elasticity.hertz import LINE_EXPONENT, POINT_EXPONENT
-from ..errors import expect, expect_integer, expect_number
+from ..errors import expect
+from ..frozen_mapping import FrozenMapping
 from ..geometry.ball_path import BallPath, usable_limit
 from ..geometry.seats import Seats
 from ..units import format_quantity
 from .assembly_checks import check_flank, check_mesh, check_radii
+from .fields import (
+    CHOICE,
+    COUNT,
+    MATERIAL,
+    NUMBER,
+    OFFSET,
+    PARTS,
+    TEXT,
+    TOLERANCE,
+    Field,
+    check_attributes,
+    fields_of,
+    ratio_above_one,
+)
 from .materials import Material
 from .options import ModelOptions
-from .tolerances import Tolerance
+from .tolerances import Tolerance, diameters
 
-PARTS = ("element", "crank", "cage", "gear")
 HOLES = ("cage", "gear")
 """Parts whose toleranced diameter is an inner one."""
-COUNTS = ("elements", "eccentrics", "lobes")
 
 
-def diameters(element_radius: float, crank_radius: float) -> dict[str, float]:
-    """Nominal diameter, m, that the tolerance of each part is for; the gear's is the pitch circle of the elements.
-
-    >>> diameters(7e-3, 41e-3)["gear"]
-    0.096
-    """
-    return {
-        "element": 2 * element_radius,
-        "crank": 2 * crank_radius,
-        "cage": 2 * element_radius,
-        "gear": 2 * (crank_radius + element_radius),
-    }
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Drive:
-    """One drive as drawn. Lengths in m, angles in rad.
+    """One drive as drawn. Lengths in m, angles in rad; a `Field` beside each attribute states its meaning.
 
-    element: "ball" or "roller" (with element_length); elements: count on all eccentrics together;
-    transmission_ratio: the magnitude |i|, crank to cage with the gear fixed; lobes: |i| - 1 (crank and cage
-    turn together) or |i| + 1 (they reverse); crank_deviation: whether the crank's deviation is drawn per
-    "element" (the paper) or per "eccentric" (a workshop); max_twist: greatest twist at the output, rad; beyond:
-    what is switched on beside the paper's model.
-
-    Raises `InputError` for what cannot be a drive.
+    materials, tolerances: of each of `PARTS`; beyond: what is switched on beside the paper's model; where: the drawing
+    it was read from, for messages. Raises `InputError` for values of which no drive can be made.
     """
 
-    name: str
-    element_radius: float
-    elements: int
-    crank_radius: float
-    eccentricity: float
-    transmission_ratio: float
-    lobes: int
-    materials: Mapping[str, Material]
-    tolerances: Mapping[str, Tolerance]
-    max_twist: float
-    element: str = "ball"
-    element_length: float = 0.0
-    eccentrics: int = 1
-    crank_deviation: str = "element"
+    name: Annotated[str, Field(TEXT, "", "Name of the drive, which its curve, FMU and files carry.", "my_drive")]
+    description: Annotated[str, Field(TEXT, "", "What the drive is, in a sentence.", "Steel, ground gear profile")] = ""
+    element: Annotated[
+        str,
+        Field(CHOICE, "geometry", "Kind of the rolling elements.", choices=("ball", "roller"), varies=True),
+    ] = "ball"
+    element_radius: Annotated[float, Field("length", "geometry", "Radius of a rolling element.", "7 mm", varies=True)]
+    element_length: Annotated[
+        float,
+        Field(
+            "length",
+            "geometry",
+            "Length of a roller along its axis; a ball has none.",
+            "12 mm",
+            varies=True,
+        ),
+    ] = 0.0
+    elements: Annotated[int, Field(COUNT, "geometry", "Rolling elements on all eccentrics together.", "87")]
+    eccentrics: Annotated[
+        int, Field(COUNT, "geometry", "Eccentrics of the crank, each with one row of elements.", "3", varies=True)
+    ] = 1
+    crank_radius: Annotated[
+        float,
+        Field("length", "geometry", "Radius of the raceway on each eccentric of the crank.", "41 mm", varies=True),
+    ]
+    eccentricity: Annotated[
+        float, Field("length", "geometry", "Distance of an eccentric's axis from the drive's.", "0.7 mm", varies=True)
+    ]
+    transmission_ratio: Annotated[
+        float,
+        Field(
+            NUMBER,
+            "geometry",
+            "Magnitude |i| of the ratio from crank to cage with the gear fixed.",
+            "29",
+            ratio_above_one,
+        ),
+    ]
+    lobes: Annotated[
+        int,
+        Field(
+            COUNT,
+            "geometry",
+            "Lobes of the gear: |i| - 1 where crank and cage turn together, |i| + 1 where they reverse.",
+            "30",
+            varies=True,
+        ),
+    ]
+    materials: Annotated[
+        Mapping[str, Material],
+        Field(MATERIAL, "materials", "Material of the {part}.", "100Cr6", varies=True, name="{part}_material"),
+    ]
+    tolerances: Annotated[
+        Mapping[str, Tolerance],
+        Field(
+            TOLERANCE,
+            "tolerances",
+            "Tolerance zone of the diameter of the {part}: a width, a grade, a fit or limits.",
+            "13 um",
+            varies=True,
+            name="{part}_tolerance",
+        ),
+        Field(
+            OFFSET,
+            "tolerances",
+            "Mean deviation of the radius of the {part} from nominal, as a length or in sigma of that radius.",
+            "5 um",
+            varies=True,
+            name="{part}_offset",
+            default=None,
+        ),
+    ]
+    crank_deviation: Annotated[
+        str,
+        Field(
+            CHOICE,
+            "tolerances",
+            "Whether the crank's deviation is drawn per element (the paper) or once per eccentric (one ring each).",
+            choices=("element", "eccentric"),
+            varies=True,
+        ),
+    ] = "element"
+    max_twist: Annotated[float, Field("angle", "operation", "Greatest twist in use, at the output.", "8 arcmin")]
     beyond: ModelOptions = field(default_factory=ModelOptions)
-    description: str = ""
     where: str = field(default="", compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        at = f"{self.where or self.name}: "
-        for name in ("name", "description"):
-            expect(isinstance(getattr(self, name), str), "a text", getattr(self, name), at + name)
-        for name in ("element_radius", "crank_radius", "eccentricity", "max_twist"):
-            object.__setattr__(self, name, expect_number(getattr(self, name), "a positive number", at + name, low=0))
-        for name in COUNTS:
-            # As a plain int, whatever counted: NumPy's go neither into TOML nor into C.
-            object.__setattr__(
-                self, name, expect_integer(getattr(self, name), "a whole number of at least 1", at + name)
-            )
-        expect(self.element in ("ball", "roller"), "'ball' or 'roller'", self.element, at + "element")
-        length = "the roller's length, positive" if self.element == "roller" else "a length that is not negative"
-        object.__setattr__(
-            self,
-            "element_length",
-            expect_number(
-                self.element_length, length, at + "element_length", low=0 if self.element == "roller" else -1e-300
-            ),
-        )
+        at = self.where or self.name
+        check_attributes(self, Drive, str(at))
+        at = f"{at}: "
+        for name, kind in (("materials", "material"), ("tolerances", "tolerance")):
+            values: Mapping[str, object] = getattr(self, name)
+            for part in PARTS:
+                expect(part in values, f"a {kind} for {', '.join(PARTS)}", list(values), at + name)
+            object.__setattr__(self, name, FrozenMapping(values))
+        self._check_geometry(at)
+        self._check_assembled(at)
+
+    def _check_geometry(self, at: str) -> None:
         expect(
-            self.crank_deviation in ("element", "eccentric"),
-            "'element' or 'eccentric'",
-            self.crank_deviation,
-            at + "crank_deviation",
+            self.element == "ball" or self.element_length > 0,
+            "the roller's length, positive",
+            self.element_length,
+            at + "element_length",
         )
-        ratio = expect_number(
-            self.transmission_ratio, "the ratio's magnitude, above 1", at + "transmission_ratio", low=1
-        )
-        object.__setattr__(self, "transmission_ratio", int(ratio) if ratio == int(ratio) else ratio)
         expect(
             self.lobes in (self.transmission_ratio - 1, self.transmission_ratio + 1),
             f"transmission_ratio - 1 = {self.transmission_ratio - 1:g} lobes (turning together) or "
@@ -129,15 +181,9 @@ class Drive:
             self.beyond.cage_contact,
             at + "cage_contact",
         )
-        for part in PARTS:
-            expect(part in self.materials, f"a material for {', '.join(PARTS)}", list(self.materials), at + "materials")
-            expect(
-                part in self.tolerances, f"a tolerance for {', '.join(PARTS)}", list(self.tolerances), at + "tolerances"
-            )
-        self._check_assembled(at)
 
     def _check_assembled(self, at: str) -> None:
-        """The bounds of `assembly_checks`: what no part shows by itself."""
+        """The bounds of `assembly_checks`, which only the assembled drive shows."""
         radii = {part: self.crank_radius if part == "crank" else self.element_radius for part in PARTS}
         check_radii(radii, self.tolerances, at)
         check_flank(self.path, self.usable_limit, self.element_radius, at)
@@ -196,3 +242,7 @@ class Drive:
             self.path.centre_distance,
             self.element_radius + self.tolerances["cage"].offset,
         )
+
+
+FIELDS: Mapping[str, Field] = FrozenMapping({**fields_of(Drive), **fields_of(ModelOptions)})
+"""Every field of a drawing by name: TOML key, keyword of `load_drive` and name for `--set`."""

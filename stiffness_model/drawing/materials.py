@@ -2,51 +2,87 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
-from ..errors import expect, expect_number, unknown_name
+from ..errors import expect, unknown_name
+from .fields import NUMBER, TEXT, Field, check_attributes, number_between, optional, positive
+
+MATERIAL_TABLE = "material.NAME"
+"""The TOML tables in which a drawing states materials of its own."""
+
+
+_PRESSURE = optional(positive("a positive allowable pressure in Pa"))
 
 
 @dataclass(frozen=True)
 class Material:
-    """A linear elastic, isotropic material.
+    """A linear elastic, isotropic material; a `Field` beside each attribute states its meaning. SI.
 
-    youngs_modulus in Pa (positive), poisson_ratio in (-1, 0.5), density in kg/m3 (positive). allowable_pressure:
-    greatest contact pressure, Pa, that it bears standing still, None where none is known;
-    allowable_line_pressure: the same in line contacts (rollers) where it differs; allowable_source: the standard or
-    data sheet that says so, needed with either.
+    Raises `InputError`, also for an allowable pressure without its source.
     """
 
-    name: str
-    youngs_modulus: float
-    poisson_ratio: float
-    density: float
-    allowable_pressure: float | None = None
-    allowable_line_pressure: float | None = None
-    allowable_source: str = ""
+    name: Annotated[str, Field(TEXT, MATERIAL_TABLE, "Name of the material; that of its table if not stated.", "POM")]
+    youngs_modulus: Annotated[
+        float,
+        Field("pressure", MATERIAL_TABLE, "Young's modulus.", "208 GPa", positive("a positive Young's modulus in Pa")),
+    ]
+    poisson_ratio: Annotated[
+        float,
+        Field(
+            NUMBER,
+            MATERIAL_TABLE,
+            "Poisson's ratio.",
+            "0.3",
+            number_between(-1.0, 0.5, "a Poisson's ratio between -1 and 0.5"),
+        ),
+    ]
+    density: Annotated[
+        float,
+        Field(
+            "density",
+            MATERIAL_TABLE,
+            "Density, for the elements' forces of inertia.",
+            "7810 kg/m3",
+            positive("a positive density in kg/m3"),
+            default=7800.0,
+        ),
+    ]
+    allowable_pressure: Annotated[
+        float | None,
+        Field(
+            "pressure",
+            MATERIAL_TABLE,
+            "Greatest contact pressure that the material bears at standstill.",
+            "90 MPa",
+            _PRESSURE,
+        ),
+    ] = None
+    allowable_line_pressure: Annotated[
+        float | None,
+        Field(
+            "pressure", MATERIAL_TABLE, "The same in line contacts (rollers), where it differs.", "90 MPa", _PRESSURE
+        ),
+    ] = None
+    allowable_source: Annotated[
+        str,
+        Field(
+            TEXT,
+            MATERIAL_TABLE,
+            "Standard or data sheet that states the allowable pressure; needed with either.",
+            "ISO 76",
+        ),
+    ] = ""
 
     def __post_init__(self) -> None:
-        where = f"material {self.name!r}"
-        expect(isinstance(self.name, str), "a text for the material's name", self.name, "material")
-        for field, expected, low, high in (
-            ("youngs_modulus", "a positive Young's modulus in Pa", 0, math.inf),
-            ("poisson_ratio", "a Poisson's ratio between -1 and 0.5", -1, 0.5),
-            ("density", "a positive density in kg/m3", 0, math.inf),
-        ):
-            number = expect_number(getattr(self, field), expected, where, low=low, high=high)
-            object.__setattr__(self, field, number)
-        stated = [f for f in ("allowable_pressure", "allowable_line_pressure") if getattr(self, f) is not None]
-        for field in stated:
-            number = expect_number(getattr(self, field), "a positive allowable pressure in Pa", where, low=0)
-            object.__setattr__(self, field, number)
-        sourced = isinstance(self.allowable_source, str) and (bool(self.allowable_source.strip()) or not stated)
+        check_attributes(self, Material, f"material {self.name!r}")
+        stated = self.allowable_pressure is not None or self.allowable_line_pressure is not None
         expect(
-            sourced,
+            not stated or bool(self.allowable_source.strip()),
             "allowable_source, a text that says where the allowable pressure is from",
             self.allowable_source,
-            where,
+            f"material {self.name!r}",
         )
 
     @property
@@ -85,7 +121,7 @@ contacts, and what it bears depends on the print, the temperature and the time u
 MATERIALS = {m.name: m for m in (STEEL_100CR6, PLA)}
 
 
-def find_material(name: str, own: dict[str, Material], where: str = "") -> Material:
+def find_material(name: str, own: Mapping[str, Material], where: str = "") -> Material:
     """The material of that name, from the drawing's own ones first."""
     known = {**MATERIALS, **own}
     if name not in known:

@@ -72,6 +72,20 @@ class Tolerance:
         return self.window / 2 / SIGMAS_IN_WINDOW
 
 
+def diameters(element_radius: float, crank_radius: float) -> dict[str, float]:
+    """Nominal diameter, m, that the tolerance of each part is for; the gear's is the pitch circle of the elements.
+
+    >>> diameters(7e-3, 41e-3)["gear"]
+    0.096
+    """
+    return {
+        "element": 2 * element_radius,
+        "crank": 2 * crank_radius,
+        "cage": 2 * element_radius,
+        "gear": 2 * (crank_radius + element_radius),
+    }
+
+
 def iso_286(grade: int, size: float, where: str = "tolerance") -> float:
     """Window of the ISO 286-1 grade IT`grade` (1 to 16) for a nominal size in m (up to 0.5), m.
 

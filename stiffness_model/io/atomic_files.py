@@ -1,4 +1,4 @@
-"""TOML that is read, files and folders that are written whole or not at all, and temporary folders that never stay.
+"""Files and folders that are written whole or not at all, and temporary folders that are always removed.
 
 All temporary work is in folders of one kind (`_work_folder`). Their owner holds a lock on them (flock) that the system
 takes back when the owner dies, however it dies and whoever gets its number next. The first work of a process in a place
@@ -12,10 +12,8 @@ import errno
 import os
 import shutil
 import tempfile
-import tomllib
 from collections.abc import Generator, Iterator
 from pathlib import Path
-from typing import Any
 
 from ..errors import InputError
 
@@ -31,22 +29,6 @@ SCRATCH_PREFIX = "stiffness-model-work-"
 
 _cleared: set[tuple[Path, int]] = set()
 """Places that were cleared, and the process that did it."""
-
-
-def parse_toml(text: str, where: str, what: str = "TOML") -> dict[str, Any]:
-    """The table of a text, or `InputError`: for a syntax error as for brackets nested too deep and numbers too long.
-
-    >>> parse_toml("a = " + "[" * 10**5, "deep.toml")
-    Traceback (most recent call last):
-    ...
-    stiffness_model.errors.InputError: deep.toml: expected TOML, got one nested too deep
-    """
-    try:
-        return tomllib.loads(text)
-    except ValueError as error:
-        raise InputError(f"{where}: expected {what}, got a syntax error: {error}") from None
-    except RecursionError:
-        raise InputError(f"{where}: expected {what}, got one nested too deep") from None
 
 
 @contextlib.contextmanager

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from stiffness_model.io.drawing_toml import FIELDS
+from stiffness_model.drawing.drive import FIELDS
 from tests.fuzz import show
 from tests.fuzz.child import run
 from tests.small_study import tables

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffness_model.errors import InputError, expect
-from stiffness_model.io.atomic_files import parse_toml
+from stiffness_model.io.toml_files import parse_toml
 
 from .kernel import substep_count
 from .table_encoding import TABLES, decode_tables

@@ -7,10 +7,11 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from ...drawing.drive import Drive
+from ...drawing.fields import COUNT, fields_of
 from ...errors import InputError
 from ...geometry.ball_path import max_elements_on_circle
 from ...io.drawing_toml import drive_from_dict
-from .parameters import COUNTS, FILL, Value
+from .parameters import FIELDS, FILL, Value
 
 BESIDE, SEATS = "beside", "seats"
 PACKING = (BESIDE, SEATS)
@@ -51,27 +52,8 @@ class Packing:
         return self.rule == "" or drive.elements_per_row <= self.most_per_row(drive)
 
 
-_PLAIN = frozenset(
-    (
-        "name",
-        "element_radius",
-        "elements",
-        "crank_radius",
-        "eccentricity",
-        "transmission_ratio",
-        "lobes",
-        "materials",
-        "tolerances",
-        "max_twist",
-        "element",
-        "element_length",
-        "eccentrics",
-        "crank_deviation",
-        "description",
-        "where",
-    )
-)
-"""What the sweep of a study knows of a drive."""
+_KNOWN = {field.attribute for field in fields_of(Drive).values()} | {"where"}
+"""Attributes of a drive that the sweep of a study takes into account."""
 
 
 def base_drive(table: Mapping[str, Any], where: str) -> Drive:
@@ -89,7 +71,7 @@ def require_plain_model(drive: Drive, where: str) -> None:
     """
     for f in fields(drive):
         value = getattr(drive, f.name)
-        if f.name not in _PLAIN and value != f.default and not getattr(value, "is_plain", False):
+        if f.name not in _KNOWN and value != f.default and not getattr(value, "is_plain", False):
             raise InputError(
                 f"{where}: expected a drawing of the plain contact model, for a study knows no other, got "
                 f"{f.name} = {value!r}"
@@ -119,7 +101,7 @@ def design_drive(
     ratio = lobes - (geometry["lobes"] - geometry["transmission_ratio"])
     # One element a row until the sizes are read and say how many fit.
     first = rows if per_row == FILL else rows * int(per_row)
-    plain = {name: value for name, value in values.items() if name not in COUNTS}
+    plain = {name: value for name, value in values.items() if FIELDS[name].quantity != COUNT}
     drive = drive_from_dict(
         table, where, **plain, lobes=lobes, eccentrics=rows, transmission_ratio=ratio, elements=first
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ...units import UNITS
+from ...units import UNITS, si_unit
 
 
 @dataclass(frozen=True)
@@ -23,9 +23,7 @@ class Metric:
     @property
     def unit(self) -> str:
         """The SI unit of the stored column."""
-        return (
-            next((unit for unit, factor in UNITS[self.quantity].items() if factor == 1.0), "") if self.quantity else "1"
-        )
+        return si_unit(self.quantity) if self.quantity else "1"
 
     @property
     def scale(self) -> float:

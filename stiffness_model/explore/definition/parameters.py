@@ -1,6 +1,6 @@
 """What a study varies: every parameter maps the unit interval onto its values.
 
-A sampler and an optimiser see the unit cube alone. A discrete parameter cuts its interval into equal cells.
+A sampler and an optimiser see only the unit cube. A discrete parameter divides its interval into equal cells.
 """
 
 from __future__ import annotations
@@ -11,26 +11,29 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ...drawing.drive import PARTS
+from ...drawing import drive
+from ...drawing.fields import COUNT, OFFSET, TOLERANCE, Field
 from ...errors import InputError, expect, refuse_unknown, unknown_name
-from ...units import format_quantity, parse_quantity
+from ...frozen_mapping import FrozenMapping
+from ...units import UNITS, format_quantity, parse_quantity, si_unit
 
 Value = float | int | str
 
-SIZES = (
-    "element_radius",
-    "element_length",
-    "crank_radius",
-    "eccentricity",
-    *(f"{part}_tolerance" for part in PARTS),
-    *(f"{part}_offset" for part in PARTS),
+ELEMENTS_PER_ROW = Field(
+    COUNT, "geometry", "Rolling elements on each eccentric, or as many as fit.", "fill", name="elements_per_row"
 )
-COUNTS = ("lobes", "eccentrics", "elements_per_row")
-NAMES = ("element", "crank_deviation", *(f"{part}_material" for part in PARTS))
-FIELDS = (*SIZES, *COUNTS, *NAMES)
+"""Stands for the drawing's `elements`, which are those of all rows together."""
+FIELDS: Mapping[str, Field] = FrozenMapping(
+    {
+        **{name: field for name, field in drive.FIELDS.items() if field.varies},
+        ELEMENTS_PER_ROW.name: ELEMENTS_PER_ROW,
+    }
+)
 """What can vary. The transmission ratio follows the lobes, the elements follow the rows (eccentrics)."""
 FILL = "fill"
-"""As elements_per_row: as many as fit side by side, and no more than |i|."""
+"""As elements_per_row: as many as fit (`design.Packing`), at most |i|."""
+SIGMA = "sigma"
+"""Quantity of an offset in multiples of the part's standard deviation."""
 _GRADE = re.compile(r"(?:ISO 286 )?IT ?(\d+)")
 
 
@@ -38,8 +41,8 @@ _GRADE = re.compile(r"(?:ISO 286 )?IT ?(\d+)")
 class Parameter:
     """One field of the drawing that varies.
 
-    values: all of them in their order, or () for a range from `low` to `high`. quantity: "length" (m), "sigma"
-    (multiples of the part's own sigma) or "" (a count or a name).
+    values: all of them in their order, or () for a range from `low` to `high`. quantity: of `units.UNITS` (SI values),
+    `SIGMA` (multiples of the part's own sigma) or "" (a count or a name).
     """
 
     name: str
@@ -57,35 +60,58 @@ class Parameter:
         if self.values:
             return self.values[self._cell(position)]
         value = self.low + (self.high - self.low) * position
-        return f"{value!r} sigma" if self.quantity == "sigma" else value
+        return f"{value!r} sigma" if self.quantity == SIGMA else value
 
     def snap(self, position: float) -> float:
         """The position itself, or the middle of its cell: equal designs have equal positions."""
         return (self._cell(position) + 0.5) / len(self.values) if self.values else position
 
     def axis_value(self, position: float) -> float:
-        """The value on an axis: SI or a count; for names their place in the order."""
+        """The value on an axis: SI or a count; for a name its index among the values."""
         value = self.at(position)
-        if self.quantity == "sigma":
+        if self.quantity == SIGMA:
             return float(str(value).split()[0])
         return float(self._cell(position)) if isinstance(value, str) else float(value)
 
     def is_interior(self, position: float) -> bool:
-        """Whether the value lies off both ends of its range; of two of names, which have no order, all do."""
+        """Whether the value lies off both ends of its range; always so for names and for two values."""
         if self.values:
-            ordered = len(self.values) > 2 and self.name not in NAMES
+            ordered = len(self.values) > 2 and not FIELDS[self.name].is_named
             return not ordered or 0 < self._cell(position) < len(self.values) - 1
         return 0.01 < position < 0.99
 
     @property
     def is_categorical(self) -> bool:
         """Whether the values are texts, which an axis needs ticks for."""
-        return bool(self.values) and isinstance(self.values[0], str) and self.quantity != "sigma"
+        return bool(self.values) and isinstance(self.values[0], str) and self.quantity != SIGMA
 
     @property
     def unit(self) -> str:
         """Unit of the stored column; "" for texts."""
-        return "" if self.is_categorical else {"length": "m", "sigma": "sigma"}.get(self.quantity, "1")
+        if self.quantity in UNITS:
+            return si_unit(self.quantity)
+        return "" if self.is_categorical else self.quantity or "1"
+
+    @property
+    def display_unit(self) -> str:
+        """Unit of axes: that of the drawing's field, `SIGMA`, or "" for counts and names."""
+        return FIELDS[self.name].unit if self.quantity in UNITS else self.quantity
+
+    @property
+    def scale(self) -> float:
+        """Values of `axis_value` in one `display_unit`."""
+        return UNITS[self.quantity][self.display_unit] if self.quantity in UNITS else 1.0
+
+    def text(self, position: float) -> str:
+        """The value for a table, with its unit."""
+        value = self.at(position)
+        if self.quantity == "length":
+            size = float(value)
+            return f"{1e6 * size:.4g} um" if abs(size) < 1e-4 else f"{1e3 * size:.6g} mm"
+        if self.quantity in UNITS:
+            return f"{float(value) / self.scale:.6g} {self.display_unit}"
+        words = str(value).split()
+        return f"{float(words[0]):.3g} sigma" if words[-1] == SIGMA else str(value)
 
     def _cell(self, position: float) -> int:
         return min(int(position * len(self.values)), len(self.values) - 1)
@@ -99,39 +125,48 @@ def read_parameter(name: str, table: Any, where: str) -> Parameter:
     """
     if name not in FIELDS:
         raise unknown_name("parameter", name, FIELDS, where)
-    at = f"{where} {name}"
+    field, at = FIELDS[name], f"{where} {name}"
     expect(isinstance(table, Mapping), "a table such as { from = ..., to = ... } or { choices = [...] }", table, at)
     refuse_unknown("key", table, ("from", "to", "step", "choices"), at)
     if "choices" in table:
         expect(len(table) == 1, "choices alone, or from and to", sorted(table), at)
-        return _choices(name, table["choices"], at)
+        return _choices(field, table["choices"], at)
     for key in ("from", "to"):
         expect(key in table, f"the key {key!r}", sorted(table), at)
-    expect(name not in NAMES, "choices: names have no range", sorted(table), at)
-    if name in COUNTS:
+    expect(not field.is_named, "choices: names have no range", sorted(table), at)
+    if field.quantity == COUNT:
         return _whole_range(name, table, at)
     ends = [str(table[key]).strip() for key in ("from", "to")]
     grades = [_GRADE.fullmatch(end) for end in ends]
-    if name.endswith("_tolerance") and all(grades):
+    if field.quantity == TOLERANCE and all(grades):
         first, last = (int(match[1]) for match in grades if match)
         expect("step" not in table, "grades without a step", table.get("step"), at)
         expect(first < last, "from the finer grade to the coarser", f"{ends[0]} to {ends[1]}", at)
         return Parameter(name, values=tuple(f"IT{g}" for g in range(first, last + 1)))
-    if name.endswith("_offset") and all(end.endswith("sigma") for end in ends):
-        return _range(name, [_sigmas(end, at) for end in ends], table, "sigma", at)
-    return _range(name, [read_size(table[key], f"{at}: {key}") for key in ("from", "to")], table, "length", at)
+    if field.quantity == OFFSET and all(end.endswith(SIGMA) for end in ends):
+        return _range(name, [_sigmas(end, at) for end in ends], table, SIGMA, at)
+    quantity = _physical(field)
+    sizes = [read_size(table[key], f"{at}: {key}", quantity) for key in ("from", "to")]
+    return _range(name, sizes, table, quantity, at)
 
 
-def _choices(name: str, given: Any, at: str) -> Parameter:
+def _physical(field: Field) -> str:
+    """The quantity of the field's numbers: windows and offsets are lengths."""
+    return field.quantity if field.quantity in UNITS else "length"
+
+
+def _choices(field: Field, given: Any, at: str) -> Parameter:
+    name = field.name
     expect(isinstance(given, list) and len(given) > 0, "a list of choices", given, at)
     expect(len({repr(choice) for choice in given}) == len(given), "choices that differ", given, at)
-    if name in COUNTS:
+    if field.quantity == COUNT:
         for choice in given:
-            if not (name == "elements_per_row" and choice == FILL):
+            if not (field is ELEMENTS_PER_ROW and choice == FILL):
                 _whole(choice, at)
         return Parameter(name, values=tuple(given))
-    if name in SIZES and not name.endswith(("_tolerance", "_offset")):
-        return Parameter(name, values=tuple(read_size(choice, at) for choice in given), quantity="length")
+    if field.quantity in UNITS:
+        sizes = tuple(read_size(choice, at, field.quantity) for choice in given)
+        return Parameter(name, values=sizes, quantity=field.quantity)
     for choice in given:
         expect(isinstance(choice, str), "a text", choice, at)
     return Parameter(name, values=tuple(given))
@@ -148,15 +183,15 @@ def _range(name: str, ends: list[float], table: Mapping[str, Any], quantity: str
     expect(low < high, "from below to", f"{table['from']} to {table['to']}", at)
     if "step" not in table:
         return Parameter(name, low, high, quantity=quantity)
-    read = _sigmas if quantity == "sigma" else read_size
-    step = read(table["step"], f"{at}: step")
+    step_at = f"{at}: step"
+    step = _sigmas(table["step"], step_at) if quantity == SIGMA else read_size(table["step"], step_at, quantity)
     expect(0 < step <= (high - low) * (1 + 1e-9), "a step above zero and within the range", table["step"], at)
-    # Through the drawing's text, so that 0.1 mm steps end where a drawing would write them.
-    values = [low + k * step for k in range(1 + math.floor((high - low) / step + 1e-9))]
-    if quantity == "sigma":
+    values = [float(f"{low + k * step:.9g}") for k in range(1 + math.floor((high - low) / step + 1e-9))]
+    if quantity == SIGMA:
         return Parameter(name, values=tuple(f"{value:.9g} sigma" for value in values), quantity=quantity)
-    tidy = [parse_quantity(format_quantity(float(f"{value:.9g}"), "length"), "length", at) for value in values]
-    return Parameter(name, values=tuple(tidy), quantity=quantity)
+    # By way of the drawing's text, so that steps of 0.1 mm are the numbers that a drawing would state.
+    stated = tuple(parse_quantity(format_quantity(value, quantity), quantity, at) for value in values)
+    return Parameter(name, values=stated, quantity=quantity)
 
 
 def _whole(value: Any, at: str) -> int:
@@ -166,12 +201,13 @@ def _whole(value: Any, at: str) -> int:
     return value
 
 
-def read_size(value: Any, at: str) -> float:
-    """A length of a file, m: with its unit, unless it is zero. Raises `InputError`."""
+def read_size(value: Any, at: str, quantity: str = "length") -> float:
+    """A quantity of a file, SI: with its unit, unless it is zero. Raises `InputError`."""
     if isinstance(value, (int, float)) and value != 0:
-        raise InputError(f"{at}: expected a length with its unit, such as '41 mm', got {value!r}")
-    number = parse_quantity(value, "length", at)
-    expect(math.isfinite(number), "a finite length", value, at)
+        example = next(field.example for field in drive.FIELDS.values() if field.quantity == quantity)
+        raise InputError(f"{at}: expected a {quantity} with its unit, such as {example!r}, got {value!r}")
+    number = parse_quantity(value, quantity, at)
+    expect(math.isfinite(number), f"a finite {quantity}", value, at)
     return number
 
 
@@ -181,5 +217,5 @@ def _sigmas(text: Any, at: str) -> float:
         number = float(words[0])
     except (ValueError, IndexError):
         number = math.nan
-    expect(len(words) == 2 and words[-1] == "sigma" and math.isfinite(number), "a text such as '3 sigma'", text, at)
+    expect(len(words) == 2 and words[-1] == SIGMA and math.isfinite(number), "a text such as '3 sigma'", text, at)
     return number

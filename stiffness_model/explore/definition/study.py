@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
-import importlib.resources
 import json
 import math
 from collections.abc import Mapping
@@ -15,9 +14,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ...errors import InputError, expect, refuse_unknown, unknown_name
-from ...io.atomic_files import parse_toml
+from ...errors import expect, refuse_unknown
 from ...io.drawing_toml import drive_to_dict, read_table
+from ...io.toml_files import packaged_names, read_named
 from ...units import UNITS, parse_quantity
 from . import parameters
 from .design import BESIDE, PACKING, Packing, base_drive, design_drive
@@ -119,8 +118,7 @@ def studies() -> list[str]:
     >>> studies()
     ['geometry', 'tolerance_field']
     """
-    folder = importlib.resources.files("stiffness_model") / "studies"
-    return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+    return packaged_names("studies")
 
 
 def load_study(source: str | Path) -> Study:
@@ -131,21 +129,7 @@ def load_study(source: str | Path) -> Study:
     >>> load_study("tolerance_field").objectives["lost_motion"]
     'min'
     """
-    folder = Path()
-    if isinstance(source, str) and source in studies():
-        file = importlib.resources.files("stiffness_model") / "studies" / f"{source}.toml"
-        text, where = file.read_text("utf-8"), source
-    else:
-        path = Path(source)
-        if not path.is_file():
-            if path.suffix == "" and path.parent == Path("."):
-                raise unknown_name("study", str(source), studies())
-            raise InputError(f"{path}: expected a TOML study, got no such file")
-        try:
-            text, where, folder = path.read_text("utf-8"), str(path), path.parent
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: expected a readable TOML study, got {error}") from None
-    return study_from_dict(parse_toml(text, where, "a TOML study"), where, folder)
+    return study_from_dict(*read_named(source, "studies", "study", "TOML study"))
 
 
 def study_from_dict(table: Mapping[str, Any], where: str = "study", folder: Path = Path()) -> Study:
@@ -299,7 +283,7 @@ def _check_values(study: Study, where: str) -> None:
     trials: list[tuple[str, Value, str]] = [(name, value, "fixed") for name, value in study.fixed.items()]
     trials += [(p.name, value, "parameters") for p in study.parameters for value in p.values]
     for name, value, section in trials:
-        if name in parameters.NAMES or (isinstance(value, str) and value != parameters.FILL):
+        if parameters.FIELDS[name].is_named or (isinstance(value, str) and value != parameters.FILL):
             design_drive(study.base, {name: value}, study.packing, f"{where} [{section}]", check=False)
 
 

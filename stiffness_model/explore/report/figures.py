@@ -121,7 +121,7 @@ def main_effects(results: Results) -> list[Axes]:
         low, high = [], []
         for j in range(len(parameters)):
             ax, effect = grid[i, j], parameter_effect(results, j, name)
-            x = effect.centre / _parameter_scale(results, j)
+            x = effect.centre / parameters[j].scale
             ax.fill_between(x, effect.low, effect.high, color=BLUE, alpha=SHADE, linewidth=0)
             ax.plot(x, effect.mean, color=BLUE, linewidth=1.6, marker=".", markersize=4)
             below, beside = i == len(names) - 1, j == 0
@@ -193,28 +193,20 @@ def _limits(ax: Axes, axis: str, values: Array) -> None:
     (ax.set_xlim if axis == "x" else ax.set_ylim)(float(first), float(last))
 
 
-def _parameter_scale(results: Results, k: int) -> float:
-    """Shown units of a length: micrometres for offsets and windows, millimetres for sizes."""
-    parameter = results.study.parameters[k]
-    if parameter.quantity != "length":
-        return 1.0
-    return 1e-6 if parameter.name.endswith(("_offset", "_tolerance")) else 1e-3
-
-
 def _shown_numbers(results: Results, k: int) -> Array:
-    return results.parameter_values(k) / _parameter_scale(results, k)
+    return results.parameter_values(k) / results.study.parameters[k].scale
 
 
 def _parameter_label(results: Results, k: int) -> str:
     parameter = results.study.parameters[k]
-    unit = {1e-6: " [um]", 1e-3: " [mm]"}.get(_parameter_scale(results, k), "")
-    return parameter.name.replace("_", " ") + (" [sigma]" if parameter.quantity == "sigma" else unit)
+    unit = f" [{parameter.display_unit}]" if parameter.display_unit else ""
+    return parameter.name.replace("_", " ") + unit
 
 
 def _whole_range(ax: Axes, results: Results, k: int) -> None:
     """The whole range that the study gave the parameter, so that a front along its end is seen as such."""
-    ends = np.array([results.study.parameters[k].axis_value(x) for x in (0.0, 1.0)])
-    low, high = sorted(float(x) for x in ends / _parameter_scale(results, k))
+    parameter = results.study.parameters[k]
+    low, high = sorted(parameter.axis_value(x) / parameter.scale for x in (0.0, 1.0))
     room = ROOM * (high - low) or 0.5
     ax.set_ylim(low - room, high + room)
 

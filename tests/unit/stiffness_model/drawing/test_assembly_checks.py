@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.drawing import options
 from stiffness_model.drawing.assembly_checks import MAX_CONTACT_RATIO, MAX_INDENTATION_RATIO
+from stiffness_model.drawing.fields import fields_of
+from stiffness_model.drawing.options import ModelOptions
 from stiffness_model.elasticity.hertz import point_contact_ellipse, point_stiffness
 
 
@@ -114,12 +115,13 @@ def test_quantities_of_a_units_library_are_converted():
     )
     assert drive.crank_radius == pytest.approx(same.crank_radius, rel=1e-12)
     assert drive.max_twist == pytest.approx(same.max_twist, rel=1e-12)
-    for name in options.QUANTITIES:
-        assert getattr(drive.beyond, name) == pytest.approx(getattr(same.beyond, name), rel=1e-12)
+    for name in fields_of(ModelOptions):
+        value, expected = getattr(drive.beyond, name), getattr(same.beyond, name)
+        assert value == (expected if isinstance(expected, str) else pytest.approx(expected, rel=1e-12))
     assert drive.tolerances["crank"].window == pytest.approx(13e-6, rel=1e-12)
     assert "expected a length" in refused(crank_radius=41 * unit.kg)
     assert "whole number" in refused(lobes=30 * unit.dimensionless)
-    with pytest.raises(sm.InputError, match="expected a positive number"):
+    with pytest.raises(sm.InputError, match="expected a positive length"):
         dataclasses.replace(drive, crank_radius=41 * unit.mm)
 
 

@@ -15,7 +15,7 @@ from stiffness_model.contact.element_contacts import build_contacts, usable
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.options import ModelOptions
 from stiffness_model.equilibrium.closed_form import solve
-from stiffness_model.lookup import build as lookup
+from stiffness_model.lookup import build_lookup as lookup
 from stiffness_model.lookup import element_table
 
 ALL = {
@@ -87,14 +87,14 @@ def test_a_plain_drawing_stays_as_it_was() -> None:
     ("fields", "words"),
     [
         ({"bearing_stifness": "1 N/um"}, "did you mean 'bearing_stiffness'"),
-        ({"gear_contact": "exat"}, "unknown gear_contact 'exat'; did you mean 'exact'?"),
-        ({"cage_contact": "persson"}, "unknown cage_contact 'persson'; expected one of hertz, lamina"),
+        ({"gear_contact": "exat"}, "gear_contact: unknown choice 'exat'; did you mean 'exact'?"),
+        ({"cage_contact": "persson"}, "cage_contact: unknown choice 'persson'; expected one of hertz, lamina"),
         ({"cage_contact": 3}, "cage_contact: expected 'hertz' or 'lamina', got 3"),
-        ({"inertia": "onn"}, "unknown inertia 'onn'; did you mean 'on'?"),
+        ({"inertia": "onn"}, "inertia: unknown choice 'onn'; did you mean 'on'?"),
         ({"bearing_stiffness": "250"}, "bearing_stiffness: expected a stiffness with its unit"),
         ({"bearing_stiffness": "250 N/nm"}, "unknown unit of stiffness 'N/nm'"),
         ({"bearing_stiffness": "-3 N/um"}, "bearing_stiffness: expected a positive stiffness or 'rigid'"),
-        ({"housing_stiffness": "0 N.m/rad"}, "housing_stiffness: expected a positive stiffness or 'rigid'"),
+        ({"housing_stiffness": "0 N.m/rad"}, "housing_stiffness: expected a positive torsional stiffness or 'rigid'"),
         ({"ring_stiffness": math.nan}, "ring_stiffness: expected a positive stiffness"),
         ({"crank_speed": "3000 rpn"}, "unknown unit of speed 'rpn'"),
         ({"friction_coefficient": 1.5}, "expected a coefficient of friction from 0 to below 1, got 1.5"),
@@ -153,11 +153,11 @@ def test_one_element_of_a_soft_drive_is_missed_less() -> None:
     """The table's solver against whole drives solved with and without a ball, element by element."""
     drive = sm.load_drive("drive_1", bearing_stiffness="250 N/um")
     args = np.array([0.8 * drive.max_twist]), np.array([0.0]), np.array([0.4, 1.0, 1.4])
-    soft = element_table._solved(drive, *args)
-    rigid = element_table._solved(sm.load_drive("drive_1"), *args)
+    soft = element_table._mean_torques(drive, *args)
+    rigid = element_table._mean_torques(sm.load_drive("drive_1"), *args)
     assert (soft > 0).all()
     assert (soft < 0.7 * rigid).all()
-    stiff = element_table._solved(sm.load_drive("drive_1", bearing_stiffness=1e30), *args)
+    stiff = element_table._mean_torques(sm.load_drive("drive_1", bearing_stiffness=1e30), *args)
     np.testing.assert_allclose(stiff, rigid, rtol=0.03)
 
 

@@ -18,7 +18,7 @@ from stiffness_model.equilibrium.closed_form import Status
 from stiffness_model.errors import InputError, NotConvergedWarning
 from stiffness_model.lookup.build_lookup import mean_torque
 from stiffness_model.plotting.cross_section.element_forces import solve_element_forces
-from stiffness_model.plotting.cross_section.layout import place
+from stiffness_model.plotting.cross_section.layout import place_parts
 from stiffness_model.ratings.bearing_life import bearing_life
 from stiffness_model.ratings.efficiency import friction_losses
 from stiffness_model.ratings.static_safety import static_safety
@@ -75,7 +75,7 @@ def test_a_quarter_turn_of_the_crank_is_the_end_whatever_the_drawing_says() -> N
 def test_an_angle_at_which_places_are_lost_is_refused(value: float) -> None:
     drive = sm.load_drive("drive_1")
     with pytest.raises(InputError, match="angle: expected a crank angle within"):
-        place(drive, value)
+        place_parts(drive, value)
     with pytest.raises(InputError, match="output angle: expected angles within"):
         turning_map(draw_individual(drive, 0), [0.0], [value])
 

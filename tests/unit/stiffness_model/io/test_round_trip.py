@@ -12,8 +12,9 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import stiffness_model as sm
-from stiffness_model.drawing import options
-from stiffness_model.drawing.drive import HOLES, PARTS
+from stiffness_model.drawing.drive import HOLES
+from stiffness_model.drawing.fields import CHOICE, PARTS, Field, fields_of
+from stiffness_model.drawing.options import ModelOptions
 
 NAMES = st.one_of(st.sampled_from(["100Cr6", "PLA", "100Cr6 2", "POM", ""]), st.text(max_size=6))
 OWN = st.builds(sm.Material, NAMES, st.floats(1e8, 1e12), st.floats(-0.9, 0.49), st.floats(100, 2e4))
@@ -27,21 +28,26 @@ LIMITS = st.builds(
 )
 HOLE_FITS = st.sampled_from(["H7", "G 6", "K6", "JS7", "N8", "P7", "M6", "F8"])
 SHAFT_FITS = st.sampled_from(["h6", "g5", "k6", "js7", "p6", "f7", "ISO 492 Normal"])
-BEYOND = st.fixed_dictionaries(
-    {},
-    optional={
-        **{name: st.one_of(st.floats(1e6, 1e10), st.just("rigid")) for name in options.STIFFNESSES},
-        **{name: st.sampled_from(words) for name, words in options.WORDS.items()},
-        **{name: st.floats(0, 1e10) for name in (*options.PRESSURE_LIMITS, "crank_speed", "bearing_capacity")},
-        "friction_coefficient": st.floats(0, 0.99),
-    },
+
+
+def values_of(field: Field) -> st.SearchStrategy[object]:
+    """Values that a drawing may state for an option."""
+    if field.quantity == CHOICE:
+        return st.sampled_from(field.choices)
+    if field.infinite:
+        return st.one_of(st.floats(1e6, 1e10), st.just(field.infinite))
+    return st.floats(0, 1e10 if field.has_unit else 0.99)
+
+
+OPTIONS = st.fixed_dictionaries(
+    {}, optional={name: values_of(field) for name, field in fields_of(ModelOptions).items()}
 )
 
 
 @st.composite
 def drawings(draw: st.DrawFn) -> sm.Drive:
     """Any drive that a drawing can say."""
-    fields = dict(draw(BEYOND))
+    fields = dict(draw(OPTIONS))
     for part in PARTS:
         fields[f"{part}_material"] = draw(MATERIAL)
         fit = LIMITS if part == "element" else st.one_of(LIMITS, HOLE_FITS if part in HOLES else SHAFT_FITS)

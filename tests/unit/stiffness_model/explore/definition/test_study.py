@@ -165,7 +165,7 @@ FAULTS: list[tuple[str, Any, str]] = [
     ("parameters.gear_tolerance", {"choices": ["IT5", "IT99"]}, "IT99"),
     ("parameters.cage_material", {"choices": ["100Cr6", "PLB"]}, "unknown material 'PLB'"),
     ("parameters.cage_material", {"from": "100Cr6", "to": "PLA"}, "expected choices: names have no range"),
-    ("parameters.element", {"choices": ["ball", "cube"]}, "'ball' or 'roller'"),
+    ("parameters.element", {"choices": ["ball", "cube"]}, "unknown choice 'cube'; expected one of ball, roller"),
     ("parameters.lobes", {"choices": []}, "expected a list of choices, got []"),
     ("parameters.lobes", {"choices": [30, 30]}, "expected choices that differ"),
     ("fixed.lobes", 30, "expected a field that is not varied"),
