@@ -11,7 +11,7 @@ for Use in Robotic Drive Systems" (the paper; equation numbers are its).
 * `equilibrium`: forces and displacements of every element; `montecarlo`: thousands of virtual drives and their curve.
 * `lookup`: the mean drive as tables; `ratings`: pressure, safety, life, losses; `rotation`: one drive, turning;
   `explore`: design studies; `catalog`: published gears; `plotting`: pictures.
-* `numerics`, `memory`, `units`, `errors`: what all of them use.
+* `numerics`, `memory`, `units`, `errors`, `frozen_mapping`: what all of them use.
 
 Names are imported when they are first used: what needs no solver (a drawing, an FMU that runs) loads no SciPy.
 
