@@ -60,7 +60,7 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
     sizes = np.stack(
         [
             individual.element,
-            own.reach,
+            own.radius_sum,
             np.maximum(own.cage_gap, 0.0),
             own.stiffness_crank,
             crank_root,

@@ -1,4 +1,4 @@
-"""The contacts of every element: what its equilibrium needs and what stays fixed while the crank twists."""
+"""The contacts of every element: all that its equilibrium needs and that does not change with the crank's twist."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from .inertia import inertia_force
 CONTACTS = ("gear", "crank", "cage t+", "cage t-")
 """The contacts C1 to C4, in the order of the last axis of `Population.contact_force`."""
 PARTNERS = ("gear", "crank", "cage")
-"""What an element touches."""
+"""The parts that an element touches."""
 
 
 @dataclass(frozen=True)
 class Contacts:
     """Constants of the contacts C1 (gear), C2 (crank), C3 and C4 (cage walls t+ and t-) of n elements.
 
-    All arrays have the shape (n,). beta: rad; path_radius: c(beta), m; normal_r, normal_t: outward unit normal
-    of the gear; gear_gap: clearance q - r_RE at the gear with the element in its neutral position, m; reach:
-    r_RE + r_crank, m; cage_gap: clearance r_cage - r_RE to either wall, m, negative for a ball larger than its
-    bore; stiffness_*: K of F = K d^exponent, N/m^exponent; capped: where the conformity rule of `hertz` held
-    the cage stiffness; eccentric: number of the element's eccentric, counted through all drives; element_radius:
-    m. load: (n, 2), radial and tangential force of inertia, N. eccentricity: e, m; eccentrics: in one drive; ratio:
-    signed; profile: of the gear, where its contact is exact; cage_compliance: sum of (1 - nu^2)/E, 1/Pa.
+    All arrays have the shape (n,) unless stated otherwise. beta: rad; path_radius: c(beta), m; normal_r, normal_t:
+    outward unit normal of the gear; gear_gap: gap q - r_RE at the gear with the element in its neutral position, m;
+    radius_sum: r_RE + r_crank, m; cage_gap: gap r_cage - r_RE to either wall, m, negative for a ball larger than its
+    bore; stiffness_*: K of F = K d^exponent, N/m^exponent; capped: whether `hertz.CONFORMITY_LIMIT` bounds the cage
+    stiffness; eccentric: number of the element's eccentric, counted through all drives; element_radius: m; load:
+    (n, 2) radial and tangential inertia force, N. eccentricity: e, m; eccentrics: number in one drive; ratio: signed;
+    cage_compliance: sum of (1 - nu^2)/E, 1/Pa; profile: the gear's exact profile, or None for the linearised contact.
     """
 
     beta: Array
@@ -41,7 +41,7 @@ class Contacts:
     normal_r: Array
     normal_t: Array
     gear_gap: Array
-    reach: Array
+    radius_sum: Array
     cage_gap: Array
     stiffness_gear: Array
     stiffness_crank: Array
@@ -67,12 +67,19 @@ class Contacts:
         return replace(self, **{name: v[index] for name, v in values.items() if isinstance(v, np.ndarray)})
 
 
-def build_contacts(drive: Drive, deviations: Deviations, clearance: float = 0.0) -> Contacts:
-    """Contacts of the elements of `deviations` (flattened, drive after drive).
+def build_contacts(
+    drive: Drive, deviations: Deviations, clearance: float = 0.0, mask: NDArray[np.bool_] | None = None
+) -> Contacts:
+    """Contacts of the elements of `deviations` (n_drives, n_elements) or (n_elements,), flattened drive after drive.
 
-    Raises `InputError` where the drawing couples elements and a row of the deviations is no whole drive.
-    clearance: m, added to the gear's clearance everywhere (positive: play, negative: preload).
+    clearance: m, added to the gear's clearance everywhere (positive: backlash, negative: preload). mask: shape of the
+    deviations, the elements to build; all if None. Raises `InputError` where bearing or housing couple the elements
+    and a row of the deviations is not a whole drive.
     """
+    eccentric = _eccentric_numbers(drive, deviations)
+    if mask is not None:
+        eccentric = eccentric[mask.ravel()]
+        deviations = Deviations(*(getattr(deviations, f.name)[mask] for f in fields(Deviations)))
     beta, r_element = deviations.beta.ravel(), deviations.element.ravel()
     q = deviations.gear.ravel() + clearance
     path = drive.path
@@ -96,13 +103,13 @@ def build_contacts(drive: Drive, deviations: Deviations, clearance: float = 0.0)
         normal_r=normal_r,
         normal_t=normal_t,
         gear_gap=q - r_element,
-        reach=r_element + deviations.crank.ravel(),
+        radius_sum=r_element + deviations.crank.ravel(),
         cage_gap=deviations.cage.ravel() - r_element,
         stiffness_gear=stiffness["gear"],
         stiffness_crank=stiffness["crank"],
         stiffness_cage=stiffness["cage"],
         capped=capped,
-        eccentric=_eccentrics(drive, deviations),
+        eccentric=eccentric,
         element_radius=r_element,
         load=inertia_force(drive, beta, r_element),
         eccentricity=drive.eccentricity,
@@ -115,17 +122,17 @@ def build_contacts(drive: Drive, deviations: Deviations, clearance: float = 0.0)
     )
 
 
-def _eccentrics(drive: Drive, deviations: Deviations) -> NDArray[np.intp]:
-    """Elements k, k + eccentrics, ... of a drive, a row of the deviations, share an eccentric."""
+def _eccentric_numbers(drive: Drive, deviations: Deviations) -> NDArray[np.intp]:
+    """Number of every element's eccentric: elements k, k + eccentrics, ... of a drive share one."""
     beta = np.atleast_2d(deviations.beta)
     expect(
         not drive.beyond.couples_elements or beta.shape[1] == drive.elements,
-        f"whole drives of {drive.elements} elements, for bearing or housing couple them",
+        f"whole drives of {drive.elements} elements, because bearing or housing couple them",
         beta.shape[1],
         "elements in a row",
     )
-    own = np.arange(beta.shape[1]) % drive.eccentrics
-    return (drive.eccentrics * np.arange(len(beta))[:, None] + own).ravel()
+    within_drive = np.arange(beta.shape[1]) % drive.eccentrics
+    return (drive.eccentrics * np.arange(len(beta))[:, None] + within_drive).ravel()
 
 
 def _profile(drive: Drive, compliance: float) -> GearProfile:
@@ -134,22 +141,17 @@ def _profile(drive: Drive, compliance: float) -> GearProfile:
 
 
 def compliances(drive: Drive) -> dict[str, float]:
-    """Sum of (1 - nu^2)/E of element and partner, 1/Pa, by partner."""
+    """Sum of (1 - nu^2)/E of the element and each of `PARTNERS`, 1/Pa."""
     return {part: drive.materials["element"].compliance + drive.materials[part].compliance for part in PARTNERS}
 
 
 def curvature_sums(drive: Drive, deviations: Deviations, clearance: float = 0.0) -> dict[str, Array]:
-    """Curvature sum, 1/m, (n,), of each contact in the plane in which the partner is curved, by partner.
+    """Curvature sum, 1/m, (n,), of the contact with each of `PARTNERS`, in the plane in which the partner is curved.
 
-    That is the plane of the drive for gear and crank, and the plane across the bore's axis for the cage; a
-    roller's slot has flat walls. In the other plane the partner is straight and the sum is the element's own.
+    For gear and crank that is the plane of the drive, for the cage the plane normal to the bore's axis; a roller's
+    slot has flat walls. In the other principal plane the partner is straight and the sum is the element's curvature.
     """
     own = 1 / deviations.element.ravel()
     gear = profile_curvature(drive.path.curvature(deviations.beta.ravel()), deviations.gear.ravel() + clearance)
     bore = 1 / deviations.cage.ravel() if drive.element == "ball" else 0.0
     return {"gear": own + gear, "crank": own + 1 / deviations.crank.ravel(), "cage": own - bore}
-
-
-def usable(drive: Drive, beta: Array) -> NDArray[np.bool_]:
-    """Which positions lie on the part of the profile that exists."""
-    return np.abs(beta) <= drive.usable_limit

@@ -148,7 +148,7 @@ def _solve_block(c: Contacts, fixed: _Fixed, twist: Array, out: Equilibrium, scr
         compliance += fixed.gear_give
         compliance += np.multiply(w, give, out=spare)
         # Closing condition: s * compliance = approach.
-        np.multiply(per_u_r, c.reach, out=s)
+        np.multiply(per_u_r, c.radius_sum, out=s)
         s -= d_r
         s -= np.multiply(t, d_t, out=spare)
         s /= compliance

@@ -124,7 +124,7 @@ class ClosedForm:
         give = root(per, p)
         give *= per
         give += self._gear_give
-        approach = per * c.reach
+        approach = per * c.radius_sum
         approach -= d_r
         approach -= t * d_t
         if self._power:
@@ -176,7 +176,9 @@ class ClosedForm:
         yielded, wall_rate = self._wall_yield(s, force, by_s, w, cage_give)
         slope = give + by_s * ring + w * wall_rate
         # An s that still moves turns the normal that the next pass will find.
-        self._left = np.where(approach > 0, np.abs(s * give + force * ring + w * yielded - approach) / c.reach, 0.0)
+        self._left = np.where(
+            approach > 0, np.abs(s * give + force * ring + w * yielded - approach) / c.radius_sum, 0.0
+        )
         return s, force, by_s / slope, s * self._gear_give + force * ring, yielded
 
     def _wall_yield(self, s: Array, force: Array, by_s: Array, w: Array, cage_give: Array) -> tuple[Array, Array]:

@@ -60,13 +60,13 @@ class CoupledEquilibrium(Equilibrium):
     twist: Array
 
     @property
-    def centre_shift(self) -> Array:
+    def centre_displacement(self) -> Array:
         """Displacement of the eccentric's centre by bearing and housing as each element sees it, radial and
         tangential, (2, m, n) m.
         """
         return np.stack(Motion.of(self.contacts, self.twist).shift(self.seat, self.centres))
 
-    def of(self, contacts: Contacts, part: slice) -> Centres:
+    def bodies_for(self, contacts: Contacts, part: slice) -> Centres:
         """Where the eccentrics and drives of other contacts with the same numbers are at some of the twists."""
         mine, theirs = Frame(self.contacts), Frame(contacts)
         known = np.isin(theirs.numbers, mine.numbers)
@@ -78,11 +78,11 @@ class CoupledEquilibrium(Equilibrium):
 
 
 def solve_coupled(
-    contacts: Contacts, twist: Array, external_force: ArrayLike | None = None, held: Centres | None = None
+    contacts: Contacts, twist: Array, external_force: ArrayLike | None = None, prescribed: Centres | None = None
 ) -> CoupledEquilibrium:
     """Equilibrium of n elements, whole drives, at m crank twists (rad); see `equilibrium.solve`.
 
-    held: where the bodies are, for contacts that nothing couples.
+    prescribed: where the bodies are, for contacts that nothing couples.
     """
     given, order = contacts, np.argsort(contacts.eccentric, kind="stable")
     contacts = contacts[order]
@@ -108,7 +108,7 @@ def solve_coupled(
         part = slice(first, first + rows)
         here = twist[part]
         # The last twist's centres are a good start where twists come in their order.
-        start = centres.repeated(_growth(twist, first, here)) if held is None else held.of_rows(part)
+        start = centres.repeated(_growth(twist, first, here)) if prescribed is None else prescribed.of_rows(part)
         found = _solve_rows(contacts, frame, here, load, start)
         centres = found.centres.last()
         for name, found_here in found.values.items():

@@ -181,17 +181,17 @@ class _ForceField:
     def stiffness_unit(self) -> Array:
         """Stiffness at an indentation of a ten-thousandth of the size: damping's scale where nothing touches."""
         c = self.contacts
-        return c.stiffness_gear * (1e-4 * c.reach) ** (c.exponent - 1) * 1e-3
+        return c.stiffness_gear * (1e-4 * c.radius_sum) ** (c.exponent - 1) * 1e-3
 
     @property
     def most_step(self) -> Array:
         """m."""
-        return 0.01 * self.contacts.reach
+        return 0.01 * self.contacts.radius_sum
 
     @property
     def rounding(self) -> Array:
         """Of an element's position, m."""
-        return 4 * np.finfo(float).eps * self.contacts.reach
+        return 4 * np.finfo(float).eps * self.contacts.radius_sum
 
     def at(self, x: Array, foot: Array) -> _Place:
         """What the elements feel displaced by x, (2, n) m; foot: (n,) rad, a guess at an exact profile's."""
@@ -205,7 +205,9 @@ class _ForceField:
         distance = np.hypot(*d)
         n2 = d / distance
         # Indentations: eqs 8, 10, 13 and 14.
-        delta = np.stack([n_r * x[0] + n_t * x[1] - gap, c.reach - distance, x[1] - c.cage_gap, -x[1] - c.cage_gap])
+        delta = np.stack(
+            [n_r * x[0] + n_t * x[1] - gap, c.radius_sum - distance, x[1] - c.cage_gap, -x[1] - c.cage_gap]
+        )
         np.maximum(delta, 0.0, out=delta)
         if self.laws is None:
             k = self.power * (np.sqrt(delta) if p == 1.5 else delta ** (p - 1))

@@ -61,7 +61,7 @@ class _Element:
     path: float  # c(beta)
     centre: Vector  # of the eccentric, the first term of eq. 9
     gear_gap: float  # q - r_RE
-    reach: float  # r_RE + r_Crank
+    radius_sum: float  # r_RE + r_Crank
     cage_gap: float  # r_Cage - r_RE
     extra: Vector
 
@@ -72,7 +72,7 @@ class _Element:
         normals = (self.n1, (d_r / distance, d_t / distance), (0.0, -1.0), (0.0, 1.0))  # eqs 7, 11, 12
         deltas = (
             -self.gear_gap - self.n1[0] * x[0] - self.n1[1] * x[1],  # eq. 8
-            self.reach - distance,  # eq. 10
+            self.radius_sum - distance,  # eq. 10
             x[1] - self.cage_gap,  # eq. 13
             -x[1] - self.cage_gap,  # eq. 14
         )
@@ -106,11 +106,11 @@ class _Element:
 
     def window(self, x_t: float) -> tuple[float, float]:
         """x_r at which the element touches the crank, and the gear, when it stands at x_t."""
-        at_crank = math.sqrt(self.reach**2 - (x_t - self.centre[1]) ** 2) - self.path + self.centre[0]
+        at_crank = math.sqrt(self.radius_sum**2 - (x_t - self.centre[1]) ** 2) - self.path + self.centre[0]
         return at_crank, (-self.gear_gap - self.n1[1] * x_t) / self.n1[0]
 
 
-def equilibrium_of(
+def solve_element(
     contacts: Contacts,
     index: int,
     crank_twist: float,
@@ -148,7 +148,7 @@ def _element(c: Contacts, index: int, phi: float, external_force: Vector) -> _El
             "normal_r",
             "normal_t",
             "gear_gap",
-            "reach",
+            "radius_sum",
             "cage_gap",
             "stiffness_gear",
             "stiffness_crank",
@@ -163,7 +163,7 @@ def _element(c: Contacts, index: int, phi: float, external_force: Vector) -> _El
         path=one["path_radius"],
         centre=(c.eccentricity * math.cos(angle), c.eccentricity * math.sin(angle)),
         gear_gap=one["gear_gap"],
-        reach=one["reach"],
+        radius_sum=one["radius_sum"],
         cage_gap=one["cage_gap"],
         extra=(float(external_force[0]), float(external_force[1])),
     )
@@ -229,7 +229,7 @@ def _rests(element: _Element, x: Vector) -> bool:
     size = max(*element.forces(x)[0], math.hypot(*element.extra))
     j = element.jacobian(x)
     # What the rounding of a position within the drive leaves of the force cannot be asked for.
-    rounding = 4 * np.finfo(float).eps * element.reach * (abs(j[0, 0]) + abs(j[1, 1]))
+    rounding = 4 * np.finfo(float).eps * element.radius_sum * (abs(j[0, 0]) + abs(j[1, 1]))
     stable = j[0, 0] + j[1, 1] < 0 and j[0, 0] * j[1, 1] - j[0, 1] ** 2 > 0
     return bool(stable and math.hypot(*element.total_force(x)) <= TOLERANCE * size + rounding)
 

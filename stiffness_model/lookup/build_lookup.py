@@ -15,7 +15,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.element_contacts import build_contacts, usable
+from ..contact.element_contacts import build_contacts
+from ..contact.usable_elements import usable_elements
 from ..drawing.drive import Drive
 from ..drawing.sampling import quasi_random_drives, quasi_random_elements
 from ..drawing.twist_limits import expect_twists
@@ -134,7 +135,7 @@ def mean_torque(drive: Drive, twist: Array, clearance: float = 0.0) -> Array:
     twist = expect_twists(drive, twist)
     if drive.beyond.couples_elements:
         drives = quasi_random_drives(drive, N_QUADRATURE_DRIVES)
-        contacts = build_contacts(drive, drives, clearance)[usable(drive, drives.beta).ravel()]
+        contacts = usable_elements(drive, drives, clearance).contacts
         return solve(contacts, twist * drive.ratio).output_torque.sum(axis=1) / N_QUADRATURE_DRIVES
     elements = quasi_random_elements(drive, N_QUADRATURE_ELEMENTS)
     contacts = build_contacts(drive, elements, clearance)

@@ -21,7 +21,8 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtri
 from scipy.stats import qmc
 
-from ..contact.element_contacts import build_contacts, usable
+from ..contact.element_contacts import build_contacts
+from ..contact.usable_elements import is_usable, usable_elements
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations, quasi_random_drives
 from ..equilibrium.closed_form import solve
@@ -192,13 +193,13 @@ def _torque_loss(drive: Drive, twist: Array, clearance: Array, position: Array) 
         **{part: np.broadcast_to(getattr(parts, part), shape) for part in _PARTS},
     }
     deviations = Deviations(**{name: values.reshape(-1, drive.elements) for name, values in rows.items()})
-    keep = usable(drive, deviations.beta)
+    keep = is_usable(drive, deviations.beta)
     keep[:, 0] = True  # the one in question, wherever it stands
     drives = np.nonzero(keep)[0]
     others = np.nonzero(keep)[1] > 0
     lost = np.empty((len(twist), len(clearance), len(position)))
     for k, shift in enumerate(clearance):
-        contacts = build_contacts(drive, deviations, float(shift))[keep.ravel()]
+        contacts = usable_elements(drive, deviations, float(shift), keep).contacts
         whole, without = (
             np.stack([np.bincount(owner, row, len(keep)) for row in solve(some, twist * drive.ratio).output_torque])
             for some, owner in ((contacts, drives), (contacts[others], drives[others]))

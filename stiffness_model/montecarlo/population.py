@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
-from ..contact.element_contacts import CONTACTS, build_contacts, usable
+from ..contact.element_contacts import CONTACTS
+from ..contact.usable_elements import UsableElements, usable_elements
 from ..drawing import sampling
 from ..drawing.drive import Drive
 from ..drawing.twist_limits import expect_twists
@@ -181,30 +182,26 @@ class _Part(NamedTuple):
 def _simulate_block(drive: Drive, twist: Array, seed: int, clearance: float, task: tuple[int, int]) -> _Part:
     block, n_drives = task
     deviations = sampling.draw(drive, block, n_drives, seed)
-    keep = usable(drive, deviations.beta)
-    contacts = build_contacts(drive, deviations, clearance)[keep.ravel()]
-    in_drive = keep.sum(axis=1)
+    elements = usable_elements(drive, deviations, clearance)
     torque, crank_torque = np.zeros((n_drives, len(twist))), np.zeros((n_drives, len(twist)))
     force, best = np.zeros((n_drives, len(twist), 4)), np.zeros((n_drives, len(twist)))
     counts = np.zeros(len(Status), np.int64)
-    counts[Status.EXCLUDED] = (keep.size - keep.sum()) * len(twist)
-    filled = np.flatnonzero(in_drive)
-    starts = np.concatenate([[0], np.cumsum(in_drive[filled])[:-1]]).astype(np.intp)
-    for part, result in solve_chunks(contacts, twist * drive.ratio) if filled.size else ():
-        torque[filled, part], crank_torque[filled, part], best[filled, part] = _torques(result, starts)
+    counts[Status.EXCLUDED] = elements.n_excluded * len(twist)
+    for part, result in solve_chunks(elements.contacts, twist * drive.ratio):
+        torque[:, part], crank_torque[:, part], best[:, part] = _torques(result, elements)
         for k, values in enumerate((result.gear, result.crank, result.cage_plus, result.cage_minus)):
-            force[filled, part, k] = np.maximum.reduceat(values, starts, axis=1).T
+            force[:, part, k] = elements.reduce_per_drive(np.maximum, values).T
         counts += np.bincount(result.status.ravel(), minlength=len(Status))
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(torque != 0, best / np.abs(torque), np.nan)
     tight = int((deviations.cage < deviations.element).sum())
-    return _Part(torque, crank_torque, force, share, counts, int(contacts.capped.sum()), tight)
+    return _Part(torque, crank_torque, force, share, counts, int(elements.contacts.capped.sum()), tight)
 
 
-def _torques(result: Equilibrium, starts: NDArray[np.intp]) -> tuple[Array, Array, Array]:
-    """Sums of output and crank torque and the greatest contribution in the sum's direction, (n_drives, m)."""
-    torque = np.add.reduceat(result.output_torque, starts, axis=1).T
-    crank_torque = np.add.reduceat(result.crank_torque, starts, axis=1).T
-    highest = np.maximum.reduceat(result.output_torque, starts, axis=1).T
-    lowest = np.minimum.reduceat(result.output_torque, starts, axis=1).T
+def _torques(result: Equilibrium, elements: UsableElements) -> tuple[Array, Array, Array]:
+    """Sums of output and crank torque, and the greatest contribution in the sum's direction, (n_drives, m) N.m."""
+    torque = elements.reduce_per_drive(np.add, result.output_torque).T
+    crank_torque = elements.reduce_per_drive(np.add, result.crank_torque).T
+    highest = elements.reduce_per_drive(np.maximum, result.output_torque).T
+    lowest = elements.reduce_per_drive(np.minimum, result.output_torque).T
     return torque, crank_torque, np.where(torque >= 0, highest, -lowest)

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact.element_contacts import Contacts, build_contacts, usable
+from ..contact.element_contacts import Contacts
+from ..contact.usable_elements import usable_elements
 from ..drawing import sampling
 from ..drawing.drive import Drive
 from ..drawing.twist_limits import expect_twists
@@ -53,7 +54,7 @@ class SolvedBlock:
         d_r = self.contacts.path_radius + self.result.radial - centre_r
         d_t = self.result.tangential - centre_t
         if isinstance(self.result, CoupledEquilibrium):
-            d_r, d_t = d_r - self.result.centre_shift[0], d_t - self.result.centre_shift[1]
+            d_r, d_t = d_r - self.result.centre_displacement[0], d_t - self.result.centre_displacement[1]
         length = np.hypot(d_r, d_t)
         return d_r / length, d_t / length
 
@@ -71,13 +72,11 @@ def solved_blocks(drive: Drive, twist: ArrayLike, n_drives: int, seed: int) -> I
     expect_memory(_PER_PAIR * pairs, f"forces of every element at {len(angles)} twists", "take fewer twists at once")
     lost = 0
     for block, count in sampling.blocks(n_drives):
-        deviations = sampling.draw(drive, block, count, seed)
-        keep = usable(drive, deviations.beta)
-        contacts = build_contacts(drive, deviations)[keep.ravel()]
+        elements = usable_elements(drive, sampling.draw(drive, block, count, seed))
         crank = angles * drive.ratio
-        result = solve(contacts, crank)
+        result = solve(elements.contacts, crank)
         lost += int((result.status == Status.NOT_CONVERGED).sum())
-        yield SolvedBlock(contacts, crank, result, np.nonzero(keep)[0], count)
+        yield SolvedBlock(elements.contacts, crank, result, elements.drive_index, count)
     warn_not_converged(lost, n_drives * drive.elements * len(angles), drive.name)
 
 

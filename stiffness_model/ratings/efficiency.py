@@ -116,7 +116,7 @@ def sliding_velocities(drive: Drive, block: SolvedBlock) -> tuple[Array, Array, 
     # The pin moves across its lever: (-E_t, E_r).
     at_crank = -(v_r + centre_t) * u_t + (v_t - centre_r) * u_r
     walls = [np.broadcast_to(v_r + side * cage * radius, shape) for side in (1, -1)]
-    return np.stack([at_gear, at_crank, *walls]), np.array([1.0, -1.0, -1.0, 1.0]), -(c.reach - radius)
+    return np.stack([at_gear, at_crank, *walls]), np.array([1.0, -1.0, -1.0, 1.0]), -(c.radius_sum - radius)
 
 
 def min_sliding_power(drive: Drive, block: SolvedBlock) -> tuple[Array, Array]:

@@ -27,7 +27,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact.element_contacts import PARTNERS, build_contacts, usable
+from ..contact.element_contacts import PARTNERS, build_contacts
+from ..contact.usable_elements import usable_elements
 from ..drawing import sampling
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations
@@ -95,13 +96,15 @@ def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int, cag
     owner, place, element = critical_contacts(alone, facing, beta, twist if len(twist) <= len(trials) else trials, cage)
     some = replace(Deviations(*(getattr(facing, f.name)[owner, element] for f in fields(Deviations))), beta=beta[place])
     contacts = replace(build_contacts(alone, some), eccentric=owner * drive.eccentrics + row[element])
-    held = _stationary_equilibrium(drive, drawn, twist) if drive.beyond.couples_elements else None
+    stationary = _stationary_equilibrium(drive, drawn, twist) if drive.beyond.couples_elements else None
     step, found, lost = max(1, BATCH_SIZE // max(1, len(contacts))), [], 0
     for first in range(0, len(twist), step):
         part = slice(first, first + step)
         crank = twist[part] * drive.ratio
         result: Equilibrium = (
-            solve(contacts, crank) if held is None else solve_coupled(contacts, crank, held=held.of(contacts, part))
+            solve(contacts, crank)
+            if stationary is None
+            else solve_coupled(contacts, crank, prescribed=stationary.bodies_for(contacts, part))
         )
         lost += int((result.status == Status.NOT_CONVERGED).sum())
         found.append(max_per_drive(drive, contacts, some, result, owner, n_drives))
@@ -112,8 +115,7 @@ def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int, cag
 
 
 def _stationary_equilibrium(drive: Drive, drawn: Deviations, twist: Array) -> CoupledEquilibrium:
-    contacts = build_contacts(drive, drawn)[usable(drive, drawn.beta).ravel()]
-    result = solve(contacts, twist * drive.ratio)
+    result = solve(usable_elements(drive, drawn).contacts, twist * drive.ratio)
     assert isinstance(result, CoupledEquilibrium)
     return result
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact.element_contacts import PARTNERS, Contacts, build_contacts, compliances, curvature_sums, usable
+from ..contact.element_contacts import PARTNERS, Contacts, compliances, curvature_sums
 from ..contact.laws import bore_law
+from ..contact.usable_elements import usable_elements
 from ..drawing import sampling
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations
@@ -70,15 +71,13 @@ def expect_memory_for(n_drives: int, n_twist: int) -> None:
 
 def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int) -> tuple[Array, int]:
     """Pressure and semi-axes, (3, n_drives, n_twist, 3), of a block, and elements without an equilibrium."""
-    deviations = sampling.draw(drive, block, n_drives, seed)
-    keep = usable(drive, deviations.beta)
-    contacts = build_contacts(drive, deviations)[keep.ravel()]
-    some = Deviations(*(getattr(deviations, f.name)[keep] for f in fields(Deviations)))
-    owner = np.nonzero(keep)[0]
+    elements = usable_elements(drive, sampling.draw(drive, block, n_drives, seed))
     lost, found = 0, []
-    for _, result in solve_chunks(contacts, twist * drive.ratio):
+    for _, result in solve_chunks(elements.contacts, twist * drive.ratio):
         lost += int((result.status == Status.NOT_CONVERGED).sum())
-        found.append(max_per_drive(drive, contacts, some, result, owner, n_drives))
+        found.append(
+            max_per_drive(drive, elements.contacts, elements.deviations, result, elements.drive_index, n_drives)
+        )
     return np.concatenate(found, axis=2), lost
 
 

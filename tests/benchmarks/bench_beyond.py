@@ -16,7 +16,8 @@ from collections.abc import Callable
 import numpy as np
 
 import stiffness_model as sm
-from stiffness_model.contact.element_contacts import Contacts, build_contacts, usable
+from stiffness_model.contact.element_contacts import Contacts
+from stiffness_model.contact.usable_elements import usable_elements
 from stiffness_model.drawing import sampling
 from stiffness_model.equilibrium.closed_form import solve
 
@@ -36,7 +37,7 @@ SLOW = ("exact gear", "inertia", "conforming bores")
 def blocks(drive: sm.Drive, n_drives: int) -> list[Contacts]:
     """Contacts of the usable elements, block by block."""
     drawn = [sampling.draw(drive, block, count, 0) for block, count in sampling.blocks(n_drives)]
-    return [build_contacts(drive, d)[usable(drive, d.beta).ravel()] for d in drawn]
+    return [usable_elements(drive, d).contacts for d in drawn]
 
 
 def seconds(call: Callable[[], object]) -> float:

@@ -23,7 +23,8 @@ from pathlib import Path
 import numpy as np
 
 import stiffness_model as sm
-from stiffness_model.contact.element_contacts import Contacts, build_contacts, usable
+from stiffness_model.contact.element_contacts import Contacts, build_contacts
+from stiffness_model.contact.usable_elements import is_usable
 from stiffness_model.drawing import sampling
 from stiffness_model.equilibrium import reference
 from stiffness_model.equilibrium.closed_form import MAX_PASSES, MIN_PASSES, TOLERANCE, Equilibrium, Status, closed_form
@@ -36,7 +37,7 @@ _INPUTS = (
     "normal_r",
     "normal_t",
     "gear_gap",
-    "reach",
+    "radius_sum",
     "cage_gap",
     "stiffness_gear",
     "stiffness_crank",
@@ -65,7 +66,7 @@ def elements(drive: sm.Drive, n: int) -> Contacts:
     for block in range(1 + n // 500):
         deviations = sampling.draw(drive, block, sampling.BLOCK, seed=0)
         contacts = build_contacts(drive, deviations)
-        parts.append(contacts[usable(drive, deviations.beta).ravel() & (contacts.cage_gap >= 0)])
+        parts.append(contacts[is_usable(drive, deviations.beta).ravel() & (contacts.cage_gap >= 0)])
     arrays = {
         f.name: np.concatenate([getattr(p, f.name) for p in parts])[:n]
         for f in dataclasses.fields(Contacts)
@@ -155,7 +156,7 @@ def _roots(contacts: Contacts, twists: np.ndarray, ours: Equilibrium, n: int) ->
     times, worst = [], 0.0
     for row, column in np.random.default_rng(0).permutation(loaded)[:n]:
         start = time.process_time()
-        theirs = reference.equilibrium_of(contacts, int(column), float(twists[row]))
+        theirs = reference.solve_element(contacts, int(column), float(twists[row]))
         took = time.process_time() - start
         if theirs.method == "root":
             times.append(took)

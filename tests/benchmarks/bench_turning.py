@@ -27,7 +27,7 @@ import stiffness_model as sm
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel, build_model
-from stiffness_model.equilibrium.reference import equilibrium_of
+from stiffness_model.equilibrium.reference import solve_element
 from stiffness_model.errors import DoesNotFitWarning
 from stiffness_model.lookup.build_lookup import build_lookup
 from stiffness_model.rotation import angles_over_turn, draw_individual, loaded_turn, no_load, turning_map
@@ -82,7 +82,7 @@ def papers_way(one: object, twist: np.ndarray, angle: np.ndarray, count: int) ->
         at = element_positions(parts.individual, parts.window, np.array([a]))
         contacts = parts.contacts(at)
         torques = [
-            equilibrium_of(contacts, k, t * parts.individual.drive.ratio).output_torque for k in range(len(contacts))
+            solve_element(contacts, k, t * parts.individual.drive.ratio).output_torque for k in range(len(contacts))
         ]
         found.append(float(np.dot(torques, at.weight[0])))
     took = time.perf_counter() - start

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...contact.element_contacts import build_contacts
+from ...contact.usable_elements import UsableElements
 from ...drawing.drive import Drive
 from ...drawing.sampling import Deviations
 from ...equilibrium.closed_form import closed_form
@@ -14,7 +15,7 @@ from ...montecarlo.twist_torque_curve import BAND, TwistTorqueCurve
 from ...numerics.arrays import Array
 from ...ratings.peak_pressure import peak_pressures
 from ...ratings.pressure import wall_forces
-from .sweep import SampledElements, SweepSegment, draw_elements, segment_at, sweep
+from .sweep import SweepSegment, draw_elements, segment_at, sweep
 
 MAX_CRANK_TWIST = 0.5
 """Crank twist, rad, up to which the study's torque is looked for. The paper's drives reach 0.07 to 0.34."""
@@ -116,7 +117,7 @@ def _mean(carried: Array) -> Array:
 
 def _response(
     drive: Drive,
-    elements: SampledElements,
+    elements: UsableElements,
     twist: Array,
     segments: list[SweepSegment],
     carried: Array,

@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...contact.element_contacts import Contacts, build_contacts
+from ...contact.element_contacts import Contacts
+from ...contact.usable_elements import UsableElements, usable_elements
 from ...drawing import sampling
 from ...drawing.drive import Drive
 from ...drawing.sampling import Deviations
@@ -35,18 +36,8 @@ _LEAN = 0.02
 
 
 @dataclass(frozen=True)
-class SampledElements:
-    """The usable elements of all virtual drives in one row, (1, n); drive_of: the drive of each, (n,)."""
-
-    deviations: Deviations
-    contacts: Contacts
-    drive_of: Index
-    n_drives: int
-
-
-@dataclass(frozen=True)
 class SweepSegment:
-    """Some elements at m twists: index: which of `SampledElements`, (n,); the arrays of `result` are (m, n)."""
+    """Some elements at m twists: index: which of `UsableElements`, (n,); the arrays of `result` are (m, n)."""
 
     index: Index
     contacts: Contacts
@@ -62,16 +53,14 @@ class SweepSegment:
         return made
 
 
-def draw_elements(drive: Drive, limit: float, n_drives: int, seed: int) -> SampledElements:
+def draw_elements(drive: Drive, limit: float, n_drives: int, seed: int) -> UsableElements:
     """The elements within +-`limit` rad of the first `n_drives` virtual drives of `seed`."""
     parts = [sampling.draw(drive, block, count, seed) for block, count in sampling.blocks(n_drives)]
     whole = {f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Deviations)}
-    keep = np.abs(whole["beta"]) <= limit
-    deviations = Deviations(**{name: values[keep][None] for name, values in whole.items()})
-    return SampledElements(deviations, build_contacts(drive, deviations), np.nonzero(keep)[0], n_drives)
+    return usable_elements(drive, Deviations(**whole), mask=np.abs(whole["beta"]) <= limit)
 
 
-def sweep(elements: SampledElements, crank_twist: Array) -> list[SweepSegment]:
+def sweep(elements: UsableElements, crank_twist: Array) -> list[SweepSegment]:
     """The equilibrium at crank twists (n_twist,), rad, from zero on in one direction, as segments of one twist or
     several, in order. Elements that are missing in a segment carry nothing there."""
     ends = sorted({*(max(1, int(share * len(crank_twist))) for share in _STAGES), len(crank_twist)})
@@ -80,7 +69,7 @@ def sweep(elements: SampledElements, crank_twist: Array) -> list[SweepSegment]:
     for end in ends:
         contacts = elements.contacts if len(active) == len(elements.contacts) else elements.contacts[active]
         result = _equilibrium(contacts, crank_twist[first:end])
-        counts = np.bincount(elements.drive_of[active], minlength=elements.n_drives)
+        counts = np.bincount(elements.drive_index[active], minlength=elements.n_drives)
         drives = np.flatnonzero(counts)
         starts = np.concatenate([[0], np.cumsum(counts[drives])[:-1]]).astype(np.intp)
         segments.append(SweepSegment(active, contacts, result, starts, drives, elements.n_drives))
@@ -101,7 +90,7 @@ def segment_at(segments: list[SweepSegment], twist: int) -> tuple[SweepSegment, 
 
 
 def _leaves(contacts: Contacts, end: float) -> NDArray[np.bool_]:
-    """SampledElements from which the eccentric only moves away while the crank twists from 0 to `end`, rad.
+    """Elements from which the eccentric only moves away while the crank twists from 0 to `end`, rad.
 
     Its centre turns by the twist on the radius e, so that the distance to a point in the direction t grows as long
     as sin(beta + twist - t) has the sign of the twist. An element that has play at some twist has a place where

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...contact.element_contacts import build_contacts, usable
+from ...contact.usable_elements import is_usable, usable_elements
 from ...drawing.drive import Drive
 from ...drawing.sampling import Deviations
 from ...drawing.twist_limits import expect_twists
@@ -80,9 +80,9 @@ def solve_element_forces(
     layout = place_parts(drive, angle, start)
     rows, count = layout.beta.shape
     here = Deviations(_flat(layout.beta), deviations.element, deviations.crank, deviations.cage, deviations.gear)
-    share = usable(drive, here.beta).astype(float).ravel() if weight is None else weight.ravel()
+    share = is_usable(drive, here.beta).astype(float).ravel() if weight is None else weight.ravel()
     keep = share > 0
-    contacts = build_contacts(drive, here)[keep]
+    contacts = usable_elements(drive, here, mask=keep.reshape(here.beta.shape)).contacts
     crank_twist = twist * drive.ratio
     result = solve(contacts, [crank_twist])
     lost = int((result.status == Status.NOT_CONVERGED).sum())

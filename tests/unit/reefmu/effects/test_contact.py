@@ -13,7 +13,8 @@ from reefmu.model.contact import with_contact_tables
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.model_file import load_model, save_model
 from reefmu.simulate import inputs_at_twist, simulate_signal
-from stiffness_model.contact.element_contacts import build_contacts, usable
+from stiffness_model.contact.element_contacts import build_contacts
+from stiffness_model.contact.usable_elements import is_usable
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.lookup.build_lookup import Lookup, mean_torque
@@ -58,7 +59,7 @@ def test_missing_ball_against_one_element_solved(model: DriveModel, lookup: Look
     radius = np.full(beta.shape, fine.element_radius)
     element = Deviations(beta, radius, np.full(beta.shape, fine.crank_radius), radius + 2e-6, radius)
     alone = solve(build_contacts(fine, element), np.array([twist * fine.ratio])).output_torque[0]
-    alone[~usable(fine, beta)] = 0.0
+    alone[~is_usable(fine, beta)] = 0.0
     sharp = np.abs(np.abs(beta) - fine.usable_limit) > 0.011
     assert dip[sharp] == pytest.approx(alone[sharp], abs=2e-3 * model.full_torque)
     assert dip.max() > 0.05 * model.full_torque, "the ball carries something on half of the turn"

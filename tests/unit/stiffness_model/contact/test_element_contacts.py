@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.contact.element_contacts import build_contacts, usable
+from stiffness_model.contact.element_contacts import Contacts, build_contacts
+from stiffness_model.contact.usable_elements import is_usable, usable_elements
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.materials import PLA, STEEL_100CR6
 from stiffness_model.elasticity import hertz
@@ -53,7 +55,7 @@ def test_clearances(drive, deviations):
     assert len(contacts) == 3 * 87
     np.testing.assert_allclose(contacts.gear_gap, (deviations.gear - deviations.element).ravel(), atol=1e-18)
     np.testing.assert_allclose(contacts.cage_gap, (deviations.cage - deviations.element).ravel(), atol=1e-18)
-    np.testing.assert_allclose(contacts.reach, (deviations.crank + deviations.element).ravel(), rtol=1e-15)
+    np.testing.assert_allclose(contacts.radius_sum, (deviations.crank + deviations.element).ravel(), rtol=1e-15)
     shifted = build_contacts(drive, deviations, clearance=5e-6)
     np.testing.assert_allclose(shifted.gear_gap - contacts.gear_gap, 5e-6, rtol=1e-9)
     np.testing.assert_array_equal(shifted.cage_gap, contacts.cage_gap)
@@ -81,10 +83,33 @@ def test_capped_where_ball_and_bore_nearly_fit():
     )
 
 
-def test_some_of_the_elements(drive, deviations):
+def test_indexing_selects_elements_and_keeps_common_values(drive, deviations):
     contacts = build_contacts(drive, deviations)
-    mask = usable(drive, contacts.beta)
+    mask = is_usable(drive, contacts.beta)
     assert 0 < mask.sum() < len(contacts)
     assert np.all(np.abs(contacts[mask].beta) <= drive.usable_limit)
     assert contacts[mask].eccentricity == contacts.eccentricity
-    assert contacts[np.array([5, 2])].reach.tolist() == contacts.reach[[5, 2]].tolist()
+    assert contacts[np.array([5, 2])].radius_sum.tolist() == contacts.radius_sum[[5, 2]].tolist()
+
+
+@pytest.mark.parametrize("chosen", [None, 3])
+def test_usable_elements_are_those_of_all_contacts(drive, deviations, chosen):
+    mask = is_usable(drive, deviations.beta) if chosen is None else np.arange(87) % chosen == np.arange(3)[:, None]
+    elements = usable_elements(drive, deviations, 2e-6, None if chosen is None else mask)
+    expected = build_contacts(drive, deviations, 2e-6)[mask.ravel()]
+    for field in dataclasses.fields(Contacts):
+        np.testing.assert_array_equal(getattr(elements.contacts, field.name), getattr(expected, field.name))
+    np.testing.assert_array_equal(elements.deviations.gear, deviations.gear[mask])
+    np.testing.assert_array_equal(elements.drive_index, np.repeat(np.arange(3), mask.sum(axis=1)))
+    assert (elements.n_drives, elements.n_excluded) == (3, 3 * 87 - mask.sum())
+
+
+def test_reduction_per_drive_gives_zero_to_a_drive_without_elements(drive, deviations):
+    mask = np.zeros((3, 87), bool)
+    mask[0, :2] = mask[2, 1:4] = True
+    elements = usable_elements(drive, deviations, mask=mask)
+    values = np.array([[1.0, 2.0, 4.0, 8.0, 16.0]])
+    assert elements.reduce_per_drive(np.add, values).tolist() == [[3.0, 0.0, 28.0]]
+    assert elements.reduce_per_drive(np.maximum, values).tolist() == [[2.0, 0.0, 16.0]]
+    none = usable_elements(drive, deviations, mask=np.zeros((3, 87), bool))
+    assert none.reduce_per_drive(np.add, np.zeros((1, 0))).tolist() == [[0.0, 0.0, 0.0]]

@@ -11,7 +11,8 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.model.tables import fingerprint
-from stiffness_model.contact.element_contacts import build_contacts, usable
+from stiffness_model.contact.element_contacts import build_contacts
+from stiffness_model.contact.usable_elements import usable_elements
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.options import ModelOptions
 from stiffness_model.equilibrium.closed_form import solve
@@ -131,7 +132,7 @@ def test_spread_drives_have_the_mean_of_spread_elements(name: str) -> None:
     drive = sm.load_drive(name)
     twist = np.array([0.2, 0.6, 1.0]) * drive.max_twist
     drives = sampling.quasi_random_drives(drive, 256)
-    contacts = build_contacts(drive, drives)[usable(drive, drives.beta).ravel()]
+    contacts = usable_elements(drive, drives).contacts
     mean = solve(contacts, twist * drive.ratio).output_torque.sum(axis=1) / 256
     expected = lookup.mean_torque(drive, twist)
     assert np.abs(mean - expected).max() < 6e-4 * expected[-1]

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import stiffness_model as sm
-from stiffness_model.contact.element_contacts import Contacts, build_contacts, usable
+from stiffness_model.contact.element_contacts import Contacts
+from stiffness_model.contact.usable_elements import usable_elements
 from stiffness_model.drawing import sampling
 from stiffness_model.equilibrium import reference
 from stiffness_model.equilibrium.closed_form import Equilibrium, Status, solve
@@ -34,7 +35,7 @@ CASES = {
 def drawn(drive: sm.Drive, n: int, seed: int) -> Contacts:
     """Contacts of n random usable elements."""
     parts = [
-        build_contacts(drive, d)[usable(drive, d.beta).ravel()]
+        usable_elements(drive, d).contacts
         for d in (sampling.draw(drive, block, sampling.BLOCK, seed) for block in range(1 + n // 600))
     ]
     joined = dataclasses.replace(
@@ -67,7 +68,7 @@ def test_agrees_with_the_papers_own_way(case):
         # a second, equally good equilibrium, and comparing with that one would say nothing.
         pairs += zip(
             _columns(solve(group, twist)),
-            (reference.equilibrium_of(group, j, float(twist)) for j in range(len(group))),
+            (reference.solve_element(group, j, float(twist)) for j in range(len(group))),
             strict=True,
         )
     assert len(pairs) == 1250
@@ -112,7 +113,7 @@ def _assert_statics(c: Contacts, twists: np.ndarray, result: Equilibrium, extra:
     d = np.stack([c.path_radius - c.eccentricity * np.cos(angle) + x, -c.eccentricity * np.sin(angle) + y])
     u = d / np.hypot(*d)
     size = greatest(result)
-    delta = (c.normal_r * x + c.normal_t * y - c.gear_gap, c.reach - np.hypot(*d), y - c.cage_gap, -y - c.cage_gap)
+    delta = (c.normal_r * x + c.normal_t * y - c.gear_gap, c.radius_sum - np.hypot(*d), y - c.cage_gap, -y - c.cage_gap)
     stiffness = (c.stiffness_gear, c.stiffness_crank, c.stiffness_cage, c.stiffness_cage)
     loaded = (result.status != Status.UNLOADED) | np.any(extra != 0)
     for name, k, indentation in zip(FORCES, stiffness, delta, strict=True):
@@ -144,7 +145,7 @@ def test_play_is_room_without_force():
         contacts.path_radius - contacts.eccentricity * np.cos(angle) + result.radial[0],
         -contacts.eccentricity * np.sin(angle) + result.tangential[0],
     )
-    assert np.all(distance[play] >= contacts.reach[play] - 1e-15)
+    assert np.all(distance[play] >= contacts.radius_sum[play] - 1e-15)
     np.testing.assert_allclose(np.abs(result.tangential[0, play]), contacts.cage_gap[play], rtol=1e-9)
 
 
@@ -165,7 +166,7 @@ def test_power_balance_of_nominal_parts(lobes):
 
 def _nominal(drive: sm.Drive) -> Contacts:
     ideal = sampling.nominal(drive, 16)
-    return build_contacts(drive, ideal)[usable(drive, ideal.beta).ravel()]
+    return usable_elements(drive, ideal).contacts
 
 
 @pytest.mark.parametrize("lobes", [28, 30])
@@ -223,7 +224,7 @@ def test_symmetries(seed, lobes, share, name, tight):
 def test_torque_of_a_drive_rises_with_its_twist(seed, lobes, name):
     drive = sm.load_drive(name, lobes=lobes)
     deviations = sampling.draw(drive, 0, 1, seed)
-    contacts = build_contacts(drive, deviations)[usable(drive, deviations.beta).ravel()]
+    contacts = usable_elements(drive, deviations).contacts
     twists = np.linspace(-1, 1, 41) * drive.max_twist
     torque = solve(contacts, twists * drive.ratio).output_torque.sum(axis=1)
     assert np.all(np.diff(torque) >= -1e-9 * np.abs(torque).max())
@@ -264,7 +265,7 @@ def test_further_forces_element_by_element_agree_with_the_reference():
     size = greatest(result)
     for j in range(len(contacts)):
         start = result.radial[0, j] + 1e-7, result.tangential[0, j]
-        theirs = reference.equilibrium_of(contacts, j, twist, (extra[0, j], extra[1, j]), start=start)
+        theirs = reference.solve_element(contacts, j, twist, (extra[0, j], extra[1, j]), start=start)
         for name in FORCES:
             assert getattr(result, name)[0, j] == pytest.approx(getattr(theirs, name), abs=1e-8 * size)
 

@@ -13,7 +13,8 @@ from scipy.interpolate import CubicSpline
 
 import stiffness_model as sm
 from stiffness_model import ARCMIN
-from stiffness_model.contact.element_contacts import Contacts, build_contacts, usable
+from stiffness_model.contact.element_contacts import Contacts, build_contacts
+from stiffness_model.contact.usable_elements import usable_elements
 from stiffness_model.drawing import sampling
 from stiffness_model.elasticity import hertz
 from stiffness_model.equilibrium.closed_form import Status, closed_form, solve
@@ -44,7 +45,7 @@ CASES = {
 
 def one_drive(drive: sm.Drive, seed: int = 5, n_drives: int = 1) -> Contacts:
     deviations = sampling.draw(drive, 0, n_drives, seed)
-    return build_contacts(drive, deviations)[usable(drive, deviations.beta).ravel()]
+    return usable_elements(drive, deviations).contacts
 
 
 class WholeDrive:
@@ -125,7 +126,7 @@ class WholeDrive:
         distance = math.hypot(*d)
         delta, normal, stiffness = self.gear(j, x)
         gear = self.with_spring(lambda v: stiffness * max(v, 0.0) ** c.exponent, delta, o.ring_stiffness)
-        crank = c.stiffness_crank[j] * max(c.reach[j] - distance, 0.0) ** c.exponent * d / distance
+        crank = c.stiffness_crank[j] * max(c.radius_sum[j] - distance, 0.0) ** c.exponent * d / distance
         plus, minus = (
             self.with_spring(lambda v: self.cage(j, v), side * x[1] - c.cage_gap[j], o.cage_wall_stiffness)
             for side in (1, -1)
@@ -163,7 +164,7 @@ def test_agrees_with_the_root_of_the_whole_system(case: str) -> None:
     whole = WholeDrive(some, twist)
     cos, sin = np.cos(some.beta[0]), np.sin(some.beta[0])
     places = np.stack([ours.radial[0, held], ours.tangential[0, held]], axis=1)
-    shift = ours.centre_shift[:, 0, held[0]]
+    shift = ours.centre_displacement[:, 0, held[0]]
     start = np.concatenate(
         [[(shift[0] * cos + shift[1] * sin) * 1e6, (shift[1] * cos - shift[0] * sin) * 1e6, 0.0], places.ravel() * 1e6]
     )
@@ -230,10 +231,12 @@ def test_one_ball_on_one_eccentric_is_its_contacts_and_the_bearing_in_series() -
     result = solve(contacts, [twist])
     force = float(result.crank[0, 0])
     assert force > 50
-    shift = math.hypot(*result.centre_shift[:, 0, 0])  # type: ignore[attr-defined]
+    shift = math.hypot(*result.centre_displacement[:, 0, 0])  # type: ignore[attr-defined]
     assert shift == pytest.approx(force / 2.5e8, rel=1e-9)
     rigid = dataclasses.replace(
-        contacts, reach=contacts.reach - shift, beyond=dataclasses.replace(contacts.beyond, bearing_stiffness=math.inf)
+        contacts,
+        radius_sum=contacts.radius_sum - shift,
+        beyond=dataclasses.replace(contacts.beyond, bearing_stiffness=math.inf),
     )
     assert float(solve(rigid, [twist]).crank[0, 0]) == pytest.approx(force, rel=2e-6)
 
@@ -254,11 +257,11 @@ def test_bodies_and_elements_balance(case: str) -> None:
     lost = drive.ratio * torque / o.housing_stiffness if math.isfinite(o.housing_stiffness) else 0 * torque
     turned = angle - lost[:, c.eccentric // c.eccentrics]
     by_housing = c.eccentricity * np.stack([np.cos(turned) - np.cos(angle), np.sin(turned) - np.sin(angle)])
-    by_bearing = result.centre_shift - by_housing
+    by_bearing = result.centre_displacement - by_housing
     d = (
         np.stack([c.path_radius + result.radial, result.tangential])
         - c.eccentricity * np.stack([np.cos(angle), np.sin(angle)])
-        - result.centre_shift
+        - result.centre_displacement
     )
     force = result.crank * d / np.hypot(*d)
     # In the crank's frame every element of an eccentric sees one shift, and k times it carries their forces.
@@ -338,10 +341,10 @@ def _bearing_energy(drive: sm.Drive, twist: np.ndarray, n_drives: int) -> np.nda
     whole = np.zeros(len(twist))
     for block, count in sampling.blocks(n_drives):
         deviations = sampling.draw(drive, block, count, 0)
-        contacts = build_contacts(drive, deviations)[usable(drive, deviations.beta).ravel()]
+        contacts = usable_elements(drive, deviations).contacts
         result = solve(contacts, twist * drive.ratio)
         _, first = np.unique(contacts.eccentric, return_index=True)
-        shift = result.centre_shift[..., first]  # type: ignore[attr-defined]
+        shift = result.centre_displacement[..., first]  # type: ignore[attr-defined]
         whole += 0.5 * drive.beyond.bearing_stiffness * (shift**2).sum(axis=(0, 2))
     return whole / n_drives
 

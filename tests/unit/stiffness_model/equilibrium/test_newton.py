@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.contact.element_contacts import Contacts, build_contacts, usable
+from stiffness_model.contact.element_contacts import Contacts
+from stiffness_model.contact.usable_elements import usable_elements
 from stiffness_model.drawing import sampling
 from stiffness_model.equilibrium import newton
 from stiffness_model.equilibrium.closed_form import MAX_PAIRS, Status, solve, solve_chunks
@@ -21,7 +22,7 @@ def tight() -> Contacts:
     """Balls that are all larger than their bores."""
     drive = sm.load_drive("drive_1", cage_offset="-20 um")
     deviations = sampling.draw(drive, 0, sampling.BLOCK, 0)
-    return build_contacts(drive, deviations)[usable(drive, deviations.beta).ravel()]
+    return usable_elements(drive, deviations).contacts
 
 
 @pytest.fixture

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.contact.element_contacts import Contacts, build_contacts, usable
+from stiffness_model.contact.element_contacts import Contacts
+from stiffness_model.contact.usable_elements import usable_elements
 from stiffness_model.drawing import sampling
 from stiffness_model.equilibrium.closed_form import solve
-from stiffness_model.equilibrium.reference import ElementEquilibrium, equilibrium_of
+from stiffness_model.equilibrium.reference import ElementEquilibrium, solve_element
 
 NUMBERS = [f.name for f in dataclasses.fields(ElementEquilibrium) if f.name != "method"]
 
@@ -19,7 +20,7 @@ NUMBERS = [f.name for f in dataclasses.fields(ElementEquilibrium) if f.name != "
 def elements(name: str = "drive_1", n: int = 40, **changes) -> Contacts:
     drive = sm.load_drive(name, **changes)
     deviations = sampling.draw(drive, 0, sampling.BLOCK, seed=3)
-    return build_contacts(drive, deviations)[usable(drive, deviations.beta).ravel()][slice(0, n)]
+    return usable_elements(drive, deviations).contacts[slice(0, n)]
 
 
 @pytest.mark.parametrize("changes", [{}, {"cage_offset": 0.0}, {"element": "roller", "element_length": 0.01}])
@@ -27,7 +28,7 @@ def test_descent_and_root_find_the_same(changes):
     contacts = elements("drive_2", **changes)
     met = set()
     for j in range(len(contacts)):
-        root, descent = (equilibrium_of(contacts, j, -0.04, descend=way) for way in (False, True))
+        root, descent = (solve_element(contacts, j, -0.04, descend=way) for way in (False, True))
         met |= {root.method, descent.method}
         for name in NUMBERS:
             assert getattr(descent, name) == pytest.approx(getattr(root, name), rel=1e-6, abs=1e-12)
@@ -38,8 +39,8 @@ def test_descent_needs_no_contact_to_start_from():
     contacts = elements()
     for j in range(10):
         # Two tenths of a millimetre off the crank nothing touches, and the root finder has nothing to go by.
-        found = equilibrium_of(contacts, j, 0.0, external_force=(-25.0, 0.0), start=(2e-4, 0.0))
-        here = equilibrium_of(contacts, j, 0.0, external_force=(-25.0, 0.0))
+        found = solve_element(contacts, j, 0.0, external_force=(-25.0, 0.0), start=(2e-4, 0.0))
+        here = solve_element(contacts, j, 0.0, external_force=(-25.0, 0.0))
         assert found.crank == pytest.approx(here.crank, rel=1e-6)
         assert found.crank > 20
 
@@ -78,12 +79,12 @@ def test_two_equilibria_where_crank_and_gear_are_parallel():
         normal_t=-1.5e-5 * one,
         gear_gap=-8e-6 * one,
         cage_gap=3e-6 * one,
-        reach=48e-3 * one,
+        radius_sum=48e-3 * one,
     )
-    left, right = (equilibrium_of(contacts, 0, 0.0, start=(-4e-6, side * 3e-6)) for side in (-1, 1))
+    left, right = (solve_element(contacts, 0, 0.0, start=(-4e-6, side * 3e-6)) for side in (-1, 1))
     assert left.cage_minus > 0 == left.cage_plus
     assert right.cage_plus > 0 == right.cage_minus
-    leaning = equilibrium_of(contacts, 0, 0.0)
+    leaning = solve_element(contacts, 0, 0.0)
     assert leaning == right or leaning.cage_plus == pytest.approx(right.cage_plus, rel=1e-9)
     ours = solve(contacts, 0.0)
     assert ours.cage_plus[0, 0] == pytest.approx(right.cage_plus, rel=1e-8)
@@ -92,7 +93,7 @@ def test_two_equilibria_where_crank_and_gear_are_parallel():
 
 def test_play_is_recognised_by_geometry():
     contacts = elements()
-    found = [equilibrium_of(contacts, j, -0.04) for j in range(len(contacts))]
+    found = [solve_element(contacts, j, -0.04) for j in range(len(contacts))]
     play = [f for f in found if f.method == "play"]
     assert 0.3 < len(play) / len(found) < 0.7
     assert all(f.gear == f.crank == f.output_torque == 0 for f in play)
@@ -100,6 +101,6 @@ def test_play_is_recognised_by_geometry():
 
 def test_what_cannot_be_found_says_so():
     contacts = dataclasses.replace(elements(n=1), stiffness_gear=np.array([np.nan]), gear_gap=np.array([-1e-5]))
-    found = equilibrium_of(contacts, 0, -0.04)
+    found = solve_element(contacts, 0, -0.04)
     assert found.method == "none"
     assert found.gear == found.output_torque == 0

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.contact.element_contacts import build_contacts, usable
+from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.contact.inertia import element_mass, inertia_force
+from stiffness_model.contact.usable_elements import is_usable
 from stiffness_model.drawing import sampling
 from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.geometry.exact_profile import GearProfile
@@ -71,7 +72,7 @@ def test_the_linearised_gear_is_wrong_by_little(name: str, most: float) -> None:
 def test_a_tiny_element_displacement_makes_no_difference() -> None:
     drive, exact = (sm.load_drive("drive_1", gear_contact=kind) for kind in ("linear", "exact"))
     deviations = dataclasses.replace(sampling.nominal(drive))
-    keep = usable(drive, deviations.beta).ravel()
+    keep = is_usable(drive, deviations.beta).ravel()
     twist = [1e-4 * drive.max_twist * drive.ratio]
     one, other = (solve(build_contacts(d, deviations)[keep], twist) for d in (drive, exact))
     np.testing.assert_allclose(other.output_torque, one.output_torque, rtol=1e-3, atol=1e-4 * one.output_torque.max())

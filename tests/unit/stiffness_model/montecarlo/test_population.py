@@ -14,7 +14,7 @@ import pytest
 import stiffness_model as sm
 from stiffness_model import ARCMIN
 from stiffness_model.catalog import gears as catalog
-from stiffness_model.contact.element_contacts import build_contacts, usable
+from stiffness_model.contact.usable_elements import usable_elements
 from stiffness_model.drawing.sampling import blocks, draw
 from stiffness_model.montecarlo.population import Population
 
@@ -242,7 +242,7 @@ def test_status_counts_add_up(study: dict[tuple[int, str], Population], name: st
     capped = tight = 0
     for block, n_drives in blocks(N):
         deviations = draw(population.drive, block, n_drives, population.seed)
-        contacts = build_contacts(population.drive, deviations)[usable(population.drive, deviations.beta).ravel()]
+        contacts = usable_elements(population.drive, deviations).contacts
         capped, tight = capped + contacts.capped.sum(), tight + (contacts.cage_gap < 0).sum()
     assert population.capped_count == capped > 0
     assert counts["iterated"] + counts["not_converged"] <= tight * len(population.twist)

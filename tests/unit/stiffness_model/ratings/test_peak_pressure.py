@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.contact.element_contacts import build_contacts, usable
+from stiffness_model.contact.element_contacts import build_contacts
+from stiffness_model.contact.usable_elements import is_usable
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
@@ -42,7 +43,7 @@ def turned_through(drive: sm.Drive, seed: int, twist: float, angles: int) -> np.
         parts = Deviations(
             at.beta, one.element[at.element], one.crank[at.element], one.cage[at.element], one.lobe[at.row, at.lobe]
         )
-        keep = usable(drive, at.beta)
+        keep = is_usable(drive, at.beta)
         contacts = build_contacts(drive, parts)[keep.ravel()]
         some = Deviations(*(getattr(parts, f.name)[keep] for f in fields(Deviations)))
         result = solve(contacts, [twist * drive.ratio])

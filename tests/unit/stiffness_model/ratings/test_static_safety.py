@@ -161,7 +161,7 @@ def test_bearing_forces_are_the_reaction_to_the_crank_s_torque() -> None:
     assert 1.05 < ratio < 1.4
     soft = sm.load_drive("drive_1", bearing_stiffness="250 N/um")
     block = next(solved_blocks(soft, TWIST[[4]], 1, 0))
-    shift = np.hypot(*block.result.centre_shift[:, 0])  # type: ignore[attr-defined]
+    shift = np.hypot(*block.result.centre_displacement[:, 0])  # type: ignore[attr-defined]
     by_shift = [2.5e8 * shift[block.eccentric == k].mean() for k in range(3)]
     np.testing.assert_allclose(bearing_forces(soft, TWIST[[4]], 1)[0][0, :, 0], by_shift, rtol=1e-7)
 

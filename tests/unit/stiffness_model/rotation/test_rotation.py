@@ -11,7 +11,7 @@ import stiffness_model as sm
 from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
-from stiffness_model.equilibrium.reference import equilibrium_of
+from stiffness_model.equilibrium.reference import solve_element
 from stiffness_model.errors import InputError
 from stiffness_model.lookup.build_lookup import mean_torque
 from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
@@ -115,7 +115,7 @@ def test_places_and_torque_from_the_drawing_board(name: str, fields: dict[str, o
         contacts = build_contacts(
             drive, Deviations(place, one.element[k], one.crank[k], one.cage[k], one.lobe[row, lobe])
         )
-        found = [equilibrium_of(contacts, index, crank_twist) for index in range(len(keep))]
+        found = [solve_element(contacts, index, crank_twist) for index in range(len(keep))]
         torque = turning_map(one, [0.7 * drive.max_twist], [angle])
         assert torque.torque[0, 0] == pytest.approx(sum(e.output_torque for e in found), rel=3e-6)
         assert torque.crank_torque[0, 0] == pytest.approx(sum(e.crank_torque for e in found), rel=3e-6)
