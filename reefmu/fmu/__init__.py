@@ -2,10 +2,10 @@
 
     model -> xml, codegen or python_backend -> export -> importer -> validation
 
-* `model`: what an FMU computes and declares; `xml`: its descriptions and its file.
-* `codegen` and `native`: generated C and the wrapper around it; `python_backend`: what runs behind pythonfmu.
-* `export`, `export_fmi3`: a drive model becomes an FMU.
-* `importer`: drives an FMU from Python; `validation`: holds it against the standard and the model.
+* `model`: the functions of an FMU and the declaration of its variables; `xml`: its descriptions and the archive.
+* `codegen` and `native`: the generated C and the handwritten C around it; `python_backend`: what runs in pythonfmu.
+* `export`, with `metadata`, `documentation` and `export_fmi3`: from a drive model to an FMU.
+* `importer`: runs an FMU from Python; `validation`: compares it with the standard and with the Python model.
 
-Nothing is imported here: fmpy, pythonfmu and casadi are loaded by the part that needs them.
+Nothing is imported here, because fmpy, pythonfmu and casadi are needed by single rooms only.
 """

@@ -1,1 +1,5 @@
-"""The FMU's descriptions (`fmi2`, `fmi3`) and the zip file that holds them (`archive`)."""
+"""The XML of an FMU and the archive.
+
+`description` holds what both versions of FMI have in common, `fmi2` and `fmi3` the rest; `archive` reads and writes the
+zip file.
+"""

@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 from stiffness_model.errors import InputError, expect
 from stiffness_model.io.atomic_files import atomic_file
 
-from .fmi2 import TOOL
+from .description import TOOL
 
 DESCRIPTION = "modelDescription.xml"
 MAX_MEMBERS, MAX_BYTES, MAX_TEXT_BYTES = 1000, 1 << 28, 1 << 24
