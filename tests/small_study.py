@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from stiffness_model.explore.definition.study import Study, study_from_dict
+from stiffness_model.explore.definition.study import Study
+from stiffness_model.explore.definition.study_toml import study_from_dict
 
 
 def tables(**numbers: Any) -> dict[str, Any]:

@@ -15,7 +15,7 @@ import numpy as np
 from reefmu.progress import Progress
 from stiffness_model.errors import InputError
 from stiffness_model.explore.definition.metrics import METRICS
-from stiffness_model.explore.definition.study import load_study
+from stiffness_model.explore.definition.study_toml import load_study
 from stiffness_model.explore.evaluation.evaluate import Outcome
 from stiffness_model.explore.optimisation.run import chunk_count, run_study
 from stiffness_model.explore.report import figures

@@ -19,7 +19,7 @@ BLOCK = 16
 """Drives in one seeded block."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Deviations:
     """Radii with their deviations, m, and positions of the elements of some virtual drives.
 

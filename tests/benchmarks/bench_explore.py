@@ -21,7 +21,8 @@ from pathlib import Path
 import numpy as np
 
 from stiffness_model.equilibrium.closed_form import closed_form
-from stiffness_model.explore.definition.study import Study, load_study
+from stiffness_model.explore.definition.study import Study
+from stiffness_model.explore.definition.study_toml import load_study
 from stiffness_model.explore.evaluation.evaluate import Evaluations, Outcome, drive_at, evaluate
 from stiffness_model.explore.evaluation.response import simulate_design
 from stiffness_model.explore.evaluation.sweep import draw_elements, sweep

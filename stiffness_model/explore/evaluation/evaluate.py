@@ -30,7 +30,7 @@ class Outcome(IntEnum):
     NO_DRIVE = 4  # the drawing is refused: an element larger than its path, a size beyond a standard's table
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Evaluations:
     """positions: (n, n_parameters) in the unit cube; metrics: (n, len(METRICS)), SI, NaN where not computed;
     outcome: (n,) of `Outcome`."""

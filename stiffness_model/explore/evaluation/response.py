@@ -30,7 +30,7 @@ PRESSURE_DRIVES = 16
 """Virtual drives behind the pressure, which goes with the cube root of the force and scatters little."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Response:
     """The virtual drives of one design at n_twist twists from zero to just beyond the study's torque.
 

@@ -35,7 +35,7 @@ _LEAN = 0.02
 """Greatest angle, rad, of an element off its neutral direction: its clearance over its distance from the axis."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SweepSegment:
     """Some elements at m twists: index: which of `UsableElements`, (n,); the arrays of `result` are (m, n)."""
 

@@ -27,7 +27,7 @@ def sample(study: Study) -> Array:
 
     The first of a larger sample are those of a smaller one.
 
-    >>> from ..definition.study import load_study
+    >>> from ..definition.study_toml import load_study
     >>> points = sample(load_study("tolerance_field"))
     >>> points.shape, bool((abs(points.mean(axis=0) - 0.5) < 0.04).all())
     ((1024, 4), True)

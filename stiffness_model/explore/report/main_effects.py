@@ -16,7 +16,7 @@ LEAST = 16
 """Designs that a bin needs for its percentiles to mean something."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MainEffect:
     """A metric over one parameter, in bins. centre, mean, low, high: (bins,), P10 and P90 for low and high;
     index: the first-order share of the variance, 0 to 1."""

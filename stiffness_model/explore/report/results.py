@@ -18,7 +18,7 @@ from ..evaluation.evaluate import Evaluations, Outcome
 from ..optimisation.pareto import choose, front, violations
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Results:
     """All designs of a study. generation: (n,), 0 for the sample; feasible: (n,); front: indices, along the first
     objective; chosen: index, or None."""

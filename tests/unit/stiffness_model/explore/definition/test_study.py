@@ -12,7 +12,7 @@ import pytest
 
 import stiffness_model as sm
 from stiffness_model.explore.definition.design import Packing, design_drive, require_plain_model
-from stiffness_model.explore.definition.study import load_study, studies, study_from_dict
+from stiffness_model.explore.definition.study_toml import load_study, studies, study_from_dict
 from stiffness_model.explore.evaluation.evaluate import Outcome, drive_at, evaluate, values_at
 from stiffness_model.geometry import ball_path as geometry
 from stiffness_model.geometry.ball_path import max_elements_on_circle
