@@ -1,5 +1,6 @@
-"""Driving an FMU from Python.
+"""Running an FMU from Python.
 
-* `instance`: parameters, steps, outputs, states by name; `ctypes_buffers` and `fmi3_adapter` speak to its library.
-* `replay`: a measured record through it, with `saved_values` between the runs.
+* `loading`: unpacks the file, loads the library and creates an instance, through `ctypes_buffers` and `fmi3_adapter`.
+* `instance`: parameters, steps, outputs and states by name.
+* `replay`: the inputs of a measured record, with `saved_values` to carry states from run to run.
 """

@@ -1,23 +1,24 @@
-"""Arrays and callbacks in the form the C functions of an FMU take them."""
+"""Arrays and callbacks in the form in which the C functions of an FMU take them."""
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping
-from contextlib import ExitStack, suppress
-from pathlib import Path
 from typing import Any
 
-from stiffness_model.errors import expect, unknown_name
-from stiffness_model.io.atomic_files import scratch_folder
+from stiffness_model.errors import unknown_name
 
-_LOG_LENGTH = 20
+_MAX_MESSAGES = 20
+"""Number of messages that are kept; a failure is explained by the last ones."""
+_PYTHONFMU_FATAL = "Fatal py exception"
+"""Start of the message that pythonfmu adds after an exception; it says nothing about the cause."""
 
 
 class VariableBlock:
-    """Named Real variables as the arrays fmi2GetReal and fmi2SetReal take, made once."""
+    """Named Real variables as the arrays that fmi2GetReal and fmi2SetReal take, allocated once."""
 
     def __init__(self, references: Mapping[str, int], names: tuple[str, ...]) -> None:
+        """references: value references by name. Errors: `UnknownNameError` for a name without one."""
         for name in names:
             if name not in references:
                 raise unknown_name("variable", name, references)
@@ -27,72 +28,49 @@ class VariableBlock:
         self.values = (ctypes.c_double * len(names))()
 
     def write(self, name: str, value: float) -> None:
+        """Set one value in the array."""
         self.values[self.position[name]] = value
 
 
-class LoadedFmu:
-    """A folder with an unpacked FMU, and the instance that runs from it, once there is one."""
+def keep_message(messages: list[str], message: bytes | None) -> None:
+    """Append a message of the FMU to the latest ones."""
+    messages.append((message or b"").decode("utf-8", "replace"))
+    del messages[:-_MAX_MESSAGES]
 
-    def __init__(self) -> None:
-        self._work = ExitStack()
-        self.folder = self._work.enter_context(scratch_folder())
-        self.fmu: Any = None
-        self.unusable = False
-        """After fmi2Fatal, or without an instance: FMI allows no call any more."""
 
-    def release(self) -> None:
-        """Free the instance, unload the library and remove the folder."""
-        fmu, self.fmu = self.fmu, None
-        if fmu is not None:
-            if not self.unusable:
-                with suppress(Exception):
-                    fmu.fmi2FreeInstance(fmu.component)
-            # A library that is still loaded when the process ends (on Linux the first of pythonfmu's always is)
-            # releases its hold on Python twice, into freed memory. After this call there is nothing to release.
-            finalize = getattr(fmu.dll, "finalizePythonInterpreter", None)
-            if finalize is not None:
-                finalize()
-            fmu.freeLibrary()
-        self._work.close()
+def take_messages(messages: list[str]) -> str:
+    """The messages without repetitions, to be appended to an error of one line; `messages` is emptied.
+
+    >>> take_messages(["no torque", "step discarded: no torque"])
+    ': step discarded: no torque'
+    """
+    distinct = list(dict.fromkeys(one_line(message) for message in messages))
+    messages.clear()
+    kept = [message for message in distinct if not message.startswith(_PYTHONFMU_FATAL)] or distinct
+    kept = [message for message in kept if not any(message in other for other in kept if other != message)]
+    return f": {'; '.join(kept)}" if kept else ""
+
+
+def one_line(error: object) -> str:
+    """The text of an error or message, on one line."""
+    return " ".join(str(error).split())
 
 
 def make_callbacks(messages: list[str]) -> Any:
-    """FMI callbacks whose logger keeps the latest messages with a status worse than fmi2Warning.
+    """FMI 2.0 callbacks whose logger keeps the latest messages with a status worse than fmi2Warning.
 
-    fmpy's logger proxy, which fills in "%s" and the like, is left out: it knows one logger per process, so a
-    second instance would take over the first one's messages and, once freed, take the process down with them.
+    fmpy's logger proxy, which expands format specifiers such as "%s", is not used: there is one logger per process, so
+    a second instance would receive the messages of the first, and the process would crash once it is freed.
     """
     import fmpy
     from fmpy import fmi2
 
     def log(_environment: Any, _name: Any, status: int, _category: Any, message: bytes | None) -> None:
         if status > fmi2.fmi2Warning:
-            messages.append((message or b"").decode("utf-8", "replace"))
-            del messages[:-_LOG_LENGTH]
+            keep_message(messages, message)
 
-    made = fmi2.fmi2CallbackFunctions()
-    made.logger = fmi2.fmi2CallbackLoggerTYPE(log)
-    made.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-    made.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
-    return made
-
-
-def pythonfmu_location(resources: Path) -> str:
-    """The folder as a file URI that pythonfmu 0.7 understands.
-
-    It undoes %20 and no other escape, and ends the process if it does not find its script there. So other
-    paths go as they are, and what it will not find is refused here with an `InputError`.
-    """
-    location = resources.as_uri()
-    if "%" in location.replace("%20", ""):
-        location = f"file://{'' if resources.as_posix().startswith('/') else '/'}{resources.as_posix()}"
-        expect(
-            "%20" not in location,
-            "a folder for temporary files without '%20' in its name (set TMPDIR)",
-            str(resources),
-            "FMU",
-        )
-    named = resources / "slavemodule.txt"
-    module = named.read_text("utf-8").partition("\n")[0] if named.is_file() else ""
-    expect((resources / f"{module}.py").is_file(), "the script that resources/slavemodule.txt names", module, "FMU")
-    return location
+    callbacks = fmi2.fmi2CallbackFunctions()
+    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(log)
+    callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+    callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
+    return callbacks

@@ -1,9 +1,11 @@
-"""A co-simulation instance for FMI 3.0 under the names of FMI 2.0, so that one host runs both."""
+"""A co-simulation instance of FMI 3.0 with the function names of FMI 2.0, so that one importer serves both."""
 
 from __future__ import annotations
 
 import ctypes
 from typing import Any
+
+from .ctypes_buffers import keep_message
 
 _SAME = {
     "fmi2ExitInitializationMode": "fmi3ExitInitializationMode",
@@ -14,23 +16,21 @@ _SAME = {
     "fmi2FreeFMUstate": "fmi3FreeFMUState",
     "fmi2SerializedFMUstateSize": "fmi3SerializedFMUStateSize",
 }
-"""Calls with the same arguments."""
-_LOG_LENGTH = 20
+"""Functions with the same arguments in both versions."""
 
 
 class Fmi3Slave:
-    """FMPy's slave for FMI 3.0 with the part of FMI 2.0 that `host.FmuDrive` calls.
+    """FMPy's slave for FMI 3.0 behind those functions of FMI 2.0 that `instance.FmuDrive` calls.
 
-    messages: takes the latest messages with a status worse than fmi3Warning.
+    messages: receives the latest messages with a status worse than fmi3Warning.
     """
 
     def __init__(self, messages: list[str], **kwargs: Any) -> None:
         from fmpy.fmi3 import FMU3Slave, fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
 
         def log(_environment: Any, status: int, _category: Any, message: bytes | None) -> None:
-            if status > 1:
-                messages.append((message or b"").decode("utf-8", "replace"))
-                del messages[:-_LOG_LENGTH]
+            if status > 1:  # fmi3Warning
+                keep_message(messages, message)
 
         self._fmu: Any = FMU3Slave(**kwargs)
         self._log, self._update = fmi3LogMessageCallback(log), fmi3IntermediateUpdateCallback()

@@ -1,6 +1,6 @@
-"""Drive an FMU from Python: set parameters, step with named inputs, read named outputs, save and restore.
+"""Run an FMU from Python: set parameters, step with named inputs, read named outputs, save and restore its state.
 
-For co-simulation FMUs of FMI 2.0 and 3.0 whose inputs and outputs are Real (Float64), this package's or another's.
+For co-simulation FMUs of FMI 2.0 and 3.0 with Real (Float64) inputs and outputs, of this package or of another tool.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ import ctypes
 import math
 import os
 import struct
-import threading
 import weakref
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -19,27 +18,24 @@ from typing import Any, Self
 from stiffness_model.errors import InputError, expect, unknown_name
 
 from ..model.variables import INDICATOR_PREFIX
-from ..xml.archive import SCRIPT_NAME, FmuFile, read_archive
-from .ctypes_buffers import LoadedFmu, VariableBlock, make_callbacks, pythonfmu_location
+from ..xml.archive import read_archive
+from .ctypes_buffers import VariableBlock, one_line, take_messages
+from .loading import LoadedFmu
 from .saved_values import replace_values
-
-_PYTHONFMU_FATAL = "Fatal py exception"
-_LOADING = threading.Lock()
-"""fmpy changes the working directory while it loads a library: one at a time, or the directory is lost."""
 
 
 class FmuDrive:
-    """One instance of an FMU, unpacked into a folder of its own that `close` removes.
+    """One instance of an FMU, unpacked into a temporary folder that `close` removes.
 
-    Use it as a context manager, for one thread at a time:
+    It is a context manager and may be used by one thread at a time:
 
         with FmuDrive("drive.fmu", parameters={"band": 1.0}) as drive:
             outputs = drive.initialize({"crank.phi": 0.0})
             outputs = drive.step(1e-3, {"crank.phi": 0.1})
 
     inputs, outputs, parameters: names, in the order of the FMU; time: s, at the end of the last step. set_values:
-    parameter values by name, as declared or as set here: known before `initialize`, when an FMU may not be read yet.
-    Every failure is an `InputError` that carries what the FMU logged.
+    parameter values by name, as declared or as set since; available before `initialize`, when FMI does not allow to
+    read them. Every failure is an `InputError` with the messages that the FMU logged.
     """
 
     inputs: tuple[str, ...]
@@ -51,8 +47,11 @@ class FmuDrive:
     def __init__(
         self, path: str | os.PathLike[str], *, parameters: Mapping[str, float] | None = None, name: str = "drive"
     ) -> None:
-        """Unpack and instantiate. Errors: `InputError` for a file that is no such FMU, or one that this
-        machine cannot run, and for an unknown or refused parameter."""
+        """Unpack and instantiate.
+
+        parameters: values by name, in the unit of the FMU; name: of the instance. Errors: `InputError` for a file that
+        is not such an FMU or that this machine cannot run, and for an unknown parameter or one out of range.
+        """
         import fmpy
 
         self._path = Path(path)
@@ -80,57 +79,18 @@ class FmuDrive:
             self._input_block = VariableBlock(self._references, self.inputs)
             self._output_block = VariableBlock(self._references, self.outputs)
             self._blocks: dict[tuple[str, ...], VariableBlock] = {}
-            self._instantiate(folder, archive, name)
+            if not self._loaded.instantiate(archive, name, self._messages):
+                raise InputError(
+                    f"{self._path}: expected an FMU that runs here, got no instance{take_messages(self._messages)}"
+                )
             self._prepare(parameters or {})
         except BaseException as error:
             self.close()
             if isinstance(error, Exception) and not isinstance(error, InputError):
                 raise InputError(
-                    f"{self._path}: expected an FMU that runs here, got {_one_line(error)}{self._logged()}"
+                    f"{self._path}: expected an FMU that runs here, got {one_line(error)}{take_messages(self._messages)}"
                 ) from None
             raise
-
-    # --- life ---------------------------------------------------------------------------------------------
-
-    def _instantiate(self, folder: Any, archive: FmuFile, name: str) -> None:
-        from fmpy.fmi2 import FMU2Slave, fmi2CoSimulation
-
-        resources = Path(folder, "resources").resolve()
-        names = {
-            "guid": self.guid,
-            "unzipDirectory": str(folder),
-            "modelIdentifier": archive.model_identifier,
-            "instanceName": name,
-        }
-        if archive.fmi_version == "3.0":
-            from .fmi3_adapter import Fmi3Slave
-
-            with _LOADING:
-                slave = Fmi3Slave(self._messages, **names)
-            slave.component = slave.instantiate(name, self.guid, f"{resources}{os.sep}")
-            self._attach(slave)
-            return
-        by_pythonfmu = archive.backend == "python" or SCRIPT_NAME in archive.members
-        location = pythonfmu_location(resources) if by_pythonfmu else resources.as_uri()
-        with _LOADING:
-            fmu = FMU2Slave(**names)
-        fmu.callbacks = make_callbacks(self._messages)
-        fmu.component = fmu.fmi2Instantiate(
-            name.encode(),
-            fmi2CoSimulation,
-            self.guid.encode(),
-            location.encode(),
-            ctypes.byref(fmu.callbacks),
-            False,
-            True,
-        )
-        self._attach(fmu)
-
-    def _attach(self, fmu: Any) -> None:
-        self._loaded.fmu = fmu
-        if not fmu.component:
-            self._loaded.unusable = True
-            raise InputError(f"{self._path}: expected an FMU that runs here, got no instance{self._logged()}")
 
     def _prepare(self, parameters: Mapping[str, float]) -> None:
         self.time = math.nan
@@ -140,7 +100,7 @@ class FmuDrive:
         self.set_parameters(parameters)
 
     def initialize(self, inputs: Mapping[str, float] | None = None, *, start_time: float = 0.0) -> dict[str, float]:
-        """Initialise with these inputs (others keep their start value); the outputs at `start_time`."""
+        """Initialise with these inputs (others keep their start value) and return the outputs at `start_time`, s."""
         expect(math.isnan(self.time), "reset() before a second initialize()", "none", str(self._path))
         self._call("fmi2SetupExperiment", False, 0.0, start_time, False, 0.0)
         self._call("fmi2EnterInitializationMode")
@@ -150,12 +110,12 @@ class FmuDrive:
         return self.read()
 
     def reset(self, parameters: Mapping[str, float] | None = None) -> None:
-        """Back to just after instantiation (fmi2Reset), then set `parameters`; `initialize` comes next."""
+        """Return to the state after instantiation (fmi2Reset) and set `parameters`; `initialize` must follow."""
         self._call("fmi2Reset")
         self._prepare(parameters or {})
 
     def close(self) -> None:
-        """Free the instance, unload its library and remove what was unpacked. May be called again."""
+        """Free the instance, unload its library and remove the unpacked files. Further calls have no effect."""
         self._release()
 
     def __enter__(self) -> Self:
@@ -166,13 +126,11 @@ class FmuDrive:
     ) -> None:
         self.close()
 
-    # --- running ------------------------------------------------------------------------------------------
-
     def step(self, dt: float, inputs: Mapping[str, float] | None = None) -> dict[str, float]:
-        """Set `inputs` (others keep their value), step by `dt` seconds, return the outputs at the end.
+        """Set `inputs` (others keep their value), step by `dt` seconds and return the outputs at the end.
 
-        A step the FMU refuses raises `InputError` and changes no state: give a usable value for the input
-        that was refused and step again.
+        A step that the FMU discards raises `InputError` and changes no state; it may be repeated with an admissible
+        value of the rejected input.
         """
         self._set_inputs(inputs or {})
         self._call("fmi2DoStep", self.time, dt, False)
@@ -180,17 +138,17 @@ class FmuDrive:
         return self.read()
 
     def read(self, names: Iterable[str] | None = None) -> dict[str, float]:
-        """The outputs, or the Real variables of these names."""
+        """Values by name: the outputs, or the Real variables `names`."""
         block = self._output_block if names is None else self._block(tuple(names))
         if block.names:
             self._call("fmi2GetReal", block.references, len(block.names), block.values)
         return dict(zip(block.names, block.values, strict=True))
 
     def derivative(self, of: Iterable[str], along: Mapping[str, float]) -> dict[str, float]:
-        """Change of the variables `of` per unit of the change `along` of inputs (or states), the states held.
+        """Directional derivative (FMI 2.0.4, section 2.1.9) of the variables `of`, which a native FMU provides.
 
-        The directional derivative of FMI 2.0.4, section 2.1.9; native FMUs have it. Errors: `InputError` for an
-        FMU without, and for variables that have no part in it.
+        along: the direction, as changes of inputs or states by name; all others are held constant. Errors:
+        `InputError` for an FMU without directional derivatives, and for variables that cannot take part.
         """
         unknowns, knowns = self._block(tuple(of)), self._block(tuple(along))
         for name, value in along.items():
@@ -207,7 +165,7 @@ class FmuDrive:
         return dict(zip(unknowns.names, unknowns.values, strict=True))
 
     def set_parameters(self, parameters: Mapping[str, float]) -> None:
-        """Set parameters by name: any before `initialize`, tunable ones later too."""
+        """Set parameters by name: all of them before `initialize`, only tunable ones afterwards."""
         if not parameters:
             return
         for name in parameters:
@@ -218,12 +176,12 @@ class FmuDrive:
             block.write(name, value)
         self._messages.clear()
         self._call("fmi2SetReal", block.references, len(block.names), block.values)
-        if self._messages:  # pythonfmu has no status for a value out of range, only the log
+        if self._messages:  # pythonfmu reports a value out of range in the log only
             raise InputError(f"{self._path}: {self._messages[-1]}")
         self.set_values.update(parameters)
 
     def save(self) -> bytes:
-        """The time and the FMU's whole state (FMI 2.0.4, section 2.1.8)."""
+        """The time and the complete state of the FMU (FMI 2.0.4, section 2.1.8)."""
         state, size = ctypes.c_void_p(), ctypes.c_size_t()
         self._call("fmi2GetFMUstate", ctypes.byref(state))
         self._call("fmi2SerializedFMUstateSize", state, ctypes.byref(size))
@@ -233,7 +191,7 @@ class FmuDrive:
         return struct.pack("<d", self.time) + content.raw
 
     def restore(self, saved: bytes) -> None:
-        """Back to a state that `save` returned, in this instance or another one of the same FMU."""
+        """Return to a state from `save`, of this instance or of another one of the same FMU."""
         expect(len(saved) > 8, "a state from save()", f"{len(saved)} bytes", str(self._path))
         content, state = saved[8:], ctypes.c_void_p()
         self._call(
@@ -245,12 +203,12 @@ class FmuDrive:
         self._call("fmi2SetFMUstate", state)
         self._call("fmi2FreeFMUstate", ctypes.byref(state))
         (self.time,) = struct.unpack_from("<d", saved)
-        block = self._input_block  # inputs not named in the next step keep their value of the saved moment
+        block = self._input_block  # inputs that the next step does not name keep their saved values
         self._call("fmi2GetReal", block.references, len(block.names), block.values)
 
     def overwrite(self, values: Mapping[str, float]) -> None:
-        """Put variables of any kind, states too, to these values; outputs follow with the next step."""
-        # Event indicators are read from the derivatives and stand in no place of their own.
+        """Overwrite variables of any kind, including states; the outputs follow with the next step."""
+        # Event indicators have no storage of their own: they are read from the derivatives.
         names = sorted(
             (name for name in self._references if name != "time" and not name.startswith(INDICATOR_PREFIX)),
             key=lambda name: self._references[name],
@@ -260,12 +218,10 @@ class FmuDrive:
         self.restore(saved[:8] + replace_values(saved[8:], present, {names.index(n): v for n, v in values.items()}))
 
     def _block(self, names: tuple[str, ...]) -> VariableBlock:
-        """Made once for each choice of names: a master asks for the same ones every step."""
+        """The block of these names, cached because a master reads the same names in every step."""
         if names not in self._blocks:
             self._blocks[names] = VariableBlock(self._references, names)
         return self._blocks[names]
-
-    # --- calls --------------------------------------------------------------------------------------------
 
     def _set_inputs(self, inputs: Mapping[str, float]) -> None:
         block = self._input_block
@@ -286,20 +242,8 @@ class FmuDrive:
         try:
             getattr(fmu, function)(fmu.component, *arguments)
         except FMICallException as error:
-            logged = self._logged()
+            logged = take_messages(self._messages)
             if error.status == fmi2Fatal:
                 self._loaded.unusable = True
                 self.close()
-            raise InputError(f"{self._path}: {_one_line(error).rstrip('.')}{logged}") from None
-
-    def _logged(self) -> str:
-        """What the FMU said since the last call that failed, as the end of a message of one line."""
-        said = list(dict.fromkeys(_one_line(message) for message in self._messages))
-        self._messages.clear()
-        own = [message for message in said if not message.startswith(_PYTHONFMU_FATAL)] or said
-        own = [message for message in own if not any(message in other for other in own if other != message)]
-        return f": {'; '.join(own)}" if own else ""
-
-
-def _one_line(error: object) -> str:
-    return " ".join(str(error).split())
+            raise InputError(f"{self._path}: {one_line(error).rstrip('.')}{logged}") from None

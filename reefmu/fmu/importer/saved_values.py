@@ -1,8 +1,8 @@
-"""Other values in the saved state of an FMU of ours: what FMI has no call for between two runs of one test.
+"""Changing values inside a saved FMU state, for which FMI has no function between two runs of a record.
 
-FMI 2.0 sets a state only while an FMU initialises, and then from its inputs. Both back ends save all their values in
-one block, by value reference (`reefmu.fmu.python_backend.slave`, `native/fmi2/fmi2_state.c`), which is found
-here by its content.
+FMI 2.0 lets a host set states only through the inputs at initialisation. Both back ends save all values in one
+contiguous block ordered by value reference (`reefmu.fmu.python_backend.slave`, `native/fmi2/fmi2_state.c`); the block
+is located by its content.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ from stiffness_model.errors import InputError
 
 
 def replace_values(saved: bytes, values: Sequence[float], changes: Mapping[int, float]) -> bytes:
-    """The saved state `saved`, of an FMU that now has these values, with some of them changed, by their position.
+    """The saved state `saved` with `changes` (position -> value).
 
-    Raises `InputError` for a state in which the values do not stand in one block.
+    values: of all variables, in the order of the block. Errors: `InputError` unless the state contains them exactly
+    once as one block.
 
     >>> saved = b"head" + struct.pack("<2d", 1.0, 2.0)
     >>> replace_values(saved, [1.0, 2.0], {1: 3.0}) == b"head" + struct.pack("<2d", 1.0, 3.0)
