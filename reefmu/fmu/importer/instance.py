@@ -80,16 +80,13 @@ class FmuDrive:
             self._output_block = VariableBlock(self._references, self.outputs)
             self._blocks: dict[tuple[str, ...], VariableBlock] = {}
             if not self._loaded.instantiate(archive, name, self._messages):
-                raise InputError(
-                    f"{self._path}: expected an FMU that runs here, got no instance{take_messages(self._messages)}"
-                )
+                raise RuntimeError("no instance")
             self._prepare(parameters or {})
         except BaseException as error:
             self.close()
             if isinstance(error, Exception) and not isinstance(error, InputError):
-                raise InputError(
-                    f"{self._path}: expected an FMU that runs here, got {one_line(error)}{take_messages(self._messages)}"
-                ) from None
+                came = one_line(error) + take_messages(self._messages)
+                raise InputError(f"{self._path}: expected an FMU that runs here, got {came}") from None
             raise
 
     def _prepare(self, parameters: Mapping[str, float]) -> None:
