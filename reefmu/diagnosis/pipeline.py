@@ -31,9 +31,10 @@ from .inference.verdict import Conclusion, decide, unconfirmed_conclusion
 from .preprocessing.audit import Audit, audit
 from .preprocessing.noise import Noise, estimate_noise
 from .preprocessing.trace import Trace, make_trace
+from .random_effects.element_motion import element_motion
 from .random_effects.individuals import simulate_individuals
 from .random_effects.responses import element_responses
-from .random_effects.scatter import Scatter, element_motion
+from .random_effects.scatter import Scatter
 from .report.gap import measure_gap
 from .report.location import locate_gap
 from .report.play import as_rotational_play

@@ -1,2 +1,2 @@
-"""A record made ready: `audit` (what it allows), `motion` and `trace` (paths and speeds without the angles' noise),
-`noise` with `autocorrelation` (its size, model-free)."""
+"""Preprocessing of a record: `audit` (what it allows), `trace` (signals and blocks), `motion` (paths and speeds without
+the noise of the angles), `noise` and `autocorrelation` (size and correlation of the noise, without a model)."""

@@ -1,4 +1,4 @@
-"""A first look at a record: rates, repeats, saturation, quantisation, gaps, a twist in the wrong sign."""
+"""Audit of a record before anything is fitted: rates, saturation, quantisation, gaps, a twist of the wrong sign."""
 
 from __future__ import annotations
 
@@ -10,24 +10,31 @@ from numpy.typing import NDArray
 from ...record import Record
 
 MIN_SAMPLES = 100
+"""Least number of samples of a record that is diagnosed. Chosen by judgement: fewer do not make a hysteresis loop."""
 SATURATION_SHARE = 0.03
-"""Share of samples at the very extreme of the torque that counts as a limit reached."""
+"""Share of the samples at the torque's extreme from which saturation is noted. Chosen by judgement."""
 TIME_RESOLUTION = 1e-9
-"""s: the least step between samples that counts as one; converters of angle and torque take longer."""
+"""s, least time step that counts. Converters for angle and torque take longer, so shorter steps are rounding."""
 ANGLE_RESOLUTION = 2 * np.pi / 2**32
-"""rad: the least change that counts as one; the finest encoders divide a turn into 2^32."""
+"""rad, least change of an angle that counts: the finest encoders divide a turn into 2^32 steps."""
 TORQUE_RESOLUTION = 1e-9
-"""N.m: the same of the torque; the finest sensors on shafts resolve some 1e-6."""
+"""N.m, least change of the torque that counts. The finest shaft sensors resolve about 1e-6; the margin is ample."""
 ROUNDING = 16 * float(np.finfo(float).eps)
-"""The same of any number, as a share of its size: what rounding makes is no change."""
+"""Relative change of a number that may be rounding: sixteen units in the last place, chosen by judgement."""
 MAX_TWIST = 1.0
-"""rad: no gear twists as far."""
+"""rad, greatest plausible span of a twist. Chosen by judgement, far above that of any gear."""
+GAP_STEPS = 20
+"""Time step, over the median step, that counts as a gap within a run. Chosen by judgement."""
+QUANTISED_SHARE = 0.2
+"""Distinct torques, over the number of samples, below which the torque counts as quantised. Chosen by judgement."""
+WRONG_SIGN_CORRELATION = -0.5
+"""Correlation of torque and twist below which a sign must be wrong: hysteresis and noise leave it positive."""
 
 
 @dataclass(frozen=True)
 class Audit:
-    """samples, runs; rate: median sampling rate, Hz; torque_step: quantisation of the torque, N.m, 0 if none is seen;
-    notes: what a reader should know; defects: why nothing can be said.
+    """samples, runs: their numbers; rate: Hz, median sampling rate; torque_step: N.m, quantisation of the torque, 0 if
+    none shows; notes: for the reader; defects: each of them prevents a diagnosis.
     """
 
     samples: int
@@ -39,7 +46,7 @@ class Audit:
 
 
 def audit(record: Record, ratio: float) -> Audit:
-    """Look at a record before anything is fitted to it."""
+    """Audit a record of a gear with a signed transmission ratio."""
     n = len(record)
     inner = np.diff(record.run) == 0
     step = np.diff(record.time)[inner]
@@ -49,32 +56,32 @@ def audit(record: Record, ratio: float) -> Audit:
     moving = step[step > TIME_RESOLUTION]
     rate = 1 / float(np.median(moving)) if moving.size else 0.0
     if moving.size:
-        gaps = int((moving > 20 * np.median(moving)).sum())
+        gaps = int((moving > GAP_STEPS * np.median(moving)).sum())
         if gaps > len(record.starts):
             notes.append(f"{gaps} gaps in time within runs")
     else:
-        defects.append(f"time does not move within the runs by steps above {TIME_RESOLUTION:g} s")
+        defects.append(f"the time does not advance within the runs by steps above {TIME_RESOLUTION:g} s")
     torque, twist = record.output_torque, record.twist(ratio)
     levels = np.unique(torque)
     smallest = float(np.diff(levels).min()) if levels.size > 1 else 0.0
-    quantised = levels.size < 0.2 * n and levels.size > 1
+    quantised = levels.size < QUANTISED_SHARE * n and levels.size > 1
     loaded = exceeds_resolution(torque, TORQUE_RESOLUTION, float(np.abs(torque).max()))
     if not loaded:
-        defects.append(f"the torque never changes by more than {TORQUE_RESOLUTION:g} N.m or its own rounding")
+        defects.append(f"the torque never changes by more than {TORQUE_RESOLUTION:g} N.m or its rounding error")
     top = max(float(np.mean(torque >= levels[-1] - 1e-12)), float(np.mean(torque <= levels[0] + 1e-12)))
     if levels.size > 20 and top > SATURATION_SHARE:
         notes.append(
-            f"{100 * top:.0f} % of the samples stand at the torque's extreme: a saturated sensor or a limited load"
+            f"{100 * top:.0f} % of the samples lie at the extreme torque: a saturated sensor or a limited load"
         )
     angles = float(np.abs(record.crank_angle / ratio).max() + np.abs(record.output_angle).max())
     if not exceeds_resolution(twist, ANGLE_RESOLUTION, angles):
-        defects.append(f"the twist never changes by more than {ANGLE_RESOLUTION:.2g} rad or its own rounding")
+        defects.append(f"the twist never changes by more than {ANGLE_RESOLUTION:.2g} rad or its rounding error")
     elif np.ptp(twist) > MAX_TWIST:
         defects.append(
-            f"the twist spans {np.ptp(twist):.3g} rad, and no gear's spans more than {MAX_TWIST:g}: a unit "
+            f"the twist spans {np.ptp(twist):.3g} rad, and that of a gear no more than {MAX_TWIST:g}: a unit "
             f"or the ratio, {ratio:g}, is wrong (twist = crank angle/ratio - output angle)"
         )
-    elif loaded and np.corrcoef(twist, torque)[0, 1] < -0.5:
+    elif loaded and np.corrcoef(twist, torque)[0, 1] < WRONG_SIGN_CORRELATION:
         defects.append(
             "the torque falls as the twist grows: the twist, or the torque, has the wrong sign "
             "(twist = crank angle/ratio - output angle)"
@@ -82,22 +89,22 @@ def audit(record: Record, ratio: float) -> Audit:
     for name in record.missing:
         notes.append(
             {
-                "crank_angle": "no crank angle: the crank counts as locked",
-                "run": "no run column: one run",
-                "temperature": "no temperature: 20 degC throughout",
+                "crank_angle": "no crank angle: the crank is taken as locked",
+                "run": "no run column: the record is taken as one run",
+                "temperature": "no temperature: taken as 20 degC throughout",
             }.get(name, f"no column {name}")
         )
     return Audit(n, len(record.starts), rate, smallest if quantised else 0.0, tuple(notes), tuple(defects))
 
 
-def exceeds_resolution(values: NDArray[np.float64], finest: float, size: float) -> bool:
-    """Whether values (n,) change by more than the finest instrument sees, and more than their rounding.
+def exceeds_resolution(values: NDArray[np.float64], resolution: float, magnitude: float) -> bool:
+    """Whether the range of values (n,) exceeds the resolution of the finest instrument and the rounding error.
 
-    finest: in their unit; size: the greatest of the numbers that they were made from.
+    resolution: in the unit of the values; magnitude: greatest of the numbers that they were computed from.
 
     >>> exceeds_resolution(np.array([0.3, 0.3 + 1e-16]), 0.0, 0.3)
     False
     >>> exceeds_resolution(np.array([0.3, 0.4]), ANGLE_RESOLUTION, 0.3)
     True
     """
-    return float(np.ptp(values)) > max(finest, ROUNDING * size)
+    return float(np.ptp(values)) > max(resolution, ROUNDING * magnitude)

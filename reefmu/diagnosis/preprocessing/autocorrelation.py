@@ -1,11 +1,11 @@
-"""Size and autocorrelation of noise behind segments that were freed of mean and slope.
+"""Variance and autocorrelation of noise from segments that were freed of mean and slope.
 
-Detrending takes most of a slow noise away, and short segments hide how slow it is: summing up what is left makes
-both too small. Restricted likelihood (Patterson and Thompson, Biometrika 58, 1971) knows what went out: each
-segment counts through the contrasts that hold neither mean nor slope. The noise is taken as a sum of first-order
-autoregressions of any correlations, white noise among them: the torque sensor's amplifier, the encoder's and the
-quantisation each have their own, and a single one would fit the fast part and miss the slow, which counts. The
-figures are means over the likelihood, not its peak.
+Detrending removes much of slow noise, and short segments hide its correlation time: averages of what is left make both
+too small. Restricted maximum likelihood (REML: Patterson and Thompson, Biometrika 58, 1971) accounts for what was
+removed: each segment enters through contrasts that hold neither mean nor slope. The noise is modelled as a sum of
+first-order autoregressions with fixed lag-one correlations, white noise among them, since torque sensor, encoder and
+quantisation each have their own; a single autoregression would fit the fast part and miss the slow one. The results
+are averages over the likelihood, not its maximum.
 """
 
 from __future__ import annotations
@@ -18,16 +18,18 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 LAG_ONE_CORRELATIONS = (0.0, 0.2, 0.35, 0.5, 0.6, 0.7, 0.77, 0.83, 0.88, 0.91, 0.935, 0.955, 0.97, 0.98)
-"""Lag-one correlations of the parts."""
+"""Lag-one correlations of the autoregressions. Chosen by judgement: neighbours differ in correlation time by a factor
+of about 1.4, the slowest lies at half of the longest segment."""
 MAX_SEGMENT = 200
-"""Samples at which segments are cut."""
+"""Greatest length of a segment in samples. Chosen by judgement to bound the size of the covariances."""
 ITERATIONS = 60
+"""Multiplicative steps on the likelihood. Chosen by judgement: the averages hardly change after them."""
 
 
 @dataclass(frozen=True)
 class Autocorrelation:
-    """variance: of a sample; lag_one: correlation of neighbours; correlation_time: sum of the autocorrelation over all
-    lags, samples."""
+    """variance: of a sample; lag_one: correlation of neighbouring samples; correlation_time: samples, sum of the
+    autocorrelation over all lags, 1 for white noise."""
 
     variance: float
     lag_one: float
@@ -35,7 +37,7 @@ class Autocorrelation:
 
 
 def autocorrelation(segments: list[Array], min_length: int = 24) -> Autocorrelation:
-    """Of noise from detrended segments of at min_length `min_length` samples, of any lengths.
+    """Of noise from detrended segments of any lengths; shorter than `min_length` samples it is taken as white.
 
     >>> rng = np.random.default_rng(0)
     >>> found = autocorrelation([2 * rng.standard_normal(100) for _ in range(40)])
@@ -53,33 +55,34 @@ def autocorrelation(segments: list[Array], min_length: int = 24) -> Autocorrelat
         return Autocorrelation(max(size, 1e-300), 0.0, 1.0)
     contrasts, spectra = _contrasts(length)
     energy = ((block @ contrasts) ** 2).mean(axis=0) / size
-    # White noise, a slow part and one between: more parts could not be told apart on such short segments.
-    pairs = np.array([(0, k, j) for j in range(2, len(LAG_ONE_CORRELATIONS)) for k in range(1, j)])
-    parts_of, rho = spectra[pairs], np.array(LAG_ONE_CORRELATIONS)[pairs]
-    share = np.full(pairs.shape, 1 / 3)
+    # White noise, a slow autoregression and one between: such short segments do not tell more of them apart.
+    mixtures = np.array([(0, k, j) for j in range(2, len(LAG_ONE_CORRELATIONS)) for k in range(1, j)])
+    components, rho = spectra[mixtures], np.array(LAG_ONE_CORRELATIONS)[mixtures]
+    share = np.full(mixtures.shape, 1 / 3)
     for _ in range(ITERATIONS):
-        # Likelihood of energies about their expectations, climbed by multiplicative steps; shares stay positive.
-        expected = np.einsum("pc,pci->pi", share, parts_of)
+        # Multiplicative steps increase the likelihood of the contrasts' energies and keep all shares positive.
+        expected = np.einsum("pc,pci->pi", share, components)
         share = share * (
-            np.einsum("pci,pi->pc", parts_of, energy / expected**2) / np.einsum("pci,pi->pc", parts_of, 1 / expected)
+            np.einsum("pci,pi->pc", components, energy / expected**2)
+            / np.einsum("pci,pi->pc", components, 1 / expected)
         )
-    expected = np.einsum("pc,pci->pi", share, parts_of)
+    expected = np.einsum("pc,pci->pi", share, components)
     likelihood = -0.5 * len(block) * (np.log(expected) + energy / expected).sum(axis=1)
-    correlation_time = (share * (1 + rho) / (1 - rho)).sum(axis=1)
-    # A flat prior of the logarithm of the correlation_time: short segments hardly bound it from above.
-    likelihood = likelihood - np.log(correlation_time)
+    scaled_time = (share * (1 + rho) / (1 - rho)).sum(axis=1)
+    # A flat prior on the logarithm of the correlation time, which short segments hardly bound from above.
+    likelihood = likelihood - np.log(scaled_time)
     weight = np.exp(likelihood - likelihood.max())
     weight /= weight.sum()
     total = float(weight @ share.sum(axis=1))
-    # What counts for sums of samples is variance times correlation_time, and that must come out right in the mean.
-    slow = float(weight @ correlation_time)
-    return Autocorrelation(total * size, float(weight @ (share * rho).sum(axis=1)) / total, max(slow / total, 1.0))
+    # Errors of sums depend on variance times correlation time, so that the average of the product must be right.
+    product = float(weight @ scaled_time)
+    return Autocorrelation(total * size, float(weight @ (share * rho).sum(axis=1)) / total, max(product / total, 1.0))
 
 
 @lru_cache(maxsize=64)
 def _contrasts(length: int) -> tuple[Array, Array]:
-    """Contrasts (length, length - 2) without mean and slope, nearly independent for all slow noises, and what each
-    autoregression of variance 1 leaves in them, (len(LAG_ONE_CORRELATIONS), length - 2)."""
+    """Contrasts (length, length - 2) without mean and slope, nearly uncorrelated for all slow noise, and the variances
+    (len(LAG_ONE_CORRELATIONS), length - 2) that each autoregression of variance 1 has in them."""
     line = np.stack([np.ones(length), np.linspace(-1, 1, length)], axis=1)
     free = np.linalg.qr(line, mode="complete")[0][:, 2:]
     lag = np.abs(np.arange(length)[:, None] - np.arange(length))

@@ -1,7 +1,7 @@
-"""What the effects see of a record: angles, speeds and paths over n samples, thinned for the search.
+"""Signals that the effects depend on: angles, speeds and paths over n samples, and blocks of samples.
 
-Directions and ways travelled are taken from smoothed angles: with the noise of an encoder in them a path
-grows although nothing moves. The elastic torque sees the angles as measured.
+Directions and paths come from angles without noise: the noise of an encoder would lengthen a path although nothing
+moves. The elastic torque depends on the twist as measured.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from .motion import angle_noise, estimate_speed, monotone_path
 
 @dataclass(frozen=True)
 class Trace:
-    """Signals over n samples, all (n,), SI units and degC.
+    """Signals over n samples, (n,) each, in SI units and degC.
 
-    start: first samples of runs; step: time since the sample before, s, never negative; twist: as measured, rad;
-    smooth_twist, crank, output: paths without their noise, see `motion`; *_speed, twist_rate: rad/s; torque: measured,
-    N.m.
+    start: whether a sample is the first of its run; step: s, time since the sample before, never negative; twist: rad,
+    as measured; smooth_twist, crank, output: rad, paths without noise (see `motion`); *_speed, twist_rate: rad/s;
+    torque: N.m, as measured; ratio: signed.
     """
 
     time: Array
@@ -48,17 +48,17 @@ class Trace:
 
     @cached_property
     def first(self) -> NDArray[np.bool_]:
-        """The record's first sample."""
+        """(n,), whether a sample is the first of the record."""
         return np.arange(len(self)) == 0
 
     @cached_property
     def crank_direction(self) -> Array:
-        """Sign of the crank's motion since the sample before."""
+        """(n,) sign of the crank's motion since the sample before."""
         return np.sign(np.where(self.start, 0.0, np.diff(self.crank, prepend=self.crank[0])))
 
     @cached_property
     def output_direction(self) -> Array:
-        """Sign of the output's motion since the sample before."""
+        """(n,) sign of the output's motion since the sample before."""
         return np.sign(np.where(self.start, 0.0, np.diff(self.output, prepend=self.output[0])))
 
     @property
@@ -69,7 +69,7 @@ class Trace:
 
 
 def make_trace(record: Record, ratio: float) -> Trace:
-    """The signals of a record; paths and speeds without the noise of the angles."""
+    """The signals of a record of a gear with a signed transmission ratio."""
     start = np.zeros(len(record), bool)
     start[record.starts] = True
     run_ranges = list(itertools.pairwise([*record.starts.tolist(), len(record)]))
@@ -83,39 +83,38 @@ def make_trace(record: Record, ratio: float) -> Trace:
         speed[name] = np.concatenate([estimate_speed(angle[p], record.time[p], noise[name]) for p in parts])
     step = np.maximum(np.diff(record.time, prepend=record.time[0]), 0.0)
     return Trace(
-        record.time,
-        record.run,
-        start,
-        step,
-        path["crank"],
-        speed["crank"],
-        path["output"],
-        speed["output"],
-        record.temperature,
-        twist,
-        path["twist"],
-        speed["twist"],
-        record.output_torque,
-        ratio,
+        time=record.time,
+        run=record.run,
+        start=start,
+        step=step,
+        crank=path["crank"],
+        crank_speed=speed["crank"],
+        output=path["output"],
+        output_speed=speed["output"],
+        temperature=record.temperature,
+        twist=twist,
+        smooth_twist=path["twist"],
+        twist_rate=speed["twist"],
+        torque=record.output_torque,
+        ratio=ratio,
     )
 
 
 @dataclass(frozen=True)
 class Blocks:
-    """Neighbouring samples taken together: first sample and number of samples of each block."""
+    """Consecutive samples that are averaged: first sample (n,) and number of samples (n,) of each block."""
 
     first: NDArray[np.intp]
     count: Array
 
     def mean(self, values: Array) -> Array:
-        """Means over the blocks of values (n,)."""
+        """Means (n,) over the blocks of values of all samples."""
         return np.add.reduceat(values, self.first) / self.count
 
 
 def make_blocks(trace: Trace, samples: int) -> Blocks:
-    """Blocks of `samples` samples, the last of a run with what is left."""
+    """Blocks of `samples` samples within the runs; a remainder of less than half of that joins the block before."""
     first = np.concatenate([np.arange(a, b, samples) for a, b in trace.run_ranges])
-    # A tail of a few samples joins its neighbour.
     tail = np.diff(first, append=len(trace)) < max(1, samples // 2)
     first = first[~tail | trace.start[first]]
     return Blocks(first, np.diff(first, append=len(trace)).astype(float))

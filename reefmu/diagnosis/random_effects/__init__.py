@@ -1,2 +1,2 @@
-"""How one drive of the population differs from the mean along a record: `responses` of one element to deviations,
-`scatter` as random effects, `individuals` simulated along it."""
+"""How an individual drive of the population differs from the mean drive along a record: `responses` of one element to
+deviations, `element_motion` along the record, `scatter` as random effects, simulated `individuals`."""

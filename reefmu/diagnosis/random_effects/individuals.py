@@ -1,4 +1,4 @@
-"""Single drives of the population along a record, each element with its own deviation: what a null looks like."""
+"""Individual drives of the population along a record, each with its own deviations: the null distribution."""
 
 from __future__ import annotations
 
@@ -7,17 +7,19 @@ from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
+from .element_motion import element_positions
 from .responses import locate_cells
-from .scatter import FULL_TURN, Scatter, element_positions
+from .scatter import FULL_TURN, Scatter
 
 N_INDIVIDUALS = 48
+"""Individual drives that are simulated. Chosen by judgement: a few dozen give the spread within 10 %."""
 
 
 def simulate_individuals(scatter: Scatter, count: int = N_INDIVIDUALS, seed: int = 0) -> Array:
-    """Torque of `count` individuals less the mean drive's, (count, n) N.m, at the record's blocks.
+    """(count, n) N.m, torque of individual drives less that of the mean drive, at the blocks of the record.
 
-    Each starts anywhere; balls and cranks go with the element, lobes stay in the gear. Clearances are not linearised;
-    bores stand at their mean.
+    The position of the first element at crank angle 0 is random. Deviations of balls and cranks move with the element,
+    those of lobes stay in the gear. The torque is not linearised in the clearance; bores are at their mean.
     """
     drive, r = scatter.drive, scatter.responses
     rng = np.random.default_rng(np.random.SeedSequence([seed, len(scatter.twist)]))
@@ -36,13 +38,13 @@ def simulate_individuals(scatter: Scatter, count: int = N_INDIVIDUALS, seed: int
         block, element = np.nonzero(inside > 0)
         z = own[element] + gear[lobe[block, element]]
         torque = inside[block, element] * _single(scatter, t[block], f[block], beta[block, element], z)
-        # Where the crank runs through whole turns within a block, all places count alike.
+        # Where the crank makes whole turns within a block, all drives have the same average.
         found[number] = np.where(fast, 0.0, np.bincount(block, torque, len(scatter.twist)) - mean)
     return found
 
 
 def mean_torque(scatter: Scatter) -> Array:
-    """Torque of the mean drive, (n,) N.m, from the same tables: over deviations and all places of the elements."""
+    """(n,) N.m, torque of the mean drive from the same tables, averaged over deviations and positions."""
     r, drive = scatter.responses, scatter.drive
     trapezoid = np.ones(len(r.position))
     trapezoid[[0, -1]] = 0.5
@@ -51,7 +53,11 @@ def mean_torque(scatter: Scatter) -> Array:
 
 
 def _single(scatter: Scatter, t: NDArray[np.intp], f: Array, beta: Array, z: Array) -> Array:
-    """Torque of single elements, N.m, linear between the nodes of all three axes; z: in standard deviations."""
+    """(k,) N.m, torque of single elements by linear interpolation along all three axes.
+
+    t, f: (k,), cells of the twist and positions within; beta: (k,) rad, position; z: (k,), deviation of the clearance
+    in standard deviations.
+    """
     r = scatter.responses
     b, g = locate_cells(r.position, beta)
     k, h = locate_cells(r.solved, z * r.deviation)

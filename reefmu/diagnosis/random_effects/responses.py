@@ -1,9 +1,10 @@
-"""How one element's torque answers to deviations, over clearance, twist and position: what scatter is made of.
+"""Response of one element's torque to deviations, over clearance, twist and position.
 
-Between a rigid gear and a rigid cage no element feels another, so a drive's torque is a sum over its elements, and
-an individual's scatter a sum of their answers. Balls, cranks and lobes all act through one number, the clearance
-between gear and crank. Over its normal deviations an answer is expanded in Hermite polynomials: mean, linear,
-quadratic and cubic parts are uncorrelated, and in the presets the linear one holds more than 96 % of the variance.
+Between a rigid gear and a rigid cage the elements are independent: the torque of a drive is the sum over its elements,
+and its scatter the sum of their responses. Deviations of balls, cranks and lobes act through one variable, the
+clearance between gear and crank. Over its normal distribution a response is expanded in Hermite polynomials, whose
+mean, linear, quadratic and cubic terms are uncorrelated; in the presets the linear one holds more than 96 % of the
+variance.
 """
 
 from __future__ import annotations
@@ -23,25 +24,30 @@ from stiffness_model.io.drawing_toml import drive_to_dict
 from stiffness_model.numerics.arrays import Array
 
 N_TWISTS, N_POSITIONS = 49, 49
+"""Nodes of the tables along twist and position. Chosen by judgement for a table of some tenths of a second."""
 TWIST_MARGIN = 1.4
-"""Greatest twist of the tables over the drawing's max_twist; beyond, they are held."""
+"""Greatest twist of the tables over the drawing's max_twist; beyond, they are held. Chosen by judgement."""
 CLEARANCE_STEP = 0.6
-"""Between the clearances of the tables, in standard deviations."""
+"""Step between clearances of the tables, in standard deviations. Chosen by judgement for linear interpolation."""
 MAX_DEVIATION = 4.8
-"""Deviation, in standard deviations, up to which single elements are solved beyond the clearances."""
+"""Deviation, in standard deviations, to which single elements are solved beyond the clearances: eight steps. Chosen by
+judgement; 1.6 in a million deviations exceed it."""
 MAX_CLEARANCES = 61
+"""Greatest number of clearances of the tables. Chosen by judgement to bound their size."""
 _CLEARANCE_PER_RADIUS = {"element": -2.0, "crank": -1.0, "gear": 1.0}
-"""Clearance between gear and crank that a larger radius of a part opens, at small pressure angles."""
+"""Change of the clearance between gear and crank by the radius of a part: geometry, at small pressure angles."""
 RESPONSES = ("mean", "linear", "quadratic", "cubic", "bore")
+"""Names of the tables: Hermite terms in the clearance, and the response to the bore of the cage."""
 
 
 @dataclass(frozen=True)
 class ElementResponses:
-    """twist, position: (N_TWISTS,), (N_POSITIONS,) rad, uniform, the position to the usable limit; clearance: (n_c,) m,
-    uniform; deviation: m, the standard deviation of single elements' clearances; single: (n_s, N_TWISTS, N_POSITIONS)
-    N.m, torque of one element at the clearances `solved`; tables: (n_c, N_TWISTS, N_POSITIONS) N.m of each of
-    `RESPONSES`: mean and what one standard deviation makes, of the bore for "bore"; shares: of element, crank
-    and gear in the clearance's variance.
+    """Tables of one element's torque on uniform axes.
+
+    twist: (N_TWISTS,) rad; position: (N_POSITIONS,) rad, to the usable limit; clearance: (c,) m; deviation: m, standard
+    deviation of a single element's clearance; single: (s, N_TWISTS, N_POSITIONS) N.m, torque at the clearances `solved`
+    (s,); tables: (c, N_TWISTS, N_POSITIONS) N.m for each of `RESPONSES`, the mean and what one standard deviation
+    does; shares: of element, crank and gear in the variance of the clearance.
     """
 
     twist: Array
@@ -54,18 +60,18 @@ class ElementResponses:
     shares: dict[str, float]
 
     def at_clearance(self, clearance: float) -> dict[str, Array]:
-        """Tables (N_TWISTS, N_POSITIONS) at one clearance, m, held at the ends."""
+        """Tables (N_TWISTS, N_POSITIONS), N.m, at one clearance, m, held at the ends, by name."""
         k, f = locate_cells(self.clearance, np.array(clearance))
         return {name: (1 - f) * table[k] + f * table[k + 1] for name, table in self.tables.items()}
 
 
 def element_responses(drive: Drive) -> ElementResponses:
-    """Solve one element of the drawing over its tolerances; some tenths of a second, then remembered."""
+    """Tables of one element of a drawing over its tolerances; solved in some tenths of a second, then cached."""
     return _solved(_Key(drive))
 
 
 class _Key:
-    """A drawing as a dictionary key."""
+    """A drawing as a key of the cache."""
 
     def __init__(self, drive: Drive) -> None:
         self.drive = drive
@@ -80,7 +86,7 @@ class _Key:
 
 @functools.lru_cache(maxsize=4)
 def _solved(key: _Key) -> ElementResponses:
-    # Where bodies couple the elements, an answer alone is that between rigid ones.
+    # Compliant bodies couple the elements; the response of a single element is that between rigid bodies.
     rigid = replace(key.drive.beyond, bearing_stiffness=math.inf, housing_stiffness=math.inf)
     drive = replace(key.drive, beyond=rigid)
     twist = np.linspace(-TWIST_MARGIN, TWIST_MARGIN, N_TWISTS) * drive.max_twist
@@ -119,10 +125,13 @@ def _solved(key: _Key) -> ElementResponses:
 
 
 def _torque(drive: Drive, twist: Array, position: Array, clearance: float, bore: float = 0.0) -> Array:
-    """Torque of one element with all parts at their means, (twist, position), N.m; bore: m, added to the cage's."""
+    """(N_TWISTS, N_POSITIONS) N.m, torque of one element with all parts at their mean radii.
 
-    def radius(part: str, nominal: float, more: float = 0.0) -> Array:
-        return np.full(position.shape, nominal + drive.tolerances[part].offset + more)
+    clearance: m, beyond the drawn one; bore: m, added to the radius of the cage's bore.
+    """
+
+    def radius(part: str, nominal: float, deviation: float = 0.0) -> Array:
+        return np.full(position.shape, nominal + drive.tolerances[part].offset + deviation)
 
     r = drive.element_radius
     contacts = build_contacts(
@@ -140,7 +149,7 @@ def _torque(drive: Drive, twist: Array, position: Array, clearance: float, bore:
 
 
 def locate_cells(nodes: Array, values: Array) -> tuple[NDArray[np.intp], Array]:
-    """Cell of a uniform axis and the place in it, 0 to 1, held at the ends."""
+    """Cells of a uniform axis `nodes` that hold the values, and the positions within, 0 to 1; held at the ends."""
     place = np.clip((values - nodes[0]) / (nodes[1] - nodes[0]), 0.0, len(nodes) - 1)
     cell = np.minimum(place.astype(np.intp), len(nodes) - 2)
     return cell, place - cell

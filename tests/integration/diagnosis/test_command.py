@@ -177,10 +177,10 @@ def test_a_twist_in_the_wrong_sign_is_said(tmp_path: Path, capsys: pytest.Captur
 @pytest.mark.parametrize(
     ("factors", "words"),
     [
-        ((1e-300, 1, 1), "time does not move within the runs by steps above 1e-09 s"),
+        ((1e-300, 1, 1), "the time does not advance within the runs by steps above 1e-09 s"),
         ((1, 1e-300, 1), "the twist never changes by more than 1.5e-09 rad"),
         ((1, 1e-12, 1), "the twist never changes by more than 1.5e-09 rad"),
-        ((1, 1e6, 1), "no gear's spans more than 1"),
+        ((1, 1e6, 1), "that of a gear no more than 1"),
         ((1, 1, 1e-300), "the torque never changes by more than 1e-09 N.m"),
         ((1, 1, 0), "the torque never changes by more than 1e-09 N.m"),
         ((1, 0, 0), "the twist never changes"),
