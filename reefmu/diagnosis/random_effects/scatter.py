@@ -143,7 +143,7 @@ class Scatter:
         )
 
     def _edge_columns(self, ends: Array, waves: Array) -> list[Array]:
-        """Columns of elements that enter or leave at the edges of the profile; ends: (2, n) N.m, of one element there."""
+        """Columns of elements that enter or leave at the edges of the profile; ends: (2, n) N.m, one element there."""
         pitch = 2 * np.pi / self.drive.elements
         standing = self.motion.is_standing(self.drive)
         place = np.round(self.motion.rotation / (pitch / 4)).astype(np.int64)
