@@ -101,7 +101,7 @@ class Drive:
         Field(
             TOLERANCE,
             "tolerances",
-            "Tolerance zone of the diameter of the {part}: a width, a grade, a fit or limits.",
+            "Tolerance zone of the diameter of the {part}.",
             "13 um",
             varies=True,
             name="{part}_tolerance",

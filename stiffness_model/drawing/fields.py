@@ -13,7 +13,7 @@ import functools
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from ..errors import InputError, expect, expect_integer, expect_number, unknown_name
 from ..units import UNITS, format_quantity, parse_quantity
@@ -23,7 +23,12 @@ MATERIAL, TOLERANCE, OFFSET = "material", "tolerance", "offset"
 """Kinds of values beside the quantities of `units.UNITS`."""
 PARTS = ("element", "crank", "cage", "gear")
 """Parts with a material and a tolerance."""
-_PART_NAMES = {"element": "rolling elements", "crank": "crank's raceways", "cage": "cage's bores", "gear": "gear"}
+_PART_NAMES = {
+    "element": "rolling elements",
+    "crank": "crank's raceways",
+    "cage": "cage's bores",
+    "gear": "gear's profile",
+}
 
 
 class Required:
@@ -210,35 +215,3 @@ def check_attributes(record: object, owner: type, where: str) -> None:
     for name, field in fields_of(owner).items():
         if name == field.attribute:
             object.__setattr__(record, name, field.checked(getattr(record, name), where))
-
-
-class Row(NamedTuple):
-    """One line of the documentation of a drawing's fields."""
-
-    name: str
-    section: str
-    value: str
-    unit: str
-    default: str
-    example: str
-    meaning: str
-
-
-def table(fields: Mapping[str, Field]) -> list[Row]:
-    """The documentation of the fields, section by section.
-
-    >>> from stiffness_model.drawing.drive import FIELDS
-    >>> [row[:6] for row in table(FIELDS) if row.name == "crank_radius"]
-    [('crank_radius', 'geometry', 'length', 'mm', 'required', '41 mm')]
-    """
-    sections = list(dict.fromkeys(field.section for field in fields.values()))
-    return [
-        Row(f.name, f.section, f.quantity, f.unit, _default_text(f), f.example or repr(f.choices), f.doc)
-        for f in sorted(fields.values(), key=lambda f: sections.index(f.section))
-    ]
-
-
-def _default_text(field: Field) -> str:
-    if field.default is REQUIRED:
-        return "required"
-    return "" if field.default is None else str(field.write(field.default))

@@ -23,7 +23,9 @@ class Material:
     Raises `InputError`, also for an allowable pressure without its source.
     """
 
-    name: Annotated[str, Field(TEXT, MATERIAL_TABLE, "Name of the material; that of its table if not stated.", "POM")]
+    name: Annotated[
+        str, Field(TEXT, MATERIAL_TABLE, "Name of the material; by default that of its table.", "POM", default="")
+    ]
     youngs_modulus: Annotated[
         float,
         Field("pressure", MATERIAL_TABLE, "Young's modulus.", "208 GPa", positive("a positive Young's modulus in Pa")),

@@ -118,9 +118,13 @@ def _flatten(table: Mapping[str, Any], where: str) -> dict[str, Any]:
     for section in sections:
         part = table.get(section, {})
         expect(isinstance(part, Mapping), f"a table [{section}]", part, where)
-        refuse_unknown(
-            "field", part, [n for n, field in FIELDS.items() if field.section == section], f"{where} [{section}]"
-        )
+        at, names = f"{where} [{section}]", [name for name, field in FIELDS.items() if field.section == section]
+        for name in part:
+            place = FIELDS[name].section if name in FIELDS else section
+            if place != section:
+                expected = f"under [{place}]" if place else "before all tables"
+                raise InputError(f"{at}: expected {name} {expected}, got it here")
+        refuse_unknown("field", part, names, at)
         stated.update(part)
     for name, value in stated.items():
         if isinstance(value, float) and math.isnan(value):

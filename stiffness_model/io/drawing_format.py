@@ -1,0 +1,117 @@
+"""The documentation of drawings, from the table of their fields: `python -m stiffness_model.io.drawing_format`.
+
+It prints docs/drawing_format.md.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from ..drawing.drive import FIELDS
+from ..drawing.fields import COUNT, NUMBER, REQUIRED, Field
+from ..drawing.materials import MATERIAL_TABLE
+from ..units import UNITS
+from .material_tables import FIELDS as MATERIAL_FIELDS
+
+_INTRODUCTION = """\
+# The drawing of a drive
+
+A drawing is a TOML file. Every field of it is also a keyword of `stiffness_model.load_drive` and a name for `--set
+FIELD=VALUE`. Quantities are texts with their units; in Python a bare number is SI. `drive_1.toml` among the presets is
+a complete example. This page is generated from the declarations of the fields:
+`python -m stiffness_model.io.drawing_format > docs/drawing_format.md`.
+"""
+_TOLERANCES = """
+A tolerance is that of a diameter: a width ("13 um"), a grade ("IT5", "ISO 492 Normal", "ISO 3290 G10"), a fit of ISO
+286 ("14 H7", "h6") or limits ("0/-15 um"), at three standard deviations. The nominal diameter of a bore is that of the
+element, that of the gear is the circle of the elements' centres. A fit and limits state the mean deviation, so that no
+offset stands beside them; beside a width or a grade it is 0 by default, and for the cage such that a bore clears its
+element by three standard deviations.
+"""
+_MATERIALS = """
+The parts name a material of the package or one of these tables, `NAME` standing for its name.
+"""
+
+
+class Row(NamedTuple):
+    """One line of the documentation of a drawing's fields; unit: "" for a field without one."""
+
+    name: str
+    section: str
+    value: str
+    unit: str
+    default: str
+    example: str
+    meaning: str
+
+
+def table(fields: Mapping[str, Field]) -> list[Row]:
+    """The documentation of the fields, section by section.
+
+    >>> [row[:6] for row in table(FIELDS) if row.name == "crank_radius"]
+    [('crank_radius', 'geometry', 'length', 'mm', 'required', '41 mm')]
+    """
+    sections = list(dict.fromkeys(field.section for field in fields.values()))
+    return [
+        Row(f.name, f.section, _value_text(f), f.unit, _default_text(f), f.example or str(f.default), f.doc)
+        for f in sorted(fields.values(), key=lambda f: sections.index(f.section))
+    ]
+
+
+def _value_text(field: Field) -> str:
+    alternatives = field.choices or ((field.infinite,) if field.infinite else ())
+    words = [repr(word) for word in alternatives]
+    return " or ".join(words if field.choices else [field.quantity, *words])
+
+
+def _default_text(field: Field) -> str:
+    if field.default is REQUIRED:
+        return "required"
+    value = "" if field.default is None else field.write(field.default)
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def markdown() -> str:
+    """The page docs/drawing_format.md.
+
+    >>> markdown().splitlines()[0]
+    '# The drawing of a drive'
+    """
+    sections = dict.fromkeys(field.section for field in FIELDS.values())
+    notes = {"tolerances": _TOLERANCES}
+    parts = [_INTRODUCTION]
+    for section in sections:
+        fields = {name: field for name, field in FIELDS.items() if field.section == section}
+        parts.append(f"\n## {f'[{section}]' if section else 'Head of the file'}\n{notes.get(section, '')}")
+        parts.append(_fields(fields))
+    parts += [f"\n## [{MATERIAL_TABLE}]\n{_MATERIALS}", _fields(MATERIAL_FIELDS)]
+    varied = ", ".join(f"`{name}`" for name, field in FIELDS.items() if field.varies)
+    studies = f"A study varies {varied} and, in place of `elements`, `elements_per_row`."
+    parts.append(f"\n## Design studies\n\n{textwrap.fill(studies, 120, break_on_hyphens=False)}\n")
+    used = {field.quantity for field in (*FIELDS.values(), *MATERIAL_FIELDS.values())}
+    units = [(quantity, ", ".join(f"`{unit}`" for unit in UNITS[quantity])) for quantity in UNITS if quantity in used]
+    parts += ["\n## Units\n", _lines(("quantity", "units"), units)]
+    return "".join(parts)
+
+
+def _fields(fields: Mapping[str, Field]) -> str:
+    rows = [
+        (f"`{row.name}`", row.value.replace("'", '"'), row.default, f"`{_toml(fields[row.name], row)}`", row.meaning)
+        for row in table(fields)
+    ]
+    return _lines(("field", "value", "default", "example", "meaning"), rows)
+
+
+def _toml(field: Field, row: Row) -> str:
+    return row.example if field.quantity in (COUNT, NUMBER) else f'"{row.example}"'
+
+
+def _lines(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *([cell.replace("|", "\\|") for cell in row] for row in rows)]
+    return "\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+if __name__ == "__main__":
+    print(markdown(), end="")

@@ -1,0 +1,27 @@
+"""The documentation of drawings is that of the declared fields."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stiffness_model.drawing.drive import FIELDS
+from stiffness_model.io.drawing_format import markdown, table
+
+PAGE = Path(__file__).parents[4] / "docs" / "drawing_format.md"
+
+
+def test_the_page_is_not_stale() -> None:
+    remedy = "python -m stiffness_model.io.drawing_format > docs/drawing_format.md"
+    assert PAGE.read_text("utf-8") == markdown(), remedy
+
+
+def test_every_field_has_a_line_with_its_meaning() -> None:
+    rows = {row.name: row for row in table(FIELDS)}
+    assert set(rows) == set(FIELDS)
+    for row in rows.values():
+        assert row.meaning.endswith((".", "`)."))
+        assert "{" not in row.meaning
+        assert row.example
+    assert rows["housing_stiffness"].default == "rigid"
+    assert rows["housing_stiffness"].unit == "N.m/arcmin"
+    assert rows["cage_contact"].value == "'hertz' or 'lamina'"
