@@ -12,14 +12,18 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffness_model.display import dataframe, html_table
 from stiffness_model.errors import InputError, expect, unknown_name
 from stiffness_model.numerics.arrays import Array
-from stiffness_model.units import REFERENCE_TEMPERATURE
+from stiffness_model.units import ARCMIN, REFERENCE_TEMPERATURE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 COLUMNS: dict[str, str] = {
     "time": "s",
@@ -73,6 +77,51 @@ class Record:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def __repr__(self) -> str:
+        """One line: the source, samples, runs and duration.
+
+        >>> make_record({"time": [0, 1, 2], "twist": [0, 1e-3, 2e-3], "output_torque": [0, 5, 20]}, "loop.csv")
+        Record('loop.csv', 3 samples, 1 run, 2 s, 20 N.m)
+        """
+        runs = len(self.starts)
+        return (
+            f"Record({self.source!r}, {len(self)} samples, {runs} run{'s' if runs != 1 else ''}, "
+            f"{np.ptp(self.time):.4g} s, {np.abs(self.output_torque).max():.4g} N.m)"
+        )
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "samples": len(self),
+            "runs": len(self.starts),
+            "time [s]": f"{self.time.min():.4g} ... {self.time.max():.4g}",
+            "output_torque [N.m]": f"{self.output_torque.min():.4g} ... {self.output_torque.max():.4g}",
+            "temperature [degC]": f"{self.temperature.min():.4g} ... {self.temperature.max():.4g}",
+            "missing columns": ", ".join(self.missing) or "none",
+        }
+        return html_table(self.source or "record", rows)
+
+    def plot(self, ax: Axes | None = None, ratio: float | None = None) -> Axes:
+        """Output torque over the twist, run by run, on `ax` or on new axes, which are returned.
+
+        ratio: signed, crank to output; without it a record with a crank angle is drawn over time, since its twist is
+        not known.
+        """
+        from stiffness_model.plotting.style import DRIVES, format_axes, new_axes
+
+        ax = new_axes() if ax is None else ax
+        over_twist = ratio is not None or "crank_angle" in self.missing
+        x = self.twist(ratio or 1.0) / ARCMIN if over_twist else self.time
+        for k, run in enumerate(np.split(np.arange(len(self)), self.starts[1:])):
+            ax.plot(x[run], self.output_torque[run], color=DRIVES[k % len(DRIVES)].colour, linewidth=1.0)
+        return format_axes(ax, "twist [arcmin]" if over_twist else "time [s]", "torque at the output [N.m]")
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with the canonical columns, as `read_record` takes them from a file. Raises `InputError`
+        without pandas.
+        """
+        units = {name: f"{name} [{unit}]" if unit else name for name, unit in COLUMNS.items() if name != "twist"}
+        return dataframe({header: getattr(self, name) for name, header in units.items()})
 
     @property
     def starts(self) -> NDArray[np.intp]:

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from stiffness_model.display import dataframe, html_table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SCHEMA = 1
 VERDICTS = ("named", "partly", "ambiguous", "none", "unknown", "insufficient")
@@ -76,6 +81,56 @@ class Diagnosis:
     notes: tuple[str, ...] = ()
     base: dict[str, Any] = field(default_factory=dict)
     seconds: float = 0.0
+
+    def __repr__(self) -> str:
+        names = ", ".join(effect.name for effect in self.effects) or "no effect"
+        return (
+            f"Diagnosis({self.verdict!r}, {names}, gap {self.gap.before:.3g} -> {self.gap.after:.3g} {self.gap.unit}, "
+            f"noise {self.gap.noise:.3g})"
+        )
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "verdict": self.verdict,
+            **{
+                f"{effect.name}.{name} [{p.unit}]": f"{p.value:.4g} ({p.low:.4g} ... {p.high:.4g})"
+                for effect in self.effects
+                for name, p in effect.parameters.items()
+            },
+            f"gap before [{self.gap.unit}]": f"{self.gap.before:.4g}",
+            f"gap after [{self.gap.unit}]": f"{self.gap.after:.4g}",
+            f"noise [{self.gap.unit}]": f"{self.gap.noise:.4g}",
+        }
+        return html_table(self.sentence, rows)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """RMS gap without and with the effects beside the noise, on `ax` or on new axes, which are returned."""
+        from stiffness_model.plotting.style import BLUE, FAINT, caption, format_axes, new_axes
+
+        ax = new_axes(height=2.4) if ax is None else ax
+        ax.barh(
+            ["noise", "with effects", "without effects"],
+            [self.gap.noise, self.gap.after, self.gap.before],
+            color=[FAINT, BLUE, BLUE],
+        )
+        return caption(format_axes(ax, f"gap, rms [{self.gap.unit}]", ""), self.sentence)
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with a row for each fitted parameter: value, 95 % interval, unit, and the share of the
+        gap that its effect removes. Raises `InputError` without pandas.
+        """
+        rows = [(effect, name, p) for effect in self.effects for name, p in effect.parameters.items()]
+        return dataframe(
+            {
+                "effect": [effect.name for effect, _, _ in rows],
+                "parameter": [name for _, name, _ in rows],
+                "value": [p.value for _, _, p in rows],
+                "low": [p.low for _, _, p in rows],
+                "high": [p.high for _, _, p in rows],
+                "unit": [p.unit for _, _, p in rows],
+                "share [1]": [effect.share for effect, _, _ in rows],
+            }
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """The content of diagnosis.json."""

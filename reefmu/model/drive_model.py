@@ -17,12 +17,13 @@ from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffness_model.display import dataframe, html_table
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError, expect_number, unknown_name
 from stiffness_model.io.drawing_toml import DriveLike, as_drive, drive_from_dict
@@ -34,6 +35,9 @@ from .assembly import INPUT_NAMES, OUTPUT_NAMES, assemble, stored_angles
 from .contact import with_contact_tables
 from .curve_table import source_curve
 from .tables import cached_lookup
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 class Signal(NamedTuple):
@@ -119,6 +123,23 @@ class DriveModel:
         """One line: the drive, its effects and the torque at the lookup's end."""
         inside = ", ".join(effect.name for effect in self.effects) or "no effects"
         return f"DriveModel({self.name!r}, {inside}, {self.full_torque:.4g} N.m at full twist)"
+
+    def _repr_html_(self) -> str:
+        rows = {"effects": ", ".join(effect.name for effect in self.effects) or "none"}
+        rows |= {f"{p.name} [{p.unit}]": f"{p.value:.6g}" for p in self.parameters}
+        return html_table(self.name, rows)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Torque over twist in a slow loop (`torque_loop`), on `ax` or on new axes, which are returned."""
+        from ..torque_loop import plot_loop
+
+        return plot_loop(self, ax)
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` of the slow loop that `plot` draws. Raises `InputError` without pandas."""
+        from ..torque_loop import torque_loop
+
+        return dataframe(torque_loop(self))
 
     @property
     def drive(self) -> Drive:

@@ -21,7 +21,8 @@ from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.bspline import Axis, fit, weights
-from stiffness_model.rotation.individual import Individual, element_lobe_pairs
+from stiffness_model.rotation.element_positions import element_lobe_pairs
+from stiffness_model.rotation.individual import Individual
 from stiffness_model.rotation.individual_contacts import IndividualContacts
 
 from .tables import locate
@@ -104,7 +105,7 @@ def _gather(table: Array, index: ca.MX) -> ca.MX:
 
 def _element_positions(parts: IndividualContacts, angle: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
     """beta, the element's number and that of its meeting with a lobe, (1, width); as
-    `rotation.individual.element_positions`."""
+    `rotation.element_positions`."""
     one, window = parts.individual, parts.window
     n, step = one.drive.elements, 2 * math.pi / one.drive.elements
     passed = (one.start + (one.drive.ratio - 1) * angle) / step

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
+from ..display import dataframe, html_table
 from ..elasticity.hertz import LINE_EXPONENT, POINT_EXPONENT
 from ..errors import expect
 from ..frozen_mapping import FrozenMapping
@@ -30,7 +31,11 @@ from .fields import (
 )
 from .materials import Material
 from .options import ModelOptions
+from .summary import main_sizes, one_line, part_columns
 from .tolerances import Tolerance, diameters
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 HOLES = ("cage", "gear")
 """Parts whose toleranced diameter is an inner one."""
@@ -193,16 +198,20 @@ class Drive:
         check_mesh(self.path, self.element_radius, self.tolerances, compliance, at)
 
     def __repr__(self) -> str:
-        """One line; `drive_to_dict` has every field.
+        return one_line(self)
 
-        >>> from stiffness_model import load_drive
-        >>> load_drive("workshop")
-        Drive('workshop', 3 x 25 balls of 10 mm, 26 lobes, ratio -25)
-        """
-        return (
-            f"Drive({self.name!r}, {self.eccentrics} x {self.elements_per_row} {self.element}s of "
-            f"{format_quantity(2 * self.element_radius, 'length')}, {self.lobes} lobes, ratio {self.ratio:g})"
-        )
+    def _repr_html_(self) -> str:
+        return html_table(self.name, main_sizes(self))
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The first row to scale, without deviations and load, on `ax` or on new axes, which are returned."""
+        from ..plotting.cross_section.row import drive_row
+
+        return drive_row(self, ax)
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` of sizes, tolerances and materials by part. Raises `InputError` without pandas."""
+        return dataframe(part_columns(self))
 
     @property
     def orientation(self) -> int:

@@ -23,6 +23,7 @@ from scipy.stats import qmc
 
 from ..contact.element_contacts import build_contacts
 from ..contact.usable_elements import is_usable, usable_elements
+from ..display import one_line
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations, quasi_random_drives
 from ..equilibrium.closed_form import solve
@@ -59,6 +60,9 @@ class ElementTable:
     limit: float
     coefficients: Array
     error: float
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
     @staticmethod
     def from_header(head: Any, coefficients: Array, where: str) -> ElementTable:

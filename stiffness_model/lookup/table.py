@@ -10,11 +10,12 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import asdict, astuple, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..display import dataframe, html_table
 from ..errors import expect, expect_number
 from ..io.atomic_files import atomic_file
 from ..numerics.arrays import Array
@@ -23,6 +24,9 @@ from ..units import ARCMIN, MICROMETRE
 from .element_table import ElementTable
 from .modulus import ModulusShares
 from .table_files import MAX_ENTRY, expect_table, load_tables, parse_axis, require_keys
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 QUANTITIES = ("torque_mean", "torque_p10", "torque_p90", "max_contact_force", "load_share")
 """First axis of `Lookup.coefficients`."""
@@ -101,6 +105,46 @@ class Lookup:
             newton = x - gap / np.where(slope > 0, slope, np.inf)
             x = np.where((newton > low) & (newton < high), newton, np.where(gap == 0, x, (low + high) / 2))
         return x
+
+    def __repr__(self) -> str:
+        return f"Lookup({describe(self)})"
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "twist [arcmin]": f"+-{self.twist.stop / ARCMIN:.4g}, {self.twist.cells} cells",
+            "clearance [um]": f"+-{self.clearance.stop / MICROMETRE:.4g}, {self.clearance.cells} cells",
+            "full torque [N.m]": f"{self.full_torque:.4g}",
+            "drives in the band": f"{self.n_drives}, seed {self.seed}",
+            **{f"error of {name} [1]": f"{value:.1e}" for name, value in self.error.items()},
+        }
+        return html_table("lookup", rows)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Twist over torque, mean and band, as drawn (no additional clearance), on `ax` or on new axes, which are
+        returned.
+        """
+        from ..plotting.curves import twist_over_torque_band
+
+        twist = np.linspace(self.twist.start, self.twist.stop, 4 * self.twist.cells + 1)
+        mean, low, high = (self.torque(twist, band=band) for band in (0.0, -1.0, 1.0))
+        return twist_over_torque_band(twist, mean, low, high, ax=ax)
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with a row for each node of twist and clearance. Raises `InputError` without pandas."""
+        twist, clearance = (v.ravel() for v in np.meshgrid(self.twist.nodes, self.clearance.nodes, indexing="ij"))
+        mean, low, high = (self.torque(twist, clearance, band) for band in (0.0, -1.0, 1.0))
+        return dataframe(
+            {
+                "twist [arcmin]": twist / ARCMIN,
+                "clearance [um]": clearance / MICROMETRE,
+                "torque_mean [N.m]": mean,
+                "torque_p10 [N.m]": low,
+                "torque_p90 [N.m]": high,
+                "stiffness [N.m/arcmin]": self.stiffness(twist, clearance) * ARCMIN,
+                "max_contact_force [N]": self.max_contact_force(twist, clearance),
+                "load_share [1]": self.load_share(twist, clearance),
+            }
+        )
 
     @property
     def axes(self) -> tuple[Axis, Axis]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,7 @@ from scipy.interpolate import PchipInterpolator
 
 from ..contact.element_contacts import CONTACTS
 from ..contact.usable_elements import UsableElements, usable_elements
+from ..display import dataframe, html_table
 from ..drawing import sampling
 from ..drawing.drive import Drive
 from ..drawing.twist_limits import expect_twists
@@ -22,7 +23,11 @@ from ..errors import expect, expect_number, warn_not_converged
 from ..io.drawing_toml import DriveLike, as_drive
 from ..memory import expect_memory
 from ..numerics.arrays import Array
-from .twist_torque_curve import BAND, TwistTorqueCurve
+from ..units import ARCMIN
+from .twist_torque_curve import BAND, TwistTorqueCurve, force_column
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 LOW_TORQUE_SHARE = 0.08
 """Share of the greatest torque below which load shares are not representative."""
@@ -70,6 +75,41 @@ class Population:
         """
         mean = np.abs(self.torque.mean(axis=0))
         return mean >= LOW_TORQUE_SHARE * mean.max()
+
+    def __repr__(self) -> str:
+        return (
+            f"Population({self.drive.name!r}, {self.n_drives} drives, {len(self.twist)} twists, seed {self.seed}, "
+            f"{float(self.torque.mean(axis=0).max()):.4g} N.m)"
+        )
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "virtual drives": self.n_drives,
+            "seed": self.seed,
+            "twist [arcmin]": f"{self.twist.min() / ARCMIN:.4g} ... {self.twist.max() / ARCMIN:.4g}",
+            "greatest mean torque [N.m]": f"{float(self.torque.mean(axis=0).max()):.4g}",
+            "greatest contact force [N]": f"{float(self.contact_force.max()):.4g}",
+            **{f"elements at twists, {name}": count for name, count in self.status_counts.items() if count},
+        }
+        return html_table(self.drive.name, rows)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Twist over torque, mean and band of the drives, on `ax` or on new axes, which are returned."""
+        return self.curve().plot(ax)
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with a row for each drive and twist. Raises `InputError` without pandas."""
+        n_drives, n_twist = self.torque.shape
+        return dataframe(
+            {
+                "drive": np.repeat(np.arange(n_drives), n_twist),
+                "twist [arcmin]": np.tile(self.twist / ARCMIN, n_drives),
+                "torque [N.m]": self.torque.ravel(),
+                "crank_torque [N.m]": self.crank_torque.ravel(),
+                "load_share [1]": self.load_share.ravel(),
+                **{force_column(name): self.contact_force[..., k].ravel() for k, name in enumerate(CONTACTS)},
+            }
+        )
 
     def curve(self) -> TwistTorqueCurve:
         """Mean, band (10th and 90th percentile) and stiffness over the twist, sorted.

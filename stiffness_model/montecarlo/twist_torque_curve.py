@@ -7,17 +7,22 @@ import functools
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 
 from ..contact.element_contacts import CONTACTS
+from ..display import dataframe, html_table
 from ..errors import InputError, expect
 from ..io.atomic_files import atomic_file
 from ..numerics.arrays import Array
 from ..numerics.roots import bracketed_root
 from ..units import ARCMIN
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 LOST_MOTION_SHARE = 0.03
 """Lost motion is the twist between plus and minus this share of the named torque (makers' catalogues)."""
@@ -25,6 +30,15 @@ BACKLASH_SHARE = 1e-3
 """Backlash is the twist across which no more than this share of the named torque is carried."""
 BAND = (10.0, 90.0)
 """Percentiles of the band."""
+
+
+def force_column(contact: str) -> str:
+    """Header of the column of one of `CONTACTS`.
+
+    >>> force_column("cage t+")
+    'force_cage_tplus [N]'
+    """
+    return f"force_{contact.replace(' ', '_').replace('+', 'plus').replace('-', 'minus')} [N]"
 
 
 @dataclass(frozen=True)
@@ -134,25 +148,50 @@ class TwistTorqueCurve:
             return 2 * high
         return high - float(self.twist_at(-share * full))
 
-    def write_csv(self, path: str | os.PathLike[str], further: Mapping[str, Array] | None = None) -> None:
-        """Write the columns of the contract (`curve.csv`), twist in arcmin; whole or not at all.
-
-        further: columns (n,) after them, by their heads, such as "pressure_gear [MPa]".
-        Raises `InputError` if the file cannot be written.
-        """
-        columns = {
+    def columns(self) -> dict[str, Array]:
+        """The columns of `curve.csv`, (n,) each, by their headers; twist in arcmin."""
+        return {
             "twist [arcmin]": self.twist / ARCMIN,
             "torque_mean [N.m]": self.torque,
             "torque_p10 [N.m]": self.torque_p10,
             "torque_p90 [N.m]": self.torque_p90,
             "stiffness [N.m/arcmin]": self.stiffness * ARCMIN,
             "load_share [1]": self.load_share,
-            **{
-                f"force_{c.replace(' ', '_').replace('+', 'plus').replace('-', 'minus')} [N]": self.contact_force[:, k]
-                for k, c in enumerate(CONTACTS)
-            },
-            **(further or {}),
+            **{force_column(contact): self.contact_force[:, k] for k, contact in enumerate(CONTACTS)},
         }
+
+    def __repr__(self) -> str:
+        return (
+            f"TwistTorqueCurve({self.name!r}, {len(self.twist)} twists to {self.twist[-1] / ARCMIN:.4g} arcmin, "
+            f"{self.full_torque:.4g} N.m)"
+        )
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "twist [arcmin]": f"{self.twist[0] / ARCMIN:.4g} ... {self.twist[-1] / ARCMIN:.4g}",
+            "greatest mean torque [N.m]": f"{self.full_torque:.4g}",
+            "greatest stiffness [N.m/arcmin]": f"{float(self.stiffness.max()) * ARCMIN:.4g}",
+            **self.notes,
+        }
+        return html_table(self.name or "twist over torque", rows)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Twist over torque, mean and band, on `ax` or on new axes, which are returned."""
+        from ..plotting.curves import twist_over_torque
+
+        return twist_over_torque(self, ax)
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with the columns of `curve.csv`. Raises `InputError` without pandas."""
+        return dataframe(self.columns())
+
+    def write_csv(self, path: str | os.PathLike[str], further: Mapping[str, Array] | None = None) -> None:
+        """Write the columns of the contract (`curve.csv`), twist in arcmin; whole or not at all.
+
+        further: columns (n,) after them, by their heads, such as "pressure_gear [MPa]".
+        Raises `InputError` if the file cannot be written.
+        """
+        columns = {**self.columns(), **(further or {})}
         with atomic_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(columns)

@@ -49,6 +49,7 @@ __all__ = [
     "save",
     "stiffness_over_torque",
     "twist_over_torque",
+    "twist_over_torque_band",
 ]
 
 TORQUE, TWIST = "torque at the output [N.m]", "twist at the output [arcmin]"
@@ -61,9 +62,19 @@ def twist_over_torque(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve], ax:
     ax = new_axes() if ax is None else ax
     several = _list(curves)
     for curve, line in zip(several, _lines(len(several)), strict=True):
-        _sideways_band(ax, curve, line)
+        _curve(ax, curve, line)
     format_axes(ax, TORQUE, TWIST)
     _start_at_zero(ax, several)
+    return legend_above(ax, BAND_TEXT)
+
+
+def twist_over_torque_band(
+    twist: Array, torque: Array, low: Array, high: Array, name: str = "", ax: Axes | None = None
+) -> Axes:
+    """Twist, (n,) rad, over a mean torque and its band, (n,) N.m each."""
+    ax = new_axes() if ax is None else ax
+    _sideways_band(ax, twist, torque, low, high, DRIVES[0], _name(name))
+    format_axes(ax, TORQUE, TWIST)
     return legend_above(ax, BAND_TEXT)
 
 
@@ -74,7 +85,7 @@ def against_catalog(curve: TwistTorqueCurve, gears: Iterable[CatalogGear], ax: A
     are left out. The published lines hold no lost motion.
     """
     ax = new_axes(width=7.6) if ax is None else ax
-    _sideways_band(ax, curve, DRIVES[0])
+    _curve(ax, curve, DRIVES[0])
     full = curve.full_torque
     for k, gear in enumerate(gear for gear in gears if gear.has_curve):
         torque = np.linspace(0.0, min(full, gear.greatest_torque or full), 201)
@@ -164,13 +175,17 @@ def save(ax: Axes, path: str | os.PathLike[str]) -> None:
     figure.savefig(path)
 
 
-def _sideways_band(ax: Axes, curve: TwistTorqueCurve, line: Line) -> None:
-    """Mean and band of the torque at each twist, with the torque along."""
-    twist = curve.twist / ARCMIN
-    ax.fill_betweenx(twist, curve.torque_p10, curve.torque_p90, color=line.colour, alpha=SHADE, linewidth=0)
-    for edge in (curve.torque_p10, curve.torque_p90):
-        ax.plot(edge, twist, color=line.colour, linewidth=0.6)
-    ax.plot(curve.torque, twist, color=line.colour, linestyle=line.style, linewidth=1.8, label=_name(curve.name))
+def _curve(ax: Axes, curve: TwistTorqueCurve, line: Line) -> None:
+    _sideways_band(ax, curve.twist, curve.torque, curve.torque_p10, curve.torque_p90, line, _name(curve.name))
+
+
+def _sideways_band(ax: Axes, twist: Array, torque: Array, low: Array, high: Array, line: Line, name: str) -> None:
+    """Mean and band of the torque, along x, at each twist."""
+    angle = twist / ARCMIN
+    ax.fill_betweenx(angle, low, high, color=line.colour, alpha=SHADE, linewidth=0)
+    for edge in (low, high):
+        ax.plot(edge, angle, color=line.colour, linewidth=0.6)
+    ax.plot(torque, angle, color=line.colour, linestyle=line.style, linewidth=1.8, label=name)
 
 
 def _band(ax: Axes, x: Array, mean: Array, low: Array, high: Array, line: Line, name: str) -> None:

@@ -28,6 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..display import one_line
 from ..drawing.drive import Drive
 from ..errors import expect
 from ..io.drawing_toml import DriveLike, as_drive
@@ -59,6 +60,9 @@ class BearingLife:
     system_revolutions: Array
     hours: Array
     valid: NDArray[np.bool_]
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
 
 def bearing_forces(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> tuple[Array, Array]:

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..display import one_line
 from ..drawing.drive import Drive
 from ..errors import expect
 from ..io.drawing_toml import DriveLike, as_drive
@@ -45,6 +46,9 @@ class FrictionLosses:
     torque: Array
     loss: Array
     ratio: float
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
     @property
     def efficiency(self) -> Array:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..contact.element_contacts import PARTNERS, Contacts, compliances, curvature_sums
 from ..contact.laws import bore_law
 from ..contact.usable_elements import usable_elements
+from ..display import one_line
 from ..drawing import sampling
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations
@@ -36,6 +37,9 @@ class Pressures:
     pressure: Array
     major: Array
     minor: Array
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
 
 def contact_pressures(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> Pressures:

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact.element_contacts import PARTNERS
+from ..display import one_line
 from ..drawing.drive import Drive
 from ..io.drawing_toml import DriveLike, as_drive
 from ..montecarlo.twist_torque_curve import BAND
@@ -81,6 +82,9 @@ class StaticSafety:
     pressure: Array
     limit: Array
     load_exponent: int
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
     @property
     def safety(self) -> Array:

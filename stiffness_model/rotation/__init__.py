@@ -9,7 +9,8 @@
 [1.0, 1.03, 90.0]
 """
 
-from .individual import Individual, angles_over_turn, draw_individual, elements_at, mean_individual
+from .element_positions import elements_at
+from .individual import Individual, angles_over_turn, draw_individual, mean_individual
 from .loaded import LoadedTurn, NoLoad, loaded_turn, no_load
 from .maps import TurningMap, turning_map
 from .orders import Spectrum, spectrum

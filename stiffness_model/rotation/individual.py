@@ -18,20 +18,26 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..display import dataframe, html_table
 from ..drawing.drive import PARTS, Drive
-from ..drawing.sampling import Deviations, check_seed
+from ..drawing.sampling import check_seed
 from ..errors import expect, expect_number
-from ..geometry.ball_path import wrap
 from ..io.drawing_toml import DriveLike, as_drive
-from ..lookup.element_table import FADE_HALF_WIDTH
 from ..numerics.arrays import Array
+from ..units import MICROMETRE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Index = NDArray[np.intp]
 
+N_PLOT_ANGLES, N_PLOT_TWISTS = 240, 61
+"""Points of `Individual.plot` along the crank's turn and the twist; chosen by judgement, 0.2 s."""
 _STREAM = (0, 0)
 """Apart from the populations' streams, whose keys have one number."""
 
@@ -68,6 +74,47 @@ class Individual:
             f"at most {self.drive.transmission_ratio:g} elements on an eccentric, as many as the cage has places",
             self.drive.elements_per_row,
             f"{self.drive.name}: elements",
+        )
+
+    def __repr__(self) -> str:
+        return f"Individual({self.drive.name!r}, {'no deviations drawn' if self.seed is None else f'seed {self.seed}'})"
+
+    def _repr_html_(self) -> str:
+        parts = {"balls" if self.drive.element == "ball" else "rollers": "element", "bores": "cage", "lobes": "lobe"}
+        rows = {
+            "seed": "not drawn" if self.seed is None else self.seed,
+            **{f"{text}, spread [um]": f"{np.std(getattr(self, n)) / MICROMETRE:.3g}" for text, n in parts.items()},
+        }
+        return html_table(f"individual of {self.drive.name}", rows)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Torque ripple over one turn of the crank and the twist, on `ax` or on new axes, which are returned."""
+        from .maps import turning_map
+        from .ripple_plots import ripple_map
+
+        drive = self.drive
+        angle = np.linspace(0, 2 * np.pi / drive.transmission_ratio, N_PLOT_ANGLES, endpoint=False)
+        return ripple_map(turning_map(self, np.linspace(-1, 1, N_PLOT_TWISTS) * drive.max_twist, angle), ax)
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with a row for each part: ball, crank race, bore, lobe. Raises `InputError` without
+        pandas.
+        """
+        drive, rows = self.drive, self.drive.eccentrics
+        own = np.arange(drive.elements)
+        numbers = [own, own, own, np.tile(np.arange(drive.lobes), rows)]
+        eccentric = [own % rows, own % rows, own % rows, np.repeat(np.arange(rows), drive.lobes)]
+        radius = np.concatenate([self.element, self.crank, self.cage, self.lobe.ravel()])
+        nominal = [drive.element_radius, drive.crank_radius, drive.element_radius, drive.element_radius]
+        sizes = [len(number) for number in numbers]
+        return dataframe(
+            {
+                "part": np.repeat(["element", "crank", "cage", "gear"], sizes),
+                "number": np.concatenate(numbers),
+                "eccentric": np.concatenate(eccentric),
+                "radius [mm]": 1e3 * radius,
+                "deviation [um]": (radius - np.repeat(nominal, sizes)) / MICROMETRE,
+            }
         )
 
 
@@ -126,98 +173,3 @@ def angles_over_turn(drive: Drive, per_pass: int = 8) -> Array:
     expect(isinstance(per_pass, int) and per_pass >= 1, "a whole number of at least 1", per_pass, "per_pass")
     count = per_pass * drive.lobes * drive.elements
     return 2 * np.pi * np.arange(count) / count
-
-
-@dataclass(frozen=True)
-class ElementPositions:
-    """The elements that may carry at m output angles, side by side along the profile; arrays (m, width).
-
-    element: its number; row, lobe: where in `Individual.lobe` its lobe stands; beta: rad; weight: 1, falling to 0 over
-    `FADE_HALF_WIDTH` to either side of the place where the profile is cut away, so that the torque has a derivative.
-    """
-
-    element: Index
-    row: Index
-    lobe: Index
-    beta: Array
-    weight: Array
-
-
-@dataclass(frozen=True)
-class Window:
-    """The part of the profile on which elements carry: |beta| up to `limit`, rad, with its fading edge up to `reach`;
-    at most `width` elements stand there at once."""
-
-    limit: float
-    reach: float
-    width: int
-
-    @staticmethod
-    def of_drive(drive: Drive) -> Window:
-        """The window of a drawing."""
-        limit = drive.usable_limit
-        if limit >= math.pi:
-            return Window(limit, math.pi, drive.elements)
-        reach = min(limit + FADE_HALF_WIDTH, math.pi)
-        return Window(limit, reach, min(math.floor(reach / math.pi * drive.elements) + 1, drive.elements))
-
-    def weight(self, beta: Array) -> Array:
-        """`ElementPositions.weight`."""
-        if self.reach >= math.pi:
-            return np.ones_like(beta)
-        return np.clip((self.limit - np.abs(beta)) / (2 * FADE_HALF_WIDTH) + 0.5, 0.0, 1.0)
-
-
-def element_lobe_pairs(drive: Drive) -> tuple[Index, Index]:
-    """Row and lobe of the meetings of elements with lobes, (n z,) each, in the order in which they come to one beta.
-
-    Element j + 1 of a row stands one bore back in the cage and faces the lobe i/(elements of a row) further back; after
-    a round of the cage comes its next lobe. Where fewer elements than places are drawn, evenly, each has the lobe of
-    the place nearest to it.
-    """
-    rows, per_row = drive.eccentrics, drive.elements_per_row
-    place = np.arange(drive.elements * drive.lobes)
-    j = place // rows
-    lobe = -np.round(j % per_row * drive.ratio / per_row).astype(np.intp) - (j // per_row) * round(drive.ratio)
-    return place % rows, lobe % drive.lobes
-
-
-def low_discrepancy_angles(count: int) -> Array:
-    """Output angles, (count,) rad, that lie evenly over a turn and keep step with nothing that turns: by the golden
-    ratio."""
-    return 2 * np.pi * (np.arange(count, dtype=float) * 0.6180339887498949 % 1)
-
-
-def element_positions(individual: Individual, window: Window, output_angle: Array) -> ElementPositions:
-    """Where the elements stand at output angles, (m,) rad, within the drawing's window."""
-    drive = individual.drive
-    step = 2 * np.pi / drive.elements
-    # In passes of elements: a whole number of them moves every element to the place of the one before.
-    passed = (individual.start + (drive.ratio - 1) * output_angle) / step
-    first = np.ceil(-window.reach / step - passed)
-    place = first[:, None] + np.arange(window.width)
-    beta = (passed[:, None] + place) * step
-    row, lobe = element_lobe_pairs(drive)
-    count = place.astype(np.intp)
-    meeting = count % len(row)
-    return ElementPositions(count % drive.elements, row[meeting], lobe[meeting], beta, window.weight(beta))
-
-
-def elements_at(individual: Individual, output_angle: float) -> tuple[Deviations, Array]:
-    """All elements of an individual at an output angle, rad, with the lobes they face, and `ElementPositions.weight`.
-
-    Arrays (1, n), element after element.
-
-    >>> from stiffness_model import load_drive
-    >>> one = draw_individual(load_drive("drive_1"), 7)
-    >>> at, weight = elements_at(one, 0.0)
-    >>> bool(at.beta[0, 0] == one.start), bool((at.element[0] == one.element).all())
-    (True, True)
-    """
-    n = individual.drive.elements
-    at = element_positions(individual, Window(math.pi, math.pi, n), np.array([float(output_angle)]))
-    order = np.argsort(at.element[0])
-    q = individual.lobe[at.row[0], at.lobe[0]][order]
-    beta = wrap(at.beta[0, order])
-    parts = (values[None] for values in (beta, individual.element, individual.crank, individual.cage, q))
-    return Deviations(*parts), Window.of_drive(individual.drive).weight(beta)[None]

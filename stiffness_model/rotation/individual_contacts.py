@@ -16,7 +16,8 @@ from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations
 from ..numerics.arrays import Array
 from ..numerics.bspline import Axis, fit, locate, weights
-from .individual import ElementPositions, Individual, Window
+from .element_positions import ElementPositions, Window
+from .individual import Individual
 
 N_CELLS = 96
 """Cells of the table along half the profile. The stiffness is right to 2e-5, the torque to 3e-6: the deviation of the

@@ -12,11 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..display import one_line
 from ..drawing.twist_limits import twist_limit
 from ..errors import InputError, expect, expect_number
 from ..montecarlo.twist_torque_curve import BACKLASH_SHARE
 from ..numerics.arrays import Array
-from .individual import Individual, low_discrepancy_angles
+from .element_positions import low_discrepancy_angles
+from .individual import Individual
 from .maps import AngleBatch, angle_batches, expect_angles, turning_map
 
 TOLERANCE = 1e-8
@@ -35,6 +37,9 @@ class LoadedTurn:
     output_angle: Array
     twist: Array
     stiffness: Array
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
     @property
     def transmission_error(self) -> Array:
@@ -55,6 +60,9 @@ class NoLoad:
     output_angle: Array
     forward: Array
     backward: Array
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
     @property
     def position_error(self) -> Array:

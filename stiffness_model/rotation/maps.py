@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact.element_contacts import Contacts
+from ..display import one_line
 from ..drawing.twist_limits import MAX_OUTPUT_ANGLE, expect_twists
 from ..equilibrium.closed_form import Equilibrium, Status, solve
 from ..errors import expect, expect_number, warn_not_converged
 from ..numerics.arrays import Array
-from .individual import ElementPositions, Individual, element_positions
+from .element_positions import ElementPositions, element_positions
+from .individual import Individual
 from .individual_contacts import IndividualContacts
 
 BATCH_SIZE = 6000
@@ -40,6 +42,9 @@ class TurningMap:
     torque: Array
     crank_torque: Array
     max_force: Array
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
     @property
     def crank_turns(self) -> Array:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..display import one_line
 from ..drawing.drive import Drive
 from ..errors import expect
 from ..numerics.arrays import Array
@@ -27,6 +28,9 @@ class Spectrum:
     drive: Drive
     amplitude: Array
     phase: Array
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
     @property
     def order(self) -> NDArray[np.intp]:

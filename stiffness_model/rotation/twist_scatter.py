@@ -7,12 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..display import one_line
 from ..drawing.drive import Drive
 from ..errors import expect
 from ..io.drawing_toml import DriveLike, as_drive
 from ..lookup.build_lookup import mean_torque
 from ..numerics.arrays import Array
-from .individual import draw_individual, low_discrepancy_angles
+from .element_positions import low_discrepancy_angles
+from .individual import draw_individual
 from .maps import turning_map
 
 N_TWISTS = 61
@@ -35,6 +37,9 @@ class TwistScatter:
     mean: Array
     low: Array
     high: Array
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
 
 def twist_scatter(drive: DriveLike, seeds: Sequence[int]) -> TwistScatter:

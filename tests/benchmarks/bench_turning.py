@@ -31,7 +31,7 @@ from stiffness_model.equilibrium.reference import solve_element
 from stiffness_model.errors import DoesNotFitWarning
 from stiffness_model.lookup.build_lookup import build_lookup
 from stiffness_model.rotation import angles_over_turn, draw_individual, loaded_turn, no_load, turning_map
-from stiffness_model.rotation.individual import element_positions
+from stiffness_model.rotation.element_positions import element_positions
 from stiffness_model.rotation.individual_contacts import IndividualContacts
 
 TWISTS, ANGLES = 61, 120

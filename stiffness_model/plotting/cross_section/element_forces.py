@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...contact.usable_elements import is_usable, usable_elements
+from ...display import one_line
 from ...drawing.drive import Drive
 from ...drawing.sampling import Deviations
 from ...drawing.twist_limits import expect_twists
@@ -40,6 +41,9 @@ class ElementForces:
     displacement: Array
     torque: Array
     not_converged: int = 0
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
     @property
     def magnitude(self) -> Array:

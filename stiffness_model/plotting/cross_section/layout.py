@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...display import one_line
 from ...drawing.drive import Drive
 from ...drawing.twist_limits import expect_crank_angle
 from ...errors import expect, expect_number
@@ -41,6 +42,9 @@ class Layout:
     gear: Array
     eccentric: Array
     centre: Array
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
 
 def place_parts(drive: Drive, angle: float = 0.0, start: float = 0.0) -> Layout:

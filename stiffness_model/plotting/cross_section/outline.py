@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...display import one_line
 from ...drawing.drive import Drive
 from ...errors import expect_number
 from ...geometry.ball_path import BallPath, usable_limit
@@ -32,6 +33,9 @@ class Outline:
     points: Array
     error: float
     limit: float
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
 
 def gear_outline(drive: Drive, chord_error: float = CHORD_ERROR) -> Outline:

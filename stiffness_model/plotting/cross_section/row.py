@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...contact.element_contacts import CONTACTS
+from ...drawing import sampling
 from ...drawing.drive import Drive
 from ...numerics.arrays import Array
 from ..style import CONTACTS as CONTACT_LINES
-from ..style import FAINT, GREEN, INK, METAL, RED
-from .element_forces import ElementForces
-from .row_outlines import RowOutlines
+from ..style import FAINT, GREEN, INK, METAL, RED, caption, new_axes
+from .element_forces import ElementForces, solve_element_forces
+from .row_outlines import RowOutlines, row_outlines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,6 +55,17 @@ def draw_row(ax: Axes, drive: Drive, row: RowOutlines) -> Axes:
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
     ax.set_axis_off()
     return ax
+
+
+def drive_row(drive: Drive, ax: Axes | None = None) -> Axes:
+    """The first row of a drive without deviations and load, to scale."""
+    ax = new_axes(width=5.0, height=5.0) if ax is None else ax
+    unloaded = solve_element_forces(drive, sampling.nominal(drive), 0.0)
+    draw_row(ax, drive, row_outlines(drive, unloaded, 0))
+    colour_elements(ax, unloaded, 0, 0.0)
+    wall = 1e3 * drive.seats.wall
+    bars = f"cage bars of {wall:.3g} mm" if wall > 0 else f"bores overlap by {-wall:.3g} mm"
+    return caption(ax, f"{drive.name}: {drive.lobes} lobes, ratio {drive.ratio:+g}, {bars}")
 
 
 def colour_elements(ax: Axes, loads: ElementForces, row: int, greatest: float) -> None:

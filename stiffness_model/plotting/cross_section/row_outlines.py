@@ -13,6 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ...display import one_line
 from ...drawing.drive import Drive
 from ...geometry.ball_path import BallPath
 from ...numerics.arrays import Array
@@ -45,6 +46,9 @@ class RowOutlines:
     radius: Array
     bars: list[Array]
     walls: Array
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
 
 def row_outlines(drive: Drive, loads: ElementForces, row: int, exaggeration: float = 1.0) -> RowOutlines:

@@ -18,7 +18,7 @@ from stiffness_model.ratings import peak_pressure
 from stiffness_model.ratings.peak_pressure import peak_pressures, smallest_lobe_distances
 from stiffness_model.ratings.pressure import max_per_drive
 from stiffness_model.rotation import Individual
-from stiffness_model.rotation.individual import Window, element_positions, low_discrepancy_angles
+from stiffness_model.rotation.element_positions import Window, element_positions, low_discrepancy_angles
 
 
 def virtual_drive(drive: sm.Drive, seed: int) -> Individual:
