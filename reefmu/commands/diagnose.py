@@ -9,7 +9,7 @@ from pathlib import Path
 from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.diagnosis.report.text import quantity_text
 from reefmu.diagnosis.shared_exponent import PLAY, shared_exponent
-from reefmu.model.tables import cached_lookup
+from reefmu.model.contacts.tables import cached_lookup
 from reefmu.progress import Progress
 from reefmu.record import Record, read_record, with_output_locked
 from stiffness_model.errors import InputError, expect

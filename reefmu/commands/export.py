@@ -11,7 +11,7 @@ from reefmu.fmu.model.component import drive_component
 from reefmu.fmu.model.joint import joint_component
 from reefmu.fmu.python_backend.real_time import real_time_note
 from reefmu.fmu.xml.archive import read_archive
-from reefmu.model.curve_table import source_curve
+from reefmu.model.contacts.curve_table import source_curve
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import TYPICAL_MASSES, Masses, expect_step
 from reefmu.model.model_file import is_model_file, load_model

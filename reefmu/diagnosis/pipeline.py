@@ -14,7 +14,7 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.numerics.arrays import Array
 
 from ..effects import find_effect, separating_test
-from ..model.tables import cached_lookup
+from ..model.contacts.tables import cached_lookup
 from ..record import Record
 from .analysis import Analysis
 from .estimation.held_out import fits_without_held_out, is_refuted

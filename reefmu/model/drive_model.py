@@ -31,10 +31,12 @@ from stiffness_model.lookup.build_lookup import N_DRIVES, Lookup
 from stiffness_model.rotation import Individual, draw_individual
 
 from ..effects import Effect, Place, find_effect
-from .assembly import INPUT_NAMES, OUTPUT_NAMES, assemble, stored_angles
-from .contact import with_contact_tables
-from .curve_table import source_curve
-from .tables import cached_lookup
+from .contacts.curve_table import source_curve
+from .contacts.element import with_contact_tables
+from .contacts.tables import cached_lookup
+from .stages.composition import Composition
+from .stages.expressions import INPUT_NAMES, OUTPUT_NAMES
+from .stages.order import stored_angles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -177,7 +179,7 @@ class DriveModel:
 
     @cached_property
     def _functions(self) -> dict[str, ca.Function]:
-        return assemble(self.lookup, self.effects, self.individual)
+        return Composition(self.lookup, self.effects, self.individual).functions()
 
     @property
     def initial(self) -> ca.Function:

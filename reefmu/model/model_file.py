@@ -28,7 +28,7 @@ from stiffness_model.lookup.build_lookup import N_DRIVES, Lookup
 from stiffness_model.units import parse_quantity
 
 from ..effects import Parameter, find_effect
-from .curve_table import curve_lookup_from_dict, source_curve
+from .contacts.curve_table import curve_lookup_from_dict, source_curve
 from .drive_model import DriveModel, build_curve_model, build_model, describe_effects
 
 SCHEMA = 1

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 import stiffness_model as sm
 from reefmu.diagnosis.schema import Diagnosis, Gap, NamedEffect, Value
 from reefmu.model import DriveModel, build_curve_model, build_model
-from reefmu.model.curve_table import curve_lookup
+from reefmu.model.contacts.curve_table import curve_lookup
 from reefmu.record import COLUMNS, Record, make_record, read_record
 from reefmu.torque_loop import torque_loop
 from stiffness_model.lookup.table import Lookup

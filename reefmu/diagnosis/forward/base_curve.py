@@ -24,8 +24,8 @@ from stiffness_model.lookup.modulus import ModulusShares
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import EFFECTS
-from ...model.contact import with_contact_tables
-from ...model.curve_table import curve_lookup
+from ...model.contacts.curve_table import curve_lookup
+from ...model.contacts.element import with_contact_tables
 from ...record import Record, check_range, convert_units
 from ..preprocessing.audit import ANGLE_RESOLUTION, exceeds_resolution
 from ..preprocessing.trace import Trace

@@ -110,7 +110,7 @@ def compile_binaries(sources: Mapping[str, bytes], identifier: str, platforms: S
 
 
 def _compile_cached(sources: Mapping[str, bytes], identifier: str, p: Platform, target: str) -> bytes:
-    from reefmu.model.tables import cache_folder
+    from reefmu.model.contacts.tables import cache_folder
 
     command, version = _compiler(p, target)
     digest = hashlib.sha256(repr((identifier, version, command)).encode())

@@ -204,7 +204,7 @@ def maximum_stiffness(model: DriveModel) -> float:
 
     lookup = model.lookup
     if model.individual is not None:
-        from reefmu.model import individual
+        from reefmu.model.contacts import individual
 
         return individual.maximum_stiffness(model.individual, lookup)
     # The slope of a cubic B-spline is a weighted mean of the differences of its coefficients, so these bound it.

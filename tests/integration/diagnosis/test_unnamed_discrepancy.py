@@ -19,7 +19,7 @@ from reefmu.diagnosis.inference.nonparametric import fit_terms
 from reefmu.diagnosis.pipeline import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
-from reefmu.model.tables import cached_lookup
+from reefmu.model.contacts.tables import cached_lookup
 from reefmu.record import Record
 from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig

@@ -133,7 +133,7 @@ def test_the_digest_is_over_all_that_an_export_loads_of_the_model() -> None:
     modules = set(carried.model_modules())
     packages = {name for name in done.stdout.split() if (carried._source(name) or Path()).name == "__init__.py"}
     assert set(done.stdout.split()) - packages <= modules
-    assert modules >= {"reefmu.model.assembly", "reefmu.effects.creep", "stiffness_model.rotation.individual_contacts"}
+    assert modules >= {"reefmu.model.stages.order", "reefmu.effects.twist.creep", "stiffness_model.rotation.individual_contacts"}
 
 
 @pytest.mark.parametrize(

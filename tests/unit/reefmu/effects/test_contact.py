@@ -9,7 +9,7 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS, Signals
-from reefmu.model.contact import with_contact_tables
+from reefmu.model.contacts.element import with_contact_tables
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.model_file import load_model, save_model
 from reefmu.simulate import inputs_at_twist, simulate_signal
@@ -121,7 +121,7 @@ def test_lookup_and_model_files_carry_what_the_effects_need(
     save_model(model, tmp_path / "model.toml")
     model.lookup.save(tmp_path / "lookup.npz")
     for name in ("modulus_shares", "cached_element_table"):
-        monkeypatch.setattr(f"reefmu.model.contact.{name}", None)  # nothing is solved again
+        monkeypatch.setattr(f"reefmu.model.contacts.element.{name}", None)  # nothing is solved again
     again = load_model(tmp_path / "model.toml", lookup=tmp_path / "lookup.npz")
     assert again.lookup.modulus == model.lookup.modulus
     u = inputs_at_twist([0.001], model)

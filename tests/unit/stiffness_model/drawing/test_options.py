@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from reefmu.model.tables import fingerprint
+from reefmu.model.contacts.tables import fingerprint
 from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.contact.usable_elements import usable_elements
 from stiffness_model.drawing import sampling

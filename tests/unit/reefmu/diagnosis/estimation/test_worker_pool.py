@@ -13,7 +13,7 @@ from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.pipeline import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
-from reefmu.model.tables import cached_lookup
+from reefmu.model.contacts.tables import cached_lookup
 from tests import diagnosis_rig as rig
 
 

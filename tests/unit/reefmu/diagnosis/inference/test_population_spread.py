@@ -24,7 +24,7 @@ from reefmu.diagnosis.inference.population_spread import (
 from reefmu.diagnosis.pipeline import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.schema import Diagnosis
-from reefmu.model.tables import cached_lookup
+from reefmu.model.contacts.tables import cached_lookup
 from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
 

@@ -6,7 +6,7 @@ import pytest
 from reefmu.diagnosis.preprocessing.autocorrelation import autocorrelation
 from reefmu.diagnosis.preprocessing.noise import cycle_period, estimate_noise
 from reefmu.diagnosis.preprocessing.trace import make_trace
-from reefmu.model.tables import cached_lookup
+from reefmu.model.contacts.tables import cached_lookup
 from tests import diagnosis_rig as rig
 
 

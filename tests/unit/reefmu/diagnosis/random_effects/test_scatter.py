@@ -11,7 +11,7 @@ from reefmu.diagnosis.pipeline import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.scatter import Scatter
-from reefmu.model.tables import cached_lookup
+from reefmu.model.contacts.tables import cached_lookup
 from stiffness_model.rotation import draw_individual, turning_map
 from tests import diagnosis_rig as rig
 

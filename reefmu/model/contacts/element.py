@@ -13,7 +13,7 @@ from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.lookup.element_table import FADE_HALF_WIDTH, ElementTable
 from stiffness_model.lookup.modulus import modulus_shares
 
-from ..effects import Effect, Place
+from ...effects import Effect, Place
 from .tables import cached_element_table, clamped, clamped_to_unit, expanded, spline_function
 
 

@@ -1,0 +1,92 @@
+"""The stages that advance the states, as CasADi expressions, and the states' rates in continuous time.
+
+A state obeys dx/ds = a x + b, and is advanced exactly by the exponential over a change of s of any length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import casadi as ca
+
+from ...effects import Effect, IndependentVariable, State
+from .expressions import DriveExpressions
+
+
+def advance_angles(drive: DriveExpressions) -> ca.MX:
+    """States after the angles have moved to those of the inputs."""
+    signals = drive.signals
+    change = {variable: drive.angle(variable, signals) - drive.x[k] for k, variable in enumerate(drive.angles)}
+    signals = signals._replace(
+        twist_direction=ca.sign(change.get(IndependentVariable.TWIST, ca.MX(0))),
+        crank_direction=ca.sign(change.get(IndependentVariable.CRANK, ca.MX(0))),
+        output_direction=ca.sign(change.get(IndependentVariable.OUTPUT, ca.MX(0))),
+    )
+
+    def advance(effect: Effect, state: State, value: ca.MX) -> ca.MX:
+        if state.independent_variable not in change:
+            return value
+        a, b = state.equation(signals, drive.values[effect.name])
+        length = ca.fabs(change[state.independent_variable])
+        return value + (a * value + b) * length * _exponential_mean(ca.MX(a) * length)
+
+    return ca.vertcat(*(drive.angle(v, signals) for v in drive.angles), *_of_effects(drive, advance))
+
+
+def advance_time(drive: DriveExpressions) -> ca.MX:
+    """States after dt, the angles held.
+
+    A twist that grows under the torque also reduces it: with the contacts linearised, that is a part of
+    dx/ds = a x + b (an exponential Rosenbrock step). So a long step ends where the state comes to rest without
+    overshooting, and a short one is right to second order in the contacts' curvature.
+    """
+    signals, elastic, stiffness = drive.signals, drive.c[0], drive.c[1]
+    torque = ca.MX.sym("torque")
+    _, offset = drive.series()
+
+    def advance(effect: Effect, state: State, value: ca.MX) -> ca.MX:
+        if state.independent_variable is not IndependentVariable.TIME:
+            return value
+        a, b = state.equation(signals._replace(elastic_torque=torque), drive.values[effect.name])
+        speed = ca.MX(a * value + b)
+        relief = stiffness * (ca.jacobian(offset, drive.x) @ ca.jacobian(value, drive.x).T)
+        a, speed = ca.graph_substitute([a - ca.jacobian(speed, torque) * relief, speed], [torque], [elastic])
+        return value + speed * drive.dt * _exponential_mean(a * drive.dt)
+
+    return ca.vertcat(*(drive.x[k] for k in range(len(drive.angles))), *_of_effects(drive, advance))
+
+
+def rate(drive: DriveExpressions) -> ca.MX:
+    """dx/dt: the equations along the independent variables times the speeds along them."""
+    signals = drive.signals._replace(elastic_torque=drive.c[0])
+    # The kinematic error also turns with the crank.
+    twist_rate = drive.twist_by_crank * signals.crank_speed - signals.output_speed
+    signals = signals._replace(twist_direction=ca.sign(twist_rate))
+    rates = {
+        IndependentVariable.TWIST: twist_rate,
+        IndependentVariable.CRANK: signals.crank_speed,
+        IndependentVariable.OUTPUT: signals.output_speed,
+    }
+    speeds = {IndependentVariable.TIME: ca.MX(1), **{v: ca.fabs(value) for v, value in rates.items()}}
+
+    def change(effect: Effect, state: State, value: ca.MX) -> ca.MX:
+        a, b = state.equation(signals, drive.values[effect.name])
+        return (a * value + b) * speeds[state.independent_variable]
+
+    return ca.vertcat(*(rates[v] for v in drive.angles), *_of_effects(drive, change))
+
+
+def _of_effects(drive: DriveExpressions, change: Callable[[Effect, State, ca.MX], ca.MX]) -> list[ca.MX]:
+    """`change` of every effect's own states, in their order."""
+    return [
+        change(effect, state, value)
+        for effect in drive.effects
+        for state, value in zip(effect.states, drive.states_of(effect).values(), strict=True)
+    ]
+
+
+def _exponential_mean(z: ca.MX) -> ca.MX:
+    """(exp(z) - 1)/z, 1 at z = 0: the mean of exp over a step."""
+    small = ca.fabs(z) < 1e-9
+    safe = ca.if_else(small, 1, z)
+    return ca.if_else(small, 1 + z / 2, ca.expm1(safe) / safe)
