@@ -24,8 +24,8 @@ import stiffness_model as sm
 from reefmu.joint import JointModel, Masses
 from reefmu.joint.controller import Design, Weights, design_lqr
 from reefmu.joint.simulate import Motion, simulate_joint
-from reefmu.model.drive_model import build_model
 from reefmu.model.contacts.tables import cached_lookup
+from reefmu.model.drive_model import build_model
 from stiffness_model.plotting.style import BLUE, FAINT, INK, format_axes
 
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0, motor_damping=1e-3, load_damping=0.5)

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import lfilter
 
-from reefmu.model.drive_model import build_model
 from reefmu.model.contacts.tables import cached_lookup
+from reefmu.model.drive_model import build_model
 from reefmu.record import Record, make_record
 from reefmu.simulate import simulate_record
 from stiffness_model import Drive, load_drive

@@ -20,8 +20,8 @@ from reefmu.diagnosis.pipeline import analyse
 from reefmu.effects import EFFECTS
 from reefmu.joint import JointModel, Masses, joint_system
 from reefmu.model.buffered import Buffered
-from reefmu.model.drive_model import build_model
 from reefmu.model.contacts.tables import spline_function
+from reefmu.model.drive_model import build_model
 from reefmu.simulate import inputs_at_twist, simulate_signal
 from stiffness_model.lookup.build_lookup import build_lookup
 from tests import diagnosis_rig as rig

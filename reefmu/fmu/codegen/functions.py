@@ -1,6 +1,6 @@
 """The functions of a component that become C: small ones in scalars, to run around the tables.
 
-Those of `reefmu.model.stages`, on the component's own vectors x, u and p, and with them
+The stages of `reefmu.model.stages.order`, on the component's own vectors x, u and p, and with them
 
     initial(u, p) -> x
     initial_jvp(u, p, d) -> dx            change of the first states for a change d of (u, x, p), x left out
@@ -17,7 +17,7 @@ and for a joint, which integrates itself,
 
 and for an individual, not in scalars,
 
-    individual(q) -> c                       what its own contacts give: `reefmu.model.stages`
+    individual_contacts(q) -> c                  `reefmu.model.stages.scalar`
     individual_jvp(q, dq) -> dc
 """
 
@@ -31,42 +31,47 @@ from ..model.component import Component
 if TYPE_CHECKING:
     import casadi
 
-    from reefmu.model.stages import Stages
+    from reefmu.model.stages.order import Stage
+    from reefmu.model.stages.scalar import ScalarStages
 
 
 @dataclass(frozen=True)
 class GeneratedFunctions:
-    """The functions by name; n_motion: how many states a joint has before the drive's own."""
+    """The functions of one component.
+
+    functions: by name. stages: those of the drive. reads: by the stages' names, what their functions read in C.
+    drift_angles: for a joint the stages that move the angles before the drive's states follow them. n_motion: how many
+    states a joint has before the drive's own.
+    """
 
     functions: dict[str, casadi.Function]
-    stages: Stages
+    stages: ScalarStages
+    reads: dict[str, tuple[str, ...]]
+    drift_angles: tuple[Stage, ...]
     n_motion: int
 
 
 def make_functions(component: Component) -> GeneratedFunctions:
-    """The pieces of a component of either kind."""
+    """The functions of a component of either kind."""
     import casadi as ca
 
-    from reefmu.model.stages import CONTACT, make_stages, scalar_function
+    from reefmu.model.stages.order import CONTACT_OUTPUTS, CONTACTS, KINEMATICS, Stage
+    from reefmu.model.stages.scalar import SCALAR_STAGES, make_scalar_stages, scalar_function
 
     model = component.model
-    stages = make_stages(model.lookup, model.effects, model.individual)
+    stages = make_scalar_stages(model.lookup, model.effects, model.individual)
     x, u, p = (
         ca.MX.sym(name, len(items))
         for name, items in (("x", component.states), ("u", component.inputs), ("p", component.parameters))
     )
-    k, c, dt = ca.MX.sym("k", 2), ca.MX.sym("c", len(CONTACT)), ca.MX.sym("dt")
+    k, c, dt = ca.MX.sym("k", 2), ca.MX.sym("c", len(CONTACT_OUTPUTS)), ca.MX.sym("dt")
+    symbols = {"x": x, "u": u, "p": p, "dt": dt, "k": k, "c": c}
+    # A joint's states hold the drive's angles and speeds, so that the kinematics read them there.
+    reads = {s.name: ("x", *s.reads) if s is KINEMATICS else s.reads for s in (*SCALAR_STAGES, CONTACTS)}
     functions = {"initial": scalar_function("initial", [u, p], component.initial(u, p))}
+    drift_angles: tuple[Stage, ...] = ()
     if component.kind == "drive":
-        drive = {
-            "kinematics": stages.kinematics(u, p),
-            "coefficients": stages.coefficients(p),
-            "contact_point": stages.contact_point(x, u, k, p),
-            "advance_angles": stages.advance_angles(x, u, k, p),
-            "advance_time": stages.advance_time(x, u, k, dt, p, c),
-            "rate": stages.rate(x, u, k, p, c),
-            "output": stages.output(x, u, k, p, c),
-        }
+        drive = {s.name: stages.functions[s.name](*(symbols[name] for name in s.reads)) for s in SCALAR_STAGES}
         n_motion = 0
     else:
         from ..model.joint_equations import JointStages
@@ -74,18 +79,13 @@ def make_functions(component: Component) -> GeneratedFunctions:
         joint = JointStages(component.model, stages, x, u, p, dt, k, c)
         drive, n_motion = joint.drive_stages(), 4
         functions |= joint.motion_stages()
-    inside = {
-        "kinematics": [x, u, p],
-        "coefficients": [p],
-        "contact_point": [x, u, k, p],
-        "advance_angles": [x, u, k, p],
-        "advance_time": [x, u, k, dt, p, c],
-        "rate": [x, u, k, p, c],
-        "output": [x, u, k, p, c],
+        drift_angles = (Stage("drift_angles", ("x", "dt"), "x"), KINEMATICS)
+        reads["drift_angles"] = ("x", "dt")
+    functions |= {
+        name: scalar_function(name, [symbols[n] for n in reads[name]], expression) for name, expression in drive.items()
     }
-    functions |= {name: scalar_function(name, inside[name], drive[name]) for name in drive}
 
-    d, dc = ca.MX.sym("d", u.numel() + x.numel() + p.numel()), ca.MX.sym("dc", len(CONTACT))
+    d, dc = ca.MX.sym("d", u.numel() + x.numel() + p.numel()), ca.MX.sym("dc", len(CONTACT_OUTPUTS))
     du, dx, dp = ca.vertsplit(d, [0, u.numel(), u.numel() + x.numel(), d.numel()])
     at = ca.Function("at", [x, u, p], [functions["contact_point"](x, u, functions["kinematics"](x, u, p), p)])
     gives = ca.Function(
@@ -93,7 +93,7 @@ def make_functions(component: Component) -> GeneratedFunctions:
         [x, u, p, c],
         [ca.vertcat(*(functions[name](x, u, functions["kinematics"](x, u, p), p, c) for name in ("output", "rate")))],
     )
-    of_point = at.forward(1)(x, u, p, ca.MX(len(stages.contact_point_names), 1), dx, du, dp)
+    of_point = at.forward(1)(x, u, p, ca.MX(len(stages.point_names), 1), dx, du, dp)
     of_result = gives.forward(1)(x, u, p, c, ca.MX(*gives.size_out(0)), dx, du, dp, dc)
     for name, function, arguments, changes in (
         ("initial", functions["initial"], [u, p], [du, dp]),
@@ -103,9 +103,9 @@ def make_functions(component: Component) -> GeneratedFunctions:
         functions[f"{name}_jvp"] = scalar_function(f"{name}_jvp", [*arguments, d], moved)
     functions["contact_point_jvp"] = scalar_function("contact_point_jvp", [x, u, p, d], of_point)
     functions["result_jvp"] = scalar_function("result_jvp", [x, u, p, d, c, dc], of_result)
-    if stages.contact is not None:
+    if stages.individual_contacts is not None:
         q, dq = ca.MX.sym("q", 3), ca.MX.sym("dq", 3)
-        of_contact = stages.contact.forward(1)(q, ca.MX(len(CONTACT), 1), dq)
-        functions["individual_contacts"] = stages.contact
+        of_contact = stages.individual_contacts.forward(1)(q, ca.MX(len(CONTACT_OUTPUTS), 1), dq)
+        functions["individual_contacts"] = stages.individual_contacts
         functions["individual_jvp"] = ca.Function("individual_jvp", [q, dq], [ca.densify(of_contact)])
-    return GeneratedFunctions(functions, stages, n_motion)
+    return GeneratedFunctions(functions, stages, reads, drift_angles, n_motion)

@@ -23,6 +23,7 @@ from ..model.component import Component
 from ..model.table_encoding import TABLES, embedded_lookup, encode_tables
 from ..model.variables import FMI2, FmiVersion, Interface, Variable
 from .functions import GeneratedFunctions, make_functions
+from .stage_order import STAGE_ORDER, stage_order
 
 MAIN_SOURCE = "all.c"
 """The file to compile."""
@@ -51,6 +52,7 @@ def make_sources(
     pieces = make_functions(component)
     equations, sizes = _equations(pieces)
     files["equations.c"] = equations.encode()
+    files[STAGE_ORDER] = stage_order(pieces).encode()
     files["model.h"] = _header(component, pieces, interface, _Identity(guid, identifier, standard), sizes).encode()
     files[TABLES] = encode_tables(embedded_lookup(component.model)).encode()
     return files
@@ -125,8 +127,8 @@ def _prefix(names: _Identity) -> str:
 def _header(
     component: Component, pieces: GeneratedFunctions, interface: Interface, names: _Identity, sizes: dict[str, int]
 ) -> str:
-    from reefmu.model.assembly import NEWTON_STEPS, NEWTON_TOLERANCE
-    from reefmu.model.stages import COEFFICIENTS, CONTACT
+    from reefmu.model.contacts.equilibrium import NEWTON_STEPS, NEWTON_TOLERANCE
+    from reefmu.model.stages.order import CONTACT_OUTPUTS
 
     n_u, n_y, n_x = len(component.inputs), len(component.outputs), len(component.states)
     stages = pieces.stages
@@ -141,10 +143,8 @@ def _header(
         "N_INDICATORS": component.n_indicators,
         "FIRST_INDICATOR": component.first_indicator,
         "IS_JOINT": int(component.kind == "joint"),
-        "IS_INDIVIDUAL": int(stages.contact is not None),
+        "IS_INDIVIDUAL": int(stages.individual_contacts is not None),
         "HAS_ANGLE_STATES": int(stages.has_angle_states),
-        "HAS_TIME_STATES": int(stages.has_time_states),
-        "TIME_STATES_NEED_TORQUE": int(stages.time_states_need_torque),
         "HAS_SERIES_COMPLIANCE": int(stages.has_series_compliance),
         "N_MOTION": pieces.n_motion,
         "DISCRETE_OUTPUT": [s.discrete for s in component.outputs].index(True),
@@ -155,9 +155,9 @@ def _header(
         **{f"N_{name}": size for name, size in sizes.items()},
     }
     orders = {
-        "CONTACT_POINT": stages.contact_point_names,
-        "COEFFICIENTS": COEFFICIENTS,
-        "CONTACT": CONTACT,
+        "CONTACT_POINT": stages.point_names,
+        "COEFFICIENTS": stages.coefficient_names,
+        "CONTACT": CONTACT_OUTPUTS,
         "TABLE": [f"table_{name}" for name in QUANTITIES],
     }
     enums = "".join(

@@ -160,8 +160,8 @@ def save_component(model: DriveModel, masses: Masses | None, folder: Path) -> No
 
 def drive_component(model: DriveModel) -> Component:
     """Kind `drive`: angles and speeds in, torques out; the model itself."""
-    from reefmu.model.assembly import stored_angles
     from reefmu.model.drive_model import INPUTS, OUTPUTS
+    from reefmu.model.stages.order import stored_angles
 
     return Component(
         "drive",

@@ -20,8 +20,8 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
     """The joint of a drive and two inertias. `masses` gives the start values of inertias and dampings."""
     import casadi as ca
 
-    from reefmu.model.assembly import stored_angles
     from reefmu.model.drive_model import OUTPUTS, ModelParameter, Signal
+    from reefmu.model.stages.order import stored_angles
 
     motion = (
         Signal("crank.phi", "rad", "Angle of the crank and the motor"),

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from reefmu.model.drive_model import DriveModel
-    from reefmu.model.stages import Stages
+    from reefmu.model.stages.scalar import ScalarStages
 
 SUBSTEP_PHASE = 0.1
 """Phase, rad, of the joint's fastest oscillation in one substep: the energy is then conserved to 1e-6."""
@@ -156,36 +156,52 @@ class JointEquations:
 
 
 class JointStages(JointEquations):
-    """The same equations around contacts that are evaluated elsewhere, in C. k, c: as in `reefmu.model.stages`."""
+    """The same equations around contacts that are evaluated in C. k, c: as in `reefmu.model.stages.order`."""
 
-    def __init__(self, model: DriveModel, stages: Stages, x: Any, u: Any, p: Any, dt: Any, k: Any, c: Any) -> None:
+    def __init__(
+        self, model: DriveModel, stages: ScalarStages, x: Any, u: Any, p: Any, dt: Any, k: Any, c: Any
+    ) -> None:
         super().__init__(model)
         self.stages, self.x, self.u, self.dt, self.k, self.c = stages, x, u, dt, k, c
         self.set_parameters(p)
 
     def drive(self, x: Any) -> Any:
-        return self.stages.output.call([x[4:], self.inputs(x), self.k, self.p_drive, self.c], True, False)[0]
+        return self.stages.functions["output"].call([x[4:], self.inputs(x), self.k, self.p_drive, self.c], True, False)[
+            0
+        ]
 
     def drive_rate(self, x: Any) -> Any:
-        return self.stages.rate(x[4:], self.inputs(x), self.k, self.p_drive, self.c)
+        return self.stages.functions["rate"](x[4:], self.inputs(x), self.k, self.p_drive, self.c)
 
     def drive_stages(self) -> dict[str, Any]:
         """The drive's stages as expressions of the joint's vectors, by name."""
-        x, k, p, c, s, vertcat = self.x, self.k, self.p_drive, self.c, self.stages, self.ca.vertcat
-        u, own = self.inputs(x), x[4:]
+        from reefmu.model.stages.scalar import SCALAR_STAGES
+
+        x, vertcat = self.x, self.ca.vertcat
+        values = {
+            "x": x[4:],
+            "u": self.inputs(x),
+            "p": self.p_drive,
+            "dt": self.dt,
+            "k": self.k,
+            "c": self.c,
+        }
+        found = {
+            stage.name: self.stages.functions[stage.name](*(values[name] for name in stage.reads))
+            for stage in SCALAR_STAGES
+            if stage.name not in ("rate", "output")
+        }
         return {
-            "kinematics": s.kinematics(u, p),
-            "coefficients": s.coefficients(p),
-            "contact_point": s.contact_point(own, u, k, p),
-            "advance_angles": vertcat(x[:4], s.advance_angles(own, u, k, p)),
-            "advance_time": vertcat(x[:4], s.advance_time(own, u, k, self.dt, p, c)),
+            **found,
+            "advance_angles": vertcat(x[:4], found["advance_angles"]),
+            "advance_time": vertcat(x[:4], found["advance_time"]),
             "rate": self.rate(),
             "output": vertcat(x[:4], self.drive(x)),
         }
 
     def motion_stages(self) -> dict[str, Any]:
         """The functions that advance the inertias, by name."""
-        from reefmu.model.stages import scalar_function
+        from reefmu.model.stages.scalar import scalar_function
 
         x, u, dt, p, ca = self.x, self.u, self.dt, self.p, self.ca
         g, added = ca.MX.sym("g"), ca.MX.sym("added")

@@ -102,7 +102,7 @@ class Composition:
         """The variable `last` after the stages in `order`, as an expression in x, u, dt and p."""
         values = {name: self.drive.symbols[name] for name in ("x", "u", "dt", "p")}
         for stage in order:
-            # A variable that no stage has written yet does not matter to this model: left a symbol, it would be noticed.
+            # What no stage has written yet, this model does not depend on; if it did, a free symbol would remain.
             arguments = [values.get(name, self.drive.symbols[name]) for name in stage.reads]
             if stage.name == "contacts":
                 function = self.contacts

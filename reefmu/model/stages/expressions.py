@@ -12,7 +12,7 @@ import casadi as ca
 from stiffness_model.lookup.build_lookup import Lookup
 
 from ...effects import Effect, IndependentVariable, Place, Signals
-from .order import CONTACT_RESULTS, TORQUE_CHAIN, coefficient_names, contact_point_names, stored_angles
+from .order import CONTACT_OUTPUTS, TORQUE_CHAIN, coefficient_names, contact_point_names, stored_angles
 
 INPUT_NAMES = ("crank.phi", "crank.w", "output.phi", "output.w", "temperature")
 OUTPUT_NAMES = (
@@ -46,7 +46,7 @@ class DriveExpressions:
             "k": 2,
             "r": len(self.coefficient_names),
             "q": len(self.point_names),
-            "c": len(CONTACT_RESULTS),
+            "c": len(CONTACT_OUTPUTS),
         }
         self.symbols: dict[str, ca.MX] = {name: ca.MX.sym(name, size) for name, size in sizes.items()}
         self.x, self.u, self.p, self.dt, self.k, self.c = (self.symbols[n] for n in ("x", "u", "p", "dt", "k", "c"))

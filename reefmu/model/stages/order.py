@@ -10,7 +10,7 @@ evaluates them over a whole record with sensitivities, and `reefmu.fmu.codegen.s
     k   kinematics: twist of the contacts and all compliances, rad, and its derivative by the crank's angle
     r   coefficients: `coefficient_names`
     q   contact point: `contact_point_names`
-    c   contact results: `CONTACT_RESULTS`
+    c   contact outputs: `CONTACT_OUTPUTS`
     dx  rates of the states; y: outputs
 """
 
@@ -46,11 +46,11 @@ OUTPUT = Stage("output", ("x", "u", "k", "p", "c"), "y", (Place.PARALLEL, Place.
 
 STAGES = (KINEMATICS, ADVANCE_ANGLES, COEFFICIENTS, CONTACT_POINT, CONTACTS, ADVANCE_TIME, RATE, OUTPUT)
 CONTACT_EQUILIBRIUM = (COEFFICIENTS, CONTACT_POINT, CONTACTS)
-"""The stages that lead to the contact results at given states and inputs."""
+"""The stages that lead to the contact outputs at given states and inputs."""
 TORQUE_CHAIN = ((Place.PARALLEL, 1), (Place.OUTPUT, -1), (Place.SENSOR, 1))
 """Torques that are added to the elastic torque, in this order and with these signs: after the first it is the torque
 inside the drive, after the second that on the output, after the third what the sensor reads."""
-CONTACT_RESULTS = ("torque", "stiffness", "max_contact_force", "load_share", "in_range")
+CONTACT_OUTPUTS = ("torque", "stiffness", "max_contact_force", "load_share", "in_range")
 """Elastic torque, N.m; its derivative by the target, N.m/rad; the table's further quantities."""
 
 _ANGLES = (IndependentVariable.TWIST, IndependentVariable.CRANK, IndependentVariable.OUTPUT)

@@ -16,7 +16,7 @@ from reefmu.fmu.model.component import Component, drive_component
 from reefmu.fmu.model.declaration import declare_with_derivatives
 from reefmu.fmu.model.table_encoding import decode_tables, embedded_lookup, encode_tables, lookup_metadata
 from reefmu.model.drive_model import DriveModel, build_model
-from reefmu.model.stages import make_stages
+from reefmu.model.stages.scalar import make_scalar_stages
 from stiffness_model.lookup.build_lookup import Lookup
 
 needs_compiler = pytest.mark.skipif(
@@ -103,12 +103,12 @@ def test_an_effect_that_the_pieces_cannot_hold_is_refused(lookup: Lookup) -> Non
         "",
     )
     with pytest.raises(NotImplementedError, match=r"coefficients: expected .* got one that also needs u"):
-        make_stages(lookup, (soft,))
+        make_scalar_stages(lookup, (soft,))
 
 
 def test_stages_together_are_the_model(full_model: DriveModel) -> None:
     """Without C: geometry, contacts of the whole model, output; to rounding."""
-    stages = make_stages(full_model.lookup, full_model.effects)
+    stages = make_scalar_stages(full_model.lookup, full_model.effects)
     p = full_model.parameter_vector()
     rng = np.random.default_rng(2)
     for _ in range(20):
@@ -117,13 +117,15 @@ def test_stages_together_are_the_model(full_model: DriveModel) -> None:
         x = np.array(full_model.initial(u, p)).ravel()
         x[len(x) - 2 :] = rng.uniform(0, 1e-6)
         whole = np.array(full_model.output(x, u, p)).ravel()
-        k = stages.kinematics(u, p)
+        k = stages.functions["kinematics"](u, p)
         # What the contacts give, taken back out of the outputs: the states above build up no friction.
         lever, torque = float(k[1]), ca.MX.sym("torque")
-        given = ca.Function("given", [torque], [stages.output(x, u, k, p, ca.vertcat(torque, 0, 0, 0, 0))[1]])
+        given = ca.Function(
+            "given", [torque], [stages.functions["output"](x, u, k, p, ca.vertcat(torque, 0, 0, 0, 0))[1]]
+        )
         at_zero, slope = float(given(0.0)), float(given(1.0)) - float(given(0.0))
         found = (whole[1] - at_zero) / slope
-        y = np.array(stages.output(x, u, k, p, [found, 0, whole[4], whole[5], whole[6]])).ravel()
+        y = np.array(stages.functions["output"](x, u, k, p, [found, 0, whole[4], whole[5], whole[6]])).ravel()
         assert math.isclose(slope, -lever, rel_tol=0.2)
         np.testing.assert_allclose(
             y[[0, 1, 2, 4, 5, 6, 7]], whole[[0, 1, 2, 4, 5, 6, 7]], rtol=1e-9, atol=1e-9 * full_model.full_torque
@@ -132,7 +134,7 @@ def test_stages_together_are_the_model(full_model: DriveModel) -> None:
 
 def test_every_effect_has_stages(full_model: DriveModel) -> None:
     for effect in EFFECTS.values():
-        stages = make_stages(replace(full_model.lookup), (effect,))
+        stages = make_scalar_stages(replace(full_model.lookup), (effect,))
         assert stages.has_angle_states == any(s.independent_variable.value != "time" for s in effect.states)
         assert stages.has_time_states == any(s.independent_variable.value == "time" for s in effect.states)
         assert stages.has_series_compliance == (effect.name in ("structural_compliance",))

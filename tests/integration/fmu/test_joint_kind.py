@@ -16,7 +16,7 @@ from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.model.component import Component
 from reefmu.fmu.model.joint import joint_component
 from reefmu.fmu.validation.check import check_fmu
-from reefmu.joint.equations import JointModel, own_states
+from reefmu.joint.equations import JointModel, count_effect_states
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import Masses
 from stiffness_model.lookup.build_lookup import Lookup
@@ -137,7 +137,7 @@ def test_the_rate_is_that_of_the_joint_under_control(drive: object, lookup: Look
     component = joint_component(model, masses)
     equations = JointModel(model, masses, 20.0).equations
     rng = np.random.default_rng(1)
-    own = own_states(model)
+    own = count_effect_states(model)
     x = np.array(component.initial([0, 0], started(component))).ravel()
     x[:4] += rng.normal(size=4) * [1e-3, 1.0, 1e-4, 0.1]
     if own:

@@ -20,8 +20,8 @@ from reefmu.fmu.model.table_encoding import TABLES, decode_tables, embedded_look
 from reefmu.fmu.validation.check import check_fmu, embedded_component
 from reefmu.fmu.validation.reference_run import make_excitation, run_fmu, run_model
 from reefmu.fmu.xml.archive import read_archive
-from reefmu.model.drive_model import OUTPUTS, DriveModel, build_model
 from reefmu.model.contacts.individual import individual_function
+from reefmu.model.drive_model import OUTPUTS, DriveModel, build_model
 from reefmu.model.masses import Masses
 from reefmu.model.model_file import save_model
 from stiffness_model.errors import InputError

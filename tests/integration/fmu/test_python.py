@@ -106,9 +106,9 @@ def test_a_package_with_another_equation_is_refused(fmu: Path, tmp_path: Path) -
         shutil.copytree(source, tmp_path / source.name, ignore=shutil.ignore_patterns("__pycache__"))
     same = run(fmu, tmp_path / "same", PYTHONPATH=str(tmp_path))
     assert same.returncode == 0, same.stderr
-    changed = tmp_path / "reefmu" / "model" / "assembly.py"
+    changed = tmp_path / "reefmu" / "model" / "stages" / "order.py"
     text = changed.read_text("utf-8")
-    changed.write_text(text.replace("total - friction", "total + friction"), "utf-8")
+    changed.write_text(text.replace("(Place.OUTPUT, -1)", "(Place.OUTPUT, 1)"), "utf-8")
     assert changed.read_text("utf-8") != text
     assert run(fmu, tmp_path / "bare", PYTHONPATH=str(tmp_path)).returncode != 0
     other = run(
@@ -133,7 +133,11 @@ def test_the_digest_is_over_all_that_an_export_loads_of_the_model() -> None:
     modules = set(carried.model_modules())
     packages = {name for name in done.stdout.split() if (carried._source(name) or Path()).name == "__init__.py"}
     assert set(done.stdout.split()) - packages <= modules
-    assert modules >= {"reefmu.model.stages.order", "reefmu.effects.twist.creep", "stiffness_model.rotation.individual_contacts"}
+    assert modules >= {
+        "reefmu.model.stages.order",
+        "reefmu.effects.twist.creep",
+        "stiffness_model.rotation.individual_contacts",
+    }
 
 
 @pytest.mark.parametrize(

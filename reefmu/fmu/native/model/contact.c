@@ -1,6 +1,5 @@
 /* What the contacts give at a point: torque, stiffness, force, load share. The lookup of the Python model
-   (reefmu/tables.py, contact.py and assembly.py), read from the unpacked tables; of an individual, what its own
-   contacts give (reefmu/individual.py), generated. */
+   (reefmu/model/contacts), read from the unpacked tables; of an individual, what its own contacts give, generated. */
 
 /* The contacts at one clearance and position, as a function of the twist alone; the rows of the last cells. */
 typedef struct {

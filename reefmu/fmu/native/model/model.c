@@ -1,12 +1,14 @@
-/* The model: generated functions before and after the contacts, and in which order they are run.
+/* The model: generated functions before and after the contacts. The order of the drive's stages is generated, too:
+   stage_order.c.
 
    Functions that can fail return 0 and change nothing of what the host sees if a result is not finite. */
 
 typedef int Generated(const double **, double **, casadi_int *, double *, int);
 
-static void run(Instance *instance, Generated *function, double *result, const double **arguments) {
+static double *run(Instance *instance, Generated *function, double *result, const double **arguments) {
     double *results[1] = {result};
     function(arguments, results, instance->integers, instance->work, 0);
+    return result;
 }
 #define RUN(function, result, ...) run(instance, function, result, (const double *[]){__VA_ARGS__})
 
@@ -26,18 +28,6 @@ typedef struct {
     Contact contact;
 } Evaluation;
 
-static void begin_evaluation(Instance *instance, Evaluation *at, const double *x) {
-    double *v = instance->now.values;
-    at->x = x, at->u = v + AT_INPUTS, at->p = v + AT_PARAMETERS;
-    at->buffer = 0;
-    at->slice.tables = NULL;
-#if IS_INDIVIDUAL
-    at->slice.integers = instance->integers, at->slice.work = instance->work;
-#endif
-    at->contact.known = 0;
-    RUN(kinematics, at->k, x, at->u, at->p);
-}
-
 /* Room for the next states: a generated function may not read where it writes. */
 static double *next_states(Instance *instance, Evaluation *at) {
     at->buffer = !at->buffer;
@@ -50,38 +40,26 @@ static int same(const double *a, const double *b, size_t count) {
     return 1;
 }
 
-/* What the contacts give, unless that is known already. */
-static const double *evaluate_contacts(Instance *instance, Evaluation *at) {
-    double q[N_CONTACT_POINT];
-    RUN(contact_point, q, at->x, at->u, at->k, at->p);
+/* Solves the contacts at a contact point, unless their outputs there are known. */
+static void solve_at(Instance *instance, Evaluation *at, const double *q) {
     update_slice(&at->slice, &instance->tables, instance->coefficients, q);
     if (!at->contact.known || !same(q, at->contact.at, N_CONTACT_POINT) ||
         !same(instance->coefficients, at->contact.coefficients, N_COEFFICIENTS))
         solve_contacts(&at->slice, q, &at->contact);
-    return at->contact.outputs;
 }
 
-/* States after dt with the inputs held. */
-static void apply_drift(Instance *instance, Evaluation *at, double dt) {
-    double *x;
-    (void)instance, (void)at, (void)dt, (void)x;
-#if IS_JOINT
-    x = next_states(instance, at);
-    RUN(drift_angles, x, at->x, &dt);
-    at->x = x;
-    RUN(kinematics, at->k, x, at->u, at->p);
+#include "stage_order.c"
+
+static void begin_evaluation(Instance *instance, Evaluation *at, const double *x) {
+    double *v = instance->now.values;
+    at->x = x, at->u = v + AT_INPUTS, at->p = v + AT_PARAMETERS;
+    at->buffer = 0;
+    at->slice.tables = NULL;
+#if IS_INDIVIDUAL
+    at->slice.integers = instance->integers, at->slice.work = instance->work;
 #endif
-#if HAS_ANGLE_STATES
-    x = next_states(instance, at);
-    RUN(advance_angles, x, at->x, at->u, at->k, at->p);
-    at->x = x;
-#endif
-#if HAS_TIME_STATES
-    x = next_states(instance, at);
-    RUN(advance_time, x, at->x, at->u, at->k, &dt, at->p,
-        TIME_STATES_NEED_TORQUE ? evaluate_contacts(instance, at) : NULL);
-    at->x = x;
-#endif
+    at->contact.known = 0;
+    evaluate_kinematics(instance, at);
 }
 
 #if IS_JOINT
@@ -92,7 +70,7 @@ static void apply_kick(Instance *instance, Evaluation *at, double dt, double gra
     at->x = x;
 }
 
-/* One part of a step: see joint_component.py. */
+/* One substep: see reefmu/fmu/model/joint_equations.py. */
 static void substep(Instance *instance, Evaluation *at, double h) {
     apply_kick(instance, at, h / 6.0, 0.0);
     apply_drift(instance, at, h / 2.0);
@@ -121,7 +99,8 @@ static void update_max_step(Instance *instance) {
     for (int k = 0; k < 2; k++) {
         Evaluation at;
         begin_evaluation(instance, &at, probes + k * N_STATES);
-        RUN(rate, rates, at.x, at.u, at.k, at.p, evaluate_contacts(instance, &at));
+        evaluate_contacts(instance, &at);
+        evaluate_rate(instance, &at, rates);
         for (int state = N_MOTION; state < N_STATES; state++) {
             direction[N_INPUTS + state] = 1.0;
             evaluate_jvp(instance, &at, direction, change_of);
@@ -182,15 +161,14 @@ static int refresh(Instance *instance, int wanted) {
         memcpy(v + AT_STATES, next, N_STATES * sizeof(double));
     }
     if (stale & (STALE_OUTPUTS | STALE_RATES)) {
-        const double *contact_outputs;
         begin_evaluation(instance, &at, v + AT_STATES);
-        contact_outputs = evaluate_contacts(instance, &at);
+        evaluate_contacts(instance, &at);
         if (stale & STALE_OUTPUTS) {
-            RUN(output, outputs, at.x, at.u, at.k, at.p, contact_outputs);
+            evaluate_output(instance, &at, outputs);
             if (!all_finite(outputs, N_OUTPUTS)) return 0;
         }
         if (stale & STALE_RATES && N_STATES) {
-            RUN(rate, next, at.x, at.u, at.k, at.p, contact_outputs);
+            evaluate_rate(instance, &at, next);
             if (!all_finite(next, N_STATES)) return 0;
             memcpy(v + AT_RATES, next, N_STATES * sizeof(double));
         }
@@ -217,7 +195,8 @@ static int advance_step(Instance *instance, double dt) {
 #else
     apply_drift(instance, &at, dt);
 #endif
-    RUN(output, outputs, at.x, at.u, at.k, at.p, evaluate_contacts(instance, &at));
+    evaluate_contacts(instance, &at);
+    evaluate_output(instance, &at, outputs);
     if (!all_finite(at.x, N_STATES) || !all_finite(outputs, N_OUTPUTS)) return 0;
     store_outputs(instance, outputs);
     if (N_STATES) memcpy(v + AT_STATES, at.x, N_STATES * sizeof(double));

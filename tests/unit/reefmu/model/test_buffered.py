@@ -16,8 +16,8 @@ from reefmu.effects import find_effect
 from reefmu.joint import JointModel, Masses, joint_system
 from reefmu.model.buffered import Buffered
 from reefmu.model.contacts.element import element_function, with_contact_tables
-from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.contacts.tables import lookup_function
+from reefmu.model.drive_model import DriveModel, build_model
 from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.lookup.element_table import ElementTable
 from stiffness_model.numerics.bspline import Axis, evaluate

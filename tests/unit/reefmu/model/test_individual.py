@@ -15,8 +15,8 @@ from reefmu.cli import main
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.validation.check import check_fmu
 from reefmu.joint import JointModel, Masses
-from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.contacts.individual import individual_function
+from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.model_file import load_model, model_text, save_model
 from stiffness_model.errors import InputError, UnknownNameError
 from stiffness_model.lookup.build_lookup import Lookup

@@ -7,8 +7,8 @@ from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.forward.predictor import Predictor
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.effects import EFFECTS
-from reefmu.model.drive_model import build_model
 from reefmu.model.contacts.tables import cached_lookup
+from reefmu.model.drive_model import build_model
 from reefmu.simulate import simulate_record
 from tests import diagnosis_rig as rig
 
