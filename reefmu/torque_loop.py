@@ -9,7 +9,7 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import ARCMIN, REFERENCE_TEMPERATURE
 
-from .model.curve_table import source_curve
+from .model.contacts.curve_table import source_curve
 from .model.drive_model import INPUTS, DriveModel
 from .simulate import simulate_signal
 
