@@ -1,6 +1,7 @@
 """The mean drive as tables over twist and clearance, for models that run in real time.
 
-* `build`: solves and holds the tables, with the band; `table`: one table; `stored`: reads tables that others may have
-  written.
-* `element_table`: one element's torque over twist, clearance and position; `modulus`: what softer contacts change.
+* `build_lookup`: solves the drawing over twist and clearance; `table`: the resulting spline tables.
+* `element_table`: torque of one element over twist, clearance and position; `modulus`: the torque's dependence on
+  Young's modulus.
+* `table_files`: validation of tables read from files.
 """

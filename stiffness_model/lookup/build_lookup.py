@@ -1,10 +1,10 @@
-"""The lookup's tables over twist x gear clearance, from the solver; `lookup_table` reads them.
+"""Builds the lookup: spline tables over twist and gear clearance, fitted to the solver's results.
 
-The clearance axis is physical: a shift of every drive's gear clearance (m), solved for and not bent into the
-curve. Mean, 10th and 90th percentile of the torque stand beside each other. The mean is that of all drives the
-drawing allows, by elements spread evenly over positions and tolerances; the band lies about it as it does in a
-number of drawn drives. Torque is odd in the twist (the percentiles mirror each other), force and load share are even;
-sampling noise against that is averaged out.
+The clearance axis is physical: a shift of every drive's gear clearance (m) enters the solver; the curve is not shifted
+afterwards. The tables hold the mean, the 10th and the 90th percentile of the torque. The mean is that of all drives the
+drawing allows, integrated over elements spread evenly over positions and tolerances; the distance of the percentiles
+from it is that of a number of drawn drives. Torque is an odd function of the twist (each percentile mirrors the other),
+force and load share are even functions; the tables are symmetrised, which averages out sampling noise.
 """
 
 from __future__ import annotations
@@ -41,27 +41,29 @@ __all__ = [
 ]
 
 ERROR_BOUND = 1e-4
-"""The error of the mean torque that `build_lookup` aims at, as a share of the full torque."""
+"""Target error of the mean torque as a share of the full torque; chosen by judgement, far below the scatter of drives.
+"""
 N_DRIVES = 250
-"""Virtual drives behind band, force and load share."""
+"""Virtual drives for the percentiles, the force and the load share; chosen by judgement."""
 N_QUADRATURE_ELEMENTS = 2**13
-"""Evenly spread elements behind the mean torque."""
+"""Evenly spread elements for the mean torque; chosen by judgement, tests hold it against drawn drives."""
 N_QUADRATURE_DRIVES = 256
-"""Evenly spread drives behind it where their elements feel each other."""
+"""Evenly spread drives for the mean torque where bearings or housing couple the elements; chosen by judgement."""
 
 
 def build_lookup(drive: DriveLike, n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> Lookup:
-    """Solve the drawing over twist x clearance and lay splines through the mean, and the band of `n_drives` drives.
+    """The lookup of a drawing: its mean torque over twist and clearance, and the percentiles of `n_drives` drives.
 
-    Twist reaches to twice the drawing's max_twist, clearance to half of what max_twist closes. The grids follow
-    the scatter of the contact clearances, which is the length over which contact sets in smoothly; if the mean
-    torque misses `ERROR_BOUND` they are refined. Raises `InputError` for a drawing with inertia switched on: its
-    forces follow the crank's speed, which the tables do not know.
+    The twist axis reaches to twice the drawing's max_twist, the clearance axis to half of the clearance that max_twist
+    closes. The grid spacing follows the scatter of the contact clearances, over which the contacts set in smoothly; the
+    grid is refined while the mean torque misses `ERROR_BOUND`. executor: shares the clearances among workers; the
+    numbers do not depend on it. Raises `InputError` for a drawing with inertia switched on, whose forces depend on the
+    crank's speed, which is no axis of the tables.
     """
     drive = as_drive(drive)
     expect(
         not drive.beyond.has_inertia_forces,
-        "inertia 'off': tables over twist and clearance do not know the crank's speed",
+        "inertia 'off', since the crank's speed is no axis of the tables",
         drive.beyond.inertia,
         drive.name,
     )
@@ -83,7 +85,7 @@ def build_lookup(drive: DriveLike, n_drives: int = N_DRIVES, seed: int = 0, exec
 
 
 def _build_on(drive: Drive, axes: tuple[Axis, Axis], n_drives: int, seed: int, executor: Executor | None) -> Lookup:
-    """The lookup on given axes, with its measured error."""
+    """The lookup on given axes, with its interpolation error."""
     solved = _solve(drive, axes[0].nodes, axes[1].nodes, n_drives, seed, executor)
     tables = np.stack([table for table, _ in solved], -1)
     coefficients = fit(axes[1], fit(axes[0], tables, 1), 2)
@@ -101,14 +103,14 @@ def _symmetric_axis(reach: float, step: float) -> Axis:
 def _solve(
     drive: Drive, twist: Array, clearances: Array, n_drives: int, seed: int, executor: Executor | None
 ) -> list[tuple[Array, NDArray[np.bool_]]]:
-    """`_tables` at every clearance, shared among the executor's workers."""
+    """`_tables` at every clearance, distributed over the executor's workers."""
     work = partial(_tables, drive, twist, n_drives, seed)
     return list((map if executor is None else executor.map)(work, clearances.tolist()))
 
 
 def _tables(drive: Drive, twist: Array, n_drives: int, seed: int, clearance: float) -> tuple[Array, NDArray[np.bool_]]:
-    """The five quantities over a symmetric twist grid at one clearance, (5, n_twist), and where the load share
-    is representative.
+    """The five quantities over a symmetric twist grid at one clearance, (5, n_twist), and where the load share is
+    representative, (n_twist,).
     """
     population = simulate(drive, twist, n_drives, seed, clearance=clearance)
     mean = mean_torque(drive, twist, clearance)
@@ -128,9 +130,11 @@ def _tables(drive: Drive, twist: Array, n_drives: int, seed: int, clearance: flo
 
 
 def mean_torque(drive: Drive, twist: Array, clearance: float = 0.0) -> Array:
-    """Mean torque, (n_twist,) N.m, of all drives of the drawing, by `sampling.quasi_random_elements`.
+    """Mean torque, (n_twist,) N.m, over all drives that the drawing allows, by elements spread evenly over positions
+    and tolerances (`sampling.spread`).
 
-    Where a bearing or the housing couples the elements, by whole drives (`sampling.quasi_random_drives`).
+    Where a bearing or the housing couples the elements, whole drives are spread instead (`sampling.spread_drives`).
+    twist: (n_twist,) rad at the output; clearance: m, added to the gear's clearance.
     """
     twist = expect_twists(drive, twist)
     if drive.beyond.couples_elements:
@@ -144,7 +148,7 @@ def mean_torque(drive: Drive, twist: Array, clearance: float = 0.0) -> Array:
 
 
 def _extended_load_share(population: Population) -> Array:
-    """Mean load share over the twist, the nearest representative value where the torque is too low."""
+    """Mean load share, (n_twist,); where the torque is too low for it, the nearest representative value."""
     known = population.representative
     share = np.where(np.isfinite(population.load_share), np.minimum(population.load_share, 1.0), 1.0).mean(axis=0)
     if not known.any():
@@ -155,9 +159,9 @@ def _extended_load_share(population: Population) -> Array:
 
 
 def _monotone(coefficients: Array) -> Array:
-    """Coefficients that do not fall along the twist, from the middle outwards: then neither does the spline.
+    """Coefficients made non-decreasing along the twist, from the middle outwards; the spline is then monotone, too.
 
-    Interpolation undershoots by some 1e-6 of the full torque where contact sets in; this takes it away.
+    Without this, interpolation undershoots by some 1e-6 of the full torque where contact sets in.
     """
     middle = coefficients.shape[1] // 2
     upper = np.maximum.accumulate(coefficients[:, middle:], axis=1)
@@ -168,7 +172,7 @@ def _monotone(coefficients: Array) -> Array:
 def _measured_error(
     drive: Drive, axes: tuple[Axis, Axis], coefficients: Array, n_drives: int, seed: int, executor: Executor | None
 ) -> dict[str, float]:
-    """Greatest deviation of each quantity at middles of cells, over its greatest value within max_twist."""
+    """Maximum error of each quantity at the cells' midpoints, relative to its maximum within max_twist."""
     twist, clearance = axes
     middles = twist.nodes[:-1] + twist.step / 2
     worst = np.zeros(len(QUANTITIES))
@@ -184,7 +188,7 @@ def _measured_error(
         between, _solve(drive, middles, between, n_drives, seed, executor), strict=True
     ):
         difference = np.abs(evaluate(axes, coefficients, middles, c) - solved)
-        # A cell at the edge of the representative part interpolates towards a held value.
+        # Next to the range where the load share is representative, a cell interpolates towards an extended value.
         inner = representative & np.roll(representative, 1) & np.roll(representative, -1)
         difference[4, ~inner] = 0.0
         worst = np.maximum(worst, difference.max(axis=1))

@@ -1,8 +1,8 @@
-"""One element's torque, averaged over the tolerances: a table over twist x gear clearance x position.
+"""Torque of one element, averaged over the tolerances: a table over twist, gear clearance and position.
 
-Between a rigid cage and a rigid gear no element feels the others. So a drive in which one of them carries nothing
-lacks just this torque. With a soft crank bearing or housing the others take over a part of it (half, in drive 1 at
-250 N/um), and the table holds what is left.
+With rigid bearings and a rigid housing the elements do not affect each other, so a drive in which one element carries
+nothing lacks just this torque. With a soft crank bearing or housing the other elements take over a part of it (half, in
+drive 1 at 250 N/um), and the table holds the net loss.
 
 The position is the angle beta of the eccentric past the element (paper, section III): at beta > 0 the element carries
 positive twists, at beta < 0 negative ones, torque(-twist, -beta) = -torque(twist, beta), and beyond the limit, where
@@ -35,14 +35,19 @@ from ..numerics.bspline import Axis, fit, locate, slope_weights, weights
 from .table_files import expect_table, load_tables, parse_axis, require_keys
 
 N_SAMPLES = 256
-"""Elements behind each mean: evenly spread over the tolerances of the four parts, right to 4e-4 of the value."""
+"""Elements per mean, evenly spread over the tolerances of the four parts; the mean is then right to 4e-4 of its value.
+"""
 N_DRIVES = 8
-"""Drives behind it where a bearing or the housing couples the elements: right to some 0.5 % of the value. There it
-jumps with the position as others pass the limit; the spline smooths that, and its `error` says by how much."""
+"""Drives per mean where a bearing or the housing couples the elements; the mean is then right to some 0.5 % of its
+value. As other elements pass the limit, the mean jumps with the position; the spline smooths the jumps, and `error`
+includes the difference.
+"""
 FADE_HALF_WIDTH = 0.01
-"""Half the width, rad, over which the torque fades out at the limit: a step there would have no derivative."""
+"""Half the width, rad, over which the torque fades out at the limit, where a step would have no derivative; chosen by
+judgement, far below the elements' spacing.
+"""
 _CELLS = (40, 12, 12)
-"""Cells of twist, clearance and position (from 0 to the limit)."""
+"""Cells of twist, clearance and position (from 0 to the limit); `error` states what they leave."""
 _PARTS = ("element", "crank", "cage", "gear")
 
 
@@ -50,8 +55,8 @@ _PARTS = ("element", "crank", "cage", "gear")
 class ElementTable:
     """Cubic B-splines over twist (rad at the output), gear clearance (m) and position (rad, 0 to limit).
 
-    coefficients: (twist.size, clearance.size, position.size). error: greatest deviation from the solver at the
-    middles of cells within the drawing's max_twist, as a share of the drive's torque there.
+    coefficients: (twist.size, clearance.size, position.size). error: maximum error at the cells' midpoints within the
+    drawing's max_twist, as a share of the drive's torque there.
     """
 
     twist: Axis
@@ -65,22 +70,22 @@ class ElementTable:
         return one_line(self)
 
     @staticmethod
-    def from_header(head: Any, coefficients: Array, where: str) -> ElementTable:
-        """The table that `head` and `coefficients` describe, or `InputError`."""
-        axes = require_keys(head, ("axes", "limit", "error"), where)["axes"]
+    def from_header(header: Any, coefficients: Array, where: str) -> ElementTable:
+        """The table of a header (`header`) and its coefficients. Raises `InputError` for unsuitable ones."""
+        axes = require_keys(header, ("axes", "limit", "error"), where)["axes"]
         expect(isinstance(axes, (list, tuple)) and len(axes) == 3, "three axes", axes, where)
         twist, clearance, position = (parse_axis(axis, where) for axis in axes)
         return ElementTable(
             twist,
             clearance,
             position,
-            expect_number(head["limit"], "a limit of 0 ... pi", where, low=0.0, high=4.0),
+            expect_number(header["limit"], "a limit of 0 ... pi", where, low=0.0, high=4.0),
             expect_table(coefficients, (twist.size, clearance.size, position.size), where),
-            expect_number(head["error"], "a finite error", where),
+            expect_number(header["error"], "a finite error", where),
         )
 
     def header(self) -> dict[str, Any]:
-        """All but the coefficients, for a file; `of` reads it."""
+        """Everything but the coefficients, for a file; `from_header` reads it."""
         return {
             "axes": [astuple(a) for a in (self.twist, self.clearance, self.position)],
             "limit": self.limit,
@@ -88,29 +93,29 @@ class ElementTable:
         }
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to one .npz file, whole or not at all."""
+        """Write one .npz file, atomically."""
         with atomic_file(path) as temporary, open(temporary, "wb") as file:
             np.savez(file, head=np.array(json.dumps(self.header())), coefficients=self.coefficients)
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> ElementTable:
-        """Read what `save` wrote. Raises `InputError` for anything else."""
-        head, tables = load_tables(path, "a saved element table")
+        """Read a file written by `save`. Raises `InputError` for any other file."""
+        header, tables = load_tables(path, "a saved element table")
         return ElementTable.from_header(
-            head, require_keys(tables, ("coefficients",), str(path))["coefficients"], str(path)
+            header, require_keys(tables, ("coefficients",), str(path))["coefficients"], str(path)
         )
 
     def torque(self, twist: ArrayLike, clearance: ArrayLike, position: ArrayLike) -> Array:
-        """The element's torque, N.m; arguments broadcast.
+        """The element's torque, N.m; twist (rad), clearance (m) and position (rad) broadcast.
 
-        Beyond the twist's range the last slope goes on; a clearance beyond its range counts as its end.
+        Beyond the twist's range the torque is extrapolated linearly; the clearance is limited to its range.
         """
         return self.evaluate(twist, clearance, position)[0]
 
     def evaluate(
         self, twist: ArrayLike, clearance: ArrayLike, position: ArrayLike
     ) -> tuple[Array, Array, Array, Array]:
-        """The torque and its derivatives by twist (N.m/rad), clearance (N) and position (N.m/rad)."""
+        """Torque, N.m, and its derivatives with respect to twist (N.m/rad), clearance (N) and position (N.m/rad)."""
         t, c, beta = np.broadcast_arrays(*(np.asarray(v, float) for v in (twist, clearance, position)))
         beta = beta - 2 * np.pi * np.floor(beta / (2 * np.pi) + 0.5)
         side = np.where(beta < 0, -1.0, 1.0)
@@ -138,7 +143,7 @@ class ElementTable:
 
 
 def build_element_table(drive: Drive) -> ElementTable:
-    """Solve one element of the drawing over the same ranges as the lookup; about a second.
+    """Solve one element of the drawing over the same ranges of twist and clearance as the lookup; about a second.
 
     >>> from stiffness_model import ARCMIN, load_drive
     >>> table = build_element_table(load_drive("drive_1"))
@@ -150,7 +155,7 @@ def build_element_table(drive: Drive) -> ElementTable:
     limit = drive.usable_limit
     widest = 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist
     step = limit / cells_position
-    # One cell more at both ends of the position: a spline is poorer in its last cells.
+    # One more cell at both ends of the position, since a spline is less accurate in its last cells.
     axes = (
         Axis(-2 * drive.max_twist, 4 * drive.max_twist / cells_twist, cells_twist),
         Axis(-widest, 2 * widest / cells_clearance, cells_clearance),
@@ -168,7 +173,7 @@ def _mean_torques(drive: Drive, twist: Array, clearance: Array, position: Array)
     if drive.beyond.couples_elements:
         return _torque_loss(drive, twist, clearance, position)
     shape = (len(position), N_SAMPLES)
-    # A half step off zero the points of the sequence lie in the middles of their intervals.
+    # Shifted by half a step, the points of the sequence lie in the middles of their intervals.
     points = qmc.Sobol(len(_PARTS), scramble=False).random(N_SAMPLES) + 0.5 / N_SAMPLES
     normal = ndtri(points)
     nominal = dict.fromkeys(_PARTS, drive.element_radius) | {"crank": drive.crank_radius}
@@ -198,7 +203,7 @@ def _torque_loss(drive: Drive, twist: Array, clearance: Array, position: Array) 
     }
     deviations = Deviations(**{name: values.reshape(-1, drive.elements) for name, values in rows.items()})
     keep = is_usable(drive, deviations.beta)
-    keep[:, 0] = True  # the one in question, wherever it stands
+    keep[:, 0] = True  # the removed element, even where the profile is cut away
     drives = np.nonzero(keep)[0]
     others = np.nonzero(keep)[1] > 0
     lost = np.empty((len(twist), len(clearance), len(position)))

@@ -1,14 +1,14 @@
-"""What another modulus of gear and cage does to the torque: contacts in series, split at the drawing's point.
+"""Influence of the Young's modulus of gear and cage on the torque: contacts in series, their shares taken at one load.
 
-All contacts of an element share one exponent p, so their approaches add up as F^(1/p) (give of the crank's contact
-+ give of the gear's + give of the cage's), and a contact's give goes with its compliance to the power 1/p. A
-modulus that is wrong by `error` at gear and cage therefore scales every element's force at a given twist by
+All contacts of an element share one exponent p, so their approaches add up to F^(1/p) (c_crank + c_gear + c_cage),
+where the coefficient c of a contact is proportional to its material compliance to the power 1/p. A relative error of
+the modulus of gear and cage therefore scales every element's force at a given twist by
 
     scale = (1 + share_gear (g - 1) + share_cage (c - 1))^-p,    g = (1 + material_gear (1/(1 + error) - 1))^(1/p)
 
-with the shares of the two contacts in the approach, and c like g. The shares differ a little from element to
-element. Taking them from the whole drive at max_twist costs 6e-5 of the full torque for errors of the modulus up to
-20 % at the drawn clearance and 1e-3 over all of the lookup's clearances; at `BOUNDS` 3e-4 and 6e-3.
+with the two contacts' shares of the approach, and c like g. The shares differ a little from element to element. Taking
+them from the whole drive at max_twist costs 6e-5 of the full torque for errors of the modulus up to 20 % at the drawn
+clearance and 1e-3 over all clearances of the lookup; at `BOUNDS`, 3e-4 and 6e-3.
 """
 
 from __future__ import annotations
@@ -27,19 +27,20 @@ from ..numerics.arrays import Array
 from .table_files import require_keys
 
 BOUNDS = (-0.6, 1.5)
-"""Least and greatest relative error of the modulus that `scale` is held against."""
+"""Range of the relative error of the modulus over which `scale` is validated."""
 _N_DRIVES = 32
 _PROBE_ERROR = -0.5
-"""The relative error at which the shares are taken: in the middle of a softer modulus' range."""
+"""Relative error at which the shares are determined: the middle of the range of softer moduli."""
 
 
 @dataclass(frozen=True)
 class ModulusShares:
-    """Shares of the gear's and the cage's contacts in the approach of all three, and of their materials in them.
+    """Shares of the gear's and the cage's contacts in the total approach, and of their materials in each contact.
 
-    gear, cage: of the approach at the drawing's max_twist; gear_material, cage_material: of the contact's
-    compliance (the rest is the rolling element's); exponent: p. error: greatest deviation of `scale` times torque
-    from the solver with the other modulus at both `BOUNDS`, as a share of full torque there, over the lookup's range.
+    gear, cage: shares of the approach at the drawing's max_twist. gear_material, cage_material: shares of the contact's
+    compliance (the rest is the rolling element's). exponent: p. error: maximum difference between `scale` times the
+    torque and the solver with the other modulus, at both `BOUNDS` and over the lookup's clearances, relative to the
+    full torque there.
     """
 
     gear: float
@@ -51,7 +52,7 @@ class ModulusShares:
 
     @staticmethod
     def from_dict(table: Any, where: str) -> ModulusShares:
-        """The shares of a table that `asdict` made, or `InputError`."""
+        """The shares of a mapping made by `dataclasses.asdict`. Raises `InputError` for any other."""
         names = [field.name for field in fields(ModulusShares)]
         refuse_unknown("share", require_keys(table, names, where), names, where)
         values = {
@@ -62,22 +63,22 @@ class ModulusShares:
         return ModulusShares(**values)
 
     def scale(self, error: Any) -> Any:
-        """Factor of torque, stiffness and forces; error: relative, of the modulus. Exactly 1 at 0.
+        """Factor of torque, stiffness and forces for a relative error of the modulus; exactly 1 at 0.
 
-        Works on numbers, arrays and symbolic expressions.
+        Accepts numbers, arrays and symbolic expressions.
 
         >>> ModulusShares(1.0, 0.0, 1.0, 1.0, 1.5).scale(-0.5)
         0.5
         """
         softer = 1 / (1 + error) - 1
-        give = 1
+        approach = 1
         for share, material in ((self.gear, self.gear_material), (self.cage, self.cage_material)):
-            give = give + share * ((1 + material * softer) ** (1 / self.exponent) - 1)
-        return give**-self.exponent
+            approach = approach + share * ((1 + material * softer) ** (1 / self.exponent) - 1)
+        return approach**-self.exponent
 
 
 def modulus_shares(drive: Drive) -> ModulusShares:
-    """Measure the shares with the solver: each contact softened alone; a fraction of a second."""
+    """Determine the shares with the solver, softening one contact at a time; a fraction of a second."""
     exponent = hertz.POINT_EXPONENT if drive.element == "ball" else hertz.LINE_EXPONENT
     own = drive.materials["element"].compliance
     material = {
@@ -87,14 +88,14 @@ def modulus_shares(drive: Drive) -> ModulusShares:
     shares = {}
     for part in ("gear", "cage"):
         softer = _full_torque(with_modulus(drive, _PROBE_ERROR, (part,)))
-        give = (1 + material[part]) ** (1 / exponent) - 1
-        shares[part] = ((softer / drawn) ** (-1 / exponent) - 1) / give
+        own_change = (1 + material[part]) ** (1 / exponent) - 1
+        shares[part] = ((softer / drawn) ** (-1 / exponent) - 1) / own_change
     result = ModulusShares(shares["gear"], shares["cage"], material["gear"], material["cage"], exponent)
     return replace(result, error=_measured_error(drive, result))
 
 
 def with_modulus(drive: Drive, error: float, parts: Sequence[str] = ("gear", "cage")) -> Drive:
-    """The drawing with the Young's modulus of some parts wrong by a relative error."""
+    """The drawing with the Young's modulus of some parts changed by a relative error."""
     materials = dict(drive.materials)
     for part in parts:
         drawn = materials[part]

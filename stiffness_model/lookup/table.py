@@ -1,7 +1,7 @@
 """The lookup: torque, force and load share over twist x gear clearance, read from spline tables.
 
-`lookup.build_lookup` makes them from the solver. Torque is odd in the twist (the percentiles mirror each other), force
-and load share are even. The clearance axis is physical: a shift of every drive's gear clearance, m.
+`build_lookup` makes them from the solver. Torque is an odd function of the twist (each percentile mirrors the other),
+force and load share are even. The clearance axis is physical: a shift of every drive's gear clearance, m.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ class Lookup:
     """Spline tables over twist (rad at the output) and gear clearance (m).
 
     coefficients: (5, twist.size, clearance.size) of uniform cubic B-splines, in the order of `QUANTITIES`.
-    full_torque: mean torque at the drawing's max_twist without clearance, N.m. error: greatest deviation from
-    the solver at the middles of cells, as a share of the greatest value within max_twist, for each quantity.
-    drawing, n_drives, seed, version: what made it. modulus, element: only where something asks what another
-    modulus or one element does to the torque.
+    full_torque: mean torque at the drawing's max_twist without additional clearance, N.m. error: by quantity, maximum
+    deviation from the solver at the cells' midpoints, relative to the maximum within max_twist. drawing, n_drives,
+    seed, version: what the tables were made from. modulus, element: only where an effect inside needs the influence of
+    the modulus or of one element.
     """
 
     twist: Axis
@@ -59,22 +59,24 @@ class Lookup:
     def torque(self, twist: ArrayLike, clearance: ArrayLike = 0.0, band: ArrayLike = 0.0) -> Array:
         """Torque, N.m, at twists (rad) and gear clearances (m).
 
-        Beyond the twist's range the last slope goes on; a clearance beyond the range counts as its end, for
-        there a straight line could fall with the twist. `in_range` tells both.
-        band: 0 the mean, -1 the 10th and +1 the 90th percentile, linear between.
+        Beyond the twist's range the torque is extrapolated linearly. The clearance is limited to its range, since
+        linear extrapolation there could make the torque fall with the twist. `in_range` tells where either happens.
+        band: 0 for the mean, -1 for the 10th and +1 for the 90th percentile, linear between.
         """
         return self._blend(evaluate(self.axes, self.coefficients[:3], twist, clearance), band)
 
     def stiffness(self, twist: ArrayLike, clearance: ArrayLike = 0.0, band: ArrayLike = 0.0) -> Array:
-        """Derivative of `torque` by the twist, N.m/rad."""
+        """Derivative of `torque` with respect to the twist, N.m/rad."""
         return self._blend(evaluate(self.axes, self.coefficients[:3], twist, clearance, slope=True), band)
 
     def max_contact_force(self, twist: ArrayLike, clearance: ArrayLike = 0.0) -> Array:
-        """Mean over the drives of the greatest contact force, N."""
+        """Mean over the drives of the greatest contact force, N, at twists (rad) and gear clearances (m)."""
         return evaluate(self.axes, self.coefficients[3], twist, clearance)
 
     def load_share(self, twist: ArrayLike, clearance: ArrayLike = 0.0) -> Array:
-        """Greatest torque of one element over the drive's; held where the torque is too low to tell."""
+        """Greatest share of one element in the drive's torque; the nearest meaningful value where the torque is too
+        low.
+        """
         return evaluate(self.axes, self.coefficients[4], twist, clearance)
 
     def in_range(self, twist: ArrayLike, clearance: ArrayLike = 0.0) -> NDArray[np.bool_]:
@@ -85,9 +87,9 @@ class Lookup:
         )
 
     def twist_at(self, torque: ArrayLike, clearance: float = 0.0, band: float = 0.0) -> Array:
-        """Twist, rad, that carries the torque, N.m: the inverse of `torque`, by bisection and Newton's method.
+        """Twist, rad, at which the torque, N.m, is carried: the inverse of `torque`, by bisection and Newton's method.
 
-        Where there is play, a twist within the play. Raises `InputError` for a torque that is not finite.
+        Where there is backlash, a twist within it. Raises `InputError` for a torque that is not finite.
         """
         wanted = np.asarray(torque, float)
         expect(bool(np.isfinite(wanted).all()), "finite torques", torque, "torque")
@@ -158,8 +160,8 @@ class Lookup:
         return mean + np.maximum(b, 0.0) * (p90 - mean) + np.maximum(-b, 0.0) * (p10 - mean)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to one .npz file, whole or not at all; `Lookup.load` gives back an equal lookup."""
-        head = {
+        """Write one .npz file, atomically; `Lookup.load` returns an equal lookup."""
+        header = {
             "format": _FORMAT,
             "full_torque": self.full_torque,
             "error": dict(self.error),
@@ -173,47 +175,47 @@ class Lookup:
         }
         tables = {"coefficients": self.coefficients}
         if self.element is not None:
-            head["element"], tables["element"] = self.element.header(), self.element.coefficients
+            header["element"], tables["element"] = self.element.header(), self.element.coefficients
         with atomic_file(path) as temporary, open(temporary, "wb") as file:
-            np.savez(file, head=np.array(json.dumps(head)), **tables)  # type: ignore[arg-type]
+            np.savez(file, head=np.array(json.dumps(header)), **tables)  # type: ignore[arg-type]
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Lookup:
-        """Read what `save` wrote. Raises `InputError` for anything else."""
-        head, tables = load_tables(path, "a saved lookup")
+        """Read a file written by `save`. Raises `InputError` for any other file."""
+        header, tables = load_tables(path, "a saved lookup")
         where = str(path)
-        expect(head.get("format") == _FORMAT, f"a lookup of format {_FORMAT}", head.get("format"), where)
-        require_keys(tables, ("coefficients", *(("element",) if head.get("element") else ())), where)
-        return Lookup.from_header(head, tables["coefficients"], tables.get("element"), where)
+        expect(header.get("format") == _FORMAT, f"a lookup of format {_FORMAT}", header.get("format"), where)
+        require_keys(tables, ("coefficients", *(("element",) if header.get("element") else ())), where)
+        return Lookup.from_header(header, tables["coefficients"], tables.get("element"), where)
 
     @staticmethod
-    def from_header(head: Mapping[str, Any], coefficients: Array, element: Array | None, where: str) -> Lookup:
-        """The lookup that a head describes, with the tables beside it, or `InputError`.
+    def from_header(header: Mapping[str, Any], coefficients: Array, element: Array | None, where: str) -> Lookup:
+        """The lookup of a header, with the tables beside it. Raises `InputError` for unsuitable ones.
 
-        Tables of size zero are those of an individual, which carries none (`reefmu.fmu.model.table_encoding`).
+        The tables of an individual, which needs none, have size zero (`reefmu.fmu.model.table_encoding`).
         """
         require_keys(
-            head,
+            header,
             ("twist", "clearance", "full_torque", "error", "drawing", "n_drives", "seed", "version", "modulus"),
             where,
         )
-        twist, clearance = (parse_axis(head[name], f"{where}: {name}") for name in ("twist", "clearance"))
+        twist, clearance = (parse_axis(header[name], f"{where}: {name}") for name in ("twist", "clearance"))
         if coefficients.size:
             expect_table(coefficients, (len(QUANTITIES), twist.size, clearance.size), where)
-        error = require_keys(head["error"], QUANTITIES, f"{where}: error")
-        expect(isinstance(head["version"], str), "a text as version", head["version"], where)
+        error = require_keys(header["error"], QUANTITIES, f"{where}: error")
+        expect(isinstance(header["version"], str), "a text as version", header["version"], where)
         return Lookup(
             twist,
             clearance,
             coefficients,
-            expect_number(head["full_torque"], "a full torque above zero, N.m", where, low=1e-12, high=MAX_ENTRY),
+            expect_number(header["full_torque"], "a full torque above zero, N.m", where, low=1e-12, high=MAX_ENTRY),
             {name: expect_number(error[name], "a finite error", f"{where}: {name}") for name in QUANTITIES},
-            require_keys(head["drawing"], (), f"{where}: drawing"),
-            _whole(head["n_drives"], 1, f"{where}: n_drives"),
-            _whole(head["seed"], 0, f"{where}: seed"),
-            head["version"],
-            None if head["modulus"] is None else ModulusShares.from_dict(head["modulus"], f"{where}: modulus"),
-            None if element is None else ElementTable.from_header(head.get("element"), element, f"{where}: element"),
+            require_keys(header["drawing"], (), f"{where}: drawing"),
+            _whole(header["n_drives"], 1, f"{where}: n_drives"),
+            _whole(header["seed"], 0, f"{where}: seed"),
+            header["version"],
+            None if header["modulus"] is None else ModulusShares.from_dict(header["modulus"], f"{where}: modulus"),
+            None if element is None else ElementTable.from_header(header.get("element"), element, f"{where}: element"),
         )
 
 
@@ -228,7 +230,7 @@ def _whole(value: Any, low: int, where: str) -> int:
 
 
 def describe(lookup: Lookup) -> str:
-    """One line on what the lookup covers and how exact it is."""
+    """One line on the lookup's range and accuracy."""
     return (
         f"twist +-{lookup.twist.stop / ARCMIN:.3g} arcmin, gear clearance "
         f"+-{lookup.clearance.stop / MICROMETRE:.3g} um, band of {lookup.n_drives} drives, seed {lookup.seed}; "

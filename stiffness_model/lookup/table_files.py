@@ -1,7 +1,7 @@
-"""Tables that come from files: every size is looked at before memory is taken, every value before it is used.
+"""Validation of tables read from files: sizes are checked before memory is allocated, values before they are used.
 
-A lookup travels in caches and inside FMUs, which others may have written. What is read here is bounded, of the
-right types and finite, or it is refused with one `InputError`.
+A lookup is stored in caches and inside FMUs, which other programs may have written. Whatever is read here is of bounded
+size, of the expected types and finite; anything else is refused with one `InputError`.
 """
 
 from __future__ import annotations
@@ -24,17 +24,18 @@ from ..numerics.arrays import Array
 from ..numerics.bspline import Axis
 
 MAX_BYTES = 1 << 26
-"""Of one table: 64 MiB. The greatest of the presets takes 0.2."""
+"""Limit for one table, 64 MiB; the largest table of the presets takes 0.2 MiB."""
 MAX_CELLS = 10_000
-"""Along one axis."""
+"""Limit along one axis; chosen by judgement."""
 MAX_ENTRY = 1e12
-"""N.m, N: the greatest entry of a table, a million times what a robot's gear bears."""
+"""Limit for the entries of a table, N.m or N: a million times the load of a robot's gear."""
 
 
 def load_tables(path: str | os.PathLike[str], what: str) -> tuple[Mapping[str, Any], dict[str, Array]]:
-    """The head, and the arrays of doubles by name, of a .npz file that `np.savez` wrote with head=json.
+    """The header and the arrays of doubles by name from a .npz file that holds the header as JSON under "head".
 
-    what: "a saved lookup", for the message. Errors: `InputError` for anything else, before an array is allocated.
+    what: names the expected content in messages ("a saved lookup"). Raises `InputError` for any other file, before an
+    array is allocated.
     """
     where = str(path)
     try:
@@ -44,15 +45,15 @@ def load_tables(path: str | os.PathLike[str], what: str) -> tuple[Mapping[str, A
                 expect(info.file_size <= MAX_BYTES, f"tables of at most {MAX_BYTES} bytes", info.file_size, where)
                 content[info.filename.removesuffix(".npy")] = archive.read(info)
         arrays = {name: _array(data) for name, data in content.items()}
-        head = arrays.pop("head")
-        expect(head.dtype.kind == "U" and head.shape == (), "a head in JSON", head.dtype, where)
+        header = arrays.pop("head")
+        expect(header.dtype.kind == "U" and header.shape == (), "a head in JSON", header.dtype, where)
         expect(
             all(a.dtype == np.dtype("<f8") for a in arrays.values()),
             "tables of doubles",
             sorted({str(a.dtype) for a in arrays.values()}),
             where,
         )
-        return parse_json(str(head), where), arrays
+        return parse_json(str(header), where), arrays
     except (
         OSError,
         ValueError,
@@ -71,20 +72,20 @@ def load_tables(path: str | os.PathLike[str], what: str) -> tuple[Mapping[str, A
 
 
 def _array(content: bytes) -> NDArray[Any]:
-    """An array of plain numbers or characters as the NPY format writes it, whose header states the size that came."""
+    """An array of floats or characters in the NPY format, whose header must match the number of bytes present."""
     file = io.BytesIO(content)
     version = npy.read_magic(file)
     if version not in ((1, 0), (2, 0)):
         raise ValueError(f"format {version}")
     shape, fortran, dtype = (npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0)(file)
-    left = len(content) - file.tell()
-    if dtype.kind not in "fU" or dtype.itemsize == 0 or math.prod(shape) * dtype.itemsize != left:
-        raise ValueError(f"{left} bytes for an array {shape} of {dtype}")
+    n_bytes = len(content) - file.tell()
+    if dtype.kind not in "fU" or dtype.itemsize == 0 or math.prod(shape) * dtype.itemsize != n_bytes:
+        raise ValueError(f"{n_bytes} bytes for an array {shape} of {dtype}")
     return np.frombuffer(content, dtype, offset=file.tell()).reshape(shape, order="F" if fortran else "C")
 
 
 def parse_json(text: str | bytes, where: str) -> Mapping[str, Any]:
-    """A JSON object, or `InputError`.
+    """The JSON object that `text` holds. Raises `InputError` for anything else.
 
     >>> parse_json("[" * 10**5, "lookup.json")
     Traceback (most recent call last):
@@ -102,7 +103,7 @@ def parse_json(text: str | bytes, where: str) -> Mapping[str, Any]:
 
 
 def require_keys(table: Any, names: Iterable[str], where: str) -> Mapping[str, Any]:
-    """`table`, if it is one and has these names; else `InputError`."""
+    """`table` itself. Raises `InputError` unless it is a mapping with these keys."""
     expect(isinstance(table, Mapping), "an object", table, where)
     for name in names:
         expect(name in table, f"a key {name!r}", sorted(map(str, table))[:12], where)
@@ -110,7 +111,7 @@ def require_keys(table: Any, names: Iterable[str], where: str) -> Mapping[str, A
 
 
 def parse_axis(value: Any, where: str) -> Axis:
-    """The axis of [start, step, cells], or `InputError`.
+    """The axis of [start, step, cells]. Raises `InputError` for unsuitable values.
 
     >>> parse_axis([-1.0, 0.5, 4], "lookup.json twist").stop
     1.0
@@ -131,12 +132,12 @@ def parse_axis(value: Any, where: str) -> Axis:
 
 
 def expect_table(table: Array, shape: tuple[int, ...], where: str) -> Array:
-    """`table`, if it has this shape and entries within `MAX_ENTRY`; else `InputError`."""
-    expect(table.shape == shape, f"a table {shape}, as the head states", table.shape, where)
+    """`table` itself. Raises `InputError` unless it has this shape and entries within `MAX_ENTRY`."""
+    expect(table.shape == shape, f"a table {shape}, as the header states", table.shape, where)
     expect(
         bool((np.abs(table) <= MAX_ENTRY).all()),
         f"entries within {MAX_ENTRY:g}",
-        "others, or none that are numbers",
+        "larger ones or NaN",
         where,
     )
     return table
