@@ -38,15 +38,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 HOLES = ("cage", "gear")
-"""Parts whose toleranced diameter is an inner one."""
+"""Parts whose toleranced diameter is that of a hole."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Drive:
-    """One drive as drawn. Lengths in m, angles in rad; a `Field` beside each attribute states its meaning.
+    """One drive as drawn. Lengths in m, angles in rad; the `Field` beside each attribute states its meaning.
 
-    materials, tolerances: of each of `PARTS`; beyond: what is switched on beside the paper's model; where: the drawing
-    it was read from, for messages. Raises `InputError` for values of which no drive can be made.
+    materials, tolerances: by part (`fields.PARTS`); beyond: what is switched on beyond the paper's model; where: the
+    file it was read from, for messages. Raises `InputError` for values of which no drive can be made.
     """
 
     name: Annotated[str, Field(TEXT, "", "Name of the drive, which its curve, FMU and files carry.", "my_drive")]
@@ -188,7 +188,7 @@ class Drive:
         )
 
     def _check_assembled(self, at: str) -> None:
-        """The bounds of `assembly_checks`, which only the assembled drive shows."""
+        """Check the bounds of `assembly_checks`, which need the whole drive."""
         radii = {part: self.crank_radius if part == "crank" else self.element_radius for part in PARTS}
         check_radii(radii, self.tolerances, at)
         check_flank(self.path, self.usable_limit, self.element_radius, at)
@@ -230,11 +230,11 @@ class Drive:
 
     @cached_property
     def usable_limit(self) -> float:
-        """|beta| beyond which the profile cuts itself, rad; elements there carry nothing."""
+        """|beta|, rad, beyond which the profile cuts itself; elements there carry no load."""
         return usable_limit(self.path, self.element_radius)
 
     def size(self, part: str) -> float:
-        """Nominal diameter of a part, m, as `diameters` has it."""
+        """Nominal diameter of a part, m (`tolerances.diameters`)."""
         return diameters(self.element_radius, self.crank_radius)[part]
 
     @property
@@ -244,7 +244,7 @@ class Drive:
 
     @property
     def seats(self) -> Seats:
-        """Where the elements of one eccentric stand, and the wall between their bores."""
+        """The possible places of the elements of one eccentric, and the wall between their bores."""
         return Seats(
             round(self.transmission_ratio),
             self.elements_per_row,

@@ -1,7 +1,7 @@
-"""Tolerance fields as a workshop writes them: a fit ("14 H7"), limits ("0/-15 um"), or a width alone ("13 um", "IT5").
+"""Tolerance zones as a workshop writes them: a fit ("14 H7"), limits ("0/-15 um") or a width ("13 um", "IT5").
 
-A fit and limits say where the field lies, so they give the mean offset of a radius too; a width or a grade lies about
-the nominal size, as the paper reads every window. Fundamental deviations after ISO 286-1:2010, tables 2 to 5.
+A fit and limits state the position of the zone and so the mean offset of a radius too; a width or a grade is centred on
+the nominal size, as the paper takes every window. Fundamental deviations after ISO 286-1:2010, tables 2 to 5.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ _SHAFTS: dict[str, tuple[float, ...]] = {
     "p": (6, 12, 15, 18, 22, 26, 32, 37, 43, 50, 56, 62, 68),
 }
 _UPPER = "defgh"
-"""Letters whose deviation is that of the limit nearest to the nominal size from below, es."""
+"""Letters of shafts below the nominal size, whose tabulated deviation is the upper limit es."""
 LETTERS = (*_SHAFTS, "js")
-"""Letters of shafts; holes have the same in capitals."""
+"""Letters of shafts; those of holes are the same in capitals."""
 
 _FIT = re.compile(r"(?:(?P<size>\d+(?:\.\d+)?) ?(?:mm)? )?(?P<letter>[A-Za-z]{1,2}) ?(?P<grade>\d{1,2})")
 _LIMITS = re.compile(r"(?P<one>[+-]?\d+(?:\.\d+)?) ?/ ?(?P<two>[+-]?\d+(?:\.\d+)?) ?(?P<unit>\S+)")
@@ -37,7 +37,7 @@ _LIMITS = re.compile(r"(?P<one>[+-]?\d+(?:\.\d+)?) ?/ ?(?P<two>[+-]?\d+(?:\.\d+)
 
 @dataclass(frozen=True)
 class ToleranceZone:
-    """A tolerance field of a diameter: its width, m, and the mean offset of the *radius*, m, where it states one."""
+    """Tolerance zone of a diameter. window: width, m; offset: mean deviation of the *radius*, m, None if not stated."""
 
     window: float
     offset: float | None = None
@@ -46,7 +46,7 @@ class ToleranceZone:
 def lower_limit_deviation(letter: str, grade: int, size: float, where: str = "tolerance") -> float:
     """Lower limit deviation of a diameter with the fit `letter` and `grade` at a nominal `size` in m, m.
 
-    A capital letter is a hole. Raises `InputError` for letters and grades that are not in the tables.
+    A capital letter stands for a hole. Raises `InputError` for letters and grades that are not in the tables.
 
     >>> [round(1e6 * lower_limit_deviation(letter, 7, 14e-3)) for letter in ("H", "h", "K", "p")]
     [0, -18, -12, 18]
@@ -65,7 +65,7 @@ def lower_limit_deviation(letter: str, grade: int, size: float, where: str = "to
 def _shaft(letter: str, grade: int, width: float, row: int) -> float:
     if letter in _UPPER:
         return _SHAFTS[letter][row] - width
-    # Table 5: k deviates in the grades 4 to 7 alone.
+    # Table 5: k has a deviation in the grades 4 to 7 only.
     return 0.0 if letter == "k" and not 4 <= grade <= 7 else _SHAFTS[letter][row]
 
 
@@ -86,14 +86,14 @@ def _hole(letter: str, grade: int, width: float, size: float, row: int, where: s
 
 
 def read_zone(value: object, size: float, hole: bool, where: str) -> ToleranceZone:
-    """The field of a diameter from a drawing's text, for the nominal `size` in m of a hole or of a shaft.
+    """The tolerance zone of a diameter from a drawing's text, for the nominal `size`, m, of a hole or of a shaft.
 
     "14 H7" or "H7": a fit of ISO 286; "0/-15 um", "+21/0 um": limits; "ISO 492 Normal": 0/-w, a bearing's outer ring.
-    "IT5", "13 um", "ISO 3290 G10" or a number in m say the width alone ("G10" is a hole's fit or a ball's grade).
-    Raises `InputError`, also for a fit of another size than the part's, and for a shaft's letter on a hole.
+    "IT5", "13 um", "ISO 3290 G10" or a number in m state only the width ("G10" is the fit of a hole, but the grade of
+    a ball). Raises `InputError`, also for a fit of another size than the part's and for a shaft's letter on a hole.
 
-    >>> field = read_zone("14 H7", 14e-3, True, "cage_tolerance")
-    >>> f"{1e6 * field.window:g} um, mean radius {1e6 * field.offset:+g} um"
+    >>> zone = read_zone("14 H7", 14e-3, True, "cage_tolerance")
+    >>> f"{1e6 * zone.window:g} um, mean radius {1e6 * zone.offset:+g} um"
     '18 um, mean radius +4.5 um'
     >>> read_zone("0/-13 um", 80e-3, False, "crank_tolerance").offset
     -3.25e-06
@@ -142,10 +142,11 @@ def _fit(match: re.Match[str], size: float, hole: bool, value: str, where: str) 
 def tolerance_from_zone(
     zone: ToleranceZone, offset: object, value: object, where: str, default: float = 0.0
 ) -> Tolerance:
-    """Window and mean offset of a radius, from its field, which the drawing wrote as `value`, and its stated offset.
+    """The tolerance of a radius from its zone and the offset stated beside it.
 
-    offset: m or a text as `read_offset` takes it, None where none is stated; default: m, where neither states one;
-    where: "FILE: PART". Raises `InputError` where a fit or limits say one offset and `offset` another.
+    value: what the drawing wrote for the zone; offset: m or a text as `read_offset` takes it, None if not stated;
+    default: m, if neither states one; where: "FILE: PART". Raises `InputError` if the zone and `offset` state
+    different offsets.
 
     >>> tolerance_from_zone(ToleranceZone(18e-6), "3 sigma", "IT7", "drawing: cage").offset
     4.5e-06
@@ -156,7 +157,7 @@ def tolerance_from_zone(
         return Tolerance(zone.window, default if stated is None else stated, text)
     if stated is not None and abs(stated - zone.offset) > 1e-12:
         raise InputError(
-            f"{where}_offset: expected none beside the field {value!r}, which puts the mean radius "
+            f"{where}_offset: expected none beside the tolerance {value!r}, which puts the mean radius "
             f"{_signed(zone.offset)} off, got {offset!r}; leave it out, or give the width alone, "
             f"{format_quantity(zone.window, 'length')!r}, with the offset"
         )
@@ -164,9 +165,10 @@ def tolerance_from_zone(
 
 
 def zone_text(tolerance: Tolerance, size: float, hole: bool) -> tuple[str, bool]:
-    """The field as a drawing writes it, and whether that states the offset too.
+    """The tolerance zone as a drawing writes it, and whether that states the offset too.
 
-    The text it was read from, if at this size it still means this tolerance; else the width.
+    It is the text that the tolerance was read from, if that still means the same at this nominal size, m; else the
+    width.
 
     >>> drawn = Tolerance(iso_286(5, 10e-3), 0.0, "IT5")
     >>> zone_text(drawn, 10e-3, True), zone_text(drawn, 96e-3, True)

@@ -89,7 +89,7 @@ class Material:
 
     @property
     def compliance(self) -> float:
-        """(1 - nu^2)/E in 1/Pa, the material's share in a contact's compliance (eq. 23).
+        """(1 - nu^2)/E, 1/Pa: the material's part of a contact's compliance (eq. 23).
 
         >>> f"{STEEL_100CR6.compliance:.3e}"
         '4.375e-12'
@@ -97,7 +97,7 @@ class Material:
         return (1 - self.poisson_ratio**2) / self.youngs_modulus
 
     def allowable(self, element: str) -> float | None:
-        """Allowable pressure, Pa, against an element, "ball" or "roller"; None where none is known.
+        """Allowable pressure, Pa, against an element, "ball" or "roller"; None if unknown.
 
         >>> STEEL_100CR6.allowable("roller"), PLA.allowable("ball")
         (4000000000.0, None)
@@ -117,14 +117,14 @@ STEEL_100CR6 = Material(
 )
 """Hardened bearing steel: E and nu as in section IV of the paper (Schaeffler Technical Pocket Guide)."""
 PLA = Material("PLA", 3e9, 0.33, 1240.0)
-"""3D printed polylactide: E and nu as in section IV of the paper. No allowable pressure: no standard rates its
-contacts, and what it bears depends on the print, the temperature and the time under load."""
+"""3D printed polylactide: E and nu as in section IV of the paper. No allowable pressure is stated, for no standard
+rates its contacts, and its strength depends on the print, the temperature and the time under load."""
 
 MATERIALS = {m.name: m for m in (STEEL_100CR6, PLA)}
 
 
 def find_material(name: str, own: Mapping[str, Material], where: str = "") -> Material:
-    """The material of that name, from the drawing's own ones first."""
+    """The material of that name; `own` materials of the drawing take precedence. Raises `UnknownNameError`."""
     known = {**MATERIALS, **own}
     if name not in known:
         raise unknown_name("material", name, known, where)
@@ -132,13 +132,13 @@ def find_material(name: str, own: Mapping[str, Material], where: str = "") -> Ma
 
 
 def material_labels(materials: Iterable[Material]) -> dict[Material, str]:
-    """What a drawing calls each material: its name, and a label of its own where two of them share one.
+    """Label of each material in a drawing: its name, with a number where two materials share one.
 
     >>> list(material_labels([Material("100Cr6", 104e9, 0.3, 7800.0), STEEL_100CR6]).values())
     ['100Cr6', '100Cr6 2']
     """
     labels: dict[Material, str] = {}
-    # Those that come with the package first: a drawing has no table for them that could tell another label.
+    # Materials of the package come first and keep their names, for no table of the drawing could state another label.
     for material in sorted(dict.fromkeys(materials), key=lambda m: MATERIALS.get(m.name) != m):
         label, number = material.name, 1
         while label in labels.values():

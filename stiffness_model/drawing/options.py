@@ -21,7 +21,7 @@ _PRESSURE_LIMIT = (
 
 @dataclass(frozen=True)
 class ModelOptions:
-    """What a drawing switches on beside the paper's model; a `Field` beside each attribute states its meaning.
+    """What a drawing switches on beyond the paper's model; the `Field` beside each attribute states its meaning.
 
     SI; `math.inf` for rigid bodies, 0 for a limit, speed or rating that is not stated. Raises `InputError`.
     """
@@ -165,7 +165,7 @@ class ModelOptions:
 
 
 STIFFNESSES = tuple(name for name, field in fields_of(ModelOptions).items() if field.infinite)
-"""Bodies that a drawing may make elastic."""
+"""Names of the stiffnesses of bodies that are rigid by default."""
 
 
 def write_options(options: ModelOptions) -> dict[str, Any]:

@@ -1,7 +1,7 @@
-"""Tolerance windows of ISO 286, ISO 492 and ISO 3290 and what they mean for a radius.
+"""Tolerance windows of ISO 286, ISO 492 and ISO 3290, and the distribution of a radius that follows from them.
 
-A window is the width of the tolerance field of a *diameter*. Deviations of radii are normal with the limits
-at three standard deviations (section III of the paper), so sigma of the radius is window / 12.
+A window is the width of the tolerance zone of a *diameter*. Deviations of radii are normally distributed with the
+limits at three standard deviations (section III of the paper), so sigma of the radius is window / 12.
 """
 
 from __future__ import annotations
@@ -34,23 +34,23 @@ _ISO_286_UM: dict[int, tuple[float, ...]] = {
     16: (600, 750, 900, 1100, 1300, 1600, 1900, 2200, 2500, 2900, 3200, 3600, 4000),
 }
 SIZE_ROUNDING = 1 + 1e-12
-"""A size such as 0.08 m must fall in the row that ends at 80 mm."""
-# ISO 492, radial bearings, class Normal, outer ring: mean outside diameter, width of the field.
+"""Relative rounding error by which a size may exceed a step: 0.08 m belongs to the step that ends at 80 mm."""
+# ISO 492, radial bearings, class Normal, outer ring: deviation of the mean outside diameter, width of the zone.
 _ISO_492_SIZES = (6, 18, 30, 50, 80, 120, 150, 180, 250, 315, 400, 500)
 _ISO_492_UM = (8, 9, 11, 13, 15, 18, 25, 30, 35, 40, 45)
 # ISO 3290-1, balls: greatest lot diameter variation.
 _ISO_3290_UM = {3: 0.13, 5: 0.25, 10: 0.5, 16: 0.8, 20: 1.0, 24: 1.2, 28: 1.4, 40: 2.0, 60: 3.0, 100: 5.0, 200: 10.0}
 
 SIGMAS_IN_WINDOW = 6.0
-"""The limits lie at +-3 sigma of the diameter (section III of the paper)."""
+"""Standard deviations of the diameter between the limits (section III of the paper: +-3 sigma)."""
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """The deviation of a radius: normal with `sigma` m about `offset` m.
+    """The deviation of a radius: normally distributed with standard deviation `sigma`, m, about `offset`, m.
 
-    window: width of the diameter's tolerance field, m; text: as the drawing wrote it. The text is a note: two
-    tolerances are equal if their numbers are, and `fits.zone_text` writes it only where it still means them.
+    window: width of the diameter's tolerance zone, m; text: as the drawing wrote it. The text does not take part in
+    comparisons, and `fits.zone_text` writes it only if it still means these numbers.
     """
 
     window: float
@@ -73,7 +73,7 @@ class Tolerance:
 
 
 def diameters(element_radius: float, crank_radius: float) -> dict[str, float]:
-    """Nominal diameter, m, that the tolerance of each part is for; the gear's is the pitch circle of the elements.
+    """Nominal diameters, m, of the parts' tolerances, from radii in m; the gear's is the elements' pitch circle.
 
     >>> diameters(7e-3, 41e-3)["gear"]
     0.096
@@ -87,7 +87,9 @@ def diameters(element_radius: float, crank_radius: float) -> dict[str, float]:
 
 
 def iso_286(grade: int, size: float, where: str = "tolerance") -> float:
-    """Window of the ISO 286-1 grade IT`grade` (1 to 16) for a nominal size in m (up to 0.5), m.
+    """Window, m, of the ISO 286-1 grade IT`grade` (1 to 16) for a nominal size in m (up to 0.5).
+
+    Raises `InputError` for other grades and sizes.
 
     >>> [round(1e6 * iso_286(g, 96e-3)) for g in (5, 9, 11)], [round(1e6 * iso_286(g, 14e-3)) for g in (4, 6, 13)]
     ([15, 87, 220], [5, 11, 270])
@@ -97,9 +99,10 @@ def iso_286(grade: int, size: float, where: str = "tolerance") -> float:
 
 
 def iso_492_normal(size: float, where: str = "tolerance") -> float:
-    """Window of an outer ring's outside diameter, ISO 492 class Normal, size in m, m.
+    """Window, m, of the outside diameter of a bearing's outer ring, ISO 492 class Normal, for a size in m.
 
-    The paper uses 13 um for its 82 mm, the row of 50 to 80 mm; the standard's row of 80 to 120 mm gives 15.
+    Raises `InputError` for sizes beyond the table. The paper uses 13 um for its 82 mm, the step of 50 to 80 mm; the
+    standard's step of 80 to 120 mm gives 15.
 
     >>> round(1e6 * iso_492_normal(82e-3)), round(1e6 * iso_492_normal(80e-3))
     (15, 13)
@@ -108,7 +111,7 @@ def iso_492_normal(size: float, where: str = "tolerance") -> float:
 
 
 def iso_3290(grade: int, where: str = "tolerance") -> float:
-    """Lot diameter variation of ISO 3290-1 balls of grade G`grade`, m.
+    """Lot diameter variation, m, of ISO 3290-1 balls of grade G`grade`. Raises `InputError` for other grades.
 
     >>> f"{1e6 * iso_3290(10):.2f}"
     '0.50'
@@ -130,7 +133,7 @@ def _step(sizes: tuple[float, ...], widths: tuple[float, ...], size: float, stan
 
 
 def read_window(value: object, size: float, where: str) -> float:
-    """Window, m, from a drawing's text: a width ("13 um"), or a grade for the nominal `size` in m.
+    """Window, m, from a drawing's text: a width ("13 um"), or a grade for the nominal `size` in m. Raises `InputError`.
 
     >>> [f"{1e6 * read_window(t, 14e-3, 'cage'):.3g}" for t in ("13 um", "IT4", "ISO 492 Normal", "ISO 3290 G10")]
     ['13', '5', '8', '0.5']
@@ -153,7 +156,9 @@ def read_window(value: object, size: float, where: str) -> float:
 
 
 def read_offset(value: object, sigma: float, where: str) -> float:
-    """Mean deviation of a radius, m, from "5 um" or from "3 sigma" of the same radius.
+    """Mean deviation of a radius, m, from "5 um" or from "3 sigma", with the `sigma`, m, of the same radius.
+
+    Raises `InputError`.
 
     >>> f"{1e6 * read_offset('3 sigma', 0.4e-6, 'cage_offset'):.1f}"
     '1.2'
@@ -167,9 +172,9 @@ def read_offset(value: object, sigma: float, where: str) -> float:
 
 
 def clearance_offset(window: float, element: Tolerance) -> float:
-    """Mean offset, m, of bores with a `window`, m, in which elements run freely but for 0.13 % of them.
+    """Mean offset, m, of the radius of bores with a `window`, m, which all but 0.13 % of the elements clear.
 
-    The clearance varies with bore and element, sigma^2 = sigma_bore^2 + sigma_element^2; its mean is three sigma.
+    The variance of the clearance is the sum of those of bore and element; its mean is three standard deviations.
 
     >>> f"{1e6 * clearance_offset(5e-6, Tolerance(0.5e-6)):.3f} um"
     '1.256 um'

@@ -1,4 +1,4 @@
-"""How far a drive may be twisted and turned before the numbers mean nothing: one check for all who pass angles."""
+"""Limits of twists and crank angles beyond which results have no meaning, checked in one place."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from ..units import ARCMIN
 from .drive import Drive
 
 MAX_TWIST_FACTOR = 4.0
-"""Times the drawing's max_twist. A contact's approach grows with the twist, its load with the power 3/2 and its
-pressure with 1/2 (Hertz): there the contacts carry eight times what they do at max_twist, at twice the pressure."""
+"""Greatest twist over the drawing's max_twist; chosen by judgement. A contact's indentation grows with the twist, its
+load with the power 3/2 and its pressure with 1/2 (Hertz): there the contacts carry eight times their load at max_twist,
+at twice the pressure."""
 QUARTER_TURN = math.pi / 2
-"""Of the crank, rad. The eccentric's way across, e sin(crank twist), grows no further: on its way to the next lobe it
-leaves the flanks that the elements stand on."""
+"""Greatest crank twist, rad. Beyond it the eccentric's tangential displacement, e sin(crank twist), decreases: the
+eccentric leaves the flanks that carry the elements for the next lobe."""
 MAX_OUTPUT_ANGLE = 1e12
-"""rad at the output. Beyond, a floating-point number no longer tells which element stands where."""
+"""Greatest output angle, rad, beyond which floating-point numbers no longer resolve the elements' places."""
 
 
 def twist_limit(drive: Drive) -> float:
@@ -33,10 +34,11 @@ def twist_limit(drive: Drive) -> float:
 
 
 def expect_twists(drive: Drive, twist: ArrayLike, where: str = "twist", *, in_rad: bool = True) -> Array:
-    """Twists at the output as an array (n,), rad; one number is an array of one.
+    """Twists at the output as an array (n,), rad; a single number becomes an array of one.
 
-    in_rad: whether the caller passed rad, so that arcmin may have been forgotten. Raises `InputError` for what is not
-    finite, for more than one dimension, and far beyond the drawing's max_twist (`twist_limit`).
+    where: what messages call them; in_rad: whether the caller passes rad, so that a missing factor `ARCMIN` is a
+    likely mistake. Raises `InputError` for values that are not finite, for more than one dimension, and for twists
+    beyond `twist_limit`.
 
     >>> from stiffness_model.io.drawing_toml import load_drive
     >>> expect_twists(load_drive("drive_1"), [0.0, 8.0])
@@ -55,33 +57,33 @@ got 2.75e+04 arcmin; twists are in rad: did you mean 8 * ARCMIN?
         twist,
         where,
     )
-    most, worst = twist_limit(drive), float(angles[np.abs(angles).argmax()])
-    # A rounding error beyond is none.
-    if abs(worst) > most * (1 + 1e-9):
+    limit, greatest = twist_limit(drive), float(angles[np.abs(angles).argmax()])
+    # The limit itself passes whatever its last digits.
+    if abs(greatest) > limit * (1 + 1e-9):
         reason = (
             f"{MAX_TWIST_FACTOR:g} times the max_twist of {drive.name}"
-            if most < QUARTER_TURN / drive.transmission_ratio
+            if limit < QUARTER_TURN / drive.transmission_ratio
             else f"a quarter turn of the crank of {drive.name}"
         )
-        forgotten = in_rad and 0.02 * drive.max_twist <= abs(worst) * ARCMIN <= most
+        likely_arcmin = in_rad and 0.02 * drive.max_twist <= abs(greatest) * ARCMIN <= limit
         remedy = (
-            f"twists are in rad: did you mean {worst:.6g} * ARCMIN?"
-            if forgotten
-            else "a drive for greater twists says so by max_twist in its drawing"
+            f"twists are in rad: did you mean {greatest:.6g} * ARCMIN?"
+            if likely_arcmin
+            else "for greater twists raise max_twist in the drawing"
         )
         raise InputError(
-            f"{where}: expected twists within +-{most / ARCMIN:.4g} arcmin, {reason}, "
-            f"got {worst / ARCMIN:.3g} arcmin; {remedy}"
+            f"{where}: expected twists within +-{limit / ARCMIN:.4g} arcmin, {reason}, "
+            f"got {greatest / ARCMIN:.3g} arcmin; {remedy}"
         )
     return angles
 
 
 def expect_crank_angle(drive: Drive, angle: float, where: str = "angle") -> None:
-    """Raise `InputError` for a crank angle, rad, at which the output has turned beyond `MAX_OUTPUT_ANGLE`."""
-    most = MAX_OUTPUT_ANGLE * drive.transmission_ratio
+    """Raise `InputError` for a crank angle, rad, at which the output's angle is beyond `MAX_OUTPUT_ANGLE`."""
+    limit = MAX_OUTPUT_ANGLE * drive.transmission_ratio
     expect(
-        abs(angle) <= most,
-        f"a crank angle within +-{most:.3g} rad, beyond which it is lost where the elements stand",
+        abs(angle) <= limit,
+        f"a crank angle within +-{limit:.3g} rad, beyond which the elements' places are not resolved",
         angle,
         where,
     )

@@ -27,7 +27,7 @@ def refused(**fields) -> str:
         ({"cage_offset": "-8 mm"}, ["cage_offset", "bore radius above zero", "7 mm -8 mm"]),
         ({"element_offset": "-8 mm"}, ["element_offset", "element radius above zero"]),
         ({"crank_offset": "-42 mm"}, ["crank_offset", "crank radius above zero"]),
-        ({"gear_offset": "-7.1 mm"}, ["gear_offset", "gear profile's distance above zero"]),
+        ({"gear_offset": "-7.1 mm"}, ["gear_offset", "distance of the gear's profile from the ball path above zero"]),
         ({"element_tolerance": "30 mm"}, ["element_offset", "element radius above zero", "+-7.5 mm"]),
         ({"lobes": 200, "transmission_ratio": 199}, ["lobes", "200 lobes", "cuts itself 2.4 deg", "fewer lobes"]),
         (

@@ -50,7 +50,7 @@ def test_arcmin_forgotten_is_named_and_the_limit_itself_is_computed(who: str, ab
         ASKED[who](able, np.linspace(0, 8, 5))
     assert "\n" not in str(caught.value)
     ASKED[who](able, np.array([twist_limit(able)]))
-    with pytest.raises(InputError, match="a drive for greater twists says so by max_twist"):
+    with pytest.raises(InputError, match="for greater twists raise max_twist in the drawing"):
         ASKED[who](able, np.array([-60 * ARCMIN]))
 
 
