@@ -23,12 +23,12 @@ from .estimation.problem import Problem, block_variances, make_weights, search_b
 from .estimation.residuals import predicted_scatter
 from .estimation.search import Search, base_fit, linearise_candidates, search
 from .estimation.worker_pool import open_pool
-from .forward.base_curve import BaseCurve, curve_base, drawing_base, power_base, ratio_from_angles
+from .forward.base_curve import BaseCurve, curve_base, drawing_base, power_base
 from .inference.isolability import Isolability, isolability, separating_experiments
 from .inference.mean_drive import is_mean_drive
 from .inference.thresholds import calibrate_thresholds
 from .inference.verdict import Conclusion, decide, unconfirmed_conclusion
-from .preprocessing.audit import Audit, audit
+from .preprocessing.audit import Audit, audit, ratio_from_angles
 from .preprocessing.noise import Noise, estimate_noise
 from .preprocessing.trace import Trace, make_trace
 from .random_effects.element_motion import element_motion

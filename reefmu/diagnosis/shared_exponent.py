@@ -17,10 +17,10 @@ from stiffness_model.numerics.arrays import Array
 
 from ..record import Record
 from .estimation.least_squares import Fit
-from .forward.base_curve import BaseCurve, ShapeParameters, power_base, ratio_from_angles
+from .forward.base_curve import BaseCurve, ShapeParameters, power_base
 from .forward.elastic import ElasticTorque
 from .forward.vectorised import Number
-from .preprocessing.audit import audit
+from .preprocessing.audit import audit, ratio_from_angles
 from .preprocessing.trace import Trace, make_trace
 
 LEAST, MOST = 1.0, 2.0

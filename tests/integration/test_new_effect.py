@@ -9,7 +9,7 @@ import pytest
 
 from reefmu.cli import main
 from reefmu.diagnosis import diagnose_record
-from reefmu.diagnosis.forward.effect_functions import kernel
+from reefmu.diagnosis.forward.effect_functions import effect_functions
 from reefmu.effects import EFFECTS, Effect, Identification, Parameter, Place
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.validation.check import check_fmu
@@ -58,7 +58,7 @@ def test_a_wrong_name_is_answered_with_it(capsys: pytest.CaptureFixture[str], tm
 
 @pytest.mark.slow
 def test_a_diagnosis_names_it() -> None:
-    kernel.cache_clear()
+    effect_functions.cache_clear()
     record = rig.measured({"cubic_spring": {"rate": 1500.0}, "damping": {"coefficient": 0.0}})
     found = diagnose_record(record, rig.drive())
     assert "cubic_spring" in {

@@ -1,9 +1,9 @@
-"""The base curve that a record is held against: a drawing, a curve file, or a free power law.
+"""The base curve that a record is compared with: a drawing, a curve file, or a power law.
 
-All three give a torque over twist and clearance (`elastic.ElasticTorque`), base parameters that are fitted together
-with every candidate, and a `Lookup`, so that the corrected model runs in `reefmu.simulate` like any other.
-Without a drawing there is no lever that turns a clearance into a twist: there the clearance, m, is the play,
-rad, to either side times `NOMINAL_LEVER`.
+All three give a torque over twist and clearance (`elastic.ElasticTorque`), shape parameters that are fitted with every
+set of effects, and a `Lookup`, so that `reefmu.simulate` runs the corrected model like any other. Without a drawing the
+lever between a clearance and the twist that it frees is unknown: a clearance, m, is then the play to either side, rad,
+times `NOMINAL_LEVER`.
 """
 
 from __future__ import annotations
@@ -26,16 +26,30 @@ from stiffness_model.numerics.arrays import Array
 from ...effects import EFFECTS
 from ...model.contacts.curve_table import curve_lookup
 from ...model.contacts.element import with_contact_tables
-from ...record import Record, check_range, convert_units
-from ..preprocessing.audit import ANGLE_RESOLUTION, exceeds_resolution
+from ...record import check_range, convert_units
 from ..preprocessing.trace import Trace
-from .elastic import ElasticTorque, LookupTorque, PowerLawTorque
-from .vectorised import Number
+from .elastic import ElasticTorque, LookupTorque, PowerLawTorque, ScaledTorque
 
 NOMINAL_LEVER = 0.01
-"""m/rad, where no drawing gives eccentricity and ratio."""
+"""m/rad, lever where no drawing gives it. A convention: results are stated as play, which does not depend on it."""
 SCALE_DEVIATION = 0.05
-"""Standard deviation of a curve file's scale, as a share, where the file states no band."""
+"""Relative standard deviation of a curve file's scale where the file states no band. Chosen by judgement."""
+MIN_SCALE_DEVIATION = 0.002
+"""Least of it where the file states a band. Chosen by judgement."""
+BAND_DEVIATIONS = 2.5631
+"""Width of the band from the 10th to the 90th percentile of a normal distribution, in standard deviations."""
+
+EXPONENT = (1.2, 0.3, 6.0)
+"""Start and bounds of the exponent of a power law. Chosen by judgement, between a spring (1) and a ball (1.5); the
+bounds leave room for a curve that play or saturation bends."""
+LOG_SCALE_RANGE = 5.0
+"""Distance of the bounds of a power law's scale from its start, as a logarithm. Chosen by judgement."""
+CONTACT_RANGE = 1e-3
+"""Twist over which the contact of a power law sets in smoothly, over its greatest twist. Chosen by judgement, below the
+resolution of a record."""
+TABLE_RANGE, TABLE_NODES = 1.6, 321
+"""Twist over the greatest twist of a base curve to which it is tabulated, and nodes of that table. Chosen by judgement:
+the spacing is a hundredth of the greatest twist."""
 
 
 @dataclass(frozen=True)
@@ -58,14 +72,14 @@ class ShapeParameters:
 
 
 NO_SHAPE = ShapeParameters((), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
-"""Of a base curve that nothing can change."""
+"""No shape parameters: of a drawing's curve."""
 
 
 @dataclass(frozen=True)
 class BaseCurve:
-    """kind: "drawing", "curve" or "power law"; ratio: signed, 1 for a still crank; lever: m/rad, clearance over
-    the twist that it frees; shape: its own parameters;
-    full_torque: N.m; lookup: tables of the curve, None for a power law until its parameters are known.
+    """kind: "drawing", "curve" or "power law"; ratio: signed, 1 for a locked crank; lever: m/rad, clearance over the
+    twist that it frees; full_torque: N.m; max_twist: rad; lookup: tables of the curve, None for a power law; element,
+    modulus: tables of a drawing for the effects that need them; source: name or path.
     """
 
     kind: str
@@ -82,123 +96,83 @@ class BaseCurve:
     source: str = ""
 
 
-@dataclass(frozen=True)
-class ScaledTorque:
-    """Another elastic torque times a factor 1 + shape[0]: a curve file's uncertain scale."""
-
-    inner: ElasticTorque
-
-    def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
-        """See `ElasticTorque`; shape is (share,)."""
-        value, by_twist, by_clearance, _ = self.inner.evaluate(twist, clearance, np.zeros(0))
-        factor = 1 + float(shape[0])
-        return factor * value, factor * by_twist, factor * by_clearance, [value]
-
-
 def drawing_base(drive: Drive, lookup: Lookup) -> BaseCurve:
-    """The mean torque of a drawing's lookup. What individuals differ is the scatter's business, not a scale's."""
+    """The mean torque of a drawing's lookup; individual drives differ by scatter, not by shape parameters."""
     whole = with_contact_tables(lookup, drive, tuple(EFFECTS.values()))
     return BaseCurve(
-        "drawing",
-        LookupTorque.of(lookup),
-        drive.ratio,
-        drive.eccentricity * abs(drive.ratio),
-        lookup.full_torque,
-        drive.max_twist,
-        NO_SHAPE,
-        drive,
-        whole,
-        whole.element,
-        whole.modulus,
-        drive.name,
+        kind="drawing",
+        elastic=LookupTorque.of(lookup),
+        ratio=drive.ratio,
+        lever=drive.eccentricity * abs(drive.ratio),
+        full_torque=lookup.full_torque,
+        max_twist=drive.max_twist,
+        shape=NO_SHAPE,
+        drive=drive,
+        lookup=whole,
+        element=whole.element,
+        modulus=whole.modulus,
+        source=drive.name,
     )
 
 
-def ratio_from_angles(record: Record) -> float:
-    """The signed transmission ratio that a record's own angles show; 1 where the crank stands still.
-
-    The crank's angle over the output's is a straight line but for the twist; its slope is the ratio, taken as the
-    next whole number where that is within 2 %. Raises `InputError` where the angles show no ratio.
-    """
-    crank, output = record.crank_angle, record.output_angle
-    if np.ptp(crank) == 0 or "crank_angle" in record.missing:
-        return 1.0
-    where = record.source or "record"
-    if not exceeds_resolution(output, ANGLE_RESOLUTION, float(np.abs(output).max())):
-        raise InputError(
-            f"{where}: expected an output that turns, or a twist [rad] in place of the angles, for a gear "
-            "without a drawing, got a turning crank at an output that stands still: no ratio can be known"
-        )
-    across, along = output - output.mean(), crank - crank.mean()
-    slope = float(across @ along) / float(across @ across)
-    residual = float(np.std(along - slope * across) / np.std(crank))
-    if abs(slope) < 1.5 or residual > 0.05:
-        raise InputError(
-            f"{where}: expected a crank that turns with the output, or stands still, "
-            "for a gear without a drawing, got angles that show no transmission ratio"
-        )
-    whole = round(slope)
-    return float(whole if abs(slope - whole) < 0.02 * abs(slope) else slope)
-
-
 def curve_base(path: str | os.PathLike[str], ratio: float = 1.0) -> BaseCurve:
-    """A curve file: the columns of `reefmu curve`, or any `twist [unit]` and `torque [N.m]` (or torque_mean).
+    """The curve of a CSV file with the columns `twist [unit]` and `torque_mean [N.m]`, as `reefmu curve` writes it, or
+    `torque` or `output_torque`.
 
-    ratio: of the record that is held against it, see `ratio_from_angles`.
-
-    Raises `InputError` for a file without them or with twists that do not rise.
+    ratio: of the record, see `preprocessing.audit.ratio_from_angles`. Raises `InputError` for a file without these
+    columns or with twists that do not increase.
     """
     twist, torque, spread = _read_curve(Path(path))
     lookup = curve_lookup(twist, torque, NOMINAL_LEVER, Path(path).stem, ratio)
     one = np.ones(1)
     return BaseCurve(
-        "curve",
-        ScaledTorque(LookupTorque.of(lookup)),
-        ratio,
-        NOMINAL_LEVER,
-        float(np.abs(torque).max()),
-        float(np.abs(twist).max()),
-        ShapeParameters(("scale",), 0 * one, -0.5 * one, one, spread * one),
-        None,
-        lookup,
+        kind="curve",
+        elastic=ScaledTorque(LookupTorque.of(lookup)),
+        ratio=ratio,
+        lever=NOMINAL_LEVER,
+        full_torque=float(np.abs(torque).max()),
+        max_twist=float(np.abs(twist).max()),
+        shape=ShapeParameters(("scale",), 0 * one, -0.5 * one, one, spread * one),
+        lookup=lookup,
         source=str(path),
     )
 
 
 def power_base(trace: Trace) -> BaseCurve:
-    """A free power law for a record of a gear that has no drawing and no curve."""
+    """A power law for the record of a gear without a drawing or a curve."""
     max_twist = float(np.ptp(np.quantile(trace.twist, [0.002, 0.998])) / 2) or 1e-3
     full = float(np.quantile(np.abs(trace.torque - np.median(trace.torque)), 0.998)) or 1.0
-    elastic = PowerLawTorque(max_twist, NOMINAL_LEVER, 1e-3 * max_twist)
+    start, low, high = EXPONENT
     return BaseCurve(
-        "power law",
-        elastic,
-        trace.ratio,
-        NOMINAL_LEVER,
-        full,
-        max_twist,
-        ShapeParameters(
+        kind="power law",
+        elastic=PowerLawTorque(max_twist, NOMINAL_LEVER, CONTACT_RANGE * max_twist),
+        ratio=trace.ratio,
+        lever=NOMINAL_LEVER,
+        full_torque=full,
+        max_twist=max_twist,
+        shape=ShapeParameters(
             ("log_scale", "exponent"),
-            np.array([np.log(full), 1.2]),
-            np.array([np.log(full) - 5, 0.3]),
-            np.array([np.log(full) + 5, 6.0]),
+            np.array([np.log(full), start]),
+            np.array([np.log(full) - LOG_SCALE_RANGE, low]),
+            np.array([np.log(full) + LOG_SCALE_RANGE, high]),
             np.array([np.inf, np.inf]),
         ),
         source="power law",
     )
 
 
-def lookup_of(base: BaseCurve, shape: Array) -> Lookup:
-    """Tables of the base curve with its fitted parameters."""
+def tabulate_base(base: BaseCurve, shape: Array) -> Lookup:
+    """Tables of a base curve with the shape parameters (k,) of a fit."""
     if base.kind == "drawing":
         assert base.lookup is not None
         return base.lookup
-    twist = np.linspace(-1.6, 1.6, 321) * base.max_twist
+    twist = np.linspace(-TABLE_RANGE, TABLE_RANGE, TABLE_NODES) * base.max_twist
     torque = base.elastic.evaluate(twist, np.zeros_like(twist), shape)[0]
     return curve_lookup(twist, torque, base.lever, Path(base.source).stem, base.ratio)
 
 
 def _read_curve(path: Path) -> tuple[Array, Array, float]:
+    """Twist (n,), rad, torque (n,), N.m, and the relative standard deviation of its scale."""
     where = str(path)
     try:
         rows = [row for row in csv.reader(path.read_text("utf-8-sig").splitlines()) if row]
@@ -232,11 +206,10 @@ def _read_curve(path: Path) -> tuple[Array, Array, float]:
         return values
 
     twist, torque = column("twist"), column(torque_name)
-    expect(bool((np.diff(twist) > 0).all()), "twists that rise", "twists that do not", where)
+    expect(bool((np.diff(twist) > 0).all()), "twists that increase", "twists that do not", where)
     spread = SCALE_DEVIATION
     if "torque_p10" in titles and "torque_p90" in titles:
         high = torque > 0.5 * torque.max()
         share = (column("torque_p90") - column("torque_p10"))[high] / torque[high]
-        # 80 % of a normal distribution lie within +-1.2816 of its standard deviations.
-        spread = max(0.002, float(share.mean()) / 2.5631)
+        spread = max(MIN_SCALE_DEVIATION, float(share.mean()) / BAND_DEVIATIONS)
     return twist, torque, spread

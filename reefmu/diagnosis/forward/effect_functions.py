@@ -1,7 +1,7 @@
-"""The equations of one effect as functions over whole traces, with their derivatives.
+"""The equations of an effect as functions over whole traces, with their derivatives.
 
-The equations themselves stand in `reefmu.effects` and nowhere else; CasADi differentiates them here, and NumPy
-evaluates them for all samples at once.
+The equations themselves are written in `reefmu.effects` alone; CasADi differentiates them here, and NumPy evaluates
+them for all samples at once.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from ...effects import Effect, Signals, find_effect
 from .vectorised import Number, Program
 
 Tangent = dict[int, Number]
-"""Derivatives by parameter index; what is missing is zero."""
+"""Derivatives, a number or (n,), by parameter index; missing ones are zero."""
 
 
 @dataclass(frozen=True)
-class Values:
-    """Value of one expression and its derivatives that are not zero: by twist and elastic torque, by the effect's
-    parameters and by its states, by their indices.
+class Partials:
+    """Value of one expression and its partial derivatives by twist, by elastic torque, and by the indices of the
+    effect's parameters and states; numbers or (n,).
     """
 
     value: Number
@@ -35,8 +35,9 @@ class Values:
 
 
 @dataclass(frozen=True)
-class Kernel:
-    """One effect: its contribution (one expression or two) and the equations (a, b) of each of its states."""
+class EffectFunctions:
+    """Functions of one effect: its contribution (one or two expressions), and for each state x the coefficients (a, b)
+    of dx/ds = a x + b over its independent variable s."""
 
     effect: Effect
     contribution: Equations
@@ -44,7 +45,10 @@ class Kernel:
 
 
 class Equations:
-    """Expressions of signals, parameters and states, over arrays."""
+    """Expressions of signals, parameters and states as a function of arrays.
+
+    size: number of expressions; depends_on_torque: whether any depends on the elastic torque.
+    """
 
     def __init__(
         self, effect: Effect, build: Callable[[Signals, dict[str, Any], dict[str, Any]], Sequence[Any]]
@@ -68,13 +72,13 @@ class Equations:
                     self._layout.append((row, kind, index))
                     wanted.append(ca.SX(slope))
         self.size = len(expressions)
-        self.feels_torque = any(ca.depends_on(e, s["elastic_torque"]) for e in expressions)
+        self.depends_on_torque = any(ca.depends_on(e, s["elastic_torque"]) for e in expressions)
         self._program = Program([*s.values(), *p.values(), *x.values()], wanted)
 
     def __call__(
         self, signals: Mapping[str, Number], parameters: Sequence[float], states: Sequence[Number]
-    ) -> list[Values]:
-        """One `Values` for each expression; signals by name."""
+    ) -> list[Partials]:
+        """The partials of every expression; signals: by name, numbers or (n,); states: numbers or (n,)."""
         found = self._program(*(signals[name] for name in Signals._fields), *parameters, *states)
         rows: list[dict[str, Tangent]] = [
             {"value": {}, "twist": {}, "elastic": {}, "parameter": {}, "state": {}} for _ in range(self.size)
@@ -82,14 +86,16 @@ class Equations:
         for (row, kind, index), value in zip(self._layout, found, strict=True):
             rows[row][kind][index] = value
         return [
-            Values(r["value"].get(0, 0.0), r["twist"].get(0, 0.0), r["elastic"].get(0, 0.0), r["parameter"], r["state"])
+            Partials(
+                r["value"].get(0, 0.0), r["twist"].get(0, 0.0), r["elastic"].get(0, 0.0), r["parameter"], r["state"]
+            )
             for r in rows
         ]
 
 
 @functools.cache
-def kernel(name: str) -> Kernel:
-    """The kernel of the effect of that name."""
+def effect_functions(name: str) -> EffectFunctions:
+    """The functions of the effect of that name; raises `UnknownNameError` for any other."""
     effect = find_effect(name)
 
     def contribution(signals: Signals, p: dict[str, Any], x: dict[str, Any]) -> Sequence[Any]:
@@ -99,21 +105,21 @@ def kernel(name: str) -> Kernel:
     equations = tuple(
         Equations(effect, lambda signals, p, x, state=state: state.equation(signals, p)) for state in effect.states
     )
-    return Kernel(effect, Equations(effect, contribution), equations)
+    return EffectFunctions(effect, Equations(effect, contribution), equations)
 
 
 def accumulate(into: Tangent, other: Tangent, factor: Number = 1.0) -> None:
-    """into += factor * other."""
+    """Add factor * other to a tangent in place."""
     for k, value in other.items():
         product = factor * value
         into[k] = into[k] + product if k in into else product
 
 
 def scaled(tangent: Tangent, factor: Number) -> Tangent:
-    """factor * tangent."""
+    """A tangent times a number or an array (n,)."""
     return {k: factor * value for k, value in tangent.items()}
 
 
 def is_zero(value: Number) -> bool:
-    """Whether a number is the constant zero."""
+    """Whether a value is the number 0, not an array."""
     return not isinstance(value, np.ndarray) and value == 0.0

@@ -1,7 +1,7 @@
-"""The elastic torque of a base curve over whole records, with its slopes, in NumPy.
+"""The elastic torque of a base curve over whole records, with exact derivatives, in NumPy.
 
-CasADi's virtual machine takes 7 us for one value of the lookup; these few array operations take 0.1 us. The
-numbers are those of `Lookup.torque` (a test holds it), the slopes are exact.
+CasADi's virtual machine takes 7 us for one value of the lookup; these array operations take 0.1 us. A test compares
+the values with those of `Lookup.torque`.
 """
 
 from __future__ import annotations
@@ -20,16 +20,19 @@ from .vectorised import Number
 
 
 class ElasticTorque(Protocol):
-    """Torque over twist and clearance; `shape` holds base parameters that are fitted with the effects."""
+    """Torque over twist and clearance; `shape` holds parameters that are fitted together with the effects."""
 
     def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
-        """Torque (n,) N.m, its slopes by twist (n,), by clearance (n,) and by each base parameter."""
+        """Torque (n,), N.m, and its derivatives (n,) by twist, by clearance and by each of the shape parameters.
+
+        twist: (n,) rad; clearance: m, a number or (n,); shape: (k,).
+        """
         ...
 
 
 @dataclass(frozen=True)
 class SplineTable:
-    """Values on a grid of two axes by uniform cubic B-splines, continued as `stiffness_model.numerics.bspline` does.
+    """Uniform cubic B-splines over two axes, extrapolated as `stiffness_model.numerics.bspline` does.
 
     coefficients: (axes[0].size, axes[1].size).
     """
@@ -38,11 +41,11 @@ class SplineTable:
     coefficients: Array
 
     def evaluate(self, x: Array, y: Number) -> tuple[Array, Array, Array]:
-        """Value and slopes along x and y at the points x (n,) and y, one for all or (n,)."""
+        """Value and derivatives by x and y, (n,) each, at x (n,) and y, a number or (n,)."""
         first, second = self.axes
         i, f = locate(first, x)
         if not isinstance(y, np.ndarray):
-            # The same clearance everywhere: one curve, and one of its slope.
+            # A single y: one spline along x, and one for the derivative by y.
             j, along_y, slope_y = _across(second, np.array([float(y)]))
             strip = self.coefficients[:, j[0] : j[0] + 4]
             value, by_x = _along(strip @ along_y[:, 0], i, f)
@@ -65,21 +68,21 @@ class SplineTable:
 
 _THIRDS = np.arange(4) / 3
 _POWERS = np.linalg.solve(np.vander(_THIRDS, increasing=True), np.stack(weights(_THIRDS, _THIRDS), axis=1))
-"""Powers of the cell's coordinate (4, 4), from its four coefficients."""
+"""Matrix (4, 4) from the four coefficients of a cell to those of the powers of its coordinate."""
 
 
 def _along(curve: Array, i: NDArray[np.intp], f: Array) -> tuple[Array, Array]:
-    """Value and slope by f of one spline (size,) at coordinate f (n,) of cell i (n,), by Horner's rule."""
+    """Value and derivative by f of a spline (size,) at coordinate f (n,) of cell i (n,), by Horner's rule."""
     inside = np.clip(f, 0.0, 1.0)
     cells = len(curve) - 3
-    # Every index is inside; "clip" is the mode that need not look.
+    # All indices are valid; mode "clip" skips the check.
     a, b, c, d = np.take(_POWERS @ np.stack([curve[k : k + cells] for k in range(4)]), i, axis=1, mode="clip")
     slope = (3 * d * inside + 2 * c) * inside + b
     return ((d * inside + c) * inside + b) * inside + a + (f - inside) * slope, slope
 
 
 def _across(axis: Axis, y: Array) -> tuple[NDArray[np.intp], Array, Array]:
-    """Cell, weights (4, m) and weights of the slope (4, m) along the second axis; held beyond its ends."""
+    """Cells, weights (4, m) and weights of the derivative (4, m) along the second axis, held beyond its ends."""
     j, g = locate(axis, y)
     held = np.clip(g, 0.0, 1.0)
     return j, np.stack(weights(held, held)), np.stack(slope_weights(held)) * ((g >= 0) & (g <= 1)) / axis.step
@@ -87,13 +90,13 @@ def _across(axis: Axis, y: Array) -> tuple[NDArray[np.intp], Array, Array]:
 
 @dataclass(frozen=True)
 class LookupTorque:
-    """Mean torque of a lookup; no base parameters of its own."""
+    """Mean torque of a lookup, without shape parameters."""
 
     table: SplineTable
 
     @staticmethod
     def of(lookup: Lookup) -> LookupTorque:
-        """From a lookup's tables."""
+        """The mean torque of a lookup."""
         return LookupTorque(SplineTable(lookup.axes, np.ascontiguousarray(lookup.coefficients[0])))
 
     def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
@@ -102,12 +105,25 @@ class LookupTorque:
 
 
 @dataclass(frozen=True)
+class ScaledTorque:
+    """Another elastic torque times 1 + shape[0], the uncertain scale of a curve file."""
+
+    inner: ElasticTorque
+
+    def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
+        """See `ElasticTorque`; shape is (relative error of the scale,)."""
+        value, by_twist, by_clearance, _ = self.inner.evaluate(twist, clearance, np.zeros(0))
+        factor = 1 + float(shape[0])
+        return factor * value, factor * by_twist, factor * by_clearance, [value]
+
+
+@dataclass(frozen=True)
 class PowerLawTorque:
     """A free power law for gears without a drawing: scale (s/max_twist)^exponent at each of two flanks.
 
-    s is the twist beyond the play, clearance/lever, on either side; with interference both flanks carry about
-    the middle. max_twist: rad, a twist within the record, so that `scale` is a torque; lever: m/rad; corner: rad,
-    over which contact sets in, so that slopes exist. shape: (log of the scale in N.m, exponent).
+    s is the twist beyond the play, clearance/lever, on either side; with negative clearance both flanks carry load
+    about zero. max_twist: rad, a twist within the record, so that `scale` is its torque; lever: m/rad; corner: rad,
+    range over which contact sets in smoothly.
     """
 
     max_twist: float

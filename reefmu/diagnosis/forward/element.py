@@ -1,4 +1,7 @@
-"""One element's torque over a whole trace: `lookup.element_table` at one clearance, where it carries."""
+"""Torque of one element over a whole trace, from `stiffness_model.lookup.element_table`.
+
+Evaluated at a single clearance and only where the element carries load, which takes a fraction of the time.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ from .vectorised import Number
 def element_torque(
     table: ElementTable, twist: Array, clearance: Number, position: Number
 ) -> tuple[Array, Array, Array, Array]:
-    """Torque, N.m, and its slopes by twist, clearance and position, (n,) each, as `ElementTable.evaluate`."""
+    """Torque, N.m, and its derivatives by twist, clearance and position, (n,) each, as `ElementTable.evaluate`.
+
+    twist: (n,) rad; clearance: m; position: rad, of the element; numbers or (n,).
+    """
     if isinstance(clearance, np.ndarray) and clearance.ndim:
         return table.evaluate(twist, clearance, position)
     beta = np.broadcast_to(np.asarray(position, float), twist.shape)

@@ -1,4 +1,4 @@
-"""Where every fitted parameter stands in one vector: names to slices, and a vector to values by name."""
+"""Positions of all fitted parameters in one vector: names to slices, and a vector to values by name."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ...effects import Parameter, find_effect
 
 @dataclass(frozen=True)
 class ParameterLayout:
-    """The vector of a fit: the twist's zero, the shape of the base curve, then every effect's parameters.
+    """Layout of the vector of a fit: zero of the twist, shape of the base curve, parameters of the effects.
 
-    n_shape: parameters of the base curve's shape; names: effects, in the order of the vector.
+    n_shape: number of shape parameters; names: effects in the order of the vector.
 
     >>> layout = ParameterLayout(2, ("backlash", "creep"))
     >>> layout.shape, layout.effects["creep"], layout.size
@@ -31,12 +31,12 @@ class ParameterLayout:
 
     @property
     def shape(self) -> slice:
-        """Where the base curve's shape stands; before it is the zero, rad."""
+        """The shape of the base curve; index 0 before it is the zero of the twist, rad."""
         return slice(1, 1 + self.n_shape)
 
     @cached_property
     def effects(self) -> dict[str, slice]:
-        """Where the parameters of every effect stand."""
+        """The parameters of every effect."""
         found, at = {}, 1 + self.n_shape
         for name in self.names:
             found[name] = slice(at, at + len(find_effect(name).parameters))
@@ -49,20 +49,20 @@ class ParameterLayout:
         return 1 + self.n_shape + sum(len(find_effect(name).parameters) for name in self.names)
 
     def effect_parameters(self) -> list[tuple[int, Parameter]]:
-        """Position and declaration of every effect's parameters, in the order of the vector."""
+        """Index and declaration of the parameters of all effects, in the order of the vector."""
         return [
             (self.effects[name].start + k, p) for name in self.names for k, p in enumerate(find_effect(name).parameters)
         ]
 
     def by_effect(self, vector: Array) -> dict[str, dict[str, float]]:
-        """The values of the effects' parameters in a vector (size,), by effect and parameter name."""
+        """Values of the effects' parameters in a vector (size,), by effect and parameter."""
         return {
             name: {p.name: float(v) for p, v in zip(find_effect(name).parameters, vector[where], strict=True)}
             for name, where in self.effects.items()
         }
 
     def restrict(self, names: Collection[str], vector: Array) -> tuple[ParameterLayout, Array]:
-        """The layout of some of the effects alone, in the same order, and what a vector (size,) holds of it."""
+        """The layout of those effects that are in `names`, in the same order, and their part of a vector (size,)."""
         kept = tuple(name for name in self.names if name in names)
-        pieces = [vector[: 1 + self.n_shape], *(vector[self.effects[name]] for name in kept)]
-        return ParameterLayout(self.n_shape, kept), np.concatenate(pieces)
+        parts = [vector[: 1 + self.n_shape], *(vector[self.effects[name]] for name in kept)]
+        return ParameterLayout(self.n_shape, kept), np.concatenate(parts)

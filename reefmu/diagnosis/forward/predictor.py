@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import Effect, IndependentVariable, Place, State, find_effect
+from ...effects import IndependentVariable, Place, State
 from ..preprocessing.trace import Blocks, Trace
 from .base_curve import BaseCurve
-from .effect_functions import Tangent, Values, accumulate, is_zero, kernel, scaled
+from .effect_functions import Partials, Tangent, accumulate, effect_functions, is_zero, scaled
 from .element import element_torque
 from .parameter_layout import ParameterLayout
-from .trajectory import exponentials, propagated, recurrence, steps
+from .trajectory import exponentials, increments, propagate_tangent, recurrence
 from .vectorised import Number
 
 NEWTON_STEPS = 12
@@ -62,7 +62,7 @@ class Predictor:
     def __init__(self, trace: Trace, base: BaseCurve, names: Sequence[str], blocks: Blocks | None = None) -> None:
         self.trace, self.base, self.blocks = trace, base, blocks
         self.names = tuple(names)
-        self.kernels = [kernel(name) for name in self.names]
+        self.functions = [effect_functions(name) for name in self.names]
         self.layout = ParameterLayout(base.shape.size, self.names)
         self.slices = [self.layout.effects[name] for name in self.names]
         self.size = self.layout.size
@@ -108,8 +108,8 @@ class _Run:
             "twist_direction": 0.0,
             "elastic_torque": 0.0,
         }
-        self.states: list[list[Number]] = [[0.0] * len(k.effect.states) for k in predictor.kernels]
-        self.state_tangents: list[list[Tangent]] = [[{} for _ in k.effect.states] for k in predictor.kernels]
+        self.states: list[list[Number]] = [[0.0] * len(k.effect.states) for k in predictor.functions]
+        self.state_tangents: list[list[Tangent]] = [[{} for _ in k.effect.states] for k in predictor.functions]
         self.elastic_tangent: Tangent = {}
         self.contact: Array = t.twist
         self.clearance: Number = 0.0
@@ -119,7 +119,7 @@ class _Run:
         twist = _Dual(self.trace.twist, {}).plus(shift, -1.0)
         path = self.trace.smooth_twist - shift.value
         self.signals["twist"] = twist.value
-        self.signals["twist_direction"] = np.sign(steps(path, self.trace.start))
+        self.signals["twist_direction"] = np.sign(increments(path, self.trace.start))
         self._path_states(path, twist.tangent)
         clearance = self._total(Place.CLEARANCE, twist.tangent)
         elastic, slope = self._contacts(twist, clearance)
@@ -135,7 +135,7 @@ class _Run:
     def _parameters(self, index: int) -> list[float]:
         return self.p[self.of.slices[index]]
 
-    def _dual(self, index: int, v: Values, twist_tangent: Tangent) -> _Dual:
+    def _dual(self, index: int, v: Partials, twist_tangent: Tangent) -> _Dual:
         tangent: Tangent = {}
         if not is_zero(v.by_twist):
             accumulate(tangent, twist_tangent, v.by_twist)
@@ -148,13 +148,13 @@ class _Run:
         return _Dual(v.value, tangent)
 
     def _contribution(self, index: int, twist_tangent: Tangent) -> list[_Dual]:
-        k = self.of.kernels[index]
+        k = self.of.functions[index]
         found = k.contribution(self.signals, self._parameters(index), self.states[index])
         return [self._dual(index, v, twist_tangent) for v in found]
 
     def _total(self, place: Place, twist_tangent: Tangent) -> _Dual:
         total = _Dual(0.0, {})
-        for index, k in enumerate(self.of.kernels):
+        for index, k in enumerate(self.of.functions):
             if k.effect.place is place:
                 total = total.plus(self._contribution(index, twist_tangent)[0])
         return total
@@ -168,15 +168,15 @@ class _Run:
     def _path_states(self, path: Array, twist_tangent: Tangent) -> None:
         """Advance all states whose equations see no elastic torque."""
         t = self.trace
-        for index, k in enumerate(self.of.kernels):
+        for index, k in enumerate(self.of.functions):
             for s, state in enumerate(k.effect.states):
-                if k.equations[s].feels_torque:
+                if k.equations[s].depends_on_torque:
                     continue
                 begin = self._begin(state)
                 if state.independent_variable is IndependentVariable.TIME:
                     way = np.where(begin, 0.0, t.step)
                 else:
-                    way = steps(
+                    way = increments(
                         {
                             IndependentVariable.TWIST: path,
                             IndependentVariable.CRANK: t.crank,
@@ -189,7 +189,9 @@ class _Run:
                     {}
                     if state.independent_variable is not IndependentVariable.TWIST
                     else {
-                        i: np.sign(way) * steps(v, begin) for i, v in twist_tangent.items() if isinstance(v, np.ndarray)
+                        i: np.sign(way) * increments(v, begin)
+                        for i, v in twist_tangent.items()
+                        if isinstance(v, np.ndarray)
                     }
                 )
                 self._advance(index, s, begin, np.abs(way), moving, twist_tangent)
@@ -197,7 +199,7 @@ class _Run:
     def _advance(
         self, index: int, s: int, begin: NDArray[np.bool_], length: Array, moving: Tangent, twist_tangent: Tangent
     ) -> None:
-        k, first = self.of.kernels[index], self.of.slices[index].start
+        k, first = self.of.functions[index], self.of.slices[index].start
         a, b = k.equations[s](self.signals, self._parameters(index), self.states[index])
         decay, mean, mean_slope = exponentials(a.value * length)
         x = recurrence(decay, [b.value * length * mean], begin)[0]
@@ -213,16 +215,16 @@ class _Run:
         if moving:
             accumulate(tangent, moving, (a.value * before + b.value) * decay)
         self.states[index][s] = x
-        self.state_tangents[index][s] = propagated(decay, tangent, begin)
+        self.state_tangents[index][s] = propagate_tangent(decay, tangent, begin)
 
     # -- contacts -------------------------------------------------------------------------------------------
 
     def _contacts(self, twist: _Dual, clearance: _Dual) -> tuple[_Dual, Array]:
         slow = [
             (i, s)
-            for i, k in enumerate(self.of.kernels)
+            for i, k in enumerate(self.of.functions)
             for s in range(len(k.effect.states))
-            if k.equations[s].feels_torque
+            if k.equations[s].depends_on_torque
         ]
         if slow:
             for i, s in slow:
@@ -242,14 +244,14 @@ class _Run:
         """One Newton step on the trajectories of the states along time; at last their tangents."""
         present, present_tangents = [list(x) for x in self.states], [list(t) for t in self.state_tangents]
         for i, s in slow:
-            begin = self._begin(self.of.kernels[i].effect.states[s])
+            begin = self._begin(self.of.functions[i].effect.states[s])
             before = np.concatenate([[0.0], self.states[i][s][:-1]])
             before[begin] = 0.0
             self.states[i][s], self.state_tangents[i][s] = before, {}
         elastic, slope = self._solve(twist, clearance)
         self.signals["elastic_torque"] = elastic.value
         for i, s in slow:
-            k, first = self.of.kernels[i], self.of.slices[i].start
+            k, first = self.of.functions[i], self.of.slices[i].start
             a, b = k.equations[s](self.signals, self._parameters(i), self.states[i])
             begin = self._begin(k.effect.states[s])
             length = np.where(begin, 0.0, self.trace.step)
@@ -273,19 +275,19 @@ class _Run:
                     accumulate(tangent, {first + j: value for j, value in v.by_parameters.items()}, by)
                     if not is_zero(v.by_twist):
                         accumulate(tangent, twist.tangent, by * v.by_twist)
-                present_tangents[i][s] = propagated(rate, tangent, begin)
+                present_tangents[i][s] = propagate_tangent(rate, tangent, begin)
         self.states, self.state_tangents = present, present_tangents
 
     def _solve(self, twist: _Dual, clearance: _Dual) -> tuple[_Dual, Array]:
         """ElasticTorque torque with tangents, and stiffness with the series compliance."""
         pairs = [
             self._contribution(i, twist.tangent)
-            for i, k in enumerate(self.of.kernels)
+            for i, k in enumerate(self.of.functions)
             if k.effect.place is Place.SERIES
         ]
         lost = [
             self._contribution(i, twist.tangent)
-            for i, k in enumerate(self.of.kernels)
+            for i, k in enumerate(self.of.functions)
             if k.effect.place is Place.ELEMENT
         ]
         modulus = self._total(Place.MODULUS, twist.tangent)
@@ -344,8 +346,3 @@ class _Run:
                 accumulate(tangent, share.tangent, -scale * t)
                 accumulate(tangent, position.tangent, -scale * share.value * b)
         return _Dual(scale * torque, tangent), scale * stiffness
-
-
-def effects_of(names: Sequence[str]) -> list[Effect]:
-    """The effects of these names."""
-    return [find_effect(name) for name in names]

@@ -1,4 +1,7 @@
-"""Whole trajectories of states whose equation is linear in the state: x' = a x + b, advanced exactly."""
+"""Trajectories of states with linear equations dx/ds = a x + b, integrated exactly for constant a and b in a step.
+
+All samples together are one bidiagonal system of equations.
+"""
 
 from __future__ import annotations
 
@@ -13,15 +16,15 @@ from stiffness_model.numerics.arrays import Array
 from .effect_functions import Tangent
 
 
-def steps(path: Array, begin: NDArray[np.bool_]) -> Array:
-    """Changes (n,) of a path since the sample before, none where it begins."""
+def increments(path: Array, begin: NDArray[np.bool_]) -> Array:
+    """Changes (n,) of a path (n,) since the sample before, zero where `begin` (n,)."""
     change = np.diff(path, prepend=path[0])
     change[begin] = 0.0
     return change
 
 
 def exponentials(z: Array) -> tuple[Array, Array, Array]:
-    """exp(z), its mean over a step (exp(z) - 1)/z, and that mean's slope."""
+    """exp(z), its mean (exp(z) - 1)/z over a step, and the derivative of that mean by z, (n,) each; z: (n,)."""
     small = np.abs(z) < 1e-4
     safe = np.where(small, 1.0, z)
     decay = np.exp(z)
@@ -31,7 +34,7 @@ def exponentials(z: Array) -> tuple[Array, Array, Array]:
 
 
 def recurrence(decay: Array, gains: Sequence[Array], begin: NDArray[np.bool_]) -> list[Array]:
-    """x of x[k] = decay[k] x[k-1] + gain[k], zero where it begins, for several gains (n,)."""
+    """Solutions (n,) of x[k] = decay[k] x[k-1] + gain[k], zero where `begin` (n,), for each of several gains (n,)."""
     n = len(begin)
     right = np.zeros((n, len(gains)), order="F")
     for k, gain in enumerate(gains):
@@ -46,8 +49,8 @@ def recurrence(decay: Array, gains: Sequence[Array], begin: NDArray[np.bool_]) -
     return [np.ascontiguousarray(x[:, k]) for k in range(len(gains))]
 
 
-def propagated(decay: Array, tangent: Tangent, begin: NDArray[np.bool_]) -> Tangent:
-    """Tangents of a state from those of its steps."""
+def propagate_tangent(decay: Array, tangent: Tangent, begin: NDArray[np.bool_]) -> Tangent:
+    """Tangent of a state's trajectory from the tangent of its gains; decay: (n,)."""
     if not tangent:
         return {}
     return dict(zip(tangent, recurrence(decay, list(tangent.values()), begin), strict=True))

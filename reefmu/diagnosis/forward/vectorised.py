@@ -1,7 +1,7 @@
 """CasADi expressions evaluated over whole arrays by NumPy, instruction by instruction.
 
-CasADi's virtual machine works sample by sample; a record has ten thousand. The expressions of an effect are a
-few dozen operations, and as many array operations take a tenth of the time. Scalars stay scalars.
+CasADi's virtual machine evaluates one sample at a time, and a record has ten thousand. An effect has a few dozen
+operations; as many array operations take a tenth of the time. Scalars stay scalars.
 """
 
 from __future__ import annotations
@@ -65,7 +65,10 @@ _BINARY: dict[int, Callable[[Number, Number], Number]] = {
 
 
 class Program:
-    """Scalar CasADi expressions of scalar symbols: call it with one number or array for each symbol."""
+    """Scalar CasADi expressions of scalar symbols; a call takes one number or array for each symbol.
+
+    Raises `NotImplementedError` for an operation that has no counterpart in NumPy here.
+    """
 
     def __init__(self, symbols: Sequence[ca.SX], expressions: Sequence[ca.SX]) -> None:
         function = ca.Function("program", list(symbols), list(expressions))
@@ -79,7 +82,7 @@ class Program:
             self._steps.append((op, function.instruction_input(k), function.instruction_output(k), constant))
 
     def __call__(self, *values: Number) -> list[Number]:
-        """One result, a number or an array, for each expression."""
+        """The value of every expression, a number or an array (n,)."""
         work: list[Number] = [0.0] * max(self._work, 1)
         results: list[Number] = [0.0] * self._outputs
         for op, inputs, outputs, constant in self._steps:

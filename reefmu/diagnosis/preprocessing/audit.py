@@ -1,4 +1,4 @@
-"""Audit of a record before anything is fitted: rates, saturation, quantisation, gaps, a twist of the wrong sign."""
+"""Audit of a record before anything is fitted: rates, saturation, gaps, a wrong sign, the transmission ratio."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from stiffness_model.errors import InputError
 
 from ...record import Record
 
@@ -29,6 +31,12 @@ QUANTISED_SHARE = 0.2
 """Distinct torques, over the number of samples, below which the torque counts as quantised. Chosen by judgement."""
 WRONG_SIGN_CORRELATION = -0.5
 """Correlation of torque and twist below which a sign must be wrong: hysteresis and noise leave it positive."""
+MIN_RATIO, MAX_RATIO_RESIDUAL = 1.5, 0.05
+"""Least transmission ratio, and greatest relative residual of the line through the angles, at which the angles show a
+ratio. Chosen by judgement: no gear of this kind has a lower ratio, and a twist is far smaller."""
+WHOLE_RATIO = 0.02
+"""Relative distance to an integer within which a ratio is that integer. Chosen by judgement: play and twist shift the
+slope by less."""
 
 
 @dataclass(frozen=True)
@@ -108,3 +116,30 @@ def exceeds_resolution(values: NDArray[np.float64], resolution: float, magnitude
     True
     """
     return float(np.ptp(values)) > max(resolution, ROUNDING * magnitude)
+
+
+def ratio_from_angles(record: Record) -> float:
+    """The signed transmission ratio from the angles of a record; 1 where the crank stands still.
+
+    The crank angle over the output angle is a straight line except for the twist. Its slope is the ratio, rounded to
+    the nearest integer within `WHOLE_RATIO`. Raises `InputError` where the angles show no ratio.
+    """
+    crank, output = record.crank_angle, record.output_angle
+    if np.ptp(crank) == 0 or "crank_angle" in record.missing:
+        return 1.0
+    where = record.source or "record"
+    if not exceeds_resolution(output, ANGLE_RESOLUTION, float(np.abs(output).max())):
+        raise InputError(
+            f"{where}: expected an output that turns, or a twist [rad] in place of the angles, for a gear "
+            "without a drawing, got a crank that turns while the output stands still: the ratio is unknown"
+        )
+    x, y = output - output.mean(), crank - crank.mean()
+    slope = float(x @ y) / float(x @ x)
+    residual = float(np.std(y - slope * x) / np.std(crank))
+    if abs(slope) < MIN_RATIO or residual > MAX_RATIO_RESIDUAL:
+        raise InputError(
+            f"{where}: expected a crank that turns with the output, or stands still, "
+            "for a gear without a drawing, got angles that show no transmission ratio"
+        )
+    whole = round(slope)
+    return float(whole if abs(slope - whole) < WHOLE_RATIO * abs(slope) else slope)

@@ -13,7 +13,7 @@ from ...record import Record, make_record
 from ...simulate import simulate_record
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..forward.base_curve import lookup_of
+from ..forward.base_curve import tabulate_base
 from ..preprocessing.trace import Trace
 
 
@@ -21,7 +21,7 @@ def corrected_model(problem: Problem, chosen: Fit) -> DriveModel:
     """The drive model with the effects found inside, as model.toml holds it."""
     base, layout = problem.base, problem.layout(chosen.names)
     effects = layout.by_effect(chosen.parameters)
-    table = lookup_of(base, chosen.parameters[layout.shape])
+    table = tabulate_base(base, chosen.parameters[layout.shape])
     if base.drive is None:
         return build_curve_model(table, effects)
     return build_model(base.drive, effects, lookup=table)
