@@ -18,7 +18,7 @@ from stiffness_model.lazy_names import lazy_names
 if TYPE_CHECKING:
     from .diagnosis import diagnose_record
     from .fmu.export import export_fmu
-    from .fmu.validation.check import check_fmu
+    from .fmu.validation.fmu_check import check_fmu
     from .joint import JointModel, Masses, joint_system
     from .model import DriveModel, build_model
     from .model.model_file import load_model, save_model
@@ -46,7 +46,7 @@ _get, __dir__ = lazy_names(
     {
         ".diagnosis": ("diagnose_record",),
         ".fmu.export": ("export_fmu",),
-        ".fmu.validation.check": ("check_fmu",),
+        ".fmu.validation.fmu_check": ("check_fmu",),
         ".joint": ("JointModel", "Masses", "joint_system"),
         ".model": ("DriveModel", "build_model"),
         ".model.model_file": ("load_model", "save_model"),

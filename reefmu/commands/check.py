@@ -6,7 +6,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from reefmu.fmu.validation.check import check_fmu
+from reefmu.fmu.validation.fmu_check import check_fmu
 from stiffness_model.errors import expect
 
 
@@ -24,6 +24,6 @@ def run(args: argparse.Namespace) -> int:
 
         coupling = (coupling_finding(Path(args.fmu), args.step, args.inertia),)
     report = check_fmu(args.fmu)
-    report = replace(report, findings=(*report.findings, *coupling))
+    report = replace(report, results=(*report.results, *coupling))
     print(report)
     return 0 if report.passed else 1

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from reefmu.fmu.export import NO_COMPILER, default_backend, export_fmu
-from reefmu.fmu.validation.check import check_fmu
+from reefmu.fmu.validation.fmu_check import check_fmu
 from reefmu.joint import JointModel, Masses, cosimulate, largest_step, simulate_joint
 from reefmu.joint.controller import Design, design_lqr, feedback
 from reefmu.joint.plots import STEPS, picture_designs, picture_responses
@@ -107,7 +107,7 @@ def _fmu(model: DriveModel, stage: Path) -> bool:
     report = check_fmu(path)
     way = "co-simulation and model exchange, compiled" if backend == "native" else "co-simulation, run by Python"
     print(f"{path.name}: {path.stat().st_size / 1024:.0f} kB, FMI 2.0 {way}, effect inside: hysteresis (neutral)")
-    for finding in report.findings:
+    for finding in report.results:
         print(f"  {finding}")
     return report.passed
 

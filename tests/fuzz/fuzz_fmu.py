@@ -31,8 +31,9 @@ import numpy as np
 from reefmu.commands.coupling import coupling_finding
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.python_backend.equations_file import EQUATIONS_FILE, read_equations
-from reefmu.fmu.validation import check
+from reefmu.fmu.validation.fmu_check import embedded_component
 from reefmu.fmu.validation.reference_run import make_excitation
+from reefmu.fmu.validation.static_checks import check_declaration, check_standard, declared_variables
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import Masses
@@ -107,9 +108,9 @@ class Finding:
 def examine(path: Path) -> None:
     """All that `reefmu check --inertia` does before it loads the library."""
     file = read_archive(path)
-    component = check.embedded_component(file)
-    check._standard(file)
-    check._declaration(file, check.declared_variables(file, component))
+    component = embedded_component(file)
+    check_standard(file)
+    check_declaration(file, declared_variables(file, component))
     make_excitation(component)
     if file.kind == "drive":
         coupling_finding(path, 1e-3, 0.08)

@@ -12,7 +12,7 @@ from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.forward.effect_functions import effect_functions
 from reefmu.effects import EFFECTS, Effect, Identification, Parameter, Place
 from reefmu.fmu.importer.instance import FmuDrive
-from reefmu.fmu.validation.check import check_fmu
+from reefmu.fmu.validation.fmu_check import check_fmu
 from tests import diagnosis_rig as rig
 
 COMPILER = pytest.mark.skipif(

@@ -1,4 +1,6 @@
-"""An FMU held against the standard and against the Python model.
+"""An FMU checked against the standard and against the Python model.
 
-* `check`: all findings; `reference_run`: the signal and the two runs; `derivatives`; `fmi3_rules`: rules of FMI 3.0.
+* `fmu_check`: all tests of one file; `report`: their results.
+* `static_checks` and `fmi3_rules`: tests of the description.
+* `run_checks`: tests of the runs, with the excitation of `reference_run` and the differences of `derivatives`.
 """

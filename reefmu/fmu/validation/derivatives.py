@@ -1,4 +1,4 @@
-"""Directional derivatives of an FMU against differences of the Python model, the states held."""
+"""Directional derivatives of an FMU against differences of the Python model at constant states."""
 
 from __future__ import annotations
 
@@ -17,19 +17,20 @@ if TYPE_CHECKING:
     from ..model.component import Component
 
 TOLERANCE = 1e-6
-"""Greatest deviation of a variable's derivatives, as a part of its greatest. Differences that cross a knot of the
-lookup's splines err by this much; elsewhere the two agree to 1e-8."""
+"""Greatest deviation of a variable's derivatives, relative to the greatest of them. Differences across a knot of the
+lookup's splines have an error of this size; elsewhere the two agree to 1e-8."""
 DIFFERENCE_STEPS = (1e-3, 1e-4, 1e-5)
-"""Of a difference, as parts of an input's size. A shorter one is only taken where a longer one disagrees: where it
-crosses the onset of a contact of an individual, whose stiffness begins as a root."""
+"""Steps of a difference, relative to the scale of an input. A shorter one is used only where a longer one disagrees,
+because it crosses the onset of a contact of an individual, where the stiffness starts as a square root."""
 _SIXTH_ORDER = np.array([-1, 9, -45, 45, -9, 1]) / 60
 _OFFSETS = (-3, -2, -1, 1, 2, 3)
 
 
 def differences(function: Callable[[Array], Array], at: Array, step: Array) -> Array:
-    """Derivatives d function/d at, (n_results, n), by central differences of sixth order.
+    """Jacobian of `function` at the point `at`, shape (n_results, n), by central differences of sixth order.
 
-    step: of each argument. The error is that of the seventh derivative, step^6/140, and of rounding, 1e-16/step.
+    step: of each argument, shape (n,). The truncation error is step^6/140 times the seventh derivative, the rounding
+    error about 1e-16/step times the value.
 
     >>> float(differences(np.sin, np.array([0.5]), np.array([0.01]))[0, 0] - np.cos(0.5)) < 1e-13
     True
@@ -42,9 +43,10 @@ def differences(function: Callable[[Array], Array], at: Array, step: Array) -> A
 
 
 def row_error(came: Array, expected: Array, value: Array) -> Array:
-    """Deviation of every row, as a part of its greatest derivative: (n_rows,).
+    """Greatest deviation in every row, relative to the greatest derivative in it, shape (n_rows,).
 
-    value: (n_rows,); of a derivative below 1e-4 of it that much is the measure, so that rounding is not taken for one.
+    came, expected: derivatives, shape (n_rows, n). value: of each function, shape (n_rows,); 1e-4 of it is the smallest
+    reference, so that rounding of a derivative near zero does not count as an error.
     """
     scale = np.maximum(np.abs(expected).max(axis=1), np.maximum(1e-4 * np.abs(value), 1e-12))
     return np.abs(came - expected).max(axis=1) / scale
@@ -55,7 +57,7 @@ def derivative_error(
 ) -> tuple[float, str]:
     """The greatest `row_error` over outputs and rates at some rows of a run over `excitation`, and its variable.
 
-    drive: not yet initialised; it runs as far as the last of `rows`.
+    drive: not yet initialised; it runs up to the last of `rows`.
     """
     names = [signal.name for signal in component.outputs] + [f"der({signal.name})" for signal in component.states]
     states = [signal.name for signal in component.states]
@@ -85,7 +87,7 @@ def derivative_error(
 
 
 def _input_scales(component: Component, inputs: Array) -> Array:
-    """How far each input is moved by: angles by a part of the twist at full torque, others of what they are."""
+    """Scale of each input for the steps: of angles a tenth of the twist at full torque, of others of their value."""
     twist = twist_at_full_torque(component) if component.kind == "drive" else 0.0
     ratio = next(abs(p.value) for p in component.parameters if p.name == "ratio")
     angles = {"crank.phi": 0.1 * ratio * twist, "output.phi": 0.1 * twist}

@@ -1,4 +1,4 @@
-"""Rules for FMI 3.0 that hosts hold FMUs to and FMPy's validation does not."""
+"""Rules of FMI 3.0 that importers enforce and FMPy's validation does not check."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from xml.etree import ElementTree
 
 from ..xml.archive import DESCRIPTION, FmuFile
 
-_OPEN = ("approx", "calculated")
+_NOT_EXACT = ("approx", "calculated")
 
 
 def rule_violations(file: FmuFile) -> dict[str, list[str]]:
-    """What breaks each rule, as short texts, by the rule's name; no rules for FMI 2.0.
+    """The violations of each rule, as short texts, by the name of the rule; empty for FMI 2.0.
 
-    `references`: value references count the variables from one in the order of declaration, for which OMSimulator
-    takes them. `unknowns`: the initial unknowns are outputs, calculated parameters, states and derivatives whose
-    `initial` leaves them open, all of them and nothing else, above all no event indicator (FMI 3.0.2, section 2.4.8;
-    VDMCheck3's rule validInitialUnknowns).
+    `references`: the value references count the variables from one in the order of declaration, as OMSimulator expects.
+    `unknowns`: the initial unknowns are exactly those outputs, calculated parameters, states and derivatives whose
+    `initial` is not exact; in particular, no event indicator is one (FMI 3.0.2, section 2.4.8; rule
+    validInitialUnknowns of VDMCheck3).
     """
     if file.fmi_version != "3.0":
         return {}
@@ -24,36 +24,36 @@ def rule_violations(file: FmuFile) -> dict[str, list[str]]:
         root = ElementTree.fromstring(archive.read(DESCRIPTION))
     variables = root.find("ModelVariables")
     declared = [(v.get("valueReference", ""), v) for v in (() if variables is None else variables)]
-    names = dict(declared)
+    by_reference = dict(declared)
 
     def listed(tag: str) -> set[str]:
         return {e.get("valueReference", "") for e in root.findall(f"ModelStructure/{tag}")}
 
     misplaced = [
-        f"{v.get('name')} has {reference}, not {place}"
-        for place, (reference, v) in enumerate(declared, start=1)
-        if reference != str(place)
+        f"{v.get('name')} has {reference}, not {position}"
+        for position, (reference, v) in enumerate(declared, start=1)
+        if reference != str(position)
     ]
     rates = listed("ContinuousStateDerivative")
-    unknown = (
+    candidates = (
         rates
         | listed("Output")
-        | {names[r].get("derivative", "") for r in rates & names.keys()}
-        | {r for r, v in names.items() if v.get("causality") == "calculatedParameter"}
+        | {by_reference[r].get("derivative", "") for r in rates & by_reference.keys()}
+        | {r for r, v in by_reference.items() if v.get("causality") == "calculatedParameter"}
     )
-    expected = {r for r in unknown & names.keys() if _initial(names[r]) in _OPEN}
-    came = listed("InitialUnknown")
+    expected = {r for r in candidates & by_reference.keys() if _initial(by_reference[r]) in _NOT_EXACT}
+    found = listed("InitialUnknown")
+    indicators = found & listed("EventIndicator")
 
     def texts(references: set[str], what: str) -> list[str]:
-        return [f"{names[r].get('name') if r in names else r} {what}" for r in sorted(references)]
+        return [f"{by_reference[r].get('name') if r in by_reference else r} {what}" for r in sorted(references)]
 
-    indicators = came & listed("EventIndicator")
     return {
         "references": misplaced,
         "unknowns": [
-            *texts(indicators, "is an event indicator too"),
-            *texts(came - expected - indicators, "is no initial unknown"),
-            *texts(expected - came, "is missing"),
+            *texts(indicators, "is also an event indicator"),
+            *texts(found - expected - indicators, "is not an initial unknown"),
+            *texts(expected - found, "is missing"),
         ],
     }
 

@@ -1,4 +1,4 @@
-"""The signal an FMU is held against the Python model with, and the two runs over it."""
+"""The excitation for comparing an FMU with the Python model, and the runs of both over it."""
 
 from __future__ import annotations
 
@@ -17,45 +17,46 @@ if TYPE_CHECKING:
     from ..model.component import Component
 
 COMMUNICATION_STEPS = (1e-3, 1 / 60, 1e-6, 2.5e-3, 1e-3 / 3, 0.02, 1e-4)
-"""Communication steps in s, in turn: some are no finite binary fraction, one is far below the rest."""
+"""Communication steps, s, used in turn: some are not finite binary fractions, one is far shorter than the others."""
 _AMPLITUDES = (0.05, 0.3, 1.0, 0.6, 1.2)
-"""Of the twist at full torque; the third and the last reach the end of the drawn range and pass it."""
+"""Amplitudes relative to the twist at full torque; the third ends the rated range, the last exceeds it."""
 _STEPS_PER_RAMP = 12
-"""Steps from one reversal to the next."""
+"""Steps from one corner of the excitation to the next."""
 LOADED_ROWS = tuple(_STEPS_PER_RAMP * leg + _STEPS_PER_RAMP // 4 for leg in (3, 4, 9, 11))
-"""Rows between two reversals, inside the drawn range and under load of either sign."""
+"""Rows between two reversals, within the rated range, with loads of both signs."""
 
 
 @dataclass(frozen=True)
 class Excitation:
-    """dt: steps in s, shape (n,). inputs: shape (n + 1, n_inputs), first those at initialisation."""
+    """Inputs over time. dt: steps, s, shape (n,). inputs: shape (n + 1, n_inputs), of which row 0 is the start."""
 
     names: tuple[str, ...]
     dt: NDArray[np.float64]
     inputs: NDArray[np.float64]
 
     def at(self, row: int) -> dict[str, float]:
-        """One row of inputs by name."""
+        """The inputs of one row by name."""
         return dict(zip(self.names, self.inputs[row].tolist(), strict=True))
 
     def part(self, start: int, stop: int | None) -> Excitation:
-        """Steps `start` to `stop`; its first row of inputs is the one before them."""
+        """Steps `start` to `stop`; row 0 of the inputs is the one before these steps."""
         stop = len(self.dt) if stop is None else stop
         return Excitation(self.names, self.dt[start:stop], self.inputs[start : stop + 1])
 
 
 def make_excitation(component: Component, scale: float = 1.0) -> Excitation:
-    """Reversals at several amplitudes: of the twist while the crank turns both ways and the drive warms up, or of
-    the torques on a joint.
+    """Reversals at several amplitudes, of the twist or of the torques on a joint.
 
-    scale: to get a second signal unlike the first.
+    The crank of a drive oscillates meanwhile, and its temperature rises.
+
+    scale: factor of the amplitudes, for a second excitation that differs from the first.
     """
     corners = [0.0]
     for amplitude in _AMPLITUDES:
         corners += [amplitude, -amplitude, 0.4 * amplitude]
     steps = _STEPS_PER_RAMP * (len(corners) - 1)
     shape = scale * np.interp(np.arange(steps + 1) / _STEPS_PER_RAMP, np.arange(len(corners)), corners)
-    # A joint takes many steps of its own in one of these: a tenth of the time is as good a test.
+    # A joint divides each step into many substeps; a tenth of the time tests it equally well.
     dt = np.resize(np.array(COMMUNICATION_STEPS), steps) * (0.1 if component.kind == "joint" else 1.0)
     time = np.concatenate([[0.0], np.cumsum(dt)])
     ratio = next(p.value for p in component.parameters if p.name == "ratio")
@@ -77,7 +78,7 @@ def make_excitation(component: Component, scale: float = 1.0) -> Excitation:
 
 
 def run_model(component: Component, excitation: Excitation, parameters: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Outputs of the Python model, shape (n + 1, n_outputs); the first row is the start."""
+    """Outputs of the Python model, shape (n + 1, n_outputs); row 0 is the start."""
     states = component.initial(excitation.inputs[0], parameters)
     rows = [component.output(states, excitation.inputs[0], parameters)]
     for dt, inputs in zip(excitation.dt.tolist(), excitation.inputs[1:], strict=True):
@@ -87,13 +88,13 @@ def run_model(component: Component, excitation: Excitation, parameters: NDArray[
 
 
 def run_fmu(drive: FmuDrive, excitation: Excitation, names: Sequence[str]) -> NDArray[np.float64]:
-    """The same from an FMU that is not yet initialised; columns are the outputs `names`."""
+    """The outputs `names` of an FMU that is not yet initialised, shape (n + 1, len(names))."""
     first = drive.initialize(excitation.at(0))
     return np.vstack([[[first[name] for name in names]], continue_fmu(drive, excitation, names)])
 
 
 def continue_fmu(drive: FmuDrive, excitation: Excitation, names: Sequence[str]) -> NDArray[np.float64]:
-    """The steps of `excitation` on an FMU that already runs, shape (n, n_outputs)."""
+    """The outputs `names` over the steps of `excitation` of an FMU that already runs, shape (n, len(names))."""
     rows = []
     for row, dt in enumerate(excitation.dt.tolist(), start=1):
         outputs = drive.step(dt, excitation.at(row))

@@ -20,8 +20,9 @@ from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.model.component import Component, drive_component
 from reefmu.fmu.model.joint import joint_component
-from reefmu.fmu.validation import check
 from reefmu.fmu.validation.derivatives import differences
+from reefmu.fmu.validation.fmu_check import embedded_component
+from reefmu.fmu.validation.run_checks import check_derivatives
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import Masses
@@ -264,7 +265,7 @@ def test_at_initialisation_by_inputs_and_parameters(
 
 @has_compiler
 def test_check_finds_wrong_derivatives(unpacked: tuple[Path, Path, str], monkeypatch: pytest.MonkeyPatch) -> None:
-    assert check._derivatives(unpacked[0], check.embedded_component(read_archive(unpacked[0]))).passed
+    assert check_derivatives(unpacked[0], embedded_component(read_archive(unpacked[0]))).passed
     right = FmuDrive.derivative
 
     def wrong(self: FmuDrive, of: list[str], along: dict[str, float]) -> dict[str, float]:
@@ -272,6 +273,6 @@ def test_check_finds_wrong_derivatives(unpacked: tuple[Path, Path, str], monkeyp
         return {**came, "stiffness": came["stiffness"] * (1 + 1e-5)}
 
     monkeypatch.setattr(FmuDrive, "derivative", wrong)
-    finding = check._derivatives(unpacked[0], check.embedded_component(read_archive(unpacked[0])))
+    finding = check_derivatives(unpacked[0], embedded_component(read_archive(unpacked[0])))
     assert not finding.passed
     assert "stiffness" in finding.detail

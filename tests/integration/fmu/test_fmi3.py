@@ -20,9 +20,9 @@ from lxml import etree
 from reefmu.cli import main
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
-from reefmu.fmu.validation import check
-from reefmu.fmu.validation.check import check_fmu
 from reefmu.fmu.validation.fmi3_rules import rule_violations
+from reefmu.fmu.validation.fmu_check import check_fmu
+from reefmu.fmu.validation.static_checks import check_fmi3_rules
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import Masses
@@ -158,14 +158,14 @@ def doctored(path: Path, target: Path, pattern: str, by: str) -> Path:
             "unknowns",
             r'(<EventIndicator valueReference=)"\d+"(.*)(?=\s*</ModelStructure>)',
             r'\1"68"\2',
-            "der(torque_sensor_drift.grown) is an event indicator too",
+            "der(torque_sensor_drift.grown) is also an event indicator",
         ),
         ("unknowns", r'<InitialUnknown valueReference="6" .*/>', "", "output.tau is missing"),
         (
             "unknowns",
             r"</ModelStructure>",
             '<InitialUnknown valueReference="1" dependencies=""/></ModelStructure>',
-            "crank.phi is no initial unknown",
+            "crank.phi is not an initial unknown",
         ),
         (
             "references",
@@ -181,7 +181,7 @@ def test_check_knows_the_rules_of_other_hosts(
     assert set(rule_violations(read_archive(three))) == {"references", "unknowns"}
     path = doctored(three, tmp_path / "doctored.fmu", pattern, by)
     assert said in "; ".join(rule_violations(read_archive(path))[rule])
-    assert rule in [finding.name for finding in check._rules(read_archive(path)) if not finding.passed]
+    assert rule in [finding.name for finding in check_fmi3_rules(read_archive(path)) if not finding.passed]
 
 
 def test_flanges_are_terminals(three: Path, joint: Path) -> None:
@@ -235,13 +235,13 @@ def test_refusals_speak_of_calls_of_fmi_3(three: Path) -> None:
         with pytest.raises(Exception, match="fmi3EnterStepMode"):
             reference.fmi3EnterStepMode(slave.component)
         for log, said in ((True, "fmi3InstantiateCoSimulation: expected eventModeUsed = false"), (False, "nothing")):
-            drive._complaints[:] = ["nothing"]
+            drive._messages[:] = ["nothing"]
             assert not reference.fmi3InstantiateCoSimulation(
                 b"x", drive.guid.encode(), b"", False, log, True, False, None, 0, None, slave._log, slave._update
             )
-            assert drive._complaints[-1].startswith(said)
+            assert drive._messages[-1].startswith(said)
         assert not slave.instantiate("x", "{wrong}", "")
-        assert drive._complaints[-1].startswith("fmi3Instantiate: expected GUID")
+        assert drive._messages[-1].startswith("fmi3Instantiate: expected GUID")
         assert np.isfinite(drive.step(1e-3)["output.tau"])
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from reefmu.cli import main
-from reefmu.fmu.validation.check import check_fmu
+from reefmu.fmu.validation.fmu_check import check_fmu
 from reefmu.fmu.xml.archive import parse_xml, read_archive
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import DAMPINGS, INERTIAS, STEPS, Masses

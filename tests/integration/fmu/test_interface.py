@@ -94,7 +94,7 @@ def test_the_digest_changes_with_the_variables(model, soft_model):
 
 
 @pytest.mark.parametrize(
-    "module", ["model.variables", "xml.fmi2", "xml.archive", "export", "importer.instance", "validation.check"]
+    "module", ["model.variables", "xml.fmi2", "xml.archive", "export", "importer.instance", "validation.fmu_check"]
 )
 def test_importing_loads_no_fmi_library(module):
     code = (

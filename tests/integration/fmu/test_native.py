@@ -19,7 +19,7 @@ from reefmu.fmu.codegen import compile as platforms
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.model.component import drive_component
-from reefmu.fmu.validation.check import check_fmu
+from reefmu.fmu.validation.fmu_check import check_fmu
 from reefmu.fmu.validation.reference_run import make_excitation, run_fmu, run_model
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import OUTPUTS, DriveModel

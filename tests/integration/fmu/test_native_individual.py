@@ -17,7 +17,7 @@ from reefmu.fmu.model.component import drive_component, load_component
 from reefmu.fmu.model.joint import joint_component
 from reefmu.fmu.model.joint_equations import maximum_stiffness
 from reefmu.fmu.model.table_encoding import TABLES, decode_tables, embedded_lookup, encode_tables, lookup_metadata
-from reefmu.fmu.validation.check import check_fmu, embedded_component
+from reefmu.fmu.validation.fmu_check import check_fmu, embedded_component
 from reefmu.fmu.validation.reference_run import make_excitation, run_fmu, run_model
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.contacts.individual import individual_function

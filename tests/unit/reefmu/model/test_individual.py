@@ -13,7 +13,7 @@ import pytest
 import stiffness_model as sm
 from reefmu.cli import main
 from reefmu.fmu.export import export_fmu
-from reefmu.fmu.validation.check import check_fmu
+from reefmu.fmu.validation.fmu_check import check_fmu
 from reefmu.joint import JointModel, Masses
 from reefmu.model.contacts.individual import individual_function
 from reefmu.model.drive_model import DriveModel, build_model
