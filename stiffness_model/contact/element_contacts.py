@@ -55,7 +55,7 @@ class Contacts:
     eccentrics: int
     ratio: float
     cage_compliance: float
-    beyond: ModelOptions
+    options: ModelOptions
     profile: GearProfile | None
 
     def __len__(self) -> int:
@@ -117,7 +117,7 @@ def build_contacts(
         eccentrics=drive.eccentrics,
         ratio=drive.ratio,
         cage_compliance=compliance["cage"],
-        beyond=drive.beyond,
+        options=drive.beyond,
         profile=_profile(drive, compliance["gear"]) if drive.beyond.gear_contact == "exact" else None,
     )
 

@@ -69,7 +69,7 @@ class SeriesSpring:
 
 def contact_laws(contacts: Contacts) -> tuple[ContactLaw, ...] | None:
     """The laws of C1 to C4, or None where all are power laws."""
-    c, options = contacts, contacts.beyond
+    c, options = contacts, contacts.options
     conforming = options.cage_contact == "lamina"
     if math.isinf(options.ring_stiffness) and math.isinf(options.cage_wall_stiffness) and not conforming:
         return None

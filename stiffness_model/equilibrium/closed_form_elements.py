@@ -1,4 +1,4 @@
-"""Elements inside the outer equilibrium of `coupled`, in closed form: one pass over all of them at a time."""
+"""Elements between moving bodies or with other contact laws, in closed form: one pass over all of them at a time."""
 
 from __future__ import annotations
 
@@ -11,256 +11,239 @@ from numpy.typing import NDArray
 from ..contact.element_contacts import Contacts
 from ..contact.laws import bore_law
 from ..numerics.arrays import Array
-from .shared_bodies import Centres, Seat, Sums
-from .solution import Status, root
+from .closed_form_pass import (
+    GearContact,
+    PassArrays,
+    WallContact,
+    closing_condition,
+    eccentric_centre,
+    next_normal,
+    select_wall,
+    touch_gear_and_wall,
+    write_solution,
+)
+from .shared_bodies import BodyDisplacements, ElementGroups, Resultants
+from .solution import Equilibrium, Status
 
-TURN = 2e-10
-"""Greatest turn of the crank's normal, rad, in the last pass; the next is a hundred times smaller."""
-CHOOSING = 3
-"""Passes that may still change the wall an element leans to."""
+NORMAL_TOLERANCE = 2e-10
+"""Greatest rotation of the crank's normal in the last pass, rad; in the next it would be a hundred times smaller."""
+MAX_ROTATION = 1e-9
+"""Rotation in the last pass, rad, above which an element counts as not converged."""
+WALL_PASSES = 3
+"""Passes that may still change the wall that an element touches."""
 
 
-@dataclass(frozen=True)
-class Motion:
-    """The eccentric's centre as n elements see it at m crank twists, unyielding: radial and tangential, (m, n) m."""
+@dataclass(frozen=True, eq=False)
+class EccentricMotion:
+    """The eccentric's centre in the frames of n elements at m crank twists, with rigid bodies.
+
+    centre_r, centre_t: (m, n) m; twist: (m,) rad.
+    """
 
     centre_r: Array
     centre_t: Array
     twist: Array
 
     @staticmethod
-    def of(contacts: Contacts, twist: Array) -> Motion:
-        """By the addition theorem: cheaper than a sine of every pair."""
-        e_cos, e_sin = contacts.eccentricity * np.cos(contacts.beta), contacts.eccentricity * np.sin(contacts.beta)
-        cos, sin = np.cos(twist)[:, None], np.sin(twist)[:, None]
-        return Motion(cos * e_cos - sin * e_sin, sin * e_cos + cos * e_sin, twist)
+    def of(contacts: Contacts, twist: Array) -> EccentricMotion:
+        """The motion of the contacts' eccentrics."""
+        shape = (len(twist), len(contacts))
+        centre_r, centre_t, work = np.empty(shape), np.empty(shape), np.empty(shape)
+        eccentric_centre(contacts, twist, centre_r, centre_t, work)
+        return EccentricMotion(centre_r, centre_t, twist)
 
-    def of_elements(self, index: NDArray[np.intp]) -> Motion:
-        """Some elements'."""
-        return Motion(self.centre_r[:, index], self.centre_t[:, index], self.twist)
+    def of_elements(self, index: NDArray[np.intp]) -> EccentricMotion:
+        """The motion that some of the elements see."""
+        return EccentricMotion(self.centre_r[:, index], self.centre_t[:, index], self.twist)
 
-    def shift(self, seat: Seat, centres: Centres) -> tuple[Array, Array]:
+    def displacement(self, groups: ElementGroups, bodies: BodyDisplacements) -> tuple[Array, Array]:
         """Radial and tangential displacement of the centre by bearing and housing, (m, n) m."""
-        y1, y2 = np.take(centres.shift[0], seat.group, axis=1), np.take(centres.shift[1], seat.group, axis=1)
-        r, t = y1 * seat.cos, y1 * seat.sin
-        r -= y2 * seat.sin
-        t += np.multiply(y2, seat.cos, out=y2)
-        if centres.twist.any():
-            pin_r, pin_t = self.pin(seat, centres)
+        y1, y2 = np.take(bodies.centre[0], groups.group, axis=1), np.take(bodies.centre[1], groups.group, axis=1)
+        r, t = y1 * groups.cos, y1 * groups.sin
+        r -= y2 * groups.sin
+        t += np.multiply(y2, groups.cos, out=y2)
+        if bodies.twist.any():
+            pin_r, pin_t = self.crank_pin(groups, bodies)
             r += pin_r - self.centre_r
             t += pin_t - self.centre_t
         return r, t
 
-    def pin(self, seat: Seat, centres: Centres) -> tuple[Array, Array]:
-        """The crank pin's place, turned back by what the housing takes: the crank's torque acts there."""
-        if not centres.twist.any():
+    def crank_pin(self, groups: ElementGroups, bodies: BodyDisplacements) -> tuple[Array, Array]:
+        """Position of the crank's pin, where the crank's torque acts: rotated back by the housing's twist, (m, n) m."""
+        if not bodies.twist.any():
             return self.centre_r, self.centre_t
-        lost = centres.twist[:, seat.drive]
+        lost = bodies.twist[:, groups.drive]
         cos, sin = np.cos(lost), np.sin(lost)
         return cos * self.centre_r + sin * self.centre_t, cos * self.centre_t - sin * self.centre_r
 
 
-class ClosedForm:
-    """Elements that touch gear, crank and one wall; every call of `take_pass` refreshes them once."""
+class ClosedFormElements:
+    """Elements that touch gear, crank and one wall; every call of `take_pass` refreshes them once.
 
-    def __init__(self, contacts: Contacts, seat: Seat, motion: Motion) -> None:
-        c, p = contacts, contacts.exponent
-        self._c, self._seat, self._motion = c, seat, motion
-        self.eccentricity, self.tolerance, self.turn = c.eccentricity, TURN, 0.0
-        options = c.beyond
-        self._housing = math.isfinite(options.housing_stiffness)
-        self._ring, self._wall_give = 1 / options.ring_stiffness, 1 / options.cage_wall_stiffness
+    rotation: greatest rotation of a crank's normal in the last pass, rad.
+    """
+
+    def __init__(self, contacts: Contacts, groups: ElementGroups, motion: EccentricMotion) -> None:
+        c, options, shape = contacts, contacts.options, motion.centre_r.shape
+        self._c, self._groups, self._motion = c, groups, motion
+        self.eccentricity, self.rotation = c.eccentricity, 0.0
+        self._housing_yields = math.isfinite(options.housing_stiffness)
+        self._ring_compliance, self._wall_compliance = 1 / options.ring_stiffness, 1 / options.cage_wall_stiffness
         self._bore = bore_law(c) if options.cage_contact == "lamina" else None
-        self._power = self._bore is None and self._ring == 0 and self._wall_give == 0
-        self._cage_gap = np.maximum(c.cage_gap, 0.0)
-        self._cage_give = root(c.stiffness_crank / c.stiffness_cage, p)
-        shape = motion.centre_r.shape
-        self._s, self._foot = np.zeros(shape), np.broadcast_to(c.beta, shape)
+        self._power_law = self._bore is None and self._ring_compliance == 0 and self._wall_compliance == 0
+        self._wall = WallContact.of(c)
+        self._gear = GearContact.of(c, c.normal_r, c.normal_t, c.gear_gap, c.stiffness_gear)
+        self._a = PassArrays.empty(shape)
+        self._s, self._force, self._rate = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        self._rotations, self._s_residual = np.zeros(shape), np.zeros(shape)
+        self._foot = np.broadcast_to(c.beta, shape)
         self._started = False
-        self._muted: NDArray[np.intp] | None = None
-        self._gear(c.normal_r, c.normal_t, c.gear_gap, c.stiffness_gear)
+        self._excluded: NDArray[np.intp] | None = None
 
-    def _gear(self, normal_r: Array, normal_t: Array, gap: Array, stiffness: Array) -> None:
-        per_n_r = 1 / normal_r
-        self._slope, self._gap, self._per_n_r = normal_t * per_n_r, gap * per_n_r, per_n_r
-        self._gear_give = root(self._c.stiffness_crank / (stiffness * normal_r), self._c.exponent) * per_n_r
+    def exclude(self, index: NDArray[np.intp]) -> None:
+        """From now on elements `index` are solved elsewhere and exert no force here."""
+        self._excluded = index
 
-    def mute(self, index: NDArray[np.intp]) -> None:
-        """Elements that someone else solves: from now on they do nothing here."""
-        self._muted = index
-
-    def take_pass(self, centres: Centres, done: int) -> None:
+    def take_pass(self, bodies: BodyDisplacements, number: int) -> None:
         """Forces and displacements with the crank's normal of the last pass, and the next normal."""
-        c, p, motion = self._c, self._c.exponent, self._motion
+        a, c, gear, motion = self._a, self._c, self._gear, self._motion
         centre_r, centre_t = motion.centre_r, motion.centre_t
-        if centres.moved:
-            shift_r, shift_t = motion.shift(self._seat, centres)
-            shift_r += centre_r
-            shift_t += centre_t
-            centre_r, centre_t = shift_r, shift_t
-        d_r = c.path_radius - centre_r
-        if done <= CHOOSING:
-            # The wall is the one the neutral position leans to.
-            lean = centre_t / d_r
-            lean += self._slope
-            self._wall = np.copysign(1.0, np.negative(lean, out=lean))
-        wall = self._wall
-        if done <= CHOOSING or c.profile is not None:
-            self._leaning = wall * self._slope
-            self._touch = self._gap - self._leaning * self._cage_gap
-        slope = self._leaning
-        d_r += self._touch
-        d_t = self._cage_gap - wall * centre_t
-        if not self._started:
-            self._t, self._started = d_t / d_r, True
-        t = self._t
-        w = t - slope
-        np.maximum(w, 0.0, out=w)
-        per = t * t
-        per += 1.0
-        np.sqrt(per, out=per)
-        cage_give = root(w, p)
-        cage_give *= self._cage_give
-        give = root(per, p)
-        give *= per
-        give += self._gear_give
-        approach = per * c.radius_sum
-        approach -= d_r
-        approach -= t * d_t
-        if self._power:
-            give += w * cage_give
-            s = np.maximum(approach, 0.0, out=approach)
-            s /= give
-            # dF/d(approach along the radius) = p F/(s G), nought without contact.
-            rate = np.sqrt(s) if p == 1.5 else s ** (p - 1)
-            rate *= c.stiffness_crank
-            force = rate * s
-            rate *= p
-            rate /= give
-            x_t = np.multiply(s, cage_give, out=cage_give)
-            x_r = s * self._gear_give
+        if bodies.any_nonzero:
+            moved_r, moved_t = motion.displacement(self._groups, bodies)
+            moved_r += centre_r
+            moved_t += centre_t
+            centre_r, centre_t = moved_r, moved_t
+        np.subtract(c.path_radius, centre_r, out=a.d_r)
+        if number <= WALL_PASSES:
+            select_wall(a, gear, centre_t)
+        touch_gear_and_wall(a, gear, self._wall, centre_t)
+        if self._started:
+            a.t, a.t_next = a.t_next, a.t
         else:
-            s, force, rate, x_r, x_t = self._general(approach, give, cage_give, w, done)
-        x_r -= slope * x_t
-        d_t += x_t
-        d_r += x_r
-        t_next = np.divide(d_t, d_r, out=d_t)
-        turn = np.abs(np.subtract(t_next, t, out=d_r), out=d_r)
-        if not self._power:
-            np.maximum(turn, self._left, out=turn)
-        if self._muted is not None:
-            for values in (turn, force, rate):
-                values[:, self._muted] = 0.0
-        self._turns, self.turn = turn, float(turn.max(initial=0.0))
-        self._x, self._s, self._force, self._rate, self._w, self._per = (x_r, x_t), s, force, rate, w, per
-        self._used_t, self._t = t, t_next
+            np.divide(a.d_t, a.d_r, out=a.t)
+            self._started = True
+        if self._power_law:
+            self._solve_power_law()
+        else:
+            self._solve_general_law(4 if number == 1 else 2)
+        a.x_r -= np.multiply(a.slope, a.x_t, out=a.work)
+        self._rotations[:] = next_normal(a)
+        if not self._power_law:
+            np.maximum(self._rotations, self._s_residual, out=self._rotations)
+        if self._excluded is not None:
+            for values in (self._rotations, self._force, self._rate):
+                values[:, self._excluded] = 0.0
+        self.rotation = float(self._rotations.max(initial=0.0))
         if c.profile is not None:
-            self._follow()
+            self._refresh_gear_contact()
 
-    def _general(self, approach: Array, give: Array, cage_give: Array, w: Array, done: int) -> tuple[Array, ...]:
-        """Newton's step on G(s) = approach where the contacts are no power laws, from the last pass's s."""
-        c, p = self._c, self._c.exponent
-        ring = self._ring * self._per_n_r**2
-        first = np.maximum(approach / (give + (0 if self._bore is not None else w * cage_give)), 0.0)
+    def _solve_power_law(self) -> None:
+        """Forces, N, their derivative by the approach, N/m, and displacements for contacts of one power law."""
+        a, c, p, s = self._a, self._c, self._c.exponent, self._s
+        closing_condition(a, self._gear, self._wall, c, approach=s)
+        yielding = a.x_r
+        yielding += np.multiply(a.w, a.x_t, out=a.work)
+        np.maximum(s, 0.0, out=s)
+        s /= yielding
+        # dF/d(approach) = p F/(s yielding), zero without contact.
+        rate = np.sqrt(s, out=self._rate) if p == 1.5 else np.power(s, p - 1, out=self._rate)
+        rate *= c.stiffness_crank
+        np.multiply(rate, s, out=self._force)
+        rate *= p
+        rate /= yielding
+        a.x_t *= s
+        np.multiply(s, self._gear.yielding, out=a.x_r)
+
+    def _solve_general_law(self, steps: int) -> None:
+        """The same for other laws, whose indentations are not linear in s: Newton's method from the last pass's s."""
+        a, c, p, k = self._a, self._c, self._c.exponent, self._c.stiffness_crank
+        approach = np.empty_like(self._s)
+        closing_condition(a, self._gear, self._wall, c, approach)
+        yielding, wall_yielding, w = a.x_r, a.x_t, a.w
+        ring = self._ring_compliance * self._gear.inverse_n_r**2
+        first = np.maximum(approach / (yielding + (0 if self._bore is not None else w * wall_yielding)), 0.0)
         s = np.where((self._s > 0) & (approach > 0), self._s, first)
-        for _ in range(4 if done == 1 else 2):
-            force = c.stiffness_crank * s**p
-            by_s = p * c.stiffness_crank * s ** (p - 1)
-            yielded, wall_rate = self._wall_yield(s, force, by_s, w, cage_give)
-            whole = s * give + force * ring + w * yielded
-            slope = give + by_s * ring + w * wall_rate
-            s = np.maximum(s - (whole - approach) / slope, 0.05 * s)
+        for _ in range(steps):
+            force, force_by_s = k * s**p, p * k * s ** (p - 1)
+            into_wall, wall_rate = self._wall_indentation(s, force, force_by_s)
+            total = s * yielding + force * ring + w * into_wall
+            slope = yielding + force_by_s * ring + w * wall_rate
+            s = np.maximum(s - (total - approach) / slope, 0.05 * s)
             s = np.where(approach > 0, s, 0.0)
-        force = c.stiffness_crank * s**p
-        by_s = p * c.stiffness_crank * s ** (p - 1)
-        yielded, wall_rate = self._wall_yield(s, force, by_s, w, cage_give)
-        slope = give + by_s * ring + w * wall_rate
-        # An s that still moves turns the normal that the next pass will find.
-        self._left = np.where(
-            approach > 0, np.abs(s * give + force * ring + w * yielded - approach) / c.radius_sum, 0.0
-        )
-        return s, force, by_s / slope, s * self._gear_give + force * ring, yielded
+        force, force_by_s = k * s**p, p * k * s ** (p - 1)
+        into_wall, wall_rate = self._wall_indentation(s, force, force_by_s)
+        slope = yielding + force_by_s * ring + w * wall_rate
+        # What is left of the closing condition rotates the normal of the next pass.
+        residual = np.abs(s * yielding + force * ring + w * into_wall - approach)
+        self._s_residual = np.where(approach > 0, residual / c.radius_sum, 0.0)
+        self._s, self._force, self._rate = s, force, force_by_s / slope
+        np.add(s * self._gear.yielding, force * ring, out=a.x_r)
+        a.x_t[:] = into_wall
 
-    def _wall_yield(self, s: Array, force: Array, by_s: Array, w: Array, cage_give: Array) -> tuple[Array, Array]:
-        """Displacement into the wall and its derivative by s."""
+    def _wall_indentation(self, s: Array, force: Array, force_by_s: Array) -> tuple[Array, Array]:
+        """Displacement into the wall, m, and its derivative by s; a.x_t holds the power law's per s."""
+        w = self._a.w
         on_wall = force * w
         if self._bore is None:
-            yielded, rate = s * cage_give, cage_give
+            indentation, rate = s * self._a.x_t, self._a.x_t
         else:
-            yielded, by_force = self._bore.approach(on_wall)
-            rate = by_force * w * by_s
-        return yielded + on_wall * self._wall_give, rate + w * by_s * self._wall_give
+            indentation, by_force = self._bore.approach(on_wall)
+            rate = by_force * w * force_by_s
+        return indentation + on_wall * self._wall_compliance, rate + w * force_by_s * self._wall_compliance
 
-    def _follow(self) -> None:
-        """The gear at the point nearest to the elements' new places."""
+    def _refresh_gear_contact(self) -> None:
+        """The gear's contact at the points nearest to the elements' new positions."""
         c, profile = self._c, self._c.profile
         assert profile is not None
-        x = self.displacement()
-        foot = profile.nearest_point(c.beta, x, self._foot)
-        moved = np.abs(foot.beta - self._foot) / profile.path.lobes
-        if self._muted is not None:
-            moved[:, self._muted] = 0.0
-        self._turns = np.maximum(self._turns, moved)
-        self.turn = float(self._turns.max(initial=0.0))
-        self._foot = foot.beta
-        self._gear(
-            foot.normal_r,
-            foot.normal_t,
-            c.gear_gap + foot.offset,
-            profile.stiffness(foot, c.element_radius, c.gear_gap),
-        )
+        point = profile.nearest_point(c.beta, self.displacement(), self._foot)
+        moved = np.abs(point.beta - self._foot) / profile.path.lobes
+        if self._excluded is not None:
+            moved[:, self._excluded] = 0.0
+        np.maximum(self._rotations, moved, out=self._rotations)
+        self.rotation = float(self._rotations.max(initial=0.0))
+        self._foot = point.beta
+        stiffness = profile.stiffness(point, c.element_radius, c.gear_gap)
+        self._gear = GearContact.of(c, point.normal_r, point.normal_t, c.gear_gap + point.offset, stiffness)
 
     def displacement(self) -> Array:
-        """(2, m, n) m."""
-        return np.stack([self._x[0] + self._touch, (self._x[1] + self._cage_gap) * self._wall])
+        """Displacement of the elements' centres, (2, m, n) m."""
+        a = self._a
+        return np.stack([a.x_r + a.touch, (a.x_t + self._wall.gap) * a.wall])
 
-    def unsettled(self) -> NDArray[np.bool_]:
-        """Elements that the passes did not bring to rest, or that lean to the other wall than the one chosen."""
-        still = self._turns <= 1e-9
-        wrong = (self._used_t - self._leaning < -1e-9) & (self._s > 0)
-        return ~still | wrong
+    def not_converged(self) -> NDArray[np.bool_]:
+        """Elements whose normal still rotates, or that are pushed to the other wall than the selected one, (m, n)."""
+        converged = self._rotations <= MAX_ROTATION
+        wrong_wall = (self._a.t - self._a.slope < -1e-9) & (self._s > 0)
+        return ~converged | wrong_wall
 
-    def sums(self) -> Sums:
-        """What the eccentrics and drives feel."""
-        seat, t = self._seat, self._wall * self._used_t
-        v1, v2 = t * seat.sin, t * seat.cos
-        v1 += seat.cos
-        v2 -= seat.sin
-        force = np.stack([seat.add(self._force * v1), seat.add(self._force * v2)])
+    def resultants(self) -> Resultants:
+        """Resultants of the elements' forces on eccentrics and drives."""
+        a, groups, t = self._a, self._groups, self._a.wall * self._a.t
+        v1, v2 = t * groups.sin, t * groups.cos
+        v1 += groups.cos
+        v2 -= groups.sin
+        force = np.stack([groups.sum(self._force * v1), groups.sum(self._force * v2)])
         rate_1, rate_2 = self._rate * v1, self._rate * v2
-        stiffness = np.stack([seat.add(rate_1 * v1), seat.add(rate_1 * v2), seat.add(rate_2 * v2)])
-        if not self._housing:
-            return Sums(force, stiffness, np.zeros_like(force[0]))
-        # dE/d(crank twist), and how the approach follows it.
-        path = self._motion.centre_r * t - self._motion.centre_t
-        lever = (self._c.path_radius + self._x[0] + self._touch) * self._w * self._wall
-        return Sums(
+        stiffness = np.stack([groups.sum(rate_1 * v1), groups.sum(rate_1 * v2), groups.sum(rate_2 * v2)])
+        if not self._housing_yields:
+            return Resultants(force, stiffness, np.zeros_like(force[0]))
+        # Derivative of the approach by the crank's twist.
+        by_twist = self._motion.centre_r * t - self._motion.centre_t
+        lever = (self._c.path_radius + a.x_r + a.touch) * a.w * a.wall
+        return Resultants(
             force,
             stiffness,
-            seat.add(lever * self._force),
-            np.stack([seat.add(rate_1 * path), seat.add(rate_2 * path)]),
-            np.stack([seat.add(lever * rate_1), seat.add(lever * rate_2)]),
-            seat.add(lever * self._rate * path),
+            groups.sum(lever * self._force),
+            np.stack([groups.sum(rate_1 * by_twist), groups.sum(rate_2 * by_twist)]),
+            np.stack([groups.sum(lever * rate_1), groups.sum(lever * rate_2)]),
+            groups.sum(lever * self._rate * by_twist),
         )
 
-    def result(self, centres: Centres) -> dict[str, Array]:
-        """The fields of `Equilibrium` but the status."""
-        cage = self._force * self._w * self._wall
-        t = self._wall * self._used_t
-        pin_r, pin_t = self._motion.pin(self._seat, centres)
-        x_r, x_t = self.displacement()
-        return {
-            "gear": self._force * self._per_n_r,
-            "crank": self._force * self._per,
-            "cage_plus": np.maximum(cage, 0.0),
-            "cage_minus": np.maximum(-cage, 0.0),
-            "output_torque": (self._c.path_radius + x_r) * cage,
-            "crank_torque": self._force * (pin_r * t - pin_t),
-            "radial": x_r,
-            "tangential": x_t,
-        }
-
-    def status(self) -> NDArray[np.int8]:
-        """UNLOADED, LOADED or NOT_CONVERGED."""
-        found = np.where(self._s > 0, Status.LOADED, Status.UNLOADED)
-        return np.where(self.unsettled(), Status.NOT_CONVERGED, found).astype(np.int8)
+    def solution(self, bodies: BodyDisplacements) -> Equilibrium:
+        """Forces, torques, displacements and status of the last pass; NOT_CONVERGED where it does not hold."""
+        out = Equilibrium.empty(self._motion.centre_r.shape)
+        out.status[:] = np.where(self._s > 0, Status.LOADED, Status.UNLOADED)
+        out.status[self.not_converged()] = Status.NOT_CONVERGED
+        pin = self._motion.crank_pin(self._groups, bodies)
+        write_solution(self._a, self._force, self._gear, self._wall, self._c, pin, out)
+        return out

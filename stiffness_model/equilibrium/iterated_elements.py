@@ -1,5 +1,7 @@
-"""Elements inside the outer equilibrium of `coupled` that need an iteration each: larger than their bores, under forces
-of inertia, or unsettled by the closed form. Between two rounds the others see them straightened.
+"""Elements that need an iteration inside the equilibrium of the shared bodies.
+
+These are elements larger than their bores, under inertia or external forces, or whose closed form does not converge.
+Between two iterations their forces on the bodies are linearised.
 """
 
 from __future__ import annotations
@@ -11,136 +13,131 @@ from numpy.typing import NDArray
 
 from ..contact.element_contacts import Contacts
 from ..numerics.arrays import Array
-from .closed_form_elements import Motion
-from .newton import BLOCK, crank_tangent, iterate
-from .shared_bodies import Centres, Seat, Sums
-from .solution import Status
+from .closed_form_elements import EccentricMotion
+from .newton import MAX_ELEMENTS, crank_tangent, minimise_energy
+from .shared_bodies import BodyDisplacements, ElementGroups, Resultants
+from .solution import Equilibrium, Status
 
-FOOT_SETTLED = 1e-9
-"""rad: greatest last move of the nearest point along an exact profile."""
-MOST_FEET = 25
+POINT_TOLERANCE = 1e-9
+"""Greatest last change of the nearest point along an exact profile, rad."""
+MAX_POINT_STEPS = 25
+"""Refreshes of the contact's stiffness at the nearest point; chosen by judgement, a handful usually suffice."""
 
 
-@dataclass(frozen=True)
-class Pull:
-    """The iterated elements' sums, straightened about the centres at which they were solved."""
+@dataclass(frozen=True, eq=False)
+class LinearisedResultants:
+    """Resultants of the iterated elements, linearised about the displacements `base` at which they were solved."""
 
-    sums: Sums
-    base: Centres
+    resultants: Resultants
+    base: BodyDisplacements
     drive_of_group: NDArray[np.intp]
 
-    def at(self, centres: Centres) -> Sums:
-        """Their sums where the centres have moved."""
-        s = self.sums
-        d1, d2 = centres.shift - self.base.shift
+    def at(self, bodies: BodyDisplacements) -> Resultants:
+        """The resultants at other displacements of the bodies."""
+        s = self.resultants
+        d1, d2 = bodies.centre - self.base.centre
         s11, s12, s22 = s.stiffness
         force = s.force + np.stack([s11 * d1 + s12 * d2, s12 * d1 + s22 * d2])
-        if s.by_twist is None or s.torque_by_shift is None or s.torque_by_twist is None:
+        if s.force_by_twist is None or s.torque_by_centre is None or s.torque_by_twist is None:
             return replace(s, force=force)
-        lost = (centres.twist - self.base.twist)[:, self.drive_of_group]
-        torque = s.torque + s.torque_by_shift[0] * d1 + s.torque_by_shift[1] * d2 - s.torque_by_twist * lost
-        return replace(s, force=force - s.by_twist * lost, torque=torque)
+        lost = (bodies.twist - self.base.twist)[:, self.drive_of_group]
+        torque = s.torque + s.torque_by_centre[0] * d1 + s.torque_by_centre[1] * d2 - s.torque_by_twist * lost
+        return replace(s, force=force - s.force_by_twist * lost, torque=torque)
 
 
-class Special:
-    """contacts: of n elements; load: (2, n) N; start: (2, m, n) m."""
+class IteratedElements:
+    """n elements at m twists, each pair solved by `newton.minimise_energy`."""
 
-    def __init__(self, contacts: Contacts, seat: Seat, motion: Motion, load: Array, start: Array) -> None:
-        self._c, self._seat, self._motion = contacts, seat, motion
+    def __init__(
+        self, contacts: Contacts, groups: ElementGroups, motion: EccentricMotion, load: Array, start: Array
+    ) -> None:
+        """load: (2, n) external forces, N; start: (2, m, n) first displacements, m."""
+        self._c, self._groups, self._motion = contacts, groups, motion
         m, n = self._shape = motion.centre_r.shape
-        self._every = contacts[np.tile(np.arange(n), m)]
+        self._pairs = contacts[np.tile(np.arange(n), m)]
         self._twist, self._load = np.repeat(motion.twist, n), np.tile(load, m)
         self._x = start.reshape(2, -1).copy()
-        self._foot, self._gear = self._every.beta.copy(), self._every.stiffness_gear.copy()
+        self._foot, self._gear = self._pairs.beta.copy(), self._pairs.stiffness_gear.copy()
         self._forces, self._normal = np.zeros((4, m * n)), np.zeros((2, m * n))
         self._converged = np.zeros(m * n, bool)
 
-    def solve(self, centres: Centres, drive_of_group: NDArray[np.intp]) -> Pull:
-        """Equilibrium of each with the centres held, and how it follows them."""
-        return Pull(self._sums(self.settle(centres)), centres, drive_of_group)
+    def solve_linearised(self, bodies: BodyDisplacements, drive_of_group: NDArray[np.intp]) -> LinearisedResultants:
+        """Solve every element with the bodies fixed; returns the resultants and their derivatives."""
+        return LinearisedResultants(self._resultants(self.solve(bodies)), bodies, drive_of_group)
 
-    def settle(self, centres: Centres) -> Array:
-        """Equilibrium of each with the centres held; returns the centres' displacement as they see it, (2, m n) m."""
-        shift = np.stack(self._motion.shift(self._seat, centres)).reshape(2, -1)
-        profile, todo = self._c.profile, np.arange(len(self._every))
+    def solve(self, bodies: BodyDisplacements) -> Array:
+        """Solve every element with the bodies fixed; returns the centre's displacement for each pair, (2, m n) m."""
+        displacement = np.stack(self._motion.displacement(self._groups, bodies)).reshape(2, -1)
+        profile, active = self._c.profile, np.arange(len(self._pairs))
         if profile is None:
-            self._iterate(todo, self._every, shift)
-            return shift
-        for _ in range(MOST_FEET):
-            # The iteration follows the profile by itself; only the contact's stiffness is held meanwhile.
-            some = self._every[todo]
-            foot = profile.nearest_point(some.beta, self._x[:, todo], self._foot[todo], steps=3)
-            moved = np.abs(foot.beta - self._foot[todo])
-            self._foot[todo] = foot.beta
-            self._gear[todo] = profile.stiffness(foot, some.element_radius, some.gear_gap)
-            self._iterate(todo, replace(some, stiffness_gear=self._gear[todo]), shift)
-            todo = todo[moved > FOOT_SETTLED]
-            if not len(todo):
+            self._iterate(active, self._pairs, displacement)
+            return displacement
+        for _ in range(MAX_POINT_STEPS):
+            # The iteration itself follows the profile; only the contact's stiffness is constant meanwhile.
+            some = self._pairs[active]
+            point = profile.nearest_point(some.beta, self._x[:, active], self._foot[active], steps=3)
+            moved = np.abs(point.beta - self._foot[active])
+            self._foot[active] = point.beta
+            self._gear[active] = profile.stiffness(point, some.element_radius, some.gear_gap)
+            self._iterate(active, replace(some, stiffness_gear=self._gear[active]), displacement)
+            active = active[moved > POINT_TOLERANCE]
+            if not len(active):
                 break
-        return shift
+        return displacement
 
-    def _iterate(self, todo: NDArray[np.intp], some: Contacts, shift: Array) -> None:
-        """Solve the contacts `some` of the elements `todo`, a block at a time."""
-        for first in range(0, len(todo), BLOCK):
-            part = slice(first, first + BLOCK)
-            index = todo[part]
-            found = iterate(some[part], self._twist[index], self._load[:, index], self._x[:, index], shift[:, index])
+    def _iterate(self, active: NDArray[np.intp], some: Contacts, displacement: Array) -> None:
+        """Solve the contacts `some` of the pairs `active`, a block at a time."""
+        for first in range(0, len(active), MAX_ELEMENTS):
+            part = slice(first, first + MAX_ELEMENTS)
+            index = active[part]
+            found = minimise_energy(
+                some[part], self._twist[index], self._load[:, index], self._x[:, index], displacement[:, index]
+            )
             self._x[:, index], self._forces[:, index], self._normal[:, index], self._converged[index] = found
         self._forces[:, ~self._converged] = 0.0
 
-    def _sums(self, shift: Array) -> Sums:
-        seat, shape = self._seat, self._shape
-        met = replace(self._every, stiffness_gear=self._gear)
-        rate, torque_rate = crank_tangent(met, self._twist, self._x, shift)
+    def _resultants(self, displacement: Array) -> Resultants:
+        groups, shape = self._groups, self._shape
+        contacts = replace(self._pairs, stiffness_gear=self._gear)
+        rate, torque_rate = crank_tangent(contacts, self._twist, self._x, displacement)
         rr, rt, tt = (row.reshape(shape) for row in rate)
         f_r, f_t = (self._forces[1] * u for u in self._normal)
 
-        def turned(r: Array, t: Array) -> Array:
-            """In the crank's frame, summed over each eccentric."""
+        def in_crank_frame(r: Array, t: Array) -> Array:
+            """Vectors rotated into the crank's frame and summed over each eccentric."""
             r, t = r.reshape(shape), t.reshape(shape)
-            return np.stack([seat.add(r * seat.cos + t * seat.sin), seat.add(t * seat.cos - r * seat.sin)])
+            return np.stack([groups.sum(r * groups.cos + t * groups.sin), groups.sum(t * groups.cos - r * groups.sin)])
 
-        cc, cs, ss = seat.cos**2, seat.cos * seat.sin, seat.sin**2
+        cc, cs, ss = groups.cos**2, groups.cos * groups.sin, groups.sin**2
         stiffness = np.stack(
             [
-                seat.add(rr * cc + 2 * rt * cs + tt * ss),
-                seat.add((tt - rr) * cs + rt * (cc - ss)),
-                seat.add(rr * ss - 2 * rt * cs + tt * cc),
+                groups.sum(rr * cc + 2 * rt * cs + tt * ss),
+                groups.sum((tt - rr) * cs + rt * (cc - ss)),
+                groups.sum(rr * ss - 2 * rt * cs + tt * cc),
             ]
         )
         path_r, path_t = -self._motion.centre_t, self._motion.centre_r
         torque_r, torque_t = (row.reshape(shape) for row in torque_rate)
-        return Sums(
-            turned(f_r, f_t),
+        return Resultants(
+            in_crank_frame(f_r, f_t),
             stiffness,
-            seat.add(self._torque().reshape(shape)),
-            turned(rr * path_r + rt * path_t, rt * path_r + tt * path_t),
-            turned(torque_r, torque_t),
-            seat.add(torque_r * path_r + torque_t * path_t),
+            groups.sum(self._torque().reshape(shape)),
+            in_crank_frame(rr * path_r + rt * path_t, rt * path_r + tt * path_t),
+            in_crank_frame(torque_r, torque_t),
+            groups.sum(torque_r * path_r + torque_t * path_t),
         )
 
     def _torque(self) -> Array:
-        return (self._every.path_radius + self._x[0]) * (self._forces[2] - self._forces[3])
+        return (self._pairs.path_radius + self._x[0]) * (self._forces[2] - self._forces[3])
 
-    def result(self, centres: Centres) -> dict[str, Array]:
-        """The fields of `Equilibrium` but the status."""
-        pin_r, pin_t = (pin.ravel() for pin in self._motion.pin(self._seat, centres))
-        gear, crank, plus, minus = self._forces
-        values = {
-            "gear": gear,
-            "crank": crank,
-            "cage_plus": plus,
-            "cage_minus": minus,
-            "output_torque": self._torque(),
-            "crank_torque": crank * (pin_r * self._normal[1] - pin_t * self._normal[0]),
-            "radial": self._x[0],
-            "tangential": self._x[1],
-        }
-        return {name: value.reshape(self._shape) for name, value in values.items()}
-
-    def status(self) -> NDArray[np.int8]:
-        """ITERATED, UNLOADED or NOT_CONVERGED."""
-        f = self._forces
-        carries = np.maximum(f[0], f[1]) > 1e-12 * f.max(axis=0, initial=0.0)
-        found = np.where(self._converged, np.where(carries, Status.ITERATED, Status.UNLOADED), Status.NOT_CONVERGED)
-        return found.reshape(self._shape).astype(np.int8)
+    def solution(self, bodies: BodyDisplacements) -> Equilibrium:
+        """Forces, torques, displacements and status; no force where the iteration did not converge."""
+        pin_r, pin_t = (pin.ravel() for pin in self._motion.crank_pin(self._groups, bodies))
+        gear, crank, plus, minus = f = self._forces
+        carries = np.maximum(gear, crank) > 1e-12 * f.max(axis=0, initial=0.0)
+        status = np.where(self._converged, np.where(carries, Status.ITERATED, Status.UNLOADED), Status.NOT_CONVERGED)
+        crank_torque = crank * (pin_r * self._normal[1] - pin_t * self._normal[0])
+        values = (gear, crank, plus, minus, self._torque(), crank_torque, self._x[0], self._x[1])
+        return Equilibrium(
+            *(value.reshape(self._shape) for value in values), status=status.reshape(self._shape).astype(np.int8)
+        )

@@ -57,8 +57,8 @@ class WholeDrive:
 
     def __init__(self, contacts: Contacts, twist: float) -> None:
         self.c, self.twist = contacts, twist
-        self.soft = math.isfinite(contacts.beyond.bearing_stiffness)
-        self.housed = math.isfinite(contacts.beyond.housing_stiffness)
+        self.soft = math.isfinite(contacts.options.bearing_stiffness)
+        self.housed = math.isfinite(contacts.options.housing_stiffness)
 
     def with_spring(self, law, delta: float, spring: float) -> float:
         if delta <= 0:
@@ -69,7 +69,7 @@ class WholeDrive:
 
     def cage(self, j: int, delta: float) -> float:
         c = self.c
-        if c.beyond.cage_contact == "hertz":
+        if c.options.cage_contact == "hertz":
             return c.stiffness_cage[j] * max(delta, 0.0) ** c.exponent
         if delta <= 0:
             return 0.0
@@ -118,7 +118,7 @@ class WholeDrive:
 
     def forces(self, j: int, x: np.ndarray, shift: np.ndarray, lost: float) -> tuple[np.ndarray, np.ndarray, float]:
         """Total force on element j, the crank's force on it, both in its frame, and its torque."""
-        c, o = self.c, self.c.beyond
+        c, o = self.c, self.c.options
         angle = c.beta[j] + self.twist - lost
         cos, sin = math.cos(c.beta[j]), math.sin(c.beta[j])
         moved = np.array([shift[0] * cos - shift[1] * sin, shift[0] * sin + shift[1] * cos])
@@ -143,7 +143,7 @@ class WholeDrive:
             on_crank += [crank[0] * cos + crank[1] * sin, crank[1] * cos - crank[0] * sin]
             torque += own
             rows += list(total)
-        o = self.c.beyond
+        o = self.c.options
         bearing = o.bearing_stiffness * shift + on_crank if self.soft else unknown[:2]
         housing = o.housing_stiffness * lost / self.c.ratio - torque if self.housed else unknown[2]
         return np.array([*bearing, housing, *rows])
@@ -236,7 +236,7 @@ def test_one_ball_on_one_eccentric_is_its_contacts_and_the_bearing_in_series() -
     rigid = dataclasses.replace(
         contacts,
         radius_sum=contacts.radius_sum - shift,
-        beyond=dataclasses.replace(contacts.beyond, bearing_stiffness=math.inf),
+        options=dataclasses.replace(contacts.options, bearing_stiffness=math.inf),
     )
     assert float(solve(rigid, [twist]).crank[0, 0]) == pytest.approx(force, rel=2e-6)
 
@@ -249,7 +249,7 @@ def test_bodies_and_elements_balance(case: str) -> None:
     twists = np.array([-0.8, 0.3, 1.0]) * drive.max_twist * drive.ratio
     result = solve(contacts, twists)
     assert isinstance(result, CoupledEquilibrium)
-    assert result.settled.all()
+    assert result.bodies_converged.all()
     c, o = contacts, drive.beyond
     cos, sin = np.cos(c.beta), np.sin(c.beta)
     angle = c.beta + twists[:, None]

@@ -37,7 +37,7 @@ def steps(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, float]]:
 
         return wrapped
 
-    monkeypatch.setattr(newton, "_newton_step", counted(newton._newton_step))  # pyright: ignore[reportPrivateUsage]
+    monkeypatch.setattr(newton, "_damped_step", counted(newton._damped_step))  # pyright: ignore[reportPrivateUsage]
     return taken
 
 
@@ -50,7 +50,7 @@ def test_one_without_an_equilibrium_costs_the_others_nothing(tight: Contacts, st
     result = solve(bad, crank)
     assert (result.status[:, 4] == Status.NOT_CONVERGED).all()
     assert (np.delete(result.status, 4, axis=1) != Status.NOT_CONVERGED).all()
-    assert sum(n for n, _ in steps) <= usual + 5 * newton.MOST_STEPS
+    assert sum(n for n, _ in steps) <= usual + 5 * newton.MAX_STEPS
     # 1e-6 times 8 for every step: 200 of them would overflow in the determinant.
     assert max(damping for _, damping in steps) < 1e25
 
@@ -69,7 +69,7 @@ def test_damping_ends_where_steps_are_below_the_rounding_of_the_place(
     monkeypatch.setattr(newton._ForceField, "at", rising)  # pyright: ignore[reportPrivateUsage]
     n = len(tight)
     with np.errstate(over="raise"):
-        _, _, _, converged = newton.iterate(tight, np.full(n, 0.05), np.zeros((2, n)), np.full((2, n), 1e-4))
+        _, _, _, converged = newton.minimise_energy(tight, np.full(n, 0.05), np.zeros((2, n)), np.full((2, n), 1e-4))
     assert not converged.any()
     assert len(steps) < 40
     assert max(damping for _, damping in steps) < 1e25
@@ -77,9 +77,9 @@ def test_damping_ends_where_steps_are_below_the_rounding_of_the_place(
 
 def test_blocks_stay_small_and_change_nothing(tight: Contacts, steps: list[tuple[int, float]]) -> None:
     crank = np.linspace(-0.05, 0.06, 90)
-    assert len(crank) * len(tight) > 3 * newton.BLOCK
+    assert len(crank) * len(tight) > 3 * newton.MAX_ELEMENTS
     result = solve(tight, crank)
-    assert max(n for n, _ in steps) <= newton.BLOCK
+    assert max(n for n, _ in steps) <= newton.MAX_ELEMENTS
     size = max(float(result.cage_plus.max()), float(result.cage_minus.max()))
     for part in (slice(0, 1), slice(40, 47), slice(89, 90)):
         alone = solve(tight, crank[part])
@@ -105,7 +105,7 @@ def test_memory_beside_the_results_does_not_grow_with_the_twists() -> None:
         from stiffness_model.equilibrium import closed_form as equilibrium
 
         patch.setattr(equilibrium, "MAX_PAIRS", 2**14)
-        patch.setattr(equilibrium, "NEWTON_BLOCK", 2**11)
+        patch.setattr(equilibrium, "MAX_ELEMENTS", 2**11)
         few, many = (bench_newton.peak(drive, 4, n) for n in (100, 800))
     assert many < 1.3 * few + 1e6
     assert many < 40e6

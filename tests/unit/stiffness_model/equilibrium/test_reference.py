@@ -32,7 +32,7 @@ def test_descent_and_root_find_the_same(changes):
         met |= {root.method, descent.method}
         for name in NUMBERS:
             assert getattr(descent, name) == pytest.approx(getattr(root, name), rel=1e-6, abs=1e-12)
-    assert met == {"play", "root", "descent"}
+    assert met == {"clearance", "root", "descent"}
 
 
 def test_descent_needs_no_contact_to_start_from():
@@ -94,7 +94,7 @@ def test_two_equilibria_where_crank_and_gear_are_parallel():
 def test_play_is_recognised_by_geometry():
     contacts = elements()
     found = [solve_element(contacts, j, -0.04) for j in range(len(contacts))]
-    play = [f for f in found if f.method == "play"]
+    play = [f for f in found if f.method == "clearance"]
     assert 0.3 < len(play) / len(found) < 0.7
     assert all(f.gear == f.crank == f.output_torque == 0 for f in play)
 
