@@ -1,23 +1,24 @@
-"""Basic rating life of the crank's bearings, after ISO 281; and why the other contacts have none.
+"""Basic rating life of the crank's bearings after ISO 281, and why the elements' contacts have none.
 
     L10 = (C/P)^p  million revolutions,  p = 3 (ball bearings), 10/3 (roller bearings)
 
-These are revolutions of the rings against each other. The inner ring is the eccentric and turns with the crank, once
-in its turn; the outer ring carries the elements and turns by W in it, W signed (`friction.min_sliding_power`: where the
-elements slide least; -0.09 for the presets, whose rings turn back, +0.07 with 28 lobes). So a turn of the crank is
+These are revolutions of the rings relative to each other. The inner ring is the eccentric and turns with the crank. The
+outer ring carries the elements and turns by W per turn of the crank, W signed (`efficiency.min_sliding_power`: where
+the elements dissipate least; -0.09 for the presets, whose rings turn backwards, +0.07 with 28 lobes). A turn of the
+crank is therefore
 
     |1 - W|  revolutions of the bearing,
 
-1.09 for the presets and 0.93 with 28 lobes, and lives in turns of the crank are L10/|1 - W|. P: the mean of order p of
-the forces on the eccentrics over these revolutions (ISO 281, varying load and speed), which the virtual drives,
-standing at random angles, sample. All the bearings together live (sum L^-e)^(-1/e) with Weibull's e = 10/9 and 9/8
-(ISO 281; Lundberg & Palmgren 1947). ISO 281 holds up to P = C/2, for rings held in stiff seats: here the outer ring is
-the crank's surface, bent by the balls on it, and lives shorter than this says.
+1.09 for the presets and 0.93 with 28 lobes, and lives in turns of the crank are L10/|1 - W|. P is the mean of order p
+of the forces on the eccentrics over these revolutions (ISO 281, varying load and speed), which the virtual drives at
+random angles sample. The life of all bearings together is (sum L^-e)^(-1/e) with Weibull's exponent e = 10/9 and 9/8
+(ISO 281; Lundberg & Palmgren 1947). ISO 281 holds up to P = C/2 and for rings in rigid seats: here the outer ring is
+the crank's surface, bent by the elements on it, so that the real life is shorter.
 
-No standard gives a life to the elements' own contacts, and none is computed. Lundberg's and Palmgren's capacity of a
-contact (ISO 281, ISO/TS 16281) is fitted to bearing raceways: circular, conforming, ground, in pure rolling, with
-every point of the ring loaded once for every ball. The gear's profile changes its curvature along the contact, the
-balls slide in their bores and roll back and forth on a stretch of the gear; static limits are in `static_safety`.
+No standard covers the life of the elements' own contacts, and none is computed. Lundberg's and Palmgren's capacity of a
+contact (ISO 281, ISO/TS 16281) is fitted to bearing raceways: circular, conforming, ground, in pure rolling, with every
+point of the ring loaded once per ball. The gear's profile changes its curvature along the contact, and the elements
+slide in their bores and roll back and forth on a stretch of the gear; static limits are in `static_safety`.
 """
 
 from __future__ import annotations
@@ -37,9 +38,11 @@ from ..numerics.arrays import Array
 from .efficiency import min_sliding_power
 
 LIFE_EXPONENT = {"ball": 3.0, "roller": 10 / 3}
+"""p of L10, by type of bearing (ISO 281)."""
 WEIBULL_EXPONENT = {"ball": 10 / 9, "roller": 9 / 8}
+"""Slope e of the Weibull distribution of lives (ISO 281)."""
 MAX_LOAD_RATIO = 0.5
-"""Of C: above, ISO 281 does not hold."""
+"""Largest P/C for which ISO 281 holds."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,10 @@ class BearingLife:
 
 
 def bearing_forces(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> tuple[Array, Array]:
-    """Force on every crank bearing, (n_drives, eccentrics, n_twist) N, and the drives' torques (n_drives, n_twist).
+    """Force on every crank bearing, (n_drives, eccentrics, n_twist) N, and the drives' torques, (n_drives, n_twist)
+    N.m.
+
+    twist: (n_twist,) rad at the output.
 
     >>> from stiffness_model import load_drive
     >>> drive = load_drive("drive_1")
@@ -93,7 +99,7 @@ def _torque(block: SolvedBlock) -> Array:
 
 
 def _relative_revolutions(drive: Drive, block: SolvedBlock) -> Array:
-    """|1 - W| of every bearing, (n_drives, eccentrics, n_twist); 1 where no element stands on the eccentric."""
+    """|1 - W| of every bearing, (n_drives, eccentrics, n_twist); 1 for an eccentric without elements."""
     elements = _per_bearing(drive, block, np.ones_like(block.result.crank))
     ring = _per_bearing(drive, block, min_sliding_power(drive, block)[1]) / np.maximum(elements, 1)
     return np.abs(1 - ring)
@@ -108,7 +114,7 @@ def _per_bearing(drive: Drive, block: SolvedBlock, values: Array) -> Array:
 def bearing_life(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> BearingLife:
     """Basic rating life of the crank's bearings at twists (n_twist,), rad at the output.
 
-    Raises `InputError` where the drawing states no `bearing_capacity`.
+    Raises `InputError` if the drawing states no `bearing_capacity`.
 
     >>> from stiffness_model import load_drive
     >>> drive = load_drive("drive_1", bearing_capacity="40 kN", crank_speed="1500 rpm")

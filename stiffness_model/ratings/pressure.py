@@ -26,11 +26,12 @@ from ..numerics.arrays import Array
 
 @dataclass(frozen=True)
 class Pressures:
-    """The greatest pressure at each kind of contact and the contact it stands in.
+    """Greatest pressure of each kind of contact, and the ellipse of that contact.
 
     All arrays (n_drives, n_twist, 3), the last axis in the order gear, crank, cage. pressure: Pa; major, minor:
-    semi-axes of the contact ellipse, m (for rollers: half the length, and the half width). Where major reaches
-    the element's radius the theory has ended; in the cage bore that is soon (`hertz.CONFORMITY_LIMIT`).
+    semi-axes of the contact ellipse, m (rollers: half the length and half the width). Where major reaches the element's
+    radius, Hertz's half-space theory is no longer valid; in the cage's bore that happens early
+    (`hertz.CONFORMITY_LIMIT`). twist: (n_twist,) rad.
     """
 
     twist: Array
@@ -43,10 +44,10 @@ class Pressures:
 
 
 def contact_pressures(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> Pressures:
-    """Greatest pressures at twists (n_twist,), rad at the output, of the first `n_drives` virtual drives.
+    """Greatest pressures of the first `n_drives` virtual drives at twists (n_twist,), rad at the output.
 
-    Every drive stands still at its own random angle, as in `simulate`. The greatest over a turn, which ratings
-    need, is higher: `peak_pressure.peak_pressures`. Raises `InputError` as `simulate` does.
+    Every drive stands at its own random angle, as in `simulate`. Ratings need the maximum over a turn, which is higher:
+    `peak_pressure.peak_pressures`. Raises `InputError` as `simulate` does.
 
     >>> from stiffness_model import load_drive
     >>> p = contact_pressures(load_drive("drive_1"), [load_drive("drive_1").max_twist], n_drives=20)
@@ -64,8 +65,8 @@ def contact_pressures(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, s
 
 
 def expect_memory_for(n_drives: int, n_twist: int) -> None:
-    """Raise `InputError` where pressures and semi-axes of so many drives and twists do not fit the free memory."""
-    # Once as blocks and once joined.
+    """Raise `InputError` if pressures and semi-axes of so many drives and twists exceed the available memory."""
+    # The arrays exist twice: as blocks and concatenated.
     expect_memory(
         2 * 9 * 8.0 * n_drives * n_twist,
         f"pressures of {n_drives} virtual drives at {n_twist} twists",
@@ -74,7 +75,7 @@ def expect_memory_for(n_drives: int, n_twist: int) -> None:
 
 
 def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int) -> tuple[Array, int]:
-    """Pressure and semi-axes, (3, n_drives, n_twist, 3), of a block, and elements without an equilibrium."""
+    """Pressure and semi-axes, (3, n_drives, n_twist, 3), of a block, and how many elements found no equilibrium."""
     elements = usable_elements(drive, sampling.draw(drive, block, n_drives, seed))
     lost, found = 0, []
     for _, result in solve_chunks(elements.contacts, twist * drive.ratio):
@@ -93,10 +94,10 @@ def max_per_drive(
     owner: NDArray[np.intp],
     n_drives: int,
 ) -> Array:
-    """Pressure and semi-axes, (3, n_drives, n_twist, 3), of the contact with the greatest pressure of every drive.
+    """Pressure and semi-axes, (3, n_drives, n_twist, 3), of each drive's contact with the greatest pressure.
 
-    deviations: of the same n elements, (n,); owner: (n,) the drive of each, in rising order. A drive without
-    elements has zeros.
+    deviations: of the same n elements as `contacts`, (n,); owner: (n,) index of each element's drive, ascending. A
+    drive without elements has zeros.
     """
     found = np.zeros((3, n_drives, len(result.gear), len(PARTNERS)))
     for k, part in enumerate(PARTNERS):
@@ -112,7 +113,7 @@ def max_per_drive(
 def element_pressures(
     drive: Drive, contacts: Contacts, deviations: Deviations, result: Equilibrium, part: str
 ) -> tuple[Array, Array, Array]:
-    """Semi-axes, m, and pressure, Pa, (n_twist, n), where every element touches `part` of `PARTNERS`."""
+    """Semi-axes, m, and pressure, Pa, (n_twist, n), of every element's contact with `part` of `PARTNERS`."""
     forces = {"gear": result.gear, "crank": result.crank, "cage": np.maximum(result.cage_plus, result.cage_minus)}
     if part == "cage" and drive.beyond.cage_contact == "lamina":
         return _arc(contacts, forces[part])
@@ -122,7 +123,7 @@ def element_pressures(
 
 
 def _arc(contacts: Contacts, force: Array) -> tuple[Array, Array, Array]:
-    """The same of the conforming bores: half the arc's length, half its width and the pressure in its middle."""
+    """The same for conforming bores: half the arc's length, half its width, and the pressure in its middle."""
     law, radius = bore_law(contacts), contacts.element_radius
     approach, _ = law.approach(force)
     line_load = law.peak_line_load(approach)
@@ -139,10 +140,10 @@ def _ellipse(drive: Drive, force: Array, compliance: float, curved: Array, own: 
 
 
 def wall_forces(contacts: Contacts, net: Array) -> tuple[Array, Array]:
-    """Forces, N, (n,), of the loaded and of the other cage wall, from the net force between element and cage.
+    """Forces, N, (n,), on the loaded and on the opposite cage wall, from the net force between element and cage.
 
-    For a ball that is larger than its bore by 2 a, both walls press: K ((a + x)^p - (a - x)^p) = net, with x the
-    shift from the middle, until the other wall lifts at x = a.
+    A ball larger than its bore by 2 a presses both walls: K ((a + x)^p - (a - x)^p) = net, where x is the displacement
+    from the middle, until contact with the opposite wall is lost at x = a.
     """
     loaded, other = np.abs(net), np.zeros_like(net)
     tight = contacts.cage_gap < 0

@@ -1,15 +1,15 @@
-"""Contact pressure against a limit, over twist: which contact governs, and how far the limit is.
+"""Static safety: contact pressure against its limit, over twist, and the contact that governs.
 
-ISO 76 rates the most heavily loaded contact, so the pressures are the greatest over a turn of each virtual drive
-(`peak_pressure`), and what is reported is what nine drives of ten keep: the 90th percentile of pressure, the 10th of
-safety.
+ISO 76 rates the most heavily loaded contact, so the pressures are the maxima over a turn of each virtual drive
+(`peak_pressure`). Reported are the values that nine drives of ten meet: the 90th percentile of the pressure and the
+10th percentile of the safety.
 
-For hardened bearing steel against itself the limit is that of ISO 76 for static load ratings: 4200 MPa in the middle
-of the most loaded point contact (balls) and 4000 MPa of a line contact (rollers), where the permanent deformation
-reaches a ten-thousandth of the element's diameter. It is a limit for standing loads, not for endurance. Other
-materials have no limit in that standard: the drawing states one, of a contact (`gear_pressure_limit`, ...) or of a
-material (`allowable_pressure`), such as 1.6 times the yield stress, where a point contact first yields below its
-surface (Johnson, Contact Mechanics, eq. 6.9), or there is no safety to be told, and reports say so.
+For hardened bearing steel on bearing steel the limit is that of ISO 76 for static load ratings: 4200 MPa in the centre
+of the most heavily loaded point contact (balls) and 4000 MPa in a line contact (rollers), at which the permanent
+deformation is about 0.0001 of the element's diameter. It is a limit for static loads, not for endurance. The standard
+has no limit for other materials: the drawing states one, for a contact (`gear_pressure_limit`, ...) or for a material
+(`allowable_pressure`), for instance 1.6 times the yield stress, where a point contact first yields below its surface
+(Johnson, Contact Mechanics, eq. 6.9). Without a limit no safety is reported, and reports say so.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ from ..numerics.arrays import Array
 from .peak_pressure import peak_pressures
 
 LOAD_EXPONENT = {"ball": 3, "roller": 2}
-"""Loads go with this power of the pressure."""
+"""Exponent of the pressure to which the load is proportional: 3 for point, 2 for line contact (Hertz)."""
 REACHED, NOT_REACHED, EXCEEDED, NO_LIMIT = "reached", "not reached", "exceeded", "no limit"
 
 
 @dataclass(frozen=True)
 class PermissibleTorque:
-    """The torque up to which the safety stays above 1, N.m.
+    """The torque, N.m, up to which the safety exceeds 1.
 
-    status: "reached": the safety falls to 1 at `torque`; "not reached": it stays above 1 at all twists looked at, up
-    to `torque`; "exceeded": it is not above 1 already at the first twist under load, at `torque`; "no limit": none is
-    known for any loaded contact, and `torque` is NaN.
+    status: "reached": the safety falls to 1 at `torque`; "not reached": it exceeds 1 at all twists examined, up to
+    `torque`; "exceeded": it is 1 or below at the first loaded twist, at `torque`; "no limit": no loaded contact has a
+    known limit, and `torque` is NaN.
     """
 
     torque: float
@@ -49,16 +49,16 @@ class PermissibleTorque:
         return {
             REACHED: f"falls to 1 at {self.torque:.0f} N.m",
             NOT_REACHED: f"stays above 1 up to {self.torque:.0f} N.m",
-            EXCEEDED: f"is 1 or below already at {self.torque:.1f} N.m, the least torque looked at",
+            EXCEEDED: f"is 1 or below already at {self.torque:.1f} N.m, the smallest torque examined",
             NO_LIMIT: "unknown",
         }[self.status]
 
 
 @dataclass(frozen=True)
 class GoverningContact:
-    """What governs at one twist.
+    """The governing contact at one twist.
 
-    contact: the one with the least safety, "" where none carries that has a limit; no_limit: pressure, Pa, of the
+    contact: the contact with the smallest safety, "" if no loaded contact has a limit; no_limit: pressure, Pa, of the
     loaded contacts without a known limit, by contact.
     """
 
@@ -72,10 +72,10 @@ class GoverningContact:
 
 @dataclass(frozen=True)
 class StaticSafety:
-    """Pressures of virtual drives against their limits, the last axes in the order gear, crank, cage.
+    """Pressures of virtual drives and their limits, the last axes in the order gear, crank, cage.
 
-    twist: (n_twist,) rad; pressure: (n_drives, n_twist, 3) Pa, the greatest of each drive over a turn; limit: (3,) Pa,
-    NaN where none is known; load_exponent: of the pressure in the load.
+    twist: (n_twist,) rad; pressure: (n_drives, n_twist, 3) Pa, each drive's maximum over a turn; limit: (3,) Pa, NaN
+    where none is known; load_exponent: the load is proportional to this power of the pressure.
     """
 
     twist: Array
@@ -101,12 +101,12 @@ class StaticSafety:
         return self.pressure / self.limit
 
     def pressure_p90(self) -> Array:
-        """What nine drives of ten stay below, (n_twist, 3) Pa: the 90th percentile over the drives."""
+        """90th percentile of the pressure over the drives, (n_twist, 3) Pa."""
         return np.percentile(self.pressure, BAND[1], axis=0)
 
     def min_safety(self) -> Array:
-        """Limit over pressure at the most loaded contact with a known limit, (n_twist,): what nine drives of ten have
-        at least. Infinite without load, NaN where no limit is known.
+        """Limit over pressure at the most heavily loaded contact with a known limit, (n_twist,): the value that nine
+        drives of ten reach or exceed. Infinite without load, NaN if no limit is known.
         """
         known = np.isfinite(self.limit)
         if not known.any():
@@ -114,10 +114,7 @@ class StaticSafety:
         return _inverse(np.percentile(self._utilisation[..., known].max(axis=2), BAND[1], axis=0))
 
     def governing_contacts(self) -> list[GoverningContact]:
-        """The contact with the least safety at every twist, and those that have no limit.
-
-        Raises nothing.
-        """
+        """The contact with the smallest safety at every twist, and the loaded contacts without a limit."""
         found = []
         for high in self.pressure_p90():
             use = np.where(np.isfinite(self.limit), high / self.limit, 0.0)
@@ -130,9 +127,9 @@ class StaticSafety:
         return found
 
     def permissible_torque(self, torque: ArrayLike) -> PermissibleTorque:
-        """The torque at which `min_safety` falls to 1, from the torques (n_twist,) N.m at the twists, which rise.
+        """The torque at which `min_safety` falls to 1; torque: (n_twist,) N.m at the twists, ascending.
 
-        Contacts without a known limit have no part in it: see `governing_contacts`.
+        Contacts without a known limit are left out: see `governing_contacts`.
         """
         values, safety = np.asarray(torque, float), self.min_safety()
         loaded = np.isfinite(safety)
@@ -145,7 +142,7 @@ class StaticSafety:
         k = below[0]
         if k == 0:
             return PermissibleTorque(float(values[0]), EXCEEDED)
-        # Pressure over torque is nearly a power law.
+        # Pressure is nearly a power of the torque: interpolate the logarithm.
         x = np.log(safety[k - 1]) / (np.log(safety[k - 1]) - np.log(safety[k]))
         return PermissibleTorque(float(values[k - 1] + x * (values[k] - values[k - 1])), REACHED)
 
@@ -156,9 +153,9 @@ def _inverse(use: Array) -> Array:
 
 
 def pressure_limits(drive: Drive) -> Array:
-    """Limits, (3,) Pa, at gear, crank and cage: the drawing's, else the lesser of both materials' allowable pressures.
+    """Limits, (3,) Pa, at gear, crank and cage: the drawing's, or the smaller of both materials' allowable pressures.
 
-    NaN where one of the two is not known. For 100Cr6 on 100Cr6 that is ISO 76's limit.
+    NaN where one of the two is not known. For 100Cr6 on 100Cr6 this is ISO 76's limit.
 
     >>> from stiffness_model import load_drive
     >>> pressure_limits(load_drive("drive_1")) / 1e6
@@ -176,13 +173,13 @@ def pressure_limits(drive: Drive) -> Array:
 
 
 def static_safety(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> StaticSafety:
-    """Pressures of the first `n_drives` virtual drives at twists (n_twist,), rad, against their limits.
+    """Peak pressures of the first `n_drives` virtual drives at twists (n_twist,), rad at the output, and their limits.
 
     Raises `InputError` as `peak_pressures` does.
 
     >>> from stiffness_model import ARCMIN, load_drive
-    >>> strength = static_safety(load_drive("drive_1"), [4 * ARCMIN, 8 * ARCMIN], n_drives=20)
-    >>> strength.min_safety().round(2), str(strength.governing_contacts()[-1])
+    >>> rating = static_safety(load_drive("drive_1"), [4 * ARCMIN, 8 * ARCMIN], n_drives=20)
+    >>> rating.min_safety().round(2), str(rating.governing_contacts()[-1])
     (array([1.23, 0.92]), 'crank')
     """
     drive = as_drive(drive)

@@ -1,4 +1,4 @@
-"""Losses: the balance of energy and of moments, by a linear programme and by statics; limits."""
+"""Friction losses: energy and moment balances by a linear programme and by statics, and limiting cases."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def block_of(drive: sm.Drive, twist: float, n_drives: int = 1) -> SolvedBlock:
 @pytest.mark.parametrize("lobes", [30, 28])
 @pytest.mark.parametrize("changes", [{}, {"bearing_stiffness": "250 N/um"}])
 def test_input_is_output_and_losses(lobes: int, changes: dict[str, str]) -> None:
-    """Statics with friction, nothing of `min_sliding_power` in it: frictional forces that balance elements' and rings'
-    moments and hold most (the dual programme), normal forces that balance the elements with them, and what torque
-    then turns the crank. Input power must be output power and losses.
+    """Statics with friction, independent of `min_sliding_power`: frictional forces that satisfy the moment balances of
+    elements and rings and dissipate most (the dual linear programme), normal forces that balance the elements with
+    them, and the torque that then turns the crank. Input power must equal output power plus losses.
     """
     drive = sm.load_drive("drive_1", lobes=lobes, **EXACT, **changes)
     block = block_of(drive, 0.05 * ARCMIN)
@@ -32,7 +32,7 @@ def test_input_is_output_and_losses(lobes: int, changes: dict[str, str]) -> None
     slip, by_turn, by_ring = sliding_velocities(drive, block)
     force = np.stack([r.gear, r.crank, r.cage_plus, r.cage_minus])[:, 0]
     n = len(c)
-    # Frictional forces p at the contacts, |p| <= mu N, with the most power sum p.slip under both balances.
+    # Frictional forces p at the contacts, |p| <= mu N, that maximise the power sum p.slip under both moment balances.
     balance = np.zeros((n + 3, 4 * n))
     for k in range(4):
         balance[np.arange(n), k * n + np.arange(n)] = by_turn[k]
@@ -45,10 +45,12 @@ def test_input_is_output_and_losses(lobes: int, changes: dict[str, str]) -> None
     assert lost > 0
     assert -dual.fun == pytest.approx(lost, rel=1e-6)
 
-    p_gear, p_crank, p_plus, p_minus = dual.x.reshape(4, n)  # along the sliding, so on the elements the other way
+    p_gear, p_crank, p_plus, p_minus = dual.x.reshape(
+        4, n
+    )  # in the direction of sliding; on the elements they act against it
     u_r, u_t = (u[0] for u in block.crank_normal())
     n_r, n_t = c.normal_r, c.normal_t
-    # Normal forces at gear and crank that go with the cage's as it was: the balance of each element.
+    # Normal forces at gear and crank that balance each element, with the cage's forces unchanged.
     push_r = -p_gear * -n_t - p_crank * -u_t - (p_plus + p_minus)
     push_t = -p_gear * n_r - p_crank * u_r - (force[2] - force[3])
     _, crank = np.linalg.solve(
@@ -57,16 +59,16 @@ def test_input_is_output_and_losses(lobes: int, changes: dict[str, str]) -> None
     centre_r, centre_t = (e[0] for e in block.centre())
     on_crank_r, on_crank_t = -crank * u_r - p_crank * u_t, -crank * u_t + p_crank * u_r
     torque_in = -(centre_r * on_crank_t - centre_t * on_crank_r).sum()
-    # The cage feels the walls' pressure and their friction, which is radial, at the elements' sides.
+    # The cage carries the walls' normal forces and their friction, which acts radially at the elements' sides.
     torque_out = ((c.path_radius) * (force[2] - force[3]) - c.element_radius * (p_plus - p_minus)).sum()
     assert torque_in == pytest.approx(torque_out / drive.ratio + lost, rel=2e-3)
-    # The losses are no rounding: without them it would not close.
+    # The losses are significant: without them the balance would not close.
     assert abs(torque_in - torque_out / drive.ratio) > 0.5 * lost
     assert lost > 0.02 * abs(torque_in)
 
 
 @pytest.mark.parametrize("name", ["drive_1", "drive_2", "drive_3"])
-def test_losses_lie_between_nothing_and_all_that_slides(name: str) -> None:
+def test_losses_lie_between_zero_and_those_without_rolling(name: str) -> None:
     drive = sm.load_drive(name)
     block = block_of(drive, drive.max_twist, 4)
     r = block.result
@@ -74,7 +76,7 @@ def test_losses_lie_between_nothing_and_all_that_slides(name: str) -> None:
     least, ring = min_sliding_power(drive, block)
     still = (force * np.abs(sliding_velocities(drive, block)[0])).sum(axis=0)
     assert 0 < least.sum() < 0.6 * still.sum()
-    for other in (-0.05, 0.05):  # any other turn of the rings loses more
+    for other in (-0.05, 0.05):  # any other rotation of the rings dissipates more
         slip, by_turn, by_ring = sliding_velocities(drive, block)
         slip = slip.copy()
         slip[1] += by_ring * (ring + other)
@@ -89,7 +91,7 @@ def test_losses_lie_between_nothing_and_all_that_slides(name: str) -> None:
         assert best.sum() > least.sum()
 
 
-def test_efficiency_falls_with_friction_and_holds_its_definitions() -> None:
+def test_efficiency_falls_with_friction_and_follows_its_definition() -> None:
     drive = sm.load_drive("drive_2", friction_coefficient=0.05)
     twist = np.array([0.0, 0.3, 1.0]) * drive.max_twist
     one, half = (friction_losses(drive, twist, 16, coefficient=mu) for mu in (None, 0.025))
@@ -98,12 +100,12 @@ def test_efficiency_falls_with_friction_and_holds_its_definitions() -> None:
     power = one.torque / drive.ratio
     np.testing.assert_allclose(np.abs(power) / one.efficiency, np.abs(power) + one.loss, rtol=1e-12)
     assert (one.backdriving_efficiency < one.efficiency).all()
-    # Drive 2's overlaps squeeze it without load: it has a no-load torque, drive 1 a tenth of it.
+    # Interference preloads drive 2: its no-load torque is several times that of drive 1.
     precise = friction_losses(sm.load_drive("drive_1"), twist[:1], 16, coefficient=0.05)
     assert one.loss[:, 0].mean() > 5 * precise.loss[:, 0].mean() > 0
 
 
-def test_play_and_preload() -> None:
+def test_no_load_torque_needs_interference() -> None:
     loose = sm.load_drive("drive_1", gear_offset="30 um")
     assert not np.any(friction_losses(loose, [0.0], 8, coefficient=0.1).loss)
     tight = [

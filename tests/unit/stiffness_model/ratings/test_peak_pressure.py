@@ -1,4 +1,4 @@
-"""The greatest pressures over a turn: against drives that are turned, one angle after the other, and limits."""
+"""Peak pressures over a turn against whole drives solved angle by angle, and limiting cases."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ from stiffness_model.rotation.element_positions import Window, element_positions
 
 
 def virtual_drive(drive: sm.Drive, seed: int) -> Individual:
-    """The first virtual drive of a seed with all its lobes, able to turn. The order of the lobes in their row is of no
-    account, for every element meets them all."""
+    """The first virtual drive of a seed with all its lobes, as an individual. The order of the lobes in their row does
+    not matter, since every element meets all of them.
+    """
     drawn = sampling.draw(drive, 0, 1, seed)
     tight, rows = smallest_lobe_distances(drive, drawn, 0, seed)[0], drive.eccentrics
     lobe = np.empty((rows, drive.lobes))
@@ -36,7 +37,7 @@ def virtual_drive(drive: sm.Drive, seed: int) -> Individual:
 
 
 def turned_through(drive: sm.Drive, seed: int, twist: float, angles: int) -> np.ndarray:
-    """Greatest pressures, (3,) Pa, of whole drives solved at many angles of the turn, every lobe where it stands."""
+    """Greatest pressures, (3,) Pa, of a whole drive over many angles of a turn, with every lobe in its place."""
     one, found = virtual_drive(drive, seed), []
     for angle in np.array_split(low_discrepancy_angles(angles), max(1, angles // 300)):
         at = element_positions(one, Window(math.pi, math.pi, drive.elements), angle)
@@ -52,12 +53,12 @@ def turned_through(drive: sm.Drive, seed: int, twist: float, angles: int) -> np.
 
 
 @pytest.mark.parametrize(("name", "lobes"), [("drive_1", 30), ("drive_2", 28)])
-def test_worst_meeting_is_that_of_a_whole_turn(name: str, lobes: int) -> None:
+def test_peak_pressures_are_those_of_a_whole_turn(name: str, lobes: int) -> None:
     drive = sm.load_drive(name, lobes=lobes)
     turned = turned_through(drive, 3, drive.max_twist, 6000)
     found = peak_pressures(drive, [drive.max_twist], 1, 3).pressure[0, 0]
     assert found[1] == pytest.approx(turned[1], rel=1e-3)
-    # At the gear the pressure is greatest at the very end of the profile, which few of the angles come near.
+    # At the gear the pressure has its maximum at the very end of the profile, which few of the angles approach.
     assert 0 <= found[0] / turned[0] - 1 < 0.02
     assert found[2] == pytest.approx(turned[2], rel=0.015)
 
@@ -69,7 +70,7 @@ def test_worst_meeting_is_that_of_a_whole_turn(name: str, lobes: int) -> None:
         ("drive_2", {"bearing_stiffness": "250 N/um", "housing_stiffness": "80 N.m/arcmin"}),
     ],
 )
-def test_coupled_elements_are_rated_on_the_safe_side(name: str, extra: dict[str, str]) -> None:
+def test_pressures_of_coupled_elements_are_conservative(name: str, extra: dict[str, str]) -> None:
     drive = sm.load_drive(name, **extra)
     worst = turned_through(drive, 1, drive.max_twist, 600)
     found = peak_pressures(drive, [drive.max_twist], 1, 1).pressure[0, 0]
@@ -90,7 +91,7 @@ def test_coupled_elements_are_rated_on_the_safe_side(name: str, extra: dict[str,
         ("drive_2", {"elements": 42}),
     ],
 )
-def test_no_drive_stands_at_a_higher_pressure_than_it_turns_through(name: str, extra: dict[str, object]) -> None:
+def test_no_drive_at_rest_exceeds_its_peak_pressure(name: str, extra: dict[str, object]) -> None:
     drive = sm.load_drive(name, **extra)
     twist = np.array([0.0, 0.2, 0.6, 1.0]) * drive.max_twist
     standing, turning = (f(drive, twist, 20, 1).pressure for f in (sm.contact_pressures, peak_pressures))
@@ -100,7 +101,7 @@ def test_no_drive_stands_at_a_higher_pressure_than_it_turns_through(name: str, e
 
 
 @pytest.mark.parametrize("name", ["drive_1", "drive_3"])
-def test_places_and_twists_asked_for_change_little(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_number_of_positions_and_twists_matters_little(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     drive = sm.load_drive(name)
     twist = np.linspace(0.1, 1.0, 12) * drive.max_twist
     coarse = peak_pressures(drive, twist, 20)
@@ -114,15 +115,15 @@ def test_places_and_twists_asked_for_change_little(name: str, monkeypatch: pytes
 
 
 @pytest.mark.parametrize(("lobes", "expected"), [(30, -2.0428), (28, -2.0137)])
-def test_the_tightest_of_a_row_s_lobes(lobes: int, expected: float) -> None:
-    """The mean of the least of n normal numbers (Harter 1961, table of expected values of order statistics)."""
+def test_smallest_distance_of_a_row_s_lobes(lobes: int, expected: float) -> None:
+    """Expected minimum of n standard normal numbers (Harter 1961, table of expected values of order statistics)."""
     drive = sm.load_drive("drive_1", lobes=lobes)
     least = np.concatenate([smallest_lobe_distances(drive, sampling.draw(drive, k, 16, 0), k, 0) for k in range(100)])
     deviate = (least - drive.element_radius) / drive.tolerances["gear"].sigma
     assert deviate.mean() == pytest.approx(expected, abs=4 * deviate.std() / math.sqrt(deviate.size))
 
 
-def test_a_drive_without_tolerances_turns_through_the_envelope_of_its_places() -> None:
+def test_peak_pressures_without_tolerances_are_the_envelope_over_positions() -> None:
     exact = {
         f"{part}_{kind}": "0 um" for part in ("element", "crank", "cage", "gear") for kind in ("tolerance", "offset")
     }

@@ -1,4 +1,4 @@
-"""Contact pressures of virtual drives: their force back from the pressure, and the scaling laws of Hertz."""
+"""Contact pressures of virtual drives: forces recovered from the pressures, and the scaling laws of Hertz."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ def test_pressure_over_the_ellipse_is_the_force(name: str) -> None:
     found = sm.contact_pressures(drive, twist, n_drives=20)
     force = 2 / 3 * np.pi * found.pressure * found.major * found.minor
     greatest = sm.simulate(drive, twist, 20).contact_force
-    # The crank's curvature hardly scatters: there the greatest pressure sits where the greatest force does.
+    # The crank's curvature hardly scatters, so its greatest pressure and its greatest force are in the same contact.
     assert force[:, :, 1] == pytest.approx(greatest[:, :, 1], rel=2e-3)
     assert (force[:, :, 0] <= greatest[:, :, 0] * (1 + 1e-9)).all()
 
 
-def test_rollers_press_by_the_line() -> None:
+def test_rollers_have_line_contact() -> None:
     roller = sm.load_drive("drive_1", element="roller", element_length="14 mm")
     twist = [roller.max_twist]
     found = sm.contact_pressures(roller, twist, n_drives=10)
@@ -31,8 +31,8 @@ def test_rollers_press_by_the_line() -> None:
     assert (found.pressure[:, :, 1] / force[:, :, 1] < ball.pressure[:, :, 1] / greatest[:, :, 1]).all()
 
 
-def test_cage_ellipse_outgrows_the_ball() -> None:
-    """The conforming bore is where Hertz's theory ends: the numbers must show it, not hide it."""
+def test_ellipse_in_the_bore_exceeds_the_ball() -> None:
+    """Hertz's theory does not hold for the conforming bore, and the semi-axis shows it."""
     drive = sm.load_drive("drive_1")
     found = sm.contact_pressures(drive, [drive.max_twist], n_drives=50)
     assert found.major[:, 0, 2].max() > drive.element_radius

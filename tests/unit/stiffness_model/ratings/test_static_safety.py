@@ -1,4 +1,4 @@
-"""Pressure limits and the bearings' rating life: published numbers, definitions, and who refuses."""
+"""Static safety and bearing life: published numbers, definitions, and refusals."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ def test_safety_over_torque() -> None:
     np.testing.assert_allclose(strength.safety[:, 1:, :2], 4200e6 / pressures.pressure[:, 1:, :2])
     np.testing.assert_allclose(strength.load_safety[:, 1:], strength.safety[:, 1:] ** 3)
     assert (np.diff(strength.min_safety()[1:]) < 0).all()
-    # Nine drives of ten have at least the safety that is told, at whichever contact is their worst.
+    # Nine drives of ten have at least the reported safety at their own worst contact.
     of_drives = strength.safety.min(axis=2)
     assert 2 <= (of_drives < strength.min_safety()).sum(axis=0)[1:].max() <= 3
     assert (strength.min_safety()[1:] < of_drives.mean(axis=0)[1:]).all()
     assert {x.contact for x in strength.governing_contacts()} <= {"gear", "crank", "cage", ""}
-    # The crank has no hollow to hold the ball: it governs, and 4200 MPa are reached within the paper's range.
+    # The convex crank governs, and 4200 MPa are reached within the paper's range.
     assert str(strength.governing_contacts()[-1]) == "crank"
     torque = sm.simulate(drive, TWIST, 24).torque.mean(axis=0)
     permissible = strength.permissible_torque(torque)
@@ -58,8 +58,9 @@ def test_safety_over_torque() -> None:
 def test_torque_at_the_limit_is_that_of_the_most_loaded_ball(
     name: str, tenth: tuple[float, float], middle: tuple[float, float]
 ) -> None:
-    """Individuals turned by an independent computation reach 4200 MPa at the crank at 213 to 224 N.m (drive 1) and 90
-    to 114 (drive 2); standing at one random angle each, the mean drive seemed to reach it at 257 and 185."""
+    """An independent computation that turns individuals reaches 4200 MPa at the crank at 213 to 224 N.m (drive 1) and
+    90 to 114 N.m (drive 2); at one random angle each, the mean drive reaches it only at 257 and 185 N.m.
+    """
     drive = sm.load_drive(name)
     twist = np.linspace(0.1, 1.0, 19) * drive.max_twist
     torque = sm.simulate(drive, twist, 200).torque.mean(axis=0)
@@ -69,7 +70,7 @@ def test_torque_at_the_limit_is_that_of_the_most_loaded_ball(
     assert middle[0] < np.median(each) < middle[1]
 
 
-def test_never_and_already_are_told_apart() -> None:
+def test_limits_not_reached_and_exceeded_are_distinguished() -> None:
     drive = sm.load_drive("drive_1")
     torque = sm.simulate(drive, TWIST, 24).torque.mean(axis=0)
     strength = static_safety(drive, TWIST, 24)
@@ -77,35 +78,35 @@ def test_never_and_already_are_told_apart() -> None:
         dataclasses.replace(strength, twist=TWIST[part], pressure=strength.pressure[:, part])
         for part in (slice(1, 3), slice(4, 5))
     )
-    never, already = low.permissible_torque(torque[1:3]), high.permissible_torque(torque[4:])
-    assert (never.status, never.torque) == ("not reached", torque[2])
-    assert str(never) == f"stays above 1 up to {torque[2]:.0f} N.m"
-    assert (already.status, already.torque) == ("exceeded", torque[4])
-    assert "is 1 or below already at" in str(already)
+    not_reached, exceeded = low.permissible_torque(torque[1:3]), high.permissible_torque(torque[4:])
+    assert (not_reached.status, not_reached.torque) == ("not reached", torque[2])
+    assert str(not_reached) == f"stays above 1 up to {torque[2]:.0f} N.m"
+    assert (exceeded.status, exceeded.torque) == ("exceeded", torque[4])
+    assert "is 1 or below already at" in str(exceeded)
     unlimited = dataclasses.replace(strength, limit=np.full(3, np.nan)).permissible_torque(torque)
     assert unlimited.status == "no limit"
     assert math.isnan(unlimited.torque)
 
 
-def test_load_safety_is_in_terms_of_the_load() -> None:
-    """One ball: the force at which its pressure reaches the limit is the force times the load safety."""
+def test_load_safety_times_the_force_is_the_force_at_the_limit() -> None:
+    """One ball: its force times the load safety is the force at which the pressure reaches the limit."""
     drive = sm.load_drive("drive_1", elements=1, eccentrics=1)
     standing = sm.contact_pressures(drive, TWIST[[4]], 30).pressure
     strength = dataclasses.replace(static_safety(drive, TWIST[[4]], 30), pressure=standing)
     force = sm.simulate(drive, TWIST[[4]], 30).contact_force[:, 0, 1]
     loaded = force > 0
     expected = force[loaded] * strength.load_safety[loaded, 0, 1]
-    assert np.ptp(expected) < 0.01 * expected.mean()  # the load of 4200 MPa, the same for all
+    assert np.ptp(expected) < 0.01 * expected.mean()  # the force at 4200 MPa, the same for all
 
 
 @pytest.mark.parametrize("element", ["ball", "roller"])
-def test_a_load_grown_by_its_safety_reaches_the_limit(element: str) -> None:
-    """s0 = C0/P0: the force times the load safety presses with ISO 76's limit, by Hertz (point and line contact)."""
+def test_a_load_multiplied_by_its_safety_reaches_the_limit(element: str) -> None:
+    """s0 = C0/P0: by Hertz, the force times the load safety has ISO 76's limit as its pressure."""
     drive = sm.load_drive("drive_1", element=element, element_length="12 mm")
     strength = static_safety(drive, TWIST[[2, 4]], 4)
     compliance, radius = 2 * 4.375e-12, 7e-3
     for pressure, safety in zip(strength.pressure[:, :, 1].ravel(), strength.load_safety[:, :, 1].ravel(), strict=True):
-        if element == "ball":  # p0 goes with the cube root of the force
+        if element == "ball":  # p0 is proportional to the cube root of the force
             grown = hertz.point_contact_ellipse(500 * safety, compliance, 1 / radius + 1 / 41e-3, 1 / radius)[2]
             now = hertz.point_contact_ellipse(500, compliance, 1 / radius + 1 / 41e-3, 1 / radius)[2]
         else:
@@ -119,7 +120,7 @@ def test_without_a_limit_there_is_no_safety() -> None:
     assert np.isnan(strength.safety[..., [0, 2]]).all()
     governing = strength.governing_contacts()[0]
     assert governing.contact == "crank"  # the only one known
-    # The printed gear under some hundred MPa does not vanish behind it.
+    # The printed gear under some hundred MPa is reported beside it.
     high = strength.pressure_p90()[0]
     assert governing.no_limit == {"gear": high[0], "cage": high[2]}
     assert high[0] > 200e6
@@ -141,7 +142,7 @@ def test_a_material_s_allowable_pressure_is_a_limit_where_both_are_known() -> No
     assert pressure_limits(roller)[:2] == pytest.approx([80e6, 4000e6])
     stated = sm.load_drive("drive_3", gear_material=printed, gear_pressure_limit="70 MPa")
     assert pressure_limits(stated)[0] == pytest.approx(70e6)
-    # A ball of which nothing is known leaves no contact with a limit.
+    # A ball without an allowable pressure leaves no contact with a limit.
     assert np.isnan(pressure_limits(sm.load_drive("drive_1", element_material=sm.MATERIALS["PLA"]))).all()
     with pytest.raises(sm.InputError, match="where the allowable pressure is from"):
         sm.Material("PA12", 1.7e9, 0.4, 1010.0, allowable_pressure=80e6)
@@ -150,7 +151,7 @@ def test_a_material_s_allowable_pressure_is_a_limit_where_both_are_known() -> No
 
 
 def test_bearing_forces_are_the_reaction_to_the_crank_s_torque() -> None:
-    """The part across the eccentricity makes the torque; at 250 N/um the shift carries the same force."""
+    """The component across the eccentricity makes the torque; at 250 N/um the displacement carries the same force."""
     drive = sm.load_drive("drive_1")
     force, torque = bearing_forces(drive, TWIST, 24)
     assert force.shape == (24, 3, 5)
@@ -177,7 +178,7 @@ def test_life_of_iso_281() -> None:
     assert life.system_revolutions == pytest.approx(life.revolutions * 3**-0.9)
     rolling = bearing_life(roller, TWIST[1:], 24)
     assert rolling.revolutions * rolling.relative_revolutions == pytest.approx(1e6 * (40e3 / rolling.load) ** (10 / 3))
-    # The mean of order 3 is above the plain mean, and half the load lives eight times as long.
+    # The mean of order 3 exceeds the arithmetic mean.
     force = bearing_forces(ball, TWIST[1:], 24)[0]
     assert (life.load > force.mean(axis=(0, 1))).all()
     assert np.isnan(bearing_life(sm.load_drive("drive_1", bearing_capacity="40 kN"), TWIST[1:], 4).hours).all()
@@ -189,13 +190,14 @@ def test_life_of_iso_281() -> None:
 
 @pytest.mark.parametrize(("kind", "order", "weibull"), [("ball", 3, 10 / 9), ("roller", 10 / 3, 9 / 8)])
 def test_damage_adds_up_and_bearings_survive_together(kind: str, order: float, weibull: float) -> None:
-    """Palmgren and Miner: a revolution takes (F/C)^p of a bearing's life, whichever force F it carries; and Weibull:
-    all survive with the product of their probabilities, 0.9 at the life of all, each by exp(ln 0.9 (t/L)^e)."""
+    """Palmgren and Miner: a revolution at the force F consumes (F/C)^p of a bearing's life. Weibull: all bearings
+    survive with the product of their probabilities, 0.9 at the system's life, each with exp(ln 0.9 (t/L)^e).
+    """
     drive = sm.load_drive("drive_2", bearing_capacity="40 kN", bearing_type=kind)
     life, force = bearing_life(drive, TWIST[1:], 24), bearing_forces(drive, TWIST[1:], 24)[0]
     spent = ((force / 40e3) ** order).mean(axis=(0, 1))
     assert life.revolutions * life.relative_revolutions == pytest.approx(1e6 / spent, rel=1e-3)
-    # The orders about it would be far off: in drive 2 the forces scatter.
+    # Means of other orders differ, since the forces of drive 2 scatter.
     others = [(force**p).mean(axis=(0, 1)) ** (1 / p) for p in (1, 2, order + 1)]
     assert (np.abs(np.array(others) / life.load - 1)[:, 0] > 1e-3).all()
     assert life.load == pytest.approx((force**order).mean(axis=(0, 1)) ** (1 / order), rel=2e-4)
@@ -204,9 +206,10 @@ def test_damage_adds_up_and_bearings_survive_together(kind: str, order: float, w
 
 
 @pytest.mark.parametrize(("lobes", "relative"), [(30, 1.0915), (28, 0.9256)])
-def test_a_life_counts_the_turns_of_the_rings_against_each_other(lobes: int, relative: float) -> None:
-    """How far the outer ring turns, by kinematics in the fixed frame: places after a small turn of the crank, less
-    those before, give the velocities; the least power that sliding loses, by a linear programme, gives the turns."""
+def test_a_life_counts_the_relative_revolutions_of_the_rings(lobes: int, relative: float) -> None:
+    """Rotation of the outer ring from kinematics in the fixed frame: velocities by finite differences of positions over
+    a small rotation of the crank, and the minimum of the power lost by sliding by a linear programme.
+    """
     exact = {
         f"{part}_{kind}": "0 um" for part in ("element", "crank", "cage", "gear") for kind in ("tolerance", "offset")
     }
@@ -218,7 +221,7 @@ def test_a_life_counts_the_turns_of_the_rings_against_each_other(lobes: int, rel
     r, cage = c.element_radius, 1 / drive.ratio
 
     def places(crank: float) -> tuple[np.ndarray, np.ndarray]:
-        """Elements and eccentrics as complex numbers, each seen by an element whose bore stands at angle 0."""
+        """Elements and eccentrics as complex numbers, each relative to an element whose bore is at angle 0."""
         bore = crank * cage
         return (
             drive.path.radius(c.beta + crank - bore) * np.exp(1j * bore),
@@ -233,7 +236,7 @@ def test_a_life_counts_the_turns_of_the_rings_against_each_other(lobes: int, rel
     def along(velocity: np.ndarray, direction: np.ndarray) -> np.ndarray:
         return np.real(velocity * direction.conjugate())
 
-    # Velocity of the element's surface less that of its partner: still, + by the element's turn w, + by the ring's W.
+    # Relative velocity of the surfaces: without spin, its change with the element's spin w, and with the ring's W.
     slips = [
         (along(element, 1j * normal), r, 0 * r, force.gear),
         (along(element - centre, 1j * to_element), -r, -(np.abs(here - pin) - r), force.crank),
@@ -246,7 +249,7 @@ def test_a_life_counts_the_turns_of_the_rings_against_each_other(lobes: int, rel
     for row in range(3):
         some = np.flatnonzero(block.eccentric == row)
         n = len(some)
-        # Unknowns: the elements' turns, the ring's, and the magnitude of every sliding.
+        # Unknowns: the elements' spins, the ring's rotation, and the magnitude of every sliding velocity.
         cost, upper, bound = np.zeros(n + 1 + 4 * n), [], []
         for k, (still, by_element, by_ring, pressed) in enumerate(slips):
             cost[n + 1 + k * n : n + 1 + (k + 1) * n] = pressed[0, some]
@@ -263,7 +266,7 @@ def test_a_life_counts_the_turns_of_the_rings_against_each_other(lobes: int, rel
     life = bearing_life(drive, [twist], 1)
     assert life.relative_revolutions[0] == pytest.approx(np.mean(turns), abs=2e-3)
     assert life.relative_revolutions[0] == pytest.approx(relative, abs=5e-3)
-    # In turns of the crank, and in hours, the life is shorter by it than in ISO 281's revolutions.
+    # Lives in turns of the crank and in hours follow from ISO 281's revolutions by this ratio.
     of_rings = 1e6 * (40e3 / life.load[0]) ** 3
     assert life.revolutions[0] == pytest.approx(of_rings / life.relative_revolutions[0])
     assert life.hours[0] == pytest.approx(of_rings * 3**-0.9 / life.relative_revolutions[0] / (1500 * 60))
