@@ -1,4 +1,4 @@
-"""A noise that is louder or slower than estimated is told from a misfit that has its place."""
+"""Overdispersion distinguishes noise that is larger than estimated from a local misfit."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ pytestmark = pytest.mark.slow
 
 
 def clean(correlation: float = 0.0) -> tuple[Problem, Fit]:
-    """A clean record under its own noise."""
+    """The problem and base fit of a record without effects, with noise."""
     record = rig.measured({}, noise=0.8, correlation=correlation, seed=5)
     base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
     problem = prepare_problem(record, make_trace(record, rig.drive().ratio), base)[0]
     return problem, base_fit(problem)
 
 
-def quieter(problem: Problem, fit: Fit, factor: float) -> tuple[Problem, Fit]:
-    """The same where the noise is believed to be smaller by a factor."""
+def with_underestimated_noise(problem: Problem, fit: Fit, factor: float) -> tuple[Problem, Fit]:
+    """The same with the standard deviation of the noise estimated too small by a factor."""
 
-    def own(weights: Weighting) -> Weighting:
+    def scaled(weights: Weighting) -> Weighting:
         parts = {
             k: replace(
                 getattr(weights, k),
@@ -42,24 +42,24 @@ def quieter(problem: Problem, fit: Fit, factor: float) -> tuple[Problem, Fit]:
         }
         return replace(weights, **parts)
 
-    believed = replace(
+    underestimated = replace(
         problem, variance=problem.variance / factor**2, block_variance=problem.block_variance / factor**2
     )
-    return believed, replace(fit, weighting=own(fit.weighting))
+    return underestimated, replace(fit, weighting=scaled(fit.weighting))
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.9])
-def test_a_noise_as_estimated_counts_once(correlation: float) -> None:
+def test_noise_as_estimated_is_not_overdispersed(correlation: float) -> None:
     assert estimate_overdispersion(*clean(correlation)) < 1.35
 
 
-def test_a_louder_noise_counts_by_its_variance() -> None:
-    assert estimate_overdispersion(*quieter(*clean(), 2.0)) == pytest.approx(4.0, rel=0.25)
+def test_overdispersion_is_the_ratio_of_the_variances() -> None:
+    assert estimate_overdispersion(*with_underestimated_noise(*clean(), 2.0)) == pytest.approx(4.0, rel=0.25)
 
 
-def test_a_misfit_in_its_place_is_no_noise() -> None:
+def test_a_local_misfit_is_not_overdispersion() -> None:
     problem, fit = clean()
-    rest = problem.torque - fit.prediction.torque
-    rest[: len(rest) // 4] += 5.0
-    assert estimate_overdispersion(problem, fit, rest) < 1.5
-    assert estimate_overdispersion(problem, fit, 3 * rest) > 5, "but what is everywhere is"
+    residual = problem.torque - fit.prediction.torque
+    residual[: len(residual) // 4] += 5.0
+    assert estimate_overdispersion(problem, fit, residual) < 1.5
+    assert estimate_overdispersion(problem, fit, 3 * residual) > 5, "a misfit of the whole record is"

@@ -1,4 +1,4 @@
-"""Fits shared among processes give the same diagnosis as fits made here."""
+"""Fits in several processes give the same diagnosis as fits in one."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ from tests import diagnosis_rig as rig
 
 
 class Counting(ProcessPoolExecutor):
-    """Counts the work that it is given."""
+    """Counts the jobs that are submitted."""
 
-    given = 0
+    submitted = 0
 
     def submit(self, *args: Any, **kwargs: Any) -> Future[Any]:
-        self.given += 1
+        self.submitted += 1
         return super().submit(*args, **kwargs)
 
 
 @pytest.mark.slow
-def test_processes_change_nothing() -> None:
+def test_several_processes_give_the_same_diagnosis() -> None:
     record = rig.measured({"coulomb_friction": {"torque": 5.0}, "backlash": {"clearance": 4e-6}}, full=False)
     here = diagnose_record(record, drive=rig.drive()).to_dict()
     with Counting(2) as pool:
         shared = diagnose_record(record, drive=rig.drive(), executor=pool).to_dict()
     assert here.pop("seconds") > 0 < shared.pop("seconds")
     assert here["effects"]
-    assert pool.given > 20
+    assert pool.submitted > 20
     assert shared == here
 
 
-def test_a_fit_that_was_sent_is_whole_again() -> None:
-    """Small on its way where the problem's own weights were used; with its weights where others were."""
+def test_a_fit_survives_sending_without_its_weights() -> None:
+    """The problem's own weights are not sent; others are."""
     record = rig.measured({}, full=False)
     base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
     problem = prepare_problem(record, make_trace(record, rig.drive().ratio), base)[0]

@@ -1,4 +1,4 @@
-"""The fast evaluation of effects is the model's, and its sensitivities are the derivatives."""
+"""The predictor agrees with the simulated model, and its sensitivities with finite differences."""
 
 import numpy as np
 import pytest
@@ -29,25 +29,25 @@ def test_torque_and_sensitivities(names: tuple[str, ...]) -> None:
     predictor = Predictor(make_trace(record, rig.drive().ratio), drawing_base(rig.drive(), lookup), names)
     p = np.array([0.0, *(v for n in names for v in nominal[n].values())])
     found = predictor(p)
-    # Creep is advanced by another rule of the same order.
+    # The simulation integrates creep by another method of the same order.
     assert np.abs(found.torque - wanted).max() < (0.05 if "creep" in names else 1e-9)
     for k in range(len(p)):
         step = 1e-6 * max(abs(p[k]), 1e-6)
         up, down = p.copy(), p.copy()
         up[k], down[k] = p[k] + step, p[k] - step
         slope = (predictor(up).torque - predictor(down).torque) / (2 * step)
-        # Differences step over the kinks of friction; they are the coarser of the two.
+        # Finite differences cross the kinks of friction and are less accurate than the sensitivities.
         error = np.sqrt(np.mean((slope - found.sensitivities[:, k]) ** 2))
         assert error <= 1e-2 * np.sqrt(np.mean(slope**2)) + 1e-9, names
 
 
-def test_every_effect_is_covered() -> None:
+def test_every_effect_is_in_a_set() -> None:
     assert {n for names in SETS for n in names} == set(EFFECTS)
 
 
 @pytest.mark.parametrize("time", [1e-3, 0.1, 10.0, 1e6])
-def test_creep_too_soft_for_the_steps_stays_finite(time: float) -> None:
-    # Steps longer than such a state allows would run away; a fit may come by, and must be able to turn back.
+def test_creep_stays_finite_where_the_time_steps_are_too_long(time: float) -> None:
+    # With such steps the trajectory would diverge; a fit may pass through these parameters and must be able to return.
     predictor = Predictor(
         make_trace(rig.protocol(), rig.drive().ratio),
         drawing_base(rig.drive(), cached_lookup(rig.drive())),

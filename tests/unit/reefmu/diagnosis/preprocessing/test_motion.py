@@ -1,4 +1,4 @@
-"""Paths and speeds behind noisy angles: what the noise does is not motion."""
+"""Paths and speeds from noisy angles: noise is not motion."""
 
 import itertools
 
@@ -24,7 +24,7 @@ TIME = np.linspace(0, 0.01 * (len(TRUE) - 1), len(TRUE))
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.6])
-def test_a_drive_that_stands_rubs_no_way(correlation: float) -> None:
+def test_noise_does_not_lengthen_the_path(correlation: float) -> None:
     rng = np.random.default_rng(1)
     noise = rng.standard_normal(len(TRUE))
     for k in range(1, len(noise)):
@@ -33,43 +33,43 @@ def test_a_drive_that_stands_rubs_no_way(correlation: float) -> None:
     size = angle_noise(angle, [(0, len(angle))])
     assert size == pytest.approx(0.005, rel=0.35)
     path = monotone_path(angle, size)
-    way = np.abs(np.diff(TRUE)).sum()
-    assert np.abs(np.diff(path)).sum() == pytest.approx(way, rel=0.01)
-    assert np.abs(np.diff(angle)).sum() > 1.1 * way
+    length = np.abs(np.diff(TRUE)).sum()
+    assert np.abs(np.diff(path)).sum() == pytest.approx(length, rel=0.01)
+    assert np.abs(np.diff(angle)).sum() > 1.1 * length
     assert np.abs(path - TRUE).max() < 4 * 0.005
     speed = estimate_speed(angle, TIME, size)
     assert np.abs(speed[70:180]).max() < 0.02 * np.abs(speed[:30]).max()
     assert speed[5:20] == pytest.approx(1 / 0.29, rel=0.25)
 
 
-def test_without_noise_nothing_changes() -> None:
+def test_angles_without_noise_are_unchanged() -> None:
     np.testing.assert_array_equal(monotone_path(TRUE, 0.0), TRUE)
     smooth = np.sin(TIME)
     assert estimate_speed(smooth, TIME, 0.0) == pytest.approx(np.cos(TIME), abs=1e-2)
 
 
 @given(st.lists(st.floats(-1, 1), min_size=2, max_size=40), st.floats(0.01, 1))
-def test_between_turning_points_nothing_comes_back(values: list[float], least: float) -> None:
+def test_between_turning_points_no_return_exceeds_the_limit(values: list[float], least: float) -> None:
     angle = np.array(values)
-    turns = turning_points(angle, least)
-    assert turns[0] == 0
-    assert turns[-1] == len(angle) - 1
-    assert np.all(np.diff(turns[1:]) >= 0)
-    inner = turns[1:-1]
+    points = turning_points(angle, least)
+    assert points[0] == 0
+    assert points[-1] == len(angle) - 1
+    assert np.all(np.diff(points[1:]) >= 0)
+    inner = points[1:-1]
     assert np.all(np.abs(np.diff(angle[inner])) > least)
     for a, b in itertools.pairwise(inner):
-        piece = np.sign(angle[b] - angle[a]) * angle[a : b + 1]
-        assert (np.maximum.accumulate(piece) - piece).max() <= least
+        rising = np.sign(angle[b] - angle[a]) * angle[a : b + 1]
+        assert (np.maximum.accumulate(rising) - rising).max() <= least
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-7])
 @pytest.mark.parametrize(("late", "gap"), [(4, 0.0), (4, 1e-6), (4, 2e-5), (40, 0.0)])
-def test_a_clock_that_was_late_makes_no_speed(late: int, gap: float, noise: float) -> None:
-    """Stamps that stand still for some samples and go on a microsecond later, where the steps get shorter."""
+def test_late_time_stamps_do_not_distort_the_speed(late: int, gap: float, noise: float) -> None:
+    """Time stamps repeat for some samples and go on a microsecond later, where the steps become shorter."""
     true = np.concatenate([np.arange(50) * 0.14, 49 * 0.14 + 1e-3 * np.arange(1, 200)])
     stamps = true.copy()
     stamps[49 : 50 + late] = stamps[49 + late] - gap
     speed = estimate_speed(2.0 * true + noise * np.random.default_rng(0).standard_normal(len(true)), stamps, noise)
     assert np.delete(speed, np.arange(46 - late, 54 + 2 * late)) == pytest.approx(2.0, rel=0.05)
-    # A stamp that stands for many samples holds their middle.
+    # A time stamp shared by many samples lies in their middle.
     assert np.abs(speed).max() < 2.0 * (late / 2 + 3)

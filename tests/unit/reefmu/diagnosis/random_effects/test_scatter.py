@@ -1,4 +1,4 @@
-"""Scatter as a random effect of single elements: held against individuals made elsewhere."""
+"""Scatter as random effects of single elements, compared with individual drives from other code."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ def scatter(problem: Problem) -> Scatter:
     return problem.scatter
 
 
-def test_the_columns_hold_the_variance_of_individuals(scatter: Scatter) -> None:
-    columns, rough = scatter.columns_at(scatter.twist)
+def test_the_random_effects_have_the_variance_of_individuals(scatter: Scatter) -> None:
+    columns, variance = scatter.columns_at(scatter.twist)
     found = simulate_individuals(scatter, 64, seed=3)
     loaded = np.abs(scatter.twist) > 0.3 * rig.drive().max_twist
-    expected = float(np.sqrt(np.mean(((columns**2).sum(axis=0) + rough)[loaded])))
+    expected = float(np.sqrt(np.mean(((columns**2).sum(axis=0) + variance)[loaded])))
     assert float(np.sqrt(np.mean(found[:, loaded] ** 2))) == pytest.approx(expected, rel=0.15)
-    # No bias: individuals are the mean drive in the mean.
+    # Unbiased: individual drives average to the mean drive.
     error = found.std(axis=0)[loaded] / np.sqrt(len(found))
     assert np.mean(np.abs(found.mean(axis=0)[loaded]) < 3 * error) > 0.95
 
 
-def test_a_turning_individual_of_the_solver_is_one_of_these(problem: Problem, scatter: Scatter) -> None:
-    """`stiffness_model.rotation` places and solves its own; the weights take most of it for scatter."""
+def test_the_weights_explain_an_individual_of_the_solver(problem: Problem, scatter: Scatter) -> None:
+    """Elements placed and solved by `stiffness_model.rotation`: whitening removes most of the deviation."""
     drive = rig.drive()
     crank = problem.blocks.mean(problem.trace.crank)
     mean = problem.base.elastic.evaluate(scatter.twist, 0.0, problem.base.shape.start)[0]
@@ -58,12 +58,12 @@ def test_a_turning_individual_of_the_solver_is_one_of_these(problem: Problem, sc
         torque[k] = turning_map(one, scatter.twist[k : k + 1], crank[k : k + 1] / drive.ratio).torque[0, 0]
     gap = torque - mean
     raw = float(((gap * weights.scale) ** 2).sum())
-    left = float((weights.whiten(gap) ** 2).sum())
-    assert left < 0.05 * raw
-    assert left < 4 * len(weights.eigenvalues)
+    whitened = float((weights.whiten(gap) ** 2).sum())
+    assert whitened < 0.05 * raw
+    assert whitened < 4 * len(weights.eigenvalues)
 
 
-def test_a_preloaded_drive_scatters_without_load_too(scatter: Scatter) -> None:
+def test_a_preloaded_drive_scatters_at_zero_torque_too(scatter: Scatter) -> None:
     near = np.abs(scatter.twist) < 0.02 * rig.drive().max_twist
     plain, tight = (
         np.sqrt((scatter.columns_at(scatter.twist, c)[0] ** 2).sum(axis=0))[near].mean() for c in (0.0, -6e-6)
