@@ -117,7 +117,7 @@ def nominal(drive: Drive, n_positions: int = 1) -> Deviations:
     step = 2 * np.pi / drive.elements
     start = step * (np.arange(n_positions)[:, None] + 0.5) / n_positions
     beta = _positions(drive, start)
-    return Deviations(beta, **{part: radius * np.ones_like(beta) for part, radius in _nominal_radii(drive).items()})
+    return Deviations(beta, **{part: radius * np.ones_like(beta) for part, radius in nominal_radii(drive).items()})
 
 
 def _positions(drive: Drive, start: Array) -> Array:
@@ -133,7 +133,8 @@ def _shared_by_eccentrics(drive: Drive, normal: Mapping[str, Array]) -> Mapping[
     return {**normal, "crank": normal["crank"][:, np.arange(drive.elements) % drive.eccentrics]}
 
 
-def _nominal_radii(drive: Drive) -> dict[str, float]:
+def nominal_radii(drive: Drive) -> dict[str, float]:
+    """Nominal radius of each part, m, in the sense of `Deviations`."""
     return {part: drive.crank_radius if part == "crank" else drive.element_radius for part in PARTS}
 
 
@@ -141,6 +142,6 @@ def _deviations(drive: Drive, beta: Array, normal: Mapping[str, Array]) -> Devia
     """Radii of every part from standard normal deviates, each shaped like `beta`."""
     radii = {
         part: radius + drive.tolerances[part].offset + drive.tolerances[part].sigma * normal[part]
-        for part, radius in _nominal_radii(drive).items()
+        for part, radius in nominal_radii(drive).items()
     }
     return Deviations(beta, **radii)

@@ -1,8 +1,8 @@
-"""Files and folders that are written whole or not at all, and temporary folders that are always removed.
+"""Files and folders that are written completely or not at all, and temporary folders that are always removed.
 
-All temporary work is in folders of one kind (`_work_folder`). Their owner holds a lock on them (flock) that the system
-takes back when the owner dies, however it dies and whoever gets its number next. The first work of a process in a place
-clears away the folders there that nobody holds: those of processes that were killed.
+All temporary files are in folders of one kind (`_work_folder`), which the process that made them locks (flock). The
+system releases the lock when the process ends, however it ends and even if its number is used again. The first such
+folder of a process in a place removes the unlocked folders there: those of processes that were killed.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from ..errors import InputError
 
 try:
     import fcntl
-except ImportError:  # Windows: there nothing is known of an owner, and nothing is cleared away
+except ImportError:  # On Windows nothing tells whether the process still runs, and nothing is removed.
     fcntl = None
 
 STAGING_PREFIX = ".unfinished-"
-"""How the names of temporary folders begin beside results."""
+"""Start of the names of temporary folders beside results."""
 SCRATCH_PREFIX = "stiffness-model-work-"
-"""How they begin in the system's folder for temporary files."""
+"""Start of the names of temporary folders in the system's folder for temporary files."""
 
-_cleared: set[tuple[Path, int]] = set()
-"""Places that were cleared, and the process that did it."""
+_cleaned: set[tuple[Path, int]] = set()
+"""Places where abandoned folders were removed, with the number of the process, which a fork does not share."""
 
 
 @contextlib.contextmanager
 def atomic_file(path: str | os.PathLike[str]) -> Generator[Path]:
     """A temporary name for `path`, renamed to it when the block ends well and removed when it does not.
 
-    The block makes the file. Raises `InputError` where the folder does not exist or cannot be written.
+    The block writes the file. Raises `InputError` if the folder does not exist or cannot be written.
     """
     target = Path(path)
     with contextlib.ExitStack() as work:
@@ -43,7 +43,7 @@ def atomic_file(path: str | os.PathLike[str]) -> Generator[Path]:
             folder = work.enter_context(_work_folder(target.parent, STAGING_PREFIX))
         except OSError as error:
             raise _not_writable(target, error) from None
-        # The same name: some writers choose the format by it, or append to it.
+        # The temporary file has the same name, by which some writers choose the format.
         yield folder / target.name
         try:
             os.replace(folder / target.name, target)
@@ -55,9 +55,9 @@ def atomic_file(path: str | os.PathLike[str]) -> Generator[Path]:
 def staged_folder(folder: str | os.PathLike[str]) -> Generator[Path]:
     """A temporary folder whose files move into `folder` when the block ends well: all of them, or none.
 
-    `folder` is made if it does not exist, and taken away again if the block fails. Files of the same names
-    are replaced, others stay. Raises `InputError` at the start of the block if the folder cannot be written:
-    use it around long work, so that a wrong name is not found out at its end.
+    `folder` is created if it does not exist, and removed again if the block fails. Files of the same names are
+    replaced, others stay. Raises `InputError` at the start of the block if the folder cannot be written: entered
+    before long computations, it finds a wrong name before them.
 
     >>> with tempfile.TemporaryDirectory() as place:
     ...     with staged_folder(Path(place) / "new") as stage:
@@ -85,18 +85,18 @@ def staged_folder(folder: str | os.PathLike[str]) -> Generator[Path]:
 
 @contextlib.contextmanager
 def scratch_folder() -> Generator[Path]:
-    """A folder for what nobody keeps, in the system's place for temporary files; gone when the block ends."""
+    """A folder among the system's temporary files, removed when the block ends."""
     with _work_folder(Path(tempfile.gettempdir()), SCRATCH_PREFIX) as folder:
         yield folder
 
 
 @contextlib.contextmanager
 def _work_folder(place: Path, start: str) -> Generator[Path]:
-    """A new folder in `place` for the owner alone; removed with all that is in it. Raises `OSError`."""
-    if (place, os.getpid()) not in _cleared:
+    """A new locked folder in `place`, removed with its content when the block ends. Raises `OSError`."""
+    if (place, os.getpid()) not in _cleaned:
         remove_abandoned(place, start)
-        _cleared.add((place, os.getpid()))
-    folder, lock = _make_held(place, start)
+        _cleaned.add((place, os.getpid()))
+    folder, lock = _make_locked(place, start)
     try:
         yield folder
     finally:
@@ -105,15 +105,15 @@ def _work_folder(place: Path, start: str) -> Generator[Path]:
             os.close(lock)
 
 
-def _make_held(place: Path, start: str) -> tuple[Path, int | None]:
-    """A new folder and the descriptor that holds it; None where there are no locks."""
+def _make_locked(place: Path, start: str) -> tuple[Path, int | None]:
+    """A new folder and the descriptor of its lock; None where there are no locks."""
     while True:
         folder = Path(tempfile.mkdtemp(dir=place, prefix=start))
         try:
-            lock = _hold(folder)
+            lock = _lock(folder)
         except OSError:
-            return folder, None  # a file system without locks: then nobody can clear it away either
-        # Another process may have cleared it away before it was held.
+            return folder, None  # A file system without locks: no other process can remove it either.
+        # Another process may have removed it before it was locked.
         if lock is not None and folder.exists():
             return folder, lock
         if lock is not None:
@@ -123,11 +123,13 @@ def _make_held(place: Path, start: str) -> tuple[Path, int | None]:
 
 
 def remove_abandoned(place: Path, start: str = STAGING_PREFIX) -> None:
-    """Remove the folders in `place` whose names begin with `start` and whose owners are gone. Never raises for one
-    that cannot be read or removed: it is somebody else's."""
+    """Remove the folders in `place` whose names begin with `start` and whose processes have ended.
+
+    Folders that cannot be read or removed belong to another user and are left.
+    """
     for folder in _named(place, start):
         try:
-            lock = _hold(folder)
+            lock = _lock(folder)
         except OSError:
             continue
         if lock is not None:
@@ -146,8 +148,8 @@ def _named(place: Path, start: str) -> Iterator[Path]:
             yield Path(entry.path)
 
 
-def _hold(folder: Path) -> int | None:
-    """A descriptor that holds the folder until it is closed; None if somebody else holds it. Raises `OSError`."""
+def _lock(folder: Path) -> int | None:
+    """A descriptor that locks the folder until it is closed; None if another process locks it. Raises `OSError`."""
     if fcntl is None:
         return None
     lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)
@@ -165,7 +167,7 @@ def _hold(folder: Path) -> int | None:
 def _move_files(stage: Path, target: Path) -> None:
     files = sorted(stage.iterdir())
     for file in files:
-        # Seen before the first move: a folder in a file's place would stop the moves half-way.
+        # Checked before the first move, for a folder in a file's place would leave the others half moved.
         if (target / file.name).is_dir():
             raise IsADirectoryError(errno.EISDIR, f"{file.name} is a folder")
     for file in files:

@@ -1,4 +1,4 @@
-"""From the values of a design to its drive."""
+"""From the parameter values of a design to its drive, and how many elements fit in a row."""
 
 from __future__ import annotations
 
@@ -19,19 +19,18 @@ PACKING = (BESIDE, SEATS)
 
 @dataclass(frozen=True)
 class Packing:
-    """When the elements of a row fit.
+    """The condition for the elements of a row to fit.
 
-    rule: "beside": spread evenly, side by side (`max_elements_on_circle`); "seats": on the seats that the gear
-    allows, |i| to a turn, and where elements are thicker than seats are apart, on every k-th (`seats.Seats`); "": they
-    may overlap.
-    web: least wall of the cage between two elements, m.
+    rule: "beside": evenly spaced, side by side (`max_elements_on_circle`); "seats": at the places that the gear
+    allows, |i| per turn, or at every k-th where elements are wider than the places are apart (`seats.Seats`); "": no
+    condition, they may overlap. web: least wall of the cage between two elements, m.
     """
 
     rule: str = ""
     web: float = 0.0
 
     def most_per_row(self, drive: Drive) -> int:
-        """The most elements that a row of the drive takes, at least 1 and no more than |i|.
+        """The greatest number of elements that fit in a row of the drive, at least 1 and at most |i|.
 
         >>> from stiffness_model import load_drive
         >>> [Packing(rule).most_per_row(load_drive("drive_1")) for rule in PACKING]
@@ -48,16 +47,16 @@ class Packing:
         )
 
     def fits(self, drive: Drive) -> bool:
-        """Whether the rows take their elements; always so without a rule."""
+        """Whether the elements fit in their rows; always so without a rule."""
         return self.rule == "" or drive.elements_per_row <= self.most_per_row(drive)
 
 
 _KNOWN = {field.attribute for field in fields_of(Drive).values()} | {"where"}
-"""Attributes of a drive that the sweep of a study takes into account."""
+"""Attributes of a drive that a study's sweep takes into account."""
 
 
 def base_drive(table: Mapping[str, Any], where: str) -> Drive:
-    """The base drawing as a drive; raises `InputError`, also for physics that `sweep.sweep` leaves out."""
+    """The base drawing as a drive. Raises `InputError`, also for physics that `sweep.sweep` leaves out."""
     drive = drive_from_dict(table, where)
     require_plain_model(drive, where)
     return drive
@@ -66,14 +65,14 @@ def base_drive(table: Mapping[str, Any], where: str) -> Drive:
 def require_plain_model(drive: Drive, where: str) -> None:
     """Raise `InputError` if the drive switches on more than the plain contact model.
 
-    A field that the sweep does not know must have its default, or say of itself that it is `plain`: better no study
-    than one that leaves out in silence what the drawing asks for.
+    An attribute that the sweep does not take into account must have its default, or state by `is_plain` that it has
+    no effect on the equilibrium. So a study never ignores silently what the drawing states.
     """
     for f in fields(drive):
         value = getattr(drive, f.name)
         if f.name not in _KNOWN and value != f.default and not getattr(value, "is_plain", False):
             raise InputError(
-                f"{where}: expected a drawing of the plain contact model, for a study knows no other, got "
+                f"{where}: expected a drawing of the plain contact model, the only one of design studies, got "
                 f"{f.name} = {value!r}"
             )
 
@@ -81,10 +80,11 @@ def require_plain_model(drive: Drive, where: str) -> None:
 def design_drive(
     table: Mapping[str, Any], values: Mapping[str, Value], packing: Packing, where: str, check: bool = True
 ) -> Drive:
-    """The base drawing `table` with `values` in it; lobes bring their ratio, rows their elements.
+    """The drive of the base drawing `table` with `values` for some of its fields.
 
-    A base drive that reverses (lobes above the ratio) stays one that reverses. Raises `InputError` where no
-    drive comes of it. check=False: for trying single names, which need not make a whole design.
+    The ratio follows from the lobes, so that a base drive that reverses (lobes above the ratio) remains one; the
+    elements follow from the rows. check=False: leave "fill" at one element a row, to check single values. Raises
+    `InputError` if the values make no drive.
 
     >>> from stiffness_model.io.drawing_toml import read_table
     >>> table, _ = read_table("drive_1")
@@ -99,7 +99,7 @@ def design_drive(
     assert isinstance(lobes, int)
     assert isinstance(rows, int)
     ratio = lobes - (geometry["lobes"] - geometry["transmission_ratio"])
-    # One element a row until the sizes are read and say how many fit.
+    # One element in a row until the sizes are read, which determine how many fit.
     first = rows if per_row == FILL else rows * int(per_row)
     plain = {name: value for name, value in values.items() if FIELDS[name].quantity != COUNT}
     drive = drive_from_dict(

@@ -1,4 +1,4 @@
-"""What a design is measured by: the quantities that objectives and constraints can name."""
+"""The metrics of a design, which objectives and constraints refer to by name."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ...units import UNITS, si_unit
 
 @dataclass(frozen=True)
 class Metric:
-    """One number of a design, SI. quantity: of `units.UNITS`, or "" for a pure number.
+    """One number of a design, SI. text: its name in figures; quantity: of `units.UNITS`, or "" for a pure number.
 
     shown: the unit of pictures and printed tables; drawn: known from the drawing, without any simulation.
     """
@@ -32,7 +32,7 @@ class Metric:
 
     @property
     def label(self) -> str:
-        """For an axis: the text with the unit shown."""
+        """The text for an axis, with the display unit."""
         return f"{self.text} [{self.display_unit}]" if self.display_unit else self.text
 
 
@@ -60,8 +60,8 @@ METRICS = {metric.name: metric for metric in _ALL}
 
 stiffness: slope of the mean curve at the torque; twist: of the mean curve at the torque; backlash and
 lost_motion: of the mean curve, for the torque (`curve.TwistTorqueCurve`); no_load_force: greatest force of a
-contact at zero twist, mean; no_load_sum: sum of all contacts' forces at zero twist, mean: Coulomb friction is in
-proportion to it; greatest_force: greatest force of a contact at the torque, mean; pressure: greatest Hertzian
+contact at zero twist, mean; no_load_sum: sum of all contacts' forces at zero twist, mean, to which Coulomb friction is
+proportional; greatest_force: greatest force of a contact at the torque, mean; pressure: greatest Hertzian
 pressure at gear and crank over a turn at the torque, 90th percentile of the drives (a limit is for the most loaded
 contact); load_share: greatest share of one element in the torque, mean;
 scatter: (P90 - P10)/mean of the drives' torques at the twist of the torque; squeezed: share of the loaded part's

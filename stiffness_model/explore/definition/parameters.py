@@ -1,4 +1,4 @@
-"""What a study varies: every parameter maps the unit interval onto its values.
+"""The parameters of a study: each maps the unit interval onto values of a field of the drawing.
 
 A sampler and an optimiser see only the unit cube. A discrete parameter divides its interval into equal cells.
 """
@@ -22,14 +22,14 @@ Value = float | int | str
 ELEMENTS_PER_ROW = Field(
     COUNT, "geometry", "Rolling elements on each eccentric, or as many as fit.", "fill", name="elements_per_row"
 )
-"""Stands for the drawing's `elements`, which are those of all rows together."""
+"""Takes the place of the drawing's `elements`, which are those of all rows together."""
 FIELDS: Mapping[str, Field] = FrozenMapping(
     {
         **{name: field for name, field in drive.FIELDS.items() if field.varies},
         ELEMENTS_PER_ROW.name: ELEMENTS_PER_ROW,
     }
 )
-"""What can vary. The transmission ratio follows the lobes, the elements follow the rows (eccentrics)."""
+"""Fields that a study may vary. The transmission ratio follows from the lobes, `elements` from the eccentrics."""
 FILL = "fill"
 """As elements_per_row: as many as fit (`design.Packing`), at most |i|."""
 SIGMA = "sigma"
@@ -41,8 +41,8 @@ _GRADE = re.compile(r"(?:ISO 286 )?IT ?(\d+)")
 class Parameter:
     """One field of the drawing that varies.
 
-    values: all of them in their order, or () for a range from `low` to `high`. quantity: of `units.UNITS` (SI values),
-    `SIGMA` (multiples of the part's own sigma) or "" (a count or a name).
+    values: of a discrete parameter, in their order, or () for a range from `low` to `high`. quantity: of `units.UNITS`
+    (SI values), `SIGMA` (multiples of the part's own sigma) or "" (a count or a name).
     """
 
     name: str
@@ -63,7 +63,7 @@ class Parameter:
         return f"{value!r} sigma" if self.quantity == SIGMA else value
 
     def snap(self, position: float) -> float:
-        """The position itself, or the middle of its cell: equal designs have equal positions."""
+        """The position itself, or the middle of its cell, so that equal designs have equal positions."""
         return (self._cell(position) + 0.5) / len(self.values) if self.values else position
 
     def axis_value(self, position: float) -> float:
@@ -74,7 +74,7 @@ class Parameter:
         return float(self._cell(position)) if isinstance(value, str) else float(value)
 
     def is_interior(self, position: float) -> bool:
-        """Whether the value lies off both ends of its range; always so for names and for two values."""
+        """Whether the value is at neither end of its range; always so for names and for two values."""
         if self.values:
             ordered = len(self.values) > 2 and not FIELDS[self.name].is_named
             return not ordered or 0 < self._cell(position) < len(self.values) - 1
@@ -82,7 +82,7 @@ class Parameter:
 
     @property
     def is_categorical(self) -> bool:
-        """Whether the values are texts, which an axis needs ticks for."""
+        """Whether the values are texts, shown as ticks of an axis."""
         return bool(self.values) and isinstance(self.values[0], str) and self.quantity != SIGMA
 
     @property

@@ -76,6 +76,15 @@ class Study:
         for name in ("base", "objectives", "fixed"):
             object.__setattr__(self, name, freeze(getattr(self, name)))
 
+    def __repr__(self) -> str:
+        """One line; `study_to_dict` has everything.
+
+        >>> from stiffness_model.explore.definition.study_toml import load_study
+        >>> load_study("tolerance_field")
+        Study('tolerance_field', 4 parameters, objectives lost_motion, no_load_sum, cost_class)
+        """
+        return f"Study({self.name!r}, {len(self.parameters)} parameters, objectives {', '.join(self.objectives)})"
+
     @property
     def identity(self) -> str:
         """A hash of all that the results depend on; name, description and choice are not among it."""
@@ -101,7 +110,7 @@ def _version() -> str:
 
 
 def study_to_dict(study: Study) -> dict[str, Any]:
-    """The study in plain tables, for `DIR/study.json`: what was computed, and for which drawing."""
+    """The study as plain tables for `DIR/study.json`, with its identity and the base drawing."""
     return {
         "name": study.name,
         "description": study.description,
@@ -120,5 +129,5 @@ def study_to_dict(study: Study) -> dict[str, Any]:
 
 
 def torque_text(torque: float) -> str:
-    """The study's torque for pictures and tables."""
+    """A torque, N.m, for figures and tables."""
     return f"{torque / UNITS['torque']['N.m']:g} N.m"

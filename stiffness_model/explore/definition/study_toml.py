@@ -23,7 +23,7 @@ from .study import BEST, KNEE, SENSES, Choice, Limit, Study, StudySettings
 _HEAD = ("name", "description", "base")
 _SECTIONS = ("fixed", "parameters", "constraints", "objectives", "numbers", "choose")
 _NUMBERS: dict[str, tuple[int, int, int]] = {
-    # least, greatest, default
+    # minimum, maximum, default
     "designs": (1, 10_000_000, 1024),
     "drives": (1, 100_000, 100),
     "twists": (8, 1000, 31),
@@ -63,7 +63,7 @@ def study_from_dict(table: Mapping[str, Any], where: str = "study", folder: Path
     expect("base" in table, "the field 'base', a preset or a drawing", "none", where)
     source = table["base"]
     base, at = read_table(str(folder / source) if source.endswith(".toml") else source)
-    # Checked here, so that an error names the drawing and not the first design.
+    # Checked here, so that a message names the drawing and not the first design.
     base_drive(base, at)
     varied = tuple(
         read_parameter(name, value, f"{where} [parameters]") for name, value in table.get("parameters", {}).items()
@@ -146,7 +146,7 @@ def _limit(name: str, table: Any, where: str) -> Limit:
 
 def _objectives(table: Mapping[str, Any], where: str) -> dict[str, str]:
     refuse_unknown("objective", table, METRICS, where)
-    expect(len(table) >= 2, "at least two objectives: with one there is no trade-off", list(table), where)
+    expect(len(table) >= 2, "at least two objectives, between which there is a trade-off", list(table), where)
     for name, sense in table.items():
         expect(sense in SENSES, "'max' or 'min'", sense, f"{where} {name}")
     return dict(table)
@@ -200,7 +200,7 @@ def _choice(table: Mapping[str, Any], objectives: Mapping[str, str], where: str)
 
 
 def _check_values(study: Study, where: str) -> None:
-    """Every name, grade and material once in the base drawing, so that a wrong one is found before the work."""
+    """Put every text of the study into the base drawing once, so that a wrong one is found before any evaluation."""
     trials: list[tuple[str, Value, str]] = [(name, value, "fixed") for name, value in study.fixed.items()]
     trials += [(p.name, value, "parameters") for p in study.parameters for value in p.values]
     for name, value, section in trials:

@@ -1,4 +1,6 @@
-"""The metrics of one design: `cost` from its drawing, `sweep` and `response` from its virtual drives at the torque.
+"""The metrics of a design.
 
+* `cost`: the cost class of its tolerances; `sweep`: the equilibrium of its virtual drives over rising twists;
+  `response`: their mean curve, forces and pressure at the study's torque.
 * `evaluate`: all metrics of given designs, and why a design has none.
 """

@@ -9,27 +9,29 @@ from ...drawing.drive import Drive
 from ...drawing.tolerances import iso_286
 
 COARSEST = 12
-"""The IT grade that costs nothing: what turning, milling and printing give without care."""
-_MADE = ("gear", "cage")
-"""Parts machined for the drive. Balls and bearings are bought, whatever their class."""
+"""The IT grade without extra cost, of ordinary turning, milling and printing; chosen by judgement."""
+_MACHINED = ("gear", "cage")
+"""Parts machined for the drive. Balls and bearings are bought parts, whose class is not counted."""
 
 
 def cost_class(drive: Drive) -> float:
     """Grades of ISO 286 by which the windows of gear and cage are finer than IT12, summed.
 
-    One grade is a window narrower by a factor of about 1.6; published cost-tolerance relations (Abdel-Malek and
-    Asadathorn, the paper's [28]) rise by a like factor per grade, so the sum orders drawings and is no currency.
-    Windows between two grades count in between, by the logarithm of their width.
+    A finer grade narrows the window by a factor of about 1.6; published cost-tolerance relations (Abdel-Malek and
+    Asadathorn, the paper's [28]) rise by a similar factor per grade. So the sum ranks drawings; it is no amount of
+    money. Windows between two grades are interpolated by the logarithm of their width.
 
     >>> from stiffness_model import load_drive
     >>> [round(cost_class(load_drive(name)), 2) for name in ("drive_1", "drive_2", "drive_3")]
     [15.0, 9.0, 1.0]
     """
-    return sum(max(0.0, COARSEST - grade(drive.tolerances[part].window, drive.size(part))) for part in _MADE)
+    return sum(max(0.0, COARSEST - grade(drive.tolerances[part].window, drive.size(part))) for part in _MACHINED)
 
 
 def grade(window: float, size: float) -> float:
-    """The IT grade of a window, m, at a nominal size, m, as a number between the grades; 1 for finer than IT1.
+    """The IT grade of a window, m, at a nominal size, m, interpolated; 1 for windows finer than IT1.
+
+    Raises `InputError` for sizes beyond ISO 286.
 
     >>> round(grade(87e-6, 96e-3), 3), round(grade(50e-6, 96e-3), 1)
     (9.0, 7.8)

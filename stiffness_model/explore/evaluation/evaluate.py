@@ -1,4 +1,4 @@
-"""Designs to metrics: each on its own, so that no number depends on which worker or chunk it comes from."""
+"""From designs to metrics, each design by itself, so that no result depends on the worker or chunk that computes it."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from .response import Response, simulate_design
 
 
 class Outcome(IntEnum):
-    """What became of a design."""
+    """How the evaluation of a design ended."""
 
     SIMULATED = 0
-    OUT_OF_LIMITS = 1  # a limit on what the drawing alone tells (undercut, size, cost ...): not simulated
-    DOES_NOT_PACK = 2  # not simulated
-    TOO_SOFT = 3  # does not reach the study's torque within `response.MAX_CRANK_TWIST`
-    NO_DRIVE = 4  # the drawing is refused: an element larger than its path, a size beyond a standard's table
+    OUT_OF_LIMITS = 1  # A limit on a metric of the drawing (undercut, size, cost ...) is violated: not simulated.
+    DOES_NOT_PACK = 2  # The elements of a row do not fit: not simulated.
+    TOO_SOFT = 3  # Does not reach the study's torque within `response.MAX_CRANK_TWIST`.
+    NO_DRIVE = 4  # The drawing is refused: an element larger than its path, a size beyond a standard's table.
 
 
 @dataclass(frozen=True, eq=False)
 class Evaluations:
-    """positions: (n, n_parameters) in the unit cube; metrics: (n, len(METRICS)), SI, NaN where not computed;
-    outcome: (n,) of `Outcome`."""
+    """Evaluated designs. positions: (n, n_parameters) in the unit cube; metrics: (n, len(METRICS)), SI, NaN where not
+    computed; outcome: (n,) of `Outcome`."""
 
     positions: Array
     metrics: Array
@@ -48,7 +48,7 @@ class Evaluations:
 
 
 def concatenate(parts: list[Evaluations]) -> Evaluations:
-    """Several in a row."""
+    """All evaluations one after the other."""
     return Evaluations(
         np.concatenate([p.positions for p in parts]),
         np.concatenate([p.metrics for p in parts]),
@@ -57,14 +57,14 @@ def concatenate(parts: list[Evaluations]) -> Evaluations:
 
 
 def values_at(study: Study, position: Array) -> dict[str, Value]:
-    """All fields that a design changes in the base drawing."""
+    """The fields that the design at a position, (n_parameters,), changes in the base drawing."""
     varied = {p.name: p.at(float(x)) for p, x in zip(study.parameters, position, strict=True)}
     return {**study.fixed, **varied}
 
 
 def evaluate(study: Study, positions: Array) -> Evaluations:
-    """The designs at positions (n, n_parameters) in the unit cube."""
-    rows = [_one(study, position) for position in positions]
+    """Evaluate the designs at positions (n, n_parameters) in the unit cube."""
+    rows = [_evaluate_one(study, position) for position in positions]
     return Evaluations(
         positions,
         np.array([row[0] for row in rows]).reshape(len(rows), len(METRICS)),
@@ -73,16 +73,16 @@ def evaluate(study: Study, positions: Array) -> Evaluations:
 
 
 def drive_at(study: Study, position: Array) -> Drive:
-    """The drive of a design; raises `InputError` where the drawing is none."""
+    """The drive of the design at a position, (n_parameters,). Raises `InputError` where it makes no drive."""
     return design_drive(study.base, values_at(study, position), study.packing, study.name)
 
 
-def _one(study: Study, position: Array) -> tuple[list[float], Outcome]:
+def _evaluate_one(study: Study, position: Array) -> tuple[list[float], Outcome]:
     found = dict.fromkeys(METRICS, np.nan)
     try:
         drive = drive_at(study, position)
         limit = drive.usable_limit
-        found.update(_drawn(drive, limit))
+        found.update(_metrics_of_drawing(drive, limit))
     except InputError:
         return list(found.values()), Outcome.NO_DRIVE
     outcome = Outcome.SIMULATED
@@ -99,18 +99,18 @@ def _one(study: Study, position: Array) -> tuple[list[float], Outcome]:
         if response is None:
             outcome = Outcome.TOO_SOFT
         else:
-            found.update(_simulated(response, numbers.torque))
+            found.update(_metrics_of_response(response, numbers.torque))
     return list(found.values()), outcome
 
 
 def relative_violation(limit: Limit, value: float) -> float:
-    """How far a value lies out of a limit, as a share of the limit (or in its unit, for a limit at 0); not below 0."""
+    """Excess of a value over a limit relative to the limit, or in its unit for a limit at 0; 0 within the limit."""
     over = max(value - limit.high, limit.low - value, 0.0)
     bound = limit.high if value > limit.high else limit.low
     return over / (abs(bound) or 1.0) if over > 0 else 0.0
 
 
-def _drawn(drive: Drive, limit: float) -> dict[str, float]:
+def _metrics_of_drawing(drive: Drive, limit: float) -> dict[str, float]:
     angle = drive.path.pressure_angle(np.linspace(0.0, limit, 181)).max()
     deepest = drive.crank_radius + 2 * drive.element_radius + drive.eccentricity
     return {
@@ -123,7 +123,7 @@ def _drawn(drive: Drive, limit: float) -> dict[str, float]:
     }
 
 
-def _simulated(response: Response, torque: float) -> dict[str, float]:
+def _metrics_of_response(response: Response, torque: float) -> dict[str, float]:
     curve = response.curve
     twist = float(curve.twist_at(torque))
     k = int(np.clip(np.searchsorted(curve.twist, twist), 1, len(curve.twist) - 1))

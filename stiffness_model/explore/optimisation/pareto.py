@@ -1,4 +1,4 @@
-"""Which designs are feasible, which of them no other dominates, and which of those is chosen."""
+"""Feasible designs, the Pareto front among them, and the chosen member of the front."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from ..definition.study import BEST, SENSES, Limit, Study
 from ..evaluation.evaluate import Evaluations, Outcome, relative_violation
 
 NOT_SIMULATED = 10.0
-"""Violation on top of the rest for a design without metrics: every simulated one ranks before it."""
+"""Violation added for a design that was not simulated: simulated ones rank before it unless they exceed their limits by
+more than ten times the limits. Chosen by judgement."""
 
 
 def minimised_objectives(study: Study, found: Evaluations) -> Array:
-    """(n, n_objectives), the objectives turned so that less is better."""
+    """The objectives, (n, n_objectives), with the sign for which less is better."""
     return np.column_stack([SENSES[sense] * found.column(name) for name, sense in study.objectives.items()])
 
 
 def violations(study: Study, found: Evaluations) -> Array:
-    """(n,), 0 for feasible designs: the sum of the excesses over the limits, as shares of the limits."""
+    """The sum of the relative violations of all limits, (n,); 0 for feasible designs."""
     total = np.where(found.outcome == Outcome.SIMULATED, 0.0, NOT_SIMULATED * (1.0 + found.outcome))
     for limit in study.limits:
         column = found.column(limit.metric)
@@ -29,7 +30,7 @@ def violations(study: Study, found: Evaluations) -> Array:
 
 
 def non_dominated(values: ArrayLike) -> NDArray[np.bool_]:
-    """Which rows of (n, k) no other row dominates: none is as small everywhere and smaller somewhere.
+    """Which rows of (n, k) no other row dominates, that is, is nowhere greater and somewhere smaller.
 
     Equal rows do not dominate each other. Rows with NaN are never in the front.
 
@@ -38,13 +39,13 @@ def non_dominated(values: ArrayLike) -> NDArray[np.bool_]:
     """
     rows = np.asarray(values, float)
     alive = np.flatnonzero(~np.isnan(rows).any(axis=1))
-    # By the sum, a row can only be dominated by one before it (or, where rounding makes sums equal, beside it).
+    # Sorted by their sums, a row is dominated only by one before it (or of the same sum, by rounding).
     alive = alive[np.argsort(rows[alive].sum(axis=1), kind="stable")]
     k = 0
     while k < len(alive):
-        pivot, rest = rows[alive[k]], rows[alive]
-        kept = np.logical_not((pivot <= rest).all(axis=1) & (pivot < rest).any(axis=1))
-        # What stays before the pivot tells where the next one is.
+        pivot, others = rows[alive[k]], rows[alive]
+        kept = np.logical_not((pivot <= others).all(axis=1) & (pivot < others).any(axis=1))
+        # The rows that remain before the pivot give the position of the next one.
         alive, k = alive[kept], int(kept[:k].sum()) + 1
     front = np.zeros(len(rows), bool)
     front[alive] = True
@@ -54,7 +55,7 @@ def non_dominated(values: ArrayLike) -> NDArray[np.bool_]:
 def front(study: Study, found: Evaluations) -> NDArray[np.intp]:
     """Indices of the feasible designs that no other feasible one dominates, along the first objective.
 
-    Of designs alike in all objectives (an optimiser may ask for one twice) the first stays.
+    Of several designs with the same objectives (an optimiser may ask for one twice) the first is a member.
     """
     values = minimised_objectives(study, found)
     feasible = np.flatnonzero(violations(study, found) == 0)
@@ -65,11 +66,11 @@ def front(study: Study, found: Evaluations) -> NDArray[np.intp]:
 
 
 def choose(study: Study, found: Evaluations, members: NDArray[np.intp]) -> int | None:
-    """The member that [choose] asks for; None if the front is empty or none keeps within the rule's limits.
+    """The member of the front that [choose] selects; None if no member keeps within the rule's limits.
 
-    "knee": scaled by the front's range, with 0 the best, the member farthest below the plane through the
-    front's extremes, where the sum of the scaled objectives is least (Das, Structural Optimization 18, 1999,
-    for two objectives). "best": least (or greatest) in one objective.
+    "knee": with the objectives scaled to 0 (best) to 1 over the front, the member farthest from the plane through the
+    front's extremes, where the sum of the scaled objectives is least (Das, Structural Optimization 18, 1999, for two
+    objectives). "best": the best in one objective.
     """
     rule = study.choice
     allowed = np.array([k for k in members if all(_within(limit, found, int(k)) for limit in rule.limits)], np.intp)

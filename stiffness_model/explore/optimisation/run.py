@@ -1,8 +1,8 @@
-"""A study over any concurrent.futures executor, in chunks that are kept: what is stopped goes on where it was.
+"""A study over any concurrent.futures executor, in chunks that are kept, so that an interrupted study can continue.
 
-Chunks are cut by number, not by worker, and every design is evaluated on its own, so the results are the same to
-the bit whoever computes them and in whichever order they come. (On machines whose processors or NumPy differ, the
-last digits may.)
+Chunks have a fixed size and every design is evaluated by itself, so the results are the same to the bit whichever
+worker computes them and in whichever order they arrive. (With other processors or another NumPy the last digits may
+differ.)
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from ..evaluation.evaluate import Evaluations, concatenate, evaluate
 from .search import search
 
 CHUNK = 16
-"""Designs in one task and one file: some tenths of a second."""
+"""Designs in one task and one file: some tenths of a second of work, so little is lost by an interruption."""
 STUDY_FILE, CHUNK_FOLDER = "study.json", "chunks"
 
 
 def chunk_count(study: Study) -> int:
-    """Chunks that the whole study takes, at most."""
+    """Greatest number of chunks of the whole study."""
     numbers = study.numbers
     return -(-numbers.designs // CHUNK) + numbers.generations * -(-numbers.population // CHUNK)
 
@@ -39,10 +39,10 @@ def chunk_count(study: Study) -> int:
 def run_study(
     study: Study, folder: Path, executor: Executor, step: Callable[[], None] = lambda: None
 ) -> tuple[Evaluations, NDArray[np.intp]]:
-    """Evaluate the sample and all generations; gives them in order, with the generation of each (0: the sample).
+    """Evaluate the sample and all generations. Returns them in order, and the generation of each (0: the sample).
 
-    folder: exists; keeps the chunks. step: called after every chunk, also after one that was there already.
-    Raises `InputError` if the folder holds a different study.
+    folder: an existing folder, which keeps the chunks; step: called after every chunk, also one that was read from the
+    folder. Raises `InputError` if the folder holds a different study.
     """
     reserve_folder(study, folder)
     designs = search(study)
@@ -56,7 +56,7 @@ def run_study(
 
 
 def reserve_folder(study: Study, folder: Path) -> None:
-    """Mark the folder as this study's; raise `InputError` if it is another's."""
+    """Write the study's identity into the folder. Raises `InputError` if it holds that of another study."""
     mark = folder / STUDY_FILE
     if mark.exists():
         try:
@@ -64,7 +64,7 @@ def reserve_folder(study: Study, folder: Path) -> None:
             name, identity = there["name"], there["identity"]
         except (OSError, ValueError, KeyError, TypeError):
             raise InputError(
-                f"{mark}: expected the mark of a study, got something else; choose another folder"
+                f"{mark}: expected the identity of a study, got something else; choose another folder"
             ) from None
         if identity != study.identity:
             raise InputError(
@@ -79,7 +79,7 @@ def reserve_folder(study: Study, folder: Path) -> None:
 def _generation(
     study: Study, positions: Array, number: int, folder: Path, executor: Executor, step: Callable[[], None]
 ) -> Evaluations:
-    """All designs of one generation; from their files where these are there."""
+    """Evaluate the designs of one generation, except those whose chunks are in the folder."""
     starts = range(0, len(positions), CHUNK)
     files = [folder / f"{number:05d}-{k:06d}.npz" for k in range(len(starts))]
     parts: list[Evaluations | None] = []
@@ -100,7 +100,7 @@ def _generation(
             step()
     except BaseException:
         for future, k in waiting.items():
-            # What came in meanwhile is kept too.
+            # Chunks that were completed meanwhile are kept too.
             if not future.cancel() and parts[k] is None and future.done() and future.exception() is None:
                 _write(files[k], future.result())
         raise
@@ -113,9 +113,9 @@ def _write(file: Path, part: Evaluations) -> None:
 
 
 def _read(file: Path, positions: Array) -> Evaluations | None:
-    """A chunk's file; None if there is none, or none of these designs (written by another version of the optimiser)."""
+    """A chunk from its file; None without a file, or if it holds other designs, of another version of the optimiser."""
     try:
-        # Opened here: np.load leaves a file that it cannot read open.
+        # Opened here, for np.load does not close a file that it cannot read.
         with file.open("rb") as stream, np.load(stream) as held:
             part = Evaluations(held["positions"], held["metrics"], held["outcome"])
     except FileNotFoundError:

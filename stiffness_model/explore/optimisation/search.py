@@ -1,7 +1,7 @@
-"""Which designs to evaluate: a Sobol sample, then the generations of NSGA-II from the best of it.
+"""The designs to evaluate: a Sobol sample, then the generations of NSGA-II from its best designs.
 
-Both see the unit cube. The search is a generator: it yields positions (n, n_parameters) and is sent their
-`Evaluations`. It depends on the study's seed and on what it is sent, on nothing else.
+Both work in the unit cube. The search is a generator: it yields positions (n, n_parameters) and is sent their
+`Evaluations`. It depends only on the study's seed and on the evaluations.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ..evaluation.evaluate import Evaluations
 from .pareto import minimised_objectives, violations
 
 WORST = 1e30
-"""Stands for the objectives of a design that was not simulated; its violation ranks it last anyway."""
+"""Takes the place of the objectives of a design that was not simulated, which its violation ranks last anyway."""
 
 
 def sample(study: Study) -> Array:
@@ -56,19 +56,19 @@ def search(study: Study) -> Generator[Array, Evaluations, None]:
     found = yield sample(study)
     if start is None:
         return
-    optimiser, rate = start(found)
+    optimiser, assign = start(found)
     for _ in range(study.numbers.generations):
         asked = optimiser.ask()
         if asked is None:
-            # Every neighbour of a small discrete space has been tried.
+            # All neighbours in a small discrete space have been evaluated.
             return
-        optimiser.tell(infills=rate(asked, (yield asked.get("X").astype(float))))
+        optimiser.tell(infills=assign(asked, (yield asked.get("X").astype(float))))
 
 
 def _nsga2(study: Study) -> Callable[[Evaluations], tuple[Any, Callable[[Any, Evaluations], Any]]]:
-    """pymoo's NSGA-II (Deb et al., IEEE Trans. Evol. Comput. 6, 2002), to be started from an evaluated sample.
+    """A function that starts pymoo's NSGA-II (Deb et al., IEEE Trans. Evol. Comput. 6, 2002) from an evaluated sample.
 
-    Started, it is the algorithm and a function that gives a population its evaluations.
+    It returns the algorithm and a function that assigns evaluations to a population. Raises `InputError` without pymoo.
     """
     try:
         from pymoo.algorithms.moo.nsga2 import NSGA2, RankAndCrowding
@@ -79,36 +79,36 @@ def _nsga2(study: Study) -> Callable[[Evaluations], tuple[Any, Callable[[Any, Ev
         from pymoo.problems.static import StaticProblem
     except ImportError:
         raise InputError(
-            "generations: expected pymoo for the optimiser, got none: pip install 'reefmu[explore]', "
+            "generations: expected pymoo for the optimiser, got no such package: pip install 'reefmu[explore]', "
             "or set generations = 0 for the sample alone"
         ) from None
     count, numbers = len(study.parameters), study.numbers
     problem = Problem(n_var=count, n_obj=len(study.objectives), n_ieq_constr=1, xl=np.zeros(count), xu=np.ones(count))
 
     class Snap(Repair):
-        """Equal designs at equal positions, so that the optimiser sees what it has tried."""
+        """Puts equal designs at equal positions, so that the optimiser recognises duplicates."""
 
         def _do(self, problem: Any, X: Array, **_: Any) -> Array:
             return snap(study, X)
 
-    def rate(population: Any, found: Evaluations) -> Any:
+    def assign(population: Any, found: Evaluations) -> Any:
         values = minimised_objectives(study, found)
         known = StaticProblem(problem, F=np.where(np.isnan(values), WORST, values), G=violations(study, found)[:, None])
         return Evaluator().eval(known, population)
 
     def start(found: Evaluations) -> tuple[Any, Callable[[Any, Evaluations], Any]]:
-        everyone = rate(Population.new("X", found.positions), found)
+        everything = assign(Population.new("X", found.positions), found)
         first, later = (int(x) for x in np.random.SeedSequence(numbers.seed, spawn_key=(1,)).generate_state(2))
-        # Every call of pymoo that is not given a seed takes one from the system.
+        # Without a seed pymoo draws one from the system, at every call.
         best = RankAndCrowding().do(
             problem,
-            everyone,
-            n_survive=min(numbers.population, len(everyone)),
+            everything,
+            n_survive=min(numbers.population, len(everything)),
             random_state=np.random.default_rng(first),
         )
         optimiser: Any = NSGA2(pop_size=numbers.population, repair=Snap(), sampling=best)
         optimiser.setup(problem, termination=("n_gen", numbers.generations + 2), seed=later)
         optimiser.tell(infills=optimiser.ask())
-        return optimiser, rate
+        return optimiser, assign
 
     return start

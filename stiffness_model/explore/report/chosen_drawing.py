@@ -12,17 +12,17 @@ from ..definition.study import BEST, torque_text
 from ..evaluation.evaluate import drive_at
 from .results import Results
 
-_ROOM = 1.05
-"""The drawing's range of twists goes this far beyond the study's torque."""
+_TWIST_MARGIN = 1.05
+"""The drawing's max_twist over the twist at the study's torque; chosen by judgement."""
 
 
 def chosen_drive(results: Results) -> Drive:
-    """The drive of `results.chosen`, its range of twists that of the study's torque, in tenths of an arcmin."""
+    """The drive of `results.chosen`. Its max_twist, in tenths of an arcmin, is just beyond the twist at the torque."""
     design = results.chosen
     assert design is not None
     drive = drive_at(results.study, results.evaluations.positions[design])
     twist = float(results.evaluations.column("twist")[design])
-    tenths = math.ceil(10 * _ROOM * twist / ARCMIN)
+    tenths = math.ceil(10 * _TWIST_MARGIN * twist / ARCMIN)
     facts = ", ".join(
         f"{METRICS[name].text} {results.display_values(name)[design]:.4g} {METRICS[name].display_unit}".rstrip()
         for name in results.study.objectives
@@ -37,7 +37,7 @@ def chosen_drive(results: Results) -> Drive:
 
 
 def rule_text(results: Results) -> str:
-    """The rule of [choose] in words."""
+    """The rule of [choose] as a phrase."""
     choice = results.study.choice
     limits = [f"{METRICS[x.metric].text} {_bounds(x.low, x.high, x.metric)}" for x in choice.limits]
     within = f" within {', '.join(limits)}" if limits else ""

@@ -1,6 +1,6 @@
-"""Pictures of a study: the front, what changes along it, and the main effects.
+"""Figures of a study: the Pareto front, objectives and parameters along it, and the main effects.
 
-Every function gives the axes it drew on (all of them, where there are several).
+Every function returns the axes it drew on, or the list of them.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ if TYPE_CHECKING:
 
 
 COLOURS = "viridis"
-WIDE = 30.0
-"""Ratio of the greatest to the least value from which an axis is logarithmic."""
-ROOM = 0.08
+LOG_AXIS_RATIO = 30.0
+"""Ratio of the greatest to the least value from which an axis is logarithmic; chosen by judgement."""
+MARGIN = 0.08
+"""Margin of an axis beyond its values, as a share of their range."""
 
 
 def pareto_front(results: Results, ax: Axes | None = None) -> Axes:
@@ -65,7 +66,7 @@ def pareto_front(results: Results, ax: Axes | None = None) -> Axes:
 
 
 def _colours(results: Results) -> dict[str, Any]:
-    """How members of the front are coloured: by the third objective, if there is one."""
+    """Colours of the front's members: by the third objective, if there is one."""
     names = list(results.study.objectives)
     return (
         {"color": BLUE} if len(names) < 3 else {"c": results.display_values(names[2])[results.front], "cmap": COLOURS}
@@ -73,7 +74,7 @@ def _colours(results: Results) -> dict[str, Any]:
 
 
 def trade_off(results: Results) -> list[Axes]:
-    """What one gives for what: the other objectives and all parameters along the front, over the first objective."""
+    """The trade-off along the front: the other objectives and all parameters over the first objective."""
     from matplotlib.figure import Figure
 
     names, members = list(results.study.objectives), results.front
@@ -133,7 +134,7 @@ def main_effects(results: Results) -> list[Axes]:
         _scale_axis(grid[i, 0], "y", np.array([min(low), max(high)]))
     figure.suptitle(
         f"{_title(results)}: mean and P10 to P90 of {len(sampled_designs(results))} sampled designs; above: share "
-        "of the variance that the parameter makes alone",
+        "of the variance due to the parameter alone",
         fontsize="small",
         color=INK,
         x=0.01,
@@ -166,29 +167,29 @@ def _star(ax: Axes, x: Array, y: Array, results: Results) -> None:
 
 
 def _scale_axis(ax: Axes, axis: str, values: Array) -> None:
-    """Logarithmic for values over decades; with zeros among them linear near zero."""
+    """Make the axis logarithmic for values over decades; linear near zero where zeros are among them."""
     positive = values[values > 0]
     if not len(positive) or (values < 0).any():
         return
     least = float(positive.min())
-    if values.max() < WIDE * least and len(positive) == len(values):
+    if values.max() < LOG_AXIS_RATIO * least and len(positive) == len(values):
         return
     setter = ax.set_xscale if axis == "x" else ax.set_yscale
     if len(positive) == len(values):
         setter("log")
-    elif values.max() > WIDE * np.percentile(positive, 20):
+    elif values.max() > LOG_AXIS_RATIO * np.percentile(positive, 20):
         setter("symlog", linthresh=max(least, 1e-3 * float(values.max())))
 
 
 def _limits(ax: Axes, axis: str, values: Array) -> None:
-    """The axis about the front: designs far from it would press it into a corner."""
+    """Limit the axis to the range of the front, which designs far from it would otherwise compress."""
     if not len(values):
         return
     _scale_axis(ax, axis, values)
     low, high = float(values.min()), float(values.max())
     transform = (ax.xaxis if axis == "x" else ax.yaxis).get_transform()
     ends = transform.transform(np.array([low, high]))
-    room = max(ROOM * (ends[1] - ends[0]), 1e-9 * max(1.0, abs(ends[1])))
+    room = max(MARGIN * (ends[1] - ends[0]), 1e-9 * max(1.0, abs(ends[1])))
     first, last = transform.inverted().transform(np.array([ends[0] - room, ends[1] + room]))
     (ax.set_xlim if axis == "x" else ax.set_ylim)(float(first), float(last))
 
@@ -204,15 +205,15 @@ def _parameter_label(results: Results, k: int) -> str:
 
 
 def _whole_range(ax: Axes, results: Results, k: int) -> None:
-    """The whole range that the study gave the parameter, so that a front along its end is seen as such."""
+    """Show the whole range of the parameter, so that a front at its end is visible as such."""
     parameter = results.study.parameters[k]
     low, high = sorted(parameter.axis_value(x) / parameter.scale for x in (0.0, 1.0))
-    room = ROOM * (high - low) or 0.5
+    room = MARGIN * (high - low) or 0.5
     ax.set_ylim(low - room, high + room)
 
 
 def _ticks(ax: Axes, results: Results, k: int, axis: str) -> None:
-    """Names of a discrete parameter at its places; whole numbers for counts."""
+    """Ticks at the names of a discrete parameter, or at whole numbers for counts."""
     parameter, along = results.study.parameters[k], ax.xaxis if axis == "x" else ax.yaxis
     if parameter.is_categorical:
         along.set_ticks(range(len(parameter.values)), [str(value) for value in parameter.values], fontsize="small")

@@ -1,4 +1,4 @@
-"""The designs of a study in one columnar file: Parquet where pyarrow is installed, else npz, same columns."""
+"""The designs of a study with their assessment, and as a columnar file: Parquet, or npz where pyarrow is missing."""
 
 from __future__ import annotations
 
@@ -31,23 +31,23 @@ class Results:
     chosen: int | None
 
     def display_values(self, metric: str) -> Array:
-        """A metric of all designs in the unit that pictures show."""
+        """A metric of all designs, (n,), in its display unit."""
         return self.evaluations.column(metric) / METRICS[metric].scale
 
     def parameter_values(self, parameter: int) -> Array:
-        """A parameter of all designs as numbers (`Parameter.axis_value`)."""
+        """A parameter of all designs as numbers, (n,) (`Parameter.axis_value`)."""
         of = self.study.parameters[parameter]
         return np.array([of.axis_value(float(x)) for x in self.evaluations.positions[:, parameter]])
 
 
 def assess_designs(study: Study, found: Evaluations, generation: NDArray[np.intp]) -> Results:
-    """Feasibility, front and choice."""
+    """Feasibility, Pareto front and chosen member. generation: of each design, (n,)."""
     members = front(study, found)
     return Results(study, found, generation, violations(study, found) == 0, members, choose(study, found, members))
 
 
 def columns(results: Results) -> dict[str, NDArray[Any]]:
-    """Columns by `name [unit]`, SI; texts and flags without a unit."""
+    """The columns of the file by `name [unit]`, SI; texts and flags without a unit."""
     study, found = results.study, results.evaluations
     count = len(found)
     made: dict[str, NDArray[Any]] = {
@@ -72,7 +72,7 @@ def columns(results: Results) -> dict[str, NDArray[Any]]:
 
 
 def write_results(results: Results, folder: Path) -> str:
-    """Write designs.parquet, or designs.npz without pyarrow; whole or not at all. Gives the file's name."""
+    """Write designs.parquet, or designs.npz without pyarrow, completely or not at all. Returns the file's name."""
     made = columns(results)
     try:
         import pyarrow

@@ -106,7 +106,7 @@ def test_a_folder_of_a_different_study_is_refused(small: Study, tmp_path: Path) 
     with pytest.raises(sm.InputError, match="holds a different study"):
         run_study(study(drives=5), tmp_path, Counting())
     (tmp_path / "study.json").write_text("{}", "utf-8")
-    with pytest.raises(sm.InputError, match="expected the mark of a study"):
+    with pytest.raises(sm.InputError, match="expected the identity of a study"):
         run_study(small, tmp_path, Counting())
 
 
