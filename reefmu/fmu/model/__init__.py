@@ -1,6 +1,7 @@
-"""What an FMU computes and declares, whatever carries it.
+"""The content of an FMU, independent of the back end.
 
-* `component`, `joint`: signals, parameters and functions of the two kinds; `sizes`: their nominal sizes.
-* `variables`: every variable declared once, with `units`; `kernel`: all of them on one array of doubles.
-* `table_encoding`: the lookup as it stands in C sources.
+* `component`: signals, parameters and functions of kind `drive`; `joint` and `joint_equations` add kind `joint`.
+* `nominals`: nominal values and the default experiment; `base_units`: units in SI base units.
+* `variables`: variables and interface of an FMU; `declaration`: the interface of a component.
+* `table_encoding`: the lookup as C source; `kernel`: the functions on one array of doubles.
 """

@@ -1,4 +1,4 @@
-"""Units of the FMU variables in SI base units, as FMI wants them (FMI 2.0.4, section 2.2.2)."""
+"""Units of the FMU variables in SI base units, as FMI declares them (FMI 2.0.4, section 2.2.2)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from stiffness_model.errors import expect, unknown_name
 
 DIMENSIONS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
-"""The base units an FMI unit may have, in the order of the schema."""
+"""The base units of FMI, in the order of the schema."""
 
 
 @dataclass(frozen=True)
 class BaseUnit:
-    """value in base units = factor * value + offset; `exponents` holds the base units that occur."""
+    """value in base units = factor * value + offset; exponents: (base unit, exponent) of those that occur."""
 
     exponents: tuple[tuple[str, int], ...]
     factor: float = 1.0
@@ -47,10 +47,10 @@ _TOKEN = re.compile(r"(1|%|[A-Za-z]+)(-?\d+)?")
 
 
 def base_unit(unit: str) -> BaseUnit:
-    """The base units of a text such as "N.m/rad" or "rad/(N.m)".
+    """The base units of a unit such as "N.m/rad" or "rad/(N.m)".
 
-    Factors are joined by ".", everything after the one "/" is divided by, and a number behind a name is its
-    power. Raises `InputError` for a text of another shape, `UnknownNameError` for an unknown name.
+    Factors are joined by ".", all factors after the single "/" are in the denominator, and a number after a name is its
+    exponent. Errors: `InputError` for a text of another form, `UnknownNameError` for an unknown name.
 
     >>> base_unit("N.m/rad").exponents
     (('kg', 1), ('m', 2), ('s', -2), ('rad', -1))

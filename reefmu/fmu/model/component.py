@@ -1,13 +1,13 @@
-"""What an FMU computes: signals, parameters and functions, whatever stands behind them.
+"""The component inside an FMU: signals, parameters and the functions on them, for either kind.
 
 Both back ends run these functions, so both give the same numbers:
 
-    initial(u, p) -> x          states that fit the first inputs
-    advance(x, u, dt, p) -> x   states after dt seconds with the inputs held
+    initial(u, p) -> x          states consistent with the first inputs
+    advance(x, u, dt, p) -> x   states after dt seconds at constant inputs
     rate(x, u, p) -> dx/dt
     output(x, u, p) -> y
-    tangent(x, u, p, d) -> change of (y, dx/dt) for a change d of (u, x)
-    max_step(p) -> dt               longest step that `advance` takes at once; None: any
+    tangent(x, u, p, d)         directional derivative of (y, dx/dt) for the direction d of (u, x)
+    max_step(p) -> dt           longest step that `advance` accepts; None: any
 """
 
 from __future__ import annotations
@@ -40,17 +40,18 @@ KINDS: tuple[Kind, ...] = ("drive", "joint")
 MODEL_FILE = "model.toml"
 LOOKUP_FILE = "lookup.npz"
 JOINT_FILE = "joint.toml"
-"""What a component is made of, in `resources`; the last for a joint only."""
+"""The files of a component in `resources`; the last one for a joint only."""
 METADATA_FILE = "lookup.json"
-"""In place of `LOOKUP_FILE` where the tables stand among the sources (`packed.TABLES`)."""
+"""In place of `LOOKUP_FILE` where the sources contain the tables (`table_encoding.TABLES`)."""
 
 
 @dataclass(frozen=True)
 class Component:
     """Signals and parameters in the order of the vectors u, y, x and p, and the functions on them.
 
-    switches: how many states, from `first_indicator` on, remember the path that others move along; the sign of
-    such a state's rate is what switches. full_torque: N.m on the output, the measure of small deviations.
+    max_step: None where a step may have any length. n_indicators: number of states, from `first_indicator` on, that
+    store the angle or twist that other states follow; the rate of such a state is an event indicator, because friction
+    changes its direction with the sign of the rate. full_torque: N.m on the output, the reference for small deviations.
     model: the drive inside.
     """
 
@@ -72,8 +73,7 @@ class Component:
 
     @cached_property
     def tangent(self) -> casadi.Function:
-        """(x, u, p, d) -> change of outputs and rates for a change d of inputs and states: their directional
-        derivative."""
+        """(x, u, p, d) -> directional derivative of outputs and rates for the direction d of inputs and states."""
         import casadi as ca
 
         x, u, p = (
@@ -87,23 +87,23 @@ class Component:
         return ca.Function("tangent", [x, u, p, d], [ca.densify(change)], ["x", "u", "p", "d"], ["dy"])
 
     def parameter_vector(self) -> NDArray[np.float64]:
-        """The start values of `parameters`."""
+        """The start values of `parameters`, shape (n_parameters,)."""
         return np.array([p.value for p in self.parameters])
 
     def step(self, x: Any, u: Any, dt: float, p: Any) -> Any:
-        """States after dt, in as many equal parts as `max_step` asks for."""
-        parts = self.substeps(dt, p)
-        for _ in range(parts):
-            x = self.advance(x, u, dt / parts, p)
+        """States after dt seconds, in as many equal substeps as `max_step` requires."""
+        count = self.substeps(dt, p)
+        for _ in range(count):
+            x = self.advance(x, u, dt / count, p)
         return x
 
     def substeps(self, dt: float, p: Any) -> int:
-        """Number of equal parts of a step of dt seconds."""
+        """Number of equal substeps of a step of dt seconds."""
         return substep_count(self.max_step, dt, p)
 
 
 def component_files(kind: str, members: Collection[str]) -> dict[str, str]:
-    """What `load_component` needs, and where it stands in an FMU with these members."""
+    """The files that `load_component` needs and their names in an FMU: file name -> member."""
     names = [MODEL_FILE, *([JOINT_FILE] if kind == "joint" else [])]
     if f"resources/{METADATA_FILE}" not in members:
         return {name: f"resources/{name}" for name in (*names, LOOKUP_FILE)}
@@ -117,8 +117,8 @@ def load_component(folder: Path) -> Component:
     """
     from reefmu.model.model_file import load_model
 
-    packed = (folder / METADATA_FILE).exists()
-    model = load_model(folder / MODEL_FILE, lookup=_encoded_lookup(folder) if packed else folder / LOOKUP_FILE)
+    encoded = (folder / METADATA_FILE).exists()
+    model = load_model(folder / MODEL_FILE, lookup=_encoded_lookup(folder) if encoded else folder / LOOKUP_FILE)
     expect(
         model.individual is not None or model.lookup.coefficients.size > 0,
         "an individual where there are no tables",
@@ -135,7 +135,7 @@ def load_component(folder: Path) -> Component:
     try:
         return joint_component(model, Masses(**parse_toml(masses.read_text("utf-8"), str(masses))))
     except (OSError, UnicodeDecodeError, TypeError) as error:
-        raise InputError(f"{masses}: expected the masses of a joint, got {error}") from None
+        raise InputError(f"{masses}: expected the inertias and dampings of a joint, got {error}") from None
 
 
 def _encoded_lookup(folder: Path) -> Lookup:
@@ -147,7 +147,7 @@ def _encoded_lookup(folder: Path) -> Lookup:
 
 
 def save_component(model: DriveModel, masses: Masses | None, folder: Path) -> None:
-    """Write what a component is made of: model, lookup and, for a joint, masses."""
+    """Write the files of a component: model, lookup and, for a joint, inertias and dampings."""
     import tomli_w
 
     from reefmu.model.model_file import save_model
@@ -159,7 +159,7 @@ def save_component(model: DriveModel, masses: Masses | None, folder: Path) -> No
 
 
 def drive_component(model: DriveModel) -> Component:
-    """Kind `drive`: angles and speeds in, torques out; the model itself."""
+    """Kind `drive`: the model itself, with angles and speeds as inputs and torques as outputs."""
     from reefmu.model.drive_model import INPUTS, OUTPUTS
     from reefmu.model.stages.order import stored_angles
 

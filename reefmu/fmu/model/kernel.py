@@ -1,4 +1,4 @@
-"""The model's functions on one array of doubles, without a Python object per value and call."""
+"""The functions of a component on one array of doubles, without a Python object for each value and call."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class StepFunctions(Protocol):
-    """What a kernel calls: a `Component`, or the `carried.StepEquations` of one."""
+    """The functions that a kernel calls: those of a `Component` or of `equations_file.StepEquations`."""
 
     @property
     def initial(self) -> casadi.Function: ...
@@ -29,15 +29,15 @@ class StepFunctions(Protocol):
 
 
 def substep_count(max_step: casadi.Function | None, dt: float, p: Any) -> int:
-    """Number of equal parts of a step of dt seconds, each no longer than `max_step` (p) allows; None: one."""
+    """Number of equal substeps of a step of dt seconds, each no longer than max_step(p); 1 without `max_step`."""
     return 1 if max_step is None else max(1, math.ceil(dt / float(np.asarray(max_step(p)).item())))
 
 
 class StepKernel:
     """All variables of one instance, and the two operations on them.
 
-    values: doubles by value reference, starting at the start values; results are NaN until `initialise`.
-    An operation whose result is not finite returns False and leaves `values` as they were.
+    values: doubles by value reference, at first the start values; results are NaN until `initialise`. An operation
+    whose result is not finite returns False and leaves `values` unchanged.
     """
 
     def __init__(self, component: StepFunctions, interface: Interface) -> None:
@@ -55,19 +55,19 @@ class StepKernel:
         self._output = bind(component.output, [new_x, u, p], new_y)
 
     def initialise(self) -> bool:
-        """States consistent with the inputs, and the outputs that go with them."""
+        """Compute the states consistent with the inputs, and the outputs."""
         if self._x:
             self._initial()
         return self._finish()
 
     def step(self, dt: float) -> bool:
-        """States after `dt` seconds with the inputs held, and the outputs at the end."""
+        """Compute the states after `dt` seconds at constant inputs, and the outputs at the end."""
         before = bytes(self._x)
-        parts = self._component.substeps(dt, np.frombuffer(self._p))
-        for part in range(parts if self._x else 0):
-            self._dt[0] = dt / parts
+        count = self._component.substeps(dt, np.frombuffer(self._p))
+        for substep in range(count if self._x else 0):
+            self._dt[0] = dt / count
             self._advance()
-            if part < parts - 1:
+            if substep < count - 1:
                 self._x[:] = memoryview(self._new_x)
         done = self._finish()
         if not done and self._x:
@@ -76,7 +76,7 @@ class StepKernel:
 
     def _finish(self) -> bool:
         self._output()
-        # One addition finds any NaN or infinity among the results.
+        # The sum is finite only if every result is.
         if not math.isfinite(sum(self._new_x) + sum(self._new_y)):
             return False
         if self._x:

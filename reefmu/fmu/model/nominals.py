@@ -1,4 +1,4 @@
-"""Sizes of an FMU's variables, and the experiment it proposes, all from the drive wound up to its full torque."""
+"""Nominal values of an FMU's variables and the experiment it proposes, from the drive twisted to its full torque."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
     from .component import Component
 
 TOLERANCE = 1e-6
-"""Relative, for who integrates: to this a joint's own steps keep its energy."""
+"""Proposed relative tolerance of an integrator: the accuracy to which a joint's own steps conserve its energy."""
 MAX_GROWTH_RATE = 1.0
-"""1/s: how fast an oscillation may grow that the proposed step brings about."""
+"""Greatest growth rate, 1/s, of an oscillation that the proposed step may cause; chosen by judgement."""
 PERIODS = 10
-"""Of the joint's oscillation, in the proposed experiment."""
+"""Periods of the joint's oscillation in the proposed experiment; chosen by judgement."""
 
 
 class Experiment(NamedTuple):
-    """What DefaultExperiment says, s and 1."""
+    """The content of DefaultExperiment: stop time and step size, s, and relative tolerance."""
 
     stop_time: float
     step_size: float
@@ -33,7 +33,7 @@ class Experiment(NamedTuple):
 
 
 def twist_at_full_torque(component: Component) -> float:
-    """Least twist (rad) at which the still drive gives its full torque; 0.01 rad if none below 1 rad does."""
+    """Smallest twist (rad) at which the drive at rest has its full torque; 0.01 rad if there is none below 1 rad."""
     torque = [signal.name for signal in component.outputs].index("output.tau")
     parameters = component.parameter_vector()
     for twist in np.geomspace(1e-5, 1.0, 200):
@@ -45,40 +45,40 @@ def twist_at_full_torque(component: Component) -> float:
 
 
 def stiffness_at_full_torque(component: Component) -> float:
-    """The `stiffness` output (N.m/rad) of the still drive at its full torque, where the contacts are stiffest."""
+    """The output `stiffness` (N.m/rad) of the drive at rest at full torque, where the contacts are stiffest."""
     return _outputs_at(component, twist_at_full_torque(component))["stiffness"]
 
 
 def with_nominals(component: Component) -> Component:
-    """The component with the nominal of every output and state: how large each is in the drive at full torque.
+    """The component with nominal values of outputs and states: their magnitude in the drive at full torque.
 
-    A state that follows an angle is measured by the twist, in the motor's angles times the ratio; speeds of a joint
-    are those at which its free oscillation passes zero.
+    The nominal value of an angle is the twist, on the side of the motor times the ratio; that of a joint's speed is the
+    greatest speed of its free oscillation with this amplitude.
     """
     from .component import drive_component
 
     drive = component if component.kind == "drive" else drive_component(component.model)
     twist = twist_at_full_torque(drive)
     ratio = abs(_value(component, "ratio"))
-    found = {name: abs(value) for name, value in _outputs_at(drive, twist).items()} | {"twist": twist}
+    nominals = {name: abs(value) for name, value in _outputs_at(drive, twist).items()} | {"twist": twist}
     angles = {"crank": ratio * twist, "output": twist}
-    swing = _frequency(component, _masses(component))
-    for side, own in (("crank", "motor"), ("output", "load")):
-        angle, speed = angles[side], angles[side] * swing
-        found |= {
+    frequency = _frequency(component, _masses(component))
+    for side, inertia in (("crank", "motor"), ("output", "load")):
+        angle, speed = angles[side], angles[side] * frequency
+        nominals |= {
             f"last.{side}": angle,
             f"{side}.phi": angle,
-            f"{own}.phi": angle,
+            f"{inertia}.phi": angle,
             f"{side}.w": speed,
-            f"{own}.w": speed,
+            f"{inertia}.w": speed,
         }
-    found["last.twist"] = twist
+    nominals["last.twist"] = twist
     for effect in component.model.effects:
         values = {q.name: _value(component, f"{effect.name}.{q.name}") or q.nominal for q in effect.parameters}
-        found |= {f"{effect.name}.{s.name}": s.nominal(values, component.full_torque) for s in effect.states}
+        nominals |= {f"{effect.name}.{s.name}": s.nominal(values, component.full_torque) for s in effect.states}
 
     def of(signals: tuple[Signal, ...]) -> tuple[Signal, ...]:
-        return tuple(s._replace(nominal=found.get(s.name) or s.nominal) for s in signals)
+        return tuple(s._replace(nominal=nominals.get(s.name) or s.nominal) for s in signals)
 
     return replace(component, outputs=of(component.outputs), states=of(component.states))
 
@@ -92,9 +92,9 @@ def propose_experiment(component: Component) -> Experiment:
     from overshooting the fastest state at the greatest speed of the oscillation. The experiment lasts `PERIODS` of the
     oscillation. Both times are rounded down to 1, 2 or 5 times a power of ten.
     """
-    swing = _frequency(component, _masses(component))
-    step = min(4 * MAX_GROWTH_RATE / (3 * swing**2), 1 / max(_fastest_rate(component, swing), swing))
-    return Experiment(_rounded(PERIODS * math.tau / swing), _rounded(step), TOLERANCE)
+    frequency = _frequency(component, _masses(component))
+    step = min(4 * MAX_GROWTH_RATE / (3 * frequency**2), 1 / max(_fastest_rate(component, frequency), frequency))
+    return Experiment(_rounded(PERIODS * math.tau / frequency), _rounded(step), TOLERANCE)
 
 
 def _masses(component: Component) -> Masses:
@@ -110,15 +110,15 @@ def _frequency(component: Component, masses: Masses) -> float:
     return math.sqrt(maximum_stiffness(component.model) / masses.reduced_inertia(_value(component, "ratio")))
 
 
-def _fastest_rate(component: Component, swing: float) -> float:
-    """How fast the quickest state settles, 1/s, as the oscillation passes zero with its greatest speed."""
+def _fastest_rate(component: Component, frequency: float) -> float:
+    """Greatest decay rate of a state, 1/s, at the greatest speed of the oscillation."""
     from .component import drive_component
 
     drive = component if component.kind == "drive" else drive_component(component.model)
     names = [s.name for s in component.inputs] + [s.name for s in component.states]
     at, p = np.zeros(len(names)), component.parameter_vector()
     at[: len(component.inputs)] = [s.start for s in component.inputs]
-    at[names.index("output.w" if component.kind == "drive" else "load.w")] = -twist_at_full_torque(drive) * swing
+    at[names.index("output.w" if component.kind == "drive" else "load.w")] = -twist_at_full_torque(drive) * frequency
     n = len(component.inputs)
 
     def rates(z: Array) -> Array:
@@ -129,7 +129,7 @@ def _fastest_rate(component: Component, swing: float) -> float:
 
 
 def _rounded(value: float) -> float:
-    """The next of 1, 2 or 5 times a power of ten at or below."""
+    """The greatest number of the form 1, 2 or 5 times a power of ten that is not above `value`."""
     power = 10.0 ** math.floor(math.log10(value))
     return float(f"{max(m for m in (1, 2, 5) if m * power <= value * (1 + 1e-12)) * power:.0e}")
 
@@ -145,7 +145,7 @@ def _inputs_at(component: Component, twist: float) -> Array:
 
 
 def _outputs_at(component: Component, twist: float) -> dict[str, float]:
-    """Outputs of a drive, still, at a twist."""
+    """Outputs, by name, of a drive at rest at a twist, rad."""
     inputs, p = _inputs_at(component, twist), component.parameter_vector()
     outputs = np.asarray(component.output(component.initial(inputs, p), inputs, p)).ravel()
     return dict(zip((signal.name for signal in component.outputs), outputs.tolist(), strict=True))

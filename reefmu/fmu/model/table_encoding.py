@@ -1,11 +1,16 @@
-"""The lookup's tables as they stand in an FMU's C sources, and read back from there.
+"""The lookup's tables encoded as C source, and decoded from it.
 
-Numbers of tables hardly compress, and a binary and its sources both hold them. So they are kept as whole multiples
-of a quantum, 3e-14 of full torque and 6e-14 of the greatest force at most; of what mirrors itself in the twist, one
-half; and of what follows smoothly from its neighbours, differences: twice along the twist, once along the clearance.
-Signs go into the lowest bit, and the bytes into planes, the lowest of all numbers first: the upper ones are nearly
-all zero, and no more planes are written than needed. `native/numerics/spline_tables.c` unpacks them. Against the
-lookup's own error bound, 1e-4, the rounding is nothing. An individual reads no tables but that of a missing element:
+Floating-point tables hardly compress, and both the binary and the sources contain them. They are therefore encoded:
+
+* quantised to integer multiples of a quantum, at most 3e-14 of full torque or 6e-14 of the greatest force, which is
+  negligible against the lookup's error bound of 1e-4;
+* reduced to twists from zero up, because every quantity is odd or even in the twist;
+* replaced by differences, second ones along the twist and first ones along the clearance, which are small because the
+  tables are smooth;
+* stored with the sign in the lowest bit and with the bytes in planes, the lowest byte of all numbers first, so that
+  the upper planes, which are nearly all zero, compress well or are left out.
+
+`native/numerics/table_decoding.c` decodes them. An individual needs no table but that of a missing element; see
 `embedded_lookup`.
 """
 
@@ -31,22 +36,22 @@ if TYPE_CHECKING:
     from reefmu.model.drive_model import DriveModel
 
 TABLES = "tables.h"
-"""The file's name among the sources."""
+"""Name of the file among the sources."""
 _TORQUE_BITS, _OTHER_BITS = 46, 45
-"""Bits below full torque, and below the greatest value of another quantity."""
+"""Bits of resolution, relative to full torque and to the greatest value of another quantity."""
 _SYMMETRY = 1e-9
-"""How far tables may be off their symmetry, as a share of their greatest value: rounding is 1e-15."""
+"""Greatest asymmetry of a table relative to its greatest value; rounding accounts for 1e-15."""
 
 
 def embedded_lookup(model: DriveModel) -> Lookup:
-    """The lookup as a component in C carries it: of an individual, with tables (5, 0, 0) over twist and clearance."""
+    """The lookup that the C of a model contains: without the tables over twist and clearance for an individual."""
     if model.individual is None:
         return model.lookup
     return replace(model.lookup, coefficients=np.zeros((len(QUANTITIES), 0, 0)))
 
 
 def encode_tables(lookup: Lookup) -> str:
-    """C: axes, quanta and packed numbers."""
+    """The file `TABLES`: axes, quanta and encoded numbers as C source."""
     numbers: dict[str, Any] = {}
     arrays = ""
     if lookup.coefficients.size:
@@ -73,7 +78,8 @@ def encode_tables(lookup: Lookup) -> str:
         f"#define {name} {value if isinstance(value, str) else repr(value)}\n" for name, value in numbers.items()
     )
     return (
-        "/* The lookup's tables, packed: tables.c says how. Generated. */\n\n#ifndef TABLES_H\n#define TABLES_H\n\n"
+        "/* Generated. The lookup's tables, encoded as described in table_decoding.c. */\n\n"
+        "#ifndef TABLES_H\n#define TABLES_H\n\n"
         f"#include <stdint.h>\n\n{defines}\n{arrays}\n#endif\n"
     )
 
@@ -98,7 +104,7 @@ def _lookup_macros(lookup: Lookup) -> tuple[dict[str, Any], str]:
 
 
 def lookup_metadata(lookup: Lookup) -> str:
-    """JSON: all of a lookup that `encode_tables` leaves out."""
+    """The file `lookup.json`: everything of a lookup that `encode_tables` leaves out."""
     return json.dumps(
         {
             "full_torque": lookup.full_torque,
@@ -116,47 +122,50 @@ def lookup_metadata(lookup: Lookup) -> str:
     )
 
 
-def decode_tables(header: str, head: str, where: str) -> Lookup:
-    """The lookup behind `encode_tables` and `lookup_metadata`, right to a quantum. Errors: `InputError`."""
-    values = parse_json(head, where)
+def decode_tables(source: str, metadata: str, where: str) -> Lookup:
+    """The lookup from the files of `encode_tables` and `lookup_metadata`, exact to half a quantum.
+
+    source, metadata: content of these files; where: their names, for the `InputError` about damaged content.
+    """
+    values = parse_json(metadata, where)
     require_keys(values, ("twist", "clearance", "element"), where)
     twist, clearance = (parse_axis(values[name], f"{where}: {name}") for name in ("twist", "clearance"))
     coefficients, element = np.zeros((len(QUANTITIES), 0, 0)), None
     try:
         if values.get("tables", True):
-            # Twists from 0 up: half of the axis, and the row before that the first cell needs.
+            # Twists from 0 up: half of the axis, and one row before it, which the first cell needs.
             shape = (len(QUANTITIES), (twist.size + 3) // 2, clearance.size)
-            _expect_size(header, "LOOKUP", ("QUANTITIES", "ROWS", "COLUMNS"), shape)
-            quanta = [float(x) for x in _define(header, "LOOKUP_QUANTA").strip("{}").split(",")]
-            coefficients = _mirrored_table(_decode(header, "LOOKUP", (*shape, 1), quanta)[..., 0])
+            _expect_size(source, "LOOKUP", ("QUANTITIES", "ROWS", "COLUMNS"), shape)
+            quanta = [float(x) for x in _define(source, "LOOKUP_QUANTA").strip("{}").split(",")]
+            coefficients = _mirrored_table(_decode(source, "LOOKUP", (*shape, 1), quanta)[..., 0])
         if values["element"] is not None:
             axes = require_keys(values["element"], ("axes",), where)["axes"]
             shape = tuple(parse_axis(axis, where).size for axis in axes)
-            _expect_size(header, "ELEMENT", ("ROWS", "COLUMNS", "LAYERS"), shape)
-            element = _decode(header, "ELEMENT", (1, *shape), [float(_define(header, "ELEMENT_QUANTUM"))])[0]
+            _expect_size(source, "ELEMENT", ("ROWS", "COLUMNS", "LAYERS"), shape)
+            element = _decode(source, "ELEMENT", (1, *shape), [float(_define(source, "ELEMENT_QUANTUM"))])[0]
     except (ValueError, TypeError, OverflowError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{where}: expected packed tables, got {error}") from None
+        raise InputError(f"{where}: expected encoded tables, got {error}") from None
     return Lookup.from_header(values, coefficients, element, where)
 
 
 def _nonnegative_half(lookup: Lookup) -> Array:
-    """The rows of twists from 0 up, and the one before that the first cell needs: (5, n/2 + 2, n_clearance)."""
+    """The rows of twists from 0 up and one before, which the first cell needs: (5, n/2 + 2, n_clearance)."""
     c = lookup.coefficients
     mirrored = np.stack([-c[0], -c[2], -c[1], c[3], c[4]])[:, ::-1]
     scale = np.abs(c).max(axis=(1, 2), keepdims=True)
     expect(
         bool((np.abs(c - mirrored) <= _SYMMETRY * np.maximum(scale, 1e-300)).all()) and c.shape[1] % 2 == 1,
-        "a lookup that mirrors itself in the twist",
-        "one that does not",
+        "a lookup that is odd or even in the twist",
+        "one that is not",
         "lookup",
     )
     return ((c + mirrored) / 2)[:, c.shape[1] // 2 - 1 :]
 
 
 def _mirrored_table(half: Array) -> Array:
-    """What `_nonnegative_half` came from."""
+    """The full table from its half for twists from 0 up, the inverse of `_nonnegative_half`."""
     mirrored = np.stack([-half[0], -half[2], -half[1], half[3], half[4]])[:, :2:-1]
     return np.concatenate([mirrored, half], axis=1)
 
@@ -166,9 +175,9 @@ def _quantum(size: float, bits: int) -> float:
 
 
 def _encode(tables: Array, quanta: list[float]) -> tuple[int, NDArray[np.uint32]]:
-    """Planes and words of tables (n, rows, columns, layers)."""
+    """Number of byte planes, and words, of tables of shape (n, rows, columns, layers)."""
     whole = np.rint(tables / np.reshape(quanta, (-1, 1, 1, 1))).astype(np.int64)
-    expect(bool((np.abs(whole) < 2**53).all()), "tables within 500 times the full torque", "greater ones", "lookup")
+    expect(bool((np.abs(whole) < 2**53).all()), "tables within 500 times the full torque", "greater values", "lookup")
     for axis in (1, 1, 2):
         whole = np.diff(whole, axis=axis, prepend=0)
     codes = np.where(whole < 0, -2 * whole - 1, 2 * whole).astype("<u8").ravel()
@@ -177,18 +186,18 @@ def _encode(tables: Array, quanta: list[float]) -> tuple[int, NDArray[np.uint32]
     return planes, np.frombuffer(content + bytes(-len(content) % 4), "<u4")
 
 
-def _expect_size(header: str, name: str, sides: tuple[str, ...], shape: tuple[int, ...]) -> None:
-    """The header must state the size that the head does."""
-    stated = tuple(int(_define(header, f"{name}_{side}")) for side in sides)
+def _expect_size(source: str, name: str, sides: tuple[str, ...], shape: tuple[int, ...]) -> None:
+    """Raise ValueError unless the C source has the table size that the metadata state."""
+    stated = tuple(int(_define(source, f"{name}_{side}")) for side in sides)
     if stated != shape:
-        raise ValueError(f"{name} {stated} where the head states {shape}")
+        raise ValueError(f"{name} {stated} where the metadata state {shape}")
 
 
-def _decode(header: str, name: str, shape: tuple[int, ...], quanta: list[float]) -> Array:
-    planes = int(_define(header, f"{name}_PLANES"))
+def _decode(source: str, name: str, shape: tuple[int, ...], quanta: list[float]) -> Array:
+    planes = int(_define(source, f"{name}_PLANES"))
     if not 1 <= planes <= 8 or len(quanta) != shape[0] or not all(0 < q < 1 for q in quanta):
         raise ValueError(f"{planes} planes and {len(quanta)} quanta of {name}")
-    found = re.search(rf"{name}_WORDS\[\d+\] = \{{([\d,\s]*)\}}", header)
+    found = re.search(rf"{name}_WORDS\[\d+\] = \{{([\d,\s]*)\}}", source)
     if found is None:
         raise ValueError(f"no {name}_WORDS")
     words = np.array(found[1].replace("\n", "").rstrip(",").split(","), dtype=np.int64)
@@ -205,8 +214,8 @@ def _decode(header: str, name: str, shape: tuple[int, ...], quanta: list[float])
     return whole * np.reshape(quanta, (-1, 1, 1, 1))
 
 
-def _define(header: str, name: str) -> str:
-    found = re.search(rf"^#define {name} (.*)$", header, re.MULTILINE)
+def _define(source: str, name: str) -> str:
+    found = re.search(rf"^#define {name} (.*)$", source, re.MULTILINE)
     if found is None:
         raise ValueError(f"no {name}")
     return found[1]

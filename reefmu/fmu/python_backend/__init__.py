@@ -1,5 +1,6 @@
-"""What runs inside an FMU of the Python back end.
+"""The code that runs inside an FMU of the Python back end.
 
-* `equations_file`: the functions that it carries; `slave`: them behind pythonfmu, whose faults `workarounds` meets.
-* `dependencies`: what the host must have; `cost`: whether a step keeps up with real time.
+* `equations_file`: the equations that the FMU contains; `slave`: the FMI calls on them, behind pythonfmu.
+* `workarounds`: faults of pythonfmu 0.7 and their remedies.
+* `dependencies`: what the host must provide; `real_time`: whether a step keeps up with real time.
 """

@@ -1,12 +1,12 @@
-"""StepEquations as a file: what an FMU of the Python back end carries and runs.
+"""The equations of a component as a file, which an FMU of the Python back end contains and runs.
 
-`equations.json` holds the component's functions as CasADi writes them down, the interface, and a digest of the code
-that they came from. So an instance builds nothing: it reads the functions within some hundredths of a second, and it
-needs neither the lookup nor the solver behind it, which is to say no SciPy.
+`equations.json` holds the component's functions as CasADi serialises them, the interface, and a digest of the code
+from which they were built. An instance therefore builds nothing: it reads the functions within some hundredths of a
+second, and it needs neither the lookup nor its solver, hence no SciPy.
 
-The digest is over the source of every module that the model's own imports reach. A package with other code is refused:
-an FMU that went on with its own equations would no longer be the model that the same package simulates, checks and
-diagnoses beside it.
+The digest covers the source of every module that the model imports, directly or indirectly. A package with other code
+is refused, because an FMU with its own equations would differ from the model that the same package simulates, checks
+and diagnoses.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ if TYPE_CHECKING:
     from ..model.component import Component
 
 EQUATIONS_FILE = "equations.json"
-"""The name among the resources."""
+"""Name of the file among the resources."""
 _PACKAGES = {"reefmu": Path(__file__).parents[2], "stiffness_model": Path(str(stiffness_model.__file__)).parent}
 _ROOTS = ("reefmu.model.drive_model", "reefmu.fmu.model.joint", "reefmu.fmu.model.kernel")
-"""Where the equations of either kind, and of a step, are put together."""
+"""The modules that assemble the equations of both kinds and compute a step."""
 
 
 @dataclass(frozen=True)
 class StepEquations:
-    """The functions of a `Component` that a step needs."""
+    """The functions of a `Component` that a step needs; see there."""
 
     initial: casadi.Function
     advance: casadi.Function
@@ -49,12 +49,12 @@ class StepEquations:
     max_step: casadi.Function | None = None
 
     def substeps(self, dt: float, p: Any) -> int:
-        """Number of equal parts of a step of dt seconds."""
+        """Number of equal substeps of a step of dt seconds."""
         return substep_count(self.max_step, dt, p)
 
 
 def write_equations(component: Component, interface: Interface) -> bytes:
-    """The content of `EQUATIONS_FILE`; the same model and code give the same bytes."""
+    """The content of `EQUATIONS_FILE`. The same model and code give the same bytes."""
     import casadi as ca
 
     serializer = ca.StringSerializer()
@@ -80,8 +80,11 @@ def write_equations(component: Component, interface: Interface) -> bytes:
 
 
 def read_equations(content: bytes, where: str) -> tuple[StepEquations, Interface]:
-    """What `write_equations` wrote. Errors: `InputError` for other content, another CasADi that cannot read the
-    functions, and an installed package whose equations are not those of the file."""
+    """Equations and interface from the content of `EQUATIONS_FILE`.
+
+    where: names the file in errors. Errors: `InputError` for damaged content, for a CasADi that cannot read the
+    functions, and for an installed package with other equations.
+    """
     try:
         table = json.loads(content)
         modules, code, interface = tuple(map(str, table["modules"])), table["code"], table["interface"]
@@ -91,7 +94,7 @@ def read_equations(content: bytes, where: str) -> tuple[StepEquations, Interface
             "one with other code; export the FMU again, or install the package it came from",
             where,
         )
-        # CasADi's reader trusts what it reads: damage ends the process there.
+        # CasADi's reader does not validate: damaged content would crash the process.
         came = hashlib.sha256(table["functions"].encode()).hexdigest()
         expect(came == table["sum"], "functions as they were written", "damaged ones", where)
         functions = _functions(table["functions"], table["casadi"], where)
@@ -104,7 +107,7 @@ def read_equations(content: bytes, where: str) -> tuple[StepEquations, Interface
 
 
 def _fields(row: dict[str, Any]) -> dict[str, Any]:
-    """A variable's fields from JSON, which has no tuples."""
+    """The fields of a `Variable` from JSON, which has lists in place of tuples."""
     return {name: tuple(value) if isinstance(value, list) else value for name, value in row.items()}
 
 
@@ -113,7 +116,7 @@ def _functions(text: str, version: str, where: str) -> list[casadi.Function]:
 
     try:
         return list(ca.StringDeserializer(text).unpack())
-    except RuntimeError as error:  # CasADi has no other
+    except RuntimeError as error:  # the only type that CasADi raises
         installed = importlib.metadata.version("casadi")
         came = f"{installed}: {' '.join(str(error).split())[-200:]}"
         raise InputError(f"{where}: expected a CasADi that reads functions of {version}, got {came}") from None
@@ -121,7 +124,7 @@ def _functions(text: str, version: str, where: str) -> list[casadi.Function]:
 
 @functools.lru_cache(maxsize=8)
 def code_digest(modules: tuple[str, ...]) -> str:
-    """Hash over the source of modules ("reefmu.model"); one that does not exist counts as empty."""
+    """Hash of the source of modules such as "reefmu.model"; a module that does not exist counts as empty."""
     digest = hashlib.sha256()
     for name in modules:
         file = _source(name)
@@ -130,7 +133,7 @@ def code_digest(modules: tuple[str, ...]) -> str:
 
 
 def model_modules() -> list[str]:
-    """The modules of this project, sorted, that the imports of `_ROOTS` reach, at whatever place they stand.
+    """The modules of this project, sorted, that `_ROOTS` import directly or indirectly, also inside functions.
 
     >>> {"reefmu.effects.contact.backlash", "stiffness_model.numerics.bspline"} <= set(model_modules())
     True
@@ -148,7 +151,7 @@ def model_modules() -> list[str]:
 
 
 def _imported(name: str) -> Iterator[str]:
-    """Whatever the source of a module may mean by its imports: modules, and names in them."""
+    """All names that a module imports; a name inside a module may itself be a module."""
     file = _source(name)
     assert file is not None
     package = name if file.name == "__init__.py" else name.rpartition(".")[0]

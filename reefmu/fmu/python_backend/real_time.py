@@ -1,4 +1,4 @@
-"""What a step costs: whether an FMU of the Python back end keeps up with real time."""
+"""The computing time of a step: whether an FMU of the Python back end keeps up with real time."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ from ..model.component import Component
 from ..model.declaration import declare
 from ..model.kernel import StepKernel
 
-_TRIES = 5
+_REPETITIONS = 5
 clock: Callable[[], float] = time.perf_counter
-"""Seconds by which a step is timed."""
+"""The clock, s, that times a step; tests replace it."""
 
 
 def step_cost(component: Component, step: float) -> float:
-    """Seconds of computing for a communication step, s, on this machine: one part of it is timed, the best of five.
+    """Computing time, s, of a communication step of `step` seconds on this machine.
 
-    A joint takes as many parts as its fastest oscillation asks for, so they are counted and not run.
+    The shortest of five timings of one substep, times the number of substeps: a joint may need too many to run them.
     """
     kernel = StepKernel(component, declare(component))
     kernel.initialise()
-    parts = component.substeps(step, np.asarray(component.parameter_vector()))
-    tries: list[float] = []
-    for _ in range(_TRIES):
+    count = component.substeps(step, np.asarray(component.parameter_vector()))
+    times: list[float] = []
+    for _ in range(_REPETITIONS):
         before = clock()
-        kernel.step(step / parts)
-        tries.append(clock() - before)
-    return parts * min(tries)
+        kernel.step(step / count)
+        times.append(clock() - before)
+    return count * min(times)
 
 
 def real_time_note(component: Component, step: float) -> list[str]:
-    """What to say of a step, s, that takes longer than it lasts: one line, or none."""
+    """A note of one line for a step, s, whose computing time exceeds its length; else none."""
     cost = step_cost(component, step)
     if cost <= step:
         return []
     return [
-        f"slower than real time: the Python back end computes for {cost:.2g} s over a step of {step:.2g} s, "
-        f"{cost / step:.2g} times as long; expected --backend native, some hundred times faster"
+        f"slower than real time: the Python back end needs {cost:.2g} s for a step of {step:.2g} s, "
+        f"{cost / step:.2g} times as long; use --backend native, some hundred times faster"
     ]

@@ -1,13 +1,12 @@
-"""What runs inside an FMU of the Python back end: the drive model behind pythonfmu's slave interface.
+"""The drive model behind pythonfmu's slave interface, as it runs inside an FMU of the Python back end.
 
-Every export holds a script of its own with one empty subclass of `DriveSlave`, and its equations (`carried`); the work
-is done here, in the installed package. No SciPy is loaded: its `_uarray` crashes where a host in C ends Python. All
-variables live in one array of doubles, indexed by value reference, which is also the whole state to save and restore.
+An exported FMU contains a script with an empty subclass of `DriveSlave`, and its equations (`equations_file`); the rest
+runs here, in the installed package. SciPy is not loaded, because its `_uarray` crashes where a host in C finalises
+Python. All variables are in one array of doubles, indexed by value reference, which is also the state to save.
 
-pythonfmu can answer a call with OK or, after an exception, with fmi2Fatal; only doStep can also say
-fmi2Discard. So a value that cannot be used is logged, kept out and remembered, and doStep discards until a
-usable value has come. A call the interface does not have (an unknown value reference, setting an output) is
-fatal.
+pythonfmu can answer a call with fmi2OK or, after an exception, with fmi2Fatal; only doStep can also return fmi2Discard.
+A value that is not admissible is therefore logged and not set, and doStep returns fmi2Discard until an admissible value
+has been set. An illegal call (an unknown value reference, setting an output) is fatal.
 """
 
 from __future__ import annotations
@@ -37,10 +36,10 @@ _logger = logging.getLogger("reefmu.fmu")
 
 @functools.lru_cache(maxsize=32)
 def _load(content: bytes) -> tuple[StepEquations, Interface]:
-    """The equations and their interface: shared by the instances of one FMU and kept over a reset.
+    """The equations and their interface, shared by all instances of one FMU.
 
-    And for ever: a host in C ends Python when the process ends, after CasADi's own library has cleared its tables, and
-    a function that is freed then takes the process down ("pure virtual method called").
+    They are never freed: a host in C finalises Python at the end of the process, after CasADi's library has cleared its
+    tables, and freeing a function then crashes the process ("pure virtual method called").
     """
     equations, interface = read_equations(content, EQUATIONS_FILE)
     leak_reference(equations)
@@ -48,7 +47,7 @@ def _load(content: bytes) -> tuple[StepEquations, Interface]:
 
 
 class DriveSlave(Fmi2Slave):
-    """FMI 2.0 co-simulation slave of one drive model; `fmu_guid` comes from the script."""
+    """FMI 2.0 co-simulation slave of one component; the script in the FMU sets `fmu_guid`."""
 
     fmu_guid: ClassVar[str] = ""
 
@@ -56,7 +55,7 @@ class DriveSlave(Fmi2Slave):
         super().__init__(**kwargs)
         location = str(kwargs["resources"])
         with suppress(ValueError):
-            sys.path.remove(location)  # pythonfmu put it there to find the script; nothing else may be found
+            sys.path.remove(location)  # pythonfmu added it to find the script; nothing else may be imported from it
         folder = resource_folder(location)
         try:
             content = (folder / EQUATIONS_FILE).read_bytes()
@@ -66,16 +65,14 @@ class DriveSlave(Fmi2Slave):
         self.kernel = StepKernel(equations, self.interface)
         self._values = self.kernel.values
         self._enter(_SETUP)
-        self._stale = True  # results wait to be computed from the start values
-        self._refused: dict[int, str] = {}
+        self._stale = True  # whether the results must be computed from the start values
+        self._rejected: dict[int, str] = {}
         self._last_problem = ""
-
-    # --- life ---------------------------------------------------------------------------------------------
 
     def exit_initialization_mode(self) -> None:
         self._refresh()
         if self._stale:
-            reason = "; ".join(self._refused.values()) or "they are not finite"
+            reason = "; ".join(self._rejected.values()) or "they are not finite"
             self.log_problem(f"no results at the start: {reason}")
         self._enter(_INITIALISED)
 
@@ -83,7 +80,7 @@ class DriveSlave(Fmi2Slave):
         self._enter(_TERMINATED)
 
     def _enter(self, phase: str) -> None:
-        """Change the phase, and with it what may be set: value reference -> least and greatest value."""
+        """Change the phase, and with it the bounds of the variables that may be set, by value reference."""
         self._phase = phase
         closed = () if phase == _SETUP else ("fixed",)
         self._settable = {
@@ -94,10 +91,10 @@ class DriveSlave(Fmi2Slave):
         }
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """False (fmi2Discard) leaves everything as it was: the host may correct a value and step again."""
+        """One step; False (fmi2Discard) leaves the state unchanged, so that the host may correct a value and repeat."""
         problem = ""
-        if self._refused:
-            problem = "; ".join(self._refused.values())
+        if self._rejected:
+            problem = "; ".join(self._rejected.values())
         elif self._phase != _INITIALISED:
             problem = "expected doStep between initialisation and termination"
         elif not (step_size > 0 and math.isfinite(step_size)):
@@ -112,19 +109,17 @@ class DriveSlave(Fmi2Slave):
         self._stale = False
         return True
 
-    # --- values -------------------------------------------------------------------------------------------
-
     @guarded
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         for reference, value in zip(vrs, values, strict=True):
             low, high = self._settable.get(reference) or self._raise_not_settable(reference)
-            if low <= value <= high:  # false for NaN as well
+            if low <= value <= high:  # false for NaN
                 self._values[reference] = value
-                if self._refused:
-                    self._refused.pop(reference, None)
+                if self._rejected:
+                    self._rejected.pop(reference, None)
             else:
-                self._refused[reference] = self.interface.variables[reference].range_error(value)
-                self.log_problem(self._refused[reference])
+                self._rejected[reference] = self.interface.variables[reference].range_error(value)
+                self.log_problem(self._rejected[reference])
         if self._phase == _SETUP:
             self._stale = True
 
@@ -147,56 +142,54 @@ class DriveSlave(Fmi2Slave):
         raise InputError(f"expected value references below {len(self._values)}, got {reference}")
 
     def _refresh(self) -> None:
-        """Results at the start. With a refused value, or no finite result, they are NaN, not a guess."""
+        """Compute the results at the start; NaN after a rejected value or without a finite result."""
         if not self._stale:
             return
-        if not self._refused and self.kernel.initialise():
+        if not self._rejected and self.kernel.initialise():
             self._stale = False
             return
         for block in ("output", "local"):
             for variable in self.interface.block(block):
                 self._values[variable.reference] = math.nan
 
-    # --- state (FMI 2.0.4, section 2.1.8) -----------------------------------------------------------------
+    # Saved states: FMI 2.0.4, section 2.1.8.
 
     def _get_fmu_state(self) -> dict[str, Any]:
         return {
             "guid": self.fmu_guid,
             "phase": self._phase,
             "stale": self._stale,
-            "refused": list(self._refused.items()),
+            "refused": list(self._rejected.items()),
             "values": list(self._values),
         }
 
     @guarded
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
-        came = state.get("guid", "bytes that are no state")
+        came = state.get("guid", "bytes that are not a state")
         if came != self.fmu_guid or len(state["values"]) != len(self._values):
             raise InputError(f"expected a state of FMU {self.fmu_guid}, got {came}")
         self._enter(state["phase"])
         self._stale = state["stale"]
-        self._refused = {int(reference): str(problem) for reference, problem in state["refused"]}
+        self._rejected = {int(reference): str(problem) for reference, problem in state["refused"]}
         self._values[:] = array("d", state["values"])
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        # No instance is at hand here to survive an exception; `_set_fmu_state` refuses what has no GUID.
+        # There is no instance here that could survive an exception; `_set_fmu_state` refuses a state without GUID.
         try:
             content = json.loads(state.decode("utf-8"))
         except ValueError:
             return {}
         return content if isinstance(content, dict) else {}
 
-    # --- the rest -----------------------------------------------------------------------------------------
-
     def log_problem(self, problem: str, status: Fmi2Status = Fmi2Status.error, occasion: str = "") -> None:
-        """To the host's log, and once to Python's, because hosts often run with their log switched off."""
+        """Write to the host's log and, once, to Python's, because hosts often disable their log."""
         self.log(occasion + problem, status)
         if problem != self._last_problem:
             _logger.error("%s: %s%s", self.instance_name, occasion, problem)
             self._last_problem = problem
 
 
-# No variable is of these types; asked for one, pythonfmu's own methods raise.
+# No variable has these types, so pythonfmu's own methods raise an exception.
 for _access in ("get_integer", "get_boolean", "get_string", "set_integer", "set_boolean", "set_string"):
     setattr(DriveSlave, _access, guarded(getattr(Fmi2Slave, _access)))

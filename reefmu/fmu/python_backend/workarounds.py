@@ -1,4 +1,4 @@
-"""What pythonfmu 0.7 gets wrong, and what keeps that from reaching the host."""
+"""Faults of pythonfmu 0.7, and the remedies that keep them from the host."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _Slave = TypeVar("_Slave")
 
 
 def resource_folder(location: str) -> Path:
-    """The folder a host means: a path, or a file URI with percent signs, a drive letter or localhost.
+    """The folder that a host names: a path, or a file URI with escapes, a drive letter or localhost.
 
     >>> resource_folder("file:///tmp/a%20b/%C3%BC").as_posix()
     '/tmp/a b/ü'
@@ -35,27 +35,26 @@ def resource_folder(location: str) -> Path:
             text = slash + rest if host.lower() in ("", "localhost") else f"//{host}{slash}{rest}"
         text = unquote(text)
     elif "%" in text and not os.path.isdir(text):
-        text = unquote(text)  # pythonfmu takes "file://" off, but decodes blanks only
+        text = unquote(text)  # pythonfmu removes "file://", but decodes only "%20"
     if len(text) > 2 and text[0] == "/" and text[1].isalpha() and text[2] == ":":
         text = text[1:]
     return Path(text)
 
 
 def leak_reference(item: object) -> None:
-    """Take one reference to `item` that nobody gives back.
+    """Add a reference to `item` that is never released, so that it lives as long as the process.
 
-    For each instantiation pythonfmu 0.7 runs the script once and releases the script's namespace once, which
-    it does not own. The script therefore holds its namespace; without that the second instance of an FMU
-    finds the namespace freed.
+    For each instantiation pythonfmu 0.7 runs the script once and then releases the script's namespace, of which it owns
+    no reference. Without an additional reference the second instance of an FMU would use a freed namespace.
     """
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(item))
 
 
 def guarded(method: Callable[Concatenate[_Slave, _P], _R]) -> Callable[Concatenate[_Slave, _P], _R]:
-    """Let an exception leave a method without ending the host.
+    """Decorate a method so that an exception in it does not end the host's process.
 
-    After an exception pythonfmu 0.7 releases the instance, its log and its class, and releases them again
-    when the instance is freed. One more reference to each makes that harmless.
+    After an exception pythonfmu 0.7 releases the instance, its log and its class, and releases them again when the
+    instance is freed. One more reference to each makes the second release harmless.
     """
 
     @functools.wraps(method)
@@ -66,8 +65,8 @@ def guarded(method: Callable[Concatenate[_Slave, _P], _R]) -> Callable[Concatena
             slave = cast(Any, self)
             kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
             slave.log_problem(f"{kind}{error}")
-            for held in (slave, slave.log_queue, type(slave)):
-                leak_reference(held)
+            for item in (slave, slave.log_queue, type(slave)):
+                leak_reference(item)
             raise
 
     return wrapper

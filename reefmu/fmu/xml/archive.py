@@ -1,4 +1,4 @@
-"""The FMU as a file: a zip archive, written whole or not at all, the same bytes for the same content."""
+"""The FMU as a zip archive, written atomically, with the same bytes for the same content."""
 
 from __future__ import annotations
 
@@ -19,16 +19,17 @@ from .description import TOOL
 
 DESCRIPTION = "modelDescription.xml"
 MAX_MEMBERS, MAX_BYTES, MAX_TEXT_BYTES = 1000, 1 << 28, 1 << 24
-"""Of an FMU: members, bytes unpacked (256 MiB; ours have at most 4), and of one member that is read as a whole."""
+"""Limits of an FMU that is read: members, bytes unpacked (256 MiB; those of this package have at most 4 MiB), and bytes
+of one member that is read as a whole. Chosen by judgement, against archives that exhaust the memory."""
 _MAX_DEPTH = 100
-"""Elements within each other; a description has 5, and other readers of XML give up at 256."""
+"""Greatest depth of nested elements; a description has 5, and other XML parsers stop at 256."""
 SCRIPT_NAME = "resources/slavemodule.txt"
-"""Where pythonfmu's binary reads which script to load."""
+"""The member that names the script which pythonfmu's binary loads."""
 
 
 @dataclass(frozen=True)
 class FmuFile:
-    """What a file says of itself. kind and backend are empty for an FMU that another tool made."""
+    """Key data of an FMU. kind and backend are empty for an FMU of another tool."""
 
     path: Path
     fmi_version: str
@@ -40,22 +41,21 @@ class FmuFile:
     members: tuple[str, ...]
 
 
-def write_archive(path: str | os.PathLike[str], members: Mapping[str, bytes], when: datetime) -> Path:
-    """Write `members` (name in the archive -> content) to `path`, dated `when` throughout.
+def write_archive(path: str | os.PathLike[str], members: Mapping[str, bytes], date: datetime) -> Path:
+    """Write `members` (name in the archive -> content) to `path`, all with the date `date`.
 
-    The archive grows under a temporary name beside `path` and then takes its place in one step, so a reader
-    never meets half of it and a failure leaves nothing. Errors: `InputError` if the folder is missing or
-    cannot be written.
+    The archive is written to a temporary file beside `path` and then replaces it in one step, so that a reader never
+    sees an incomplete file. Errors: `InputError` if the folder is missing or cannot be written.
     """
     target = Path(path)
-    # Zip knows no dates before 1980 and counts in two seconds.
-    stamp = max(when.astimezone(UTC), datetime(1980, 1, 1, tzinfo=UTC))
-    date = (stamp.year, stamp.month, stamp.day, stamp.hour, stamp.minute, stamp.second // 2 * 2)
+    # Zip has no dates before 1980 and a resolution of two seconds.
+    stamp = max(date.astimezone(UTC), datetime(1980, 1, 1, tzinfo=UTC))
+    date_time = (stamp.year, stamp.month, stamp.day, stamp.hour, stamp.minute, stamp.second // 2 * 2)
     try:
         with atomic_file(target) as temporary, zipfile.ZipFile(temporary, "w") as archive:
             for member in sorted(members):
-                info = zipfile.ZipInfo(member, date)
-                info.create_system = 3  # Unix, so that the mode below means the same wherever it is written
+                info = zipfile.ZipInfo(member, date_time)
+                info.create_system = 3  # Unix, on every system, so that the mode below has a meaning
                 info.external_attr = 0o100644 << 16
                 archive.writestr(info, members[member], zipfile.ZIP_DEFLATED, 9)
     except OSError as error:
@@ -65,9 +65,9 @@ def write_archive(path: str | os.PathLike[str], members: Mapping[str, bytes], wh
 
 
 def read_archive(path: str | os.PathLike[str]) -> FmuFile:
-    """Look at an FMU without running it.
+    """Key data of an FMU from its description, without running it.
 
-    Errors: `InputError` for a missing file, one that is no zip archive or is cut off or damaged, and one
+    Errors: `InputError` for a missing file, for one that is not a zip archive or is truncated or damaged, and for one
     without a readable modelDescription.xml.
     """
     source = Path(path)
@@ -91,17 +91,17 @@ def read_archive(path: str | os.PathLike[str]) -> FmuFile:
         raise InputError(f"{where}: expected a readable file, got {error.strerror or error}") from None
     expect(root.tag == "fmiModelDescription", f"fmiModelDescription in {DESCRIPTION}", root.tag, where)
     simulation = root.find("CoSimulation")
-    marks = root.find(f"VendorAnnotations/Tool[@name='{TOOL}']/fmu")
-    if marks is None:
-        marks = root.find(f"Annotations/Annotation[@type='{TOOL}']/fmu")  # FMI 3.0
+    annotation = root.find(f"VendorAnnotations/Tool[@name='{TOOL}']/fmu")
+    if annotation is None:
+        annotation = root.find(f"Annotations/Annotation[@type='{TOOL}']/fmu")  # FMI 3.0
     return FmuFile(
         path=source,
         fmi_version=root.get("fmiVersion", ""),
         generation_tool=root.get("generationTool", ""),
         guid=root.get("guid") or root.get("instantiationToken", ""),
         model_identifier="" if simulation is None else simulation.get("modelIdentifier", ""),
-        kind="" if marks is None else marks.get("kind", ""),
-        backend="" if marks is None else marks.get("backend", ""),
+        kind="" if annotation is None else annotation.get("kind", ""),
+        backend="" if annotation is None else annotation.get("backend", ""),
         members=members,
     )
 
@@ -118,11 +118,11 @@ def read_members(file: FmuFile, names: Iterable[str]) -> dict[str, bytes]:
 
 
 def _expect_size_limits(archive: zipfile.ZipFile, where: str) -> None:
-    """Nothing is unpacked beyond the size that the archive's directory states, so that is what counts."""
+    """Refuse an archive beyond the limits. Unpacking never exceeds the sizes that the archive's directory states."""
     infos = archive.infolist()
     expect(len(infos) <= MAX_MEMBERS, f"an FMU of at most {MAX_MEMBERS} members", len(infos), where)
-    whole = sum(info.file_size for info in infos)
-    expect(whole <= MAX_BYTES, f"an FMU of at most {MAX_BYTES} bytes unpacked", whole, where)
+    total = sum(info.file_size for info in infos)
+    expect(total <= MAX_BYTES, f"an FMU of at most {MAX_BYTES} bytes unpacked", total, where)
 
 
 def _read(archive: zipfile.ZipFile, name: str, where: str) -> bytes:
@@ -132,7 +132,7 @@ def _read(archive: zipfile.ZipFile, name: str, where: str) -> bytes:
 
 
 def parse_xml(content: bytes, name: str, where: str) -> ElementTree.Element:
-    """The root of a document, or `InputError` for whatever is none: broken, too deep, in an unknown encoding.
+    """The root element of a document. Errors: `InputError` for XML that is malformed, too deep or of unknown encoding.
 
     >>> parse_xml(b"<a><b/></a>", "a.xml", "here").tag
     'a'

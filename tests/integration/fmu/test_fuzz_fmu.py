@@ -107,7 +107,7 @@ def test_toml_and_json_nested_too_deep(bases: dict[str, dict[str, bytes]], tmp_p
         (lambda head: head | {"full_torque": float("nan")}, "expected a full torque above zero"),
         (lambda head: head | {"error": {}}, "error: expected a key 'torque_mean'"),
         (lambda head: head | {"modulus": [1, 2]}, "modulus: expected an object"),
-        (lambda head: head | {"element": {"axes": 3}}, "expected packed tables"),
+        (lambda head: head | {"element": {"axes": 3}}, "expected encoded tables"),
         (lambda head: head | {"drawing": None}, "drawing: expected an object"),
     ],
 )
@@ -133,7 +133,7 @@ def test_tables_that_state_another_size_take_no_memory(
     path = written(bases["native"], tmp_path, tables_h=header)
     tracemalloc.start()
     try:
-        assert "expected packed tables" in refused(path)
+        assert "expected encoded tables" in refused(path)
         assert tracemalloc.get_traced_memory()[1] < 100e6
     finally:
         tracemalloc.stop()

@@ -55,7 +55,7 @@ def test_the_torque_changes_by_rounding_only(full: Lookup) -> None:
 def test_tables_that_do_not_mirror_themselves_are_refused(lookup: Lookup) -> None:
     bent = lookup.coefficients.copy()
     bent[0, 3] += 1.0
-    with pytest.raises(InputError, match="expected a lookup that mirrors itself in the twist"):
+    with pytest.raises(InputError, match="expected a lookup that is odd or even in the twist"):
         encode_tables(replace(lookup, coefficients=bent))
 
 
