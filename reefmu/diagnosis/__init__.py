@@ -1,9 +1,10 @@
-"""Diagnosis: where a measured record and the model disagree, which effect is missing, and what cannot be known.
+"""Diagnosis: where a measured record and the model disagree, which effect is missing, and what the record cannot show.
 
     preprocessing -> forward -> random_effects -> estimation -> inference -> report
 
-`pipeline` runs them in this order for one record; `api` is the way in (`diagnose_record`), `schema` what comes out,
-`analysis` that with everything behind it; `shared_exponent` fits one power law to several records.
+`pipeline` runs them in this order for one record, on the problem that `preparation` sets up. `api` has the public
+functions (`diagnose_record`), `schema` what they return, `analysis` that together with the evidence behind it.
+`shared_exponent` fits one power law to several records.
 """
 
 from .api import diagnose_record, diagnose_records

@@ -1,26 +1,22 @@
-"""A diagnosis with everything behind it, as the report and the corrected model take it."""
+"""A diagnosis together with everything it is drawn from."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from ..record import Record
-from .estimation.problem import Problem
-from .estimation.search import Search
+from .inference.evidence import Evidence
 from .inference.isolability import Isolability
-from .inference.thresholds import Thresholds
 from .inference.verdict import Conclusion
 from .schema import Diagnosis
 
 
 @dataclass(frozen=True)
 class Analysis:
-    """Everything behind a diagnosis, for the report and the corrected model."""
+    """A diagnosis together with the evidence and the conclusion, from which report and corrected model are made."""
 
     record: Record
-    problem: Problem
-    search: Search
-    thresholds: Thresholds
-    conclusion: Conclusion
+    evidence: Evidence
     isolability: Isolability
+    conclusion: Conclusion
     diagnosis: Diagnosis

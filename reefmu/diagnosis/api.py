@@ -1,4 +1,4 @@
-"""The way in: one record, or several states of the same drive."""
+"""The public functions: the diagnosis of one record, or of several states of the same drive."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from stiffness_model import load_drive
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import expect
 
-from ..record import Record, read_record, with_output_locked
+from ..record import Record, join_records, read_record, with_output_locked
 from .analysis import Analysis
 from .estimation.worker_pool import ignore_overflow
 from .pipeline import analyse
+from .preparation import BaseCurveSource
 from .schema import Diagnosis
 from .shared_exponent import fixed_exponent_base
 
@@ -35,15 +36,16 @@ def diagnose_record(
     """Diagnose one record.
 
     paths: of a record file (see `reefmu.record.read_record`), of several files of one record, or a `Record`.
-    drive: a preset's name, the path of a drawing or a `Drive`; curve: path of a curve file for a gear without a
-    drawing; with neither, the base curve is a free power law. out: folder for diagnosis.json, report.html and,
-    with a drawing, model.toml; nothing is written without it. columns: column map for foreign files. progress:
-    called with (what is done, share done). exponent: of the power law, held; free if None. output_locked: of a record
-    of a twist alone: the crank turned, not the output (see `reefmu.record.with_output_locked`). executor: of processes
-    on this machine that share the fits; the result is the same without.
+    drive: a preset's name, the path of a drawing or a `Drive`. curve: path of a curve file, for a gear without a
+    drawing. With neither, the base curve is a power law that is fitted to the record. out: folder for diagnosis.json,
+    report.html and model.toml, the last only if the record allows a diagnosis; without it nothing is written. columns:
+    map from foreign column names to `name [unit]`. progress: called with the present stage and the share done.
+    exponent: fixed exponent of the power law, within 0.3 ... 6; fitted if None. output_locked: for a record of a twist
+    alone, that the crank turned while the output was locked (see `reefmu.record.with_output_locked`). executor: of
+    processes on this machine that share the fits; the result is the same without it.
 
     Raises `InputError` for files that cannot be read or written, for both a drive and a curve, and for an exponent
-    beside either.
+    together with either.
     """
     expect(drive is None or curve is None, "a drive or a curve", "both", "diagnose")
     expect(
@@ -59,10 +61,11 @@ def diagnose_record(
     assert drawn is None or isinstance(drawn, Drive)
     if output_locked:
         record = with_output_locked(record, 1.0 if drawn is None else drawn.ratio)
-    base_of = None if exponent is None else fixed_exponent_base(exponent)
+    source = BaseCurveSource(drawn, curve, None if exponent is None else fixed_exponent_base(exponent))
     with ignore_overflow():
-        found = analyse(record, drawn, curve, progress, base_of, executor)
+        found = analyse(record, source, progress, executor)
     if out is not None:
+        # Drawing the report loads matplotlib, which a diagnosis without files does not need.
         from .report.files import write_results
 
         write_results(found, out)
@@ -72,9 +75,7 @@ def diagnose_record(
 def _read(paths: PathLike | Sequence[PathLike], columns: Mapping[str, str] | None) -> Record:
     if isinstance(paths, str | os.PathLike):
         return read_record(paths, columns)
-    from ..record import join_records
-
-    return join_records([read_record(p, columns) for p in paths])
+    return join_records([read_record(path, columns) for path in paths])
 
 
 def diagnose_records(
@@ -83,5 +84,8 @@ def diagnose_records(
     curve: PathLike | None = None,
     columns: Mapping[str, str] | None = None,
 ) -> dict[str, Diagnosis]:
-    """Diagnoses of several separate records (the same drive in several states), by path."""
+    """Diagnose several separate records, such as states of the same drive, and return the diagnoses by path.
+
+    Arguments and errors are those of `diagnose_record`.
+    """
     return {str(path): diagnose_record(path, drive, curve, columns=columns) for path in paths}

@@ -1,4 +1,4 @@
-"""What a diagnosis says: names, sizes with intervals, gaps, alternatives and what to measure next."""
+"""The result of a diagnosis, and the schema of diagnosis.json in which it is written."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SCHEMA = 1
+"""Version of the schema; it changes when a key is removed or changes its meaning."""
 VERDICTS = ("named", "partly", "ambiguous", "none", "unknown", "insufficient")
+"""Every verdict that a diagnosis can have; `reefmu.diagnosis.report.text.MEANING` says what they mean."""
 
 
 @dataclass(frozen=True)
 class Value:
-    """One fitted parameter with its 95 % interval; warning: "" or what is wrong with it."""
+    """One fitted parameter with its 95 % interval low ... high; warning: why it is uncertain, "" if it is not."""
 
     value: float
     low: float
@@ -28,7 +30,7 @@ class Value:
 
 @dataclass(frozen=True)
 class NamedEffect:
-    """One effect found; share: of the systematic gap, that it removes."""
+    """An effect that is missing in the model; share: part of the systematic gap that it removes."""
 
     name: str
     parameters: dict[str, Value]
@@ -37,7 +39,8 @@ class NamedEffect:
 
 @dataclass(frozen=True)
 class Location:
-    """Where the gap lies: coordinate, region in words, share of the systematic gap explained by it."""
+    """Where a gap lies: the coordinate it varies with, the region in words, the share of the systematic gap that the
+    coordinate explains."""
 
     coordinate: str
     region: str
@@ -46,8 +49,9 @@ class Location:
 
 @dataclass(frozen=True)
 class Gap:
-    """RMS between model and record, N.m, without and with the effects; noise: of the record; after_own_scatter: what
-    is left of `after` without what this one drive's tolerances likely make, where a drawing states them.
+    """Root mean square of measured less simulated torque, N.m: before and after the effects are added, over the whole
+    record and over the runs that were held out of a second fit. noise: of the record; after_own_scatter: `after`
+    without the likeliest scatter of this one drive, None where no drawing states tolerances.
     """
 
     before: float
@@ -61,10 +65,15 @@ class Gap:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The verdict on one record. alternatives: other sets that explain it as well, where the verdict is ambiguous; else
-    sets that the drive's own tolerances may hide. where: of the gap before; remainder: of what is left, N.m rms, and
-    its place; not_candidates: effects that this record cannot show, with the reason; notes: what else a reader should
-    know.
+    """The diagnosis of one record.
+
+    verdict: one of `VERDICTS`; sentence: the verdict in words; effects: that are missing in the model. alternatives:
+    sets of effects that explain the record as well where the verdict is ambiguous, else sets that the scatter of this
+    drive's tolerances may mask. where: locations of the gap without effects, the largest share first. next_experiment:
+    tests that would tell more. remainder: N.m rms, left beside the effects, and remainder_where its locations.
+    not_candidates: effects that this record cannot show, with the reason. indistinguishable: pairs of effects with the
+    test that tells them apart. notes: on the quality of the record. base: kind, source and parameters of the base
+    curve. seconds: computing time.
     """
 
     verdict: str
@@ -133,7 +142,7 @@ class Diagnosis:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """The content of diagnosis.json."""
+        """The content of diagnosis.json, by the keys of its schema."""
         effects = [
             {
                 "name": e.name,
@@ -151,10 +160,10 @@ class Diagnosis:
             "sentence": self.sentence,
             "effects": effects,
             "alternatives": [list(a) for a in self.alternatives],
-            "where": [_place(p) for p in self.where],
+            "where": [_location(p) for p in self.where],
             "gap": asdict(self.gap),
             "next_experiment": list(self.next_experiment),
-            "remainder": {"unit": "N.m", "rms": self.remainder, "where": [_place(p) for p in self.remainder_where]},
+            "remainder": {"unit": "N.m", "rms": self.remainder, "where": [_location(p) for p in self.remainder_where]},
             "not_candidates": self.not_candidates,
             "twins": [list(t) for t in self.indistinguishable],
             "notes": list(self.notes),
@@ -167,8 +176,8 @@ class Diagnosis:
         return json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n"
 
 
-def _place(place: Location) -> dict[str, Any]:
-    return {"coordinate": place.coordinate, "region": place.region, "share": _round(place.share)}
+def _location(location: Location) -> dict[str, Any]:
+    return {"coordinate": location.coordinate, "region": location.region, "share": _round(location.share)}
 
 
 def _round(share: float) -> float:

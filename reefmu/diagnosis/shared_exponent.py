@@ -17,10 +17,8 @@ from stiffness_model.numerics.arrays import Array
 
 from ..record import Record
 from .estimation.least_squares import Fit
+from .estimation.search import base_fit
 from .forward.base_curve import BaseCurve, ShapeParameters, power_base
-from .forward.elastic import ElasticTorque
-from .forward.vectorised import Number
-from .preprocessing.audit import audit, ratio_from_angles
 from .preprocessing.trace import Trace, make_trace
 
 LEAST, MOST = 1.0, 2.0
@@ -123,11 +121,9 @@ def shared_exponent(records: Sequence[Record], progress: Callable[[str, float], 
 
 def best_cost(record: Record, trace: Trace, exponent: float) -> float:
     """What the best fit of play and friction to a record with these traces leaves with the exponent held."""
-    from .estimation.search import base_fit
-    from .pipeline import prepare_problem
 
     base = fixed_exponent_base(exponent)(trace)
-    problem, _ = prepare_problem(record, trace, base)
+    problem = prepare_problem(record, trace, base)
     first = base_fit(problem)
     fits: list[Fit] = []
     for share in PLAYS:

@@ -17,6 +17,7 @@ import numpy as np
 
 import stiffness_model as sm
 from reefmu.diagnosis.pipeline import analyse
+from reefmu.diagnosis.preparation import BaseCurveSource
 from reefmu.effects import EFFECTS
 from reefmu.joint import JointModel, Masses, joint_system
 from reefmu.model.buffered import Buffered
@@ -52,7 +53,7 @@ def main() -> None:
     for name, seconds in best.items():
         print(f"{name:45} {1e6 * seconds:10.2f} us {seconds / bare:10.1f} times")
     record = rig.measured({"hysteresis": {"torque": 4.0}, "backlash": {"clearance": 3e-6}}, seed=5)
-    seconds = min(timed(lambda: analyse(record, rig.drive()), 1) for _ in range(2))
+    seconds = min(timed(lambda: analyse(record, BaseCurveSource(rig.drive())), 1) for _ in range(2))
     print(
         f"a diagnosis of {len(record)} samples: {seconds:.2f} s of processor time, "
         f"{seconds / (len(record) * bare):.0f} bare evaluations a sample"

@@ -37,9 +37,9 @@ class Problem:
     trace: all samples; blocks: n of them, over which residuals are averaged; variance: (n,) (N.m)^2, weight of each
     block, noise with its whole autocorrelation; block_variance: (n,) (N.m)^2, variance of the noise in each block mean;
     candidates: effects that may be named; excluded: the others, with the reason; scatter: of the population, None
-    without a drawing; null_excess: cost that individual drives of the population leave beyond the principal components;
-    weights_cache: memo of `weights_at`; is_mean_drive: whether the record is known to be of the mean drive;
-    individuals: (m, n) N.m, torque of simulated individual drives less the mean drive's, (0, n) without a drawing.
+    without a drawing; weights_cache: memo of `weights_at`; is_mean_drive: whether the record is known to be of the mean
+    drive; individuals: (m, n) N.m, torque of simulated individual drives less the mean drive's, (0, n) without a
+    drawing.
     """
 
     base: BaseCurve
@@ -52,7 +52,6 @@ class Problem:
     candidates: tuple[str, ...]
     excluded: dict[str, str]
     scatter: Scatter | None
-    null_excess: float = 0.0
     weights_cache: list[tuple[Array, Array, Weighting]] = field(default_factory=list)
     is_mean_drive: bool = False
     individuals: Array = field(default_factory=lambda: np.zeros((0, 0)))

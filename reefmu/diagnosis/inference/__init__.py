@@ -1,7 +1,9 @@
-"""What may be said: tests of the fitted sets, and the verdict.
+"""What may be concluded: tests of the fitted sets of effects, and the verdict.
 
-* `isolability`, `thresholds`, `mean_drive`: what this excitation shows, what chance reaches, which drive it is.
-* `population`, `single_drive`: what tolerances do by themselves; `nonparametric`, `model_comparison`: terms without a
-  name against the named ones.
-* `significance`, `verdict`: which effects are justified, and what is said of them.
+* `mean_drive`, `isolability`, `thresholds`: which drive it is, what this excitation shows, which gains chance reaches.
+* `individual_drive`: what an individual of the population shows without any effect.
+* `evidence`: what a verdict is drawn from, and what a fit leaves unexplained.
+* `significance`: which sets of effects are significant; `nonparametric`, `model_comparison`: named effects compared
+  with terms without a name.
+* `alternatives`, `verdict`: what else is possible, and the conclusion.
 """

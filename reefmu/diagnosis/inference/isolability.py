@@ -1,8 +1,11 @@
-"""Isolability: before anything is fitted, what this excitation cannot show and what it cannot tell apart."""
+"""Isolability: which effects this excitation cannot show, and which it cannot tell apart, before anything is fitted.
+
+The trace of an effect is the change of the torque, to first order, that its parameters make along the record.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,73 +18,82 @@ from ..estimation.problem import Problem
 from ..estimation.score_test import Direction, orthonormal_basis
 
 MIN_TRACE_SHARE = 0.03
-"""Share of a candidate's trace that the base parameters must leave, or it is called invisible."""
+"""Share of a trace, by norm, that the base parameters must not absorb, or the effect is invisible; by judgement."""
 INDISTINGUISHABLE_COSINE = 0.995
-"""Cosine of the angle between two traces above which they are indistinguishable."""
+"""Cosine of the angle between two traces from which effects are indistinguishable. Chosen by judgement: the angle does
+not depend on the noise, although detectability does."""
+MIN_SINGULAR_VALUE = 1e-3
+"""Singular value of a trace, over the largest, below which a column is linearly dependent; chosen by judgement."""
+MAX_EXPERIMENTS = 6
+"""Experiments that are proposed at most, for a reader's sake."""
 
 
 @dataclass(frozen=True)
 class Isolability:
-    """invisible: candidates that leave no trace, by name with the reason; indistinguishable: pairs of candidates that
-    this record cannot tell apart."""
+    """invisible: effects that leave no trace, by name with the reason; indistinguishable: pairs of effects whose traces
+    coincide."""
 
     invisible: dict[str, str]
     indistinguishable: tuple[tuple[str, str], ...]
 
 
-def isolability(problem: Problem, base: Fit, traces: dict[str, list[Direction]]) -> Isolability:
-    """From linearised traces of all candidates under the noise alone."""
+def isolability(problem: Problem, base: Fit, traces: Mapping[str, Sequence[Direction]]) -> Isolability:
+    """From the traces of all variants of the candidates, whitened by the noise alone; base: the fit without effects."""
     weights = problem.weights.with_size(0.0)
     basis = orthonormal_basis(weights, base.prediction.sensitivities)
     visible: dict[str, list[Array]] = {}
-    invisible = {}
+    invisible: dict[str, str] = {}
     for name, variants in traces.items():
-        kept = []
+        spans: list[Array] = []
         for direction in variants:
             white = weights.whiten(direction.columns)
             rest = white - basis @ (basis.T @ white)
-            sizes = [find_effect(name).parameters[k].nominal for k in direction.sizes]
-            nominal = np.array(sizes * (2 if direction.paired else 1))
             if np.linalg.norm(white) > 0 and np.linalg.norm(rest) > MIN_TRACE_SHARE * np.linalg.norm(white):
-                kept.append(np.linalg.qr(rest * nominal)[0][:, :1] if rest.shape[1] == 1 else _span(rest * nominal))
-        if kept:
-            visible[name] = kept
+                sizes = [find_effect(name).parameters[k].nominal for k in direction.sizes]
+                spans.append(_span(rest * np.array(sizes * (2 if direction.paired else 1))))
+        if spans:
+            visible[name] = spans
         else:
-            invisible[name] = "leaves no trace in this record; it would take: " + find_effect(name).experiment
+            invisible[name] = "leaves no trace in this record; a test that shows it: " + find_effect(name).experiment
     names = list(visible)
-    indistinguishable = []
-    for i, first in enumerate(names):
-        for second in names[i + 1 :]:
-            if find_effect(first).identification.sign_pair == second:
-                continue  # one quantity; the sign that fits is the name
-            like = max(_alike(a, b) for a in visible[first] for b in visible[second])
-            if like > INDISTINGUISHABLE_COSINE:
-                indistinguishable.append((first, second))
-    return Isolability(invisible, tuple(indistinguishable))
+    pairs = [(first, second) for i, first in enumerate(names) for second in names[i + 1 :]]
+    return Isolability(invisible, tuple(pair for pair in pairs if _are_indistinguishable(pair, visible)))
+
+
+def _are_indistinguishable(pair: tuple[str, str], visible: Mapping[str, Sequence[Array]]) -> bool:
+    """Whether any variants of two effects have the same trace, unless they are one quantity with two signs."""
+    first, second = pair
+    if find_effect(first).identification.sign_pair == second:
+        return False
+    return max(_cosine(a, b) for a in visible[first] for b in visible[second]) > INDISTINGUISHABLE_COSINE
 
 
 def _span(columns: Array) -> Array:
+    """Orthonormal basis (n, m) of columns (n, k) without those that are linearly dependent."""
+    if columns.shape[1] == 1:
+        return np.linalg.qr(columns)[0][:, :1]
     u, s, _ = np.linalg.svd(columns, full_matrices=False)
-    return u[:, s > 1e-3 * max(float(s[0]), 1e-300)]
+    return u[:, s > MIN_SINGULAR_VALUE * max(float(s[0]), 1e-300)]
 
 
-def _alike(a: Array, b: Array) -> float:
-    """Cosine of the greatest angle between the smaller of two spaces and the other."""
-    small = min(a.shape[1], b.shape[1])
+def _cosine(a: Array, b: Array) -> float:
+    """Cosine of the largest principal angle between the smaller of two spaces and the other; 0 where their dimensions
+    differ and one exceeds two, since a space of many dimensions contains nearly anything."""
+    smaller = min(a.shape[1], b.shape[1])
     if a.shape[1] != b.shape[1] and max(a.shape[1], b.shape[1]) > 2:
         return 0.0
-    return float(np.linalg.svd(a.T @ b, compute_uv=False)[:small].min(initial=1.0))
+    return float(np.linalg.svd(a.T @ b, compute_uv=False)[:smaller].min(initial=1.0))
 
 
 def separating_experiments(sets: Sequence[Sequence[str]]) -> list[str]:
-    """Experiments that tell the sets apart, one for each pair of effects in which they differ."""
+    """Experiments that tell the first set from the others, one for each pair of effects in which they differ."""
     found: list[str] = []
-    best = set(sets[0])
+    first = set(sets[0])
     for other in sets[1:]:
-        mine, theirs = best - set(other), set(other) - best
-        for a in sorted(mine) or sorted(best):
+        mine, theirs = first - set(other), set(other) - first
+        for a in sorted(mine) or sorted(first):
             for b in sorted(theirs):
                 line = f"{a} or {b}: {separating_test(a, b)}"
                 if line not in found:
                     found.append(line)
-    return found[:6]
+    return found[:MAX_EXPERIMENTS]

@@ -25,4 +25,4 @@ def write_results(found: Analysis | Diagnosis, out: str | os.PathLike[str]) -> N
         (stage / "diagnosis.json").write_text(diagnosis.to_json(), encoding="utf-8")
         (stage / "report.html").write_text(report_html(found), encoding="utf-8")
         if isinstance(found, Analysis):
-            save_model(corrected_model(found.problem, found.conclusion.chosen), stage / "model.toml")
+            save_model(corrected_model(found.evidence.problem, found.conclusion.chosen), stage / "model.toml")

@@ -119,7 +119,8 @@ def _cautions(d: Diagnosis) -> str:
 def _pictures(found: Analysis) -> list[str]:
     from . import figures
 
-    d, problem, base, chosen = found.diagnosis, found.problem, found.search.base, found.conclusion.chosen
+    d, problem = found.diagnosis, found.evidence.problem
+    base, chosen = found.evidence.search.base, found.conclusion.chosen
     where = d.where[0].coordinate if d.where else "torque"
     place = f", {100 * d.where[0].share:.0f} % of it over the {location_text(d.where[0])}" if d.where else ""
     return [
@@ -210,7 +211,7 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 def _workings(found: Analysis) -> list[str]:
     """How it was found: noise, scatter, the best sets with their costs, why sets were refused."""
-    problem, search, n = found.problem, found.search, found.problem.noise
+    problem, search, n = found.evidence.problem, found.evidence.search, found.evidence.problem.noise
     kind = f"differences of {n.pairs} pairs of cycles" if n.repeated else "smoothness alone"
     lines = [
         f"{len(found.record)} samples in {len(found.record.starts)} runs; base curve: {problem.base.kind} "
@@ -228,7 +229,7 @@ def _workings(found: Analysis) -> list[str]:
         for f in search.best[size][:4]
     ]
     reasons = [
-        f"{', '.join(j.fit.names)}: {name} {why}" for j in found.conclusion.examined for name, why in j.reasons.items()
+        f"{', '.join(j.fit.names)}: {name} {why}" for j in found.conclusion.tests for name, why in j.reasons.items()
     ]
     return [
         *_list("How it was found", lines),

@@ -12,6 +12,7 @@ import pytest
 from reefmu.cli import main
 from reefmu.diagnosis.analysis import Analysis
 from reefmu.diagnosis.pipeline import analyse
+from reefmu.diagnosis.preparation import BaseCurveSource
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.report.corrected_model import corrected_model, denoised_record, simulated_torque
 from reefmu.diagnosis.report.files import write_results
@@ -37,7 +38,7 @@ def rms(values: Array) -> float:
 @pytest.fixture(scope="module")
 def found() -> Analysis:
     effects = {"hysteresis": {"torque": 4.0}, "backlash": {"clearance": 3e-6}}
-    found = analyse(rig.measured(effects, seed=5), rig.drive())
+    found = analyse(rig.measured(effects, seed=5), BaseCurveSource(rig.drive()))
     assert isinstance(found, Analysis)
     return found
 
@@ -56,7 +57,7 @@ def test_the_model_file_leaves_the_gap_that_is_reported(
 ) -> None:
     found = request.getfixturevalue(which)
     write_results(found, tmp_path / "out")
-    model, trace = load_model(tmp_path / "out" / "model.toml"), found.problem.trace
+    model, trace = load_model(tmp_path / "out" / "model.toml"), found.evidence.problem.trace
     torque = simulated_torque(model, trace, found.diagnosis.base["zero [rad]"])
     assert rms(trace.torque - torque) == pytest.approx(found.diagnosis.gap.after, rel=1e-9)
 
@@ -65,7 +66,7 @@ def test_the_model_file_leaves_the_gap_that_is_reported(
 def test_the_fast_engine_fits_what_the_model_simulates(which: str, request: pytest.FixtureRequest) -> None:
     """Two implementations of the same equations: their torques differ by far less than the gap they leave."""
     found = request.getfixturevalue(which)
-    chosen, problem = found.conclusion.chosen, found.problem
+    chosen, problem = found.conclusion.chosen, found.evidence.problem
     predictor = problem.predictor(chosen.names)
     predictor.blocks = None
     slow = simulated_torque(corrected_model(problem, chosen), problem.trace, float(chosen.parameters[0]))
@@ -88,7 +89,7 @@ def test_the_record_through_the_fmu(
     fmu = tmp_path / "found.fmu"
     assert main(["export", str(tmp_path / "out" / "model.toml"), "-o", str(fmu), "--backend", backend]) == 0
     capsys.readouterr()
-    record, jitter = denoised_record(found.problem.trace, found.diagnosis.base["zero [rad]"])
+    record, jitter = denoised_record(found.evidence.problem.trace, found.diagnosis.base["zero [rad]"])
     outputs = replay_record(fmu, record)
     torque = outputs["measured.tau"] + outputs["stiffness"] * jitter
     assert rms(record.output_torque - torque) == pytest.approx(found.diagnosis.gap.after, rel=1e-6)

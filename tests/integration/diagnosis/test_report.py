@@ -11,6 +11,7 @@ import pytest
 from reefmu.diagnosis import Diagnosis, Gap, Location, NamedEffect, Value
 from reefmu.diagnosis.analysis import Analysis
 from reefmu.diagnosis.pipeline import analyse
+from reefmu.diagnosis.preparation import BaseCurveSource
 from reefmu.diagnosis.report.page import report_html
 from reefmu.diagnosis.report.text import MEANING, cautions, file_name
 from reefmu.diagnosis.schema import VERDICTS
@@ -38,7 +39,7 @@ MADE = Diagnosis(
 
 @pytest.fixture(scope="module")
 def found() -> Analysis:
-    found = analyse(rig.measured({"hysteresis": {"torque": 4.0}}, full=False, seed=2), rig.drive())
+    found = analyse(rig.measured({"hysteresis": {"torque": 4.0}}, full=False, seed=2), BaseCurveSource(rig.drive()))
     assert isinstance(found, Analysis)
     return found
 

@@ -14,9 +14,9 @@ from reefmu.diagnosis.estimation.intervals import standard_errors
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
-from reefmu.diagnosis.inference.mean_drive import is_mean_drive, ripple_size
+from reefmu.diagnosis.inference.mean_drive import lacks_ripple, ripple_size
 from reefmu.diagnosis.inference.nonparametric import fit_terms
-from reefmu.diagnosis.pipeline import prepare_problem
+from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.model.contacts.tables import cached_lookup
@@ -29,7 +29,7 @@ pytestmark = pytest.mark.slow
 
 def problem_of(record: Record) -> Problem:
     trace = make_trace(record, rig.drive().ratio)
-    return prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))[0]
+    return prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))
 
 
 def soft_when_warm(record: Record) -> Array:
@@ -65,12 +65,12 @@ def test_the_ripple_tells_an_individual_from_the_mean_drive() -> None:
     problem = problem_of(rig.measured({"backlash": {"clearance": 3e-6}}, noise=0.3, seed=13))
     assert problem.scatter is not None
     individuals = simulate_individuals(problem.scatter)
-    assert is_mean_drive(problem, individuals)
+    assert lacks_ripple(problem, individuals)
     one, others = individuals[0], individuals[2:]
     problem.__dict__["torque"] = problem.torque + one
     assert ripple_size(problem, others) == pytest.approx(1.0, abs=0.5)
-    assert not is_mean_drive(problem, others)
-    assert not is_mean_drive(problem, individuals[:0])
+    assert not lacks_ripple(problem, others)
+    assert not lacks_ripple(problem, individuals[:0])
 
 
 def test_a_misfit_that_goes_with_the_loops_widens_the_intervals() -> None:

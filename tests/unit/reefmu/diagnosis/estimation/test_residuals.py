@@ -12,7 +12,7 @@ from reefmu.diagnosis.estimation.residuals import estimate_overdispersion
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.estimation.weighting import Weighting
 from reefmu.diagnosis.forward.base_curve import drawing_base
-from reefmu.diagnosis.pipeline import prepare_problem
+from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.model.contacts.tables import cached_lookup
 from tests import diagnosis_rig as rig
@@ -24,7 +24,7 @@ def clean(correlation: float = 0.0) -> tuple[Problem, Fit]:
     """The problem and base fit of a record without effects, with noise."""
     record = rig.measured({}, noise=0.8, correlation=correlation, seed=5)
     base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
-    problem = prepare_problem(record, make_trace(record, rig.drive().ratio), base)[0]
+    problem = prepare_problem(record, make_trace(record, rig.drive().ratio), base)
     return problem, base_fit(problem)
 
 

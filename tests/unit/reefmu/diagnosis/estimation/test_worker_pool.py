@@ -11,7 +11,7 @@ import pytest
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
-from reefmu.diagnosis.pipeline import prepare_problem
+from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.model.contacts.tables import cached_lookup
 from tests import diagnosis_rig as rig
@@ -43,7 +43,7 @@ def test_a_fit_survives_sending_without_its_weights() -> None:
     """The problem's own weights are not sent; others are."""
     record = rig.measured({}, full=False)
     base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
-    problem = prepare_problem(record, make_trace(record, rig.drive().ratio), base)[0]
+    problem = prepare_problem(record, make_trace(record, rig.drive().ratio), base)
     fit = base_fit(problem)
     sent = pickle.dumps(problem.without_weights(fit))
     assert len(sent) < len(pickle.dumps(fit)) / 3

@@ -7,7 +7,7 @@ import pytest
 
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.forward.base_curve import drawing_base
-from reefmu.diagnosis.pipeline import prepare_problem
+from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.scatter import Scatter
@@ -20,7 +20,7 @@ from tests import diagnosis_rig as rig
 def problem() -> Problem:
     record = rig.measured({}, noise=0.5, seed=21)
     trace = make_trace(record, rig.drive().ratio)
-    return prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))[0]
+    return prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,102 @@
+"""From a record and a base curve to the problem that is solved: noise, scatter, weights, candidates."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stiffness_model.drawing.drive import Drive
+from stiffness_model.numerics.arrays import Array
+
+from ..model.contacts.tables import cached_lookup
+from ..record import Record
+from .estimation.problem import Problem, block_variances, make_weights, search_blocks, select_candidates
+from .forward.base_curve import BaseCurve, curve_base, drawing_base, power_base
+from .inference.mean_drive import lacks_ripple
+from .preprocessing.audit import ratio_from_angles
+from .preprocessing.noise import estimate_noise
+from .preprocessing.trace import Trace
+from .random_effects.element_motion import element_motion
+from .random_effects.individuals import simulate_individuals
+from .random_effects.responses import element_responses
+from .random_effects.scatter import Scatter
+
+UNLOADED_SHARE = 0.05
+"""Share of full torque below which a sample counts as unloaded when the zero of the twist is guessed; chosen by
+judgement, the fit corrects the guess."""
+
+
+@dataclass(frozen=True)
+class BaseCurveSource:
+    """Where the base curve comes from: a drawing, a curve file, or a function of the record's traces; a free power law
+    if none of them is given."""
+
+    drive: Drive | None = None
+    curve: str | os.PathLike[str] | None = None
+    make: Callable[[Trace], BaseCurve] | None = None
+
+    def ratio(self, record: Record) -> float:
+        """Signed transmission ratio of the drawing, else the one that the angles of the record show."""
+        return ratio_from_angles(record) if self.drive is None else self.drive.ratio
+
+    def base_curve(self, trace: Trace) -> BaseCurve:
+        """The base curve for a record with these traces."""
+        if self.make is not None:
+            return self.make(trace)
+        if self.drive is not None:
+            return drawing_base(self.drive, cached_lookup(self.drive))
+        return power_base(trace) if self.curve is None else curve_base(self.curve, trace.ratio)
+
+
+def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
+    """The problem with all candidates that the record's columns allow.
+
+    Where the record lacks the ripple of an individual, the weights are those of the mean drive, so that scatter
+    explains nothing.
+    """
+    slope = _slope(trace, base)
+    noise = estimate_noise(trace, slope)
+    blocks = search_blocks(trace)
+    variance, block_variance = block_variances(noise, blocks.mean(slope), blocks.count)
+    scatter, individuals = None, np.zeros((0, len(variance)))
+    if base.drive is not None:
+        scatter = Scatter(
+            base.drive,
+            element_responses(base.drive),
+            element_motion(base.drive, trace, blocks),
+            blocks.mean(trace.twist) - _zero(trace, base),
+        )
+        individuals = simulate_individuals(scatter)
+    candidates, excluded = select_candidates(record.missing, base)
+    weights = make_weights(variance, scatter, variance if scatter is None else scatter.twist)
+    problem = Problem(
+        base,
+        trace,
+        blocks,
+        noise,
+        weights,
+        variance,
+        block_variance,
+        candidates,
+        excluded,
+        scatter,
+        individuals=individuals,
+    )
+    if lacks_ripple(problem, individuals):
+        return replace(problem, is_mean_drive=True, weights=weights.for_mean_drive())
+    return problem
+
+
+def _slope(trace: Trace, base: BaseCurve) -> Array:
+    """Stiffness, N.m/rad, of the base curve along the record, from a first guess of its parameters."""
+    zero = float(np.median(trace.twist)) if base.kind == "power law" else _zero(trace, base)
+    return base.elastic.evaluate(trace.twist - zero, 0.0, base.shape.start)[1]
+
+
+def _zero(trace: Trace, base: BaseCurve) -> float:
+    """A first guess of the twist's zero, rad: the middle of the unloaded twists."""
+    near = np.abs(trace.torque) < UNLOADED_SHARE * base.full_torque
+    return float((trace.twist[near].min() + trace.twist[near].max()) / 2) if near.any() else 0.0

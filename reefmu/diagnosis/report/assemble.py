@@ -1,0 +1,131 @@
+"""The diagnosis from evidence and conclusion: sizes with intervals, locations, next experiments, notes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ...effects import find_effect, separating_test
+from ..estimation.intervals import named_effect
+from ..estimation.least_squares import Fit
+from ..estimation.problem import Problem
+from ..estimation.residuals import predicted_scatter
+from ..inference.evidence import Evidence
+from ..inference.isolability import Isolability, separating_experiments
+from ..inference.verdict import Conclusion
+from ..preprocessing.audit import Audit
+from ..schema import Diagnosis, Gap, Location
+from .location import locate_gap
+from .play import as_rotational_play
+from .summary import summarise
+
+MAX_PROPOSED = 4
+"""Experiments for effects that a record cannot show, proposed at most, for a reader's sake."""
+MAX_PAIRS = 3
+"""Experiments for pairs that a record cannot tell apart, proposed at most, for a reader's sake."""
+
+
+def assemble_diagnosis(
+    evidence: Evidence, isolated: Isolability, conclusion: Conclusion, gap: Gap, audited: Audit
+) -> Diagnosis:
+    """The diagnosis as it is written to diagnosis.json; its `seconds` are set by the caller."""
+    problem, base, chosen = evidence.problem, evidence.search.base, conclusion.chosen
+    effects = tuple(
+        as_rotational_play(named_effect(problem, chosen, name, base), problem.base) for name in chosen.names
+    )
+    before = problem.torque - base.prediction.torque
+    noise = float(np.sqrt(np.mean(problem.block_variance)))
+    systematic = max(float(np.mean(before**2)) - noise**2, 0.0)
+    remainder_where = _locate_remainder(problem, conclusion)
+    not_candidates = {**problem.excluded, **isolated.invisible}
+    notes = list(audited.notes)
+    if not problem.noise.repeated:
+        notes.append("no cycle repeats: the noise is estimated from smoothness alone and may be too small or too large")
+    return Diagnosis(
+        conclusion.verdict,
+        summarise(conclusion, gap, problem.base.full_torque),
+        effects,
+        conclusion.alternatives,
+        locate_gap(problem, before, systematic),
+        gap,
+        _next_experiments(isolated, conclusion, remainder_where, not_candidates),
+        conclusion.remainder,
+        remainder_where,
+        not_candidates,
+        tuple((a, b, separating_test(a, b)) for a, b in isolated.indistinguishable),
+        tuple(notes),
+        _base_parameters(problem, chosen),
+    )
+
+
+def insufficient_diagnosis(audited: Audit, defects: Sequence[str]) -> Diagnosis:
+    """The diagnosis of a record whose defects allow none."""
+    return Diagnosis(
+        "insufficient",
+        "This record allows no diagnosis: " + "; ".join(defects) + ".",
+        (),
+        (),
+        (),
+        Gap(0.0, 0.0, 0.0),
+        tuple(f"a record without this defect: {defect}" for defect in defects),
+        notes=audited.notes,
+    )
+
+
+def _locate_remainder(problem: Problem, conclusion: Conclusion) -> tuple[Location, ...]:
+    """Where the remainder lies, the coordinate of its nonparametric term first."""
+    chosen, unnamed = conclusion.chosen, conclusion.unnamed
+    rest = problem.torque - chosen.prediction.torque
+    rest = rest - predicted_scatter(problem, chosen, rest)
+    locations = locate_gap(problem, rest, conclusion.remainder**2) if conclusion.remainder > 0 else ()
+    if unnamed is None:
+        return locations
+    share = min(1.0, unnamed.rms**2 / max(conclusion.remainder**2, unnamed.rms**2, 1e-300))
+    smooth = Location(unnamed.term.coordinate, f"as a smooth function, {unnamed.rms:.3g} N.m rms", share)
+    return (smooth, *locations)
+
+
+def _next_experiments(
+    isolated: Isolability,
+    conclusion: Conclusion,
+    remainder_where: Sequence[Location],
+    not_candidates: dict[str, str],
+) -> tuple[str, ...]:
+    """What to measure next, the most useful first."""
+    names, alternatives = conclusion.chosen.names, conclusion.alternatives
+    found: list[str] = []
+    if conclusion.verdict == "ambiguous":
+        found += separating_experiments([names, *alternatives])
+    elif alternatives:
+        masked = dict.fromkeys(name for others in alternatives for name in others if name not in names)
+        found.append(
+            f"{' or '.join(masked)}, or this drive's own tolerances: the same test on a second drive of the drawing "
+            "(an effect repeats on another drive, tolerances do not)"
+        )
+    if conclusion.verdict in ("partly", "unknown") and remainder_where:
+        first = remainder_where[0]
+        found.append(
+            f"the remainder varies with {first.coordinate} ({first.region}): repeat the test there in finer steps"
+        )
+    if conclusion.curve_deviation:
+        found.append("tolerances, or a law of another curvature: the same test on a second drive of the drawing")
+    if conclusion.verdict == "none":
+        found += [f"to show {name}: {find_effect(name).experiment}" for name in list(not_candidates)[:MAX_PROPOSED]]
+    pairs = [(a, b) for a, b in isolated.indistinguishable if {a, b} & set(names)]
+    found += [f"{a} or {b}: {separating_test(a, b)}" for a, b in pairs[:MAX_PAIRS]]
+    return tuple(dict.fromkeys(found))
+
+
+def _base_parameters(problem: Problem, chosen: Fit) -> dict[str, Any]:
+    """The base curve and its fitted parameters."""
+    fitted = chosen.parameters[problem.layout(chosen.names).shape].tolist()
+    return {
+        "kind": problem.base.kind,
+        "source": problem.base.source,
+        "zero [rad]": float(chosen.parameters[0]),
+        **dict(zip(problem.base.shape.names, fitted, strict=True)),
+        "scatter_size": chosen.weighting.size if len(chosen.weighting.eigenvalues) else 0.0,
+        "full_torque [N.m]": problem.base.full_torque,
+    }

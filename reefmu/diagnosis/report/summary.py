@@ -1,0 +1,57 @@
+"""The conclusion in one sentence."""
+
+from __future__ import annotations
+
+from ...effects import find_effect
+from ..inference.verdict import Conclusion
+from ..schema import Gap
+
+
+def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
+    """The conclusion in one sentence; full_torque: N.m, for the remainder's share."""
+    names = " and ".join(f"{find_effect(name).title.lower()} ({name})" for name in conclusion.chosen.names)
+    verb = "shrinks" if gap.after < gap.before else "changes"
+    change = f"the gap {verb} from {gap.before:.3g} to {gap.after:.3g} N.m, the noise is {gap.noise:.3g} N.m"
+    rest = f"{conclusion.remainder:.3g} N.m ({100 * conclusion.remainder / full_torque:.2g} % of full torque)"
+    where = "" if conclusion.unnamed is None else f"; it varies with {conclusion.unnamed.term.coordinate}"
+    match conclusion.verdict:
+        case "named":
+            return f"What is missing is {names}: {change}{_tolerances(conclusion)}."
+        case "partly":
+            return (
+                f"What is missing is {names}: {change}; a remainder of {rest} is left that no known effect "
+                f"explains{where}{_tolerances(conclusion)}."
+            )
+        case "ambiguous":
+            others = "; or ".join(" and ".join(names) for names in conclusion.alternatives)
+            return (
+                f"This record cannot tell which effect is missing: {names} explains it ({change}), "
+                f"and so does {others}."
+            )
+        case "unknown":
+            masked = " or ".join(_additional_names(conclusion))
+            together = f" alone; {masked} together with this drive's own tolerances may" if masked else ""
+            return (
+                f"Something unknown is missing: a remainder of {rest} exceeds noise and tolerance scatter, and no "
+                f"known effect explains it{together or where}."
+            )
+        case _:
+            return f"Nothing is missing: noise and tolerance scatter explain the record{_tolerances(conclusion)}."
+
+
+def _tolerances(conclusion: Conclusion) -> str:
+    """What is put down to the tolerances, and which effects they may mask."""
+    deviation = masked = ""
+    if conclusion.curve_deviation:
+        deviation = (
+            f"; the curve deviates by {conclusion.curve_deviation:.3g} N.m, as curves of individual drives of the "
+            "drawing do"
+        )
+    if names := _additional_names(conclusion):
+        masked = f"; this drive's tolerances may mask {' or '.join(names)}"
+    return deviation + masked
+
+
+def _additional_names(conclusion: Conclusion) -> list[str]:
+    """What each alternative has beside the chosen effects."""
+    return [" and ".join(sorted(set(names) - set(conclusion.chosen.names))) for names in conclusion.alternatives]
