@@ -1,8 +1,9 @@
-"""A power law with a dead band, its exponent held: at a number, or at one for several records of the same gear.
+"""A power law with a dead band whose exponent is fixed: at a number, or at one value for several records of a gear.
 
-A free exponent takes over what play does to a curve: both bend it near zero torque. A gear has one exponent
-whatever its preload, so several records at several preloads share it, and what differs between them is the play.
-The play is part of this base and fitted with every candidate; backlash and preload are then no effects of their own.
+A free exponent absorbs what play does to a curve: both bend it near zero torque. A gear has one exponent whatever its
+preload, so that several records at several preloads share it, and what differs between them is the play. The play is a
+shape parameter of this base curve and fitted with every set of effects; backlash and preload are then no effects of
+their own.
 """
 
 from __future__ import annotations
@@ -16,28 +17,39 @@ from stiffness_model.errors import expect
 from stiffness_model.numerics.arrays import Array
 
 from ..record import Record
-from .estimation.least_squares import Fit
 from .estimation.search import base_fit
 from .forward.base_curve import BaseCurve, ShapeParameters, power_base
+from .forward.elastic import ElasticTorque
+from .forward.vectorised import Number
+from .preparation import prepare_problem
+from .preprocessing.audit import audit, ratio_from_angles
 from .preprocessing.trace import Trace, make_trace
 
-LEAST, MOST = 1.0, 2.0
-"""Bounds of a shared exponent: a spring 1, a line contact 10/9, a ball 3/2; no contact softens under load."""
-BALL = 1.5
-GRID = (1.0, 1.1, 1.25, 1.5, 1.75, 2.0)
-LOW, HIGH = 0.3, 6.0
-"""Bounds of an exponent that is held."""
-PARTNERS = ("load_dependent_hysteresis", "hysteresis")
-"""Fitted beside the exponent and the play: the friction that hides them."""
-PLAYS = (0.06, 0.2)
-"""Starts of the play, over the reach of the twist."""
+MIN_EXPONENT, MAX_EXPONENT = 1.0, 2.0
+"""Bounds of a shared exponent. A spring has 1, a line contact 10/9, a ball 3/2, and no contact softens under load; the
+upper bound is chosen by judgement."""
+POINT_CONTACT_EXPONENT = 1.5
+"""Exponent where no record allows a diagnosis: that of a ball, after Hertz."""
+EXPONENT_GRID = (1.0, 1.1, 1.25, 1.5, 1.75, 2.0)
+"""Exponents at which every record is fitted; chosen by judgement, dense enough for a parabola between them."""
+MIN_FIXED, MAX_FIXED = 0.3, 6.0
+"""Bounds of an exponent that the caller fixes, those of a free exponent; chosen by judgement."""
+FRICTION_EFFECTS = ("load_dependent_hysteresis", "hysteresis")
+"""Effects that are fitted together with exponent and play, since friction masks both."""
+PLAY_STARTS = (0.06, 0.2)
+"""Starting values of the play, over the greatest twist; chosen by judgement, two against local minima."""
+FRICTION_STARTS = (0.2, 0.05, 0.05, 0.01)
+"""Starting values of the friction: share of the elastic torque, its presliding twist over the greatest twist, torque
+over full torque, its presliding twist over the greatest twist; chosen by judgement."""
+MAX_PLAY = 0.9
+"""Upper bound of the play, over the greatest twist; chosen by judgement, so that some loaded twist is left."""
 PLAY = "play [rad]"
-"""Name of the base parameter: play to either side."""
+"""Name of the shape parameter that is the play to either side."""
 
 
 @dataclass(frozen=True)
 class SharedExponent:
-    """value; low, high: range when each record in turn is left out."""
+    """The exponent that several records share; low, high: its range when each record in turn is left out."""
 
     value: float
     low: float
@@ -45,28 +57,28 @@ class SharedExponent:
 
     @property
     def at_bound(self) -> bool:
-        """Whether it stands at `LEAST` or `MOST`."""
-        return self.value in (LEAST, MOST)
+        """Whether the value is at `MIN_EXPONENT` or `MAX_EXPONENT`."""
+        return self.value in (MIN_EXPONENT, MAX_EXPONENT)
 
     def __str__(self) -> str:
         text = f"one exponent for all records: {self.value:.3g}"
         if self.at_bound:
-            text += f", at the bound of {LEAST:g} ... {MOST:g}"
+            text += f", at the bound of {MIN_EXPONENT:g} ... {MAX_EXPONENT:g}"
         return text + f"; leaving out one record each: {self.low:.3g} ... {self.high:.3g}"
 
 
 @dataclass(frozen=True)
 class DeadBandTorque:
-    """Another elastic torque behind a play to either side, rad: the last of the base parameters.
+    """An elastic torque behind a play to either side, rad, which is the last of its shape parameters.
 
-    lever: m/rad, between a clearance and the play that it makes.
+    lever: m/rad, clearance over the play that it makes.
     """
 
     inner: ElasticTorque
     lever: float
 
     def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
-        """See `ElasticTorque`; shape is that of the inner torque and the play."""
+        """See `ElasticTorque`; shape: that of the inner torque, then the play."""
         value, by_twist, by_clearance, by_shape = self.inner.evaluate(
             twist, clearance + self.lever * shape[-1], shape[:-1]
         )
@@ -74,8 +86,16 @@ class DeadBandTorque:
 
 
 def fixed_exponent_base(exponent: float) -> Callable[[Trace], BaseCurve]:
-    """Makes a power law base with a dead band, whose exponent is held at a value within 0.3 ... 6."""
-    expect(LOW <= exponent <= HIGH, f"an exponent within {LOW:g} ... {HIGH:g}", exponent, "exponent")
+    """A function that makes the power law with a dead band for a record's traces.
+
+    Raises `InputError` for an exponent outside 0.3 ... 6.
+    """
+    expect(
+        MIN_FIXED <= exponent <= MAX_FIXED,
+        f"an exponent within {MIN_FIXED:g} ... {MAX_FIXED:g}",
+        exponent,
+        "exponent",
+    )
 
     def make(trace: Trace) -> BaseCurve:
         base = power_base(trace)
@@ -88,9 +108,9 @@ def fixed_exponent_base(exponent: float) -> Callable[[Trace], BaseCurve]:
             elastic=DeadBandTorque(base.elastic, base.lever),
             shape=ShapeParameters(
                 (*base.shape.names, PLAY),
-                with_play(base.shape.start, PLAYS[0] * base.max_twist),
+                with_play(base.shape.start, PLAY_STARTS[0] * base.max_twist),
                 with_play(base.shape.low, 0.0),
-                with_play(base.shape.high, 0.9 * base.max_twist),
+                with_play(base.shape.high, MAX_PLAY * base.max_twist),
                 np.full(3, np.inf),
             ),
         )
@@ -101,49 +121,43 @@ def fixed_exponent_base(exponent: float) -> Callable[[Trace], BaseCurve]:
 def shared_exponent(records: Sequence[Record], progress: Callable[[str, float], None] | None = None) -> SharedExponent:
     """The exponent that fits all records best, each with its own scale, play and friction.
 
-    Every record counts the same: by the logarithm of what its best fit leaves. Between the grid's values the sum is
-    taken as a parabola. Records that allow no diagnosis do not count; without another the exponent is that of a ball.
+    Every record has the same weight, through the logarithm of its lowest cost. Between the exponents tried the sum is
+    interpolated by a parabola. Records that allow no diagnosis are left out; without any other the exponent is that of
+    a point contact. progress: called with the present stage and the share done.
     """
-    sound = [(record, ratio) for record in records if not audit(record, ratio := ratio_from_angles(record)).defects]
-    if not sound:
-        return SharedExponent(BALL, BALL, BALL)
-    costs = np.empty((len(sound), len(GRID)))
-    for i, (record, ratio) in enumerate(sound):
+    usable = [(record, ratio) for record in records if not audit(record, ratio := ratio_from_angles(record)).defects]
+    if not usable:
+        return SharedExponent(POINT_CONTACT_EXPONENT, POINT_CONTACT_EXPONENT, POINT_CONTACT_EXPONENT)
+    costs = np.empty((len(usable), len(EXPONENT_GRID)))
+    for i, (record, ratio) in enumerate(usable):
         trace = make_trace(record, ratio)
-        for k, exponent in enumerate(GRID):
+        for k, exponent in enumerate(EXPONENT_GRID):
             if progress:
-                progress("one exponent for all records", (i * len(GRID) + k) / costs.size)
-            costs[i, k] = np.log(best_cost(record, trace, exponent))
-    value = _least(costs.sum(axis=0))
-    others = [_least(np.delete(costs, i, axis=0).sum(axis=0)) for i in range(len(sound))] if len(sound) > 1 else []
+                progress("one exponent for all records", (i * len(EXPONENT_GRID) + k) / costs.size)
+            costs[i, k] = np.log(lowest_cost(record, trace, exponent))
+    value = _interpolated_minimum(costs.sum(axis=0))
+    others: list[float] = []
+    if len(usable) > 1:
+        others = [_interpolated_minimum(np.delete(costs, i, axis=0).sum(axis=0)) for i in range(len(usable))]
     return SharedExponent(value, min([value, *others]), max([value, *others]))
 
 
-def best_cost(record: Record, trace: Trace, exponent: float) -> float:
-    """What the best fit of play and friction to a record with these traces leaves with the exponent held."""
-
+def lowest_cost(record: Record, trace: Trace, exponent: float) -> float:
+    """Lowest cost (-2 log likelihood) of play and friction fitted to a record with this exponent; trace: of the
+    record."""
     base = fixed_exponent_base(exponent)(trace)
     problem = prepare_problem(record, trace, base)
-    first = base_fit(problem)
-    fits: list[Fit] = []
-    for share in PLAYS:
-        # Zero, scale, exponent, play; friction over load with its presliding, friction with its presliding.
-        start = [
-            *first.parameters[:3],
-            share * base.max_twist,
-            0.2,
-            0.05 * base.max_twist,
-            0.05 * base.full_torque,
-            0.01 * base.max_twist,
-        ]
-        fits.append(problem.fit_from(PARTNERS, np.array(start)))
-    return min(fit.cost for fit in fits)
+    # Zero, scale and exponent; then play and friction.
+    fitted = base_fit(problem).parameters[:3]
+    friction = np.array(FRICTION_STARTS) * [1.0, base.max_twist, base.full_torque, base.max_twist]
+    starts = [np.concatenate([fitted, [share * base.max_twist], friction]) for share in PLAY_STARTS]
+    return min(problem.fit_from(FRICTION_EFFECTS, start).cost for start in starts)
 
 
-def _least(costs: Array) -> float:
-    """Where a curve through the grid is least."""
+def _interpolated_minimum(costs: Array) -> float:
+    """The exponent at which a parabola through the lowest cost and its neighbours is lowest."""
     k = int(costs.argmin())
-    if k in (0, len(GRID) - 1):
-        return GRID[k]
-    a, b, _ = np.polyfit(np.array(GRID[k - 1 : k + 2]), costs[k - 1 : k + 2], 2)
-    return float(np.clip(-b / (2 * a), GRID[k - 1], GRID[k + 1]))
+    if k in (0, len(EXPONENT_GRID) - 1):
+        return EXPONENT_GRID[k]
+    a, b, _ = np.polyfit(np.array(EXPONENT_GRID[k - 1 : k + 2]), costs[k - 1 : k + 2], 2)
+    return float(np.clip(-b / (2 * a), EXPONENT_GRID[k - 1], EXPONENT_GRID[k + 1]))
