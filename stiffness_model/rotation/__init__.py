@@ -1,4 +1,10 @@
-"""An individual drive, turning: torque over twist and angle, transmission error, orders.
+"""An individual drive as it turns: torque over twist and output angle, transmission error, order spectra.
+
+* `individual`: one drive with its own parts; `element_positions`: where its elements stand at an output angle.
+* `individual_contacts`: their contacts; `maps`: torque over twist and angle.
+* `loaded`: twist under a constant torque and without load; `orders`: order spectra; `twist_scatter`: several
+individuals.
+* `ripple_plots`: pictures.
 
 >>> import numpy as np
 >>> from stiffness_model import load_drive

@@ -20,10 +20,11 @@ Index = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class ElementPositions:
-    """The elements that may carry at m output angles, side by side along the profile; arrays (m, width).
+    """The elements that may carry load at m output angles, in the order of their positions; arrays (m, width).
 
-    element: its number; row, lobe: where in `Individual.lobe` its lobe stands; beta: rad; weight: 1, falling to 0 over
-    `FADE_HALF_WIDTH` to either side of the place where the profile is cut away, so that the torque has a derivative.
+    element: index of the element; row, lobe: index of its lobe in `Individual.lobe`; beta: position, rad; weight: 1,
+    falling to 0 within `FADE_HALF_WIDTH` on either side of the limit where the profile is cut away, so that the torque
+    has a derivative.
     """
 
     element: Index
@@ -35,8 +36,9 @@ class ElementPositions:
 
 @dataclass(frozen=True)
 class Window:
-    """The part of the profile on which elements carry: |beta| up to `limit`, rad, with its fading edge up to `reach`;
-    at most `width` elements stand there at once."""
+    """The part of the profile on which elements carry load: |beta| up to `limit`, rad, and to `reach` with the fading
+    edge; at most `width` elements are there at once.
+    """
 
     limit: float
     reach: float
@@ -59,11 +61,12 @@ class Window:
 
 
 def element_lobe_pairs(drive: Drive) -> tuple[Index, Index]:
-    """Row and lobe of the meetings of elements with lobes, (n z,) each, in the order in which they come to one beta.
+    """Row and lobe, (n z,) indices each, of all pairs of an element and a lobe, in the order in which they reach one
+    beta.
 
-    Element j + 1 of a row stands one bore back in the cage and faces the lobe i/(elements of a row) further back; after
-    a round of the cage comes its next lobe. Where fewer elements than places are drawn, evenly, each has the lobe of
-    the place nearest to it.
+    Element j + 1 of a row stands one bore further back in the cage and faces the lobe that is i/(elements of a row)
+    further back; after one turn of the cage each element faces its next lobe. Where fewer elements than seats are
+    drawn, evenly spaced, each has the lobe of the nearest seat.
     """
     rows, per_row = drive.eccentrics, drive.elements_per_row
     place = np.arange(drive.elements * drive.lobes)
@@ -73,16 +76,17 @@ def element_lobe_pairs(drive: Drive) -> tuple[Index, Index]:
 
 
 def low_discrepancy_angles(count: int) -> Array:
-    """Output angles, (count,) rad, that lie evenly over a turn and keep step with nothing that turns: by the golden
-    ratio."""
+    """Output angles, (count,) rad, evenly distributed over a turn by the golden ratio, and therefore incommensurate
+    with anything periodic in the turn.
+    """
     return 2 * np.pi * (np.arange(count, dtype=float) * 0.6180339887498949 % 1)
 
 
 def element_positions(individual: Individual, window: Window, output_angle: Array) -> ElementPositions:
-    """Where the elements stand at output angles, (m,) rad, within the drawing's window."""
+    """Positions of the elements at output angles, (m,) rad, within the drawing's window."""
     drive = individual.drive
     step = 2 * np.pi / drive.elements
-    # In passes of elements: a whole number of them moves every element to the place of the one before.
+    # In passings: after a whole number of them every element stands where another one stood.
     passed = (individual.start + (drive.ratio - 1) * output_angle) / step
     first = np.ceil(-window.reach / step - passed)
     place = first[:, None] + np.arange(window.width)
@@ -94,9 +98,8 @@ def element_positions(individual: Individual, window: Window, output_angle: Arra
 
 
 def elements_at(individual: Individual, output_angle: float) -> tuple[Deviations, Array]:
-    """All elements of an individual at an output angle, rad, with the lobes they face, and `ElementPositions.weight`.
-
-    Arrays (1, n), element after element.
+    """All elements of an individual at an output angle, rad, with the lobes they face, and the weight of each
+    (`ElementPositions.weight`); arrays (1, n), in the order of the elements.
 
     >>> from stiffness_model import load_drive
     >>> from stiffness_model.rotation import draw_individual

@@ -1,16 +1,16 @@
-"""One drive with its own parts, and where its elements stand while crank and cage turn.
+"""One drive with its own parts, and the kinematics by which they meet as crank and cage turn.
 
-The gear stands still. With the cage at the output angle theta the untwisted crank stands at i theta, i the signed
-ratio. An element k of the cage then has its eccentric at
+The gear is fixed. With the cage at the output angle theta, the untwisted crank is at i theta, i being the signed ratio.
+The eccentric is then past element k of the cage by the angle
 
     beta_k = start + (i - 1) theta + 2 pi k/n        (eq. 20, in motion)
 
-past itself. Balls, bores and the crank's races under them stay with k. The lobes stay in the gear: of the elements
-j = 0, 1, ... of one eccentric, the next faces the next lobe (|i| elements to |i| +- 1 lobes), and with every turn of
-beta an element comes to its next one. So all that the contacts see depends on the twist and on theta alone,
-and repeats when theta has gone round once, |i| turns of the crank, and not before: then every element has met
-every lobe of its eccentric. Equal lobes repeat z times, equal elements n/eccentrics times in that turn, and
-without any deviation only the passing of the elements remains, z n times.
+Balls, bores and the crank's raceways under them stay with k. The lobes stay in the gear: of the elements j = 0, 1, ...
+of one eccentric, each faces the lobe after that of its predecessor (|i| elements to |i| +- 1 lobes), and with every
+turn of beta an element reaches its next lobe. The contacts therefore depend on the twist and on theta only, with a
+period of one turn of the output, |i| turns of the crank, and no shorter one: within it every element meets every lobe
+of its eccentric. In that turn, equal lobes repeat the pattern z times, equal elements n/eccentrics times, and without
+any deviations it repeats z n times, with every element that passes.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ if TYPE_CHECKING:
 Index = NDArray[np.intp]
 
 N_PLOT_ANGLES, N_PLOT_TWISTS = 240, 61
-"""Points of `Individual.plot` along the crank's turn and the twist; chosen by judgement, 0.2 s."""
+"""Points of `Individual.plot` along the crank's turn and the twist; chosen by judgement, some 0.2 s of computation."""
 _STREAM = (0, 0)
-"""Apart from the populations' streams, whose keys have one number."""
+"""Key of the random stream; differs from those of the populations, which have one number."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +47,11 @@ class Individual:
     """One drive of a drawing.
 
     start: position beta of element 0 on the profile at output angle 0, rad. element, crank, cage: (n,) m, radii of
-    every ball, of the crank's race under it and of its bore. lobe: (eccentrics, lobes) m, distance q of the
-    equidistant at every lobe of the gear. Elements k, k + eccentrics, ... share an eccentric. seed: of the draw, None
-    for one that was not drawn.
+    every ball, of the crank's raceway under it and of its bore. lobe: (eccentrics, lobes) m, distance q of the
+    equidistant at every lobe of the gear. Elements k, k + eccentrics, ... share an eccentric. seed: of the draw; None
+    for an individual that was not drawn.
 
-    Raises `InputError` for arrays of another shape or sizes that are not positive.
+    Raises `InputError` for arrays of another shape or radii that are not positive.
     """
 
     drive: Drive
@@ -71,7 +71,7 @@ class Individual:
             expect(sound, f"positive lengths in m of shape {size}", np.shape(values), name)
         expect(
             self.drive.elements_per_row <= self.drive.transmission_ratio,
-            f"at most {self.drive.transmission_ratio:g} elements on an eccentric, as many as the cage has places",
+            f"at most {self.drive.transmission_ratio:g} elements on an eccentric, as many as the ratio gives seats",
             self.drive.elements_per_row,
             f"{self.drive.name}: elements",
         )
@@ -119,7 +119,7 @@ class Individual:
 
 
 def draw_individual(drive: DriveLike, seed: int) -> Individual:
-    """The drive that `seed` stands for, by the drawing's tolerances; the same seed gives the same drive.
+    """The individual of a seed, drawn from the drawing's tolerances; the same seed gives the same drive.
 
     >>> from stiffness_model import load_drive
     >>> one = draw_individual(load_drive("drive_1"), 7)
@@ -130,8 +130,8 @@ def draw_individual(drive: DriveLike, seed: int) -> Individual:
     check_seed(seed)
     expect(
         drive.beyond.is_plain,
-        "a drawing of the plain contact model (an individual's parts are solved one by one)",
-        "switches beyond it",
+        "a drawing of the plain contact model (an individual's elements are solved one by one)",
+        "further model options",
         drive.name,
     )
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed), spawn_key=_STREAM)))
@@ -144,7 +144,7 @@ def draw_individual(drive: DriveLike, seed: int) -> Individual:
 
 
 def mean_individual(drive: DriveLike, start: float = 0.0) -> Individual:
-    """A drive whose every part sits in the middle of its tolerance: no deviations but the drawing's mean offsets."""
+    """A drive with every part in the middle of its tolerance zone: no deviations but the drawing's mean offsets."""
     drive = as_drive(drive)
     n = np.zeros(drive.elements)
     return _from_deviates(
@@ -153,7 +153,7 @@ def mean_individual(drive: DriveLike, start: float = 0.0) -> Individual:
 
 
 def _from_deviates(drive: Drive, start: float, normal: Mapping[str, Array], seed: int | None) -> Individual:
-    """The individual of standard normal deviates by part."""
+    """The individual of standard normal deviates, by part."""
     nominal = dict.fromkeys(PARTS, drive.element_radius) | {"crank": drive.crank_radius}
     radius = {
         part: nominal[part] + drive.tolerances[part].offset + drive.tolerances[part].sigma * normal[part]
@@ -163,8 +163,10 @@ def _from_deviates(drive: Drive, start: float, normal: Mapping[str, Array], seed
 
 
 def angles_over_turn(drive: Drive, per_pass: int = 8) -> Array:
-    """Output angles, rad, spread evenly over one turn of the output, `per_pass` between one element's passing and
-    the next (of all z n in the turn). Angles a whole number of passes apart see the elements at the same places.
+    """Output angles, (n,) rad, spread evenly over one turn of the output.
+
+    per_pass: angles between one element's passing and the next (z n passings in the turn). Angles that differ by a
+    whole number of passings have elements at the same positions.
 
     >>> from stiffness_model import load_drive
     >>> len(angles_over_turn(load_drive("drive_1"), per_pass=4)) == 4 * 30 * 87

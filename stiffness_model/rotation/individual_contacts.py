@@ -1,7 +1,8 @@
-"""The contacts of an individual's elements at the places to which they have turned.
+"""The contacts of an individual's elements at the positions to which they have turned.
 
-What belongs to the element alone (crank, bore) is computed once; the gear's stiffness, which changes with the
-place and the lobe, comes from a table along the profile. A turn of the output has a million contacts.
+Quantities of the element alone (crank, bore) are computed once. The gear's contact stiffness, which depends on the
+position and the lobe, is interpolated in a table along the profile, since one turn of the output has a million
+contacts.
 """
 
 from __future__ import annotations
@@ -20,16 +21,17 @@ from .element_positions import ElementPositions, Window
 from .individual import Individual
 
 N_CELLS = 96
-"""Cells of the table along half the profile. The stiffness is right to 2e-5, the torque to 3e-6: the deviation of the
-ball's own radius is left out of the gear's curvature sum (a test holds both)."""
+"""Cells of the table along half the profile. The stiffness is then right to 2e-5 and the torque to 3e-6; the deviation
+of the ball's radius is neglected in the gear's curvature sum (a test covers both).
+"""
 
 
 @dataclass(frozen=True)
 class GearComplianceTable:
     """K1^(-1/p) of the gear's contact, m/N^(1/p), over |beta|, rad, and the equidistant's distance q, m.
 
-    values: (axis.cells + 1, 3) at the axis' nodes: value at q = middle, slope and half the curvature along q. Between
-    them go cubic B-splines.
+    values: (axis.cells + 1, 3) at the axis' nodes: the value at q = middle, its slope and half its curvature with
+    respect to q; cubic B-splines between the nodes.
     """
 
     axis: Axis
@@ -42,24 +44,26 @@ class GearComplianceTable:
         return np.ascontiguousarray(fit(self.axis, self.values, 0).T)
 
     def stiffness(self, beta: Array, q: Array) -> Array:
-        """K1, N/m^p, at places and distances of one shape."""
+        """K1, N/m^p, at positions and distances of one shape."""
         cell, f = locate(self.axis, np.abs(beta))
         basis = weights(f, f)
-        value, slope, bend = (sum(w * column[cell + k] for k, w in enumerate(basis)) for column in self._columns)
-        off = q - self.middle
-        return np.asarray(value + off * (slope + off * bend)) ** -self.exponent
+        value, slope, half_curvature = (
+            sum(w * column[cell + k] for k, w in enumerate(basis)) for column in self._columns
+        )
+        offset = q - self.middle
+        return np.asarray(value + offset * (slope + offset * half_curvature)) ** -self.exponent
 
 
 def gear_compliance_table(drive: Drive, reach: float) -> GearComplianceTable:
     """The table of a drawing, from the profile's crest to |beta| = reach, rad."""
     step = reach / N_CELLS
-    # Two cells beyond both ends, for natural ends are poorer; all is even about the crest.
+    # Two more cells at both ends, since natural end conditions are less accurate; the table is even about the crest.
     axis = Axis(-2 * step, step, N_CELLS + 4)
     tolerance = drive.tolerances["gear"]
     middle = drive.element_radius + tolerance.offset
     span = max(4 * tolerance.sigma, 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist)
     one = np.ones(axis.cells + 1)
-    gives, exponent = [], 0.0
+    compliances, exponent = [], 0.0
     for q in (middle - span, middle, middle + span):
         contacts = build_contacts(
             drive,
@@ -68,15 +72,15 @@ def gear_compliance_table(drive: Drive, reach: float) -> GearComplianceTable:
             ),
         )
         exponent = contacts.exponent
-        gives.append(contacts.stiffness_gear ** (-1 / exponent))
-    low, at, high = gives
+        compliances.append(contacts.stiffness_gear ** (-1 / exponent))
+    low, at, high = compliances
     values = np.stack([at, (high - low) / (2 * span), (high - 2 * at + low) / (2 * span**2)], axis=1)
     return GearComplianceTable(axis, middle, exponent, values)
 
 
 @dataclass(frozen=True)
 class IndividualContacts:
-    """An individual's parts with all that does not change as they turn."""
+    """An individual's contact quantities that do not change as it turns."""
 
     individual: Individual
 
@@ -87,7 +91,7 @@ class IndividualContacts:
 
     @cached_property
     def own_contacts(self) -> Contacts:
-        """The contacts of every element, (n,), as far as they are its own: crank and bore."""
+        """The contacts of every element, (n,), with crank and bore only; the gear's are placeholders."""
         one = self.individual
         zero = np.zeros(one.drive.elements)
         return build_contacts(
@@ -96,11 +100,11 @@ class IndividualContacts:
 
     @cached_property
     def gear_table(self) -> GearComplianceTable:
-        """The gear's table."""
+        """The table of the gear's contact."""
         return gear_compliance_table(self.individual.drive, self.window.reach)
 
     def contacts(self, at: ElementPositions, clearance: float = 0.0) -> Contacts:
-        """The contacts at some places, flattened, angle after angle; clearance: m, added to the gear's clearance."""
+        """The contacts at given positions, flattened, angle after angle; clearance: m, added to the gear's."""
         one, own, number = self.individual, self.own_contacts, at.element.ravel()
         beta, q = at.beta.ravel(), one.lobe[at.row, at.lobe].ravel() + clearance
         path = one.drive.path

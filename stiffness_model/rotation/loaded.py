@@ -1,7 +1,7 @@
 """A turn under constant torque: transmission error, stiffness, and the position without load.
 
-The twist that carries a torque changes as the drive turns: with the crank driven evenly, the output runs ahead
-and behind. This is the transmission error (VDI/VDE 2608; ISO/TR 10064-1 calls it tangential composite deviation):
+The twist that carries a torque changes as the drive turns: with the crank driven uniformly, the output leads and lags.
+This is the transmission error (VDI/VDE 2608; ISO/TR 10064-1: tangential composite deviation):
 output angle - crank angle/ratio = -twist.
 """
 
@@ -22,7 +22,7 @@ from .individual import Individual
 from .maps import AngleBatch, angle_batches, expect_angles, turning_map
 
 TOLERANCE = 1e-8
-"""Greatest remaining difference to the wanted torque, as a share of the torque at the drawing's max_twist."""
+"""Convergence tolerance of the torque as a share of the torque at the drawing's max_twist."""
 _N_TWISTS = 41
 _N_ANGLES = 48
 _MAX_STEPS = 100
@@ -49,10 +49,10 @@ class LoadedTurn:
 
 @dataclass(frozen=True)
 class NoLoad:
-    """Where an individual stands without load, at n output angles; transmission errors, (n,) rad.
+    """Transmission errors, (n,) rad, of an individual without load at n output angles.
 
-    forward, backward: with the output dragging behind a crank that drives it towards greater, and towards smaller
-    output angles, under a drag of `drag_torque` N.m, `twist_torque_curve.BACKLASH_SHARE` of the torque at max_twist.
+    forward, backward: the output is dragged by a crank that drives it towards larger and towards smaller output angles,
+    against a drag torque of `drag_torque` N.m, `twist_torque_curve.BACKLASH_SHARE` of the torque at max_twist.
     """
 
     individual: Individual
@@ -66,12 +66,12 @@ class NoLoad:
 
     @property
     def position_error(self) -> Array:
-        """The middle of the play, (n,) rad."""
+        """The middle of the backlash, (n,) rad."""
         return (self.forward + self.backward) / 2
 
     @property
     def play(self) -> Array:
-        """Width of the play, (n,) rad; a drive in preload has next to none."""
+        """Width of the backlash, (n,) rad; close to zero for a preloaded drive."""
         return self.backward - self.forward
 
 
@@ -98,7 +98,7 @@ def loaded_turn(individual: Individual, torque: float, output_angle: ArrayLike) 
 
 
 def no_load(individual: Individual, output_angle: ArrayLike) -> NoLoad:
-    """Where the drive stands without load at output angles, (n,) rad, driven either way."""
+    """The drive without load at output angles, (n,) rad, driven in either direction."""
     angle = expect_angles(output_angle, "output angle")
     full = float(turning_map(individual, [individual.drive.max_twist], low_discrepancy_angles(_N_ANGLES)).torque.mean())
     expect(full > 0, "an individual that carries torque at max_twist", full, individual.drive.name)
@@ -112,7 +112,7 @@ def no_load(individual: Individual, output_angle: ArrayLike) -> NoLoad:
 
 @dataclass(frozen=True)
 class _InitialGuess:
-    """Where to start the search for the twist of a torque: on the mean of some angles."""
+    """Initial guess for the twist of a torque, from the mean over some angles."""
 
     torque: float
     twist: float
@@ -122,7 +122,7 @@ class _InitialGuess:
 
     @staticmethod
     def for_torque(individual: Individual, torque: float) -> _InitialGuess:
-        """Raises `InputError` for a torque out of reach."""
+        """The guess for a torque, N.m. Raises `InputError` for a torque out of range."""
         reach = twist_limit(individual.drive)
         trial = np.linspace(-reach, reach, _N_TWISTS)
         mean = turning_map(individual, trial, low_discrepancy_angles(_N_ANGLES)).torque.mean(axis=0)
@@ -140,9 +140,10 @@ class _InitialGuess:
 
 
 def _twist_under(batch: AngleBatch, guess: _InitialGuess) -> Array:
-    """The twist, rad, that carries the torque at every angle of a stand: secants within a bracket that shrinks.
+    """The twist, (n,) rad, that carries the torque at every angle of a batch, by secant steps within a shrinking
+    bracket.
 
-    Where the torque jumps over the wanted one (an element changes its wall), the twist of the jump.
+    Where the torque jumps across the required value (an element changes its wall), the twist of the jump.
     """
     n = len(batch.positions.beta)
     low, high = np.full(n, -guess.reach), np.full(n, guess.reach)
@@ -153,15 +154,15 @@ def _twist_under(batch: AngleBatch, guess: _InitialGuess) -> Array:
         gap = value - guess.torque
         low, high = np.where(gap < 0, twist, low), np.where(gap > 0, twist, high)
         width = high - low
-        todo = (np.abs(gap) > guess.tolerance) & (width > 1e-13)
-        if not todo.any():
+        unconverged = (np.abs(gap) > guess.tolerance) & (width > 1e-13)
+        if not unconverged.any():
             break
         step = twist - gap / slope
-        # Every third step halves a bracket that the secants shrink from one side only.
-        sure = (step > low) & (step < high) & ((k % 3 != 2) | (width < last_width / 4))
+        # Every third step bisects a bracket that the secants shrink from one side only.
+        accepted = (step > low) & (step < high) & ((k % 3 != 2) | (width < last_width / 4))
         if k % 3 == 2:
             last_width = width
-        new = np.where(todo, np.where(sure, step, (low + high) / 2), twist)
+        new = np.where(unconverged, np.where(accepted, step, (low + high) / 2), twist)
         found = batch.torque(new)
         with np.errstate(divide="ignore", invalid="ignore"):
             secant = (found - value) / (new - twist)

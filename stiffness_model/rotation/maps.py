@@ -1,7 +1,7 @@
 """Torque of an individual over twist and output angle.
 
-The contacts are those of the paper: cage and gear fixed at the output angle, the crank twisted out of the place
-where it belongs. That place is i times the output angle; a crank seen at rest is ahead of it by the twist.
+The contacts are those of the paper: cage and gear are fixed at the output angle, and the crank is twisted out of its
+kinematic position, which is i times the output angle.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from .individual import Individual
 from .individual_contacts import IndividualContacts
 
 BATCH_SIZE = 6000
-"""Contacts placed and solved at once: their arrays fit a core's cache."""
+"""Contacts solved at once; chosen by judgement so that their arrays fit a core's cache."""
 TWIST_BATCH_SIZE = 128
-"""Twists of a map for which their equilibrium is held at once, 50 MB."""
+"""Twists of a map whose equilibria are held at once, 50 MB."""
 
 
 @dataclass(frozen=True)
 class TurningMap:
-    """What an individual carries at n_angle output angles and n_twist twists.
+    """Torques and forces of an individual at n_angle output angles and n_twist twists.
 
     output_angle: (n_angle,) rad; twist: (n_twist,) rad at the output. torque: (n_angle, n_twist) N.m on the output.
-    crank_torque: the same, N.m that holds the crank. max_force: the same, N, greatest force of any contact.
+    crank_torque: (n_angle, n_twist) N.m that holds the crank. max_force: (n_angle, n_twist) N, greatest contact force.
     """
 
     individual: Individual
@@ -48,7 +48,7 @@ class TurningMap:
 
     @property
     def crank_turns(self) -> Array:
-        """Turns of the untwisted crank at the output angles, (n_angle,), positive where they are."""
+        """Turns of the untwisted crank at the output angles, (n_angle,), with the sign of the output angle."""
         return self.output_angle * self.individual.drive.transmission_ratio / (2 * np.pi)
 
 
@@ -87,15 +87,15 @@ def turning_map(
 
 @dataclass(frozen=True)
 class AngleBatch:
-    """An individual standing at a few output angles at once, n of them: what stays while it is twisted."""
+    """An individual at a few output angles, n of them, with everything that does not depend on the twist."""
 
     positions: ElementPositions
     contacts: Contacts
     ratio: float
 
     def torque(self, twist: Array) -> Array:
-        """Torque, (n,) N.m on the output, with a twist, (n,) rad, of its own at every angle."""
-        # What the twist moves is the eccentric's centre, at beta + i twist: another beta with gear and path kept.
+        """Torque, (n,) N.m on the output, at twists, (n,) rad, one for every angle."""
+        # The twist moves the eccentric's centre only, to beta + i twist; gear and path keep the untwisted beta.
         lead = np.repeat(self.ratio * twist, self.positions.beta.shape[1])
         moved = replace(self.contacts, beta=self.contacts.beta + lead)
         return (
@@ -104,7 +104,9 @@ class AngleBatch:
 
 
 def expect_angles(values: ArrayLike, name: str) -> Array:
-    """One-dimensional finite floats within +-`twist_limits.MAX_OUTPUT_ANGLE`, or `InputError`."""
+    """The values as a one-dimensional array of angles, rad. Raises `InputError` for others, and beyond
+    +-`twist_limits.MAX_OUTPUT_ANGLE`.
+    """
     try:
         array = np.asarray(values, float)
     except (TypeError, ValueError):
@@ -120,7 +122,7 @@ def expect_angles(values: ArrayLike, name: str) -> Array:
 
 
 def angle_batches(individual: Individual, angle: Array, clearance: float = 0.0) -> Iterator[tuple[slice, AngleBatch]]:
-    """The stands that make up some output angles, (n,) rad, each with its place among them."""
+    """Batches of output angles, (n,) rad, each with its slice of them."""
     expect_number(clearance, "a finite clearance in m", "clearance")
     parts = IndividualContacts(individual)
     step = max(1, BATCH_SIZE // parts.window.width)
@@ -131,8 +133,9 @@ def angle_batches(individual: Individual, angle: Array, clearance: float = 0.0) 
 
 
 def _solve_grouped(contacts: Contacts, crank_twist: Array, numbers: Callable[[Equilibrium], Array]) -> Array:
-    """Numbers (q, n_twist, n) of the equilibrium. Balls larger than their bore are solved apart from the others, for
-    they need an iteration."""
+    """Quantities (q, n_twist, n) of the equilibrium. Balls larger than their bore are solved separately, since they
+    need an iteration.
+    """
     tight = contacts.cage_gap < 0
     if not tight.any():
         return numbers(solve(contacts, crank_twist))

@@ -1,8 +1,9 @@
-"""Order spectra of what repeats with the output's turn.
+"""Order spectra of signals that are periodic in the output's turn.
 
-An order is a number of waves in a turn of the output; over |i| it is that in a turn of the crank. What deviates tells
-itself by its order: equal lobes leave multiples of z (each wave an element's way from lobe to lobe), equal elements
-leave multiples of the elements of an eccentric, and what is common to both is the passing of the elements.
+An order is the number of waves in a turn of the output; divided by |i| it is that in a turn of the crank. Deviations
+are identified by their order: equal lobes leave multiples of z (each wave is an element's path from lobe to lobe),
+equal elements leave multiples of the elements on an eccentric, and orders common to both come from the passing
+elements.
 """
 
 from __future__ import annotations
@@ -44,19 +45,19 @@ class Spectrum:
 
     @property
     def ripple(self) -> float:
-        """Root of the mean square of all but the mean."""
+        """Root mean square without the mean."""
         return float(np.sqrt((self.amplitude[1:] ** 2).sum() / 2))
 
     def strongest(self, count: int) -> list[int]:
-        """The orders per turn of the output of the greatest amplitudes, the greatest first, without the mean."""
+        """The orders per turn of the output with the largest amplitudes, in descending order, without the mean."""
         return [int(k) + 1 for k in np.argsort(-self.amplitude[1:], kind="stable")[:count]]
 
     def source(self, order: int) -> str:
-        """What an order can stem from.
+        """Possible origin of an order per turn of the output.
 
-        "passing": the elements' passing, remains without deviations; "elements": balls, bores and races, needs no lobe
-        to differ; "lobes": needs no element to differ; "rows": either of them, or a row (its eccentric) as a whole;
-        "both": only from lobes and elements together.
+        "passing": the passing elements, present without deviations; "elements": deviations of balls, bores and
+        raceways, with equal lobes; "lobes": deviations of lobes, with equal elements; "rows": either of them, or of a
+        row (its eccentric) as a whole; "both": only lobes and elements together.
         """
         drive = self.drive
         of_elements = order % drive.lobes == 0
@@ -91,7 +92,7 @@ def spectrum(drive: Drive, values: ArrayLike) -> Spectrum:
     amplitude = 2 * np.abs(transform)
     amplitude[0] = transform[0].real
     if n % 2 == 0:
-        # The highest order has a cosine alone, of which one sample stands on every crest: its mean square is its
-        # square, not half of it.
+        # The highest order has a cosine only, sampled at its extremes: its mean square is its amplitude squared, not
+        # half.
         amplitude[-1] *= np.sqrt(2) / 2
     return Spectrum(drive, amplitude, np.angle(transform))

@@ -1,6 +1,7 @@
-"""Pictures of an individual that turns. Every function takes `ax` (or makes one) and returns it.
+"""Pictures of an individual that turns. Every function draws on `ax`, or on new axes, and returns them.
 
-Torques in N.m, angles in arcmin at the output, the way in turns of the crank. matplotlib is imported inside.
+Torques in N.m, angles in arcmin at the output, the rotation in turns of the crank. matplotlib is imported when a
+picture is drawn.
 """
 
 from __future__ import annotations
@@ -29,11 +30,11 @@ SOURCES = {
     "rows": (GREEN, "rows of the cage"),
     "both": (FAINT, "lobes and balls together"),
 }
-"""Colour and words for `Spectrum.source`."""
+"""Colour and label of every `Spectrum.source`."""
 
 
 def ripple_map(turning: TurningMap, ax: Axes | None = None) -> Axes:
-    """Torque less its mean over the angles, in colour, over the way (across) and the twist (up)."""
+    """Torque minus its mean over the angles, in colour, over the rotation (x) and the twist (y)."""
     ax = new_axes(width=7.6) if ax is None else ax
     ripple = (turning.torque - turning.torque.mean(axis=0)).T
     most = float(np.quantile(np.abs(ripple), 0.999))
@@ -52,15 +53,16 @@ def ripple_map(turning: TurningMap, ax: Axes | None = None) -> Axes:
     figure = ax.get_figure()
     assert figure is not None
     bar = figure.colorbar(picture, ax=ax, pad=0.02)
-    bar.set_label("torque less its mean\nover the turn [N.m]", color=INK)
+    bar.set_label("torque minus its mean\nover the turn [N.m]", color=INK)
     bar.outline.set_edgecolor(FAINT)  # type: ignore[operator]
     return ax
 
 
 def transmission_error_over_turn(free: NoLoad, loaded: Sequence[LoadedTurn], ax: Axes | None = None) -> Axes:
-    """Transmission error over one turn of the output: the play without load, and under torques less the mean wind-up.
+    """Transmission error over one turn of the output: the backlash without load, and the error under torques minus the
+    mean wind-up.
 
-    Within one passing of an element only the middle and the reach are drawn.
+    Within one passing of an element only mean and range are drawn.
     """
     ax = new_axes(width=7.6) if ax is None else ax
     drive = free.individual.drive
@@ -74,13 +76,13 @@ def transmission_error_over_turn(free: NoLoad, loaded: Sequence[LoadedTurn], ax:
         ax.plot(turns, middle / ARCMIN, color=colour, linewidth=0.9, label=f"{turn.torque:.3g} N.m")
     format_axes(ax, TURNS, "transmission error [arcmin]")
     ax.set_xlim(0, drive.transmission_ratio)
-    return legend_above(ax, "under torque: less the mean wind-up; shaded: reach within a ball's passing")
+    return legend_above(ax, "under torque: without the mean wind-up; shaded: range within a ball's passing")
 
 
 def order_spectrum(
     spectrum: Spectrum, quantity: str = "transmission error [arcmin]", named: int = 6, ax: Axes | None = None
 ) -> Axes:
-    """Amplitudes over the order per turn of the crank, on logarithmic axes; the `named` strongest with their orders."""
+    """Amplitudes over the order per turn of the crank, on logarithmic axes; the `named` largest are labelled."""
     ax = new_axes(width=7.6) if ax is None else ax
     amplitude, order = spectrum.amplitude[1:], spectrum.crank_order[1:]
     floor = float(amplitude.max()) / 1000 if amplitude.max() > 0 else 1.0
@@ -100,7 +102,7 @@ def order_spectrum(
     ax.xaxis.set_major_formatter("{x:g}")
     taken: list[float] = []
     for k in spectrum.strongest(3 * named):
-        # A name needs room: neighbours of one that has it go without.
+        # Labels need room: orders close to a labelled one have none.
         free = all(abs(np.log(spectrum.crank_order[k] / other)) > 0.25 for other in taken)
         if free and spectrum.amplitude[k] >= floor and len(taken) < named:
             taken.append(float(spectrum.crank_order[k]))
@@ -118,7 +120,7 @@ def order_spectrum(
 
 
 def twists_of_individuals(individuals: TwistScatter, ax: Axes | None = None) -> Axes:
-    """Twist of individuals less the mean drive's, over the torque; the first one bold, with its reach over a turn."""
+    """Twist of individuals minus the mean drive's over the torque; the first in bold, with its range over a turn."""
     ax = new_axes(width=7.6) if ax is None else ax
     torque = individuals.torque
     for k, middle in enumerate(individuals.mean[1:]):
@@ -134,12 +136,12 @@ def twists_of_individuals(individuals: TwistScatter, ax: Axes | None = None) -> 
         label=f"individual {individuals.seeds[0]}, mean of its turn",
     )
     ax.axhline(0, color=INK, linewidth=0.8)
-    format_axes(ax, "torque at the output [N.m]", "twist less the mean drive's [arcmin]")
-    return legend_above(ax, "shaded: reach of the first one over a turn")
+    format_axes(ax, "torque at the output [N.m]", "twist minus the mean drive's [arcmin]")
+    return legend_above(ax, "shaded: range of the first one over a turn")
 
 
 def _per_pass(values: np.ndarray, passes: int) -> np.ndarray:
-    """Least, mean and greatest value within every passing, (3, passes)."""
+    """Minimum, mean and maximum within every passing, (3, passes)."""
     rows = values.reshape(passes, -1)
     return np.stack([rows.min(axis=1), rows.mean(axis=1), rows.max(axis=1)])
 

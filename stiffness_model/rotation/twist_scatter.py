@@ -1,4 +1,4 @@
-"""Several individuals of one drawing side by side: how each one's twist under torque lies beside the mean of all."""
+"""Scatter of the twist under torque among several individuals of one drawing, relative to the mean of all drives."""
 
 from __future__ import annotations
 
@@ -17,17 +17,16 @@ from .element_positions import low_discrepancy_angles
 from .individual import draw_individual
 from .maps import turning_map
 
-N_TWISTS = 61
-N_ANGLES = 180
-N_TORQUES = 81
+N_TWISTS, N_ANGLES, N_TORQUES = 61, 180, 81
+"""Twists, output angles and torques at which the individuals are compared; chosen by judgement."""
 
 
 @dataclass(frozen=True)
 class TwistScatter:
-    """Twists of individuals less that of the drawing's mean drive, rad at the output.
+    """Twists of individuals minus that of the drawing's mean drive, rad at the output.
 
-    torque: (n,) N.m from -full to full; mean_twist: (n,) of the mean drive. seeds: of the individuals; mean, low,
-    high: (n_individuals, n) mean, least and greatest over a turn of the output.
+    torque: (n,) N.m from -full to full; mean_twist: (n,) rad, of the mean drive; seeds: of the individuals; mean, low,
+    high: (n_individuals, n) rad, mean, minimum and maximum over a turn of the output.
     """
 
     drive: Drive
@@ -43,7 +42,9 @@ class TwistScatter:
 
 
 def twist_scatter(drive: DriveLike, seeds: Sequence[int]) -> TwistScatter:
-    """The individuals of some seeds, up to the mean torque at nine tenths of the drawing's max_twist.
+    """Individuals of given seeds, up to the mean torque at nine tenths of the drawing's max_twist.
+
+    Raises `InputError` without any seed, or for a drive without torque.
 
     >>> from stiffness_model import ARCMIN, load_drive
     >>> found = twist_scatter(load_drive("drive_1"), range(3))

@@ -1,4 +1,4 @@
-"""Transmission error, play and order spectra of an individual that turns."""
+"""Transmission error, backlash and order spectra of an individual as it turns."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from stiffness_model.rotation.twist_scatter import twist_scatter
 
 @pytest.fixture(scope="module")
 def small() -> sm.Drive:
-    """Ratio 9: a turn has 270 passings, and all orders are few."""
+    """Ratio 9: a turn has 270 passings, and the orders are few."""
     return sm.load_drive(
         "drive_1",
         transmission_ratio=9,
@@ -39,7 +39,7 @@ def small() -> sm.Drive:
 
 
 @pytest.mark.parametrize("name", ["drive_1", "drive_2", "drive_3"])
-def test_the_twist_under_a_torque_carries_it(name: str) -> None:
+def test_the_twist_of_a_torque_carries_that_torque(name: str) -> None:
     drive = sm.load_drive(name)
     one = draw_individual(drive, 2)
     angle = np.random.default_rng(1).uniform(0, 6, 30)
@@ -55,9 +55,10 @@ def test_the_twist_under_a_torque_carries_it(name: str) -> None:
         assert loaded.transmission_error == pytest.approx(-loaded.twist)
 
 
-def test_play_is_what_the_clearance_leaves(small: sm.Drive) -> None:
-    """Without deviations the middle of the play is zero, and 10 um more at every lobe open it by what the crank must
-    turn to close them: the clearance over the lever at the steepest part of the profile."""
+def test_backlash_grows_with_the_clearance(small: sm.Drive) -> None:
+    """Without deviations the middle of the backlash is zero. 10 um more at every lobe widen it by the rotation of the
+    crank that closes them: the clearance over the lever at the steepest part of the profile.
+    """
     angle = angles_over_turn(small, per_pass=4)[:40]
     tight = mean_individual(small)
     loose = replace(tight, lobe=tight.lobe + 1e-5)
@@ -71,8 +72,8 @@ def test_play_is_what_the_clearance_leaves(small: sm.Drive) -> None:
     assert np.ptp(drawn.position_error) > 0
 
 
-def test_without_load_the_output_drags_a_thousandth_of_full_torque(small: sm.Drive) -> None:
-    """What "no load" is: a drag against the output's way, so that the twist is the one that carries the drag."""
+def test_the_drag_without_load_is_a_thousandth_of_full_torque(small: sm.Drive) -> None:
+    """Definition of "no load": the twist carries a drag torque against the motion of the output."""
     one, angle = draw_individual(small, 3), angles_over_turn(small, per_pass=1)[:90]
     free = no_load(one, angle)
     full = turning_map(one, [small.max_twist], angles_over_turn(small, per_pass=1)).torque.mean()
@@ -81,7 +82,7 @@ def test_without_load_the_output_drags_a_thousandth_of_full_torque(small: sm.Dri
         assert error == pytest.approx(loaded_turn(one, torque, angle).transmission_error, abs=1e-9)
 
 
-def test_a_torque_out_of_reach_is_refused(small: sm.Drive) -> None:
+def test_a_torque_out_of_range_is_refused(small: sm.Drive) -> None:
     with pytest.raises(InputError, match="torque: expected one within"):
         loaded_turn(draw_individual(small, 0), 1e6, [0.0])
     with pytest.raises(InputError, match="finite torque"):
@@ -89,7 +90,7 @@ def test_a_torque_out_of_reach_is_refused(small: sm.Drive) -> None:
 
 
 @pytest.mark.parametrize("count", [63, 64])
-def test_orders_hold_the_mean_square(small: sm.Drive, count: int) -> None:
+def test_orders_keep_the_mean_square(small: sm.Drive, count: int) -> None:
     """Parseval's theorem, for even and odd numbers of samples."""
     values = np.random.default_rng(count).normal(3.0, 1.0, count)
     found = spectrum(small, values)
@@ -99,14 +100,15 @@ def test_orders_hold_the_mean_square(small: sm.Drive, count: int) -> None:
 
 
 def test_every_kind_of_deviation_has_its_orders(small: sm.Drive) -> None:
-    """Equal lobes leave the multiples of z, equal elements those of an eccentric's elements, no deviation only the
-    passing of the elements; what needs both to differ is the rest."""
-    drawn, calm = draw_individual(small, 6), mean_individual(small, 0.3)
+    """Equal lobes leave multiples of z, equal elements multiples of the elements on an eccentric, no deviations only
+    the passing elements; all other orders need both to differ.
+    """
+    drawn, nominal = draw_individual(small, 6), mean_individual(small, 0.3)
     angle = angles_over_turn(small, per_pass=4)
     kinds = {
-        "passing": calm,
-        "elements": replace(drawn, lobe=calm.lobe),
-        "lobes": replace(calm, lobe=drawn.lobe),
+        "passing": nominal,
+        "elements": replace(drawn, lobe=nominal.lobe),
+        "lobes": replace(nominal, lobe=drawn.lobe),
         "both": drawn,
     }
     apart = {}
@@ -127,9 +129,9 @@ def test_every_kind_of_deviation_has_its_orders(small: sm.Drive) -> None:
 
 def test_a_crank_radius_per_eccentric_repeats_with_every_row_passing(small: sm.Drive) -> None:
     drive = sm.load_drive("drive_1", crank_deviation="eccentric")
-    calm, drawn = mean_individual(drive), draw_individual(drive, 1)
+    nominal, drawn = mean_individual(drive), draw_individual(drive, 1)
     passing = angles_over_turn(drive, per_pass=4)[:12]
-    one = replace(calm, crank=drawn.crank)
+    one = replace(nominal, crank=drawn.crank)
     torque = turning_map(one, [drive.max_twist], np.concatenate([passing, passing + passing[-1] + passing[1]])).torque
     rows = torque.reshape(2, 12)
     assert rows[0] == pytest.approx(rows[1], rel=1e-12)
@@ -137,7 +139,7 @@ def test_a_crank_radius_per_eccentric_repeats_with_every_row_passing(small: sm.D
 
 
 @pytest.mark.slow
-def test_the_fan_is_centred_on_the_mean_drive(small: sm.Drive) -> None:
+def test_individuals_scatter_about_the_mean_drive(small: sm.Drive) -> None:
     found = twist_scatter(small, range(12))
     assert found.mean.shape == (12, len(found.torque))
     assert (found.low <= found.mean).all()

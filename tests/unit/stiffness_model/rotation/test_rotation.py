@@ -1,4 +1,4 @@
-"""An individual that turns: kinematics, symmetries, energy, and the paper's own way at single places."""
+"""An individual as it turns: kinematics, symmetries, energy, and the paper's root search at single positions."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ def three_twists(drive: sm.Drive) -> np.ndarray:
     return np.array([-1.0, 0.05, 0.6]) * drive.max_twist
 
 
-def anywhere(count: int, seed: int = 0) -> np.ndarray:
+def random_angles(count: int, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).uniform(-20, 20, count)
 
 
-def rolled(one: Individual, places: int) -> Individual:
-    """The same parts, each moved on by some bores of its own row of the cage."""
-    by = places * one.drive.eccentrics
+def shifted_parts(one: Individual, bores: int) -> Individual:
+    """The same parts, each shifted by some bores of its own row of the cage."""
+    by = bores * one.drive.eccentrics
     return replace(one, **{name: np.roll(getattr(one, name), by) for name in SIZES})
 
 
 @pytest.mark.parametrize(("name", "fields"), DRAWINGS)
-def test_a_turn_of_the_output_closes_the_pattern_and_nothing_shorter_does(name: str, fields: dict[str, object]) -> None:
+def test_the_pattern_has_the_period_of_one_output_turn_and_no_shorter_one(name: str, fields: dict[str, object]) -> None:
     drive = sm.load_drive(name, **fields)
-    one, angle, twist = draw_individual(drive, 3), anywhere(60), three_twists(drive)
+    one, angle, twist = draw_individual(drive, 3), random_angles(60), three_twists(drive)
     torque = turning_map(one, twist, angle).torque
     full = np.abs(torque).max()
     assert turning_map(one, twist, angle + 2 * np.pi).torque == pytest.approx(torque, abs=1e-11 * full)
@@ -55,15 +55,16 @@ def test_a_turn_of_the_output_closes_the_pattern_and_nothing_shorter_does(name: 
 
 
 @pytest.mark.parametrize(("name", "fields"), DRAWINGS)
-def test_parts_moved_by_one_place_shift_the_angle(name: str, fields: dict[str, object]) -> None:
-    """All balls, bores and races one bore on is the cage one bore further; all lobes one on is the gear one lobe
-    further, which for cage and crank is one lobe back."""
+def test_parts_shifted_by_one_bore_or_lobe_shift_the_angle(name: str, fields: dict[str, object]) -> None:
+    """All balls, bores and raceways shifted by one bore are the cage turned by one bore; all lobes shifted by one are
+    the gear turned by one lobe, which is cage and crank turned back by one lobe.
+    """
     drive = sm.load_drive(name, **fields)
-    one, angle, twist = draw_individual(drive, 4), anywhere(60), three_twists(drive)
+    one, angle, twist = draw_individual(drive, 4), random_angles(60), three_twists(drive)
     torque = turning_map(one, twist, angle).torque
     close = pytest.approx(torque, abs=1e-11 * np.abs(torque).max())
     bore = 2 * np.pi / drive.elements_per_row
-    assert turning_map(rolled(one, 1), twist, angle + bore).torque == close
+    assert turning_map(shifted_parts(one, 1), twist, angle + bore).torque == close
     lobes = replace(one, lobe=np.roll(one.lobe, 1, axis=1))
     assert turning_map(lobes, twist, angle + drive.orientation * 2 * np.pi / drive.lobes).torque == close
     other_way = turning_map(lobes, twist, angle - drive.orientation * 2 * np.pi / drive.lobes).torque
@@ -72,16 +73,16 @@ def test_parts_moved_by_one_place_shift_the_angle(name: str, fields: dict[str, o
 
 @pytest.mark.parametrize(("name", "fields"), DRAWINGS[:3])
 def test_the_mirrored_twist_of_the_mirrored_drive(name: str, fields: dict[str, object]) -> None:
-    """Turned over, a drive carries the opposite torque: positions, and with them all orders, run backwards."""
+    """A mirrored drive carries the opposite torque: positions, and with them all orders, run backwards."""
     drive = sm.load_drive(name, **fields)
-    one, angle, twist = draw_individual(drive, 5), anywhere(40), three_twists(drive)
+    one, angle, twist = draw_individual(drive, 5), random_angles(40), three_twists(drive)
     torque = turning_map(one, twist, angle).torque
     n, rows = drive.elements, drive.eccentrics
     k = np.arange(n)
-    # beta -> -beta: element k takes the place of -k, whose row is -k too; lobes run backwards.
+    # beta -> -beta: element k takes the position of -k, in row -k; lobes run backwards.
     over = {name: getattr(one, name)[-k % n] for name in SIZES}
     lobe = one.lobe[-np.arange(rows) % rows][:, -np.arange(drive.lobes) % drive.lobes]
-    # Counted backwards, the rows but the first begin one element later, which faces the next lobe.
+    # Counted backwards, all rows but the first begin one element later, which faces the next lobe.
     per_element = round(drive.ratio / drive.elements_per_row)
     lobe = np.array([np.roll(lobe[row], per_element if row else 0) for row in range(rows)])
     mirrored = replace(one, start=-one.start, lobe=lobe, **over)
@@ -89,18 +90,19 @@ def test_the_mirrored_twist_of_the_mirrored_drive(name: str, fields: dict[str, o
 
 
 @pytest.mark.parametrize(("name", "fields"), [DRAWINGS[0], DRAWINGS[1], DRAWINGS[4]])
-def test_places_and_torque_from_the_drawing_board(name: str, fields: dict[str, object]) -> None:
-    """Where every element stands in the gear by plain angles, its lobe by the nearest crest, and its torque by the
-    paper's root search."""
+def test_positions_and_torque_from_plain_geometry(name: str, fields: dict[str, object]) -> None:
+    """Every element's position in the gear by plain angles, its lobe by the nearest crest, and its torque by the
+    paper's root search.
+    """
     drive = sm.load_drive(name, **fields)
     one = next(one for one in (draw_individual(drive, seed) for seed in range(9)) if (one.cage > one.element).all())
     crank_twist = 0.7 * drive.max_twist * drive.ratio
     checked = 0
-    for angle in anywhere(6, seed=1):
+    for angle in random_angles(6, seed=1):
         elements = []
         for k in range(drive.elements):
             row, j = k % drive.eccentrics, k // drive.eccentrics
-            # Bores stand evenly round the cage; every row's gear and eccentric are phased for its elements.
+            # Bores are evenly spaced; the phases of each row's gear and eccentric fit its elements.
             in_gear = angle - 2 * np.pi * j / drive.elements_per_row
             in_pitches = (drive.orientation * drive.lobes * in_gear + one.start + 2 * np.pi * row / drive.elements) / (
                 2 * np.pi
@@ -132,7 +134,7 @@ def test_individuals_have_the_mean_of_the_population(name: str) -> None:
     twist = np.array([0.25, 0.5, 1.0]) * drive.max_twist
     means = np.array(
         [
-            turning_map(draw_individual(drive, seed), twist, anywhere(24, seed)).torque.mean(axis=0)
+            turning_map(draw_individual(drive, seed), twist, random_angles(24, seed)).torque.mean(axis=0)
             for seed in range(160)
         ]
     )
@@ -156,21 +158,23 @@ def test_a_drive_without_deviations_has_the_nominal_mean() -> None:
 
 
 @pytest.mark.parametrize("lobes", [28, 30])
-def test_energy_balances_over_a_turn_where_nothing_is_cut_away(lobes: int) -> None:
-    """At constant twist the crank's work over a turn is the output's: i T_crank and T_out have the same mean. What is
-    left is the paper's linearised gear contact, and goes with the twist."""
+def test_energy_balances_over_a_turn_with_the_whole_profile(lobes: int) -> None:
+    """At constant twist the crank's work over a turn equals the output's: i T_crank and T_out have the same mean. The
+    remaining difference comes from the paper's linearised gear contact and grows with the twist.
+    """
     drive = sm.load_drive("drive_1", element_radius="3 mm", crank_radius="45 mm", lobes=lobes)
     assert drive.usable_limit == np.pi
-    found = turning_map(draw_individual(drive, 1), np.array([0.02, 0.2, 1.0]) * drive.max_twist, anywhere(600))
+    found = turning_map(draw_individual(drive, 1), np.array([0.02, 0.2, 1.0]) * drive.max_twist, random_angles(600))
     balance = found.torque.mean(axis=0) / (drive.ratio * found.crank_torque.mean(axis=0)) - 1
     assert (np.abs(balance) < [5e-4, 1e-3, 4e-3]).all()
-    # So it is at every single angle: what the contacts store and give back is little, for the twist is.
+    # It also balances at every angle, since the contacts store little energy at a constant twist.
     assert found.torque[:, 2] == pytest.approx(drive.ratio * found.crank_torque[:, 2], rel=6e-3)
 
 
-def test_energy_that_is_missing_leaves_at_the_cut() -> None:
-    """Where the profile is cut away a loaded element drops out with the energy stored in its contacts: that much the
-    two works over a turn differ by."""
+def test_missing_energy_leaves_with_the_elements_at_the_limit() -> None:
+    """At the limit, where the profile is cut away, a loaded element loses contact together with the energy stored in
+    its contacts: the two works over a turn differ by this energy.
+    """
     drive = sm.load_drive("drive_1")
     twist = np.array([0.25, 0.5, 1.0]) * drive.max_twist
     one = mean_individual(drive)
@@ -194,17 +198,19 @@ def test_energy_that_is_missing_leaves_at_the_cut() -> None:
     assert (np.abs(missing - leaves) < [0.002 * work[0], 0.004 * work[1], 0.008 * work[2]]).all()
 
 
-def test_small_deviations_act_linearly_and_add_up() -> None:
-    """Under load, a thousandth of the deviations does a thousandth of the change, each part's beside the others'."""
+def test_small_deviations_act_linearly_and_superpose() -> None:
+    """Under load, a thousandth of the deviations causes a thousandth of the change, and the parts' changes add up."""
     drive = sm.load_drive("drive_1")
-    # Preload: every contact that carries stays closed, and every other open.
-    calm, drawn, angle = mean_individual(drive, 0.4), draw_individual(drive, 8), anywhere(50)
+    # With preload, loaded contacts stay closed and all others open.
+    nominal, drawn, angle = mean_individual(drive, 0.4), draw_individual(drive, 8), random_angles(50)
     parts = (*SIZES, "lobe")
 
     def change(share: float, *names: str) -> np.ndarray:
-        moved = {name: getattr(calm, name) + share * (getattr(drawn, name) - getattr(calm, name)) for name in names}
-        found = turning_map(replace(calm, **moved), [drive.max_twist], angle, clearance=-2e-5)
-        return found.torque - turning_map(calm, [drive.max_twist], angle, clearance=-2e-5).torque
+        moved = {
+            name: getattr(nominal, name) + share * (getattr(drawn, name) - getattr(nominal, name)) for name in names
+        }
+        found = turning_map(replace(nominal, **moved), [drive.max_twist], angle, clearance=-2e-5)
+        return found.torque - turning_map(nominal, [drive.max_twist], angle, clearance=-2e-5).torque
 
     small, smaller = change(1e-2, *parts), change(1e-3, *parts)
     scale = np.abs(small).max()
@@ -213,7 +219,7 @@ def test_small_deviations_act_linearly_and_add_up() -> None:
     assert sum(change(1e-2, name) for name in parts) == pytest.approx(small, abs=0.02 * scale)
 
 
-def test_the_gears_stiffness_along_the_profile_is_the_contacts_own() -> None:
+def test_the_tabulated_gear_stiffness_is_that_of_the_contact() -> None:
     for name in ("drive_1", "drive_3"):
         drive = sm.load_drive(name)
         one = draw_individual(drive, 2)
@@ -226,7 +232,7 @@ def test_the_gears_stiffness_along_the_profile_is_the_contacts_own() -> None:
         assert parts.gear_table.stiffness(beta, q) == pytest.approx(exact, rel=3e-5)
 
 
-def test_a_seed_is_a_drive() -> None:
+def test_a_seed_determines_the_individual() -> None:
     drive = sm.load_drive("drive_2")
     one, again, other = (draw_individual(drive, seed) for seed in (5, 5, 6))
     for name in (*SIZES, "lobe"):
@@ -253,12 +259,12 @@ def test_one_crank_radius_per_eccentric_where_the_drawing_says_so() -> None:
         ({"start": float("nan")}, "start: expected a finite angle"),
     ],
 )
-def test_an_individual_that_cannot_be_is_refused(change: dict[str, object], said: str) -> None:
+def test_unsuitable_parts_are_refused(change: dict[str, object], said: str) -> None:
     with pytest.raises(InputError, match=said):
         replace(draw_individual(sm.load_drive("drive_1"), 0), **change)
 
 
-def test_faults_are_refused_in_one_line() -> None:
+def test_wrong_input_is_refused_in_one_line() -> None:
     drive = sm.load_drive("drive_1")
     with pytest.raises(InputError, match="at most 29 elements on an eccentric"):
         draw_individual(sm.load_drive("drive_1", elements=90), 0)
