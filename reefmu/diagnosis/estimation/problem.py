@@ -72,7 +72,7 @@ class Problem:
     def bounds(self, names: Sequence[str]) -> ParameterBounds:
         """Bounds of the zero, the base shape and a set of effects."""
         shape = self.base.shape
-        own = ParameterBounds(
+        base = ParameterBounds(
             np.concatenate([[-np.inf], shape.low]),
             np.concatenate([[np.inf], shape.high]),
             np.concatenate([[ZERO_SCALE * self.base.max_twist], np.ones(shape.size)]),
@@ -80,7 +80,7 @@ class Problem:
             np.concatenate([[np.inf], shape.prior_deviation]),
             np.concatenate([[0.0], shape.start]),
         )
-        return make_bounds(tuple(names), own)
+        return make_bounds(tuple(names), base)
 
     def weights_at(self, found: Fit) -> Weighting:
         """Weights with the scatter at the twist and clearance that the contacts have under a fit's effects.
@@ -107,8 +107,8 @@ class Problem:
 
     def without_weights(self, found: Fit) -> Fit:
         """A fit to send to another process, whose problem has the same weights; others are sent along."""
-        own = found.weighting.mean is self.weights.mean and found.weighting.individual is self.weights.individual
-        return replace(found, weighting=size_only(found.weighting.size)) if own else found
+        is_own = found.weighting.mean is self.weights.mean and found.weighting.individual is self.weights.individual
+        return replace(found, weighting=size_only(found.weighting.size)) if is_own else found
 
     def with_weights(self, found: Fit) -> Fit:
         """A fit as `without_weights` sent it, complete again."""

@@ -79,8 +79,8 @@ def is_repeatable(problem: Problem, fit: Fit) -> bool:
     predictor = problem.predictor(fit.names)
     predictor.blocks = None
     residual = problem.trace.torque - predictor(fit.parameters).torque
-    own = predicted_scatter(problem, fit, problem.torque - fit.prediction.torque)
-    residual = residual - np.repeat(own, problem.blocks.count.astype(int))
+    scatter = predicted_scatter(problem, fit, problem.torque - fit.prediction.torque)
+    residual = residual - np.repeat(scatter, problem.blocks.count.astype(int))
     shared = cycle_covariance(residual, matching_cycles(problem.trace))
     return shared is None or shared.covariance > SIGNIFICANT_ERRORS * shared.standard_error
 

@@ -130,14 +130,14 @@ def score_gains(direction: Direction, weights: Weighting, basis: Array, residual
     basis over its whole norm.
     """
     white = weights.whiten(direction.columns)
-    own = np.linalg.norm(white)
+    norm = np.linalg.norm(white)
     free = white - basis @ (basis.T @ white)
     q, r = np.linalg.qr(free)
-    share = float(np.linalg.norm(free) / own) if own > 0 else 0.0
-    solid = np.abs(np.diag(r)) > 1e-6 * max(float(own), 1e-300)
+    share = float(np.linalg.norm(free) / norm) if norm > 0 else 0.0
+    solid = np.abs(np.diag(r)) > 1e-6 * max(float(norm), 1e-300)
     along = q.T @ residuals
     along[~solid] = 0.0
-    sizes = np.linalg.lstsq(r, along, rcond=1e-10)[0] if own > 0 else np.zeros((white.shape[1], residuals.shape[1]))
+    sizes = np.linalg.lstsq(r, along, rcond=1e-10)[0] if norm > 0 else np.zeros((white.shape[1], residuals.shape[1]))
     gain = (along**2).sum(axis=0)
     if direction.one_sided and white.shape[1] == 1:
         gain = np.where(sizes[0] > 0, gain, 0.0)

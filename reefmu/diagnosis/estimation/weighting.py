@@ -75,11 +75,11 @@ class Weighting:
 
     def whiten(self, values: Array) -> Array:
         """Values (n,) or (n, k), N.m, transformed so that residuals are independent with variance 1."""
-        own = self._active
-        v = values * (own.scale if values.ndim == 1 else own.scale[:, None])
-        shrink = 1 - 1 / np.sqrt(1 + self.size**2 * own.eigenvalues)
-        along = own.basis.T @ v
-        return v - own.basis @ (along * (shrink if values.ndim == 1 else shrink[:, None]))
+        covariance = self._active
+        v = values * (covariance.scale if values.ndim == 1 else covariance.scale[:, None])
+        shrink = 1 - 1 / np.sqrt(1 + self.size**2 * covariance.eigenvalues)
+        along = covariance.basis.T @ v
+        return v - covariance.basis @ (along * (shrink if values.ndim == 1 else shrink[:, None]))
 
     @property
     def log_determinant(self) -> float:
@@ -107,18 +107,18 @@ class Weighting:
         kinds = [(self.mean, [s for s in SCATTER_SIZES if s < INDIVIDUAL_SIZE])]
         if self.individual is not self.mean:
             kinds.append((self.individual, [s for s in SCATTER_SIZES if s >= INDIVIDUAL_SIZE]))
-        for own, sizes in kinds:
-            v = residual * own.scale
-            along = (own.basis.T @ v) ** 2
-            spread = 1 + np.array(sizes)[:, None] ** 2 * own.eigenvalues
+        for covariance, sizes in kinds:
+            v = residual * covariance.scale
+            along = (covariance.basis.T @ v) ** 2
+            spread = 1 + np.array(sizes)[:, None] ** 2 * covariance.eigenvalues
             # All sizes of one diagonal share the part of the residual that is orthogonal to the basis.
-            across = float(v @ v) + own.log_determinant
+            across = float(v @ v) + covariance.log_determinant
             costs += (across - (along * (1 - 1 / spread)).sum(axis=1) + np.log(spread).sum(axis=1)).tolist()
         return self.with_size(SCATTER_SIZES[int(np.argmin(costs))])
 
 
 def size_only(size: float) -> Weighting:
-    """A weighting of no blocks that only holds a size: stands for one that the receiver has itself."""
+    """A weighting of no blocks that only holds a size: the receiver has the rest itself."""
     none = make_weighting(np.zeros(0), np.zeros((0, 0)))
     return none.with_size(size)
 

@@ -26,26 +26,26 @@ def element_torque(
         return table.evaluate(twist, clearance, position)
     beta = np.broadcast_to(np.asarray(position, float), twist.shape)
     beta = beta - 2 * np.pi * np.floor(beta / (2 * np.pi) + 0.5)
-    carries = np.flatnonzero(np.abs(beta) < table.limit + FADE_HALF_WIDTH)
-    side = np.where(beta[carries] < 0, -1.0, 1.0)
-    away = np.abs(beta[carries])
+    loaded = np.flatnonzero(np.abs(beta) < table.limit + FADE_HALF_WIDTH)
+    side = np.where(beta[loaded] < 0, -1.0, 1.0)
+    distance = np.abs(beta[loaded])
     cell, g = (v[0] for v in locate(table.clearance, np.array([float(clearance)])))
     held = float(np.clip(g, 0.0, 1.0))
     strip = np.moveaxis(table.coefficients[:, int(cell) : int(cell) + 4], 1, 2)
     axes = (table.twist, table.position)
     value, by_twist, by_position = SplineTable(axes, strip @ np.array(weights(held, held), float)).evaluate(
-        side * twist[carries], away
+        side * twist[loaded], distance
     )
     slope = np.array(slope_weights(held), float) / table.clearance.step * (0 <= g <= 1)
-    by_clearance = SplineTable(axes, strip @ slope).evaluate(side * twist[carries], away)[0]
-    fade = (table.limit - away) / (2 * FADE_HALF_WIDTH) + 0.5
-    left = np.clip(fade, 0.0, 1.0)
-    falls = np.where((fade > 0) & (fade < 1), -1 / (2 * FADE_HALF_WIDTH), 0.0)
+    by_clearance = SplineTable(axes, strip @ slope).evaluate(side * twist[loaded], distance)[0]
+    fade = (table.limit - distance) / (2 * FADE_HALF_WIDTH) + 0.5
+    inside = np.clip(fade, 0.0, 1.0)
+    inside_slope = np.where((fade > 0) & (fade < 1), -1 / (2 * FADE_HALF_WIDTH), 0.0)
     results = np.zeros((4, len(twist)))
-    results[:, carries] = (
-        side * left * value,
-        left * by_twist,
-        side * left * by_clearance,
-        left * by_position + falls * value,
+    results[:, loaded] = (
+        side * inside * value,
+        inside * by_twist,
+        side * inside * by_clearance,
+        inside * by_position + inside_slope * value,
     )
     return results[0], results[1], results[2], results[3]

@@ -33,10 +33,10 @@ def simulate_individuals(scatter: Scatter, count: int = N_INDIVIDUALS, seed: int
         crank = rng.standard_normal(n)
         if drive.crank_deviation == "eccentric":
             crank = crank[np.arange(n) % rows]
-        own = share["element"] * rng.standard_normal(n) + share["crank"] * crank
-        gear = share["gear"] * rng.standard_normal(drive.lobes * rows)
+        of_element = share["element"] * rng.standard_normal(n) + share["crank"] * crank
+        of_lobe = share["gear"] * rng.standard_normal(drive.lobes * rows)
         block, element = np.nonzero(inside > 0)
-        z = own[element] + gear[lobe[block, element]]
+        z = of_element[element] + of_lobe[lobe[block, element]]
         torque = inside[block, element] * _single(scatter, t[block], f[block], beta[block, element], z)
         # Where the crank makes whole turns within a block, all drives have the same average.
         found[number] = np.where(fast, 0.0, np.bincount(block, torque, len(scatter.twist)) - mean)

@@ -90,17 +90,17 @@ class Scatter:
         step = max(CLEARANCE_BIN * r.deviation, 1e-12)
         level = np.round(clearance / step)
         for value in np.unique(level):
-            own = np.flatnonzero(level == value)
-            tables = r.at_clearance(float(clearance[own].mean()))
-            row, f = locate_cells(r.twist, twist[own])
-            column, g = locate_cells(r.position, beta[own])
+            blocks = np.flatnonzero(level == value)
+            tables = r.at_clearance(float(clearance[blocks].mean()))
+            row, f = locate_cells(r.twist, twist[blocks])
+            column, g = locate_cells(r.position, beta[blocks])
             corner = [(row[:, None] + a) * len(r.position) + column + b for a in (0, 1) for b in (0, 1)]
             f2 = f[:, None]
-            weights = [inside[own] * w for w in ((1 - f2) * (1 - g), (1 - f2) * g, f2 * (1 - g), f2 * g)]
+            weights = [inside[blocks] * w for w in ((1 - f2) * (1 - g), (1 - f2) * g, f2 * (1 - g), f2 * g)]
             for name, table in tables.items():
                 flat = table.ravel()
-                found[name][own] = sum(w * flat[c] for w, c in zip(weights, corner, strict=True))
-                ends[name][:, own] = ((1 - f2) * table[row][:, [0, -1]] + f2 * table[row + 1][:, [0, -1]]).T
+                found[name][blocks] = sum(w * flat[c] for w, c in zip(weights, corner, strict=True))
+                ends[name][:, blocks] = ((1 - f2) * table[row][:, [0, -1]] + f2 * table[row + 1][:, [0, -1]]).T
         return found, ends
 
     def _element_columns(self, responses: dict[str, Array]) -> list[Array]:
