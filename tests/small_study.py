@@ -9,7 +9,7 @@ from stiffness_model.explore.definition.study_toml import study_from_dict
 
 
 def tables(**numbers: Any) -> dict[str, Any]:
-    """Tolerances and lobes of drive_1, some tenths of a second of work in all."""
+    """Tolerances and lobes of drive_1; evaluated in some tenths of a second."""
     return {
         "name": "small",
         "base": "drive_1",
@@ -35,5 +35,5 @@ def tables(**numbers: Any) -> dict[str, Any]:
 
 
 def study(**numbers: Any) -> Study:
-    """The same, read."""
+    """The study of these tables."""
     return study_from_dict(tables(**numbers))

@@ -1,1 +1,1 @@
-"""Published gears to compare with: `gears` reads the rows of `catalog.toml`, each with its source."""
+"""Published gears for comparison: `gears` reads the rows of `catalog.toml`, each with its source."""

@@ -1,7 +1,7 @@
-"""Published gears to compare with: their stiffness as the makers state it, each row with its source.
+"""Published gears for comparison: their stiffness as the makers state it, each row with its source.
 
-The rows are in `catalog.toml`; users' own rows come from a TOML file of the same form. A row may lack
-numbers: it then says where they would be found, and has no curve.
+The rows are in `catalog.toml`; users' own rows come from a TOML file of the same form. A row without numbers states
+where they would be found, and has no curve.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ _SEGMENTS = ("t1", "t2", "k1", "k2", "k3")
 class CatalogGear:
     """One published gear. Torques in N.m, stiffness in N.m/rad, angles in rad; None where none is published.
 
-    Two kinds of stiffness: k1 up to the torque t1, k2 up to t2, k3 beyond; or one `stiffness` throughout.
-    *_below: upper limits as stated. second_hand: quoted by others from the maker's page. ratio is a text,
-    since some rows hold for a range ("above 50").
+    The stiffness is k1 up to the torque t1, k2 up to t2 and k3 beyond, or one `stiffness` throughout. *_below: upper
+    limits as stated. second_hand: quoted by others from the maker's page. ratio is a text, since some rows hold for a
+    range ("above 50").
 
     Raises `InputError` for a row without maker, type or source, a value that is not positive, t1 not below
     t2, limits without their stiffnesses, or both kinds of stiffness.
@@ -114,19 +114,19 @@ class CatalogGear:
 
     @property
     def has_curve(self) -> bool:
-        """Whether enough is published for the twist over torque."""
+        """Whether the published numbers give the twist over torque."""
         return self.stiffness is not None or self.t1 is not None
 
     @property
     def greatest_torque(self) -> float | None:
-        """The greatest torque the row names as allowed, N.m; None if it names none."""
+        """The greatest allowed torque of the row, N.m; None if it states none."""
         named = (self.rated_torque, self.acceleration_torque, self.momentary_torque)
         return max((torque for torque in named if torque is not None), default=None)
 
     def twist_at(self, torque: ArrayLike) -> Array:
-        """Twist at the output, rad, under torques in N.m with the input locked; odd, k3 goes on without end.
+        """Twist at the output, rad, under torques in N.m, of any shape, with the input locked; k3 holds beyond t2.
 
-        Lost motion and hysteresis are not in it. Raises `InputError` for a row that publishes no curve.
+        It is an odd function without lost motion and hysteresis. Raises `InputError` for a row that publishes no curve.
 
         >>> from stiffness_model.units import ARCMIN
         >>> (catalog()[0].twist_at([54, 196]) / ARCMIN).round(3).tolist()

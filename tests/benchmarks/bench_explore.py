@@ -1,10 +1,9 @@
-"""Designs a second and core, what they cost, and what a second worker brings.
+"""Designs per second and core, the parts of their time, and the speed-up by a second worker.
 
-Run as `python tests/benchmarks/bench_explore.py [DESIGNS]`. Goals (issue 5): 100 designs a second and core at 100
-virtual drives and 31 twists each; 10 000 designs on two workers at 1.8 times the speed of one; adding a worker
-changes no number. The last is checked here too, on all that is computed. Times are the processor's, but for the
-speed-up; on a busy machine look at the ratios: to the bare closed form for the
-same elements and twists, in the same run.
+Run as `python tests/benchmarks/bench_explore.py [DESIGNS]`. Goals: 100 designs per second and core at 100 virtual
+drives and 31 twists each; two workers 1.8 times as fast as one for 10 000 designs, with the same results, which is
+checked. Times are processor times, except for the speed-up; on a busy machine the ratios to the bare closed form for
+the same elements and twists in the same run are meaningful.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ STUDIES = ("tolerance_field", "geometry")
 
 
 def cost(work: Callable[[], object], runs: int = 5) -> float:
-    """Least processor time of some runs, s."""
+    """Shortest processor time of some runs, s."""
     times = []
     for _ in range(runs):
         start = time.process_time()
@@ -43,7 +42,7 @@ def cost(work: Callable[[], object], runs: int = 5) -> float:
 
 
 def per_design(study: Study, count: int = 48) -> None:
-    """Where the time of a simulated design goes."""
+    """Print the parts of the time of a simulated design."""
     numbers, positions = study.numbers, sample(study)
     found = evaluate(study, positions[: 4 * count])
     some = positions[: 4 * count][found.outcome == Outcome.SIMULATED][:count]
@@ -82,7 +81,7 @@ def per_design(study: Study, count: int = 48) -> None:
 
 
 def speed_up(designs: int) -> None:
-    """Two workers against one, in turns, on the same designs."""
+    """Print the times of one and two workers, alternating, for the same designs."""
     study = load_study("geometry")
     study = replace(study, numbers=replace(study.numbers, designs=designs, generations=0))
     best: dict[int, float] = {}
@@ -91,7 +90,7 @@ def speed_up(designs: int) -> None:
     for _ in range(3):
         for workers in (1, 2):
             with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(workers) as executor:
-                # The processes start, and load what they need, before the clock does.
+                # The processes start and import before the measurement.
                 list(executor.map(_warm, range(4 * workers)))
                 start, before = time.perf_counter(), time.process_time()
                 found[workers], _ = run_study(study, Path(folder), executor)

@@ -1,4 +1,4 @@
-"""Published gears: the numbers as the sources state them, the piecewise line, users' rows and their faults."""
+"""Published gears: the numbers as the sources state them, piecewise linear twist, users' rows and their faults."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_rows_state_what_the_sources_state() -> None:
     assert (csf.k1, csf.k2, csf.k3, csf.rated_torque) == (67e3, 110e3, 120e3, 137)
 
 
-def test_every_row_has_a_source_and_says_if_it_is_second_hand() -> None:
+def test_every_row_has_a_source_and_states_whether_it_is_second_hand() -> None:
     assert all(gear.source for gear in GEARS.values())
     assert {gear.type for gear in GEARS.values() if gear.second_hand} == {"RV-42N", "CSF-17", "CSF-25", "CSF-32"}
 
@@ -47,7 +47,7 @@ def test_gears_of_the_paper_that_were_not_found_have_no_numbers(key: tuple[str, 
 
 
 @pytest.mark.parametrize("key", [("Fine Cyclo F1C-A25", "29"), ("CSF-17", "50"), ("CSF-25", "50")])
-def test_a_row_without_a_curve_gives_none(key: tuple[str, str]) -> None:
+def test_a_row_without_a_curve_has_no_twist(key: tuple[str, str]) -> None:
     with pytest.raises(InputError, match="expected a published stiffness curve, got none"):
         GEARS[key].twist_at(10.0)
 
@@ -109,14 +109,14 @@ def test_own_rows_come_after_the_published_ones(tmp_path: Path) -> None:
         ("[[gear", "expected a TOML catalogue, got a syntax error"),
     ],
 )
-def test_a_faulty_row_is_named_in_one_line(text: str, words: str) -> None:
+def test_a_faulty_row_is_reported_in_one_line(text: str, words: str) -> None:
     with pytest.raises(InputError, match=words) as caught:
         read_rows(text, "own.toml")
     assert str(caught.value).startswith("own.toml: ")
     assert "\n" not in str(caught.value)
 
 
-def test_the_row_that_is_wrong_is_counted() -> None:
+def test_the_number_of_the_wrong_row_is_reported() -> None:
     with pytest.raises(UnknownNameError, match=r"own\.toml: gear 2: unknown field 'size_'"):
         read_rows(OWN + OWN + 'size_ = "1"', "own.toml")
 

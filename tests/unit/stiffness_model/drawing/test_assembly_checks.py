@@ -1,4 +1,4 @@
-"""What no part shows by itself: sizes of an assembled drive out of reach of the theory, and what else is no drive."""
+"""Sizes of an assembled drive beyond the validity of the theory, and other input of which no drive can be made."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ def refused(**fields) -> str:
         ({"cage_offset": "6 mm"}, ["cage_offset", "half the lobes' pitch", "6 mm", "next lobe"]),
     ],
 )
-def test_one_line_for_what_is_no_drive(fields, parts):
+def test_sizes_of_no_drive_are_refused_in_one_line(fields, parts):
     message = refused(**fields)
     assert all(part in message for part in parts), message
 
 
-def test_the_bound_is_a_tenth_of_the_radius():
-    """Hertz for a sphere on a plane: where the contact is a tenth of its radius wide, it is a hundredth deep."""
+def test_the_limit_is_a_contact_of_a_tenth_of_the_radius():
+    """Hertz for a sphere on a plane: at a half width of a tenth of the radius the indentation is a hundredth of it."""
     radius, compliance = 7e-3, 2 * sm.MATERIALS["100Cr6"].compliance
     force = float(point_stiffness(compliance, 1 / radius, 1 / radius)) * (MAX_INDENTATION_RATIO * radius) ** 1.5
     width, _, pressure = point_contact_ellipse(force, compliance, 1 / radius, 1 / radius)
@@ -55,14 +55,14 @@ def test_the_bound_is_a_tenth_of_the_radius():
     assert 7.2e9 < pressure < 7.4e9
 
 
-def test_what_is_just_allowed_presses_less_than_the_bound_says():
+def test_the_pressure_just_within_the_limit_is_bounded():
     drive = sm.load_drive("drive_1", gear_offset="-0.139 mm")
     pressure = sm.contact_pressures(drive, [0.0], 2).pressure
-    assert pressure[..., :2].max() < 9e9  # 7.3 GPa, with curvatures of its own and the drives' deviations
+    assert pressure[..., :2].max() < 9e9  # 7.3 GPa for a plane, changed by the curvatures and the deviations.
 
 
 @pytest.mark.parametrize("name", ["drive_1", "drive_2", "drive_3"])
-def test_every_way_to_a_drive_is_checked(name):
+def test_changed_drives_are_checked_too(name):
     drive = sm.load_drive(name)
     for change in (
         {"lobes": 200, "transmission_ratio": 199},
@@ -72,7 +72,7 @@ def test_every_way_to_a_drive_is_checked(name):
             dataclasses.replace(drive, **change)
 
 
-def test_numpy_s_integers_count():
+def test_numpy_integers_are_counts():
     drive = sm.load_drive(
         "drive_1",
         lobes=np.int64(28),
@@ -125,7 +125,7 @@ def test_quantities_of_a_units_library_are_converted():
         dataclasses.replace(drive, crank_radius=41 * unit.mm)
 
 
-def test_a_name_stands_for_its_drive():
+def test_functions_take_a_preset_s_name_for_its_drive():
     by_name, drive = sm.simulate("drive_1", [0.001], 2), sm.load_drive("drive_1")
     assert (by_name.torque == sm.simulate(drive, [0.001], 2).torque).all()
     assert by_name.drive == drive

@@ -1,4 +1,4 @@
-"""Drawings: in and out, and what is refused."""
+"""Drawings: reading, writing and faults."""
 
 from __future__ import annotations
 
@@ -64,10 +64,10 @@ def test_round_trip_through_toml(tmp_path, name, changes):
     assert sm.drive_from_dict(sm.drive_to_dict(drive)) == drive
 
 
-def test_overrides_take_texts_and_si():
+def test_overrides_are_texts_or_si_numbers():
     assert sm.load_drive("drive_1", crank_radius="42 mm") == sm.load_drive("drive_1", crank_radius=0.042)
     assert sm.load_drive("drive_1", cage_tolerance="IT6").tolerances["cage"].window == pytest.approx(11e-6)
-    # The window is that of the overridden size.
+    # The grade is that of the overridden size.
     assert sm.load_drive("drive_1", element_radius="10 mm").tolerances["cage"].window == pytest.approx(6e-6)
 
 
@@ -79,7 +79,7 @@ def test_own_material(tmp_path):
     assert drive.materials["cage"].name == "100Cr6"
 
 
-def test_elements_that_do_not_fit_warn_with_the_most_that_do():
+def test_elements_that_do_not_fit_cause_a_warning_with_the_number_that_does():
     for per_row in (29, 21, 15):
         said = rf"{per_row} elements do not fit on the 29 seats .* 10.38 mm apart .* -3.62 mm of wall.*14 elements fit"
         with pytest.warns(sm.DoesNotFitWarning, match=said):
@@ -92,14 +92,14 @@ def test_elements_that_do_not_fit_warn_with_the_most_that_do():
         sm.load_drive("drive_1", elements=3 * 40)
 
 
-def test_a_drive_does_not_change():
+def test_a_drive_is_immutable():
     drive = sm.load_drive("drive_1")
     with pytest.raises(dataclasses.FrozenInstanceError):
         drive.lobes = 28  # type: ignore[misc]
 
 
 BAD = {
-    # old text, new text, what the message has to say besides the file: field, expected, came
+    # old text, new text, parts of the message besides the file: field, expectation, value
     "unknown field": ("lobes = 30", "lobe = 30", ["[geometry]", "'lobe'", "did you mean 'lobes'"]),
     "unknown section": ("[geometry]", "[geometri]", ["'geometri'", "did you mean 'geometry'"]),
     "field in the wrong section": ("[geometry]", "x = 1\n[geometry]", ["'x'", "expected one of", "geometry"]),
@@ -174,7 +174,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_drawings_say_what_was_expected_what_came_and_where(tmp_path, case):
+def test_faults_of_a_drawing_are_reported_with_file_field_and_expectation(tmp_path, case):
     old, new, parts = BAD[case]
     file = edited(tmp_path, (old, new))
     with pytest.raises(sm.InputError) as error:
@@ -222,8 +222,8 @@ def test_a_file_that_is_no_text(tmp_path):
 
 
 @pytest.mark.parametrize("changes", [{}, {"element_offset": "4 um", "element_tolerance": "20 um"}])
-def test_a_first_drawing_has_bores_that_let_its_elements_run(changes):
-    """Without a cage_offset the clearance is three sigma of its own: half of the elements were squeezed at 0."""
+def test_bores_without_an_offset_clear_their_elements(changes):
+    """Without a cage_offset the clearance is three of its standard deviations; at 0 half of the elements interfere."""
     table = sm.drive_to_dict(sm.load_drive("drive_1", **changes))
     del table["tolerances"]["cage_offset"]
     drive = sm.drive_from_dict(table)

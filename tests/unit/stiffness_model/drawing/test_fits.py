@@ -1,4 +1,4 @@
-"""Fields as a workshop writes them: printed limits of ISO 286, limits, and that they shift the mean drive."""
+"""Tolerance zones as a workshop writes them: limit deviations printed in ISO 286, the mean drive's shift."""
 
 from __future__ import annotations
 
@@ -59,15 +59,15 @@ def test_printed_limit_deviations(fit, size_mm, upper, lower):
     letter, grade = fit.rstrip("0123456789"), int(fit.lstrip("DEFGHJKMNPSdefghjkmnps"))
     assert lower_limit_deviation(letter, grade, size_mm * 1e-3) == pytest.approx(lower * UM, abs=1e-12)
     assert iso_286(grade, size_mm * 1e-3) == pytest.approx((upper - lower) * UM, rel=1e-12)
-    field = read_zone(f"{size_mm} {fit}", size_mm * 1e-3, letter.isupper(), "here")
-    assert field.window == pytest.approx((upper - lower) * UM, rel=1e-12)
-    # The radius lies half of the diameter's middle off.
-    assert field.offset == pytest.approx((upper + lower) / 4 * UM, abs=1e-12)
+    zone = read_zone(f"{size_mm} {fit}", size_mm * 1e-3, letter.isupper(), "here")
+    assert zone.window == pytest.approx((upper - lower) * UM, rel=1e-12)
+    # The mean radius is off by half the deviation of the zone's middle.
+    assert zone.offset == pytest.approx((upper + lower) / 4 * UM, abs=1e-12)
 
 
 @given(st.sampled_from([name for name in LETTERS if name not in ("js",)]), st.integers(5, 8), st.floats(1e-3, 0.5))
 def test_a_hole_mirrors_its_shaft(letter, grade, size):
-    """ISO 286-1, 4.3.2: the limits mirror each other, but for K to P, which are moved by less than a grade."""
+    """ISO 286-1, 4.3.2: the limits mirror each other, except for K to P, which are shifted by less than a grade."""
     hole, shaft = lower_limit_deviation(letter.upper(), grade, size), lower_limit_deviation(letter, grade, size)
     mirrored = -shaft - iso_286(grade, size)
     if letter in "defgh":
@@ -89,11 +89,11 @@ def test_a_hole_mirrors_its_shaft(letter, grade, size):
 )
 def test_limits(text, window, offset):
     for hole in (True, False):
-        field = read_zone(text, 14e-3, hole, "here")
-        assert (field.window, field.offset) == pytest.approx((window * UM, offset * UM), abs=1e-15)
+        zone = read_zone(text, 14e-3, hole, "here")
+        assert (zone.window, zone.offset) == pytest.approx((window * UM, offset * UM), abs=1e-15)
 
 
-def test_a_grade_alone_lies_about_the_size_and_a_bearing_ring_below_it():
+def test_a_grade_is_centred_on_the_size_and_a_bearing_ring_lies_below_it():
     for text in ("IT5", "13 um", "ISO 3290 G10", 13e-6):
         assert read_zone(text, 82e-3, False, "here").offset is None
     ring = read_zone("ISO 492 Normal", 82e-3, False, "here")
@@ -118,15 +118,15 @@ def test_g_is_a_fit_of_a_hole_and_a_grade_of_balls():
         ({"crank_tolerance": "ISO 492 Normal", "crank_offset": "2 um"}, ["crank_offset", "-3.75 um", "'15 um'"]),
     ],
 )
-def test_what_contradicts_itself_says_so(fields, parts):
+def test_contradictory_tolerances_are_refused(fields, parts):
     with pytest.raises(sm.InputError) as error:
         sm.load_drive("drive_1", **fields)
     assert all(part in str(error.value) for part in parts), str(error.value)
     assert "\n" not in str(error.value)
 
 
-def test_the_middle_of_a_field_is_the_mean_drive_s():
-    """A ring at 0/-15 um is a centred one of 15 um that is 3.75 um smaller: half a micrometre of play and more."""
+def test_the_middle_of_a_tolerance_zone_shifts_the_mean_drive():
+    """A ring at 0/-15 um is a centred one of 15 um whose mean radius is 3.75 um smaller, which softens the drive."""
     one_sided = sm.load_drive("drive_1", crank_tolerance="0/-15 um")
     stated = sm.load_drive("drive_1", crank_tolerance="15 um", crank_offset="-3.75 um")
     assert one_sided.tolerances["crank"].offset == pytest.approx(stated.tolerances["crank"].offset, rel=1e-12)

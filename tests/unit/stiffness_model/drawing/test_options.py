@@ -1,4 +1,4 @@
-"""Switches in the drawing: read, written, refused; and the tables that follow them."""
+"""Options of the drawing: reading, writing, faults; and the tables that depend on them."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_an_allowable_pressure_and_its_source_round_trip(tmp_path) -> None:
         assert words in str(error.value)
 
 
-def test_a_plain_drawing_stays_as_it_was() -> None:
+def test_options_with_default_values_are_not_written() -> None:
     table = sm.drive_to_dict(sm.load_drive("drive_1"))
     assert set(table) == {"name", "description", "geometry", "materials", "tolerances", "operation"}
     assert table["operation"] == {"max_twist": "8 arcmin"}
@@ -121,14 +121,14 @@ def test_bare_numbers_and_unknown_fields_in_a_file(tmp_path) -> None:
         assert words in str(error.value)
 
 
-def test_every_switch_changes_the_fingerprint() -> None:
+def test_every_option_changes_the_fingerprint() -> None:
     plain = sm.load_drive("drive_1")
     prints = {fingerprint(sm.load_drive("drive_1", **{name: value})) for name, value in ALL.items()}
     assert len(prints | {fingerprint(plain)}) == len(ALL) + 1
 
 
 @pytest.mark.parametrize("name", ["drive_1", "drive_3"])
-def test_spread_drives_have_the_mean_of_spread_elements(name: str) -> None:
+def test_quasi_random_drives_have_the_mean_of_quasi_random_elements(name: str) -> None:
     drive = sm.load_drive(name)
     twist = np.array([0.2, 0.6, 1.0]) * drive.max_twist
     drives = sampling.quasi_random_drives(drive, 256)
@@ -140,8 +140,8 @@ def test_spread_drives_have_the_mean_of_spread_elements(name: str) -> None:
     assert all(len(np.unique(row)) == 3 for row in shared)
 
 
-def test_the_lookups_mean_follows_the_bearing() -> None:
-    """Against the mean of drawn drives, within their sampling error; nothing else of the lookup knows of it."""
+def test_the_lookup_s_mean_includes_the_bearing() -> None:
+    """Compared with the mean of sampled drives, within their sampling error."""
     drive = sm.load_drive("drive_1", bearing_stiffness="250 N/um")
     twist = np.array([-1.0, 0.3, 1.0]) * drive.max_twist
     mean, drawn = lookup.mean_torque(drive, twist), sm.simulate(drive, twist, 200).torque
@@ -150,8 +150,8 @@ def test_the_lookups_mean_follows_the_bearing() -> None:
     assert mean[-1] < 0.65 * lookup.mean_torque(sm.load_drive("drive_1"), twist)[-1]
 
 
-def test_one_element_of_a_soft_drive_is_missed_less() -> None:
-    """The table's solver against whole drives solved with and without a ball, element by element."""
+def test_a_missing_element_costs_an_elastic_drive_less_torque() -> None:
+    """The table's solver, compared for an elastic and a rigid bearing."""
     drive = sm.load_drive("drive_1", bearing_stiffness="250 N/um")
     args = np.array([0.8 * drive.max_twist]), np.array([0.0]), np.array([0.4, 1.0, 1.4])
     soft = element_table._mean_torques(drive, *args)
@@ -162,12 +162,12 @@ def test_one_element_of_a_soft_drive_is_missed_less() -> None:
     np.testing.assert_allclose(stiff, rigid, rtol=0.03)
 
 
-def test_a_lookup_does_not_know_the_crank_s_speed() -> None:
+def test_a_lookup_refuses_inertia() -> None:
     with pytest.raises(sm.InputError, match="inertia 'off': tables over twist and clearance do not know"):
         lookup.build_lookup(sm.load_drive("drive_1", inertia="on", crank_speed="3000 rpm"), 2)
 
 
-def test_coupled_elements_come_as_whole_drives() -> None:
+def test_coupled_elements_need_whole_drives() -> None:
     soft = sm.load_drive("drive_1", bearing_stiffness="250 N/um")
     loose = sampling.quasi_random_elements(soft, 64)
     with pytest.raises(sm.InputError, match="whole drives of 87 elements"):
@@ -175,8 +175,8 @@ def test_coupled_elements_come_as_whole_drives() -> None:
     assert len(build_contacts(sm.load_drive("drive_1"), loose)) == 64
 
 
-def test_the_preset_s_comment_shows_every_switch(tmp_path) -> None:
-    """What it shows as a comment is a drawing when the signs are taken away."""
+def test_the_preset_s_comment_shows_every_option(tmp_path) -> None:
+    """The comment in the preset is a valid drawing once it is uncommented."""
     text = (Path(sm.__file__).parent / "presets" / "drive_1.toml").read_text("utf-8")
     plain, _, shown = text.partition("# [bodies]")
     lines = [line.removeprefix("#").strip() for line in ("# [bodies]" + shown).splitlines()]

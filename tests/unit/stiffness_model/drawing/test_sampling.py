@@ -1,4 +1,4 @@
-"""Virtual drives: what the seed fixes, and the statistics of the parts."""
+"""Virtual drives: reproducibility from the seed, and the statistics of the parts."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def test_a_drive_does_not_depend_on_how_many_are_drawn(drive_2):
     assert few.beta.shape == (5, 87)
 
 
-def test_the_numbers_of_a_seed_stay():
-    """Saved lookups name their seed: drawn again, years later, they have to come out the same."""
+def test_the_deviations_of_a_seed_are_fixed():
+    """Saved lookups state their seed, from which the same drives must come in any later version."""
     first = draw(sm.load_drive("drive_1"), 0, 1, seed=0)
     assert first.beta[0, 0] == pytest.approx(PINNED[0], rel=1e-12)
     assert 1e6 * (first.gear[0, :2] - 7e-3) == pytest.approx(PINNED[1:], rel=1e-7)
@@ -82,7 +82,7 @@ def test_cranks_deviation_per_eccentric(drive_2):
     assert np.all(rows == rows[:, :1])
     assert all(len(set(row)) == 3 for row in rows[:, 0])
     assert all(len(set(row)) == 87 for row in per_element.crank)
-    # The other parts do not care.
+    # The other parts are not affected.
     assert np.array_equal(per_eccentric.gear, per_element.gear)
     radii = np.concatenate([draw(workshop, b, 16, seed=3).crank[:, :3] for b in range(200)])
     sigma = workshop.tolerances["crank"].sigma
@@ -95,11 +95,11 @@ def test_positions_are_spaced_evenly_from_a_uniform_start(many):
     assert np.all((many.beta > -math.pi) & (many.beta <= math.pi))
     starts = np.sort(many.beta[:, 0])
     uniform = np.linspace(-math.pi, math.pi, len(starts))
-    # Kolmogorov's distance, of which 1.63/sqrt(n) is passed once in a hundred seeds.
+    # The Kolmogorov-Smirnov statistic exceeds 1.63/sqrt(n) for one seed in a hundred.
     assert np.abs(starts - uniform).max() / (2 * math.pi) < 1.63 / math.sqrt(len(starts))
 
 
-def test_mean_offset_moves_the_cage_alone():
+def test_mean_offset_affects_only_the_cage():
     free, tight = sm.load_drive("drive_1"), sm.load_drive("drive_1", cage_offset=0.0)
     a, b = draw(free, 0, 4, seed=5), draw(tight, 0, 4, seed=5)
     np.testing.assert_allclose(a.cage - b.cage, free.tolerances["cage"].offset, rtol=1e-9)

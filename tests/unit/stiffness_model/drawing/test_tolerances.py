@@ -1,4 +1,4 @@
-"""Tolerance windows of the standards, and what a drawing may write."""
+"""Tolerance windows of the standards, and the texts of drawings that state them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TABLE_II = [
 def test_table_ii(drive, part, window, sigma):
     tolerance = sm.load_drive(drive).tolerances[part]
     assert tolerance.window == pytest.approx(window * UM, rel=1e-12)
-    # The table rounds to two digits behind the point, the ball's to three.
+    # The table rounds to two decimals, that of the ball to three.
     assert tolerance.sigma == pytest.approx(sigma * UM, abs=0.005 * UM if sigma > 0.1 else 0.0005 * UM)
 
 
@@ -44,7 +44,7 @@ def test_mean_offsets_of_section_iv(drive):
 @pytest.mark.parametrize(
     ("grade", "size_mm", "window"),
     [
-        # Sizes lie in the row that ends with them: above 10 up to and including 18, and so on.
+        # A size belongs to the step that ends with it: above 10 up to and including 18, and so on.
         (5, 10, 6),
         (5, 10.001, 8),
         (5, 18, 8),
@@ -68,8 +68,8 @@ def test_iso_286(grade, size_mm, window):
 
 
 def test_iso_286_windows_are_multiples_of_the_tolerance_unit():
-    """ISO 286-1, annex: IT8 is 25 i and IT13 250 i, i = 0.45 D^(1/3) + 0.001 D in um, D the geometric mean of the
-    row's sizes in mm, rounded; and the printed row of IT8, as a rounded number may be off by one."""
+    """ISO 286-1, annex: IT8 is 25 i and IT13 250 i, i = 0.45 D^(1/3) + 0.001 D in um, with D the geometric mean of the
+    step's sizes in mm, rounded; the rounded values of IT8 are also compared with the printed ones."""
     ends = (1, 3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
     printed = (14, 18, 22, 27, 33, 39, 46, 54, 63, 72, 81, 89, 97)
     for (low, high), window in zip(itertools.pairwise(ends), printed, strict=True):
@@ -180,7 +180,7 @@ def test_offsets():
 @given(st.floats(0, 1e-3), st.floats(-1e-3, 1e-3))
 def test_limits_of_a_radius_lie_at_three_sigma(window, offset):
     tolerance = Tolerance(window, offset)
-    # The diameter's window is six sigma of the diameter wide, the radius has half its sigma.
+    # The window is six sigma of the diameter wide, and the radius has half the sigma of the diameter.
     assert 2 * 6 * tolerance.sigma == pytest.approx(window)
 
 

@@ -1,4 +1,4 @@
-"""Twists and angles far from what a drive can be are refused where they come in, and what found no rest is told."""
+"""Twists and angles beyond the limits are refused everywhere, and elements without equilibrium are reported once."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from stiffness_model.ratings.static_safety import static_safety
 from stiffness_model.rotation import draw_individual, turning_map
 from stiffness_model.units import ARCMIN
 
-Ask = Callable[[sm.Drive, np.ndarray], object]
+Call = Callable[[sm.Drive, np.ndarray], object]
 
-ASKED: dict[str, Ask] = {
+CALLS: dict[str, Call] = {
     "simulate": lambda drive, twist: sm.simulate(drive, twist, 2),
     "pressure": lambda drive, twist: sm.contact_pressures(drive, twist, 2),
     "strength": lambda drive, twist: static_safety(drive, twist, 2),
@@ -40,22 +40,22 @@ ASKED: dict[str, Ask] = {
 
 
 @pytest.fixture
-def able() -> sm.Drive:
+def rated() -> sm.Drive:
     return sm.load_drive("drive_1", bearing_capacity="40 kN")
 
 
-@pytest.mark.parametrize("who", ASKED)
-def test_arcmin_forgotten_is_named_and_the_limit_itself_is_computed(who: str, able: sm.Drive) -> None:
+@pytest.mark.parametrize("call_name", CALLS)
+def test_a_missing_factor_arcmin_is_suggested_and_the_limit_itself_is_computed(call_name: str, rated: sm.Drive) -> None:
     with pytest.raises(InputError, match=r"within \+-32 arcmin.*did you mean 8 \* ARCMIN") as caught:
-        ASKED[who](able, np.linspace(0, 8, 5))
+        CALLS[call_name](rated, np.linspace(0, 8, 5))
     assert "\n" not in str(caught.value)
-    ASKED[who](able, np.array([twist_limit(able)]))
+    CALLS[call_name](rated, np.array([twist_limit(rated)]))
     with pytest.raises(InputError, match="for greater twists raise max_twist in the drawing"):
-        ASKED[who](able, np.array([-60 * ARCMIN]))
+        CALLS[call_name](rated, np.array([-60 * ARCMIN]))
 
 
-def test_far_is_eight_loads_and_twice_the_pressure() -> None:
-    """Hertz without play or scatter in between: load as the twist to 3/2, pressure to 1/2."""
+def test_the_greatest_twist_has_eight_times_the_load_and_twice_the_pressure() -> None:
+    """Hertz without clearance and scatter: the load grows with the power 3/2 of the twist, the pressure with 1/2."""
     drive = sm.load_drive("drive_1", **{f"{part}_tolerance": "0 um" for part in ("gear", "crank", "element")})
     twist = np.array([1.0, MAX_TWIST_FACTOR]) * drive.max_twist
     found = sm.contact_pressures(drive, twist, 8).pressure[..., :2].mean(axis=(0, 2))
@@ -64,7 +64,7 @@ def test_far_is_eight_loads_and_twice_the_pressure() -> None:
     assert force[1] / force[0] == pytest.approx(8.0, rel=0.12)
 
 
-def test_a_quarter_turn_of_the_crank_is_the_end_whatever_the_drawing_says() -> None:
+def test_a_quarter_turn_of_the_crank_is_the_limit_whatever_the_drawing_states() -> None:
     wide = replace(sm.load_drive("drive_1"), max_twist=2 * QUARTER_TURN / 29)
     assert twist_limit(wide) == pytest.approx(QUARTER_TURN / 29)
     with pytest.raises(InputError, match="a quarter turn of the crank"):
@@ -72,7 +72,7 @@ def test_a_quarter_turn_of_the_crank_is_the_end_whatever_the_drawing_says() -> N
 
 
 @pytest.mark.parametrize("value", [2 * MAX_OUTPUT_ANGLE * 29, 1e300])
-def test_an_angle_at_which_places_are_lost_is_refused(value: float) -> None:
+def test_an_angle_beyond_floating_point_resolution_is_refused(value: float) -> None:
     drive = sm.load_drive("drive_1")
     with pytest.raises(InputError, match="angle: expected a crank angle within"):
         place_parts(drive, value)
@@ -90,7 +90,7 @@ def test_an_angle_at_which_places_are_lost_is_refused(value: float) -> None:
         (["--exaggerate", "1e308", "--twist", "0"], "--exaggerate: expected a factor of at most"),
     ],
 )
-def test_draw_refuses_what_no_drive_can_be(
+def test_draw_refuses_values_beyond_the_limits(
     call: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["draw", "drive_1", *call, "--out", str(tmp_path / "new")]) == 2
@@ -102,19 +102,19 @@ def test_draw_refuses_what_no_drive_can_be(
 
 @pytest.fixture
 def stopped(monkeypatch: pytest.MonkeyPatch) -> sm.Drive:
-    """Balls larger than their bores, whose iteration is stopped before its first step."""
+    """A drive with balls larger than their bores, whose iteration is stopped before its first step."""
     monkeypatch.setattr(newton, "MOST_STEPS", 0)
     return sm.load_drive("drive_1", cage_offset="0 um", bearing_capacity="40 kN")
 
 
-@pytest.mark.parametrize("who", [who for who in ASKED if who not in ("lookup", "view")])
-def test_elements_without_an_equilibrium_are_told_once(who: str, stopped: sm.Drive) -> None:
+@pytest.mark.parametrize("call_name", [call_name for call_name in CALLS if call_name not in ("lookup", "view")])
+def test_elements_without_an_equilibrium_are_reported_once(call_name: str, stopped: sm.Drive) -> None:
     with pytest.warns(NotConvergedWarning, match=r"drive_1: \d+ of \d+ cases .* count as no force") as caught:
-        ASKED[who](stopped, np.array([0.5, 1.0]) * stopped.max_twist)
+        CALLS[call_name](stopped, np.array([0.5, 1.0]) * stopped.max_twist)
     assert len(caught) == 1
 
 
-def test_the_count_is_the_populations_and_a_command_says_it(
+def test_the_count_is_the_population_s_and_commands_report_it(
     stopped: sm.Drive, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.warns(NotConvergedWarning) as caught:
@@ -128,5 +128,5 @@ def test_the_count_is_the_populations_and_a_command_says_it(
     assert "cases found no equilibrium and count as no force" in said.out
 
 
-def test_nobody_is_warned_where_all_rest(able: sm.Drive) -> None:
-    assert sm.simulate(able, [able.max_twist], 16).status_counts["not_converged"] == 0
+def test_there_is_no_warning_where_all_elements_converge(rated: sm.Drive) -> None:
+    assert sm.simulate(rated, [rated.max_twist], 16).status_counts["not_converged"] == 0

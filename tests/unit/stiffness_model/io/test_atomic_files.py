@@ -1,4 +1,4 @@
-"""Files and folders that are written whole or not at all."""
+"""Files and folders that are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def contents(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.rglob("*"))
 
 
-def test_all_files_arrive_and_others_stay(tmp_path: Path) -> None:
+def test_all_files_are_moved_and_others_stay(tmp_path: Path) -> None:
     (tmp_path / "old.txt").write_text("old")
     (tmp_path / "kept.txt").write_text("kept")
     with staged_folder(tmp_path) as stage:
@@ -75,14 +75,14 @@ def test_a_folder_without_permission(tmp_path: Path, monkeypatch: pytest.MonkeyP
     def refuse(*_: object, **__: object) -> None:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
-    # Not by chmod: whoever runs the tests may be allowed to write everywhere.
+    # chmod would not do, for root may write everywhere.
     monkeypatch.setattr(Path, "mkdir", refuse)
     with pytest.raises(InputError, match="Permission denied"), staged_folder(tmp_path / "new"):
         pytest.fail("the block must not start")
     assert contents(tmp_path) == []
 
 
-def test_files_can_be_read_by_whom_the_umask_lets(tmp_path: Path) -> None:
+def test_files_have_the_permissions_of_the_umask(tmp_path: Path) -> None:
     (tmp_path / "plain").write_text("")
     with staged_folder(tmp_path) as stage:
         (stage / "staged").write_text("")
@@ -92,7 +92,7 @@ def test_files_can_be_read_by_whom_the_umask_lets(tmp_path: Path) -> None:
     assert len(set(modes.values())) == 1
 
 
-def test_one_file_whole_or_not_at_all(tmp_path: Path) -> None:
+def test_a_file_is_written_completely_or_not_at_all(tmp_path: Path) -> None:
     target = tmp_path / "a.txt"
     target.write_text("old")
 
@@ -123,7 +123,7 @@ with staged_folder(sys.argv[1]) as stage, atomic_file(sys.argv[1] + "/b.txt") as
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="foreign host: locks of Linux")
-def test_what_a_killed_process_left_is_cleared_away_and_a_living_one_s_work_is_not(
+def test_folders_of_a_killed_process_are_removed_and_those_of_a_running_one_are_not(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out, scratch = tmp_path / "out", tmp_path / "scratch"
@@ -147,7 +147,7 @@ def test_what_a_killed_process_left_is_cleared_away_and_a_living_one_s_work_is_n
     assert contents(tmp_path) == ["a.txt", "out", "scratch"]
 
 
-def test_folders_of_others_stay(tmp_path: Path) -> None:
+def test_links_files_and_other_folders_are_not_removed(tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / f"{STAGING_PREFIX}link").symlink_to(tmp_path / "mine")
     (tmp_path / f"{STAGING_PREFIX}file").write_text("")
@@ -156,7 +156,7 @@ def test_folders_of_others_stay(tmp_path: Path) -> None:
     assert contents(tmp_path) == [f"{STAGING_PREFIX}file", f"{STAGING_PREFIX}link", "mine"]
 
 
-def test_a_folder_in_the_file_s_place_is_told(tmp_path: Path) -> None:
+def test_a_folder_in_the_file_s_place_is_reported(tmp_path: Path) -> None:
     (tmp_path / "a.txt").mkdir()
     with pytest.raises(InputError, match="expected the name of a file"), atomic_file(tmp_path / "a.txt") as temporary:
         temporary.write_text("")

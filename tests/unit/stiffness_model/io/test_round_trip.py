@@ -1,4 +1,4 @@
-"""A drawing that is saved and loaded is the same drive: no name, text or rounding stands for a value."""
+"""A drawing that is saved and loaded is the same drive: no name, text or rounding changes a value."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ OPTIONS = st.fixed_dictionaries(
 
 @st.composite
 def drawings(draw: st.DrawFn) -> sm.Drive:
-    """Any drive that a drawing can say."""
+    """Any drive that a drawing can state."""
     fields = dict(draw(OPTIONS))
     for part in PARTS:
         fields[f"{part}_material"] = draw(MATERIAL)
@@ -80,7 +80,7 @@ def drawings(draw: st.DrawFn) -> sm.Drive:
     try:
         return sm.drive_from_dict(table, "random", **fields)
     except sm.InputError as error:
-        # Sizes whose profile cuts itself away are no drives, and standards end at 500 mm.
+        # A profile that cuts itself away makes no drive, and the standards end at 500 mm.
         assume("lobes: expected lobes" not in str(error) and "nominal size" not in str(error))
         raise
 
@@ -94,7 +94,7 @@ def again(drive: sm.Drive) -> sm.Drive:
 @given(drawings(), st.floats(0.9, 1.1))
 def test_save_load_equal(drive, scale):
     assert again(drive) == drive
-    # A size that changes leaves the window in metres: the text it was read from must not come back for it.
+    # A changed size keeps the window in metres, for which the text that it was read from must not be written.
     try:
         resized = dataclasses.replace(drive, element_radius=scale * drive.element_radius)
     except sm.InputError:
@@ -102,8 +102,8 @@ def test_save_load_equal(drive, scale):
     assert again(resized) == resized
 
 
-def test_an_own_material_keeps_to_its_part(tmp_path):
-    """An own material called 100Cr6 for the gear alone made all parts of it: 194 N.m became 97."""
+def test_an_own_material_stays_with_its_part(tmp_path):
+    """A material of the gear named 100Cr6 once replaced that of all parts: 194 N.m became 97."""
     soft = sm.Material("100Cr6", 104e9, 0.3, 7810.0)
     drive = sm.load_drive("drive_1", gear_material=soft)
     sm.save_drive(drive, tmp_path / "soft.toml")
@@ -114,7 +114,7 @@ def test_an_own_material_keeps_to_its_part(tmp_path):
     assert sm.simulate(loaded, twist, 2).torque == pytest.approx(sm.simulate(drive, twist, 2).torque, rel=0)
 
 
-def test_a_changed_size_does_not_take_the_old_text_along():
+def test_a_changed_size_does_not_keep_the_old_text():
     drive = dataclasses.replace(sm.load_drive("drive_1"), element_radius=3e-3)  # IT4 of 14 mm is 5 um, of 6 mm 4 um
     loaded = again(drive)
     assert loaded.tolerances["cage"].window == drive.tolerances["cage"].window == pytest.approx(5e-6)

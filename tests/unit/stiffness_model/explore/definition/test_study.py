@@ -1,4 +1,4 @@
-"""Reading a study: what it gives, and one line for every fault."""
+"""Reading a study, and one line for every fault."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tests.small_study import study, tables
 
 
 @pytest.mark.parametrize("name", studies())
-def test_studies_that_come_along_are_read_and_their_designs_can_be_drawn(name: str) -> None:
+def test_studies_of_the_package_are_read_and_make_drives(name: str) -> None:
     read = load_study(name)
     assert read.name == name
     middle = np.full(len(read.parameters), 0.5)
@@ -56,7 +56,7 @@ def test_steps_are_sizes_as_a_drawing_writes_them() -> None:
     assert drive.tolerances["cage"].offset == pytest.approx(1.5 * drive.tolerances["cage"].sigma)
 
 
-def test_balls_on_seats_stand_apart_and_leave_the_web() -> None:
+def test_packed_balls_leave_the_web_between_them() -> None:
     table, _ = read_table("drive_1")
     for radius, web in ((7e-3, 0.0), (4e-3, 0.0), (4e-3, 1e-3), (2e-3, 0.5e-3)):
         for rule in ("beside", "seats"):
@@ -67,12 +67,12 @@ def test_balls_on_seats_stand_apart_and_leave_the_web() -> None:
             assert 2 * around * np.sin(step / 2) >= 2 * radius + web - 1e-12
             assert count <= seats
             assert packing.fits(drive)
-            # One more would not have gone in.
+            # One more would not have fitted.
             more = 2 * np.pi / (count + 1) if rule == "beside" else 2 * np.pi / seats * (seats // count - 1)
             assert count == seats or 2 * around * np.sin(more / 2) < 2 * radius + web
 
 
-def test_designs_that_cannot_be_are_told_apart_and_not_simulated() -> None:
+def test_designs_that_cannot_be_built_are_classified_and_not_simulated() -> None:
     table = tables()
     table["parameters"] = {
         "element_radius": {"from": "2 mm", "to": "60 mm"},
@@ -95,9 +95,9 @@ def test_designs_that_cannot_be_are_told_apart_and_not_simulated() -> None:
 
 
 @pytest.mark.parametrize("lobes", [30, 36])
-def test_undercut_and_diameter_are_those_of_the_profile_s_points(lobes: int) -> None:
-    """The equidistant point by point: what lies nearer to the path than the element's radius was cut away by it, and
-    twice the farthest point from the axis is the diameter."""
+def test_undercut_and_diameter_agree_with_points_of_the_profile(lobes: int) -> None:
+    """Points of the equidistant nearer to the path than the element's radius are cut away, and twice the greatest
+    distance from the axis is the diameter."""
     table = tables()
     table["parameters"] = {"eccentricity": {"from": "0.3 mm", "to": "0.8 mm"}}
     table["fixed"] = {"lobes": lobes, "elements_per_row": "fill", "element_radius": "6 mm"}
@@ -106,7 +106,7 @@ def test_undercut_and_diameter_are_those_of_the_profile_s_points(lobes: int) -> 
     for k, eccentricity in enumerate((0.4e-3, 0.75e-3)):
         path = geometry.BallPath(47e-3, eccentricity, lobes)
         beta = np.linspace(-np.pi, np.pi, 2001)
-        # One period of the profile, in the gear's frame, with a half on either side to be near to.
+        # One period of the profile in the gear's frame; the path extends by half a period on either side.
         wide = np.linspace(-2 * np.pi, 2 * np.pi, 8001)
         centres = path.radius(wide) * np.exp(1j * wide / lobes)
         n_r, n_t = path.normal(beta)
@@ -118,7 +118,7 @@ def test_undercut_and_diameter_are_those_of_the_profile_s_points(lobes: int) -> 
         assert found.column("diameter")[k] == pytest.approx(2 * np.abs(points[~cut]).max(), rel=1e-6)
 
 
-def test_identity_is_that_of_the_numbers() -> None:
+def test_the_identity_depends_on_what_the_results_depend_on() -> None:
     same = tables()
     same["name"], same["description"], same["choose"] = "other", "words", {"rule": "best", "objective": "stiffness"}
     assert study_from_dict(same).identity == study().identity
@@ -133,7 +133,7 @@ def test_identity_is_that_of_the_numbers() -> None:
     assert study(seed=4).identity != study().identity
 
 
-def test_a_study_finds_its_drawing_beside_it_and_knows_its_materials(tmp_path: Path) -> None:
+def test_a_study_reads_the_drawing_beside_it_with_its_materials(tmp_path: Path) -> None:
     text = (Path(sm.__file__).parent / "presets" / "drive_1.toml").read_text("utf-8")
     (tmp_path / "mine.toml").write_text(
         text + '\n[material.brass]\nyoungs_modulus = "100 GPa"\npoisson_ratio = 0.35\n', "utf-8"
@@ -195,7 +195,7 @@ FAULTS: list[tuple[str, Any, str]] = [
 
 
 @pytest.mark.parametrize(("where", "value", "said"), FAULTS, ids=[f"{w}-{k}" for k, (w, _, _) in enumerate(FAULTS)])
-def test_every_fault_is_one_line_that_says_what_and_where(where: str, value: Any, said: str) -> None:
+def test_every_fault_is_reported_in_one_line(where: str, value: Any, said: str) -> None:
     table = copy.deepcopy(tables())
     *path, last = where.split(".")
     inner = table
@@ -211,7 +211,7 @@ def test_every_fault_is_one_line_that_says_what_and_where(where: str, value: Any
         assert text.startswith("mine.toml")
 
 
-def test_files_that_are_no_study(tmp_path: Path) -> None:
+def test_unreadable_studies_are_refused(tmp_path: Path) -> None:
     for name, text, said in (("a.toml", "name = ", "syntax error"), ("b.toml", "\udcff", "readable")):
         (tmp_path / name).write_bytes(text.encode("utf-8", "surrogateescape"))
         with pytest.raises(sm.InputError, match=said):
@@ -222,7 +222,7 @@ def test_files_that_are_no_study(tmp_path: Path) -> None:
         load_study("tolerance_fields")
 
 
-def test_physics_that_a_study_leaves_out_is_refused() -> None:
+def test_options_that_a_study_does_not_take_into_account_are_refused() -> None:
     @dataclass(frozen=True)
     class Wider(sm.Drive):
         bearing_stiffness: float = 0.0

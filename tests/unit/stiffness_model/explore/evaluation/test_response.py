@@ -1,4 +1,4 @@
-"""The cheap sweep of a design against the full simulation."""
+"""The simplified sweep of a design compared with the full simulation."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def at_torque(mean: np.ndarray, values: np.ndarray, torque: float) -> float:
         ("drive_1", {"cage_offset": "6 sigma", "crank_deviation": "eccentric", "gear_offset": "8 um"}),
     ],
 )
-def test_same_numbers_as_the_full_simulation_where_all_balls_fit_their_bores(
+def test_results_equal_the_full_simulation_where_all_balls_fit_their_bores(
     name: str, fields: dict[str, object]
 ) -> None:
     drive = sm.load_drive(name, **fields)
@@ -51,22 +51,22 @@ def test_same_numbers_as_the_full_simulation_where_all_balls_fit_their_bores(
     between = np.sort(whole.load_share[:, k - 1 : k + 1], axis=1)
     assert (found.share >= between[:, 0] - 1e-12).all()
     assert (found.share <= between[:, 1] + 1e-12).all()
-    # Elements that the crank leaves were dropped on the way, or the comparison shows nothing.
-    rows = sweep(draw_elements(drive, drive.usable_limit, DRIVES, 5), found.curve.twist * drive.ratio)
-    assert len(rows[-1].index) < 0.8 * len(rows[0].index)
-    assert sum(len(row.result.gear) for row in rows) == TWISTS
+    # The comparison covers elements that were left out as unloaded.
+    segments = sweep(draw_elements(drive, drive.usable_limit, DRIVES, 5), found.curve.twist * drive.ratio)
+    assert len(segments[-1].index) < 0.8 * len(segments[0].index)
+    assert sum(len(segment.result.gear) for segment in segments) == TWISTS
 
 
 def test_sum_of_forces_without_load_is_that_of_all_contacts() -> None:
     drive = sm.load_drive("drive_2", elements=3, cage_offset="6 sigma")
     found = simulate_design(drive, drive.usable_limit, 5.0, 6, 12, 0)
     assert found is not None
-    # With one element on the profile its greatest forces at the contacts are all there are.
+    # A single element's greatest forces are the forces of all contacts.
     one = sm.load_drive("drive_2", elements=1, eccentrics=1, cage_offset="6 sigma")
-    alone = simulate_design(one, one.usable_limit, 2.0, 6, 12, 0)
-    assert alone is not None
+    single = simulate_design(one, one.usable_limit, 2.0, 6, 12, 0)
+    assert single is not None
     np.testing.assert_allclose(
-        np.sort(alone.force_sum), np.sort(sm.simulate(one, [0.0, 1e-3], 6).contact_force[:, 0].sum(axis=1)), rtol=1e-9
+        np.sort(single.force_sum), np.sort(sm.simulate(one, [0.0, 1e-3], 6).contact_force[:, 0].sum(axis=1)), rtol=1e-9
     )
     assert (found.force_sum >= found.force[0]).all()
 
@@ -90,7 +90,7 @@ def test_balls_larger_than_their_bores_change_the_metrics_by_less_than_a_hundred
         assert float(here) == pytest.approx(float(there), rel=0.01)
 
 
-def test_both_walls_share_the_force_as_their_indentations_say() -> None:
+def test_both_walls_of_a_bore_share_the_force_by_their_indentations() -> None:
     drive = sm.load_drive("drive_2", cage_offset=0.0)
     contacts = build_contacts(drive, sampling.draw(drive, 0, 2, 0))
     net = np.linspace(-900, 900, len(contacts))
@@ -109,24 +109,24 @@ def test_both_walls_share_the_force_as_their_indentations_say() -> None:
 
 
 @pytest.mark.parametrize("element", ["ball", "roller"])
-def test_pressure_is_that_of_the_full_computation(element: str) -> None:
+def test_the_pressure_is_that_of_the_full_rating(element: str) -> None:
     drive = sm.load_drive("drive_1", element=element, element_length="12 mm", cage_offset="6 sigma")
     found = simulate_design(drive, drive.usable_limit, TORQUE, DRIVES, TWISTS, 0)
     assert found is not None
     twist = float(found.curve.twist_at(TORQUE))
     exact = peak_pressures(drive, np.linspace(0.5, 1.0, 10) * twist, PRESSURE_DRIVES)
     assert found.pressure == pytest.approx(np.percentile(exact.pressure[:, -1, :2].max(axis=1), 90), rel=2e-3)
-    # The most loaded contact over a turn, in nine drives of ten: more than the drives show where they happen to stand.
+    # It is the greatest over a turn, and so greater than at the positions where the drives happen to stand.
     standing = sm.contact_pressures(drive, [twist], PRESSURE_DRIVES).pressure[:, 0, :2].max(axis=1)
     assert found.pressure > 1.03 * standing.mean()
 
 
-def test_a_drive_too_soft_for_the_torque_is_told_apart() -> None:
+def test_a_drive_too_soft_for_the_torque_has_no_response() -> None:
     drive = sm.load_drive("drive_3")
     assert simulate_design(drive, drive.usable_limit, 1e6, 4, 12, 0) is None
 
 
-def test_the_numbers_of_a_drive_do_not_depend_on_how_many_are_asked_for() -> None:
+def test_the_results_of_a_drive_do_not_depend_on_the_number_of_drives() -> None:
     drive = sm.load_drive("drive_1")
     few, many = (simulate_design(drive, drive.usable_limit, TORQUE, count, 12, 1) for count in (5, 20))
     assert few is not None
@@ -134,15 +134,15 @@ def test_the_numbers_of_a_drive_do_not_depend_on_how_many_are_asked_for() -> Non
     np.testing.assert_array_equal(few.force_sum, many.force_sum[:5])
 
 
-def test_the_mean_of_few_drives_is_freed_of_their_common_offset() -> None:
+def test_the_mean_of_few_drives_is_corrected_for_its_offset() -> None:
     drive = sm.load_drive("drive_2", crank_deviation="eccentric")
     many = sm.simulate(drive, 0.9 * drive.max_twist * np.linspace(0, 1, 31) ** 1.5, 2000, seed=99).curve()
-    plain, freed = [], []
+    plain, corrected = [], []
     for seed in range(8):
         found = simulate_design(drive, drive.usable_limit, TORQUE, 50, 31, seed)
         assert found is not None
         assert abs(found.curve.torque[0]) < 1e-9
-        freed.append(found.curve.lost_motion(TORQUE))
+        corrected.append(found.curve.lost_motion(TORQUE))
         plain.append(replace(found.curve, torque=found.torque.mean(axis=1)).lost_motion(TORQUE))
-    assert np.std(freed) < 0.5 * np.std(plain)
-    assert np.mean(freed) == pytest.approx(many.lost_motion(TORQUE), rel=0.03)
+    assert np.std(corrected) < 0.5 * np.std(plain)
+    assert np.mean(corrected) == pytest.approx(many.lost_motion(TORQUE), rel=0.03)

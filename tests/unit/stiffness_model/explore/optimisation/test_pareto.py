@@ -19,17 +19,17 @@ from tests.small_study import study
 
 
 def brute_force(rows: np.ndarray) -> list[bool]:
-    """Every row against every other, by the definition."""
+    """Non-dominated rows by the definition, every row compared with every other."""
     return [not np.isnan(a).any() and not any((b <= a).all() and (b < a).any() for b in rows) for a in rows]
 
 
-# Few different values, so that rows are often equal in some or all places; and NaN.
+# Few different values, so that rows often have equal elements or are equal; and NaN.
 VALUES = st.one_of(st.integers(-3, 3).map(float), st.floats(-1, 1), st.sampled_from([np.nan, 1e17, 1e17 + 64]))
 TABLES = st.integers(1, 4).flatmap(lambda k: arrays(float, st.tuples(st.integers(0, 30), st.just(k)), elements=VALUES))
 
 
 @given(TABLES)
-def test_front_is_that_of_the_definition(rows: np.ndarray) -> None:
+def test_the_front_agrees_with_the_definition(rows: np.ndarray) -> None:
     assert non_dominated(rows).tolist() == brute_force(rows)
 
 
@@ -40,8 +40,8 @@ def test_front_does_not_depend_on_the_order(rows: np.ndarray, random: object) ->
     np.testing.assert_array_equal(non_dominated(rows[order]), non_dominated(rows)[order])
 
 
-def made_up(seed: int, count: int = 60) -> tuple[Study, Evaluations]:
-    """Designs with invented metrics, some out of limits, some not simulated."""
+def random_designs(seed: int, count: int = 60) -> tuple[Study, Evaluations]:
+    """Designs with random metrics, some out of limits, some not simulated."""
     rng = np.random.default_rng(seed)
     metrics = rng.uniform(1.0, 2.0, (count, len(METRICS)))
     names = list(METRICS)
@@ -55,7 +55,7 @@ def made_up(seed: int, count: int = 60) -> tuple[Study, Evaluations]:
 @settings(max_examples=30)
 @given(st.integers(0, 10_000))
 def test_members_keep_within_the_limits_and_no_feasible_design_dominates_them(seed: int) -> None:
-    of, found = made_up(seed)
+    of, found = random_designs(seed)
     members = front(of, found)
     undercut, pressure = found.column("undercut"), found.column("pressure")
     feasible = (found.outcome == Outcome.SIMULATED) & (undercut <= 0.52) & (pressure <= 5e9)
@@ -67,8 +67,8 @@ def test_members_keep_within_the_limits_and_no_feasible_design_dominates_them(se
     assert (np.diff(values[members, 0]) >= 0).all()
 
 
-def test_a_design_out_of_a_limit_is_worse_the_farther_and_one_without_metrics_is_worst() -> None:
-    of, found = made_up(0, 3)
+def test_violations_grow_with_the_excess_and_designs_without_metrics_rank_last() -> None:
+    of, found = random_designs(0, 3)
     found.column("undercut")[:] = 0.0
     metrics = found.metrics.copy()
     metrics[:, list(METRICS).index("undercut")] = (0.5, 0.55, 0.59)
@@ -80,8 +80,8 @@ def test_a_design_out_of_a_limit_is_worse_the_farther_and_one_without_metrics_is
     assert violations(of, replace(found, metrics=metrics, outcome=outcome))[0] > c
 
 
-def test_the_knee_of_a_bent_front_is_its_corner_and_the_best_keeps_its_limits() -> None:
-    of, found = made_up(0, 5)
+def test_the_knee_of_a_front_is_its_corner_and_the_best_member_keeps_its_limits() -> None:
+    of, found = random_designs(0, 5)
     names = list(METRICS)
     metrics = found.metrics.copy()
     metrics[:, names.index("undercut")], metrics[:, names.index("pressure")] = 0.4, 4e9
@@ -99,7 +99,7 @@ def test_the_knee_of_a_bent_front_is_its_corner_and_the_best_keeps_its_limits() 
     assert choose(of, found, members[:0]) is None
 
 
-def test_main_effects_find_the_known_shares_of_the_ishigami_function() -> None:
+def test_main_effects_are_the_known_sobol_indices_of_the_ishigami_function() -> None:
     # Ishigami and Homma, 1990: S1 = 0.3139, S2 = 0.4424, S3 = 0.
     from scipy.stats import qmc
 
@@ -108,7 +108,7 @@ def test_main_effects_find_the_known_shares_of_the_ishigami_function() -> None:
     assert [main_effect(x[:, k], y).index for k in range(3)] == pytest.approx([0.3139, 0.4424, 0.0], abs=0.03)
 
 
-def test_main_effects_of_nothing_are_nothing() -> None:
+def test_main_effects_of_constants_and_empty_samples_are_zero() -> None:
     assert main_effect([], []).index == 0
     assert main_effect([0.1, 0.2, 0.9], [2.0, 2.0, 2.0]).index == 0
     assert main_effect([0.5] * 40, np.arange(40.0)).index == 0

@@ -1,4 +1,4 @@
-"""A study over executors: same numbers whoever computes them, and what is stopped goes on."""
+"""A study over executors: the results do not depend on them, and an interrupted study continues."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.small_study import study
 
 
 class Counting(Executor):
-    """Does the work at once, counts it, and stops as Ctrl-C does after `stop` tasks."""
+    """Executes and counts tasks at once, and is interrupted as by Ctrl-C after `stop` tasks."""
 
     def __init__(self, stop: int = 10**9) -> None:
         self.done, self._stop = 0, stop
@@ -38,7 +38,7 @@ class Counting(Executor):
 
 
 def same(a: tuple[Evaluations, Any], b: tuple[Evaluations, Any]) -> None:
-    """To the bit."""
+    """Equal to the bit."""
     for name in ("positions", "metrics", "outcome"):
         np.testing.assert_array_equal(getattr(a[0], name), getattr(b[0], name))
     np.testing.assert_array_equal(a[1], b[1])
@@ -59,14 +59,14 @@ def whole(small: Study, tmp_path_factory: pytest.TempPathFactory) -> tuple[Evalu
     [lambda: ProcessPoolExecutor(1), lambda: ProcessPoolExecutor(3), lambda: ThreadPoolExecutor(2)],
     ids=["1 process", "3 processes", "2 threads"],
 )
-def test_the_numbers_do_not_depend_on_the_workers(
+def test_the_results_do_not_depend_on_the_workers(
     make: Callable[[], Executor], small: Study, whole: tuple[Evaluations, Any], tmp_path: Path
 ) -> None:
     with make() as executor:
         same(run_study(small, tmp_path, executor), whole)
 
 
-def test_the_numbers_of_a_design_do_not_depend_on_its_neighbours(small: Study, whole: tuple[Evaluations, Any]) -> None:
+def test_the_metrics_of_a_design_do_not_depend_on_the_others(small: Study, whole: tuple[Evaluations, Any]) -> None:
     some = [40, 3, 17]
     again = evaluate(small, whole[0].positions[some])
     np.testing.assert_array_equal(again.metrics, whole[0].metrics[some])
@@ -74,21 +74,21 @@ def test_the_numbers_of_a_design_do_not_depend_on_its_neighbours(small: Study, w
 
 
 @pytest.mark.parametrize("stop", [0, 1, 3, 4])
-def test_a_stopped_study_goes_on_where_it_was(
+def test_an_interrupted_study_continues_where_it_stopped(
     stop: int, small: Study, whole: tuple[Evaluations, Any], tmp_path: Path
 ) -> None:
     with pytest.raises(KeyboardInterrupt):
         run_study(small, tmp_path, Counting(stop))
     assert len(list((tmp_path / CHUNK_FOLDER).iterdir())) == stop
-    rest, steps = Counting(), []
-    same(run_study(small, tmp_path, rest, lambda: steps.append(1)), whole)
-    assert rest.done == chunk_count(small) - stop
+    further, steps = Counting(), []
+    same(run_study(small, tmp_path, further, lambda: steps.append(1)), whole)
+    assert further.done == chunk_count(small) - stop
     assert len(steps) == chunk_count(small)
-    # And a finished one is only read.
+    # A finished study is only read.
     same(run_study(small, tmp_path, Counting(0)), whole)
 
 
-def test_a_damaged_chunk_or_one_of_other_designs_is_done_again(
+def test_a_damaged_chunk_or_one_of_other_designs_is_evaluated_again(
     small: Study, whole: tuple[Evaluations, Any], tmp_path: Path
 ) -> None:
     run_study(small, tmp_path, Counting())
@@ -96,9 +96,9 @@ def test_a_damaged_chunk_or_one_of_other_designs_is_done_again(
     files[0].write_bytes(files[0].read_bytes()[:200])
     files[1].write_bytes(files[2].read_bytes())
     files[3].write_bytes(b"")
-    rest = Counting()
-    same(run_study(small, tmp_path, rest), whole)
-    assert rest.done == 3
+    further = Counting()
+    same(run_study(small, tmp_path, further), whole)
+    assert further.done == 3
 
 
 def test_a_folder_of_a_different_study_is_refused(small: Study, tmp_path: Path) -> None:
@@ -116,7 +116,7 @@ def test_a_larger_sample_begins_with_the_smaller_one() -> None:
     assert 0 <= sample(study()).min() <= sample(study()).max() < 1
 
 
-def test_the_optimiser_moves_the_front_and_asks_for_no_design_twice(
+def test_the_optimiser_improves_the_front_and_evaluates_no_design_twice(
     small: Study, whole: tuple[Evaluations, Any]
 ) -> None:
     found, generation = whole
@@ -128,14 +128,14 @@ def test_the_optimiser_moves_the_front_and_asks_for_no_design_twice(
     assert (generation[results.front] > 0).any()
 
 
-def test_the_search_finds_a_known_front_far_better_than_the_sample() -> None:
-    """Two made-up objectives with the known front f2 = 1 - sqrt(f1) at x2 = 0 (ZDT1 in three variables)."""
+def test_the_search_comes_closer_to_a_known_front_than_the_sample() -> None:
+    """Two analytic objectives with the known front f2 = 1 - sqrt(f1) at x2 = 0 (ZDT1 in three variables)."""
     of = study(designs=64, population=32, generations=25)
     from stiffness_model.explore.definition.metrics import METRICS
 
     names = list(METRICS)
 
-    def made_up(x: np.ndarray) -> Evaluations:
+    def analytic(x: np.ndarray) -> Evaluations:
         metrics = np.ones((len(x), len(names)))
         g = 1 + 4.5 * (x[:, 1] + (x[:, 2] - 0.5 / 11))
         metrics[:, names.index("lost_motion")] = x[:, 0]
@@ -144,9 +144,9 @@ def test_the_search_finds_a_known_front_far_better_than_the_sample() -> None:
         return Evaluations(x, metrics, np.zeros(len(x), np.int8))
 
     designs = search(of)
-    parts = [made_up(next(designs))]
+    parts = [analytic(next(designs))]
     for _ in range(25):
-        parts.append(made_up(designs.send(parts[-1])))
+        parts.append(analytic(designs.send(parts[-1])))
     with pytest.raises(StopIteration):
         designs.send(parts[-1])
     excess = [(p.column("no_load_force") - 1 + np.sqrt(p.column("lost_motion"))).min() for p in parts]
@@ -154,9 +154,7 @@ def test_the_search_finds_a_known_front_far_better_than_the_sample() -> None:
     assert min(excess[-3:]) < 0.1 * excess[0]
 
 
-def test_without_pymoo_the_sample_alone_runs_and_generations_are_refused(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_without_pymoo_only_the_sample_is_possible(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     for name in [name for name in sys.modules if name.split(".")[0] == "pymoo"]:
         monkeypatch.delitem(sys.modules, name)
     _forbid(monkeypatch, "pymoo")
@@ -193,7 +191,7 @@ def test_results_are_one_columnar_file(
     assert set(read["gear_tolerance"]) == {"IT5", "IT6", "IT7", "IT8"}
     assert read["gear_offset [m]"].min() >= -5e-6
     assert set(read["lobes [1]"]) <= set(range(24, 35))
-    # What the file says is feasible keeps the limits, and the front is of feasible designs.
+    # Designs marked as feasible keep the limits, and the front consists of them.
     feasible = read["feasible"]
     assert (read["undercut [1]"][feasible] <= 0.52).all()
     assert (read["pressure [Pa]"][feasible] <= 5e9).all()
