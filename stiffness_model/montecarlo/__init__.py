@@ -1,5 +1,5 @@
 """Many virtual drives at once.
 
-* `population`: torque, forces and load shares over twist; `twist_torque_curve`: their mean and band.
-* `solved_blocks`: blocks of solved drives for what needs more than torque.
+* `population`: torque, contact forces and load shares over the twist; `twist_torque_curve`: their mean and band.
+* `solved_blocks`: the equilibrium of every element, a block of drives at a time.
 """

@@ -1,4 +1,4 @@
-"""Twist sweep over many virtual drives: torque, contact forces, load share."""
+"""Many virtual drives at the same twists: torque, contact forces, load share."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ from ..drawing import sampling
 from ..drawing.drive import Drive
 from ..drawing.twist_limits import expect_twists
 from ..equilibrium.closed_form import MAX_PAIRS, Equilibrium, Status, solve_chunks
-from ..errors import expect, expect_number, warn_not_converged
+from ..errors import expect, expect_integer, expect_number, warn_not_converged
+from ..frozen_mapping import FrozenMapping
 from ..io.drawing_toml import DriveLike, as_drive
 from ..memory import expect_memory
-from ..numerics.arrays import Array
+from ..numerics.arrays import Array, ArrayValue
 from ..units import ARCMIN
 from .twist_torque_curve import BAND, TwistTorqueCurve, force_column
 
@@ -30,25 +31,25 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LOW_TORQUE_SHARE = 0.08
-"""Share of the greatest torque below which load shares are not representative."""
+"""Share of the greatest mean torque below which load shares are not representative; chosen by judgement."""
 
-_COPIES, _PER_PAIR = 1.14, 250.0
-"""What is copied of the results where they are read, as a share of them (the greatest array twice: 8 of 7 parts), and
-bytes for an element at a twist while it is solved (8 numbers and a status, as much again in scratch and sums)."""
+_COPIED_SHARE = 1.14
+"""Memory of copies made when results are read, relative to the results: twice the largest array, 8 of 7 parts."""
+_BYTES_PER_PAIR = 250.0
+"""Memory per element and twist while it is solved: 8 numbers and a status, and as much again in scratch and sums."""
 
 
-@dataclass(frozen=True)
-class Population:
+@dataclass(frozen=True, eq=False)
+class Population(ArrayValue):
     """Results of `simulate` for n_drives virtual drives at n_twist twists.
 
     twist: (n_twist,) rad at the output. torque: (n_drives, n_twist) N.m exerted on the output, positive for
     positive twist. crank_torque: (n_drives, n_twist) N.m that holds the crank; torque/(ratio crank_torque) is
     1 for small twists. contact_force: (n_drives, n_twist, 4) N, the greatest at gear, crank, cage t+ and
-    cage t-. load_share: (n_drives, n_twist), greatest torque of one element over the drive's torque; not
-    representative at low torque, NaN at none. status_counts: elements times twists by `Status` name. capped_count:
-    elements whose cage bore conforms more closely than Hertz's theory allows (`hertz.CONFORMITY_LIMIT`).
-    interference_count: elements larger than their bores, pressed by both walls. Both counts are out of n_drives times
-    the drive's elements.
+    cage t-. load_share: (n_drives, n_twist), greatest torque of one element relative to the drive's torque; NaN
+    at zero torque. status_counts: pairs of element and twist by `Status` name. Out of n_drives times the drive's
+    elements, capped_count: elements whose bore conforms more closely than Hertz's theory allows
+    (`hertz.CONFORMITY_LIMIT`); interference_count: elements larger than their bores, pressed by both walls.
     """
 
     drive: Drive
@@ -62,6 +63,9 @@ class Population:
     capped_count: int
     interference_count: int
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "status_counts", FrozenMapping(self.status_counts))
+
     @property
     def n_drives(self) -> int:
         """Number of virtual drives."""
@@ -69,9 +73,9 @@ class Population:
 
     @property
     def representative(self) -> NDArray[np.bool_]:
-        """Twists, (n_twist,), at which the load share means something: at least `LOW_TORQUE_SHARE` of the greatest.
+        """Whether the load share is representative at each twist, (n_twist,), by `LOW_TORQUE_SHARE`.
 
-        Below, single drives with hardly any torque rule the mean (section V of the paper excludes it too).
+        At lower torque a few drives that carry hardly any dominate the mean (section V of the paper excludes it too).
         """
         mean = np.abs(self.torque.mean(axis=0))
         return mean >= LOW_TORQUE_SHARE * mean.max()
@@ -112,17 +116,16 @@ class Population:
         )
 
     def curve(self) -> TwistTorqueCurve:
-        """Mean, band (10th and 90th percentile) and stiffness over the twist, sorted.
+        """Mean, band (10th and 90th percentile) and stiffness over the sorted twists.
 
-        Raises `InputError` with fewer than two different twists.
+        Raises `InputError` for fewer than two different twists.
         """
         order = np.argsort(self.twist)
         twist, torque = self.twist[order], self.torque[:, order]
-        rising = len(twist) >= 2 and bool((np.diff(twist) > 0).all())
-        expect(rising, "at least two different twists", self.twist, "twist")
+        distinct = len(twist) >= 2 and bool((np.diff(twist) > 0).all())
+        expect(distinct, "at least two different twists", self.twist, "twist")
         mean = torque.mean(axis=0)
         p10, p90 = np.percentile(torque, BAND, axis=0)
-        share = np.where(self.representative, self.load_share, np.nan).mean(axis=0)[order]
         return TwistTorqueCurve(
             twist=twist,
             torque=mean,
@@ -130,7 +133,7 @@ class Population:
             torque_p90=p90,
             stiffness=PchipInterpolator(twist, mean).derivative()(twist),
             contact_force=self.contact_force[:, order].mean(axis=0),
-            load_share=share,
+            load_share=np.where(self.representative, self.load_share, np.nan).mean(axis=0)[order],
             name=self.drive.name,
             notes={"drives": str(self.n_drives), "seed": str(self.seed)},
         )
@@ -147,10 +150,10 @@ def simulate(
 ) -> Population:
     """Torque and forces of `n_drives` virtual drives with cage and gear fixed and the crank twisted.
 
-    drive: itself, a preset's name or a drawing's path. twist: 1-D, rad at the output. clearance: m, added to the
-    gear's clearance in all drives (positive: play). executor: any concurrent.futures executor to share the blocks of
-    drives among; the numbers do not depend on it. Raises `InputError` for twists that are not finite or far beyond the
-    drawing's max_twist (`twist_limits`), and for less than one drive. Warns with `NotConvergedWarning` of elements
+    drive: a drive, a preset's name or a drawing's path. twist: (n_twist,) rad at the output. clearance: m, added to
+    the gear's clearance in all drives (positive: backlash). executor: a concurrent.futures executor that computes the
+    blocks of drives; the numbers do not depend on it. Raises `InputError` for twists that are not finite or far beyond
+    the drawing's max_twist (`twist_limits`), and for less than one drive. Warns with `NotConvergedWarning` of elements
     without an equilibrium (`status_counts`).
 
     >>> from stiffness_model import load_drive
@@ -160,8 +163,7 @@ def simulate(
     """
     drive = as_drive(drive)
     angles = expect_twists(drive, twist)
-    whole = isinstance(n_drives, (int, np.integer)) and not isinstance(n_drives, bool)
-    expect(whole and n_drives >= 1, "at least one drive", n_drives, "n_drives")
+    expect_integer(n_drives, "at least one drive", "n_drives")
     expect_number(clearance, "a finite clearance in m", "clearance")
     sampling.check_seed(seed)
     expect_memory(
@@ -173,13 +175,14 @@ def simulate(
     tasks = list(sampling.blocks(int(n_drives)))
     shape = (int(n_drives), len(angles))
     torque, crank_torque, share, force = np.empty(shape), np.empty(shape), np.empty(shape), np.empty((*shape, 4))
-    counts, capped, tight = np.zeros(len(Status), np.int64), 0, 0
-    # Blocks are put in their place as they come: beside the results stands no second copy of them.
+    counts, capped, interfering = np.zeros(len(Status), np.int64), 0, 0
+    # Every block is copied into the results as it arrives, so that no second copy of all blocks exists.
     for (block, count), part in zip(tasks, (map if executor is None else executor.map)(work, tasks), strict=True):
         here = slice(block * sampling.BLOCK, block * sampling.BLOCK + count)
         torque[here], crank_torque[here] = part.torque, part.crank_torque
         share[here], force[here] = part.share, part.force
-        counts, capped, tight = counts + part.counts, capped + part.capped_count, tight + part.interference_count
+        counts = counts + part.counts
+        capped, interfering = capped + part.capped_count, interfering + part.interference_count
     warn_not_converged(int(counts[Status.NOT_CONVERGED]), int(counts.sum()), drive.name)
     return Population(
         drive=drive,
@@ -191,12 +194,12 @@ def simulate(
         load_share=share,
         status_counts={s.name.lower(): int(counts[s]) for s in Status},
         capped_count=capped,
-        interference_count=tight,
+        interference_count=interfering,
     )
 
 
 def memory_needed(drive: Drive, n_drives: int, n_twist: int) -> float:
-    """About how many bytes `simulate` takes, and a curve and pictures of its results after it.
+    """Estimated memory, bytes, of `simulate`, a curve and figures of its results.
 
     >>> from stiffness_model import load_drive
     >>> f"{memory_needed(load_drive('drive_1'), 10_000_000, 61) / 1e9:.0f} GB"
@@ -204,10 +207,10 @@ def memory_needed(drive: Drive, n_drives: int, n_twist: int) -> float:
     """
     results = 8.0 * (3 + len(CONTACTS)) * n_drives * n_twist
     pairs = min(sampling.BLOCK * drive.elements * n_twist, MAX_PAIRS)
-    return (1 + _COPIES) * results + _PER_PAIR * pairs
+    return (1 + _COPIED_SHARE) * results + _BYTES_PER_PAIR * pairs
 
 
-class _Part(NamedTuple):
+class _BlockResult(NamedTuple):
     """Results of one block of drives."""
 
     torque: Array
@@ -219,23 +222,23 @@ class _Part(NamedTuple):
     interference_count: int
 
 
-def _simulate_block(drive: Drive, twist: Array, seed: int, clearance: float, task: tuple[int, int]) -> _Part:
+def _simulate_block(drive: Drive, twist: Array, seed: int, clearance: float, task: tuple[int, int]) -> _BlockResult:
     block, n_drives = task
     deviations = sampling.draw(drive, block, n_drives, seed)
     elements = usable_elements(drive, deviations, clearance)
-    torque, crank_torque = np.zeros((n_drives, len(twist))), np.zeros((n_drives, len(twist)))
-    force, best = np.zeros((n_drives, len(twist), 4)), np.zeros((n_drives, len(twist)))
+    shape = (n_drives, len(twist))
+    torque, crank_torque, greatest, force = np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros((*shape, 4))
     counts = np.zeros(len(Status), np.int64)
     counts[Status.EXCLUDED] = elements.n_excluded * len(twist)
     for part, result in solve_chunks(elements.contacts, twist * drive.ratio):
-        torque[:, part], crank_torque[:, part], best[:, part] = _torques(result, elements)
+        torque[:, part], crank_torque[:, part], greatest[:, part] = _torques(result, elements)
         for k, values in enumerate((result.gear, result.crank, result.cage_plus, result.cage_minus)):
             force[:, part, k] = elements.reduce_per_drive(np.maximum, values).T
         counts += np.bincount(result.status.ravel(), minlength=len(Status))
     with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.where(torque != 0, best / np.abs(torque), np.nan)
-    tight = int((deviations.cage < deviations.element).sum())
-    return _Part(torque, crank_torque, force, share, counts, int(elements.contacts.capped.sum()), tight)
+        share = np.where(torque != 0, greatest / np.abs(torque), np.nan)
+    interfering = int((deviations.cage < deviations.element).sum())
+    return _BlockResult(torque, crank_torque, force, share, counts, int(elements.contacts.capped.sum()), interfering)
 
 
 def _torques(result: Equilibrium, elements: UsableElements) -> tuple[Array, Array, Array]:

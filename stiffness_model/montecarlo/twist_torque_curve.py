@@ -16,8 +16,9 @@ from scipy.interpolate import PchipInterpolator
 from ..contact.element_contacts import CONTACTS
 from ..display import dataframe, html_table
 from ..errors import InputError, expect
+from ..frozen_mapping import FrozenMapping
 from ..io.atomic_files import atomic_file
-from ..numerics.arrays import Array
+from ..numerics.arrays import Array, ArrayValue
 from ..numerics.roots import bracketed_root
 from ..units import ARCMIN
 
@@ -25,11 +26,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LOST_MOTION_SHARE = 0.03
-"""Lost motion is the twist between plus and minus this share of the named torque (makers' catalogues)."""
+"""Lost motion is the twist between plus and minus this share of the rated torque, as in gear makers' catalogues."""
 BACKLASH_SHARE = 1e-3
-"""Backlash is the twist across which no more than this share of the named torque is carried."""
+"""Backlash is the twist across which no more than this share of the rated torque is carried; chosen by judgement."""
 BAND = (10.0, 90.0)
-"""Percentiles of the band."""
+"""Percentiles of the drives' torque that bound the band."""
 
 
 def force_column(contact: str) -> str:
@@ -41,14 +42,14 @@ def force_column(contact: str) -> str:
     return f"force_{contact.replace(' ', '_').replace('+', 'plus').replace('-', 'minus')} [N]"
 
 
-@dataclass(frozen=True)
-class TwistTorqueCurve:
+@dataclass(frozen=True, eq=False)
+class TwistTorqueCurve(ArrayValue):
     """Mean torque and its band over the twist at the output.
 
     twist: (n,) rad, rising; torque, torque_p10, torque_p90, stiffness: (n,) N.m and N.m/rad. contact_force:
-    (n, 4) N, mean of the drives' greatest at gear, crank, cage t+ and cage t-; load_share: (n,), NaN where the
-    torque is too low for it to mean anything. Between the
-    points the mean is interpolated by a monotone cubic (PCHIP), whose slope is the stiffness.
+    (n, 4) N, mean of the drives' greatest at gear, crank, cage t+ and cage t-; load_share: (n,), NaN where it is not
+    representative. name: of the drive; notes: how the curve was computed. Between the points the mean is interpolated
+    by a monotone cubic (PCHIP), whose slope is the stiffness.
     """
 
     twist: Array
@@ -61,10 +62,13 @@ class TwistTorqueCurve:
     name: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
 
-    def torque_at(self, twist: ArrayLike) -> Array:
-        """Mean torque, N.m, at twists in rad. Odd: a curve that starts at zero twist serves both signs.
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "notes", FrozenMapping(self.notes))
 
-        Raises `InputError` beyond the curve's range: nothing is extrapolated.
+    def torque_at(self, twist: ArrayLike) -> Array:
+        """Mean torque, N.m, at twists in rad. A curve that starts at zero twist is continued as an odd function.
+
+        Raises `InputError` beyond the curve's range: it is not extrapolated.
         """
         t = np.asarray(twist, float)
         if self._one_sided:
@@ -79,7 +83,7 @@ class TwistTorqueCurve:
     def twist_at(self, torque: ArrayLike) -> Array:
         """Twist, rad, at which the mean curve carries the torque, N.m: the inverse of `torque_at`.
 
-        Where there is play, the twist furthest from zero. Raises `InputError` beyond the curve's torque.
+        Within the backlash, the twist furthest from zero. Raises `InputError` beyond the curve's torque.
         """
         values = np.asarray(torque, float)
         sign = np.sign(values) if self._one_sided else np.ones_like(values)
@@ -96,11 +100,11 @@ class TwistTorqueCurve:
         return sign * np.vectorize(self._solve, otypes=[float])(wanted)
 
     def backlash(self, torque: float | None = None) -> float:
-        """Twist, rad, across which no more than a thousandth of `torque` (default: of the greatest) is carried."""
+        """Twist, rad, across which no more than a thousandth of `torque`, N.m, is carried (default: the greatest)."""
         return self._width(BACKLASH_SHARE, torque)
 
     def lost_motion(self, torque: float | None = None) -> float:
-        """Twist, rad, between plus and minus 3 % of `torque`, N.m (default: of the greatest)."""
+        """Twist, rad, between plus and minus 3 % of `torque`, N.m (default: the greatest)."""
         return self._width(LOST_MOTION_SHARE, torque)
 
     @property
@@ -118,8 +122,8 @@ class TwistTorqueCurve:
 
     def _evaluate(self, function: Callable[[Array], Array], twist: Array) -> Array:
         # A rounding error beyond the last point is not an extrapolation.
-        slack = 1e-12 * float(np.abs(self.twist).max())
-        outside = (twist < self.twist[0] - slack) | (twist > self.twist[-1] + slack) | ~np.isfinite(twist)
+        rounding = 1e-12 * float(np.abs(self.twist).max())
+        outside = (twist < self.twist[0] - rounding) | (twist > self.twist[-1] + rounding) | ~np.isfinite(twist)
         if outside.any():
             raise InputError(
                 f"twist: expected a twist within {self.twist[0] / ARCMIN:.4g} ... "
@@ -134,7 +138,7 @@ class TwistTorqueCurve:
             return float(self.twist[i])
         if torque <= low:
             return float(self.twist[i - 1])
-        # The cubic between the two points, without the interpolator's checks of every argument.
+        # The cubic of this interval, evaluated without the interpolator's checks of every argument.
         start, (a, b, c, d) = float(self.twist[i - 1]), (float(x) for x in self._mean.c[:, i - 1])
         return bracketed_root(
             lambda x: ((a * (x - start) + b) * (x - start) + c) * (x - start) + d - torque, start, float(self.twist[i])
@@ -186,10 +190,10 @@ class TwistTorqueCurve:
         return dataframe(self.columns())
 
     def write_csv(self, path: str | os.PathLike[str], further: Mapping[str, Array] | None = None) -> None:
-        """Write the columns of the contract (`curve.csv`), twist in arcmin; whole or not at all.
+        """Write `columns` as CSV, atomically.
 
-        further: columns (n,) after them, by their heads, such as "pressure_gear [MPa]".
-        Raises `InputError` if the file cannot be written.
+        further: columns (n,) after them by their headers, such as "pressure_gear [MPa]". Raises `InputError` if the
+        file cannot be written.
         """
         columns = {**self.columns(), **(further or {})}
         with atomic_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:

@@ -1,1 +1,1 @@
-"""Numerical tools that know nothing of drives: the type of arrays, roots, cubic B-splines on even nodes."""
+"""Numerical tools without reference to drives: the type of arrays, roots, cubic B-splines on uniform nodes."""

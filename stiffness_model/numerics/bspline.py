@@ -1,8 +1,8 @@
-"""Uniform cubic B-splines in one and two dimensions, with linear continuation.
+"""Uniform cubic B-splines in one and two dimensions, extrapolated linearly.
 
-On a uniform grid every cell has the same four weights, polynomials in the cell's coordinate f: the same few
-lines serve NumPy arrays here and symbolic expressions in `reefmu`. The ends are natural (no curvature); beyond
-the grid the weights continue in a straight line, so the spline does.
+On a uniform grid every cell has the same four basis polynomials in the cell's coordinate f, so that the same
+functions serve NumPy arrays here and symbolic expressions in `reefmu`. The spline is natural (its second derivative is
+zero at the ends); beyond the grid the basis functions, and with them the spline, continue in a straight line.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .arrays import Array
 
 @dataclass(frozen=True)
 class Axis:
-    """A uniform axis: `cells` cells of width `step` from `start`; the grid has cells + 1 nodes."""
+    """A uniform axis: `cells` cells of width `step`, from `start`; it has cells + 1 nodes."""
 
     start: float
     step: float
@@ -27,7 +27,7 @@ class Axis:
 
     @property
     def nodes(self) -> Array:
-        """The grid's nodes, (cells + 1,)."""
+        """The nodes, (cells + 1,)."""
         return self.start + self.step * np.arange(self.cells + 1, dtype=float)
 
     @property
@@ -42,30 +42,33 @@ class Axis:
 
 
 def weights(f: Any, clipped: Any) -> tuple[Any, Any, Any, Any]:
-    """Weights of the four coefficients of a cell at its coordinate f; they sum to 1.
+    """Weights of a cell's four coefficients, its basis functions, at the coordinate f; they sum to 1.
 
-    clipped: f held to 0 ... 1; beyond, the weights continue in a straight line. Works on NumPy arrays and on
-    symbolic expressions. Inside, f - clipped is exactly zero and changes nothing.
+    clipped: f clipped to 0 ... 1; beyond, the weights continue in a straight line. Takes NumPy arrays and symbolic
+    expressions. Within the cell f - clipped is exactly zero and has no effect on the result.
 
     >>> [round(w, 4) for w in weights(0.0, 0.0)]
     [0.1667, 0.6667, 0.1667, 0.0]
     """
-    c, beyond = clipped, f - clipped
+    c, outside = clipped, f - clipped
     g = 1 - c
     inside = (g * g * g / 6, (4 - 6 * c * c + 3 * c * c * c) / 6, (4 - 6 * g * g + 3 * g * g * g) / 6, c * c * c / 6)
-    w0, w1, w2, w3 = (w + beyond * s for w, s in zip(inside, slope_weights(c), strict=True))
+    w0, w1, w2, w3 = (w + outside * s for w, s in zip(inside, slope_weights(c), strict=True))
     return w0, w1, w2, w3
 
 
 def slope_weights(clipped: Any) -> tuple[Any, Any, Any, Any]:
-    """Derivatives of `weights` by f; they sum to 0."""
+    """Derivatives of `weights` with respect to f; they sum to 0."""
     c = clipped
     g = 1 - c
     return -g * g / 2, (-4 * c + 3 * c * c) / 2, (4 * g - 3 * g * g) / 2, c * c / 2
 
 
 def fit(axis: Axis, values: ArrayLike, along: int) -> Array:
-    """Coefficients, size axis.size along the dimension `along`, of the natural spline through `values`."""
+    """Coefficients of the natural spline through `values` at the nodes along the dimension `along`.
+
+    The result has axis.size entries along that dimension.
+    """
     knots = axis.start + axis.step * np.arange(-3, axis.cells + 4)
     spline = make_interp_spline(
         axis.nodes, np.moveaxis(np.asarray(values, float), along, 0), k=3, t=knots, bc_type="natural"
@@ -74,16 +77,16 @@ def fit(axis: Axis, values: ArrayLike, along: int) -> Array:
 
 
 def locate(axis: Axis, x: Array) -> tuple[NDArray[np.intp], Array]:
-    """First coefficient's index and cell coordinate f of every x; beyond the grid the outermost cell's."""
+    """Index of the first coefficient and coordinate f in the cell of every x; the outermost cell beyond the grid."""
     u = (x - axis.start) / axis.step
     cell = np.clip(np.floor(u), 0, axis.cells - 1)
     return cell.astype(np.intp), u - cell
 
 
 def evaluate(axes: tuple[Axis, Axis], coefficients: Array, x: ArrayLike, y: ArrayLike, slope: bool = False) -> Array:
-    """Values (or slopes along x) of two-dimensional splines at points (x, y), which broadcast.
+    """Values of two-dimensional splines, or their slopes along x, at points (x, y), which broadcast.
 
-    Along x the spline goes on in a straight line beyond the grid, along y it holds its last value.
+    Beyond the grid the spline continues in a straight line along x and with its last value along y.
     coefficients: (..., axes[0].size, axes[1].size). Returns shape (..., *points).
     """
     px, py = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
@@ -91,7 +94,7 @@ def evaluate(axes: tuple[Axis, Axis], coefficients: Array, x: ArrayLike, y: Arra
     j, g = locate(axes[1], py)
     inside = np.clip(f, 0.0, 1.0)
     along_x = [w / axes[0].step for w in slope_weights(inside)] if slope else weights(f, inside)
-    held = np.clip(g, 0.0, 1.0)
-    along_y = weights(held, held)
+    clipped = np.clip(g, 0.0, 1.0)
+    along_y = weights(clipped, clipped)
     rows = [sum(along_y[b] * coefficients[..., i + a, j + b] for b in range(4)) for a in range(4)]
     return np.asarray(sum(along_x[a] * rows[a] for a in range(4)))

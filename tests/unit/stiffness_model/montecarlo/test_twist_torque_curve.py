@@ -1,4 +1,4 @@
-"""The curve: derivative, inverse, symmetry, lost motion, file."""
+"""The twist-over-torque curve: derivative, inverse, symmetry, lost motion, file."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def two_sided() -> TwistTorqueCurve:
     return sm.simulate(sm.load_drive("drive_1"), np.linspace(-FULL, FULL, 81), 64).curve()
 
 
-def made(twist: np.ndarray, torque: np.ndarray) -> TwistTorqueCurve:
-    """A curve through given points; what else it carries does not matter here."""
+def curve_through(twist: np.ndarray, torque: np.ndarray) -> TwistTorqueCurve:
+    """A curve through given points, without band, forces and load shares."""
     return TwistTorqueCurve(
         twist, torque, torque, torque, np.gradient(torque, twist), np.zeros((len(twist), 4)), np.zeros(len(twist))
     )
@@ -42,7 +42,7 @@ def test_stiffness_is_the_derivative_of_the_torque(curve: TwistTorqueCurve) -> N
     np.testing.assert_allclose(curve.stiffness_at(curve.twist), curve.stiffness, rtol=1e-12)
 
 
-def test_mean_goes_through_its_points_and_lies_in_the_band(curve: TwistTorqueCurve) -> None:
+def test_mean_interpolates_its_points_and_lies_in_the_band(curve: TwistTorqueCurve) -> None:
     np.testing.assert_allclose(curve.torque_at(curve.twist), curve.torque, rtol=1e-12, atol=1e-12)
     assert (curve.torque_p10 < curve.torque).all()
     assert (curve.torque < curve.torque_p90).all()
@@ -64,7 +64,7 @@ def test_inverse_of_an_array_keeps_its_shape(two_sided: TwistTorqueCurve) -> Non
     np.testing.assert_allclose(two_sided.torque_at(twist), torque, rtol=1e-10)
 
 
-def test_a_one_sided_curve_is_odd(curve: TwistTorqueCurve) -> None:
+def test_one_sided_curve_is_odd(curve: TwistTorqueCurve) -> None:
     twist = np.linspace(0, 8, 30) * ARCMIN
     np.testing.assert_array_equal(curve.torque_at(-twist[1:]), -curve.torque_at(twist[1:]))
     np.testing.assert_array_equal(curve.stiffness_at(-twist), curve.stiffness_at(twist))
@@ -73,64 +73,64 @@ def test_a_one_sided_curve_is_odd(curve: TwistTorqueCurve) -> None:
 
 
 def test_one_and_two_sided_curves_agree(curve: TwistTorqueCurve, two_sided: TwistTorqueCurve) -> None:
-    # The same drives at the same twists: the positive halves are the same numbers.
+    # For the same drives at the same twists the positive halves agree.
     np.testing.assert_allclose(two_sided.torque[40:], curve.torque, rtol=1e-6, atol=1e-6)
     assert two_sided.lost_motion() == pytest.approx(curve.lost_motion(), rel=0.1)
 
 
 def test_lost_motion_and_backlash_of_known_curves() -> None:
     twist = np.linspace(0, FULL, 801)
-    line = made(twist, 30.0 / ARCMIN * twist)
+    line = curve_through(twist, 30.0 / ARCMIN * twist)
     assert line.full_torque == pytest.approx(240)
     assert line.lost_motion() == pytest.approx(2 * 0.03 * FULL)
     assert line.lost_motion(100.0) == pytest.approx(2 * 3.0 / 30 * ARCMIN)
     assert line.backlash() == pytest.approx(2 * 0.001 * FULL)
-    play = made(twist, 30.0 / ARCMIN * np.maximum(twist - 1 * ARCMIN, 0))
-    assert play.backlash() == pytest.approx(2 * ARCMIN * (1 + 0.001 * 7), abs=0.01 * ARCMIN)
-    assert play.lost_motion() == pytest.approx(2 * ARCMIN * (1 + 0.03 * 7), abs=0.01 * ARCMIN)
+    loose = curve_through(twist, 30.0 / ARCMIN * np.maximum(twist - 1 * ARCMIN, 0))
+    assert loose.backlash() == pytest.approx(2 * ARCMIN * (1 + 0.001 * 7), abs=0.01 * ARCMIN)
+    assert loose.lost_motion() == pytest.approx(2 * ARCMIN * (1 + 0.03 * 7), abs=0.01 * ARCMIN)
 
 
-def test_lost_motion_of_a_curve_over_both_signs_takes_each_side_by_itself() -> None:
+def test_lost_motion_of_a_two_sided_curve_takes_each_side_separately() -> None:
     twist = np.linspace(-FULL, FULL, 1601)
-    lopsided = made(twist, np.where(twist > 0, 30.0, 20.0) / ARCMIN * twist)
+    asymmetric = curve_through(twist, np.where(twist > 0, 30.0, 20.0) / ARCMIN * twist)
     expected = 0.03 * 240 * (1 / 30 + 1 / 20) * ARCMIN
-    assert lopsided.lost_motion() == pytest.approx(expected, rel=1e-3)
+    assert asymmetric.lost_motion() == pytest.approx(expected, rel=1e-3)
 
 
-def test_the_twist_at_no_torque_is_the_end_of_the_play() -> None:
+def test_twist_at_vanishing_torque_is_the_end_of_the_backlash() -> None:
     twist = np.linspace(0, FULL, 801)
-    play = made(twist, 30.0 / ARCMIN * np.maximum(twist - 1 * ARCMIN, 0))
-    assert float(play.twist_at(1e-6)) == pytest.approx(1 * ARCMIN, abs=0.02 * ARCMIN)
+    loose = curve_through(twist, 30.0 / ARCMIN * np.maximum(twist - 1 * ARCMIN, 0))
+    assert float(loose.twist_at(1e-6)) == pytest.approx(1 * ARCMIN, abs=0.02 * ARCMIN)
 
 
 @pytest.mark.parametrize("twist", [9 * ARCMIN, -9 * ARCMIN, float("nan"), [0.0, 1.0]])
-def test_nothing_is_extrapolated(curve: TwistTorqueCurve, twist: float) -> None:
+def test_twist_beyond_the_curve_is_refused(curve: TwistTorqueCurve, twist: float) -> None:
     for function in (curve.torque_at, curve.stiffness_at):
         with pytest.raises(sm.InputError, match=r"expected a twist within 0 \.\.\. 8 arcmin, got "):
             function(twist)
 
 
 @pytest.mark.parametrize("torque", [400.0, -400.0, float("nan")])
-def test_a_torque_beyond_the_curve_is_an_error(curve: TwistTorqueCurve, torque: float) -> None:
+def test_torque_beyond_the_curve_is_refused(curve: TwistTorqueCurve, torque: float) -> None:
     with pytest.raises(sm.InputError, match=r"expected a torque within .* \.\.\. 28\d(\.\d)? N\.m, got "):
         curve.twist_at(torque)
 
 
 @pytest.mark.parametrize("torque", [0.0, -5.0, 1e6])
-def test_lost_motion_needs_a_torque_the_curve_reaches(curve: TwistTorqueCurve, torque: float) -> None:
+def test_lost_motion_needs_a_torque_that_the_curve_reaches(curve: TwistTorqueCurve, torque: float) -> None:
     with pytest.raises(sm.InputError, match="a torque the curve reaches"):
         curve.lost_motion(torque)
 
 
-def test_a_rounding_error_beyond_the_last_twist_is_not_an_extrapolation(curve: TwistTorqueCurve) -> None:
+def test_rounding_error_beyond_the_last_twist_is_accepted(curve: TwistTorqueCurve) -> None:
     assert float(curve.torque_at(FULL * (1 + 1e-15))) == pytest.approx(curve.full_torque)
 
 
-def test_csv_has_the_contract_s_columns(curve: TwistTorqueCurve, tmp_path: Path) -> None:
+def test_csv_has_the_documented_columns(curve: TwistTorqueCurve, tmp_path: Path) -> None:
     curve.write_csv(tmp_path / "curve.csv")
     with (tmp_path / "curve.csv").open(newline="") as file:
-        head, *rows = list(csv.reader(file))
-    assert head[:5] == [
+        header, *rows = list(csv.reader(file))
+    assert header[:5] == [
         "twist [arcmin]",
         "torque_mean [N.m]",
         "torque_p10 [N.m]",
@@ -145,7 +145,7 @@ def test_csv_has_the_contract_s_columns(curve: TwistTorqueCurve, tmp_path: Path)
     assert [path.name for path in tmp_path.iterdir()] == ["curve.csv"]
 
 
-def test_a_csv_that_cannot_be_written_leaves_nothing(curve: TwistTorqueCurve, tmp_path: Path) -> None:
+def test_csv_that_cannot_be_written_leaves_no_file(curve: TwistTorqueCurve, tmp_path: Path) -> None:
     with pytest.raises(sm.InputError, match="expected a folder that can be written"):
         curve.write_csv(tmp_path / "no" / "curve.csv")
     (tmp_path / "curve.csv").mkdir()
@@ -154,7 +154,7 @@ def test_a_csv_that_cannot_be_written_leaves_nothing(curve: TwistTorqueCurve, tm
     assert [path.name for path in tmp_path.iterdir()] == ["curve.csv"]
 
 
-def test_the_curve_is_the_mean_and_the_percentiles_of_the_drives() -> None:
+def test_curve_is_the_mean_and_the_percentiles_of_the_drives() -> None:
     population = sm.simulate(sm.load_drive("drive_2"), [0.002, 0.001], 32)
     curve = population.curve()
     np.testing.assert_array_equal(curve.twist, [0.001, 0.002])
@@ -163,3 +163,6 @@ def test_the_curve_is_the_mean_and_the_percentiles_of_the_drives() -> None:
     np.testing.assert_allclose(curve.contact_force, population.contact_force.mean(axis=0)[::-1])
     assert curve.notes["drives"] == "32"
     assert curve.notes["seed"] == "0"
+    assert curve == population.curve()
+    assert hash(curve) == hash(population.curve())
+    assert curve != sm.simulate(population.drive, [0.002, 0.001], 32, seed=1).curve()
