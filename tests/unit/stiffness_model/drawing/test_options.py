@@ -163,7 +163,7 @@ def test_a_missing_element_costs_an_elastic_drive_less_torque() -> None:
 
 
 def test_a_lookup_refuses_inertia() -> None:
-    with pytest.raises(sm.InputError, match="inertia 'off': tables over twist and clearance do not know"):
+    with pytest.raises(sm.InputError, match="inertia 'off', since the crank's speed is no axis of the tables"):
         lookup.build_lookup(sm.load_drive("drive_1", inertia="on", crank_speed="3000 rpm"), 2)
 
 

@@ -103,7 +103,7 @@ def test_draw_refuses_values_beyond_the_limits(
 @pytest.fixture
 def stopped(monkeypatch: pytest.MonkeyPatch) -> sm.Drive:
     """A drive with balls larger than their bores, whose iteration is stopped before its first step."""
-    monkeypatch.setattr(newton, "MOST_STEPS", 0)
+    monkeypatch.setattr(newton, "MAX_STEPS", 0)
     return sm.load_drive("drive_1", cage_offset="0 um", bearing_capacity="40 kN")
 
 
