@@ -1,7 +1,7 @@
-"""The paper's figures and their kin. Every function takes `ax` (or makes one) and returns it.
+"""Figures of the paper and further ones of results. Every function draws on `ax`, or on new axes, and returns them.
 
-Angles in arcmin at the output, torques in N.m. Bands are the 10th and 90th percentile over the drives.
-matplotlib is imported inside the functions: importing this module costs nothing.
+Angles in arcmin at the output, torques in N.m. Bands are the 10th and 90th percentile over the drives. matplotlib is
+imported when a picture is drawn.
 """
 
 from __future__ import annotations
@@ -81,17 +81,17 @@ def twist_over_torque_band(
 def against_catalog(curve: TwistTorqueCurve, gears: Iterable[CatalogGear], ax: Axes | None = None) -> Axes:
     """Twist over torque of a drive beside published gears (figure 8 of the paper).
 
-    Gears are drawn up to the drive's torque or to the greatest torque their row allows; rows without a curve
-    are left out. The published lines hold no lost motion.
+    Gears are drawn up to the drive's torque or to the greatest torque in their catalogue row; rows without a curve are
+    omitted. The published curves do not include lost motion.
     """
     ax = new_axes(width=7.6) if ax is None else ax
     _curve(ax, curve, DRIVES[0])
     full = curve.full_torque
     for k, gear in enumerate(gear for gear in gears if gear.has_curve):
         torque = np.linspace(0.0, min(full, gear.greatest_torque or full), 201)
-        # The bends belong to the line: put points on them.
-        bends = [bend for bend in (gear.t1, gear.t2) if bend is not None and bend < torque[-1]]
-        torque = np.unique(np.concatenate([torque, bends]))
+        # Include the breakpoints of the piecewise linear curve.
+        breakpoints = [bend for bend in (gear.t1, gear.t2) if bend is not None and bend < torque[-1]]
+        torque = np.unique(np.concatenate([torque, breakpoints]))
         ax.plot(
             torque,
             gear.twist_at(torque) / ARCMIN,
@@ -135,7 +135,7 @@ def contact_forces(population: Population, ax: Axes | None = None) -> Axes:
     format_axes(ax, TORQUE, "greatest contact force [N]")
     start_axes_at_zero(ax)
     if torque[-1] > 0:
-        # The names stand where the curves end.
+        # The labels are at the ends of the curves.
         ax.set_xlim(0, torque[-1])
     caption(ax, f"{_name(population.drive.name)}; shaded: P10 to P90")
     label_ends(
@@ -169,7 +169,7 @@ def load_share(populations: Population | Sequence[Population], ax: Axes | None =
 
 
 def save(ax: Axes, path: str | os.PathLike[str]) -> None:
-    """Write the figure of `ax`, in the format of the path's ending."""
+    """Write the figure of `ax` in the format of the path's suffix."""
     figure = ax.get_figure(root=True)
     assert figure is not None
     figure.savefig(path)
@@ -212,16 +212,16 @@ def _lines(count: int) -> list[Line]:
 
 
 def _name(name: str) -> str:
-    """ "drive_1" as a reader writes it."""
+    """ "drive_1" as it is written in a legend."""
     return name.replace("_", " ") or "drive"
 
 
 def _two_lines(gear: CatalogGear) -> str:
-    """A gear's label, broken after the maker."""
+    """A gear's label with a line break after the maker."""
     return gear.label.replace(f"{gear.maker} ", f"{gear.maker}\n", 1)
 
 
 def _start_at_zero(ax: Axes, curves: Iterable[TwistTorqueCurve]) -> None:
-    """Axes from zero, unless a curve covers both signs."""
+    """Start both axes at zero, unless a curve covers both signs."""
     if all(curve.twist[0] >= 0 for curve in curves):
         start_axes_at_zero(ax)

@@ -1,4 +1,4 @@
-"""The gear drawn to scale: profile, path of the elements' centres, elements, and what is cut away."""
+"""The gear drawn to scale: profile, path of the elements' centres, elements, and the part that is cut away."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 def gear_profile(drive: Drive, ax: Axes | None = None, lobes: int = 2) -> Axes:
-    """Some lobes of the ring gear to scale, in mm: profile, ball path, elements, and what is cut away.
+    """Some lobes of the ring gear to scale, in mm: profile, ball path, elements, and the part that is cut away.
 
-    The profile crosses itself between two lobes (`Drive.usable_limit`); what lies beyond the crossing does
-    not exist, and elements there carry nothing.
+    The profile intersects itself between two lobes (`Drive.usable_limit`); the part beyond the intersection does not
+    exist, and elements there carry no load.
     """
     ax = new_axes(width=6.8, height=5.0) if ax is None else ax
     path, limit, q = drive.path, drive.usable_limit, drive.element_radius
@@ -59,14 +59,14 @@ def gear_profile(drive: Drive, ax: Axes | None = None, lobes: int = 2) -> Axes:
 
 
 def _upright(points: Array, turn: float) -> Array:
-    """Points (n, 2) in m, turned by `turn` rad and then so that the middle is up: (2, n) in mm."""
+    """Points (n, 2) in m, rotated by `turn` rad and then so that the middle points upwards: (2, n) in mm."""
     cos, sin = np.cos(turn + np.pi / 2), np.sin(turn + np.pi / 2)
     x, y = 1e3 * points.T
     return np.stack([x * cos - y * sin, x * sin + y * cos])
 
 
 def _elements(ax: Axes, drive: Drive, lobe: float, half_width: float) -> None:
-    """The elements of one eccentric within +-half_width rad; one is half-way up the flank of the `lobe`."""
+    """Draw the elements of one eccentric within +-half_width rad, one of them half-way up the flank of the `lobe`."""
     from matplotlib.patches import Circle
 
     step = 2 * np.pi / drive.elements_per_row

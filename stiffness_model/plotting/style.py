@@ -1,7 +1,7 @@
-"""The look of the pictures: one palette, one set of axes, legends that cover no data.
+"""Common style of the pictures: palette, axes, and legends that do not cover data.
 
-Most colours are from Okabe and Ito's set, told apart by all kinds of colour vision; the purple is darker than
-theirs. Lightness and dashes tell them apart in grey print.
+Most colours are from Okabe and Ito's palette, which all types of colour vision distinguish; the purple is darker than
+theirs. Lightness and dashes distinguish lines in greyscale print.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ INK, FAINT, METAL = "#222222", "#9a9a9a", "#d9dce0"
 BLUE, ORANGE, PURPLE, GREEN, RED, SKY = "#0072B2", "#E69F00", "#7B2D8B", "#009E73", "#D55E00", "#56B4E9"
 
 SHADE = 0.16
-"""Opacity of bands: two on top of each other still show both."""
+"""Opacity of bands; low enough that two overlapping ones remain visible."""
 
 
 @dataclass(frozen=True)
@@ -31,28 +31,28 @@ class Line:
 
     @property
     def style(self) -> str | tuple[int, tuple[float, ...]]:
-        """As matplotlib's `linestyle` takes it."""
+        """The value for matplotlib's `linestyle`."""
         return (0, self.dashes) if self.dashes else "solid"
 
 
 DRIVES = (Line(BLUE), Line(ORANGE, (6, 1.5)), Line(PURPLE, (6, 1.5, 1, 1.5)), Line(SKY, (3, 1.5)), Line(INK, (1, 1.2)))
-"""Drives in their order: blue, orange and purple as in the paper."""
+"""Lines of drives in their order; the first three have the paper's colours."""
 CONTACTS = (Line(BLUE), Line(RED, (6, 1.5)), Line(GREEN, (6, 1.5, 1, 1.5)), Line(INK, (1, 1.2)))
 """Gear, crank, cage t+, cage t-."""
 GEARS = {"strain wave": GREEN, "cycloidal": RED}
-"""Colour of a published gear by its kind."""
+"""Colours of published gears by kind."""
 GEAR_DASHES = ((6.0, 1.5), (6.0, 1.5, 1.0, 1.5), (1.0, 1.2), (3.0, 1.5))
 
 
 def new_axes(width: float = 6.4, height: float = 4.2) -> Axes:
-    """Empty axes in a figure of their own, sizes in inches; saved with `axes.figure.savefig`."""
+    """Empty axes in a new figure, sizes in inches; `axes.figure.savefig` saves it."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), dpi=150, layout="constrained").add_subplot()
 
 
 def format_axes(ax: Axes, x_label: str, y_label: str) -> Axes:
-    """Labels, a light grid and no frame above and on the right."""
+    """Axis labels, a light grid, and no spines at the top and on the right."""
     ax.set_xlabel(x_label, color=INK)
     ax.set_ylabel(y_label, color=INK)
     ax.spines[["top", "right"]].set_visible(False)
@@ -64,8 +64,8 @@ def format_axes(ax: Axes, x_label: str, y_label: str) -> Axes:
 
 
 def start_axes_at_zero(ax: Axes) -> Axes:
-    """Both axes start at zero and reach beyond the data, on shared axes beyond that of all."""
-    # matplotlib stops adapting limits once one is set: a second call on shared axes must widen them itself.
+    """Start both axes at zero and extend them beyond the data; shared axes extend beyond the data of all."""
+    # matplotlib stops autoscaling once a limit is set, so a second call on shared axes must widen them.
     right, top = 1.05 * float(ax.dataLim.xmax), 1.05 * float(ax.dataLim.ymax)
     ax.set_xlim(0, max(ax.get_xlim()[1], right if math.isfinite(right) else 0))
     ax.set_ylim(0, max(ax.get_ylim()[1], top if math.isfinite(top) else 0))
@@ -73,7 +73,7 @@ def start_axes_at_zero(ax: Axes) -> Axes:
 
 
 def legend_above(ax: Axes, title: str = "") -> Axes:
-    """The legend in rows of three above the axes, where no data is; `title` says what the shades are."""
+    """The legend in rows of three above the axes, away from the data; `title` explains the shaded areas."""
     ax.legend(
         loc="lower left",
         bbox_to_anchor=(-0.01, 1.0),
@@ -91,7 +91,7 @@ def legend_above(ax: Axes, title: str = "") -> Axes:
 
 
 def legend_beside(ax: Axes) -> Axes:
-    """The legend to the right of the axes, its entries in the order of the curves' ends."""
+    """The legend to the right of the axes, its entries in the vertical order of the curves' ends."""
     drawn, names = ax.get_legend_handles_labels()
     last = [float(line.get_ydata()[-1]) for line in drawn]  # type: ignore[attr-defined]
     order = sorted(range(len(drawn)), key=lambda k: -last[k])
@@ -116,11 +116,11 @@ def caption(ax: Axes, text: str) -> Axes:
 
 
 def label_ends(ax: Axes, ends: Sequence[tuple[float, float, str, str]]) -> list[Text]:
-    """Names at the ends (x, y, text, colour) of curves, to their right, pushed apart so that none overlap.
+    """Labels (x, y, text, colour) to the right of the ends of curves, shifted so that none overlap.
 
-    Call it when the axes have their final limits.
+    Call it after the axes have their final limits.
     """
-    # Height of a line of text in data units, from the axes' height without drawing.
+    # Height of a line of text in data units, estimated from the axes' height.
     figure = ax.get_figure(root=True)
     assert figure is not None
     height_in = ax.get_position().height * figure.get_size_inches()[1]

@@ -1,4 +1,4 @@
-"""The gear's profile for the workshop, as a DXF file in mm; needs ezdxf (`pip install 'reefmu[dxf]'`)."""
+"""The gear's profile for manufacturing, as a DXF file in mm; needs ezdxf (`pip install 'reefmu[dxf]'`)."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from .layout import Layout, place_parts, unit_vector
 from .outline import CHORD_ERROR, Outline, equidistant, gear_offset, gear_outline, rotated
 
 MILLIMETRES = 4
-"""$INSUNITS of a drawing in mm."""
+"""Value of $INSUNITS for millimetres."""
 LAYERS = {"PROFILE": 7, "BALL_PATH": 5, "PITCH_CIRCLE": 3, "BORES": 1, "NOTES": 8}
-"""Layers and their AutoCAD colours; the second row's profile, path and bores lie on PROFILE_2 and so on."""
+"""Layers and their AutoCAD colours; profile, path and bores of the second row are on PROFILE_2 and so on."""
 
 
 def write_dxf(drive: Drive, path: str | os.PathLike[str], chord_error: float = CHORD_ERROR) -> Outline:
     """Write profile, ball path, pitch circle and bores of every row, and return the profile as written.
 
-    The profile is a closed polyline, trimmed where it would cut itself, off the true curve by at most `chord_error` m.
-    A bore is the circle of its ball's section and the centre line of the drilling, both with the crank at angle 0.
-    A further row gets a profile of its own only where it stands turned against the first. The file is written whole
-    or not at all. Raises `InputError` where ezdxf is missing or the folder cannot be written.
+    The profile is a closed polyline, trimmed where it would intersect itself, with a chord error of at most
+    `chord_error` m. A bore is drawn as its circle in the plane of the balls and its axis, both with the crank at angle
+    0. A further row has a profile of its own only where that is rotated relative to the first. The file is written
+    atomically. Raises `InputError` if ezdxf is missing or the folder is not writable.
     """
     try:
         from ezdxf.filemanagement import new
@@ -70,12 +70,12 @@ def write_dxf(drive: Drive, path: str | os.PathLike[str], chord_error: float = C
 
 
 def notes(drive: Drive, profile: Outline, layout: Layout) -> list[str]:
-    """What a workshop must know beside the lines, a line each."""
-    field, _ = zone_text(drive.tolerances["gear"], drive.size("gear"), "gear" in HOLES)
+    """Information for manufacturing beside the geometry, one line each."""
+    zone, _ = zone_text(drive.tolerances["gear"], drive.size("gear"), "gear" in HOLES)
     lines = [
         f"{drive.name}: {drive.lobes} lobes, ratio {drive.ratio:+g}, all sizes in mm",
-        f"profile {1e3 * gear_offset(drive):.6g} outside the path of the centres, middle of the field "
-        f"{field}; chord error below {profile.error / MICROMETRE:.3g} um",
+        f"profile {1e3 * gear_offset(drive):.6g} outside the path of the centres, middle of the zone "
+        f"{zone}; chord error below {profile.error / MICROMETRE:.3g} um",
         f"pitch radius {1e3 * drive.path.centre_distance:.6g}, eccentricity {1e3 * drive.eccentricity:.6g}, "
         f"{drive.element} diameter {2e3 * drive.element_radius:.6g}",
     ]

@@ -18,18 +18,19 @@ from ...numerics.arrays import Array
 from .layout import Layout, place_parts, unit_vector
 
 MIN_FORCE_RATIO, MIN_FORCE = 1e-6, 1e-6
-"""A contact carries above this share of the greatest force, and above this force, N."""
+"""A contact counts as loaded above this share of the greatest force and above this force, N; below is rounding error.
+"""
 
 
 @dataclass(frozen=True)
 class ElementForces:
     """Forces on the elements of one drive at a twist; m rows of n elements, contacts in the order of `CONTACTS`.
 
-    twist: rad at the output. layout: before the twist. deviations: (1, m n), as `sampling` orders them. usable: (m, n),
-    whether an element's position is on the part of the profile that exists. force: (m, n, 4, 2), N, on the element by
-    gear, crank, cage t+ and t-. point: (m, n, 4, 2), m, where it touches them. displacement: (m, n, 2), m, radial and
-    tangential displacement of the centres. torque: (m, n), N.m on the output, by the elements. not_converged:
-    elements without an equilibrium, which count as no force.
+    twist: rad at the output. layout: before the twist. deviations: (1, m n), in the order of `sampling`. usable: (m,
+    n), whether an element is on the existing part of the profile. force: (m, n, 4, 2) N, on the element by gear, crank,
+    cage t+ and t-. point: (m, n, 4, 2) m, points of contact. displacement: (m, n, 2) m, radial and tangential, of the
+    centres. torque: (m, n) N.m on the output, by element. not_converged: elements without equilibrium, whose forces
+    count as zero.
     """
 
     twist: float
@@ -47,12 +48,12 @@ class ElementForces:
 
     @property
     def magnitude(self) -> Array:
-        """The forces' magnitudes, (m, n, 4), N."""
+        """Magnitudes of the forces, (m, n, 4) N."""
         return np.hypot(self.force[..., 0], self.force[..., 1])
 
     @property
     def significant(self) -> Array:
-        """`magnitude`, with 0 below `MIN_FORCE_RATIO`: rounding errors of an element that only just touches."""
+        """`magnitude` with zeros below `MIN_FORCE_RATIO` and `MIN_FORCE`."""
         size = self.magnitude
         return np.where(size > max(MIN_FORCE_RATIO * size.max(initial=0.0), MIN_FORCE), size, 0.0)
 
@@ -65,7 +66,7 @@ def solve_element_forces(
     start: float = 0.0,
     weight: Array | None = None,
 ) -> ElementForces:
-    """Forces at `twist`, rad at the output, with the crank turned there from `angle`, rad; cage and gear fixed.
+    """Forces at `twist`, rad at the output, with the crank twisted from `angle`, rad, and cage and gear fixed.
 
     deviations: of one drive (`rotation.elements_at`, `sampling.nominal`); its positions are replaced by those of the
     layout whose first element stands at `start`, rad, on the profile (`layout.place_parts`). weight: (1, n) share of
@@ -76,8 +77,8 @@ def solve_element_forces(
     >>> from stiffness_model import load_drive
     >>> from stiffness_model.drawing import sampling
     >>> drive = load_drive("drive_1")
-    >>> loads = solve_element_forces(drive, sampling.nominal(drive), drive.max_twist)
-    >>> bool(loads.torque.sum() > 0), bool((np.abs(loads.force.sum(axis=2)) < 1e-6 * loads.magnitude.max()).all())
+    >>> forces = solve_element_forces(drive, sampling.nominal(drive), drive.max_twist)
+    >>> bool(forces.torque.sum() > 0), bool((np.abs(forces.force.sum(axis=2)) < 1e-6 * forces.magnitude.max()).all())
     (True, True)
     """
     expect_twists(drive, twist)
@@ -114,7 +115,7 @@ def solve_element_forces(
     d_t = tangential - drive.eccentricity * np.sin(turned)
     length = np.hypot(d_r, d_t)
     zero, one = np.zeros_like(c), np.ones_like(c)
-    # Outward normals of the four contacts as the element has them, radial and tangential.
+    # The element's outward normals at the four contacts, radial and tangential.
     normal = np.stack(
         [
             np.stack([n_r, n_t], -1),
@@ -142,10 +143,10 @@ def solve_element_forces(
 
 
 def _flat(by_row: Array) -> Array:
-    """(m, n) in the order of `sampling`, (1, m n): the eccentrics take turns."""
+    """(m, n) in the order of `sampling`, (1, m n): elements alternate between the eccentrics."""
     return by_row.T.reshape(1, -1)
 
 
 def _in_plane(vectors: Array, axes: Array) -> Array:
-    """Vectors (..., 2), radial and tangential, in the plane; axes: (..., 2, 2), the unit vectors of both."""
+    """Vectors (..., 2), radial and tangential, in Cartesian coordinates; axes: (..., 2, 2), the two unit vectors."""
     return vectors[..., :1] * axes[..., 0, :] + vectors[..., 1:] * axes[..., 1, :]

@@ -1,4 +1,4 @@
-"""Figures of a drive to scale: the drawing with its sizes, and the contact forces at a twist."""
+"""Figures of a drive to scale: the drawing with its dimensions, and the contact forces at a twist."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def forces_figure(drive: Drive, loads: ElementForces, exaggeration: float = 1.0) -> Figure:
-    """All rows of a drive with the forces on their elements; colour bar, arrow scale and the drive's torque."""
+def forces_figure(drive: Drive, forces: ElementForces, exaggeration: float = 1.0) -> Figure:
+    """All rows of a drive with the forces on their elements, a colour bar, a scale for the arrows and the drive's
+    torque.
+    """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
@@ -30,19 +32,19 @@ def forces_figure(drive: Drive, loads: ElementForces, exaggeration: float = 1.0)
     rows = drive.eccentrics
     figure = Figure(figsize=(max(5.2 * min(rows, 3), 7.5), 6.0 * -(-rows // 3)), dpi=130, layout="constrained")
     axes = np.atleast_1d(figure.subplots(-(-rows // 3), min(rows, 3))).ravel()
-    greatest = float(loads.significant.max())
+    greatest = float(forces.significant.max())
     for row, ax in enumerate(axes):
         if row >= rows:
             ax.set_axis_off()
             continue
-        draw_row(ax, drive, row_outlines(drive, loads, row, exaggeration))
-        colour_elements(ax, loads, row, greatest)
-        draw_arrows(ax, drive, loads, row, greatest)
-        angle = np.degrees(loads.layout.crank[row] % (2 * np.pi))
+        draw_row(ax, drive, row_outlines(drive, forces, row, exaggeration))
+        colour_elements(ax, forces, row, greatest)
+        draw_arrows(ax, drive, forces, row, greatest)
+        angle = np.degrees(forces.layout.crank[row] % (2 * np.pi))
         caption(
             ax,
-            f"eccentric {row + 1} at {angle:.0f} deg: {loads.torque[row].sum():.4g} N.m, "
-            f"{int(loads.significant[row].any(axis=-1).sum())} elements carry",
+            f"eccentric {row + 1} at {angle:.0f} deg: {forces.torque[row].sum():.4g} N.m, "
+            f"{int(forces.significant[row].any(axis=-1).sum())} elements carry",
         )
     if greatest > 0:
         norm = Normalize(0, greatest)
@@ -69,7 +71,7 @@ def forces_figure(drive: Drive, loads: ElementForces, exaggeration: float = 1.0)
         )
     )
     title = (
-        f"{drive.name}: {loads.torque.sum():.4g} N.m at {loads.twist / ARCMIN:g} arcmin, "
+        f"{drive.name}: {forces.torque.sum():.4g} N.m at {forces.twist / ARCMIN:g} arcmin, "
         f"{_turning(drive)}; cage and gear held"
     )
     if exaggeration != 1:
@@ -78,17 +80,17 @@ def forces_figure(drive: Drive, loads: ElementForces, exaggeration: float = 1.0)
     return figure
 
 
-def drawing_figure(drive: Drive, loads: ElementForces) -> Figure:
-    """The first row with its sizes, as a designer reads them, and beside it one lobe enlarged."""
+def drawing_figure(drive: Drive, forces: ElementForces) -> Figure:
+    """The first row with its dimensions, and an enlarged lobe beside it."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11.5, 6.6), dpi=130, layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.45, 1))
-    row = row_outlines(drive, loads, 0)
+    row = row_outlines(drive, forces, 0)
     for ax in (left, right):
         draw_row(ax, drive, row)
         patches = [patch for patch in ax.patches if patch.get_gid() == "element"]
-        for patch, exists in zip(patches, loads.usable[0], strict=True):
+        for patch, exists in zip(patches, forces.usable[0], strict=True):
             patch.set_linestyle("solid" if exists else "dotted")
     radius, e = 1e3 * drive.path.centre_distance, 1e3 * drive.eccentricity
     around = unit_vector(np.linspace(0, 2 * np.pi, 361))
@@ -107,11 +109,11 @@ def drawing_figure(drive: Drive, loads: ElementForces) -> Figure:
         lines.append(f"roller length {1e3 * drive.element_length:g} mm")
     if drive.usable_limit < np.pi:
         lines.append(f"profile cut away beyond {np.degrees(drive.usable_limit):.1f} deg of 180 (dotted)")
-    if loads.layout.gear.any():
-        turns = ", ".join(f"{turn:+.3g}" for turn in np.degrees(loads.layout.gear[1:]))
+    if forces.layout.gear.any():
+        turns = ", ".join(f"{turn:+.3g}" for turn in np.degrees(forces.layout.gear[1:]))
         lines.append(f"further rows' profiles turned by {turns} deg")
     left.text(0, -0.1 * radius, "\n".join(lines), ha="center", va="top", color=INK, fontsize="small", linespacing=1.5)
-    _enlarge(right, drive, row, loads)
+    _enlarge(right, drive, row, forces)
     caption(left, f"{drive.name}: eccentric 1, to scale")
     wall = 1e3 * drive.seats.wall
     caption(
@@ -123,11 +125,11 @@ def drawing_figure(drive: Drive, loads: ElementForces) -> Figure:
     return figure
 
 
-def _enlarge(ax: Axes, drive: Drive, row: RowOutlines, loads: ElementForces) -> None:
-    """Zoom on the element nearest the flank's middle, with the sizes that decide its contacts."""
-    beta = loads.layout.beta[0]
+def _enlarge(ax: Axes, drive: Drive, row: RowOutlines, forces: ElementForces) -> None:
+    """Zoom in on the element closest to the flank's middle, and annotate its contacts."""
+    beta = forces.layout.beta[0]
     k = int(np.abs(beta - drive.usable_limit / 2).argmin())
-    centre, angle = 1e3 * row.centre[k], float(loads.layout.bore[0, k])
+    centre, angle = 1e3 * row.centre[k], float(forces.layout.bore[0, k])
     r, inner = 1e3 * drive.element_radius, 1e3 * cage_radii(drive)[0]
     reach = max(2.2 * r, 1e3 * 2.2 * np.pi * drive.path.centre_distance / drive.lobes)
     ax.set(xlim=(centre[0] - reach, centre[0] + reach), ylim=(centre[1] - reach, centre[1] + reach))

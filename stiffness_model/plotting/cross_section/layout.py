@@ -1,14 +1,14 @@
-"""Where every part of a drive stands at a crank angle: exact kinematics, without play and load.
+"""Positions of all parts of a drive at a crank angle: exact kinematics, without backlash and load.
 
-Polar angles run counter-clockwise from the x axis, the gear is fixed and the cage turns. Row r is one eccentric with
-its elements. An element at the angle theta meets the eccentric at beta = psi - theta and the profile at the phase
-z (theta - gamma) = orientation beta. So the bores of a row lie on |i| places, spaced by 2 pi/|i|; a row with fewer
+Polar angles are counter-clockwise from the x axis, the gear is fixed and the cage turns. Row r is one eccentric with
+its elements. An element at the angle theta meets the eccentric at beta = psi - theta and the profile at the phase z
+(theta - gamma) = orientation beta. The bores of a row are therefore on |i| seats spaced by 2 pi/|i|; a row with fewer
 elements leaves some of them empty.
 
-The rows' positions beta are spread as in eq. 20 of the paper (where places stay empty: as if they were taken). Either
-the rows' profiles stand turned against each other for that, or the rows of bores. With eccentrics that share no factor
-with the lobes one profile goes straight through all rows; else (the presets: 30 lobes, 3 eccentrics at 120 degrees) it
-would bring all rows to the same beta, and `gear` says how far each row's is turned.
+The positions beta of all rows are spread as in eq. 20 of the paper (as if empty seats were occupied). This needs either
+the rows' profiles or the rows of bores to be rotated relative to each other. If lobes and eccentrics have no common
+factor, one profile serves all rows. Otherwise (the presets: 30 lobes, 3 eccentrics at 120 degrees) one profile would
+give all rows the same beta, and `gear` states each row's rotation.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from ...numerics.arrays import Array
 
 @dataclass(frozen=True)
 class Layout:
-    """A drive's parts at one crank angle; m = eccentrics, n = elements on one of them.
+    """The parts of a drive at one crank angle; m = eccentrics, n = elements on each of them.
 
-    crank: (m,) angle of each eccentric, rad. bore: (m, n) angles of elements and bores, rad. beta: (m, n) positions
-    on the profile, rad in (-pi, pi]. gear: (m,) turn of each row's profile, rad. eccentric: (m, 2) the eccentrics'
-    centres, m. centre: (m, n, 2) the elements' centres, m.
+    crank: (m,) angle of each eccentric, rad. bore: (m, n) angles of elements and bores, rad. beta: (m, n) positions on
+    the profile, rad in (-pi, pi]. gear: (m,) rotation of each row's profile, rad. eccentric: (m, 2) centres of the
+    eccentrics, m. centre: (m, n, 2) centres of the elements, m.
     """
 
     crank: Array
@@ -48,10 +48,10 @@ class Layout:
 
 
 def place_parts(drive: Drive, angle: float = 0.0, start: float = 0.0) -> Layout:
-    """Where the parts stand with the first eccentric at `angle`, rad.
+    """The layout with the first eccentric at `angle`, rad.
 
-    start: position beta, rad, of the first element with the eccentric at 0: how the drive was put together, cage to
-    crank, with the gear turned to suit. Raises `InputError` if a row has more elements than the ratio has places.
+    start: position beta, rad, of the first element with the eccentric at 0, which is how cage and crank were assembled;
+    the gear is rotated to fit. Raises `InputError` if a row has more elements than seats.
 
     >>> from stiffness_model import load_drive
     >>> drive = load_drive("drive_1")
@@ -65,12 +65,12 @@ def place_parts(drive: Drive, angle: float = 0.0, start: float = 0.0) -> Layout:
     rows, lobes, ratio = drive.eccentrics, drive.lobes, _n_seats(drive)
     row = np.arange(rows)
     first = 2 * np.pi / ratio * ((row * _step(drive) / rows)[:, None] + occupied_seats(drive)) + start
-    at_rest = 2 * np.pi * _order(drive) / rows
-    turn = at_rest - first[:, 0] * (1 + drive.orientation / lobes)
+    eccentric_angle = 2 * np.pi * _order(drive) / rows
+    turn = eccentric_angle - first[:, 0] * (1 + drive.orientation / lobes)
     pitch = 2 * np.pi / lobes
     gear = turn - pitch * np.round(turn / pitch)
-    beta, crank = first + angle * lobes / ratio, at_rest + angle
-    bore = at_rest[:, None] - first + angle * drive.orientation / ratio
+    beta, crank = first + angle * lobes / ratio, eccentric_angle + angle
+    bore = eccentric_angle[:, None] - first + angle * drive.orientation / ratio
     return Layout(
         crank,
         bore,
@@ -82,7 +82,9 @@ def place_parts(drive: Drive, angle: float = 0.0, start: float = 0.0) -> Layout:
 
 
 def occupied_seats(drive: Drive) -> NDArray[np.intp]:
-    """Which of a row's |i| places have a bore, (n,): all, or as many as there are elements, spread evenly.
+    """Indices of the occupied ones of a row's |i| seats, (n,): all, or as many as there are elements, evenly spread.
+
+    Raises `InputError` for more elements than seats.
 
     >>> from stiffness_model import load_drive
     >>> occupied_seats(load_drive("drive_1", elements=3 * 14, element_radius="4 mm")).tolist()
@@ -91,7 +93,7 @@ def occupied_seats(drive: Drive) -> NDArray[np.intp]:
     count, places = drive.elements_per_row, _n_seats(drive)
     expect(
         count <= places,
-        f"at most {places} elements on one eccentric, one for every place that the ratio gives",
+        f"at most {places} elements on one eccentric, one for every seat that the ratio gives",
         count,
         drive.name,
     )
@@ -99,8 +101,7 @@ def occupied_seats(drive: Drive) -> NDArray[np.intp]:
 
 
 def period_turns(drive: Drive) -> int:
-    """Crank turns after which the picture is the same again, element for element's neighbour.
-
+    """Turns of the crank after which the picture repeats, with each element in another's position.
     >>> from stiffness_model import load_drive
     >>> period_turns(load_drive("drive_1")), period_turns(load_drive("drive_1", elements=60))
     (1, 29)
@@ -119,7 +120,9 @@ def _n_seats(drive: Drive) -> int:
 
 
 def _order(drive: Drive) -> NDArray[np.int64]:
-    """Each row's eccentric, counted in the crank's direction: such that one profile serves all rows if one can."""
+    """Index of each row's eccentric, counted in the crank's direction and chosen so that one profile serves all rows if
+    possible.
+    """
     rows, step = drive.eccentrics, _step(drive)
     if math.gcd(drive.lobes, rows) == 1 == math.gcd(step, rows):
         return np.arange(rows) * step * pow(drive.lobes, -1, rows) % rows
@@ -127,6 +130,6 @@ def _order(drive: Drive) -> NDArray[np.int64]:
 
 
 def _step(drive: Drive) -> int:
-    """Places from one element to the next where they are spread evenly over all; else 1."""
-    step, left = divmod(_n_seats(drive), drive.elements_per_row)
-    return step if left == 0 else 1
+    """Seats from one element to the next if elements are spread evenly over all seats, else 1."""
+    step, remainder = divmod(_n_seats(drive), drive.elements_per_row)
+    return step if remainder == 0 else 1

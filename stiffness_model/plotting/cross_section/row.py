@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 GEAR_FILL, CRANK_FILL, CAGE_FILL = METAL, "#f3e3da", "#cfe8df"
 RIM = 2.2
-"""Width of the gear's ring outside the path, in element radii; a drawing says nothing of it."""
+"""Width of the gear's ring outside the path, in element radii; for the picture only, since a drawing does not state it.
+"""
 LONGEST = 2.0
 """Length of the greatest force's arrow, in element radii."""
 ARROW_COLOURS = (CONTACT_LINES[0].colour, CONTACT_LINES[1].colour, CONTACT_LINES[2].colour, CONTACT_LINES[2].colour)
@@ -28,11 +29,11 @@ ARROW_COLOURS = (CONTACT_LINES[0].colour, CONTACT_LINES[1].colour, CONTACT_LINES
 
 
 def draw_row(ax: Axes, drive: Drive, row: RowOutlines) -> Axes:
-    """One row in mm: gear ring, crank, cage and elements; all but the elements filled."""
+    """Draw one row in mm: gear ring, crank and cage filled, elements as circles."""
     from matplotlib.patches import Circle, PathPatch, Polygon
     from matplotlib.path import Path as Outline
 
-    # add_artist, not add_patch: finding limits from the patches, which are set below, would take most of the time.
+    # add_artist skips the search for axis limits, which are set below and would take most of the time.
     rim = 1e3 * (drive.path.centre_distance + RIM * drive.element_radius)
     ring = [Outline.circle((0, 0), rim), _closed(row.gear)]
     ax.add_artist(
@@ -50,7 +51,7 @@ def draw_row(ax: Axes, drive: Drive, row: RowOutlines) -> Axes:
         )
     ax.plot(0, 0, marker="+", color=INK, markersize=9, gid="axis")
     ax.plot(*(1e3 * row.eccentric), marker=".", color=RED, markersize=5, gid="eccentric")
-    # Room for the arrows outside.
+    # Leave room for the arrows.
     reach = 1e3 * (drive.path.centre_distance + (1.1 + max(RIM - 1, LONGEST)) * drive.element_radius)
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
     ax.set_axis_off()
@@ -68,11 +69,11 @@ def drive_row(drive: Drive, ax: Axes | None = None) -> Axes:
     return caption(ax, f"{drive.name}: {drive.lobes} lobes, ratio {drive.ratio:+g}, {bars}")
 
 
-def colour_elements(ax: Axes, loads: ElementForces, row: int, greatest: float) -> None:
-    """Elements by their greatest contact force; one that carries nothing stays empty, dotted where there is no gear."""
-    force = loads.significant[row].max(axis=-1)
+def colour_elements(ax: Axes, forces: ElementForces, row: int, greatest: float) -> None:
+    """Colour elements by their greatest contact force; unloaded ones are empty, dotted beyond the profile."""
+    force = forces.significant[row].max(axis=-1)
     elements = [patch for patch in ax.patches if patch.get_gid() == "element"]
-    for patch, value, exists in zip(elements, force, loads.usable[row], strict=True):
+    for patch, value, exists in zip(elements, force, forces.usable[row], strict=True):
         carries = value > 0
         patch.set(
             facecolor=colour_map()(value / greatest) if carries else "none",
@@ -81,8 +82,8 @@ def colour_elements(ax: Axes, loads: ElementForces, row: int, greatest: float) -
         )
 
 
-def draw_arrows(ax: Axes, drive: Drive, loads: ElementForces, row: int, greatest: float) -> None:
-    """The forces on one row's elements, tips where they act, and below the axes an arrow for scale."""
+def draw_arrows(ax: Axes, drive: Drive, forces: ElementForces, row: int, greatest: float) -> None:
+    """Draw the forces on one row's elements with the tips at the contacts, and an arrow for scale below."""
     if greatest == 0:
         return
     per_mm = greatest / (1e3 * LONGEST * drive.element_radius)
@@ -101,9 +102,9 @@ def draw_arrows(ax: Axes, drive: Drive, loads: ElementForces, row: int, greatest
         "zorder": 5,
     }
     for k, (name, colour) in enumerate(zip(CONTACTS, ARROW_COLOURS, strict=True)):
-        some = loads.significant[row, :, k] > 0
-        x, y = 1e3 * loads.point[row, some, k].T
-        across, up = loads.force[row, some, k].T
+        some = forces.significant[row, :, k] > 0
+        x, y = 1e3 * forces.point[row, some, k].T
+        across, up = forces.force[row, some, k].T
         ax.quiver(x, y, across, up, color=colour, gid=name, **style)
     size = _round_below(greatest)
     low, left = 0.97 * ax.get_ylim()[0], 0.99 * ax.get_xlim()[0]
@@ -121,11 +122,11 @@ def colour_map() -> Any:
 def _closed(points: Array) -> Any:
     from matplotlib.path import Path as Outline
 
-    # Clockwise, against the rim's circle: what lies between is filled.
+    # Clockwise, opposite to the rim's circle, so that the area between is filled.
     return Outline(1e3 * np.concatenate([points[::-1], points[-1:]]), closed=True)
 
 
 def _round_below(value: float) -> float:
-    """The greatest of 1, 2, 5 times a power of ten that is not above `value`."""
+    """The largest of 1, 2 and 5 times a power of ten that does not exceed `value`."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(max(m * power for m in (1, 2, 5) if m * power <= value))

@@ -1,8 +1,8 @@
-"""The outlines of one row's parts, true to scale or with everything small made larger.
+"""The outlines of one row's parts, true to scale or with small quantities exaggerated.
 
-`exaggeration` multiplies what is small, and only that: deviations of the radii, displacements of the elements under
-load, and the eccentric's way from its neutral position. At 1 all is true to scale. Where a ball then overlaps a
-neighbour, the overlap is the indentation; where it does not, it is the play.
+`exaggeration` multiplies only what is small: deviations of the radii, displacements of the elements under load, and the
+eccentric's displacement from its neutral position. At 1 everything is true to scale. In an exaggerated picture an
+overlap of a ball with its neighbour is the indentation, and a gap is the backlash.
 """
 
 from __future__ import annotations
@@ -23,11 +23,13 @@ from .layout import unit_vector
 from .outline import rotated
 
 CAGE_CLEARANCE = 0.1
-"""Of the room between crank and gear, left free by the cage on either side. A drawing says nothing of its rings."""
+"""Share of the space between crank and gear that the cage leaves free on either side; for the picture only, since a
+drawing does not state its rings.
+"""
 MIN_DIMENSION = 1e-9
-"""m: less is no dimension of a part, for its surface is rougher."""
+"""Smallest dimension of a part, m; the surface roughness is larger."""
 POINTS = 97
-"""On the half of a lobe in a picture: chords within 1 um of drive_1's profile."""
+"""Points on half a lobe; chords are then within 1 um of drive_1's profile."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class RowOutlines:
 
     gear: (k, 2), the profile; crank: (k, 2), its raceway; eccentric: (2,), the raceway's centre; centre: (n, 2) and
     radius: (n,), the elements; bars: the cage's polygons between the bores, none where bores overlap; walls:
-    (n, 2, 2, 2), for each bore its walls t+ and t-, each from its inner to its outer end.
+    (n, 2, 2, 2), the walls t+ and t- of each bore, from the inner to the outer end.
     """
 
     gear: Array
@@ -51,12 +53,12 @@ class RowOutlines:
         return one_line(self)
 
 
-def row_outlines(drive: Drive, loads: ElementForces, row: int, exaggeration: float = 1.0) -> RowOutlines:
-    """The outlines of row `row` as it stands under `loads`."""
-    layout, deviations, f = loads.layout, loads.deviations, exaggeration
+def row_outlines(drive: Drive, forces: ElementForces, row: int, exaggeration: float = 1.0) -> RowOutlines:
+    """The outlines of row `row` as it stands under `forces`."""
+    layout, deviations, f = forces.layout, forces.deviations, exaggeration
     members = slice(row, None, drive.eccentrics)
     bore = layout.bore[row]
-    grown = {
+    scaled = {
         part: f * (getattr(deviations, part)[0, members] - nominal)
         for part, nominal in (
             ("element", drive.element_radius),
@@ -66,40 +68,40 @@ def row_outlines(drive: Drive, loads: ElementForces, row: int, exaggeration: flo
         )
     }
     outwards, along = unit_vector(bore), unit_vector(bore + np.pi / 2)
-    shift = f * loads.displacement[row]
+    shift = f * forces.displacement[row]
     centre = layout.centre[row] + shift[:, :1] * outwards + shift[:, 1:] * along
     neutral = layout.eccentric[row]
-    eccentric = neutral + f * (rotated(neutral, loads.twist * drive.ratio) - neutral)
+    eccentric = neutral + f * (rotated(neutral, forces.twist * drive.ratio) - neutral)
 
-    # Between two elements nothing is known of gear and crank: their deviations go on linearly.
+    # Between two elements the deviations of gear and crank are interpolated linearly.
     around = np.linspace(0, 2 * np.pi, 1440, endpoint=False)
-    crank = eccentric + unit_vector(around) * (drive.crank_radius + _between(around, bore, grown["crank"]))[:, None]
-    half = drive.element_radius + grown["cage"]
+    crank = eccentric + unit_vector(around) * (drive.crank_radius + _between(around, bore, scaled["crank"]))[:, None]
+    half = drive.element_radius + scaled["cage"]
     inner, outer = cage_radii(drive)
     ends = np.array([inner, outer])
     sides = np.array([1.0, -1.0])
-    # A wall is parallel to its bore's axis: at the distance rho it stands at the angle asin(half/rho) from it.
+    # A wall is parallel to its bore's axis: at the radius rho its angle from the axis is asin(half/rho).
     walls = (
         np.sqrt(np.maximum(ends**2 - half[:, None] ** 2, 0.0))[:, None, :, None] * outwards[:, None, None]
         + (sides * half[:, None])[..., None, None] * along[:, None, None]
     )
     return RowOutlines(
-        _gear(drive.path, drive, layout.gear[row], bore, grown["gear"]),
+        _gear(drive.path, drive, layout.gear[row], bore, scaled["gear"]),
         crank,
         eccentric,
         centre,
-        drive.element_radius + grown["element"],
+        drive.element_radius + scaled["element"],
         _bars(bore, half, inner, outer),
         walls,
     )
 
 
-def max_exaggeration(drive: Drive, loads: ElementForces) -> float:
-    """The greatest `exaggeration` that leaves a picture: drawn so, what is small is as large as an element's radius."""
-    deviations = loads.deviations
-    way = drive.eccentricity * abs(loads.twist * drive.ratio)
+def max_exaggeration(drive: Drive, forces: ElementForces) -> float:
+    """The largest sensible `exaggeration`: the largest of the small quantities then equals an element's radius."""
+    deviations = forces.deviations
+    eccentric_displacement = drive.eccentricity * abs(forces.twist * drive.ratio)
     small = [
-        way,
+        eccentric_displacement,
         *(
             float(np.abs(values).max())
             for values in (
@@ -107,7 +109,7 @@ def max_exaggeration(drive: Drive, loads: ElementForces) -> float:
                 deviations.cage - drive.element_radius,
                 deviations.gear - drive.element_radius,
                 deviations.crank - drive.crank_radius,
-                loads.displacement,
+                forces.displacement,
             )
         ),
     ]
@@ -123,25 +125,25 @@ def cage_radii(drive: Drive) -> tuple[float, float]:
     return low + CAGE_CLEARANCE * (high - low), high - CAGE_CLEARANCE * (high - low)
 
 
-def _gear(path: BallPath, drive: Drive, turn: float, bore: Array, grown: Array) -> Array:
+def _gear(path: BallPath, drive: Drive, turn: float, bore: Array, deviation: Array) -> Array:
     limit = drive.usable_limit
     beta = np.linspace(-limit, limit, 2 * POINTS - 1)[:-1]
     pitch = 2 * np.pi / drive.lobes
     points: list[Array] = []
     for lobe in range(drive.lobes):
         start = turn + lobe * pitch
-        offset = drive.element_radius + _between(start + beta / drive.lobes, bore, grown)
+        offset = drive.element_radius + _between(start + beta / drive.lobes, bore, deviation)
         points.append(rotated(path.point(beta, offset), start))
     return np.concatenate(points)
 
 
 def _between(angle: Array, bore: Array, values: Array) -> Array:
-    """The elements' values at any angle, linear between their bores."""
+    """The elements' values interpolated linearly between their bores, at any angle."""
     return np.interp(angle, bore, values, period=2 * np.pi)
 
 
 def _bars(bore: Array, half: Array, inner: float, outer: float) -> list[Array]:
-    """The cage between neighbouring bores of half widths `half`, as far as there is any."""
+    """The cage's bars between neighbouring bores of half widths `half`, where there are any."""
     order = np.argsort(bore % (2 * np.pi))
     angles = (bore % (2 * np.pi))[order].tolist()
     halves = half[order].tolist()
@@ -151,7 +153,7 @@ def _bars(bore: Array, half: Array, inner: float, outer: float) -> list[Array]:
 
 
 def _bar(low: tuple[float, float], high: tuple[float, float], inner: float, outer: float) -> Array | None:
-    """The polygon between two bores, each an angle and a half width; None where they overlap at every radius."""
+    """The polygon between two bores, each given by an angle and a half width; None if they overlap at every radius."""
 
     def start(rho: float) -> float:
         return low[0] + math.asin(min(low[1] / rho, 1.0))

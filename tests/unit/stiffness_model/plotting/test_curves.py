@@ -1,4 +1,4 @@
-"""The pictures draw the data they are given, name units, and keep legends off the data."""
+"""Pictures show the given data and units, and their legends do not cover data."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def data(ax: Axes, label: str) -> np.ndarray:
 
 
 def drawn(ax: Axes) -> Axes:
-    """The axes after a drawing run, when all sizes are final."""
+    """The axes after drawing, when all sizes are final."""
     figure = ax.get_figure(root=True)
     assert figure is not None
     FigureCanvasAgg(figure).draw()
@@ -65,7 +65,7 @@ def test_twist_over_torque_draws_means_and_bands(populations: list[Population]) 
             assert any(len(e) == len(edge) and np.allclose(e, edge) for e in edges)
     assert ax.get_xlabel() == "torque at the output [N.m]"
     assert ax.get_ylabel() == "twist at the output [arcmin]"
-    assert len(ax.collections) == 3  # one shade each
+    assert len(ax.collections) == 3  # one band each
     colours = [line.get_color() for line in ax.lines if not str(line.get_label()).startswith("_")]
     assert colours == [line.colour for line in DRIVES[:3]]
     assert legend_is_off_the_data(ax)
@@ -84,10 +84,10 @@ def test_against_catalog_draws_the_gears_with_a_curve(populations: list[Populati
     ax = plots.against_catalog(curve, gears)
     x, y = data(ax, "Harmonic Drive\nCHA-40A (ratio 50)")
     np.testing.assert_allclose(y, gears[0].twist_at(x) / ARCMIN)
-    assert {54.0, 196.0} <= set(x)  # the bends
+    assert {54.0, 196.0} <= set(x)  # the breakpoints
     assert x[-1] == pytest.approx(curve.full_torque)
     x, y = data(ax, "Own\nSmall")
-    assert x[-1] == 50  # no further than its row allows
+    assert x[-1] == 50  # no further than its row permits
     assert y[-1] == pytest.approx(2.5)
     named = [line.get_label() for line in ax.lines if not str(line.get_label()).startswith("_")]
     assert len(named) == 1 + sum(gear.has_curve for gear in gears)
@@ -125,19 +125,19 @@ def test_contact_forces_draw_mean_and_percentiles_of_the_drives(populations: lis
         assert not any(box.overlaps(other) for other in boxes[k + 1 :])
 
 
-def test_names_at_the_ends_of_close_curves_are_pushed_apart() -> None:
+def test_labels_at_the_ends_of_close_curves_do_not_overlap() -> None:
     ax = new_axes()
     ax.set_xlim(0, 1)
     ax.set_ylim(0, 10)
     texts = label_ends(ax, [(1, y, name, "k") for y, name in ((5.0, "b"), (5.05, "c"), (4.98, "a"), (9.0, "d"))])
     drawn(ax)
     boxes = [text.get_window_extent() for text in texts]
-    assert [text.get_text() for text in texts] == ["a", "b", "c", "d"]  # from the lowest up
+    assert [text.get_text() for text in texts] == ["a", "b", "c", "d"]  # from the lowest upwards
     assert all(lower.y1 <= upper.y0 for lower, upper in pairwise(boxes))
-    assert texts[-1].xy[1] == 9.0  # what is far enough stays
+    assert texts[-1].xy[1] == 9.0  # a label far enough from the others is not shifted
 
 
-def test_forces_on_shared_axes_all_fit(populations: list[Population]) -> None:
+def test_shared_axes_show_the_forces_of_all(populations: list[Population]) -> None:
     figure = Figure(figsize=(12, 4), layout="constrained")
     axes = figure.subplots(1, 3, sharey=True)
     for ax, population in zip(axes, populations, strict=True):
@@ -182,15 +182,15 @@ def test_gear_profile_is_to_scale_and_shows_what_is_cut_away(lobes: int) -> None
     assert "[mm]" in ax.get_ylabel()
     path = data(ax, "path of the centres")
     profile = data(ax, "gear profile")
-    # The profile is the equidistant of the path: no point comes closer than the element's radius.
+    # The profile is the equidistant of the path: no point is closer than the element's radius.
     distance = np.hypot(profile[0][:, None] - path[0], profile[1][:, None] - path[1])
     assert distance.min() == pytest.approx(7, abs=1e-3)
-    # The kept parts of two lobes meet where they cross.
+    # The remaining parts of two lobes meet at their intersection.
     np.testing.assert_allclose(profile[:, 720], profile[:, 721], atol=1e-6)
-    # What is cut away starts there.
+    # The part that is cut away starts there.
     cut = data(ax, "cut away: carries nothing")
     assert np.hypot(cut[0], cut[1]).max() < np.hypot(profile[0], profile[1]).max()
-    # The elements touch the profile from inside.
+    # The elements touch the profile from the inside.
     assert len(ax.patches) >= 3  # metal and two elements
     for circle in ax.patches[1:]:
         centre = np.asarray(circle.get_center())  # type: ignore[attr-defined]
@@ -199,7 +199,7 @@ def test_gear_profile_is_to_scale_and_shows_what_is_cut_away(lobes: int) -> None
     assert is_inside_the_figure(ax)
 
 
-def test_a_profile_that_does_not_cross_itself_has_nothing_cut_away() -> None:
+def test_a_profile_without_intersections_is_not_cut() -> None:
     drive = sm.load_drive("drive_1", eccentricity="0.2 mm", element_radius="2 mm")
     assert drive.usable_limit == np.pi
     ax = plots.gear_profile(drive)
@@ -207,7 +207,7 @@ def test_a_profile_that_does_not_cross_itself_has_nothing_cut_away() -> None:
     assert is_inside_the_figure(ax)
 
 
-def test_no_curve_and_no_population_are_refused() -> None:
+def test_empty_lists_are_refused() -> None:
     with pytest.raises(sm.InputError, match="at least one curve"):
         plots.twist_over_torque([])
     with pytest.raises(sm.InputError, match="at least one population"):

@@ -1,4 +1,4 @@
-"""Drives that are drawn: both readings, balls and rollers, one to three rows, full and half-empty cages."""
+"""Drives to draw: turning together and reversing, balls and rollers, one to three rows, full and half-empty cages."""
 
 from __future__ import annotations
 
@@ -31,5 +31,5 @@ def drawn(request: pytest.FixtureRequest) -> sm.Drive:
 
 @pytest.fixture
 def roomy() -> sm.Drive:
-    """A drive whose balls leave bars between the bores."""
+    """A drive with bars between its bores."""
     return sm.load_drive("drive_1", **FIELDS["small balls"])

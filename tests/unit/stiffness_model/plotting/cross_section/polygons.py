@@ -1,4 +1,4 @@
-"""Distances and crossings of polygons, by elementary geometry and apart from what they check."""
+"""Distances and intersections of polygons by elementary geometry, independent of the code under test."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ def distances(points: np.ndarray, polygon: np.ndarray) -> np.ndarray:
 
 
 def crossings(polygon: np.ndarray) -> int:
-    """How many pairs of edges that are not neighbours meet."""
+    """Number of pairs of edges, not neighbouring each other, that intersect."""
     a, b = polygon, np.roll(polygon, -1, axis=0)
 
     def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
-        """Whether r (all) lies left or right of p -> q (each)."""
+        """On which side of p -> q (each) r (all) lies."""
         d, way = (q - p)[:, None], r[None] - p[:, None]
         return np.sign(d[..., 0] * way[..., 1] - d[..., 1] * way[..., 0])
 
@@ -30,6 +30,6 @@ def crossings(polygon: np.ndarray) -> int:
 
 
 def area(polygon: np.ndarray) -> float:
-    """Signed: positive counter-clockwise."""
+    """Signed area, positive counter-clockwise."""
     x, y = polygon.T
     return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2

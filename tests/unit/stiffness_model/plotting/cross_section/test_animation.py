@@ -1,4 +1,4 @@
-"""A turn as a GIF: its pictures, its loop, its size."""
+"""The animated GIF of a turn: its frames, its loop, its size."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ def pictures(path: Path) -> list[np.ndarray]:
 
 
 def test_balls_touch_the_profile_in_all_frames(roomy: sm.Drive) -> None:
-    """Unloaded and without deviations: no gap to the profile in any frame's state, by the workshop's outline."""
+    """Unloaded and without deviations there is no gap to the profile's outline in any frame."""
     outline = gear_outline(roomy, 1e-6).points
     states = list(forces_over_turn(roomy, 0.0))
     assert len(states) == FRAMES
-    for loads in states[::6]:
-        gap = distances(loads.layout.centre[0], outline) - roomy.element_radius
-        assert np.abs(gap[loads.usable[0]]).max() < 1.01e-6
+    for forces in states[::6]:
+        gap = distances(forces.layout.centre[0], outline) - roomy.element_radius
+        assert np.abs(gap[forces.usable[0]]).max() < 1.01e-6
         assert gap.min() > -1.01e-6
-        assert np.abs(loads.displacement[loads.usable]).max() < 1e-12
+        assert np.abs(forces.displacement[forces.usable]).max() < 1e-12
 
 
 @pytest.mark.slow
-def test_gif_loops_without_a_seam(roomy: sm.Drive, tmp_path: Path) -> None:
-    """From the last picture to the first is a step like any other, though the cage never turns back."""
+def test_gif_loops_seamlessly(roomy: sm.Drive, tmp_path: Path) -> None:
+    """The step from the last frame to the first is like any other, although the cage keeps turning in one direction."""
     small = replace(roomy, eccentrics=1, elements=29)
     assert write_animation(small, tmp_path / "turn.gif", small.max_twist, frames=12) == 12
     with Image.open(tmp_path / "turn.gif") as image:

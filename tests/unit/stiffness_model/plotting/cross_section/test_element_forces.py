@@ -1,4 +1,4 @@
-"""The drive that is drawn is the drive that turns: one seed, the same parts, the same forces."""
+"""A drawn individual has the parts and forces of the individual of the same seed that turns."""
 
 from __future__ import annotations
 
@@ -27,28 +27,28 @@ def at_angle(drive: sm.Drive, seed: int, twist: float, angle: float) -> ElementF
 
 @pytest.mark.parametrize("fields", FIELDS)
 @pytest.mark.parametrize(("seed", "angle"), [(7, 0.0), (7, 2.5), (3, -40.0)])
-def test_a_drawn_individual_is_the_one_that_turns(fields: str, seed: int, angle: float) -> None:
+def test_a_drawn_individual_has_the_forces_of_the_turning_map(fields: str, seed: int, angle: float) -> None:
     drive = sm.load_drive("drive_1", **FIELDS[fields])
-    one, loads = draw_individual(drive, seed), at_angle(drive, seed, 0.8 * drive.max_twist, angle)
-    drawn = loads.deviations
+    one, forces = draw_individual(drive, seed), at_angle(drive, seed, 0.8 * drive.max_twist, angle)
+    drawn = forces.deviations
     for name in ("element", "crank", "cage"):
         np.testing.assert_array_equal(getattr(drawn, name)[0], getattr(one, name))
     # Eq. 20 in motion, element by element.
     beta = one.start + (drive.ratio - 1) * angle / drive.ratio + 2 * np.pi * np.arange(drive.elements) / drive.elements
     np.testing.assert_allclose(np.exp(1j * drawn.beta[0]), np.exp(1j * beta), atol=1e-9)
-    # Every element faces a lobe of its own row, and no lobe is left out while another has two.
+    # Every element faces a lobe of its own row, and lobes are shared only if there are fewer lobes than elements.
     for row in range(drive.eccentrics):
         facing = drawn.gear[0, row :: drive.eccentrics]
         assert set(facing) <= set(one.lobe[row])
         assert len(set(facing)) == min(len(facing), drive.lobes)
-    turned = turning_map(one, [loads.twist], [angle / drive.ratio])
-    # The map reads the gear's stiffness from a table (2e-5).
-    assert loads.magnitude.max() == pytest.approx(turned.max_force[0, 0], rel=1e-4)
-    assert loads.torque.sum() == pytest.approx(turned.torque[0, 0], rel=1e-4)
+    turned = turning_map(one, [forces.twist], [angle / drive.ratio])
+    # The map interpolates the gear's stiffness in a table, right to 2e-5.
+    assert forces.magnitude.max() == pytest.approx(turned.max_force[0, 0], rel=1e-4)
+    assert forces.torque.sum() == pytest.approx(turned.torque[0, 0], rel=1e-4)
 
 
-def test_lobes_follow_the_elements_as_they_turn() -> None:
-    """In a turn of the crank every element comes to its next lobe, and the picture to the same places."""
+def test_elements_reach_their_next_lobe_after_a_turn_of_the_crank() -> None:
+    """In a turn of the crank every element reaches its next lobe; after a turn of the output everything repeats."""
     drive = sm.load_drive("drive_1")
     one = draw_individual(drive, 5)
     (now, _), (then, _) = (elements_at(one, turn * 2 * np.pi / drive.ratio) for turn in (0.0, 1.0))
@@ -58,7 +58,7 @@ def test_lobes_follow_the_elements_as_they_turn() -> None:
     np.testing.assert_allclose(whole.gear, now.gear)
 
 
-def test_draw_says_the_torque_of_the_turning_map(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_draw_prints_the_torque_of_the_turning_map(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["draw", "drive_1", "--individual", "7", "--angle", "70", "--twist", "5", "--out", str(tmp_path)]) == 0
     torque = float(capsys.readouterr().out.split("at 5 arcmin ")[1].split()[0])
     drive = sm.load_drive("drive_1")

@@ -1,4 +1,4 @@
-"""The kinematics: elements touch eccentric and profile at every crank angle, and the motion closes."""
+"""Kinematics: elements touch eccentric and profile at every crank angle, and the motion is periodic."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.unit.stiffness_model.plotting.cross_section.polygons import distances
 
 
 def check_contacts(drive: sm.Drive, layout: Layout) -> None:
-    """Every element rests on its eccentric and on its row's profile, by the profile's own equation."""
+    """Every element touches its eccentric and its row's profile, by the profile's equation."""
     reach = np.hypot(*np.moveaxis(layout.centre - layout.eccentric[:, None], -1, 0))
     np.testing.assert_allclose(reach, drive.path.centre_distance, rtol=1e-13)
     in_gear = layout.bore - layout.gear[:, None]
@@ -35,7 +35,7 @@ def check_contacts(drive: sm.Drive, layout: Layout) -> None:
     taken=st.floats(0.3, 1),
     angle=st.floats(-50, 50),
 )
-def test_elements_rest_on_eccentric_and_profile(
+def test_elements_touch_eccentric_and_profile(
     ratio: int, together: bool, rows: int, taken: float, angle: float
 ) -> None:
     count = max(1, int(taken * ratio))
@@ -50,17 +50,17 @@ def test_elements_rest_on_eccentric_and_profile(
     check_contacts(drive, layout)
     assert layout.beta.shape == (rows, count)
     np.testing.assert_allclose(np.exp(1j * layout.beta), np.exp(1j * (layout.crank[:, None] - layout.bore)), atol=1e-9)
-    # The eccentrics are spread evenly: the crank is balanced.
+    # The eccentrics are evenly spread, so the crank is balanced.
     assert np.abs(np.exp(1j * layout.crank).sum()) < 1e-9 or rows == 1
-    # Gear fixed: the profile stays, the cage turns by 1/ratio.
+    # With the gear fixed the profile stays and the cage turns by 1/ratio.
     start = place_parts(drive)
     np.testing.assert_allclose(layout.gear, start.gear, atol=1e-12)
     np.testing.assert_allclose(layout.bore - start.bore, angle / drive.ratio, atol=1e-12)
     np.testing.assert_allclose(layout.crank - start.crank, angle, atol=1e-12)
 
 
-def test_a_turn_closes_on_itself(drawn: sm.Drive) -> None:
-    """Elements as a set; and no earlier."""
+def test_the_layout_repeats_after_its_period(drawn: sm.Drive) -> None:
+    """The set of elements repeats, and not before."""
 
     def picture(angle: float) -> np.ndarray:
         centres = place_parts(drawn, angle).centre.reshape(-1, 2)
@@ -73,7 +73,7 @@ def test_a_turn_closes_on_itself(drawn: sm.Drive) -> None:
 
 
 def test_balls_touch_the_trimmed_profile_through_a_turn(drawn: sm.Drive) -> None:
-    """No gap where the profile exists, no ball in the gear anywhere: within the polygon's chord error."""
+    """There is no gap where the profile exists and no overlap anywhere, within the polygon's chord error."""
     outline = gear_outline(drawn, chord_error=1e-6)
     for angle in np.linspace(0, 2 * np.pi, 7):
         layout = place_parts(drawn, angle)
@@ -85,8 +85,8 @@ def test_balls_touch_the_trimmed_profile_through_a_turn(drawn: sm.Drive) -> None
             assert gap.min() >= -1.01e-6
 
 
-def test_balls_where_the_profile_is_cut_away_stand_free(drive: sm.Drive) -> None:
-    """Between two lobes by 0.16 mm: the profile there has gone with the crest."""
+def test_balls_where_the_profile_is_cut_away_have_a_gap(drive: sm.Drive) -> None:
+    """0.16 mm between two lobes, where the profile beyond the crest does not exist."""
     outline, layout = gear_outline(drive), place_parts(drive)
     gap = distances(layout.centre[0], outline.points) - drive.element_radius
     assert gap.max() == pytest.approx(0.163e-3, rel=0.02)
@@ -110,7 +110,7 @@ def test_one_profile_serves_all_rows_where_lobes_and_eccentrics_share_no_factor(
         drive = sm.load_drive("drive_1", transmission_ratio=ratio, lobes=lobes, eccentrics=rows, elements=rows * ratio)
         layout = place_parts(drive)
         assert (layout.gear == 0).all() == straight == (math.gcd(lobes, rows) == 1)
-        # Either way eq. 20's spread: all rows together divide the profile evenly.
+        # In either case eq. 20 holds: all rows together divide the profile evenly.
         gaps = np.diff(np.sort(layout.beta.ravel()))
         np.testing.assert_allclose(gaps, 2 * np.pi / (rows * ratio), rtol=1e-9)
 
@@ -122,7 +122,7 @@ def test_bars_between_bores(roomy: sm.Drive, drive: sm.Drive) -> None:
     assert drive.seats.wall < 0
 
 
-def test_more_elements_than_places_are_refused() -> None:
+def test_more_elements_than_seats_are_refused() -> None:
     drive = sm.load_drive("drive_1", elements=90)
     with pytest.raises(InputError, match="at most 29 elements on one eccentric"):
         place_parts(drive)

@@ -1,4 +1,4 @@
-"""The workshop's profile: on the curve, within its chord error, closed, and without a crossing."""
+"""The profile for manufacturing: on the curve, within its chord error, closed, and without intersections."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def distance_from_path(path: BallPath, points: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("chord", [1e-7, 5e-6])
 def test_outline_keeps_its_chord_error(drawn: sm.Drive, chord: float) -> None:
-    """Vertices lie q from the path to 1e-9; between them the polygon is off by the chord error at the most."""
+    """Vertices are at the distance q from the path, to 1e-9 m; between them the error is at most the chord error."""
     outline, q = gear_outline(drawn, chord), gear_offset(drawn)
     per_lobe = len(outline.points) // drawn.lobes
     lobe = outline.points[: per_lobe + 1]
@@ -41,7 +41,7 @@ def test_outline_keeps_its_chord_error(drawn: sm.Drive, chord: float) -> None:
     off = np.abs(distance_from_path(drawn.path, middles) - q)
     assert off.max() <= chord + 1e-9
     assert off.max() == pytest.approx(outline.error, rel=0.1, abs=1e-9)
-    assert outline.error > 0.3 * chord, "far finer than asked for"
+    assert outline.error > 0.3 * chord, "far finer than requested"
 
 
 def test_outline_is_closed_periodic_and_simple(drawn: sm.Drive) -> None:
@@ -56,15 +56,15 @@ def test_outline_is_closed_periodic_and_simple(drawn: sm.Drive) -> None:
     np.testing.assert_allclose(np.roll(turned, per_lobe, axis=0), points, atol=1e-12)
 
 
-def test_without_trimming_it_crosses_itself_at_every_crest(drive: sm.Drive) -> None:
-    """What the trimming takes away, and that the check sees it."""
+def test_without_trimming_the_profile_intersects_itself_at_every_crest(drive: sm.Drive) -> None:
+    """Trimming removes these intersections, and `crossings` detects them."""
     beta = np.linspace(-np.pi, np.pi, 61)[:-1]
     raw = np.concatenate([rotated(drive.path.point(beta, 7e-3), 2 * np.pi * k / 30) for k in range(30)])
     assert crossings(raw) >= 30
     outline = gear_outline(drive)
     assert outline.limit == drive.usable_limit < np.pi
     crest = outline.points[0]
-    # On the symmetry line between two lobes, and touched from both sides: no ball comes nearer.
+    # The crest is on the symmetry line between two lobes.
     assert np.arctan2(crest[1], crest[0]) == pytest.approx(-np.pi / 30, abs=1e-12)
 
 
@@ -80,8 +80,10 @@ def test_profile_without_undercut_is_smooth() -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(lobes=st.integers(1, 80), eccentricity=st.floats(-3, -0.01), offset=st.floats(-2.5, 0.5))
-def test_no_flank_overhangs(lobes: int, eccentricity: float, offset: float) -> None:
-    """The polar angle grows all along the outline, so that it cannot cross itself; exponents of 10, to the pitch."""
+def test_no_flank_is_undercut(lobes: int, eccentricity: float, offset: float) -> None:
+    """The polar angle increases along the whole outline, which therefore cannot intersect itself. Sizes are powers of
+    ten relative to the pitch radius.
+    """
     path = BallPath(48e-3, 48e-3 * 10**eccentricity, lobes)
     points = equidistant(path, 48e-3 * 10**offset, 1e-4).points
     angle = np.arctan2(points[:, 1], points[:, 0])
@@ -111,7 +113,7 @@ def polyline(document: Any, layer: str) -> np.ndarray:
 
 
 def test_dxf_reads_back(drawn: sm.Drive, tmp_path: Path) -> None:
-    """Units, layers, and every row's profile against `geometry.ball_path`'s to the stated error."""
+    """Units, layers, and every row's profile against `geometry.ball_path` to the stated error."""
     chord = 1e-7
     written = dxf.write_dxf(drawn, tmp_path / "profile.dxf", chord)
     document, layout, q = read(tmp_path / "profile.dxf"), place_parts(drawn), gear_offset(drawn)
@@ -152,8 +154,8 @@ def test_points_of_geometry_lie_on_the_written_profile(drive: sm.Drive, tmp_path
     assert 2e-8 < off.max() <= 1e-7
 
 
-def test_a_mean_offset_of_the_gear_is_cut(tmp_path: Path) -> None:
-    """The workshop aims at the middle of the field."""
+def test_the_profile_includes_the_gear_s_mean_offset(tmp_path: Path) -> None:
+    """Manufacturing aims at the middle of the tolerance zone."""
     wide = sm.load_drive("drive_1", gear_offset="20 um")
     dxf.write_dxf(wide, tmp_path / "profile.dxf")
     points = polyline(read(tmp_path / "profile.dxf"), "PROFILE")
