@@ -148,44 +148,33 @@ class Drive:
         self._check_assembled(at)
 
     def _check_geometry(self, at: str) -> None:
-        expect(
-            self.element == "ball" or self.element_length > 0,
-            "the roller's length, positive",
-            self.element_length,
-            at + "element_length",
-        )
-        expect(
-            self.lobes in (self.transmission_ratio - 1, self.transmission_ratio + 1),
-            f"transmission_ratio - 1 = {self.transmission_ratio - 1:g} lobes (turning together) or "
-            f"transmission_ratio + 1 = {self.transmission_ratio + 1:g} (reversing)",
-            self.lobes,
-            at + "lobes",
-        )
-        expect(
-            self.elements % self.eccentrics == 0,
-            f"a multiple of the {self.eccentrics} eccentrics",
-            self.elements,
-            at + "elements",
-        )
-        expect(
-            self.eccentricity < self.element_radius + self.crank_radius,
-            "an eccentricity below crank_radius + element_radius",
-            self.eccentricity,
-            at + "eccentricity",
-        )
+        """Check what single fields do not show. at: what precedes the field's name in a message."""
+        ratio = self.transmission_ratio
+        crank, element = (format_quantity(radius, "length") for radius in (self.crank_radius, self.element_radius))
+        flat = self.element == "ball" or self.beyond.cage_contact == "hertz"
+        for name, holds, expected in (
+            ("element_length", self.element == "ball" or self.element_length > 0, "the roller's length, positive"),
+            (
+                "lobes",
+                self.lobes in (ratio - 1, ratio + 1),
+                f"transmission_ratio - 1 = {ratio - 1:g} lobes (turning together) or transmission_ratio + 1 = "
+                f"{ratio + 1:g} (reversing)",
+            ),
+            ("elements", self.elements % self.eccentrics == 0, f"a multiple of the {self.eccentrics} eccentrics"),
+            (
+                "eccentricity",
+                self.eccentricity < self.element_radius + self.crank_radius,
+                "an eccentricity below crank_radius + element_radius",
+            ),
+        ):
+            expect(holds, expected, getattr(self, name), at + name)
         expect(
             self.element_radius < self.crank_radius,
-            "an element smaller than its path, its radius below the crank's "
-            f"{format_quantity(self.crank_radius, 'length')}",
-            format_quantity(self.element_radius, "length"),
+            f"an element smaller than its path, its radius below the crank's {crank}",
+            element,
             at + "element_radius",
         )
-        expect(
-            self.element == "ball" or self.beyond.cage_contact == "hertz",
-            "'hertz' for rollers, whose slots have flat walls",
-            self.beyond.cage_contact,
-            at + "cage_contact",
-        )
+        expect(flat, "'hertz' for rollers, whose slots have flat walls", self.beyond.cage_contact, at + "cage_contact")
 
     def _check_assembled(self, at: str) -> None:
         """Check the bounds of `assembly_checks`, which need the whole drive."""
