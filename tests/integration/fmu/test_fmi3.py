@@ -223,7 +223,7 @@ def test_a_state_goes_from_one_instance_to_another(three: Path) -> None:
 def test_refusals_speak_of_calls_of_fmi_3(three: Path) -> None:
     with FmuDrive(three) as drive:
         drive.initialize()
-        with pytest.raises(InputError, match="fmi3SetFloat64: ratio cannot be set in this state"):
+        with pytest.raises(InputError, match="fmi3SetFloat64: ratio cannot be set in this mode"):
             drive.set_parameters({"ratio": -28.0})
         with pytest.raises(InputError, match=r"\(discard\).*temperature: expected a finite number"):
             drive.step(1e-3, {"temperature": float("nan")})

@@ -155,7 +155,7 @@ def test_a_value_that_cannot_be_used_is_refused_and_changes_nothing(slave: FmuDr
         slave.set_parameters({"band": 2.0})
     with pytest.raises(InputError, match="a step above 0 s"):
         slave.step(-1.0)
-    with pytest.raises(InputError, match=r"\(error\).*ratio cannot be set in this state"):
+    with pytest.raises(InputError, match=r"\(error\).*ratio cannot be set in this mode"):
         slave.set_parameters({"ratio": -28.0})
 
 

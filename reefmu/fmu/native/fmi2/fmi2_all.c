@@ -1,4 +1,4 @@
-/* The FMU in one translation unit: compile this file alone. No function but those of FMI leaves it. */
+/* The FMU as one translation unit: compile only this file. Its only external symbols are the functions of FMI. */
 
 #include "instance.h"
 
@@ -9,7 +9,7 @@
 #pragma GCC diagnostic ignored "-Wunused-variable"
 #pragma GCC diagnostic ignored "-Wunused-but-set-variable"
 #endif
-/* The library's versions cost a call. As there, a NaN in second place gives the first. */
+/* Inlined in place of the library functions. As there, a NaN as the second argument gives the first argument. */
 static double lesser(double a, double b) { return b < a ? b : a; }
 static double greater(double a, double b) { return b > a ? b : a; }
 #define fmin lesser
@@ -22,7 +22,8 @@ static double greater(double a, double b) { return b > a ? b : a; }
 
 #include "fmi2_logging.c"
 #include "fmi2_calls.c"
-#include "spline_tables.c"
+#include "table_decoding.c"
+#include "bspline.c"
 #include "contact.c"
 #include "contact_jvp.c"
 #include "model.c"

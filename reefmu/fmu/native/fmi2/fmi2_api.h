@@ -6,7 +6,7 @@
 #include <stddef.h>
 
 #if defined(FMI2_EXPORT)
-/* The wrapper for FMI 3.0 keeps the functions to itself. */
+/* Defined as static by the layer for FMI 3.0, which does not export these functions. */
 #elif defined(_WIN32)
 #define FMI2_EXPORT __declspec(dllexport)
 #elif defined(__GNUC__)
@@ -15,7 +15,7 @@
 #define FMI2_EXPORT
 #endif
 
-/* Sources that are linked with others have a prefix of their own (section 2.1.1): model.h gives it. */
+/* Functions of sources that are linked statically have a prefix (section 2.1.1), which model.h defines. */
 #if defined(FMI2_FUNCTION_PREFIX) && !defined(FMI2_OVERRIDE_FUNCTION_PREFIX)
 #define FMI2_ACTUAL_FUNCTION_PREFIX FMI2_FUNCTION_PREFIX
 #endif

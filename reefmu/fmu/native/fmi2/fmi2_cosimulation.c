@@ -1,18 +1,19 @@
-/* Co-simulation (FMI 2.0.4, section 4.2). Inputs are held over a step; a step may have any length. */
+/* Co-simulation (FMI 2.0.4, section 4.2). Inputs are constant over a step; a step may have any length. */
 
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2DoStep)(fmi2Component component, fmi2Real time, fmi2Real dt,
                                              fmi2Boolean no_return) {
     Instance *instance = component;
     const char *problem = NULL;
     (void)no_return;
-    if (!allowed_for(instance, &CALL_DoStep, fmi2CoSimulation) || !before_stop_time(instance, &CALL_DoStep, time + dt, 0.0))
+    if (!allowed_for(instance, &CALL_DoStep, fmi2CoSimulation) ||
+        !before_stop_time(instance, &CALL_DoStep, time + dt, 0.0))
         return fmi2Error;
     if (!(dt > 0.0 && dt < HUGE_VAL) || !all_finite(&time, 1)) problem = "expected a finite time and a step above 0 s";
     else if (!refresh(instance, 0) || !advance_step(instance, dt))
         problem = "no finite result with these inputs and parameters";
     if (problem) {
         instance->now.status = fmi2Discard;
-        log_to_host(instance, fmi2Discard, "step of %g s at %g s discarded: %s", dt, time, problem);
+        report(instance, fmi2Discard, "step of %g s at %g s discarded: %s", dt, time, problem);
         return fmi2Discard;
     }
     instance->now.time = time + dt;
@@ -29,7 +30,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetRealInputDerivatives)(fmi2Component comp
                                                               const fmi2ValueReference references[], size_t count,
                                                               const fmi2Integer orders[], const fmi2Real values[]) {
     (void)references, (void)count, (void)orders, (void)values;
-    if (component) log_to_host(component, fmi2Error, "fmi2SetRealInputDerivatives: inputs are held over a step"); /* not in FMI 3.0 */
+    /* FMI 3.0 has no such function. */
+    if (component) report(component, fmi2Error, "fmi2SetRealInputDerivatives: inputs are constant over a step");
     return fmi2Error;
 }
 
@@ -37,7 +39,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetRealOutputDerivatives)(fmi2Component com
                                                                const fmi2ValueReference references[], size_t count,
                                                                const fmi2Integer orders[], fmi2Real values[]) {
     (void)references, (void)count, (void)orders, (void)values;
-    if (component) log_to_host(component, fmi2Error, "fmi2GetRealOutputDerivatives: there are none"); /* not in FMI 3.0 */
+    /* FMI 3.0 refuses its counterpart in fmi3_unsupported.c. */
+    if (component) report(component, fmi2Error, "fmi2GetRealOutputDerivatives: outputs have no derivatives");
     return fmi2Error;
 }
 
@@ -46,7 +49,7 @@ static int status_call(const Instance *instance, const void *value) {
 }
 
 static fmi2Status no_status(const Instance *instance) {
-    log_to_host(instance, fmi2Discard, "%s: the slave has no status of this kind", CALL_GetStatus.name);
+    report(instance, fmi2Discard, "%s: this kind of status is not available", CALL_GetStatus.name);
     return fmi2Discard;
 }
 

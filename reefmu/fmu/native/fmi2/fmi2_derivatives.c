@@ -1,17 +1,17 @@
 /* Directional derivatives (FMI 2.0.4, section 2.1.9; FMI 3.0.2, section 2.2.11).
 
-   In a run the states are held: knowns are inputs and states, unknowns outputs and derivatives. At initialisation the
-   states follow: knowns are inputs and parameters, unknowns outputs, derivatives and states. */
+   After initialisation the knowns are inputs and states, the unknowns outputs and derivatives. During initialisation
+   the states depend on inputs and parameters: these are the knowns, and the unknowns include the states. */
 
-static int is_known(const Instance *instance, size_t place) {
+static int is_known(const Instance *instance, size_t index) {
     int starts = instance->now.phase == INITIALISING;
-    Access access = place < N_VALUES ? VARIABLES[place].access : RESULT;
+    Access access = index < N_VALUES ? VARIABLES[index].access : RESULT;
     return access == INPUT || (starts ? access == TUNABLE || access == FIXED : access == STATE);
 }
 
-static int is_unknown(const Instance *instance, size_t place) {
+static int is_unknown(const Instance *instance, size_t index) {
     int starts = instance->now.phase == INITIALISING;
-    return place < N_VALUES && VARIABLES[place].unknown >= 0 && (starts || VARIABLES[place].access != STATE);
+    return index < N_VALUES && VARIABLES[index].unknown >= 0 && (starts || VARIABLES[index].access != STATE);
 }
 
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDirectionalDerivative)(
@@ -27,20 +27,20 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDirectionalDerivative)(
         int known = k >= n_unknowns;
         fmi2ValueReference reference = known ? knowns[k - n_unknowns] : unknowns[k];
         if (!(known ? is_known(instance, index_of(reference)) : is_unknown(instance, index_of(reference)))) {
-            log_to_host(instance, fmi2Error, "%s: value reference %u is no %s in this state (%s)", call->name, reference,
-                 known ? "known" : "unknown", phase_name(instance->now.phase));
+            report(instance, fmi2Error, "%s: value reference %u is no %s in this mode (%s)", call->name, reference,
+                   known ? "known" : "unknown", phase_name(instance->now.phase));
             return fmi2Error;
         }
     }
     memset(instance->direction, 0, sizeof instance->direction);
     for (size_t k = 0; k < n_knowns; k++) instance->direction[VARIABLES[index_of(knowns[k])].known] += directions[k];
     if (!refresh(instance, 0) || !update_tangent(instance, instance->now.phase == INITIALISING)) {
-        log_to_host(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", call->name);
+        report(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", call->name);
         return fmi2Discard;
     }
     for (size_t k = 0; k < n_unknowns; k++) {
-        int place = VARIABLES[index_of(unknowns[k])].unknown;
-        results[k] = place < N_UNKNOWNS ? instance->tangent[place] : instance->direction[N_INPUTS + place - N_UNKNOWNS];
+        int index = VARIABLES[index_of(unknowns[k])].unknown;
+        results[k] = index < N_UNKNOWNS ? instance->tangent[index] : instance->direction[N_INPUTS + index - N_UNKNOWNS];
     }
     return fmi2OK;
 }

@@ -1,4 +1,4 @@
-/* Instantiation to termination (FMI 2.0.4, sections 2.1.5 and 2.1.6). */
+/* Instances, from instantiation to termination (FMI 2.0.4, sections 2.1.5 and 2.1.6). */
 
 static const char *text_or_placeholder(const char *text) { return text ? text : "(none)"; }
 
@@ -22,7 +22,7 @@ FMI2_EXPORT fmi2Component FMI2_NAME(fmi2Instantiate)(fmi2String name, fmi2Type k
     Instance *instance;
     size_t length;
     const char *problem = NULL;
-    (void)resources; /* all data are in the binary */
+    (void)resources; /* the binary contains all data */
     (void)visible;
     if (!callbacks) return NULL;
     host_log.callbacks = *callbacks;
@@ -32,8 +32,9 @@ FMI2_EXPORT fmi2Component FMI2_NAME(fmi2Instantiate)(fmi2String name, fmi2Type k
     else if (kind != fmi2CoSimulation && kind != fmi2ModelExchange) problem = "unknown type of FMU";
     if (problem || !guid || strcmp(guid, MODEL_GUID) != 0) {
         if (problem) log_message(&host_log, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": %s", problem);
-        else log_message(&host_log, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": expected GUID %s, got %.60s", MODEL_GUID,
-                   text_or_placeholder(guid));
+        else
+            log_message(&host_log, fmi2Error, IN_FMI("Instantiate", "Instantiate") ": expected GUID %s, got %.60s",
+                        MODEL_GUID, text_or_placeholder(guid));
         return NULL;
     }
     length = strlen(name) + 1;
@@ -64,8 +65,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetupExperiment)(fmi2Component component, f
     (void)tolerance;
     if (!allowed(instance, &CALL_SetupExperiment)) return fmi2Error;
     if (!all_finite(&start, 1) || (has_stop && !(stop >= start && stop < HUGE_VAL))) {
-        log_to_host(instance, fmi2Error, "%s: expected start and stop in order, got %g s and %g s", CALL_SetupExperiment.name, start,
-             stop);
+        report(instance, fmi2Error, "%s: expected a finite start time and a stop time not before it, got %g s and %g s",
+               CALL_SetupExperiment.name, start, stop);
         return fmi2Error;
     }
     instance->now.time = instance->now.start = start;
@@ -85,8 +86,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2ExitInitializationMode)(fmi2Component compo
     Instance *instance = component;
     if (!allowed(instance, &CALL_ExitInitializationMode)) return fmi2Error;
     if (!refresh(instance, STALE_OUTPUTS)) {
-        log_to_host(instance, fmi2Error, "%s: no finite result with these inputs and parameters",
-             CALL_ExitInitializationMode.name);
+        report(instance, fmi2Error, "%s: no finite result with these inputs and parameters",
+               CALL_ExitInitializationMode.name);
         return fmi2Error;
     }
     accumulate_path(instance);

@@ -1,6 +1,6 @@
 /* Messages to the host, by category. */
 
-/* A call's name, or a status's, as it is in the version of FMI that this is compiled for. */
+/* The name of a function or status in the version of FMI for which this file is compiled. */
 #ifdef IS_FMI3
 #define IN_FMI(two, three) "fmi3" three
 #else
@@ -22,9 +22,9 @@ static void log_message(const HostLog *log, fmi2Status status, const char *forma
     va_end(values);
     for (const char *from = message; *from; from++) {
 #ifndef IS_FMI3
-        /* The host takes the message for a format of printf, with #variables# in it (section 2.1.5); what came from
-           outside must be neither. "%s" and the message behind it would do for the one, but hosts that do not look
-           further, such as FMPy, show "%s". */
+        /* The host may take the message for a format string of printf with #references# in it (section 2.1.5), so both
+           characters are doubled. Passing "%s" with the message as argument would also be correct, but hosts that
+           do not expand formats, such as FMPy, would show "%s". */
         if (*from == '%' || *from == '#') *end++ = *from;
 #endif
         *end++ = *from;
@@ -36,10 +36,10 @@ static void log_message(const HostLog *log, fmi2Status status, const char *forma
                                     text);
 }
 
-#define log_to_host(instance, ...) log_message(&((const Instance *)(instance))->log, __VA_ARGS__)
+#define report(instance, ...) log_message(&((const Instance *)(instance))->log, __VA_ARGS__)
 
-/* What is sent with logging off: in FMI 2.0, where that means logging for debugging, why a call was refused; in FMI 3.0
-   nothing (section 2.3.1). */
+/* The categories that are sent with logging off. In FMI 2.0, where loggingOn concerns debugging, these are the reasons
+   of refused calls; in FMI 3.0 none (section 2.3.1). */
 #ifdef IS_FMI3
 enum { LOG_OFF = 0 };
 #else
@@ -58,8 +58,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetDebugLogging)(fmi2Component component, f
         for (size_t k = 0; k < sizeof bits / sizeof *bits; k++)
             if (chosen[i] && strcmp(chosen[i], names[k]) == 0) bit = bits[k];
         if (!bit) {
-            log_to_host(instance, fmi2Error, IN_FMI("SetDebugLogging", "SetDebugLogging") ": unknown category '%.80s'",
-                 chosen[i] ? chosen[i] : "");
+            report(instance, fmi2Error, IN_FMI("SetDebugLogging", "SetDebugLogging") ": unknown category '%.80s'",
+                   chosen[i] ? chosen[i] : "");
             return fmi2Error;
         }
         wanted |= bit;

@@ -1,4 +1,4 @@
-/* Model exchange (FMI 2.0.4, section 3.2). The model is autonomous: time is kept for the host only. */
+/* Model exchange (FMI 2.0.4, section 3.2). The model is autonomous: the time serves the host only. */
 
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2EnterEventMode)(fmi2Component component) {
     Instance *instance = component;
@@ -8,10 +8,11 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2EnterEventMode)(fmi2Component component) {
     return fmi2OK;
 }
 
-/* Where a host connects an angle without its speed, or lets it jump, the angle runs ahead of what a state remembers of
-   it. Friction and all that follows the angle then catches up at an event, over the way that was not told, as in a step
-   of co-simulation. A lead below a millionth of the state's nominal size, or shorter than the way that the speeds did
-   tell, is an integrator's error. Whether there is one: then the next states are in instance->next_states[0]. */
+/* Whether an angle is ahead of the value that a state stores, because the host connects the angle without its speed or
+   lets it jump. Friction and everything else that follows the angle then catches up at an event, over the missing part
+   of the path, as in a step of co-simulation. A difference below a millionth of the state's nominal value, or shorter
+   than the path that the integrated speeds have given, is an error of the integrator. If the result is 1, the states
+   after the event are in instance->next_states[0]. */
 static int angle_is_ahead(Instance *instance) {
     int found = 0;
 #if HAS_ANGLE_STATES && !IS_JOINT
@@ -39,7 +40,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2NewDiscreteStates)(fmi2Component component,
     if (!allowed_for(instance, &CALL_NewDiscreteStates, fmi2ModelExchange) ||
         !has_array(instance, &CALL_NewDiscreteStates, info, 1))
         return fmi2Error;
-    /* There are no discrete states: at an event a direction changes, and with it the derivatives. */
+    /* There are no discrete states: an event changes the sign of a speed, and with it the derivatives. */
     memset(info, 0, sizeof *info);
     if (angle_is_ahead(instance)) {
         memcpy(instance->now.values + AT_STATES, instance->next_states[0], N_STATES * sizeof(double));
@@ -54,7 +55,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2NewDiscreteStates)(fmi2Component component,
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2EnterContinuousTimeMode)(fmi2Component component) {
     Instance *instance = component;
     if (!allowed_for(instance, &CALL_EnterContinuousTimeMode, fmi2ModelExchange)) return fmi2Error;
-    refresh(instance, STALE_OUTPUTS); /* for the discrete output; where there is no result, the next call says so */
+    refresh(instance, STALE_OUTPUTS); /* for the discrete output; a failure is reported by the next call */
     instance->now.phase = CONTINUOUS_MODE;
     return fmi2OK;
 }
@@ -80,26 +81,27 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetTime)(fmi2Component component, fmi2Real 
     Instance *instance = component;
     if (!allowed_for(instance, &CALL_SetTime, fmi2ModelExchange)) return fmi2Error;
     if (!all_finite(&time, 1)) {
-        log_to_host(instance, fmi2Discard, "%s: expected a finite time, got %g s", CALL_SetTime.name, time);
+        report(instance, fmi2Discard, "%s: expected a finite time, got %g s", CALL_SetTime.name, time);
         return fmi2Discard;
     }
-    /* CVode steps beyond the end and interpolates; FMPy keeps its steps below a fiftieth of the run. */
-    if (!before_stop_time(instance, &CALL_SetTime, time, (instance->now.stop - instance->now.start) / 50.0)) return fmi2Error;
+    /* CVode steps beyond the end and interpolates; FMPy limits its steps to a fiftieth of the run. */
+    if (!before_stop_time(instance, &CALL_SetTime, time, (instance->now.stop - instance->now.start) / 50.0))
+        return fmi2Error;
     instance->now.time = time;
     return fmi2OK;
 }
 
-/* A vector of the length that the model has. */
+/* Whether the call is allowed and its vector has the length of the model. */
 static int has_length(const Instance *instance, const Call *call, const void *array, size_t came, size_t expected) {
     if (!allowed_for(instance, call, fmi2ModelExchange) || !has_array(instance, call, array, came)) return 0;
     if (came == expected) return 1;
-    log_to_host(instance, fmi2Error, "%s: expected %lu values, got %lu", call->name, (unsigned long)expected,
-         (unsigned long)came);
+    report(instance, fmi2Error, "%s: expected %lu values, got %lu", call->name, (unsigned long)expected,
+           (unsigned long)came);
     return 0;
 }
 
 static fmi2Status discard(const Instance *instance, const Call *call) {
-    log_to_host(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", call->name);
+    report(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", call->name);
     return fmi2Discard;
 }
 
@@ -108,7 +110,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetContinuousStates)(fmi2Component componen
     Instance *instance = component;
     if (!has_length(instance, &CALL_SetContinuousStates, states, count, N_STATES)) return fmi2Error;
     if (!all_finite(states, count)) {
-        log_to_host(instance, fmi2Discard, "%s: expected finite states", CALL_SetContinuousStates.name);
+        report(instance, fmi2Discard, "%s: expected finite states", CALL_SetContinuousStates.name);
         return fmi2Discard;
     }
     if (count) memcpy(instance->now.values + AT_STATES, states, count * sizeof(double));
@@ -124,7 +126,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDerivatives)(fmi2Component component, fm
     return fmi2OK;
 }
 
-/* The speeds whose sign a state follows: where one passes zero, its derivative has a kink or a jump. */
+/* The speeds whose signs determine the direction of friction: where one crosses zero, derivatives are discontinuous. */
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetEventIndicators)(fmi2Component component, fmi2Real indicators[],
                                                          size_t count) {
     Instance *instance = component;

@@ -1,4 +1,4 @@
-/* Saved states (FMI 2.0.4, section 2.1.8). Their bytes are for the same FMU on the same kind of machine. */
+/* Saved states (FMI 2.0.4, section 2.1.8). Serialised bytes are valid for the same FMU on the same platform. */
 
 typedef struct {
     char guid[sizeof MODEL_GUID];
@@ -7,7 +7,7 @@ typedef struct {
 
 static Saved *new_saved(const Instance *instance) {
     return instance->log.callbacks.allocateMemory ? instance->log.callbacks.allocateMemory(1, sizeof(Saved))
-                                              : calloc(1, sizeof(Saved));
+                                                  : calloc(1, sizeof(Saved));
 }
 
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetFMUstate)(fmi2Component component, fmi2FMUstate *state) {
@@ -15,7 +15,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetFMUstate)(fmi2Component component, fmi2F
     if (!allowed(instance, &CALL_FMUstate) || !has_array(instance, &CALL_FMUstate, state, 1)) return fmi2Error;
     if (!*state) *state = new_saved(instance);
     if (!*state) {
-        log_to_host(instance, fmi2Error, IN_FMI("GetFMUstate", "GetFMUState") ": out of memory");
+        report(instance, fmi2Error, IN_FMI("GetFMUstate", "GetFMUState") ": out of memory");
         return fmi2Error;
     }
     memcpy(((Saved *)*state)->guid, MODEL_GUID, sizeof MODEL_GUID);
@@ -28,7 +28,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SetFMUstate)(fmi2Component component, fmi2F
     const Saved *saved = state;
     if (!allowed(instance, &CALL_FMUstate) || !has_array(instance, &CALL_FMUstate, state, 1)) return fmi2Error;
     if (saved->content.kind != instance->now.kind) {
-        log_to_host(instance, fmi2Error, IN_FMI("SetFMUstate", "SetFMUState") ": expected a state of the same type of FMU");
+        report(instance, fmi2Error, IN_FMI("SetFMUstate", "SetFMUState")
+               ": expected a state of the same interface type");
         return fmi2Error;
     }
     instance->now = saved->content;
@@ -45,7 +46,8 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2FreeFMUstate)(fmi2Component component, fmi2
     return fmi2OK;
 }
 
-FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SerializedFMUstateSize)(fmi2Component component, fmi2FMUstate state, size_t *size) {
+FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SerializedFMUstateSize)(fmi2Component component, fmi2FMUstate state,
+                                                             size_t *size) {
     Instance *instance = component;
     if (!allowed(instance, &CALL_FMUstate) || !has_array(instance, &CALL_FMUstate, state, 1) ||
         !has_array(instance, &CALL_FMUstate, size, 1))
@@ -61,16 +63,16 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2SerializeFMUstate)(fmi2Component component,
         !has_array(instance, &CALL_FMUstate, bytes, 1))
         return fmi2Error;
     if (size < sizeof(Saved)) {
-        log_to_host(instance, fmi2Error, IN_FMI("SerializeFMUstate", "SerializeFMUState")
-             ": expected room for %lu bytes, got %lu",
-             (unsigned long)sizeof(Saved), (unsigned long)size);
+        report(instance, fmi2Error, IN_FMI("SerializeFMUstate", "SerializeFMUState")
+               ": expected room for %lu bytes, got %lu",
+               (unsigned long)sizeof(Saved), (unsigned long)size);
         return fmi2Error;
     }
     memcpy(bytes, state, sizeof(Saved));
     return fmi2OK;
 }
 
-/* Whether bytes from outside are a state that this FMU can be in. */
+/* Whether bytes from the host are a possible state of this FMU. */
 static int is_valid(const Saved *saved) {
     const InstanceState *content = &saved->content;
     int cosimulation = content->kind == fmi2CoSimulation, phase = content->phase;
@@ -85,7 +87,7 @@ static int is_valid(const Saved *saved) {
         !all_finite(content->path_from_speeds, N_INDICATORS + 1))
         return 0;
     if (!all_finite(&content->time, 1) || !all_finite(content->values, N_VALUES)) return 0;
-    if (content->contact.known & ~1 || !all_finite(content->contact.at, N_CONTACT_POINT) ||
+    if (content->contact.known & ~1 || !all_finite(content->contact.point, N_CONTACT_POINT) ||
         !all_finite(&content->contact.twist, 1) || !all_finite(content->contact.outputs, N_CONTACT))
         return 0;
     for (size_t k = 0; k < N_VALUES; k++)
@@ -104,14 +106,14 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2DeSerializeFMUstate)(fmi2Component componen
         return fmi2Error;
     if (size == sizeof came) memcpy(&came, bytes, sizeof came);
     if (size != sizeof came || !is_valid(&came)) {
-        log_to_host(instance, fmi2Error, IN_FMI("DeSerializeFMUstate", "DeserializeFMUState")
-             ": expected a state of this FMU, got %lu bytes that are none",
-             (unsigned long)size);
+        report(instance, fmi2Error, IN_FMI("DeSerializeFMUstate", "DeserializeFMUState")
+               ": expected a state of this FMU, got %lu other bytes",
+               (unsigned long)size);
         return fmi2Error;
     }
     if (!*state) *state = new_saved(instance);
     if (!*state) {
-        log_to_host(instance, fmi2Error, IN_FMI("DeSerializeFMUstate", "DeserializeFMUState") ": out of memory");
+        report(instance, fmi2Error, IN_FMI("DeSerializeFMUstate", "DeserializeFMUState") ": out of memory");
         return fmi2Error;
     }
     memcpy(*state, &came, sizeof came);

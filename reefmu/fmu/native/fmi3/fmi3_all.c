@@ -1,5 +1,5 @@
-/* The FMU for FMI 3.0 in one translation unit: compile this file alone. That for 2.0 is inside, its functions kept to
-   this file, and every call of 3.0 is one of 2.0 or is refused. */
+/* The FMU for FMI 3.0 as one translation unit: compile only this file. It contains the unit for FMI 2.0 with static
+   functions; every function of FMI 3.0 calls one of FMI 2.0 or is refused. */
 
 #define FMI2_EXPORT static
 #define IS_FMI3

@@ -15,7 +15,7 @@
 #define FMI3_EXPORT
 #endif
 
-/* Sources that are linked with others have a prefix of their own (section 2.2.1): model.h gives it. */
+/* Functions of sources that are linked statically have a prefix (section 2.2.1), which model.h defines. */
 #if defined(FMI3_FUNCTION_PREFIX) && !defined(FMI3_OVERRIDE_FUNCTION_PREFIX)
 #define FMI3_ACTUAL_FUNCTION_PREFIX FMI3_FUNCTION_PREFIX
 #endif

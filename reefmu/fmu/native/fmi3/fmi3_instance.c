@@ -1,4 +1,4 @@
-/* Instances and their log (FMI 3.0.2, sections 2.2.1 and 2.3.1 to 2.3.3). */
+/* Instances and logging (FMI 3.0.2, sections 2.2.1 and 2.3.1 to 2.3.3). */
 
 typedef struct {
     fmi2Component core;
@@ -8,16 +8,16 @@ typedef struct {
 
 #define CORE(instance) ((instance) ? ((Fmi3Instance *)(instance))->core : NULL)
 
-/* A message of the core, which is finished and no format here. */
-static void forward_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
-                    fmi2String message, ...) {
+/* Forwards a message of the FMI 2.0 instance; it is complete, not a format string. */
+static void forward_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
+                            fmi2String category, fmi2String message, ...) {
     const Fmi3Instance *instance = environment;
     (void)name;
     if (instance->log) instance->log(instance->environment, (fmi3Status)status, category, message);
 }
 
 static void log_error(fmi3Instance instance, const char *message) {
-    if (instance) log_to_host(CORE(instance), fmi2Error, "%s", message);
+    if (instance) report(CORE(instance), fmi2Error, "%s", message);
 }
 
 static fmi3Instance instantiate(fmi3String name, fmi3String token, fmi2Type kind, fmi3Boolean log,
@@ -39,7 +39,7 @@ FMI3_EXPORT const char *FMI3_NAME(fmi3GetVersion)(void) { return "3.0"; }
 FMI3_EXPORT fmi3Instance FMI3_NAME(fmi3InstantiateModelExchange)(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean log,
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback message) {
-    (void)resources, (void)visible; /* all data are in the binary */
+    (void)resources, (void)visible; /* the binary contains all data */
     return instantiate(name, token, fmi2ModelExchange, log, environment, message);
 }
 
@@ -88,9 +88,9 @@ FMI3_EXPORT fmi3Status FMI3_NAME(fmi3EnterInitializationMode)(fmi3Instance insta
     return (fmi3Status)(status == fmi2OK ? FMI2_NAME(fmi2EnterInitializationMode)(CORE(instance)) : status);
 }
 
-#define FORWARD_CALL(name)                                                      \
-    FMI3_EXPORT fmi3Status FMI3_NAME(fmi3##name)(fmi3Instance instance) {    \
-        return (fmi3Status)FMI2_NAME(fmi2##name)(CORE(instance));            \
+#define FORWARD_CALL(name)                                                \
+    FMI3_EXPORT fmi3Status FMI3_NAME(fmi3##name)(fmi3Instance instance) { \
+        return (fmi3Status)FMI2_NAME(fmi2##name)(CORE(instance));         \
     }
 FORWARD_CALL(ExitInitializationMode)
 FORWARD_CALL(EnterEventMode)

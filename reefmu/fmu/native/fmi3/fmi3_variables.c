@@ -1,17 +1,17 @@
-/* Variables, saved states and derivatives (FMI 3.0.2, sections 2.2.6, 2.2.9, 2.2.11). All variables are scalar Float64;
-   time, the independent one, has the reference behind them and the event indicators. */
+/* Variables, saved states and derivatives (FMI 3.0.2, sections 2.2.6, 2.2.9, 2.2.11). All variables are scalar Float64.
+   The value reference of time, the independent variable, follows those of the variables and the event indicators. */
 
 enum { TIME = FIRST_REFERENCE + N_VALUES + N_INDICATORS };
 
 static int counts_match(fmi3Instance instance, size_t references, size_t values) {
     if (references == values) return 1;
-    log_error(instance, "expected as many values as value references: all variables are scalar");
+    log_error(instance, "expected one value for each value reference, because all variables are scalar");
     return 0;
 }
 
 FMI3_EXPORT fmi3Status FMI3_NAME(fmi3GetFloat64)(fmi3Instance instance, const fmi3ValueReference references[],
                                                  size_t count, fmi3Float64 values[], size_t n_values) {
-    size_t first = 0; /* of a run without time */
+    size_t first = 0; /* of a sequence of references other than time */
     fmi2Status worst = fmi2OK;
     if (!instance || !counts_match(instance, count, n_values)) return fmi3Error;
     for (size_t k = 0; references && values && k <= count; k++) {
@@ -34,17 +34,17 @@ FMI3_EXPORT fmi3Status FMI3_NAME(fmi3SetFloat64)(fmi3Instance instance, const fm
     return (fmi3Status)FMI2_NAME(fmi2SetReal)(CORE(instance), references, count, values);
 }
 
-/* There are no variables of these types: an empty list is fine, anything else an error. */
-#define NO_FMI3_VARIABLES(type)                                                                                          \
-    FMI3_EXPORT fmi3Status FMI3_NAME(fmi3Get##type)(fmi3Instance instance, const fmi3ValueReference references[],    \
-                                                    size_t count, fmi3##type values[], size_t n_values) {            \
-        (void)references, (void)values, (void)n_values;                                                              \
-        return reject_type(instance, count);                                                                             \
-    }                                                                                                                \
-    FMI3_EXPORT fmi3Status FMI3_NAME(fmi3Set##type)(fmi3Instance instance, const fmi3ValueReference references[],    \
-                                                    size_t count, const fmi3##type values[], size_t n_values) {      \
-        (void)references, (void)values, (void)n_values;                                                              \
-        return reject_type(instance, count);                                                                             \
+/* No variable has these types: an empty list is accepted, anything else is an error. */
+#define NO_FMI3_VARIABLES(type)                                                                                   \
+    FMI3_EXPORT fmi3Status FMI3_NAME(fmi3Get##type)(fmi3Instance instance, const fmi3ValueReference references[], \
+                                                    size_t count, fmi3##type values[], size_t n_values) {         \
+        (void)references, (void)values, (void)n_values;                                                           \
+        return reject_type(instance, count);                                                                      \
+    }                                                                                                             \
+    FMI3_EXPORT fmi3Status FMI3_NAME(fmi3Set##type)(fmi3Instance instance, const fmi3ValueReference references[], \
+                                                    size_t count, const fmi3##type values[], size_t n_values) {   \
+        (void)references, (void)values, (void)n_values;                                                           \
+        return reject_type(instance, count);                                                                      \
     }
 
 static fmi3Status reject_type(fmi3Instance instance, size_t count) {

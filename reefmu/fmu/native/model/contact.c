@@ -1,64 +1,70 @@
-/* What the contacts give at a point: torque, stiffness, force, load share. The lookup of the Python model
-   (reefmu/model/contacts), read from the unpacked tables; of an individual, what its own contacts give, generated. */
+/* The outputs of the contacts at a contact point: torque, stiffness, force, load share. They come from the decoded
+   tables, as in reefmu/model/contacts, or, for an individual, from a generated function. */
 
-/* The contacts at one clearance and position, as a function of the twist alone; the rows of the last cells. */
+/* The tables at one clearance and position, as functions of the twist alone. The coefficients of the cell that was used
+   last are kept, because Newton's method and successive steps mostly stay within a cell. */
 typedef struct {
-    const Tables *tables; /* NULL: not cut yet */
+    const Tables *tables; /* NULL: not set yet */
     const double *coefficients;
-    double at[N_CONTACT_POINT];
+    double point[N_CONTACT_POINT];
 #if IS_INDIVIDUAL
     int *integers; /* work space of the generated functions */
     double *work;
 #else
-    double shift, clearance_weights[4];
+    double clearance_offset, clearance_weights[4];
     int column;
-    int cell; /* of the lookup, and the side of the twist */
-    double side, rows[4];
+    int cell;
+    double sign, rows[4]; /* of the twist, and the coefficients of the cell along the twist */
 #endif
 #if HAS_ELEMENT
-    double element_side, remaining, element_weights[16];
-    int element_offset, element_cell; /* of the element's table */
+    double element_sign, element_fraction, element_weights[16];
+    int element_offset, element_cell;
     double element_rows[4];
 #endif
 } Slice;
 
 #if HAS_ELEMENT
-static const Axis ELEMENT_TWIST = {ELEMENT_TWIST_START, 1.0 / ELEMENT_TWIST_STEP, ELEMENT_TWIST_CELLS};
-static const Axis ELEMENT_SHIFT = {ELEMENT_CLEARANCE_START, 1.0 / ELEMENT_CLEARANCE_STEP, ELEMENT_CLEARANCE_CELLS};
-static const Axis ELEMENT_PLACE = {ELEMENT_POSITION_START, 1.0 / ELEMENT_POSITION_STEP, ELEMENT_POSITION_CELLS};
+static const Axis ELEMENT_TWIST_AXIS = {ELEMENT_TWIST_START, 1.0 / ELEMENT_TWIST_STEP, ELEMENT_TWIST_CELLS};
+static const Axis ELEMENT_CLEARANCE_AXIS = {ELEMENT_CLEARANCE_START, 1.0 / ELEMENT_CLEARANCE_STEP,
+                                            ELEMENT_CLEARANCE_CELLS};
+static const Axis ELEMENT_POSITION_AXIS = {ELEMENT_POSITION_START, 1.0 / ELEMENT_POSITION_STEP,
+                                           ELEMENT_POSITION_CELLS};
 
-/* The missing element's angle to the eccentric, -pi to pi, its side, and how much of the element is left there. */
-static double element_angle(double position, double *side, double *remaining) {
+/* Absolute value and sign of the missing element's angle to the eccentric, -pi to pi, and the fraction of its table's
+   values to use, which falls to 0 at the edge of the usable profile. */
+static double element_angle(double position, double *sign, double *fraction) {
     static const double revolution = 6.283185307179586476925;
     double beta = position - revolution * floor(position / revolution + 0.5), inside;
-    *side = beta < 0.0 ? -1.0 : 1.0;
+    *sign = beta < 0.0 ? -1.0 : 1.0;
     inside = (ELEMENT_LIMIT - fabs(beta)) / (2.0 * ELEMENT_EDGE) + 0.5;
-    *remaining = clipped(inside);
+    *fraction = clamped(inside);
     return fmin(fabs(beta), ELEMENT_LIMIT + ELEMENT_EDGE);
 }
 
 static void slice_element_table(Slice *slice, const double *q) {
-    double g, h, across[4], along[4], beta = element_angle(q[POSITION], &slice->element_side, &slice->remaining);
+    double g, h, clearance_weights[4], position_weights[4];
+    double beta = element_angle(q[POSITION], &slice->element_sign, &slice->element_fraction);
     int column, layer;
     slice->element_cell = -1;
-    if (slice->coefficients[MISSING] == 0.0 || slice->remaining == 0.0) return;
-    column = cell_of(ELEMENT_SHIFT, q[CLEARANCE], &g), layer = cell_of(ELEMENT_PLACE, beta, &h);
-    cubic(clipped(g), across);
-    cubic(h, along);
+    if (slice->coefficients[MISSING] == 0.0 || slice->element_fraction == 0.0) return;
+    column = find_cell(ELEMENT_CLEARANCE_AXIS, q[CLEARANCE], &g), layer = find_cell(ELEMENT_POSITION_AXIS, beta, &h);
+    cubic(clamped(g), clearance_weights);
+    cubic(h, position_weights);
     slice->element_offset = column * ELEMENT_LAYERS + layer;
     for (int b = 0; b < 4; b++)
-        for (int d = 0; d < 4; d++) slice->element_weights[4 * b + d] = across[b] * along[d];
+        for (int d = 0; d < 4; d++) slice->element_weights[4 * b + d] = clearance_weights[b] * position_weights[d];
 }
 
-/* Takes the missing share of the element's torque and stiffness away. */
+/* Subtracts the missing share of one element's torque and stiffness. */
 static void subtract_missing_element(Slice *slice, double twist, double *torque, double *stiffness) {
-    double f, w[4], s[4], lost = slice->coefficients[MISSING] * slice->remaining;
+    double f, w[4], s[4], missing = slice->coefficients[MISSING] * slice->element_fraction;
     int cell;
-    if (lost == 0.0) return;
-    cell = cell_of(ELEMENT_TWIST, slice->element_side * twist, &f);
+    if (missing == 0.0) return;
+    cell = find_cell(ELEMENT_TWIST_AXIS, slice->element_sign * twist, &f);
     if (cell != slice->element_cell) {
         for (int a = 0; a < 4; a++) {
-            const double *from = slice->tables->element + (cell + a) * ELEMENT_COLUMNS * ELEMENT_LAYERS + slice->element_offset;
+            const double *from =
+                slice->tables->element + (cell + a) * ELEMENT_COLUMNS * ELEMENT_LAYERS + slice->element_offset;
             double sum = 0.0;
             for (int b = 0; b < 4; b++) sum += dot(slice->element_weights + 4 * b, from + b * ELEMENT_LAYERS);
             slice->element_rows[a] = sum;
@@ -66,28 +72,29 @@ static void subtract_missing_element(Slice *slice, double twist, double *torque,
         slice->element_cell = cell;
     }
     cubic_extrapolated(f, w, s);
-    *torque -= lost * slice->element_side * dot(w, slice->element_rows);
-    *stiffness -= lost * dot(s, slice->element_rows) * (1.0 / ELEMENT_TWIST_STEP);
+    *torque -= missing * slice->element_sign * dot(w, slice->element_rows);
+    *stiffness -= missing * dot(s, slice->element_rows) * (1.0 / ELEMENT_TWIST_STEP);
 }
 #endif
 
 #if !IS_INDIVIDUAL
-static const Axis TWIST = {0.0, 1.0 / LOOKUP_TWIST_STEP, LOOKUP_TWIST_CELLS};
-static const Axis SHIFT = {LOOKUP_CLEARANCE_START, 1.0 / LOOKUP_CLEARANCE_STEP, LOOKUP_CLEARANCE_CELLS};
+static const Axis TWIST_AXIS = {0.0, 1.0 / LOOKUP_TWIST_STEP, LOOKUP_TWIST_CELLS};
+static const Axis CLEARANCE_AXIS = {LOOKUP_CLEARANCE_START, 1.0 / LOOKUP_CLEARANCE_STEP, LOOKUP_CLEARANCE_CELLS};
 #endif
 
-/* For one instance between two changes of its parameters: a slice that is cut there already stays. */
+/* Sets the slice to a contact point, unless it is there already. The tables and coefficients of an instance are the
+   same for all calls with one slice. */
 static void update_slice(Slice *slice, const Tables *tables, const double *coefficients, const double *q) {
 #if IS_INDIVIDUAL
-    slice->at[ANGLE] = q[ANGLE];
+    slice->point[ANGLE] = q[ANGLE];
 #endif
-    if (slice->tables && slice->at[CLEARANCE] == q[CLEARANCE] && slice->at[POSITION] == q[POSITION]) return;
+    if (slice->tables && slice->point[CLEARANCE] == q[CLEARANCE] && slice->point[POSITION] == q[POSITION]) return;
     slice->tables = tables, slice->coefficients = coefficients;
-    slice->at[CLEARANCE] = q[CLEARANCE], slice->at[POSITION] = q[POSITION];
+    slice->point[CLEARANCE] = q[CLEARANCE], slice->point[POSITION] = q[POSITION];
 #if !IS_INDIVIDUAL
-    slice->column = cell_of(SHIFT, q[CLEARANCE], &slice->shift);
-    cubic(clipped(slice->shift), slice->clearance_weights);
-    slice->cell = -1, slice->side = 0.0;
+    slice->column = find_cell(CLEARANCE_AXIS, q[CLEARANCE], &slice->clearance_offset);
+    cubic(clamped(slice->clearance_offset), slice->clearance_weights);
+    slice->cell = -1, slice->sign = 0.0;
 #endif
 #if HAS_ELEMENT
     slice_element_table(slice, q);
@@ -95,73 +102,75 @@ static void update_slice(Slice *slice, const Tables *tables, const double *coeff
 }
 
 #if IS_INDIVIDUAL
-/* Runs a generated function of the parts at a twist. Beyond this angle, rad, it is lost which element stands where. */
+/* Runs a generated function of an individual at a twist. Beyond max_angle, rad, the output angle is too coarse to
+   locate the elements. */
 static void evaluate_individual(int (*function)(const double **, double **, int *, double *, int), const Slice *slice,
-                     double twist, const double *along, double *result) {
+                                double twist, const double *along, double *result) {
     static const double max_angle = 1e12;
-    double point[3] = {twist, slice->at[CLEARANCE], slice->at[ANGLE]};
+    double point[3] = {twist, slice->point[CLEARANCE], slice->point[ANGLE]};
     const double *arguments[N_ARGUMENTS] = {point, along};
     double *results[N_RESULTS] = {result};
-    if (fabs(slice->at[ANGLE]) < max_angle) function(arguments, results, slice->integers, slice->work, 0);
+    if (fabs(slice->point[ANGLE]) < max_angle) function(arguments, results, slice->integers, slice->work, 0);
     else for (int k = 0; k < N_CONTACT; k++) result[k] = NAN;
 }
 
-/* The contacts at a twist of their own: torque and stiffness, and all that the parts themselves give. */
-typedef struct { double torque, stiffness, own[N_CONTACT]; } AtTwist;
+/* The contacts at a twist of the contacts alone: torque and stiffness, and all outputs of the generated function. */
+typedef struct { double torque, stiffness, outputs[N_CONTACT]; } AtTwist;
 
 static AtTwist tabulated(Slice *slice, double twist) {
     AtTwist at;
-    evaluate_individual(individual_contacts, slice, twist, NULL, at.own);
-    at.torque = at.own[TORQUE], at.stiffness = at.own[STIFFNESS];
+    evaluate_individual(individual_contacts, slice, twist, NULL, at.outputs);
+    at.torque = at.outputs[TORQUE], at.stiffness = at.outputs[STIFFNESS];
     return at;
 }
 
-/* Force, load share and whether the point is in range. */
+/* Sets force, load share and whether the contact point is within the range of the tables. */
 static void remaining_outputs(const Slice *slice, const AtTwist *at, double *c) {
     (void)slice;
-    c[MAX_CONTACT_FORCE] = at->own[MAX_CONTACT_FORCE], c[LOAD_SHARE] = at->own[LOAD_SHARE];
-    c[IN_RANGE] = at->own[IN_RANGE];
+    c[MAX_CONTACT_FORCE] = at->outputs[MAX_CONTACT_FORCE], c[LOAD_SHARE] = at->outputs[LOAD_SHARE];
+    c[IN_RANGE] = at->outputs[IN_RANGE];
 }
 #else
-/* Coefficients along the twist of one quantity. */
+/* One coefficient along the twist, of a quantity at the clearance of the slice. */
 static inline double row_of(const Slice *slice, int quantity, int row) {
-    return dot(slice->clearance_weights, slice->tables->lookup + (quantity * LOOKUP_ROWS + row) * LOOKUP_COLUMNS + slice->column);
+    return dot(slice->clearance_weights,
+               slice->tables->lookup + (quantity * LOOKUP_ROWS + row) * LOOKUP_COLUMNS + slice->column);
 }
 
-/* The contacts at a twist of their own: torque and stiffness, and coordinate and weights in slice->cell. */
+/* The contacts at a twist of the contacts alone: torque and stiffness, and coordinate and weights in slice->cell. */
 typedef struct { double torque, stiffness, f, w[4]; } AtTwist;
 
 static AtTwist tabulated(Slice *slice, double twist) {
     AtTwist at;
-    double side = twist < 0.0 ? -1.0 : 1.0, band = side * slice->coefficients[BAND], s[4];
-    int cell = cell_of(TWIST, side * twist, &at.f);
-    if (cell != slice->cell || side != slice->side) {
+    double sign = twist < 0.0 ? -1.0 : 1.0, band = sign * slice->coefficients[BAND], s[4];
+    int cell = find_cell(TWIST_AXIS, sign * twist, &at.f);
+    if (cell != slice->cell || sign != slice->sign) {
         for (int a = 0; a < 4; a++) {
             double mean = row_of(slice, TABLE_TORQUE_MEAN, cell + a);
             if (band > 0.0) mean += band * (row_of(slice, TABLE_TORQUE_P90, cell + a) - mean);
             if (band < 0.0) mean -= band * (row_of(slice, TABLE_TORQUE_P10, cell + a) - mean);
             slice->rows[a] = mean;
         }
-        slice->cell = cell, slice->side = side;
+        slice->cell = cell, slice->sign = sign;
     }
     cubic_extrapolated(at.f, at.w, s);
-    at.torque = side * dot(at.w, slice->rows);
+    at.torque = sign * dot(at.w, slice->rows);
     at.stiffness = dot(s, slice->rows) * (1.0 / LOOKUP_TWIST_STEP);
     return at;
 }
 
-/* Force, load share and whether the point is in range. */
+/* Sets force, load share and whether the contact point is within the range of the tables. */
 static void remaining_outputs(const Slice *slice, const AtTwist *at, double *c) {
     double rows[4];
     for (int a = 0; a < 4; a++) rows[a] = row_of(slice, TABLE_MAX_CONTACT_FORCE, slice->cell + a);
     c[MAX_CONTACT_FORCE] = dot(at->w, rows);
     for (int a = 0; a < 4; a++) rows[a] = row_of(slice, TABLE_LOAD_SHARE, slice->cell + a);
     c[LOAD_SHARE] = dot(at->w, rows);
-    c[IN_RANGE] = at->f <= 1.0 && slice->shift >= 0.0 && slice->shift <= 1.0;
+    c[IN_RANGE] = at->f <= 1.0 && slice->clearance_offset >= 0.0 && slice->clearance_offset <= 1.0;
 }
 #endif
 
-/* The same without what is missing and with the modulus of the parameters. */
+/* The same less the missing element, scaled for the modulus. */
 static AtTwist contacts_at_twist(Slice *slice, double twist) {
     AtTwist at = tabulated(slice, twist);
 #if HAS_ELEMENT
@@ -171,8 +180,8 @@ static AtTwist contacts_at_twist(Slice *slice, double twist) {
     return at;
 }
 
-/* The twist of the contacts at which they and the compliance in series make up the target, from `twist` on; whether
-   it was found. */
+/* Newton's method for the twist of the contacts at which it and the deflection of the compliance in series add up to
+   `target`, from the start value *twist. Returns whether it converged. */
 static int solve_series_twist(Slice *slice, double target, double *twist) {
     double step, compliance = slice->coefficients[COMPLIANCE];
     for (int k = 0; k < NEWTON_STEPS; k++) {
@@ -184,13 +193,13 @@ static int solve_series_twist(Slice *slice, double target, double *twist) {
     return 0;
 }
 
-/* `contact` at q; where it is known from a point before, the search starts there. */
+/* Sets `contact` to the solution at the contact point q. A known solution at another point gives the start value. */
 static void solve_contacts(Slice *slice, const double *q, Contact *contact) {
     double compliance = slice->coefficients[COMPLIANCE], twist = q[TARGET], *c = contact->outputs;
     AtTwist at;
     if (compliance != 0.0) {
         if (contact->known)
-            twist = contact->twist + (twist - contact->at[TARGET]) * (1.0 - compliance * c[STIFFNESS]);
+            twist = contact->twist + (twist - contact->point[TARGET]) * (1.0 - compliance * c[STIFFNESS]);
         if (!solve_series_twist(slice, q[TARGET], &twist) && contact->known) {
             twist = q[TARGET];
             solve_series_twist(slice, q[TARGET], &twist);
@@ -204,7 +213,7 @@ static void solve_contacts(Slice *slice, const double *q, Contact *contact) {
     }
     remaining_outputs(slice, &at, c);
     c[MAX_CONTACT_FORCE] *= slice->coefficients[SCALE];
-    memcpy(contact->at, q, sizeof contact->at);
+    memcpy(contact->point, q, sizeof contact->point);
     memcpy(contact->coefficients, slice->coefficients, sizeof contact->coefficients);
     contact->twist = twist;
     contact->known = 1;

@@ -1,4 +1,4 @@
-/* One instance of the FMU. Nothing is global: what an instance knows stands here. */
+/* One instance of the FMU. There are no global variables: an instance holds all its data. */
 
 #ifndef INSTANCE_H
 #define INSTANCE_H
@@ -15,7 +15,7 @@
 #include "fmi2_api.h"
 #include "tables.h"
 
-/* The states of an instance (FMI 2.0.4, sections 3.2.3 and 4.2.4), as bits so that a set of them is a number. */
+/* The modes of an instance (FMI 2.0.4, sections 3.2.3 and 4.2.4), as bits, so that a set of modes is a number. */
 typedef enum {
     INSTANTIATED = 1,
     INITIALISING = 2,
@@ -27,40 +27,42 @@ typedef enum {
 
 enum { LOG_WARNING = 1, LOG_DISCARD = 2, LOG_ERROR = 4, LOG_FATAL = 8, LOG_ALL = 15 };
 
-/* What the contacts give at a point. */
+/* The contacts solved at one contact point with one set of coefficients. */
 typedef struct {
     int known;
-    double at[N_CONTACT_POINT], coefficients[N_COEFFICIENTS];
-    double twist; /* of the contacts alone */
+    double point[N_CONTACT_POINT], coefficients[N_COEFFICIENTS];
+    double twist; /* of the contacts, without the compliance in series */
     double outputs[N_CONTACT];
 } Contact;
 
-/* All that changes: what a saved FMU state holds. */
+/* Everything that changes during a simulation: the content of a saved FMU state. */
 typedef struct {
     int kind; /* fmi2Type */
     int phase;
     int stale;
     int status; /* of the last step */
-    double time, start; /* and where the experiment begins and, if `stops`, ends */
-    int stops;
+    double time, start; /* current time, and start time of the experiment */
+    int stops; /* whether the experiment has a stop time */
     double stop;
-    double next_discrete; /* of the discrete output, which changes at events only */
+    double next_discrete; /* next value of the discrete output, which changes at events only */
     double values[N_VALUES]; /* by value reference: inputs, outputs, parameters, states, derivatives */
-    double last_path_values[N_INDICATORS + 1], path_from_speeds[N_INDICATORS + 1]; /* of angles, see fmi2_model_exchange.c */
-    Contact contact; /* of the last step: where the next one starts to search */
+    /* Model exchange: the stored angles at the end of the last integrator step, and the length of the path that the
+       integrated speeds have given since the angles were last in agreement; see fmi2_model_exchange.c. */
+    double last_path_values[N_INDICATORS + 1], path_from_speeds[N_INDICATORS + 1];
+    Contact contact; /* of the last step: start value for the next one */
 } InstanceState;
 
-/* The way to the host. */
+/* The callbacks and the log of the host. */
 typedef struct {
     fmi2CallbackFunctions callbacks;
     const char *name;
-    int categories; /* categories that are sent */
+    int categories; /* the log categories that are sent, as bits */
 } HostLog;
 
-/* The lookup by quantity, twist and clearance; the missing element by twist, clearance and position. */
+/* Decoded tables: the lookup over quantity, twist and clearance; a missing element over twist, clearance, position. */
 typedef struct {
 #if IS_INDIVIDUAL
-    char none; /* of the lookup: its parts stand in the generated functions */
+    char none; /* the generated functions contain the contacts */
 #else
     double lookup[LOOKUP_QUANTITIES * LOOKUP_ROWS * LOOKUP_COLUMNS];
 #endif
@@ -72,12 +74,12 @@ typedef struct {
 typedef struct {
     InstanceState now;
     HostLog log;
-    /* The coefficients and the parameters that they were computed from. */
+    /* The coefficients, the longest substep, and the parameters from which they were computed. */
     int coefficients_known;
     double coefficient_parameters[N_PARAMETERS + 1], coefficients[N_COEFFICIENTS], max_step;
-    /* Work space. */
+    /* Working memory. */
     int integers[N_INTEGERS];
-    double next_states[2][N_STATES + 1]; /* two in turn: a generated function may not read where it writes */
+    double next_states[2][N_STATES + 1]; /* used alternately: see next_states() */
     double next_outputs[N_OUTPUTS + 1];
     double direction[N_KNOWNS], tangent[N_UNKNOWNS];
     double work[N_WORK];

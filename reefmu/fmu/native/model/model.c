@@ -1,7 +1,8 @@
-/* The model: generated functions before and after the contacts. The order of the drive's stages is generated, too:
-   stage_order.c.
+/* Evaluation and steps of the model: generated functions around the contacts, in the order that the generated
+   stage_order.c contains.
 
-   Functions that can fail return 0 and change nothing of what the host sees if a result is not finite. */
+   A function that can fail returns 0 if a result is not finite, and then leaves all values that the host can read
+   unchanged. */
 
 typedef int Generated(const double **, double **, casadi_int *, double *, int);
 
@@ -12,14 +13,14 @@ static double *run(Instance *instance, Generated *function, double *result, cons
 }
 #define RUN(function, result, ...) run(instance, function, result, (const double *[]){__VA_ARGS__})
 
-/* One sum finds any NaN or infinity among the values. */
+/* Zero times a NaN or an infinity is NaN, so one sum finds them all. */
 static int all_finite(const double *values, size_t count) {
     double sum = 0.0;
     for (size_t k = 0; k < count; k++) sum += values[k] * 0.0;
     return sum == 0.0;
 }
 
-/* Where the drive stands: states, and what follows from them and the inputs. */
+/* One evaluation of the model: states, inputs and parameters, and the intermediate results of the stages. */
 typedef struct {
     const double *x, *u, *p;
     int buffer; /* which of instance->next_states was written last */
@@ -28,7 +29,7 @@ typedef struct {
     Contact contact;
 } Evaluation;
 
-/* Room for the next states: a generated function may not read where it writes. */
+/* A buffer for the next states: a generated function must not write to its own arguments. */
 static double *next_states(Instance *instance, Evaluation *at) {
     at->buffer = !at->buffer;
     return instance->next_states[at->buffer];
@@ -40,10 +41,10 @@ static int same(const double *a, const double *b, size_t count) {
     return 1;
 }
 
-/* Solves the contacts at a contact point, unless their outputs there are known. */
+/* Solves the contacts at the contact point q, unless the solution there is known. */
 static void solve_at(Instance *instance, Evaluation *at, const double *q) {
     update_slice(&at->slice, &instance->tables, instance->coefficients, q);
-    if (!at->contact.known || !same(q, at->contact.at, N_CONTACT_POINT) ||
+    if (!at->contact.known || !same(q, at->contact.point, N_CONTACT_POINT) ||
         !same(instance->coefficients, at->contact.coefficients, N_COEFFICIENTS))
         solve_contacts(&at->slice, q, &at->contact);
 }
@@ -80,7 +81,7 @@ static void substep(Instance *instance, Evaluation *at, double h) {
 }
 #endif
 
-/* Change of outputs and rates for a change of inputs, states and parameters, at a place. */
+/* Directional derivative of outputs and rates along a direction of inputs, states and parameters. */
 static void evaluate_jvp(Instance *instance, Evaluation *at, const double *direction, double *result) {
     double dq[N_CONTACT_POINT], dr[N_COEFFICIENTS], dc[N_CONTACT];
     const double *contact_outputs = evaluate_contacts(instance, at);
@@ -91,7 +92,7 @@ static void evaluate_jvp(Instance *instance, Evaluation *at, const double *direc
 }
 
 #if IS_JOINT
-/* The longest part of a step: how much the states add to the steepest spring as they follow the motion. */
+/* Recomputes the longest substep: the states of the effects add to the stiffness as they follow the motion. */
 static void update_max_step(Instance *instance) {
     double probes[2 * N_STATES], rates[N_STATES], change_of[N_UNKNOWNS], direction[N_KNOWNS] = {0.0}, added = 0.0;
     const double *p = instance->now.values + AT_PARAMETERS;
@@ -112,10 +113,10 @@ static void update_max_step(Instance *instance) {
 }
 #endif
 
-/* Recomputes the coefficients when a parameter has changed; after a start also unpacks the tables. */
+/* Recomputes the coefficients after a change of parameters; after a reset also decodes the tables. */
 static void update_coefficients(Instance *instance) {
     const double *p = instance->now.values + AT_PARAMETERS;
-    if (!instance->coefficients_known) unpack_tables(&instance->tables);
+    if (!instance->coefficients_known) decode_tables(&instance->tables);
     else if (memcmp(p, instance->coefficient_parameters, N_PARAMETERS * sizeof(double)) == 0) return;
     memcpy(instance->coefficient_parameters, p, N_PARAMETERS * sizeof(double));
     instance->coefficients_known = 1;
@@ -125,8 +126,8 @@ static void update_coefficients(Instance *instance) {
 #endif
 }
 
-/* instance->tangent: change of outputs and rates for the change instance->direction of inputs, states and parameters;
-   starts: the states' change follows from the others'. */
+/* Sets instance->tangent, the directional derivative of outputs and rates along instance->direction. starts: at
+   initialisation, where the change of the states follows from those of inputs and parameters. */
 static int update_tangent(Instance *instance, int starts) {
     Evaluation at;
     update_coefficients(instance);
@@ -140,15 +141,15 @@ static int update_tangent(Instance *instance, int starts) {
     return all_finite(instance->tangent, N_UNKNOWNS) && all_finite(instance->direction, N_KNOWNS);
 }
 
-/* The outputs; in continuous time the discrete one stays as it is until the next event. */
+/* Stores the outputs; in continuous-time mode the discrete one keeps its value until the next event. */
 static void store_outputs(Instance *instance, const double *outputs) {
-    double *held = instance->now.values + AT_OUTPUTS, before = held[DISCRETE_OUTPUT];
-    memcpy(held, outputs, N_OUTPUTS * sizeof(double));
-    instance->now.next_discrete = held[DISCRETE_OUTPUT];
-    if (instance->now.phase == CONTINUOUS_MODE) held[DISCRETE_OUTPUT] = before;
+    double *stored = instance->now.values + AT_OUTPUTS, before = stored[DISCRETE_OUTPUT];
+    memcpy(stored, outputs, N_OUTPUTS * sizeof(double));
+    instance->now.next_discrete = stored[DISCRETE_OUTPUT];
+    if (instance->now.phase == CONTINUOUS_MODE) stored[DISCRETE_OUTPUT] = before;
 }
 
-/* Brings up to date what is stale and among `wanted`. */
+/* Recomputes those of the `wanted` results that are stale. */
 static int refresh(Instance *instance, int wanted) {
     double *v = instance->now.values, *next = instance->next_states[0], *outputs = instance->next_outputs;
     int stale = instance->now.stale & (wanted | STALE_STATES);
@@ -178,7 +179,7 @@ static int refresh(Instance *instance, int wanted) {
     return 1;
 }
 
-/* States and outputs after dt seconds with the inputs held. */
+/* Advances states and outputs by dt seconds at constant inputs. */
 static int advance_step(Instance *instance, double dt) {
     double *v = instance->now.values, *outputs = instance->next_outputs;
     Evaluation at;
@@ -188,10 +189,10 @@ static int advance_step(Instance *instance, double dt) {
     at.contact = instance->now.contact;
 #endif
 #if IS_JOINT
-    double parts;
+    double count;
     if (!(instance->max_step > 0.0) || !(dt / instance->max_step < MAX_SUBSTEPS)) return 0;
-    parts = fmax(1.0, ceil(dt / instance->max_step));
-    for (long k = 0; k < (long)parts; k++) substep(instance, &at, dt / parts);
+    count = fmax(1.0, ceil(dt / instance->max_step));
+    for (long k = 0; k < (long)count; k++) substep(instance, &at, dt / count);
 #else
     apply_drift(instance, &at, dt);
 #endif
@@ -207,7 +208,7 @@ static int advance_step(Instance *instance, double dt) {
     return 1;
 }
 
-/* At the end of a step: the way that the speeds told since the last catching up. */
+/* At the end of an integrator step: adds the change of the stored angles, which follows from the speeds. */
 static void accumulate_path(Instance *instance) {
     for (int k = 0; k < N_INDICATORS; k++) {
         double now = instance->now.values[AT_STATES + FIRST_INDICATOR + k];
