@@ -1,16 +1,16 @@
-"""Forces of inertia on the elements of a turning drive.
+"""Inertia forces on the elements of a rotating drive.
 
-The crank turns at a constant speed, the gear is fixed, the cage turns at theta' = psi'/i (i signed). An element's
-place on the profile then moves at beta' = psi' - theta' = psi' (1 - 1/i): 30/29 of the crank's speed where they
-reverse, 28/29 where they turn together. On its path r = c(beta) its acceleration is
+The crank turns at constant speed psi', the gear is fixed, the cage turns at theta' = psi'/i (i signed). An element's
+position on the profile then changes at beta' = psi' - theta' = psi' (1 - 1/i): 30/29 of the crank's speed if crank and
+cage turn in opposite directions, 28/29 if they turn in the same one. On its path r = c(beta) its acceleration is
 
     radial  c'' beta'^2 - c theta'^2        tangential  2 c' beta' theta'
 
-and the force on it is minus its mass times that. The oscillation on the eccentric, c'' = -e cos(beta), outweighs the
-cage's turn by far: at 3000 rpm of drive 1's crank the ball of 11 g feels 0.91 N at beta = 0, 0.06 N of them from the
-cage's turn. Against contact forces of 1300 N at full twist that is nothing; it decides where elements with play
-rest, and would be a tenth of those forces at 36 000 rpm only. In drive 3, printed, it is 0.6 % of them at a
-quarter of full twist and 3000 rpm. Quasi-static: the element's own spin and
+and the inertia force is minus its mass times that. The oscillation on the eccentric, c'' = -e cos(beta), outweighs the
+cage's rotation by far: at 3000 rpm of drive 1's crank the force on the ball of 11 g is 0.91 N at beta = 0, of which
+0.06 N come from the cage's rotation. That is negligible against contact forces of 1300 N at full twist; it decides
+where elements with clearance rest, and would reach a tenth of those forces only at 36 000 rpm. In drive 3, printed, it
+is 0.6 % of them at a quarter of full twist and 3000 rpm. The model is quasi-static: the element's own spin and
 vibrations are left out.
 """
 
@@ -36,9 +36,9 @@ def element_mass(drive: Drive, radius: Array) -> Array:
 
 
 def inertia_force(drive: Drive, beta: Array, radius: Array) -> Array:
-    """Radial and tangential force of inertia, (n, 2) N, at positions beta (n,) rad and the drawing's crank speed.
+    """Radial and tangential inertia force, (n, 2) N, at positions beta (n,) rad and the drawing's crank speed.
 
-    None where its `inertia` is off.
+    Zero if the drawing's `inertia` is off.
 
     >>> from stiffness_model import load_drive
     >>> drive = load_drive("drive_1", inertia="on", crank_speed="3000 rpm")
@@ -49,8 +49,8 @@ def inertia_force(drive: Drive, beta: Array, radius: Array) -> Array:
     if not drive.beyond.has_inertia_forces:
         return np.zeros((len(beta), 2))
     cage = crank / drive.ratio
-    along = crank - cage
+    speed = crank - cage
     path, mass = drive.path, element_mass(drive, radius)
-    radial = path.radius(beta) * cage**2 - path.second_slope(beta) * along**2
-    tangential = -2 * path.slope(beta) * along * cage
+    radial = path.radius(beta) * cage**2 - path.second_slope(beta) * speed**2
+    tangential = -2 * path.slope(beta) * speed * cage
     return np.stack([mass * radial, mass * tangential], axis=1)

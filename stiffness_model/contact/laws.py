@@ -1,7 +1,7 @@
-"""Force over approach at the contacts where it is not Hertz's power law alone: springs in series, conforming bores.
+"""Contact laws: force, stiffness and stored energy over the approach, beyond Hertz's power law as well.
 
-A spring in series (the ring under an element, the wall beside a bore) takes the contact's force, so that the
-approaches add: d = d_contact(f) + f/k. Local springs: each yields under its own element only.
+A spring in series (the ring under an element, the wall beside a bore) carries the contact's force, so that the
+approaches add: d = d_contact(f) + f/k. The springs are local: each yields under its own element only.
 """
 
 from __future__ import annotations
@@ -18,16 +18,21 @@ from ..numerics.arrays import Array
 if TYPE_CHECKING:
     from .element_contacts import Contacts
 
+MAX_STEPS = 60
+"""Newton steps of `SeriesSpring`; chosen by judgement, fewer than ten are usual."""
+
 
 class ContactLaw(Protocol):
-    """Force, N, stiffness, N/m, and energy, J, over the approach, m; all nought without contact."""
+    """A law for n contacts."""
 
-    def force(self, approach: Array) -> tuple[Array, Array, Array]: ...
+    def force(self, approach: Array) -> tuple[Array, Array, Array]:
+        """Force, N, stiffness, N/m, and stored energy, J, at approaches (..., n), m; zero without contact."""
+        ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PowerLaw:
-    """F = K d^p, eq. 3. stiffness: (n,) N/m^p."""
+    """F = K d^p, eq. 3. stiffness: K, (n,) N/m^p."""
 
     stiffness: Array
     exponent: float
@@ -39,36 +44,36 @@ class PowerLaw:
         return f, p * self.stiffness * d ** (p - 1), f * d / (p + 1)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SeriesSpring:
-    """A contact and a linear spring (N/m) that carries the same force."""
+    """A contact in series with a linear spring, N/m."""
 
     contact: ContactLaw
     spring: float
 
     def force(self, approach: Array) -> tuple[Array, Array, Array]:
-        """See `ContactLaw`. Newton's method on the contact's share of the approach.
+        """See `ContactLaw`. Newton's method on the contact's part of the approach.
 
         >>> soft = SeriesSpring(PowerLaw(np.array([1e10]), 1.5), 1e6)
         >>> f, k, _ = soft.force(np.array([1e-5]))
         >>> bool(np.isclose((f / 1e10) ** (2 / 3) + f / 1e6, 1e-5)[0])
         True
         """
-        whole = np.maximum(approach, 0.0)
-        own = whole
-        for _ in range(60):
-            f, k, _ = self.contact.force(own)
-            # Convex: from above Newton's steps end at the root without passing it.
-            step = (own + f / self.spring - whole) / (1 + k / self.spring)
-            own = np.maximum(own - step, 0.0)
-            if bool((np.abs(step) <= 1e-14 * whole).all()):
+        total = np.maximum(approach, 0.0)
+        at_contact = total
+        for _ in range(MAX_STEPS):
+            f, k, _ = self.contact.force(at_contact)
+            # The function is convex: from above, Newton's method converges to the root monotonically.
+            step = (at_contact + f / self.spring - total) / (1 + k / self.spring)
+            at_contact = np.maximum(at_contact - step, 0.0)
+            if bool((np.abs(step) <= 1e-14 * total).all()):
                 break
-        f, k, energy = self.contact.force(own)
+        f, k, energy = self.contact.force(at_contact)
         return f, k / (1 + k / self.spring), energy + f**2 / (2 * self.spring)
 
 
 def contact_laws(contacts: Contacts) -> tuple[ContactLaw, ...] | None:
-    """The laws of C1 to C4, or None where all are power laws."""
+    """The laws of C1 to C4, or None if all are power laws."""
     c, options = contacts, contacts.options
     conforming = options.cage_contact == "lamina"
     if math.isinf(options.ring_stiffness) and math.isinf(options.cage_wall_stiffness) and not conforming:

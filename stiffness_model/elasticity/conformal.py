@@ -1,24 +1,24 @@
-"""Conforming contact of a ball in its bore: contact round the bore's wall, slice by slice.
+"""Conforming contact of a ball in its bore: contact along the bore's wall, in slices.
 
-Hertz's theory takes the contact for small against the bodies. A ball of 7 mm in a bore 1 um wider touches it along
-an arc instead: long round the bore, narrow along the bore's axis. `Lamina` cuts that arc into slices, each a narrow
-line contact across the arc:
+Hertz's theory assumes a contact that is small compared with the bodies. A ball of 7 mm in a bore 1 um wider touches it
+along an arc instead: long round the bore, narrow along the bore's axis. `Lamina` divides that arc into slices, each a
+narrow line contact across the arc:
 
-* geometry as in the laws for pins in holes (Persson 1964; Liu, Zhang & Yang, Mech. Mach. Theory 42 (2007) 183): the
-  bodies overlap at the angle a from the load by  h = d cos a - c (1 - cos a),  c the clearance of the radii, over
+* geometry as in the laws for pins in holes (Persson 1964; Liu, Zhang & Yang, Mech. Mach. Theory 42 (2007) 183): at the
+  angle a from the load the bodies overlap by  h = d cos a - c (1 - cos a),  c the clearance of the radii, over
   |a| <= a0 with cos a0 = c/(c + d);
-* each slice by Palmgren's line contact as ISO/TS 16281 slices rollers (laminae):
+* each slice follows Palmgren's line contact, as ISO/TS 16281 divides rollers into laminae:
   q = h^(10/9)/(L^(1/9) 3.81^(10/9) C/pi), C the sum of (1 - nu^2)/E and L = 2 a0 r the arc's length;
 * F = integral of q cos a r da.
 
-Range: an arc much longer than wide. Against a numerical solution of the contact (half-space influence along the
-unrolled arc, in the tests) F at a given d is right to 12 % for clearances of 0.3 to 30 um at 7 mm and d from 0.3 to
-10 um, where the capped theory of Hertz gives up to 4.8 times the force. Where his theory holds (small arcs, cos tau
-from 0.99 to 0.9999) the two agree to 17 %. A ball larger than its bore is taken to fit exactly, with both walls
-loaded by their overlaps.
+Range of validity: an arc much longer than wide. Compared with a numerical solution of the contact (half-space influence
+along the unrolled arc, in the tests), F at a given d is right to 12 % for clearances of 0.3 to 30 um at 7 mm and d from
+0.3 to 10 um, where the capped theory of Hertz gives up to 4.8 times the force. Where Hertz's theory holds (small arcs,
+cos tau from 0.99 to 0.9999) the two agree to 17 %. A ball larger than its bore is treated as one that fits exactly,
+with both walls loaded by their overlaps.
 
-The laws of Persson and Liu themselves are for long pins: plane strain, a contact much longer along the hole's axis
-than round it. The ball's contact is the other way round, so they are not offered for it.
+The laws of Persson and Liu themselves hold for long pins: plane strain, a contact much longer along the hole's axis
+than round it. The ball's contact is the opposite case, so they are not offered for it.
 """
 
 from __future__ import annotations
@@ -34,15 +34,18 @@ from scipy.interpolate import CubicSpline
 from ..numerics.arrays import Array
 from .hertz import LINE_EXPONENT, line_stiffness
 
-LEAST_CLEARANCE = 1e-9
-"""Of the ball's radius: closer bores, and balls larger than theirs, count as this close."""
+MIN_RELATIVE_CLEARANCE = 1e-9
+"""Least clearance relative to the ball's radius, which closer bores and balls larger than their bores get; it keeps the
+law's scale positive and is far below any tolerance."""
 _RANGE = (1e-8, 1e10)
+"""Approach over clearance that the tabulated curves cover; beyond, their power laws continue."""
 _POINTS = 1801
+"""Nodes of the curves, 100 per decade."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lamina:
-    """The law for n balls: radius, m; clearance of the radii, m; compliance: sum of (1 - nu^2)/E, 1/Pa."""
+    """The law for n balls. radius, clearance of the radii: (n,) m; compliance: sum of (1 - nu^2)/E, 1/Pa."""
 
     radius: Array
     clearance: Array
@@ -50,9 +53,9 @@ class Lamina:
 
     @property
     def _scales(self) -> tuple[Array, Array]:
-        """Length, m, and force, N, that make the law one curve."""
-        c = np.maximum(self.clearance, LEAST_CLEARANCE * self.radius)
-        # A line contact as long as the radius; the arc's length stands in the curve.
+        """Length, m, and force, N, by which the law of every ball becomes the same curve."""
+        c = np.maximum(self.clearance, MIN_RELATIVE_CLEARANCE * self.radius)
+        # Of a line contact as long as the radius; the curve accounts for the arc's length.
         return c, line_stiffness(self.compliance, self.radius) * c**LINE_EXPONENT
 
     def approach(self, force: ArrayLike) -> tuple[Array, Array]:
@@ -82,7 +85,7 @@ class Lamina:
         return f, np.where(touching, slope * f / np.where(touching, d, 1.0), 0.0), energy
 
     def half_angle(self, approach: ArrayLike) -> Array:
-        """Half the angle a0 over which ball and bore touch, rad.
+        """Half the angle over which ball and bore touch, a0, rad, at approaches (..., n), m.
 
         >>> law = Lamina(np.array([7e-3]), np.array([1.25e-6]), 2 * 4.375e-12)
         >>> f"{math.degrees(law.half_angle(1.87e-6)[0]):.0f} deg"
@@ -92,7 +95,7 @@ class Lamina:
         return _arc(x)
 
     def peak_line_load(self, approach: ArrayLike) -> Array:
-        """q in the middle of the arc, N/m."""
+        """Line load q in the middle of the arc, N/m, at approaches (..., n), m."""
         d = np.maximum(np.asarray(approach, float), 0.0)
         arc = 2 * self.half_angle(d) * self.radius
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -106,7 +109,7 @@ def _arc(x: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Curves:
-    """Logarithms of force over approach, the inverse, and energy over approach, in the law's own units."""
+    """Force over approach, its inverse, and energy over approach: logarithms, in the scales of the law."""
 
     forward: CubicSpline
     inverse: CubicSpline
@@ -117,7 +120,7 @@ class _Curves:
 def _curves() -> _Curves:
     log_x = np.linspace(math.log(_RANGE[0]), math.log(_RANGE[1]), _POINTS)
     x = np.exp(log_x)
-    # With a = a0 sin(theta) the integrand falls to zero smoothly.
+    # With a = a0 sin(theta) the integrand vanishes smoothly at both ends.
     nodes, weights = np.polynomial.legendre.leggauss(80)
     theta = math.pi / 2 * nodes
     arc = _arc(x)[:, None]
@@ -133,7 +136,7 @@ def _curves() -> _Curves:
 
 
 def _evaluate(curve: CubicSpline, log_x: Array) -> tuple[Array, Array]:
-    """Value and slope; beyond the ends the last power law goes on."""
+    """Value and slope; beyond the ends the curve continues in a straight line, a power law."""
     inside = np.clip(log_x, curve.x[0], curve.x[-1])
     slope = curve(inside, 1)
     return curve(inside) + slope * (log_x - inside), slope

@@ -1,10 +1,10 @@
 """Hertzian contacts: stiffness F = K d^p, pressure and contact ellipse.
 
-Point contact p = 3/2 (balls, eqs 22, 23), line contact p = 10/9 (rollers). Compliances are the sums of
-(1 - nu^2)/E of the two bodies, 1/Pa. Curvatures in 1/m, negative for concave surfaces.
+Point contact: p = 3/2 (balls, eqs 22, 23); line contact: p = 10/9 (rollers). Compliances are the sums of
+(1 - nu^2)/E of the two bodies, 1/Pa. Curvatures are in 1/m, negative for concave surfaces.
 
-Validity of the point contact: half-space, contact small against the bodies. A ball in a bore of nearly its
-own radius breaks this; see `CONFORMITY_LIMIT`.
+The point contact assumes half-spaces: a contact that is small compared with the bodies. A ball in a bore of nearly its
+own radius violates this; see `CONFORMITY_LIMIT`.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ POINT_EXPONENT = 3 / 2
 LINE_EXPONENT = 10 / 9
 
 CONFORMITY_LIMIT = 0.9999
-"""The rule for conforming contacts: cos(tau) is capped here.
+"""Upper bound of cos(tau) for conforming contacts.
 
-A ball of 7 mm reaches it in a bore 0.35 um wider than itself. Closer still, or with interference
-(cos(tau) > 1), the half-space theory would give a contact ellipse longer than the ball; K is then held at its
-value for the cap, axis ratio 354, and the case is counted (`Population.capped_count`). The cage is the
-stiffest of the three contacts in series there, so the cap changes the drive's torque by less than 0.1 %.
+A ball of 7 mm reaches it in a bore 0.35 um wider than itself. In closer bores, or with interference (cos(tau) > 1), the
+half-space theory would give a contact ellipse longer than the ball; K then keeps its value at the bound, axis ratio
+354, and the case is counted (`Population.capped_count`). The cage is the stiffest of the three contacts in series
+there, so that the bound changes the drive's torque by less than 0.1 %.
 """
 
 
 def ellipse_axis_ratio(cos_tau: float) -> float:
     """Axis ratio k = a/b >= 1 of the contact ellipse for 0 <= cos(tau) < 1.
 
-    Solves cos(tau) = ((k^2+1) E - 2 K)/((k^2-1) E), K and E of m = 1 - 1/k^2, in the logarithm of k
+    Solves cos(tau) = ((k^2+1) E - 2 K)/((k^2-1) E), K and E the elliptic integrals of m = 1 - 1/k^2, for ln k
     (Johnson, Contact Mechanics, section 4.2; Harris, Rolling Bearing Analysis).
 
     >>> round(ellipse_axis_ratio(0.0), 6)
@@ -50,7 +50,7 @@ def ellipse_axis_ratio(cos_tau: float) -> float:
 
 def _cos_tau(log_k: float) -> float:
     if log_k < 1e-4:
-        # Limit of the difference of nearly equal integrals.
+        # Series for small ln k, where the difference of the integrals cancels.
         return 0.75 * log_k
     k2 = math.exp(2 * log_k)
     big_k, big_e = float(ellipkm1(1 / k2)), float(ellipe(1 - 1 / k2))
@@ -58,7 +58,7 @@ def _cos_tau(log_k: float) -> float:
 
 
 def hertz_coefficient_exact(cos_tau: float) -> float:
-    """psi/xi = (2K/pi) (pi/(2 k^2 E))^(1/3), 1 for a circle, from elliptic integrals.
+    """psi/xi = (2K/pi) (pi/(2 k^2 E))^(1/3), which is 1 for a circle, from elliptic integrals.
 
     >>> [round(hertz_coefficient_exact(c), 4) for c in (0.0, 0.9, 0.99, 0.999, 0.9999)]
     [1.0, 0.6799, 0.3839, 0.2059, 0.1073]
@@ -70,11 +70,11 @@ def hertz_coefficient_exact(cos_tau: float) -> float:
 
 @functools.cache
 def _splines() -> tuple[CubicSpline, CubicSpline]:
-    """ln(psi/xi) and ln(k) over atanh(cos tau), where both are smooth; error below 1e-9."""
+    """ln(psi/xi) and ln(k) over atanh(cos tau), in which both are smooth; the error is below 1e-9."""
     x = np.linspace(0.0, math.atanh(CONFORMITY_LIMIT), 801)
     k = [ellipse_axis_ratio(math.tanh(v)) for v in x]
     psi_xi = [hertz_coefficient_exact(math.tanh(v)) for v in x]
-    # psi/xi is even in cos tau, so its slope at a circle is zero.
+    # psi/xi is even in cos tau, so that its slope vanishes for a circle.
     flat_start: Any = ((1, 0.0), "not-a-knot")
     return CubicSpline(x, np.log(psi_xi), bc_type=flat_start), CubicSpline(x, np.log(k))
 
@@ -82,7 +82,7 @@ def _splines() -> tuple[CubicSpline, CubicSpline]:
 def conformity(curvature_sum_1: ArrayLike, curvature_sum_2: ArrayLike) -> Array:
     """cos(tau) = |r1 - r2|/(r1 + r2) from the curvature sums of the two principal planes, 1/m.
 
-    At or above 1 for a ball in a bore of its own size or smaller.
+    It is 1 or more for a ball in a bore of its own size or smaller.
     """
     r1, r2 = np.asarray(curvature_sum_1, float), np.asarray(curvature_sum_2, float)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -91,7 +91,7 @@ def conformity(curvature_sum_1: ArrayLike, curvature_sum_2: ArrayLike) -> Array:
 
 
 def hertz_coefficient(cos_tau: ArrayLike) -> Array:
-    """psi/xi for arrays, capped at `CONFORMITY_LIMIT`; agrees with `hertz_coefficient_exact` to 1e-9.
+    """psi/xi for arrays, with cos(tau) capped at `CONFORMITY_LIMIT`; agrees with `hertz_coefficient_exact` to 1e-9.
 
     >>> hertz_coefficient([0.0, 0.9, 1.3]).round(4)
     array([1.    , 0.6799, 0.1073])
@@ -110,7 +110,7 @@ def point_stiffness(compliance: ArrayLike, curvature_sum_1: ArrayLike, curvature
     """
     r1, r2 = np.asarray(curvature_sum_1, float), np.asarray(curvature_sum_2, float)
     cos_tau = conformity(r1, r2)
-    # With interference the sum may lose its sense; the capped pair keeps the larger of the two curvatures.
+    # With interference the sum of curvatures may vanish; the capped pair keeps the larger of the two.
     high = np.maximum(r1, r2)
     low = np.maximum(np.minimum(r1, r2), high * (1 - CONFORMITY_LIMIT) / (1 + CONFORMITY_LIMIT))
     coefficient = hertz_coefficient(cos_tau)
@@ -123,7 +123,7 @@ def point_contact_ellipse(
     """Semi-axes a >= b, m, and greatest pressure, Pa, of a point contact under `force`, N.
 
     a = (3 k^2 E F c/(pi r))^(1/3) with the compliance c and the curvature sum r; b = a/k;
-    p0 = 3 F/(2 pi a b) (Johnson, eqs 4.26-4.28). Capped like the stiffness.
+    p0 = 3 F/(2 pi a b) (Johnson, eqs 4.26-4.28). cos(tau) is capped as for the stiffness.
 
     >>> a, b, p0 = point_contact_ellipse(100.0, 2 * 4.375e-12, 1 / 7e-3, 1 / 7e-3)
     >>> f"{1e3 * a:.4f} mm {1e3 * b:.4f} mm {1e-9 * p0:.3f} GPa"
@@ -156,7 +156,7 @@ def line_stiffness(compliance: ArrayLike, length: ArrayLike) -> Array:
 def line_contact_pressure(
     force: ArrayLike, compliance: ArrayLike, curvature_sum: ArrayLike, length: float
 ) -> tuple[Array, Array]:
-    """Half width b, m, and greatest pressure, Pa, of a line contact of `length` m under `force`, N.
+    """Half width b, m, and greatest pressure p0, Pa, of a line contact of `length` m under `force`, N.
 
     b = sqrt(4 F c/(pi L r)), p0 = 2 F/(pi b L) (Johnson, eqs 4.43, 4.45).
 

@@ -1,8 +1,8 @@
 """Geometry of the ball path and of the gear profile, its equidistant.
 
-Angle beta: position on one period of the profile. For an element it is the crank angle minus the element's
-own angle. Together-turning drives (lobes = |i| - 1) meet the profile at beta, reversing ones
-(lobes = |i| + 1) at -beta, the mirrored flank; `orientation` is +1 or -1 for the two.
+The angle beta is a position on one period of the profile; for an element it is the crank angle minus the element's
+own angle. In drives whose crank and cage turn in the same direction (lobes = |i| - 1) elements meet the profile at
+beta, in reversing ones (lobes = |i| + 1) at -beta, on the mirrored flank; `orientation` is +1 or -1 respectively.
 
 All functions take beta in rad, scalar or array, and lengths in m, and broadcast.
 """
@@ -40,7 +40,7 @@ class BallPath:
         return self._root(b) + self.eccentricity * np.cos(b)
 
     def slope(self, beta: ArrayLike) -> Array:
-        """c'(beta), m/rad. Equal to -n_t of eq. 6."""
+        """c'(beta), m/rad; equal to -n_t of eq. 6."""
         b = np.asarray(beta, float)
         e = self.eccentricity
         return -e * np.sin(b) * (1 + e * np.cos(b) / self._root(b))
@@ -53,9 +53,9 @@ class BallPath:
         return bend - e * np.cos(b)
 
     def normal(self, beta: ArrayLike, orientation: int = 1) -> tuple[Array, Array]:
-        """Outward unit normal (n_r, n_t) at beta (eqs 5-7, without the sign that turns it inwards).
+        """Outward unit normal (n_r, n_t) at beta (eqs 5-7 with the opposite sign, which points inwards there).
 
-        orientation -1 is the reversing drive: the element meets the mirrored flank, n_t changes sign.
+        With orientation -1, the mirrored flank of a reversing drive, n_t changes its sign.
         """
         n_r = self.radius(beta) / self.lobes
         n_t = -orientation * self.slope(beta)
@@ -63,8 +63,8 @@ class BallPath:
         return n_r / length, n_t / length
 
     def curvature(self, beta: ArrayLike) -> Array:
-        """Signed curvature det(c', c'')/|c'|^3 of the path (eqs 24, 25), 1/m; positive where it is concave
-        towards the axis.
+        """Signed curvature det(c', c'')/|c'|^3 of the path (eqs 24, 25), 1/m; positive where the centre of curvature
+        lies on the side of the axis.
 
         >>> [f"{1e3 / BallPath(48e-3, 0.7e-3, 28).curvature(b):.3f}" for b in (0, math.pi)]
         ['3.917', '-4.534']
@@ -74,7 +74,7 @@ class BallPath:
         return (r**2 + 2 * dr**2 - r * ddr) / (r**2 + dr**2) ** 1.5
 
     def pressure_angle(self, beta: ArrayLike) -> Array:
-        """Angle between the gear's normal and the radius, rad, not negative.
+        """Angle between the gear's normal and the radius, rad, >= 0.
 
         >>> drive_1 = BallPath(48e-3, 0.7e-3, 30)
         >>> f"{math.degrees(drive_1.pressure_angle(np.linspace(0, math.pi, 10001)).max()):.1f}"
@@ -84,7 +84,7 @@ class BallPath:
         return np.arctan2(np.abs(n_t), n_r)
 
     def point(self, beta: ArrayLike, offset: ArrayLike = 0.0) -> Array:
-        """Cartesian point of the equidistant at `offset` m outside the path, shape (..., 2), m (eq. 24)."""
+        """Cartesian point of the equidistant `offset` m outside the path, shape (..., 2), m (eq. 24)."""
         angle = np.asarray(beta, float) / self.lobes
         n_r, n_t = self.normal(beta)
         q = np.asarray(offset, float)
@@ -99,67 +99,67 @@ class BallPath:
 def profile_curvature(path_curvature: ArrayLike, offset: ArrayLike) -> Array:
     """Curvature of the gear surface as a contact partner, 1/m: 1/r_Gear of eq. 25, negative where concave.
 
-    Written with curvatures, so that the path's inflection (infinite radius) needs no special case.
+    In terms of curvatures the path's inflection point (infinite radius) needs no special case.
     """
     k = np.asarray(path_curvature, float)
     return -k / (1 + k * np.asarray(offset, float))
 
 
 def usable_limit(path: BallPath, offset: float) -> float:
-    """Greatest |beta|, rad, of the part of the profile that exists; pi if the profile does not cut itself.
+    """Greatest |beta|, rad, of the part of the profile that exists; pi if the profile does not intersect itself.
 
-    The equidistant of a strongly curved path crosses itself on the symmetry line between two lobes,
-    beta = pi. What lies beyond the crossing is cut away, and elements there carry nothing.
+    The equidistant of a strongly curved path intersects itself on the symmetry line between two lobes,
+    beta = pi. The part beyond the intersection is cut away, and elements there carry nothing.
 
     >>> [f"{math.degrees(usable_limit(BallPath(48e-3, 0.7e-3, z), 7e-3)):.3f}" for z in (28, 30)]
     ['103.888', '91.426']
     """
     symmetry = math.pi / path.lobes
 
-    def beyond(beta: ArrayLike) -> Array:
+    def angle_past_symmetry(beta: ArrayLike) -> Array:
         n_r, n_t = path.normal(beta)
         return np.asarray(beta) / path.lobes + np.arctan2(offset * n_t, path.radius(beta) + offset * n_r) - symmetry
 
     grid = np.linspace(0.0, math.pi, 2001)[:-1]
-    crossed = np.flatnonzero(beyond(grid) > 0)
+    crossed = np.flatnonzero(angle_past_symmetry(grid) > 0)
     if crossed.size == 0:
         return math.pi
     first = crossed[0]
     if first == 0:
         return 0.0
-    return bracketed_root(lambda b: float(beyond(b)), float(grid[first - 1]), float(grid[first]))
+    return bracketed_root(lambda b: float(angle_past_symmetry(b)), float(grid[first - 1]), float(grid[first]))
 
 
 def curvature_limit(path: BallPath, offset: float) -> float:
-    """|beta| at which undercut by curvature alone starts, rad (1 + k q = 0); pi if it does not.
+    """|beta| at which undercut by curvature alone starts, rad (1 + k q = 0); pi if there is none.
 
-    Not the exclusion limit: `usable_limit` lies lower, and excluding by curvature alone overstates the
-    stiffness by a third and more.
+    This is not the limit of the usable profile: `usable_limit` is lower, and excluding elements by curvature alone
+    overestimates the stiffness by a third and more.
 
     >>> [f"{math.degrees(curvature_limit(BallPath(48e-3, 0.7e-3, z), 7e-3)):.1f}" for z in (28, 30)]
     ['138.8', '133.0']
     """
     grid = np.linspace(0.0, math.pi, 2001)
-    under = np.flatnonzero(1 + path.curvature(grid) * offset < 0)
-    if under.size == 0:
+    undercut = np.flatnonzero(1 + path.curvature(grid) * offset < 0)
+    if undercut.size == 0:
         return math.pi
-    first = under[0]
+    first = undercut[0]
     return bracketed_root(lambda b: 1 + float(path.curvature(b)) * offset, float(grid[first - 1]), float(grid[first]))
 
 
 def wrap(angle: ArrayLike) -> Array:
-    """The angle in (-pi, pi], rad."""
+    """The angle wrapped to (-pi, pi], rad."""
     a = np.asarray(angle, float)
     return math.pi - (math.pi - a) % (2 * math.pi)
 
 
 def max_elements_on_circle(centre_distance: float, element_radius: float) -> int:
-    """The most elements of `element_radius` m that fit side by side on a circle of `centre_distance` m.
+    """Greatest number of elements of `element_radius` m that fit side by side on a circle of `centre_distance` m.
 
-    Neighbours' chord 2 R sin(pi/n) must reach 2 r; a single one always fits.
+    The chord between neighbours, 2 R sin(pi/n), must be at least 2 r; a single element always fits.
 
     >>> max_elements_on_circle(48e-3, 7e-3)
     21
     """
-    share = element_radius / centre_distance
-    return 1 if share >= 1 else math.floor(math.pi / math.asin(share) + 1e-12)
+    ratio = element_radius / centre_distance
+    return 1 if ratio >= 1 else math.floor(math.pi / math.asin(ratio) + 1e-12)

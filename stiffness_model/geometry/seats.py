@@ -1,8 +1,8 @@
-"""The seats of a row of elements: where they can stand, how far apart, and the cage's wall that this leaves.
+"""The seats of a row of elements: possible positions, their distance, and the cage's wall that remains between bores.
 
 With cage and gear fixed, an element at the angle t of the cage lies on the path at every crank angle only if i t is a
-multiple of 2 pi. So a row has |i| seats, 2 pi/|i| apart, and elements thicker than that stand on every second one or on
-fewer. (The torque is computed with a row's elements spread evenly, eq. 20 of the paper.)
+multiple of 2 pi. A row therefore has |i| seats, 2 pi/|i| apart, of which larger elements occupy every second or fewer.
+(The torque is computed with a row's elements spaced evenly, eq. 20 of the paper.)
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Seats:
-    """One row (eccentric) of a drive.
+    """The elements of one row (eccentric) of a drive on its seats.
 
-    seats: |i|; elements: on this row; centre_distance: radius of the circle of their centres, m; bore_radius: mean, m.
+    seats: |i|; elements: in this row; centre_distance: radius of the circle of their centres, m; bore_radius: mean, m.
     """
 
     seats: int
@@ -25,38 +25,38 @@ class Seats:
 
     @property
     def spacing(self) -> int:
-        """Seats from one element to its nearest neighbour; 0 where there are more elements than seats."""
+        """Number of seats from an element to its nearest neighbour; 0 if there are more elements than seats."""
         return self.seats // self.elements
 
     @property
     def chord(self) -> float:
-        """Distance of the nearest two elements' centres, m; infinite for a single element."""
+        """Least distance between the centres of two elements, m; infinite for a single element."""
         return self._chord(self.spacing) if self.elements > 1 else math.inf
 
     @property
     def wall(self) -> float:
-        """Width of the cage between the nearest two bores, on the circle of the centres, m; negative: they overlap."""
+        """Least width of the cage between two bores, on the circle of the centres, m; negative if they overlap."""
         return self.chord - 2 * self.bore_radius
 
     @property
     def fits(self) -> bool:
-        """Whether there is a wall between all bores."""
+        """Whether no bores overlap."""
         return self.wall > 0
 
     def max_elements(self, wall: float = 0.0) -> int:
-        """The most elements that the row takes with at least `wall`, m, between their bores; at least 1.
+        """Greatest number of elements with at least `wall`, m, between their bores; at least 1.
 
         >>> Seats(29, 29, 48e-3, 7e-3).max_elements()
         14
         """
-        wanted = 2 * self.bore_radius + wall
-        for apart in range(1, self.seats // 2 + 1):
-            if self._chord(apart) >= wanted * (1 - 1e-12):
-                return self.seats // apart
+        least = 2 * self.bore_radius + wall
+        for spacing in range(1, self.seats // 2 + 1):
+            if self._chord(spacing) >= least * (1 - 1e-12):
+                return self.seats // spacing
         return 1
 
     def overlap_message(self) -> str:
-        """What does not fit and what would, in one line.
+        """One line that says what does not fit and what would.
 
         >>> Seats(29, 15, 48e-3, 7e-3).overlap_message()
         '15 elements do not fit on the 29 seats of an eccentric: 10.38 mm apart they leave -3.62 mm of wall between \
@@ -72,5 +72,6 @@ bores of 14.00 mm; 14 elements fit, with a wall of 6.64 mm, or 15 with bores bel
             f"leave {wall} of wall between bores of {bore}; {best.elements} {fit}{width}{smaller}"
         )
 
-    def _chord(self, apart: int) -> float:
-        return 2 * self.centre_distance * math.sin(min(math.pi * apart / self.seats, math.pi / 2))
+    def _chord(self, spacing: int) -> float:
+        """Distance of two elements that are `spacing` seats apart, m."""
+        return 2 * self.centre_distance * math.sin(min(math.pi * spacing / self.seats, math.pi / 2))

@@ -1,4 +1,4 @@
-"""Contact stiffness and pressure against tables, limits and the integrals they come from."""
+"""Contact stiffness and pressure against tables, limits and the elliptic integrals that define them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def integrals(k: float) -> tuple[float, float]:
     def root(x: float) -> float:
         return math.sqrt(math.cos(x) ** 2 + (math.sin(x) / k) ** 2)
 
-    # The integrand of K peaks at the end; the substitution would hide the definition, so the interval is split.
+    # The integrand of K peaks at the end; the interval is split rather than substituted, to keep the definition.
     parts = [0.0, *(math.pi / 2 - 10.0**-e for e in range(6)), math.pi / 2]
     pairs = list(itertools.pairwise(parts))
     return (
@@ -82,8 +82,8 @@ def test_stiffness_is_the_approach_under_the_pressure_ellipse(cos_tau):
 
 
 @pytest.mark.parametrize("cos_tau", [0.0, 0.4, 0.9, 0.999])
-def test_ellipse_meets_the_curvatures(cos_tau):
-    # Johnson, eqs 4.26a, b: pressure p0 sqrt(1 - (x/a)^2 - (y/b)^2) flattens both curvatures.
+def test_pressure_ellipse_flattens_both_curvatures(cos_tau):
+    # Johnson, eqs 4.26a, b, for the pressure p0 sqrt(1 - (x/a)^2 - (y/b)^2).
     force = 250.0
     r1, r2 = curvatures(cos_tau)
     a, b, p0 = (float(v) for v in hertz.point_contact_ellipse(force, STEEL, r1, r2))
@@ -96,29 +96,29 @@ def test_ellipse_meets_the_curvatures(cos_tau):
 
 
 @pytest.mark.parametrize("cos_tau", [0.0, 0.9, 0.9999])
-def test_point_pressure_adds_up_to_the_force(cos_tau):
+def test_point_pressure_integrates_to_the_force(cos_tau):
     force = np.array([0.1, 250.0, 3e3])
     a, b, p0 = hertz.point_contact_ellipse(force, STEEL, *curvatures(cos_tau))
     half_circle, _ = quad(lambda r: 2 * math.pi * r * math.sqrt(1 - r**2), 0, 1)
     np.testing.assert_allclose(p0 * a * b * half_circle, force, rtol=1e-8)
 
 
-def test_line_pressure_adds_up_to_the_force():
+def test_line_pressure_integrates_to_the_force():
     force, length = 1000.0, 10e-3
     b, p0 = hertz.line_contact_pressure(force, STEEL, 1 / BALL, length)
     half_ellipse, _ = quad(lambda x: math.sqrt(1 - x**2), -1, 1)
     assert float(p0 * b * length) * half_ellipse == pytest.approx(force, rel=1e-8)
-    # Flattening: the curvature is that of the pressure, p0 = b r/(2 c).
+    # The pressure flattens the curvature r: p0 = b r/(2 c).
     assert float(p0) == pytest.approx(float(b) / BALL / (2 * STEEL), rel=1e-12)
 
 
-def test_no_force_no_pressure():
+def test_zero_force_gives_zero_pressure():
     assert float(hertz.point_contact_ellipse(0.0, STEEL, 1 / BALL, 1 / BALL)[2]) == 0.0
     assert float(hertz.line_contact_pressure(0.0, STEEL, 1 / BALL, 0.01)[1]) == 0.0
 
 
 @pytest.mark.parametrize("length_mm", [2.0, 10.0, 40.0])
-def test_line_contact_of_steel_against_iso_16281(length_mm):
+def test_line_contact_of_steel_agrees_with_iso_16281(length_mm):
     k_mm = float(hertz.line_stiffness(STEEL, length_mm * 1e-3)) * 1e-3 ** (10 / 9)
     one, two_in_series = 77651 * length_mm ** (8 / 9), 35948 * length_mm ** (8 / 9)
     assert k_mm == pytest.approx(one, rel=0.05)
@@ -142,20 +142,20 @@ def test_conformity_of_a_ball_in_its_bore():
     assert cos_tau[3] > 1.0
 
 
-def test_interference_is_held_at_the_cap():
+def test_stiffness_is_constant_beyond_the_conformity_limit():
     bore = BALL + np.array([1e-6, 0.35e-6, 0.1e-6, 0.0, -0.1e-6, -5e-6])
     stiffness = hertz.point_stiffness(STEEL, 1 / BALL - 1 / bore, 1 / BALL)
     assert np.all(np.isfinite(stiffness))
     assert np.all(np.diff(stiffness[:2]) > 0)
     np.testing.assert_allclose(stiffness[2:], stiffness[2], rtol=1e-12)
-    # No jump on the way into the cap.
+    # The stiffness is continuous at the limit.
     edge = BALL / (1 - 2 * (1 - hertz.CONFORMITY_LIMIT) / (2 - hertz.CONFORMITY_LIMIT) * np.array([1.001, 0.999]))
     around = hertz.point_stiffness(STEEL, 1 / BALL - 1 / edge, 1 / BALL)
     assert around[1] == pytest.approx(around[0], rel=1e-2)
 
 
 @given(st.floats(0.0, 0.9999), st.floats(0.1, 10.0), st.floats(0.1, 10.0))
-def test_point_stiffness_scales(cos_tau, softer, larger):
+def test_point_stiffness_scales_with_compliance_and_size(cos_tau, softer, larger):
     r1, r2 = curvatures(cos_tau)
     base = float(hertz.point_stiffness(STEEL, r1, r2))
     assert float(hertz.point_stiffness(softer * STEEL, r1, r2)) == pytest.approx(base / softer, rel=1e-12)

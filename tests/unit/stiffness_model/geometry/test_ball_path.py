@@ -1,4 +1,4 @@
-"""The ball path, the gear profile and what of it exists."""
+"""The ball path, the gear profile and its usable part."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ def cartesian(lobes: int, beta):
 
 
 @pytest.mark.parametrize(("lobes", "degrees"), [(28, 103.888), (30, 91.426)])
-def test_profile_cuts_itself(lobes, degrees):
+def test_usable_limit_of_the_paper_s_profiles(lobes, degrees):
     assert math.degrees(usable_limit(path(lobes), BALL)) == pytest.approx(degrees, abs=5e-4)
 
 
 @pytest.mark.parametrize("lobes", [28, 30])
-def test_crossing_lies_on_the_line_between_two_lobes(lobes):
+def test_profile_intersects_itself_on_the_line_between_two_lobes(lobes):
     limit = usable_limit(path(lobes), BALL)
     x, y = path(lobes).point(limit, BALL)
     assert math.atan2(y, x) == pytest.approx(math.pi / lobes, abs=1e-12)
@@ -50,7 +50,7 @@ def test_crossing_lies_on_the_line_between_two_lobes(lobes):
     assert np.all(np.arctan2(before[:, 1], before[:, 0]) < math.pi / lobes)
 
 
-def test_gentle_profile_exists_all_round():
+def test_profile_without_self_intersection_is_usable_everywhere():
     assert usable_limit(BallPath(48e-3, 0.1e-3, 10), 2e-3) == math.pi
     assert curvature_limit(BallPath(48e-3, 0.1e-3, 10), 2e-3) == math.pi
 
@@ -70,15 +70,15 @@ def test_greatest_pressure_angle(lobes, degrees):
 
 
 @pytest.mark.parametrize(("lobes", "degrees"), [(28, 138.8), (30, 133.0)])
-def test_undercut_by_curvature_starts_later_than_the_crossing(lobes, degrees):
+def test_undercut_by_curvature_starts_beyond_the_self_intersection(lobes, degrees):
     undercut = math.degrees(curvature_limit(path(lobes), BALL))
     assert undercut == pytest.approx(degrees, abs=0.05)
     assert undercut > math.degrees(usable_limit(path(lobes), BALL)) + 30
 
 
 @pytest.mark.parametrize("lobes", [28, 30])
-def test_path_is_at_the_elements_distance_from_the_eccentric(lobes):
-    # The triangle axis - eccentric - element, whose angle at the axis is beta.
+def test_path_keeps_the_centre_distance_from_the_eccentric(lobes):
+    # Triangle of axis, eccentric and element; its angle at the axis is beta.
     distance = np.abs(path(lobes).radius(BETA) - ECCENTRICITY * np.exp(1j * BETA))
     np.testing.assert_allclose(distance, CENTRE_DISTANCE, rtol=1e-14)
 
@@ -90,7 +90,7 @@ def test_slopes_are_derivatives():
 
 
 @pytest.mark.parametrize("lobes", [28, 30])
-def test_normal_is_square_to_the_path_and_points_outwards(lobes):
+def test_normal_is_perpendicular_to_the_path_and_points_outwards(lobes):
     n_r, n_t = path(lobes).normal(BETA)
     tangent = difference(lambda b: cartesian(lobes, b), BETA)
     normal = (n_r + 1j * n_t) * np.exp(1j * BETA / lobes)
@@ -107,7 +107,7 @@ def test_reversing_drive_meets_the_mirrored_flank():
 
 
 @pytest.mark.parametrize("lobes", [28, 30])
-def test_curvature_against_differences(lobes):
+def test_curvature_agrees_with_finite_differences(lobes):
     h = 1e-4
     before, here, after = (cartesian(lobes, BETA + s) for s in (-h, 0.0, h))
     first, second = (after - before) / (2 * h), (after - 2 * here + before) / h**2
@@ -125,33 +125,33 @@ def test_profile_is_the_equidistant():
 @pytest.mark.parametrize(
     ("radius", "surface"),
     [
-        (10.0, -1 / 17),  # hollow: the gear's groove has the radius rho + q
-        (-10.0, 1 / 3),  # humped: |rho| - q
+        (10.0, -1 / 17),  # concave: the gear's groove has the radius rho + q
+        (-10.0, 1 / 3),  # convex: |rho| - q
         (math.inf, 0.0),
     ],
 )
-def test_profile_curvature_of_circles_and_the_straight(radius, surface):
+def test_profile_curvature_of_circles_and_a_straight_line(radius, surface):
     assert float(profile_curvature(1 / radius, 7.0)) == pytest.approx(surface, rel=1e-14)
 
 
 @given(st.floats(-1e3, 1e3))
-def test_wrap_keeps_the_angle_and_its_interval(angle):
+def test_wrapped_angle_has_the_same_direction(angle):
     wrapped = float(wrap(angle))
     assert -math.pi < wrapped <= math.pi
     assert math.isclose(math.cos(wrapped), math.cos(angle), abs_tol=1e-10)
     assert math.isclose(math.sin(wrapped), math.sin(angle), abs_tol=1e-10)
 
 
-def test_at_most_21_elements_fit_in_table_i():
+def test_21_elements_fit_side_by_side_in_table_i():
     assert max_elements_on_circle(48e-3, 7e-3) == 21
 
 
 @given(st.floats(1e-4, 0.3))
-def test_elements_fit_by_their_chord(radius):
+def test_greatest_number_of_elements_follows_from_their_chord(radius):
     most = max_elements_on_circle(1.0, radius)
     assert 2 * math.sin(math.pi / most) >= 2 * radius * (1 - 1e-9)
     assert 2 * math.sin(math.pi / (most + 1)) < 2 * radius * (1 + 1e-9)
 
 
-def test_elements_that_just_fit_count():
+def test_elements_that_touch_each_other_fit():
     assert max_elements_on_circle(1.0, math.sin(math.pi / 6)) == 6

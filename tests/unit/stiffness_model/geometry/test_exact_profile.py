@@ -9,7 +9,6 @@ import pytest
 
 import stiffness_model as sm
 from stiffness_model.contact.element_contacts import build_contacts
-from stiffness_model.contact.inertia import element_mass, inertia_force
 from stiffness_model.contact.usable_elements import is_usable
 from stiffness_model.drawing import sampling
 from stiffness_model.equilibrium.closed_form import solve
@@ -76,43 +75,3 @@ def test_a_tiny_element_displacement_makes_no_difference() -> None:
     twist = [1e-4 * drive.max_twist * drive.ratio]
     one, other = (solve(build_contacts(d, deviations)[keep], twist) for d in (drive, exact))
     np.testing.assert_allclose(other.output_torque, one.output_torque, rtol=1e-3, atol=1e-4 * one.output_torque.max())
-
-
-@pytest.mark.parametrize("lobes", [28, 30])
-def test_inertia_is_mass_times_the_acceleration_of_the_orbit(lobes: int) -> None:
-    """Positions in the fixed frame over time, differenced twice."""
-    drive = sm.load_drive("drive_1", lobes=lobes, inertia="on", crank_speed="3000 rpm")
-    speed, h = drive.beyond.crank_speed, 2e-6
-    beta = np.linspace(-1.5, 1.5, 13)
-    cage = speed / drive.ratio
-
-    def place(time: float) -> np.ndarray:
-        # The element's own angle is that of the cage; beta is the crank's angle past it.
-        own, crank = cage * time, beta + speed * time
-        return drive.path.radius(crank - own) * np.exp(1j * own)
-
-    acceleration = (place(h) - 2 * place(0.0) + place(-h)) / h**2
-    force = -element_mass(drive, np.full(13, 7e-3)) * acceleration
-    ours = inertia_force(drive, beta, np.full(13, 7e-3))
-    np.testing.assert_allclose(ours, np.stack([force.real, force.imag], axis=1), atol=2e-5)
-    assert ours[6, 0] == pytest.approx(0.9, abs=0.12)
-
-
-def test_inertia_goes_with_the_square_of_the_speed_and_needs_its_switch() -> None:
-    beta, radius = np.array([0.3, 1.0]), np.full(2, 7e-3)
-    slow, fast = (
-        inertia_force(sm.load_drive("drive_2", inertia="on", crank_speed=v), beta, radius) for v in (100.0, 300.0)
-    )
-    np.testing.assert_allclose(fast, 9 * slow, rtol=1e-12)
-    assert not np.any(inertia_force(sm.load_drive("drive_2", crank_speed=300.0), beta, radius))
-
-
-def test_a_roller_as_long_as_it_is_thick_weighs_three_halves_of_its_ball() -> None:
-    """Archimedes, On the Sphere and Cylinder; and a ball of 14 mm and 7810 kg/m3 weighs 11.2 g."""
-    radius = np.array([5e-3, 7e-3])
-    ball = element_mass(sm.load_drive("drive_1"), radius)
-    roller = [
-        element_mass(sm.load_drive("drive_1", element="roller", element_length=2 * r), np.array(r)) for r in radius
-    ]
-    np.testing.assert_allclose(roller, 1.5 * ball, rtol=1e-12)
-    assert ball[1] == pytest.approx(11.22e-3, rel=1e-3)
