@@ -1,6 +1,7 @@
 """What a diagnosis writes.
 
-* `corrected_model` and `gap`: the model with the effects found, and how far the gap shrank; `location`, `play`: where
-  the rest lies, and sizes without a drawing.
-* `page`, `figures`, `text`: report.html; `files`: all of it, or nothing.
+* `corrected_model`, `gap`: the model with the missing effects, and how far it closes the gap; `location`: where a gap
+  lies; `play`: clearances without a drawing.
+* `summary`, `assemble`: the conclusion in words, and diagnosis.json.
+* `page`, `figures`, `text`: report.html; `files`: all files, or none.
 """

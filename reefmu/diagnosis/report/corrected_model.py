@@ -1,4 +1,4 @@
-"""The corrected model: base curve and effects found, as `reefmu.simulate` and an FMU run them."""
+"""The corrected model: the base curve with the missing effects, as `reefmu.simulate` and an FMU run it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..preprocessing.trace import Trace
 
 
 def corrected_model(problem: Problem, chosen: Fit) -> DriveModel:
-    """The drive model with the effects found inside, as model.toml holds it."""
+    """The drive model with the effects of a fit, as model.toml holds it."""
     base, layout = problem.base, problem.layout(chosen.names)
     effects = layout.by_effect(chosen.parameters)
     table = tabulate_base(base, chosen.parameters[layout.shape])
@@ -28,14 +28,14 @@ def corrected_model(problem: Problem, chosen: Fit) -> DriveModel:
 
 
 def denoised_record(trace: Trace, zero: float) -> tuple[Record, Array]:
-    """The record as the fit saw it, and the jitter (n,), rad, that was taken out of its twist.
+    """The record as it was fitted, and the noise (n,), rad, that was removed from its twist.
 
-    Paths and speeds are without the angles' noise, and the twist's arbitrary zero, rad, is taken out at the output. The
-    elastic torque sees the noise: it counts through the stiffness.
+    Angles and speeds are without their noise. zero: rad, arbitrary zero of the twist, which is removed at the output.
+    The noise of the twist reaches the torque through the stiffness.
     """
     crank, output = trace.crank, trace.crank / trace.ratio - trace.smooth_twist
     if np.ptp(trace.output) == 0 and np.ptp(crank) > 0:
-        # A locked output stands still, however its twist is told from its noise.
+        # A locked output stands still, whatever was removed from its twist as noise.
         crank, output = trace.ratio * (trace.smooth_twist + trace.output), trace.output
     record = make_record(
         {
@@ -48,13 +48,14 @@ def denoised_record(trace: Trace, zero: float) -> tuple[Record, Array]:
         },
         "conditioned record",
     )
-    # No effect asks for the crank's own speed, so that those of twist and output are both as they were fitted.
+    # No effect depends on the speed of the crank alone, so that it follows from those of twist and output as fitted.
     speeds = np.stack([trace.ratio * (trace.output_speed + trace.twist_rate), trace.output_speed], axis=1)
     return replace(record, speeds=speeds), trace.twist - trace.smooth_twist
 
 
 def simulated_torque(model: DriveModel, trace: Trace, zero: float) -> Array:
-    """What the sensor would read (n,), N.m, by `reefmu.simulate` of a model over the record."""
-    record, jitter = denoised_record(trace, zero)
+    """Torque (n,), N.m, that the sensor would measure, from `reefmu.simulate` over the record; zero: rad, of the
+    twist."""
+    record, noise = denoised_record(trace, zero)
     response = simulate_record(model, record)
-    return response["measured.tau"] + response["stiffness"] * jitter
+    return response["measured.tau"] + response["stiffness"] * noise

@@ -1,4 +1,4 @@
-"""Pictures of a diagnosis as inline SVG: drawn without pyplot, so that no window system is asked."""
+"""Figures of a diagnosis as inline SVG, drawn without pyplot, which would look for a window system."""
 
 from __future__ import annotations
 
@@ -15,20 +15,24 @@ from numpy.typing import NDArray
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import ARCMIN
 
+from ..estimation.held_out import held_out_blocks
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import predicted_scatter
 from ..schema import Gap
-from .gap import held_out_blocks
 from .location import block_coordinates
 
 MEASURED, BEFORE, AFTER, NOISE, SCATTER = "#333333", "#c2452d", "#1f6fb2", "#bbbbbb", "#55a868"
-MOST_POINTS = 1500
+"""Colours of measured values, of the model without and with effects, of the noise and of the tolerance scatter."""
+MAX_POINTS = 1500
+"""Points of a curve that are drawn at most, which bounds the size of the page; chosen by judgement."""
+MIN_SCATTER_SIZE = 0.1
+"""Scatter size from which the residual is also drawn without the scatter; chosen by judgement."""
 
 
 def svg(name: str, draw: Callable[[Axes], None], width: float = 6.2, height: float = 3.5) -> str:
-    """One picture as an <svg> element; name: what it shows, for those who cannot see it."""
-    # Ids made from the name: no two pictures of a page share one, and the same diagnosis gives the same page.
+    """One figure as an <svg> element; name: what it shows, for screen readers; width, height: inches."""
+    # Ids are hashed from the name, so that figures of a page share none and the same diagnosis gives the same page.
     with rc_context({"svg.hashsalt": name}):
         figure = Figure(figsize=(width, height), layout="constrained")
         axes = figure.add_subplot()
@@ -41,20 +45,20 @@ def svg(name: str, draw: Callable[[Axes], None], width: float = 6.2, height: flo
         buffer = io.StringIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = re.sub(r"<metadata>.*?</metadata>", "", buffer.getvalue(), flags=re.DOTALL)
-    # Only the element itself: an XML head has no place in HTML.
+    # HTML takes only the element, without the XML declaration.
     return re.sub(r"^.*?(?=<svg )<svg ", f'<svg role="img" aria-label="{name}" ', text, flags=re.DOTALL)
 
 
 def curve_figure(problem: Problem, base: Fit, chosen: Fit) -> str:
-    """Torque over twist: measured, model before and after, in the run with the widest loop."""
+    """Torque over twist in the run with the widest twist: measured, and the model without and with effects."""
     _, inside = widest_run(problem)
     x = _twist(problem, chosen)[inside]
 
     def draw(axes: Axes) -> None:
         axes.plot(x, problem.torque[inside], ".", ms=3, color=MEASURED, label="measured")
-        axes.plot(x, base.prediction.torque[inside], "-", lw=1.2, color=BEFORE, label=_before(problem))
+        axes.plot(x, base.prediction.torque[inside], "-", lw=1.2, color=BEFORE, label=_base_label(problem))
         if chosen.names:
-            axes.plot(x, chosen.prediction.torque[inside], "-", lw=1.2, color=AFTER, label=_with(chosen))
+            axes.plot(x, chosen.prediction.torque[inside], "-", lw=1.2, color=AFTER, label=_effects_label(chosen))
         _label(axes, "twist [arcmin]", "torque [N.m]")
         _legend(axes)
 
@@ -62,28 +66,30 @@ def curve_figure(problem: Problem, base: Fit, chosen: Fit) -> str:
 
 
 def loop_figure(problem: Problem, base: Fit, chosen: Fit) -> str:
-    """The same run less the model before: the loops that a curve of full size hides."""
+    """The same run less the model without effects, which shows loops that the whole curve conceals."""
     _, inside = widest_run(problem)
     x, zero = _twist(problem, chosen)[inside], base.prediction.torque[inside]
 
     def draw(axes: Axes) -> None:
         axes.axhspan(-2 * _noise(problem), 2 * _noise(problem), color=NOISE, alpha=0.5, lw=0, label="noise, 95 %")
-        axes.axhline(0, lw=1.2, color=BEFORE, label=_before(problem))
+        axes.axhline(0, lw=1.2, color=BEFORE, label=_base_label(problem))
         axes.plot(x, problem.torque[inside] - zero, ".", ms=3, color=MEASURED, label="measured")
         if chosen.names:
-            axes.plot(x, chosen.prediction.torque[inside] - zero, "-", lw=1.2, color=AFTER, label=_with(chosen))
-        _label(axes, "twist [arcmin]", "torque less model [N.m]")
+            axes.plot(
+                x, chosen.prediction.torque[inside] - zero, "-", lw=1.2, color=AFTER, label=_effects_label(chosen)
+            )
+        _label(axes, "twist [arcmin]", "torque - model without effects [N.m]")
         _legend(axes)
 
-    return svg("what the model without effects leaves, over the twist", draw)
+    return svg("residual of the model without effects over the twist", draw)
 
 
 def widest_run(problem: Problem) -> tuple[int, NDArray[np.intp]]:
-    """The run of the widest twist: its number and its blocks, thinned."""
+    """The run with the widest twist: its number and its blocks, the first `MAX_POINTS` of them."""
     runs = problem.trace.run[problem.blocks.first]
     twist = problem.blocks.mean(problem.trace.twist)
     widest = max(np.unique(runs), key=lambda r: float(np.ptp(twist[runs == r])))
-    return int(widest), np.flatnonzero(runs == widest)[:MOST_POINTS]
+    return int(widest), np.flatnonzero(runs == widest)[:MAX_POINTS]
 
 
 def _twist(problem: Problem, chosen: Fit) -> Array:
@@ -94,16 +100,16 @@ def _noise(problem: Problem) -> float:
     return float(np.sqrt(np.mean(problem.block_variance)))
 
 
-def _before(problem: Problem) -> str:
+def _base_label(problem: Problem) -> str:
     return "model as drawn" if problem.base.drive is not None else f"{problem.base.kind} alone"
 
 
-def _with(chosen: Fit) -> str:
+def _effects_label(chosen: Fit) -> str:
     return "with the effect" if len(chosen.names) == 1 else "with the effects"
 
 
 def _legend(axes: Axes) -> None:
-    """Above the axes, where it covers no data."""
+    """A legend above the axes, where it covers no data."""
     axes.legend(
         fontsize=9,
         frameon=False,
@@ -122,7 +128,7 @@ def _label(axes: Axes, x: str, y: str) -> None:
 
 
 def residual_figure(problem: Problem, base: Fit, chosen: Fit, coordinate: str) -> str:
-    """Residual before and after over the coordinate where the gap lives, against the noise."""
+    """Residual without and with effects over a coordinate, beside the noise."""
     places = block_coordinates(problem)
     crank = np.degrees(problem.blocks.mean(problem.trace.crank)) % 360
     x, unit = {"crank_angle": (crank, "deg"), "direction": (problem.torque, "N.m")}.get(
@@ -131,7 +137,7 @@ def residual_figure(problem: Problem, base: Fit, chosen: Fit, coordinate: str) -
     before, after = problem.torque - base.prediction.torque, problem.torque - chosen.prediction.torque
     noise = np.sqrt(problem.block_variance)
     going = np.sign(problem.blocks.mean(problem.trace.twist_rate))
-    step = max(1, len(x) // MOST_POINTS)
+    step = max(1, len(x) // MAX_POINTS)
 
     def draw(axes: Axes) -> None:
         order = np.argsort(x)
@@ -156,11 +162,11 @@ def residual_figure(problem: Problem, base: Fit, chosen: Fit, coordinate: str) -
         _label(axes, f"{name} [{unit}]", "measured - model [N.m]")
         _legend(axes)
 
-    return svg("where the gap lies", draw)
+    return svg("residual over the coordinate in which the gap lies", draw)
 
 
 def time_figure(problem: Problem, base: Fit, chosen: Fit) -> str:
-    """Residuals sample by sample; what was held out is shaded."""
+    """Residual by blocks in the order of the record; blocks that were held out are shaded."""
     before, after = problem.torque - base.prediction.torque, problem.torque - chosen.prediction.torque
     held = held_out_blocks(problem)
 
@@ -169,7 +175,7 @@ def time_figure(problem: Problem, base: Fit, chosen: Fit) -> str:
         axes.plot(k, before, lw=0.6, color=BEFORE, label="before")
         if chosen.names:
             axes.plot(k, after, lw=0.6, color=AFTER, label="after")
-            if len(chosen.weighting.eigenvalues) and chosen.weighting.size > 0.1:
+            if len(chosen.weighting.eigenvalues) and chosen.weighting.size > MIN_SCATTER_SIZE:
                 axes.plot(
                     k,
                     after - predicted_scatter(problem, chosen, after),
@@ -185,16 +191,16 @@ def time_figure(problem: Problem, base: Fit, chosen: Fit) -> str:
         _legend(axes)
         axes.margins(x=0.01)
 
-    return svg("the gap through the record", draw, 12.6, 3.2)
+    return svg("residual over the record", draw, 12.6, 3.2)
 
 
 def gap_figure(gap: Gap, named: bool) -> str:
-    """Bars of the gap before and after against the noise."""
+    """Bars of the gap without and with effects, beside the noise; named: whether effects are named."""
     rows = [("before" if named else "gap", gap.before, BEFORE)]
     if named:
         rows.append(("after", gap.after, AFTER))
     if gap.after_own_scatter is not None and gap.after_own_scatter < 0.9 * gap.after:
-        rows.append(("less this drive's\nown scatter", gap.after_own_scatter, SCATTER))
+        rows.append(("without this\ndrive's scatter", gap.after_own_scatter, SCATTER))
     if named and gap.held_out_before is not None and gap.held_out_after is not None:
         rows += [("held out, before", gap.held_out_before, BEFORE), ("held out, after", gap.held_out_after, AFTER)]
 
@@ -209,4 +215,4 @@ def gap_figure(gap: Gap, named: bool) -> str:
         _label(axes, "gap, rms [N.m]", "")
         axes.set_xlim(0, 1.15 * max(gap.noise, *(r[1] for r in rows)))
 
-    return svg("the gap before and after, against the noise", draw)
+    return svg("the gap before and after, beside the noise", draw)

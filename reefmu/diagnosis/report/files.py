@@ -1,4 +1,4 @@
-"""What a diagnosis leaves on disk: diagnosis.json, report.html and the corrected model, all of them or none."""
+"""The files of a diagnosis: diagnosis.json, report.html and model.toml, all of them or none."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from .corrected_model import corrected_model
 
 
 def write_results(found: Analysis | Diagnosis, out: str | os.PathLike[str]) -> None:
-    """Write into the folder `out`, which is made if need be.
+    """Write diagnosis.json, report.html and model.toml into the folder `out`, which is created if necessary.
 
-    diagnosis.json, report.html and, but for a record that allows no diagnosis, model.toml: the base model with what
-    was found inside. Raises `InputError` if the folder cannot be written.
+    model.toml is the base curve with the missing effects; a record that allows no diagnosis has none. Raises
+    `InputError` if the folder cannot be written.
     """
+    # Drawing the page loads matplotlib.
     from .page import report_html
 
     diagnosis = found.diagnosis if isinstance(found, Analysis) else found

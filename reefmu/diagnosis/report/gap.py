@@ -1,6 +1,6 @@
-"""The gap between model and record, before and after, on all of it and on a regime that was not fitted.
+"""The gap between model and record, before and after, over the whole record and over runs that were not fitted.
 
-Every figure is of the model that goes out, run by `reefmu.simulate`; the engine that fits has no part in it.
+Every value is of the model that is written, run by `reefmu.simulate`, and independent of the predictor that fits.
 """
 
 from __future__ import annotations
@@ -20,15 +20,19 @@ from .corrected_model import corrected_model, simulated_torque
 
 
 def measure_gap(problem: Problem, base: Fit, chosen: Fit, held: Sequence[Fit]) -> Gap:
-    """Root mean squares over all samples, N.m; held: `fits_without_held_out` of both, none where nothing is named."""
+    """The gap over all samples.
+
+    base, chosen: fits without and with the named effects; held: the same fitted without the runs held out
+    (`fits_without_held_out`), empty where no effect is named.
+    """
     samples = np.repeat(held_out_blocks(problem), problem.blocks.count.astype(int))
     slope = chosen.prediction.slope
     noise = float(np.sqrt(np.average(problem.noise.variance(slope), weights=problem.blocks.count)))
-    before = after = residual(problem, base)
+    before = after = simulated_residual(problem, base)
     held_before = held_after = _rms(before[samples])
     if held:
-        after = residual(problem, chosen)
-        held_before, held_after = (_rms(residual(problem, found)[samples]) for found in held)
+        after = simulated_residual(problem, chosen)
+        held_before, held_after = (_rms(simulated_residual(problem, found)[samples]) for found in held)
     own = own_scatter(problem, chosen)
     return Gap(
         _rms(before),
@@ -41,15 +45,15 @@ def measure_gap(problem: Problem, base: Fit, chosen: Fit, held: Sequence[Fit]) -
 
 
 def own_scatter(problem: Problem, found: Fit) -> Array | None:
-    """The likeliest scatter (n,), N.m, of this one drive at all samples; None where nothing scatters."""
+    """The likeliest scatter (n,), N.m, of this one drive at all samples; None without a drawing."""
     if problem.scatter is None or not len(found.weighting.eigenvalues):
         return None
     rest = problem.torque - found.prediction.torque
     return np.repeat(predicted_scatter(problem, found, rest), problem.blocks.count.astype(int))
 
 
-def residual(problem: Problem, found: Fit) -> Array:
-    """Measured less simulated torque of all samples, (n,) N.m."""
+def simulated_residual(problem: Problem, found: Fit) -> Array:
+    """Measured less simulated torque (n,), N.m, at all samples."""
     return problem.trace.torque - simulated_torque(
         corrected_model(problem, found), problem.trace, float(found.parameters[0])
     )

@@ -1,4 +1,4 @@
-"""report.html: one page that a test engineer reads in a minute, then the details. No network, no scripts."""
+"""report.html: the diagnosis on the first screen, then figures and details; without network access or scripts."""
 
 from __future__ import annotations
 
@@ -39,31 +39,31 @@ figure,.card,tr,.caution{break-inside:avoid}.cards{grid-template-columns:repeat(
 
 
 def report_html(found: Analysis | Diagnosis) -> str:
-    """The page, as text."""
-    d = found.diagnosis if isinstance(found, Analysis) else found
+    """The page as HTML."""
+    diagnosis = found.diagnosis if isinstance(found, Analysis) else found
     source = found.record.source if isinstance(found, Analysis) else ""
     parts = [
         f"<h1>Diagnosis{' of ' + escape(file_name(source)) if source else ''}</h1>",
-        f"<div><span class='verdict {d.verdict}'>{d.verdict}</span>"
-        f"<span class=meaning>{MEANING[d.verdict]}</span></div>",
-        f"<p class=lead>{escape(d.sentence)}</p>",
-        _cards(d),
-        _cautions(d),
+        f"<div><span class='verdict {diagnosis.verdict}'>{diagnosis.verdict}</span>"
+        f"<span class=meaning>{MEANING[diagnosis.verdict]}</span></div>",
+        f"<p class=lead>{escape(diagnosis.sentence)}</p>",
+        _cards(diagnosis),
+        _cautions(diagnosis),
     ]
     if isinstance(found, Analysis):
-        parts += _pictures(found)
-    parts += [_effect(effect) for effect in d.effects]
-    if d.alternatives:
-        titles = {"ambiguous": "What else it could be", "unknown": "What it could be, beside this drive's tolerances"}
-        title = titles.get(d.verdict, "What this drive's tolerances may hide")
-        parts += _list(title, [_names(a) for a in d.alternatives])
-    parts += _list("What to measure next", d.next_experiment)
-    parts += _details(d)
+        parts += _figures(found)
+    parts += [_effect(effect) for effect in diagnosis.effects]
+    if diagnosis.alternatives:
+        titles = {"ambiguous": "Other explanations", "unknown": "Explanations together with this drive's tolerances"}
+        title = titles.get(diagnosis.verdict, "Effects that this drive's tolerances may mask")
+        parts += _list(title, [_names(a) for a in diagnosis.alternatives])
+    parts += _list("What to measure next", diagnosis.next_experiment)
+    parts += _details(diagnosis)
     if isinstance(found, Analysis):
-        parts += _workings(found)
+        parts += _method(found)
     return (
         "<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>"
-        f"<title>Diagnosis: {d.verdict}</title><style>{_STYLE}</style></head>"
+        f"<title>Diagnosis: {diagnosis.verdict}</title><style>{_STYLE}</style></head>"
         f"<body>{''.join(parts)}</body></html>\n"
     )
 
@@ -72,32 +72,33 @@ def _names(names: Sequence[str]) -> str:
     return " and ".join(f"{find_effect(n).title.lower()} ({n})" for n in names)
 
 
-# -- the first screen -----------------------------------------------------------------------------------------------
+# -- first screen -----------------------------------------------------------------------------------------------
 
 
-def _cards(d: Diagnosis) -> str:
-    gap, cards = d.gap, []
-    if d.verdict != "insufficient":
-        change = f"{gap.before:.3g} &rarr; {gap.after:.3g}" if d.effects else f"{gap.before:.3g}"
+def _cards(diagnosis: Diagnosis) -> str:
+    gap, cards = diagnosis.gap, []
+    if diagnosis.verdict != "insufficient":
+        change = f"{gap.before:.3g} &rarr; {gap.after:.3g}" if diagnosis.effects else f"{gap.before:.3g}"
         lines = [f"<p class=big>{change} N.m</p>", f"<p>noise {gap.noise:.3g} N.m</p>"]
-        if d.effects and gap.held_out_before is not None and gap.held_out_after is not None:
-            lines.append(f"<p>on runs held out {gap.held_out_before:.3g} &rarr; {gap.held_out_after:.3g} N.m</p>")
+        if diagnosis.effects and gap.held_out_before is not None and gap.held_out_after is not None:
+            lines.append(f"<p>in runs held out {gap.held_out_before:.3g} &rarr; {gap.held_out_after:.3g} N.m</p>")
         cards.append(("Gap between model and record, rms", lines))
-    if d.effects:
+    if diagnosis.effects:
         cards.append(
             (
-                "One of several that fit" if d.verdict == "ambiguous" else "What is missing",
+                "One of several explanations" if diagnosis.verdict == "ambiguous" else "What is missing",
                 [
                     f"<p><b>{escape(find_effect(e.name).title)}</b><br>{escape(main_parameter_text(e))}</p>"
-                    for e in d.effects
+                    for e in diagnosis.effects
                 ],
             )
         )
-    elif d.remainder > 0 and d.verdict == "unknown":
-        place = f"<p>mostly at {escape(location_text(d.remainder_where[0]))}</p>" if d.remainder_where else ""
-        cards.append(("What is missing has no name here", [f"<p class=big>{d.remainder:.3g} N.m</p>{place}"]))
-    if d.next_experiment and d.verdict != "insufficient":
-        cards.append(("Measure next", [f"<p>{escape(d.next_experiment[0])}</p>"]))
+    elif diagnosis.remainder > 0 and diagnosis.verdict == "unknown":
+        lines = [f"<p class=big>{diagnosis.remainder:.3g} N.m</p>"]
+        lines += [f"<p>mostly over {escape(location_text(location))}</p>" for location in diagnosis.remainder_where[:1]]
+        cards.append(("Explained by no known effect", lines))
+    if diagnosis.next_experiment and diagnosis.verdict != "insufficient":
+        cards.append(("Measure next", [f"<p>{escape(diagnosis.next_experiment[0])}</p>"]))
     return (
         "<div class=cards>"
         + "".join(f"<div class=card><h3>{title}</h3>{''.join(lines)}</div>" for title, lines in cards)
@@ -105,24 +106,21 @@ def _cards(d: Diagnosis) -> str:
     )
 
 
-def _cautions(d: Diagnosis) -> str:
-    lines = cautions(d)
-    return (
-        ""
-        if not lines
-        else (
-            "<div class=caution><b>Mind</b><ul>" + "".join(f"<li>{escape(line)}</li>" for line in lines) + "</ul></div>"
-        )
-    )
+def _cautions(diagnosis: Diagnosis) -> str:
+    lines = cautions(diagnosis)
+    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
+    return f"<div class=caution><b>Caution</b><ul>{items}</ul></div>" if lines else ""
 
 
-def _pictures(found: Analysis) -> list[str]:
+def _figures(found: Analysis) -> list[str]:
     from . import figures
 
-    d, problem = found.diagnosis, found.evidence.problem
+    diagnosis, problem = found.diagnosis, found.evidence.problem
     base, chosen = found.evidence.search.base, found.conclusion.chosen
-    where = d.where[0].coordinate if d.where else "torque"
-    place = f", {100 * d.where[0].share:.0f} % of it over the {location_text(d.where[0])}" if d.where else ""
+    coordinate, place = "torque", ""
+    if diagnosis.where:
+        first = diagnosis.where[0]
+        coordinate, place = first.coordinate, f", {100 * first.share:.0f} % of it over the {location_text(first)}"
     return [
         "<div class=row>",
         _figure(
@@ -131,15 +129,15 @@ def _pictures(found: Analysis) -> list[str]:
         ),
         _figure(
             figures.loop_figure(problem, base, chosen),
-            "The same run less the model without effects: what the model does not know.",
+            "The same run less the model without effects.",
         ),
-        _figure(figures.residual_figure(problem, base, chosen, where), f"Where the gap lies{escape(place)}."),
+        _figure(figures.residual_figure(problem, base, chosen, coordinate), f"Where the gap lies{escape(place)}."),
         _figure(
-            figures.gap_figure(d.gap, bool(chosen.names)),
-            "The gap against the noise. Held out: runs that a second fit did not see.",
+            figures.gap_figure(diagnosis.gap, bool(chosen.names)),
+            "The gap beside the noise. Held out: runs that a second fit left out.",
         ),
         "</div>",
-        _figure(figures.time_figure(problem, base, chosen), "The gap through the record, run after run."),
+        _figure(figures.time_figure(problem, base, chosen), "Residual over the record, run after run."),
     ]
 
 
@@ -172,29 +170,35 @@ def _effect(effect: NamedEffect) -> str:
 # -- details --------------------------------------------------------------------------------------------------------
 
 
-def _details(d: Diagnosis) -> list[str]:
+def _details(diagnosis: Diagnosis) -> list[str]:
     parts = []
-    if d.where:
-        parts += ["<h2>Where the gap lies</h2>", _places(d.where)]
-    if d.remainder_where:
-        parts += [f"<h2>What is left: {d.remainder:.3g} N.m</h2>", _places(d.remainder_where)]
-    if d.not_candidates:
+    if diagnosis.where:
+        parts += ["<h2>Where the gap lies</h2>", _locations(diagnosis.where)]
+    if diagnosis.remainder_where:
         parts += [
-            "<h2>What this record cannot show</h2>",
-            _table(["effect", "why"], [[n, escape(t)] for n, t in d.not_candidates.items()]),
+            f"<h2>Where the remainder of {diagnosis.remainder:.3g} N.m lies</h2>",
+            _locations(diagnosis.remainder_where),
         ]
-    if d.indistinguishable:
+    if diagnosis.not_candidates:
         parts += [
-            "<h2>What this record cannot tell apart</h2>",
-            _table(["one", "the other", "what splits them"], [[a, b, escape(t)] for a, b, t in d.indistinguishable]),
+            "<h2>Effects that this record cannot show</h2>",
+            _table(["effect", "reason"], [[n, escape(t)] for n, t in diagnosis.not_candidates.items()]),
         ]
-    return parts + _list("Notes", d.notes)
+    if diagnosis.indistinguishable:
+        parts += [
+            "<h2>Effects that this record cannot tell apart</h2>",
+            _table(
+                ["effect", "other effect", "test that tells them apart"],
+                [[a, b, escape(t)] for a, b, t in diagnosis.indistinguishable],
+            ),
+        ]
+    return parts + _list("Notes", diagnosis.notes)
 
 
-def _places(places: Sequence[Location]) -> str:
+def _locations(locations: Sequence[Location]) -> str:
     return _table(
         ["coordinate", "strongest at", "share of the gap"],
-        [[p.coordinate.replace("_", " "), escape(p.region), f"{100 * p.share:.0f} %"] for p in places],
+        [[p.coordinate.replace("_", " "), escape(p.region), f"{100 * p.share:.0f} %"] for p in locations],
     )
 
 
@@ -209,19 +213,19 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f"<div class=table><table><tr>{top}</tr>{body}</table></div>"
 
 
-def _workings(found: Analysis) -> list[str]:
-    """How it was found: noise, scatter, the best sets with their costs, why sets were refused."""
-    problem, search, n = found.evidence.problem, found.evidence.search, found.evidence.problem.noise
-    kind = f"differences of {n.pairs} pairs of cycles" if n.repeated else "smoothness alone"
+def _method(found: Analysis) -> list[str]:
+    """Details of the method: noise, scatter, the best sets with their gains, why sets are not significant."""
+    problem, search, noise = found.evidence.problem, found.evidence.search, found.evidence.problem.noise
+    kind = f"differences of {noise.pairs} pairs of cycles" if noise.repeated else "smoothness alone"
     lines = [
         f"{len(found.record)} samples in {len(found.record.starts)} runs; base curve: {problem.base.kind} "
         f"{file_name(problem.base.source)}",
-        f"noise {n.torque:.3g} N.m and {quantity_text(n.twist, 'rad')}, integrated autocorrelation "
-        f"{n.correlation_time:.3g} samples, from {kind}",
+        f"noise {noise.torque:.3g} N.m and {quantity_text(noise.twist, 'rad')}, integrated autocorrelation "
+        f"{noise.correlation_time:.3g} samples, from {kind}",
     ]
     if problem.scatter is not None:
         lines.append(
-            f"size of the tolerance scatter: {found.diagnosis.base.get('scatter_size', 0):.2g} of the population's"
+            f"tolerance scatter: {found.diagnosis.base.get('scatter_size', 0):.2g} times that of the population"
         )
     rows = [
         [", ".join(f.names) or "none", f"{search.base.cost - f.cost:.0f}", f"{problem.excess_cost(f):.0f}"]
@@ -229,10 +233,12 @@ def _workings(found: Analysis) -> list[str]:
         for f in search.best[size][:4]
     ]
     reasons = [
-        f"{', '.join(j.fit.names)}: {name} {why}" for j in found.conclusion.tests for name, why in j.reasons.items()
+        f"{', '.join(test.fit.names)}: {name} {reason}"
+        for test in found.conclusion.tests
+        for name, reason in test.reasons.items()
     ]
     return [
-        *_list("How it was found", lines),
+        *_list("Method", lines),
         _table(["set of effects", "gain (-2 log likelihood)", "excess left"], rows),
-        *_list("Sets refused", reasons),
+        *_list("Sets that are not significant", reasons),
     ]

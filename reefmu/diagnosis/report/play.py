@@ -1,4 +1,4 @@
-"""Without a drawing a clearance is no length of a part: it is given as the play, rad at the output, that it makes."""
+"""Clearances without a drawing: given as the play that they make, an angle at the output, instead of a length."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ _UNITS = {"m": "rad", "m/K": "rad/K", "m/rad": "1"}
 
 
 def as_rotational_play(effect: NamedEffect, base: BaseCurve) -> NamedEffect:
-    """The effect with its lengths as plays to either side, by the base's lever; as it is where there is a drawing.
+    """The effect with its clearances, m, as play to either side, rad; unchanged where there is a drawing.
 
-    model.toml keeps the lengths, and states the lever beside them.
+    model.toml keeps the clearances and states the lever between the two.
     """
     if base.kind == "drawing":
         return effect

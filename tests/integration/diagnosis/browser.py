@@ -1,4 +1,4 @@
-"""A page in headless Chromium: what it looks like, what it measures, what it asks of the network."""
+"""A page in headless Chromium: its layout, and what it requests from the network."""
 
 from __future__ import annotations
 
@@ -32,8 +32,9 @@ addEventListener('load', () => {
 
 @dataclass(frozen=True)
 class Seen:
-    """width, height: of the window; page: width of the page; boxes: left, top, right, bottom; pictures: width,
-    height and number of paths of each; wide: what sticks out to the right; asked: addresses that were asked for.
+    """The layout of a page, in pixels. width, height: of the window; page: width of the page; verdict, lead, cards:
+    left, top, right, bottom; pictures: width, height and number of paths of each; wide: elements that overflow to the
+    right; asked: addresses requested.
     """
 
     width: float
@@ -48,26 +49,26 @@ class Seen:
 
 
 def look(page: Path, width: int, height: int, work: Path) -> Seen:
-    """Open a page in a window of this size."""
+    """Open a page in a window of this size; work: folder for temporary files."""
     copy, log = work / f"measured-{width}.html", work / f"net-{width}.json"
     copy.write_text(page.read_text("utf-8").replace("</body>", _MEASURE + "</body>"), "utf-8")
     dom = _chromium(work, f"--window-size={width},{height}", f"--log-net-log={log}", "--dump-dom", copy.as_uri())
     seen: dict[str, Any] = json.loads(re.search(r"<pre id=\"seen\">(.*?)</pre>", dom, re.DOTALL)[1])  # type: ignore[index]
     asked = set(re.findall(r'"url":"((?:https?|wss?):[^"]*)"', log.read_text("utf-8")))
-    # Chromium itself asks its maker for updates and dictionaries.
-    maker = ("google", "gstatic", "gvt1")
-    return Seen(**seen, asked=sorted(url for url in asked if not any(name in url.split("/")[2] for name in maker)))
+    # Chromium itself requests updates and dictionaries from its vendor.
+    vendor = ("google", "gstatic", "gvt1")
+    return Seen(**seen, asked=sorted(url for url in asked if not any(name in url.split("/")[2] for name in vendor)))
 
 
 def printed(page: Path, work: Path) -> bytes:
-    """The page as PDF, on the paper that it asks for."""
+    """The page as PDF, in the paper size of its style sheet."""
     target = work / "page.pdf"
     _chromium(work, "--no-pdf-header-footer", f"--print-to-pdf={target}", page.as_uri())
     return target.read_bytes()
 
 
 def screenshot(page: Path, target: Path, width: int, height: int) -> None:
-    """A picture of the page's first screen."""
+    """A screenshot of the first screen of a page."""
     _chromium(target.parent, f"--window-size={width},{height}", f"--screenshot={target}", page.as_uri())
 
 

@@ -1,4 +1,4 @@
-"""The report as a reader meets it: in a browser on a screen, on a narrow one and on paper; and its words."""
+"""The report in a browser, on screens and on paper, and its texts."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def page(found: Analysis, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @BROWSER
 @pytest.mark.parametrize(("width", "height"), [(1280, 800), (794, 1123), (500, 800)])
 def test_the_page_in_a_browser(page: Path, tmp_path: Path, width: int, height: int) -> None:
-    """A screen, a sheet of A4, a narrow window: nothing sticks out, all pictures are drawn, the verdict comes first."""
+    """On a screen, on a sheet of A4 and in a narrow window nothing overflows, and the verdict is visible at once."""
     seen = browser.look(page, width, height, tmp_path)
     assert seen.page <= seen.width
     assert seen.wide == []
@@ -81,7 +81,7 @@ def test_every_verdict_has_a_page(verdict: str) -> None:
     assert MADE.sentence in text
 
 
-def test_the_page_needs_nothing_else_and_names_no_folder(found: Analysis) -> None:
+def test_the_page_is_self_contained_and_shows_no_folder(found: Analysis) -> None:
     text = report_html(replace(found, record=replace(found.record, source="/home/somebody/a<b>.csv")))
     assert not re.search(r'(?:src|href)\s*=\s*(?!["\']#)', text.replace("xlink:href", "href"))
     assert "<script" not in text
@@ -90,18 +90,18 @@ def test_the_page_needs_nothing_else_and_names_no_folder(found: Analysis) -> Non
     assert text == report_html(replace(found, record=replace(found.record, source="/home/somebody/a<b>.csv")))
 
 
-def test_what_a_reader_must_mind() -> None:
+def test_cautions_of_the_report() -> None:
     (bound,) = cautions(MADE)
     assert "presliding" in bound
     assert "may lie beyond" in bound
     wide = replace(HYSTERESIS, parameters={"torque": Value(4.0, 0.0, 9.0, "N.m", "wide interval")})
-    assert "hardly known" in cautions(replace(MADE, effects=(wide,)))[0]
+    assert "its size is uncertain" in cautions(replace(MADE, effects=(wide,)))[0]
     sure = replace(MADE, effects=(replace(HYSTERESIS, parameters={"torque": Value(4.0, 3.9, 4.1, "N.m")}),))
     assert cautions(sure) == []
     assert "does not shrink" in cautions(replace(sure, gap=Gap(5.0, 5.5, 5.4)))[0]
-    assert "that the fit did not see" in cautions(replace(sure, gap=Gap(5.0, 1.0, 0.9, 5.0, 6.0)))[0]
+    assert "in runs that were not fitted" in cautions(replace(sure, gap=Gap(5.0, 1.0, 0.9, 5.0, 6.0)))[0]
     assert "2.2 times the noise; without" in cautions(replace(sure, gap=Gap(5.0, 2.0, 0.9, after_own_scatter=1.0)))[0]
 
 
-def test_names_of_several_files() -> None:
+def test_file_names_of_several_paths() -> None:
     assert file_name("/a/b.csv, C:\\c\\d.csv") == "b.csv, d.csv"
