@@ -102,6 +102,7 @@ def cautions(diagnosis: Diagnosis) -> list[str]:
             else f"; without the likeliest scatter of this drive, {own:.3g} N.m"
         )
         lines.append(
-            f"the gap that is left, {gap.after:.3g} N.m, is {gap.after / max(gap.noise, 1e-300):.1f} times the noise{why}"
+            f"the gap that is left, {gap.after:.3g} N.m, is {gap.after / max(gap.noise, 1e-300):.1f} times the noise"
+            f"{why}"
         )
     return lines
