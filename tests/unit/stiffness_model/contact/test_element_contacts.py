@@ -1,4 +1,4 @@
-"""Contacts of drawn elements: clearances, stiffness from the radii that meet, and the capped cases."""
+"""Contacts of drawn elements: gaps, stiffness from the radii in contact, capped cases, and the usable elements."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def deviations(drive: sm.Drive) -> sampling.Deviations:
 
 def eq_23(compliance: float, *curvatures: float) -> float:
     """K of eq. 23 from the four principal curvatures of the two bodies, in-plane ones first."""
-    in_plane, across = curvatures[0] + curvatures[1], curvatures[2] + curvatures[3]
-    cos_tau = abs(in_plane - across) / (in_plane + across)
-    total = in_plane + across
+    in_plane, normal_plane = curvatures[0] + curvatures[1], curvatures[2] + curvatures[3]
+    total = in_plane + normal_plane
+    cos_tau = abs(in_plane - normal_plane) / total
     return 1 / (3 / (4 * math.sqrt(2)) * compliance * math.sqrt(total * hertz.hertz_coefficient_exact(cos_tau) ** 3))
 
 
@@ -41,27 +41,27 @@ def test_stiffness_follows_eq_23(drive, deviations, k):
         values.ravel()[k] for values in (deviations.element, deviations.crank, deviations.cage, deviations.gear)
     )
     steel, plastic = 2 * STEEL_100CR6.compliance, STEEL_100CR6.compliance + PLA.compliance
-    # Across the plane crank and gear are straight, and so is the bore along its axis.
+    # Normal to the plane crank and gear are straight, and so is the bore along its axis.
     assert contacts.stiffness_crank[k] == pytest.approx(eq_23(steel, 1 / ball, 1 / crank, 1 / ball, 0), rel=1e-8)
     assert contacts.stiffness_cage[k] == pytest.approx(eq_23(plastic, 1 / ball, -1 / bore, 1 / ball, 0), rel=1e-8)
-    # The groove: the path's radius of curvature and the equidistant's distance, with the sign of a hollow.
+    # The groove's radius is the path's plus the equidistant's distance; concave surfaces count negative.
     groove = -1 / (1 / float(drive.path.curvature(contacts.beta[k])) + q)
     if abs(contacts.beta[k]) < drive.usable_limit:
         assert contacts.stiffness_gear[k] == pytest.approx(eq_23(plastic, 1 / ball, groove, 1 / ball, 0), rel=1e-8)
 
 
-def test_clearances(drive, deviations):
+def test_gaps_follow_from_the_radii(drive, deviations):
     contacts = build_contacts(drive, deviations)
     assert len(contacts) == 3 * 87
     np.testing.assert_allclose(contacts.gear_gap, (deviations.gear - deviations.element).ravel(), atol=1e-18)
     np.testing.assert_allclose(contacts.cage_gap, (deviations.cage - deviations.element).ravel(), atol=1e-18)
     np.testing.assert_allclose(contacts.radius_sum, (deviations.crank + deviations.element).ravel(), rtol=1e-15)
-    shifted = build_contacts(drive, deviations, clearance=5e-6)
-    np.testing.assert_allclose(shifted.gear_gap - contacts.gear_gap, 5e-6, rtol=1e-9)
-    np.testing.assert_array_equal(shifted.cage_gap, contacts.cage_gap)
+    loosened = build_contacts(drive, deviations, clearance=5e-6)
+    np.testing.assert_allclose(loosened.gear_gap - contacts.gear_gap, 5e-6, rtol=1e-9)
+    np.testing.assert_array_equal(loosened.cage_gap, contacts.cage_gap)
 
 
-def test_rollers_make_line_contacts():
+def test_rollers_have_line_contacts():
     drive = sm.load_drive("drive_3", element="roller", element_length="12 mm")
     contacts = build_contacts(drive, sampling.draw(drive, 0, 1, seed=4))
     assert contacts.exponent == 10 / 9
@@ -71,10 +71,10 @@ def test_rollers_make_line_contacts():
     assert not contacts.capped.any()
 
 
-def test_capped_where_ball_and_bore_nearly_fit():
+def test_stiffness_is_capped_where_ball_and_bore_conform():
     drive = sm.load_drive("drive_1", cage_offset="0 um")
     contacts = build_contacts(drive, sampling.draw(drive, 0, 16, seed=4))
-    # Ball 7 mm: cos(tau) = 0.9999 at 0.35 um between the radii.
+    # For a ball of 7 mm cos(tau) = 0.9999 at a gap of 0.35 um.
     close = contacts.cage_gap < 0.35e-6
     assert (contacts.capped == close).mean() > 0.995
     assert 0.6 < contacts.capped.mean() < 0.9
