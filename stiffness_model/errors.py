@@ -1,4 +1,4 @@
-"""What goes wrong with input: one small hierarchy, and "did you mean" for unknown names."""
+"""Errors and warnings about the input, checks that raise them, and suggestions for unknown names."""
 
 from __future__ import annotations
 
@@ -10,37 +10,36 @@ from collections.abc import Iterable
 
 
 class InputError(ValueError):
-    """The input is not usable. The message says what was expected, what came, and where."""
+    """The input is unusable; the message states what was expected, what was given, and where."""
 
 
 class UnknownNameError(InputError):
-    """A name (a field, a preset, an effect, a unit) that does not exist."""
+    """An unknown name of a field, preset, effect, unit or the like."""
 
 
 class DoesNotFitWarning(UserWarning):
-    """The drawing can be computed but not built: the bores of its elements overlap."""
+    """The drawing can be computed but not built, since the bores of its elements overlap."""
 
 
 class NotConvergedWarning(UserWarning):
-    """Some elements found no equilibrium; they count as no force. Results have their number."""
+    """Some elements found no equilibrium; their forces count as zero, and results state their number."""
 
 
-def warn_not_converged(count: int, whole: int, where: str, stacklevel: int = 3) -> None:
-    """One `NotConvergedWarning` if `count` of `whole` elements, each at its twists, found no equilibrium.
+def warn_not_converged(count: int, total: int, where: str, stacklevel: int = 3) -> None:
+    """Issue one `NotConvergedWarning` if `count` of `total` cases found no equilibrium.
 
     >>> import warnings
     >>> with warnings.catch_warnings(record=True) as caught:
     ...     warnings.simplefilter("always")
     ...     warn_not_converged(3, 200, "drive_1")
     >>> print(caught[0].message)
-    drive_1: 3 of 200 cases (an element at a twist) found no equilibrium and count as no force: the torque is too low; \
-smaller twists, interferences or yieldings than these bring them back
+    drive_1: 3 of 200 cases (an element at a twist) found no equilibrium and count as no force; the torque is too low; \
+reduce twists, interferences or compliances
     """
     if count:
         warnings.warn(
-            f"{where}: {count} of {whole} cases (an element at a twist) found no equilibrium and count as no "
-            "force: the torque is too low; smaller twists, interferences or yieldings than these bring them "
-            "back",
+            f"{where}: {count} of {total} cases (an element at a twist) found no equilibrium and count as no "
+            "force; the torque is too low; reduce twists, interferences or compliances",
             NotConvergedWarning,
             stacklevel=stacklevel,
         )
@@ -70,8 +69,8 @@ def refuse_unknown(kind: str, given: Iterable[str], known: Iterable[str], where:
             raise unknown_name(kind, name, names, where)
 
 
-def expect(condition: bool, expected: str, came: object, where: str) -> None:
-    """Raise `InputError` saying what was expected and what came, unless `condition` holds.
+def expect(condition: bool, expected: str, given: object, where: str) -> None:
+    """Raise `InputError` with what was expected and what was given, unless `condition` holds.
 
     >>> expect(False, "a positive length", -1.0, "crank_radius")
     Traceback (most recent call last):
@@ -79,11 +78,11 @@ def expect(condition: bool, expected: str, came: object, where: str) -> None:
     stiffness_model.errors.InputError: crank_radius: expected a positive length, got -1.0
     """
     if not condition:
-        raise InputError(f"{where}: expected {expected}, got {came!r}")
+        raise InputError(f"{where}: expected {expected}, got {given!r}")
 
 
 def expect_number(value: object, expected: str, where: str, *, low: float = -math.inf, high: float = math.inf) -> float:
-    """A finite float strictly between `low` and `high`, or `InputError`.
+    """The value as a finite float strictly between `low` and `high`. Raises `InputError` for others.
 
     >>> expect_number(3, "a positive number", "lobes", low=0)
     3.0
@@ -94,7 +93,7 @@ def expect_number(value: object, expected: str, where: str, *, low: float = -mat
 
 
 def expect_integer(value: object, expected: str, where: str, *, low: int = 1) -> int:
-    """An int not below `low`, from any integer (NumPy's too, but no truth value), or `InputError`.
+    """The value as an int of at least `low`; NumPy's integers are accepted, booleans are not. Raises `InputError`.
 
     >>> expect_integer(30, "a whole number of at least 1", "lobes")
     30

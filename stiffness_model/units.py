@@ -1,7 +1,7 @@
-"""Units at the edges: a drawing's "41 mm" becomes 0.041 and back. Inside, everything is SI.
+"""Units in drawings and command lines: "41 mm" becomes 0.041 and back. Internally, everything is in SI units.
 
-The table is short on purpose: these are the units of drawings of gears. Records of measurements, which come
-in any unit, are read with a units library (`reefmu.record`).
+The table is short on purpose: these are the units of gear drawings. Measured records, which come in any unit, are
+converted with a units library (`reefmu.record`).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ ARCMIN = math.pi / (180 * 60)
 """One arc minute in rad."""
 MICROMETRE = 1e-6
 REFERENCE_TEMPERATURE = 20.0
-"""degC at which parts have their drawn sizes (ISO 1)."""
+"""Temperature, degC, to which drawn sizes refer (ISO 1)."""
 
 UNITS: dict[str, dict[str, float]] = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9},
@@ -47,7 +47,7 @@ _SI = {
     "speed": "rad/s",
     "force": "N",
 }
-"""The unit of each quantity whose factor is 1."""
+"""The SI unit of each quantity, whose factor is 1."""
 _PREFERRED = {
     "length": ("mm", "um"),
     "pressure": ("GPa",),
@@ -72,10 +72,10 @@ def si_unit(quantity: str) -> str:
 
 
 def parse_quantity(value: object, quantity: str, where: str) -> float:
-    """The SI value of a text such as "41 mm"; a bare number from Python code is taken as SI.
+    """The SI value of a text such as "41 mm"; a number is taken as SI.
 
-    A quantity of a units library that has `to(unit).magnitude`, as pint's, is converted. Raises `InputError` for text
-    without a number or without a unit, for an unknown unit, and for a quantity of another kind.
+    Quantities of a units library with `to(unit).magnitude`, such as pint's, are converted. Raises `InputError` for text
+    without a number or a unit, for an unknown unit, and for a quantity of another kind.
 
     >>> parse_quantity("41 mm", "length", "crank_radius")
     0.041
@@ -102,7 +102,7 @@ def parse_quantity(value: object, quantity: str, where: str) -> float:
 
 
 def _converted(value: Any, unit: str, kind: str, where: str) -> float:
-    """The magnitude in the SI unit, by the quantity's own conversion."""
+    """The magnitude in the SI unit, converted by the quantity itself."""
     try:
         # Units libraries write products and powers as Python does.
         return float(value.to(unit.replace(".", "*").replace("m3", "m**3")).magnitude)
@@ -125,6 +125,6 @@ def format_quantity(value: float, quantity: str) -> str:
         if float(text) * UNITS[quantity][unit] == value:
             break
     else:
-        # No decimal number of the preferred unit falls on this very value; in SI every value has one.
+        # No decimal number of the preferred unit gives exactly this value; in SI every value has one.
         text, unit = repr(float(value)), _SI[quantity]
     return f"{text} {unit}"

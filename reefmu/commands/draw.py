@@ -15,9 +15,9 @@ from stiffness_model.drawing.twist_limits import expect_crank_angle, expect_twis
 from stiffness_model.errors import expect, expect_number
 from stiffness_model.io.atomic_files import staged_folder
 from stiffness_model.plotting.cross_section.animation import write_animation
+from stiffness_model.plotting.cross_section.drive_figures import drawing_figure, forces_figure
 from stiffness_model.plotting.cross_section.dxf import write_dxf
 from stiffness_model.plotting.cross_section.element_forces import ElementForces, solve_element_forces
-from stiffness_model.plotting.cross_section.figures import drawing_figure, forces_figure
 from stiffness_model.plotting.cross_section.layout import period_turns
 from stiffness_model.plotting.cross_section.row_outlines import max_exaggeration
 from stiffness_model.units import ARCMIN, MICROMETRE

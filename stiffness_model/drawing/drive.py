@@ -31,7 +31,6 @@ from .fields import (
 )
 from .materials import Material
 from .options import ModelOptions
-from .summary import main_sizes, one_line, part_columns
 from .tolerances import Tolerance, diameters
 
 if TYPE_CHECKING:
@@ -187,9 +186,14 @@ class Drive:
         check_mesh(self.path, self.element_radius, self.tolerances, compliance, at)
 
     def __repr__(self) -> str:
-        return one_line(self)
+        return (
+            f"Drive({self.name!r}, {self.eccentrics} x {self.elements_per_row} {self.element}s of "
+            f"{format_quantity(2 * self.element_radius, 'length')}, {self.lobes} lobes, ratio {self.ratio:g})"
+        )
 
     def _repr_html_(self) -> str:
+        from ..plotting.drive_tables import main_sizes
+
         return html_table(self.name, main_sizes(self))
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -200,6 +204,8 @@ class Drive:
 
     def to_dataframe(self) -> Any:
         """A `pandas.DataFrame` of sizes, tolerances and materials by part. Raises `InputError` without pandas."""
+        from ..plotting.drive_tables import part_columns
+
         return dataframe(part_columns(self))
 
     @property

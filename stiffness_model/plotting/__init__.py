@@ -2,4 +2,5 @@
 
 * `style`: colours, lines and axes of all pictures; `curves`: torque, stiffness, forces and load share.
 * `profile`: some lobes of the ring gear; `cross_section`: the whole drive to scale, its forces, a turn, the DXF file.
+* `drive_tables`: a drive's sizes and parts as tables.
 """

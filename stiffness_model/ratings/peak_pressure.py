@@ -3,7 +3,7 @@
 
 A drive at rest loads only the elements that happen to stand in the load zone. As it turns, each element keeps its
 deviations and passes every position of the profile, and in one turn of the output it meets every lobe of its row
-(`rotation.individual`). At a given twist of the crank the elements do not affect each other, and a lobe that protrudes
+(`rotation`). At a given twist of the crank the elements do not affect each other, and a lobe that protrudes
 further presses harder at every position. The worst of all n z pairs over all angles can therefore be found without
 turning the drive: it is the worst over elements and positions, each element facing the lobe of its row that protrudes
 most. At gear and crank the worst element at a position is the one with the greatest interference, by the derivatives of
@@ -80,7 +80,7 @@ def peak_pressures(
     return Pressures(angles, pressure, major, minor)
 
 
-class _BlockResult(NamedTuple):
+class _PeakBlock(NamedTuple):
     """found: pressure and semi-axes, (3, n_drives, n_twist, 3); lost: cases without equilibrium, out of `cases`."""
 
     found: Array
@@ -88,10 +88,10 @@ class _BlockResult(NamedTuple):
     cases: int
 
 
-def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int, cage: bool) -> _BlockResult:
+def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int, cage: bool) -> _PeakBlock:
     limit = drive.usable_limit
     if limit <= 0:
-        return _BlockResult(np.zeros((3, n_drives, len(twist), len(PARTNERS))), 0, 0)
+        return _PeakBlock(np.zeros((3, n_drives, len(twist), len(PARTNERS))), 0, 0)
     drawn = sampling.draw(drive, block, n_drives, seed)
     row = np.arange(drive.elements) % drive.eccentrics
     facing = replace(drawn, gear=smallest_lobe_distances(drive, drawn, block, seed)[:, row])
@@ -120,7 +120,7 @@ def _block(drive: Drive, twist: Array, block: int, n_drives: int, seed: int, cag
     made = np.concatenate(found, axis=2) if found else np.zeros((3, n_drives, 0, len(PARTNERS)))
     if not cage:
         made[..., PARTNERS.index("cage")] = np.nan
-    return _BlockResult(made, lost, len(contacts) * len(twist))
+    return _PeakBlock(made, lost, len(contacts) * len(twist))
 
 
 def _stationary_equilibrium(drive: Drive, drawn: Deviations, twist: Array) -> CoupledEquilibrium:

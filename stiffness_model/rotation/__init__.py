@@ -1,10 +1,9 @@
 """An individual drive as it turns: torque over twist and output angle, transmission error, order spectra.
 
-* `individual`: one drive with its own parts; `element_positions`: where its elements stand at an output angle.
+* `individual_drive`: one drive with its own parts; `element_positions`: where its elements stand at an output angle.
 * `individual_contacts`: their contacts; `maps`: torque over twist and angle.
-* `loaded`: twist under a constant torque and without load; `orders`: order spectra; `twist_scatter`: several
-individuals.
-* `ripple_plots`: pictures.
+* `loaded`: twist under a constant torque and without load; `orders`: order spectra.
+* `twist_scatter`: several individuals; `ripple_plots`: pictures.
 
 >>> import numpy as np
 >>> from stiffness_model import load_drive
@@ -16,7 +15,7 @@ individuals.
 """
 
 from .element_positions import elements_at
-from .individual import Individual, angles_over_turn, draw_individual, mean_individual
+from .individual_drive import Individual, angles_over_turn, draw_individual, mean_individual
 from .loaded import LoadedTurn, NoLoad, loaded_turn, no_load
 from .maps import TurningMap, turning_map
 from .orders import Spectrum, spectrum

@@ -13,7 +13,7 @@ from ..drawing.sampling import Deviations
 from ..geometry.ball_path import wrap
 from ..lookup.element_table import FADE_HALF_WIDTH
 from ..numerics.arrays import Array
-from .individual import Individual
+from .individual_drive import Individual
 
 Index = NDArray[np.intp]
 

@@ -18,7 +18,7 @@ from ..drawing.sampling import Deviations
 from ..numerics.arrays import Array
 from ..numerics.bspline import Axis, fit, locate, weights
 from .element_positions import ElementPositions, Window
-from .individual import Individual
+from .individual_drive import Individual
 
 N_CELLS = 96
 """Cells of the table along half the profile. The stiffness is then right to 2e-5 and the torque to 3e-6; the deviation

@@ -18,7 +18,7 @@ from ..errors import InputError, expect, expect_number
 from ..montecarlo.twist_torque_curve import BACKLASH_SHARE
 from ..numerics.arrays import Array
 from .element_positions import low_discrepancy_angles
-from .individual import Individual
+from .individual_drive import Individual
 from .maps import AngleBatch, angle_batches, expect_angles, turning_map
 
 TOLERANCE = 1e-8

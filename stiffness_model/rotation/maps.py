@@ -19,8 +19,8 @@ from ..equilibrium.closed_form import Equilibrium, Status, solve
 from ..errors import expect, expect_number, warn_not_converged
 from ..numerics.arrays import Array
 from .element_positions import ElementPositions, element_positions
-from .individual import Individual
 from .individual_contacts import IndividualContacts
+from .individual_drive import Individual
 
 BATCH_SIZE = 6000
 """Contacts solved at once; chosen by judgement so that their arrays fit a core's cache."""

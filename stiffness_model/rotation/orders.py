@@ -72,7 +72,7 @@ class Spectrum:
 
 def spectrum(drive: Drive, values: ArrayLike) -> Spectrum:
     """Spectrum of values, (n,), at n angles spread evenly over one turn of the output from 0
-    (`individual.angles_over_turn`).
+    (`individual_drive.angles_over_turn`).
 
     >>> from stiffness_model import load_drive
     >>> wave = 2 + 3 * np.cos(5 * 2 * np.pi * np.arange(64) / 64)

@@ -14,7 +14,7 @@ from ..io.drawing_toml import DriveLike, as_drive
 from ..lookup.build_lookup import mean_torque
 from ..numerics.arrays import Array
 from .element_positions import low_discrepancy_angles
-from .individual import draw_individual
+from .individual_drive import draw_individual
 from .maps import turning_map
 
 N_TWISTS, N_ANGLES, N_TORQUES = 61, 180, 81

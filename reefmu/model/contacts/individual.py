@@ -22,8 +22,8 @@ from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.bspline import Axis, fit, weights
 from stiffness_model.rotation.element_positions import element_lobe_pairs
-from stiffness_model.rotation.individual import Individual
 from stiffness_model.rotation.individual_contacts import IndividualContacts
+from stiffness_model.rotation.individual_drive import Individual
 
 from .tables import locate
 

@@ -1,4 +1,4 @@
-"""Work that does not fit the memory is refused beforehand, by an estimate that holds."""
+"""Work that exceeds the available memory is refused beforehand, by a realistic estimate."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stiffness_model.montecarlo.population import memory_needed
 from stiffness_model.ratings.static_safety import static_safety
 
 
-def test_ten_million_drives_under_a_limit_of_the_address_space_are_one_line(tmp_path: Path) -> None:
+def test_ten_million_drives_beyond_the_address_space_are_refused_in_one_line(tmp_path: Path) -> None:
     resource = pytest.importorskip("resource", reason="this system has no limits of resources")
     limit = 1_500_000_000
     done = subprocess.run(
@@ -39,7 +39,7 @@ def test_ten_million_drives_under_a_limit_of_the_address_space_are_one_line(tmp_
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the address space in use is read from /proc")
-def test_the_address_space_that_is_left_counts() -> None:
+def test_the_remaining_address_space_limits_the_available_memory() -> None:
     code = (
         "import resource; resource.setrlimit(resource.RLIMIT_AS, (2**31, 2**31)); "
         "from stiffness_model.memory import available; a = available(); b = bytearray(200_000_000); "
@@ -57,23 +57,23 @@ def test_the_address_space_that_is_left_counts() -> None:
     assert taken == pytest.approx(200e6, rel=0.05)
 
 
-def test_machine_and_control_group_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_free_memory_and_control_group_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "meminfo").write_text("MemTotal: 9000 kB\nMemFree: 100 kB\nMemAvailable:    4000 kB\n")
     monkeypatch.setattr(memory, "_PROC", tmp_path)
     monkeypatch.setattr(memory, "_GROUP", tmp_path)
     assert memory.available() <= 4000 * 1024
     (tmp_path / "memory.max").write_text("max\n")
     (tmp_path / "memory.current").write_text("5\n")
-    assert memory._group() == float("inf")  # pyright: ignore[reportPrivateUsage]
+    assert memory._control_group() == float("inf")  # pyright: ignore[reportPrivateUsage]
     (tmp_path / "memory.max").write_text("1000000\n")
     (tmp_path / "memory.current").write_text("300000\n")
     assert memory.available() == 700_000
     for name in ("meminfo", "memory.max"):
         (tmp_path / name).unlink()
-    assert memory.available() > 0, "where nothing is told, nothing is refused"
+    assert memory.available() > 0, "where the system states nothing, nothing is refused"
 
 
-def test_nothing_is_drawn_before_the_refusal(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_deviations_are_drawn_before_the_refusal(monkeypatch: pytest.MonkeyPatch) -> None:
     drive = sm.load_drive("drive_1", bearing_capacity="40 kN")
     monkeypatch.setattr(memory, "available", lambda: 1e6)
     monkeypatch.setattr(sampling, "draw", lambda *_: pytest.fail("drawn"))
@@ -84,10 +84,10 @@ def test_nothing_is_drawn_before_the_refusal(monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.parametrize(("n_drives", "n_twist"), [(800, 31), (16, 400)])
-def test_the_estimate_holds_and_is_no_tenfold(n_drives: int, n_twist: int) -> None:
+def test_the_estimate_is_an_upper_bound_within_a_factor_of_five(n_drives: int, n_twist: int) -> None:
     drive = sm.load_drive("drive_1", cage_offset="0 um")
     twist = np.linspace(0, drive.max_twist, n_twist)
-    sm.simulate(drive, twist[:2], 16).curve()  # tables and imports that stay
+    sm.simulate(drive, twist[:2], 16).curve()  # tables and imports that remain allocated
     tracemalloc.start()
     try:
         sm.simulate(drive, twist, n_drives).curve()
@@ -97,8 +97,8 @@ def test_the_estimate_holds_and_is_no_tenfold(n_drives: int, n_twist: int) -> No
     assert 0.2 * memory_needed(drive, n_drives, n_twist) < most < memory_needed(drive, n_drives, n_twist)
 
 
-def test_blocks_stand_where_their_drives_belong() -> None:
-    """The last block is not whole."""
+def test_blocks_are_stored_in_the_order_of_their_drives() -> None:
+    """The last block is incomplete."""
     drive = sm.load_drive("drive_1")
     assert population.sampling.BLOCK == 16
     many = sm.simulate(drive, [0.001, 0.002], 37, seed=4)

@@ -2,26 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from ..drawing.drive import Drive
+from ..drawing.fields import PARTS
 from ..units import MICROMETRE, format_quantity
-from .fields import PARTS
-
-if TYPE_CHECKING:
-    from .drive import Drive
-
-
-def one_line(drive: Drive) -> str:
-    """The drive in one line; `drive_to_dict` has every field.
-
-    >>> from stiffness_model import load_drive
-    >>> load_drive("workshop")
-    Drive('workshop', 3 x 25 balls of 10 mm, 26 lobes, ratio -25)
-    """
-    return (
-        f"Drive({drive.name!r}, {drive.eccentrics} x {drive.elements_per_row} {drive.element}s of "
-        f"{format_quantity(2 * drive.element_radius, 'length')}, {drive.lobes} lobes, ratio {drive.ratio:g})"
-    )
 
 
 def main_sizes(drive: Drive) -> dict[str, object]:

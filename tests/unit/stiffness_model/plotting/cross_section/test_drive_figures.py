@@ -12,8 +12,8 @@ import stiffness_model as sm
 from stiffness_model.contact.element_contacts import CONTACTS
 from stiffness_model.drawing import sampling
 from stiffness_model.errors import InputError
+from stiffness_model.plotting.cross_section.drive_figures import drawing_figure, forces_figure
 from stiffness_model.plotting.cross_section.element_forces import ElementForces, solve_element_forces
-from stiffness_model.plotting.cross_section.figures import drawing_figure, forces_figure
 from stiffness_model.plotting.cross_section.row_outlines import row_outlines
 from tests.unit.stiffness_model.plotting.cross_section.polygons import crossings, distances
 
