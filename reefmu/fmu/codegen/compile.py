@@ -1,7 +1,7 @@
-"""Platforms of a native FMU and the compilers that serve them.
+"""Binaries of a native FMU: platforms, compilers and compilation.
 
-The host's own platform is served by the C compiler on the PATH; ziglang (the extra `native`) serves all of them
-from any of them. Names of folders are those of FMI 2.0 where it has one, else those of FMI 3.0.
+The C compiler on the PATH compiles for the platform of the machine; ziglang (the extra `native`) compiles on any
+platform for any other. Folders have the names of FMI 2.0 where it defines one, else those of FMI 3.0.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .sources import MAIN_SOURCE
 
 @dataclass(frozen=True)
 class Platform:
-    """folder: in `binaries`; targets: what zig calls it, several for a library of several architectures."""
+    """folder: in `binaries`; targets: names that zig uses, several for a library of several architectures."""
 
     name: str
     folder: str
@@ -56,22 +56,22 @@ _FLAGS = (
     "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
     "-DFMI3_OVERRIDE_FUNCTION_PREFIX",
 )
-"""-ffp-contract=off: the same roundings on every platform."""
+"""-ffp-contract=off prevents fused multiply-add, so that every platform rounds in the same way."""
 _SYMVER_FILE = "old_names.h"
 _SYMVER_HEADER = (
     "#include <features.h>\n#ifdef __GLIBC__\n"
     + "".join(f'__asm__(".symver {name},{name}@GLIBC_2.2.5");\n' for name in ("exp", "log", "pow", "exp2", "log2"))
     + "#endif\n"
 )
-"""For a library compiled here for Linux: newer glibc versions give these a new symbol; the first one serves as well
-and is found everywhere. zig is told a version instead."""
+"""For libraries that the local compiler builds for Linux: newer versions of glibc give these functions a new symbol,
+but the oldest one is equivalent here and available everywhere. zig receives a version of glibc instead."""
 _ZIG = (sys.executable, "-m", "ziglang")
 _ZIG_FLAGS = ("-s", "-fno-sanitize=all", "-fno-stack-protector", "-g0")
 _LINKER_FLAGS = {"linux": ("-s", "-Wl,--build-id=none", "-lm"), "darwin": ("-Wl,-x", "-lm"), "win32": ("-s", "-lm")}
 
 
 def host_platform() -> str:
-    """The name of this machine's platform, or "" for one that is none of `PLATFORMS`."""
+    """The name of this machine's platform in `PLATFORMS`, or "" for another machine."""
     machine = platform.machine().lower()
     if sys.platform == "darwin":
         return "darwin64"
@@ -81,7 +81,7 @@ def host_platform() -> str:
 
 
 def select_platforms(name: str) -> tuple[Platform, ...]:
-    """`name`, "host" or "all" as platforms. Errors: `InputError` for an unknown one, with what there is."""
+    """The platforms for a name, "host" or "all". Errors: `UnknownNameError` with the known names."""
     if name == "all":
         return tuple(PLATFORMS.values())
     known = host_platform() if name == "host" else name
@@ -91,9 +91,10 @@ def select_platforms(name: str) -> tuple[Platform, ...]:
 
 
 def compile_binaries(sources: Mapping[str, bytes], identifier: str, platforms: Sequence[Platform]) -> dict[str, bytes]:
-    """Binaries by their name in the archive. Compiled ones are kept in the cache.
+    """Binaries by name in the archive, compiled or from the cache.
 
-    Errors: `InputError` without a compiler for one of the platforms, or with what the compiler said.
+    sources: C files by name. identifier: model identifier, which names the libraries. Errors: `InputError` without a
+    compiler for one of the platforms, or with the message of the compiler.
     """
     members: dict[str, bytes] = {}
     jobs = [(p, target) for p in platforms for target in p.targets]
@@ -116,9 +117,9 @@ def _compile_cached(sources: Mapping[str, bytes], identifier: str, p: Platform, 
     digest = hashlib.sha256(repr((identifier, version, command)).encode())
     for name in sorted(sources):
         digest.update(name.encode() + hashlib.sha256(sources[name]).digest())
-    kept = cache_folder() / f"native-{digest.hexdigest()[:24]}{p.suffix}"
-    if kept.is_file():
-        return kept.read_bytes()
+    cached = cache_folder() / f"native-{digest.hexdigest()[:24]}{p.suffix}"
+    if cached.is_file():
+        return cached.read_bytes()
     with scratch_folder() as folder:
         for name, content in {**sources, _SYMVER_FILE: _SYMVER_HEADER.encode()}.items():
             (folder / name).write_bytes(content)
@@ -128,7 +129,7 @@ def _compile_cached(sources: Mapping[str, bytes], identifier: str, p: Platform, 
             if "zig" not in version
             else (("-Wl,-install_name,@rpath/" + output,) if "macos" in target else ("-lm",))
         )
-        # The folder's name must not get into the binary: names are relative to it.
+        # File names are relative, so that the name of the temporary folder does not get into the binary.
         done = subprocess.run(
             [*command, MAIN_SOURCE, "-o", output, *link],
             cwd=folder,
@@ -143,30 +144,28 @@ def _compile_cached(sources: Mapping[str, bytes], identifier: str, p: Platform, 
             raise InputError(
                 f"{p.name}: expected {command[0]} to compile the model, got status {done.returncode}: {said}"
             )
-        made = folder / output
-        if not made.is_file():
-            raise InputError(
-                f"{p.name}: expected {command[0]} to compile the model, got status 0 and no library: it wrote nothing"
-            )
-        content = made.read_bytes()
+        library = folder / output
+        if not library.is_file():
+            raise InputError(f"{p.name}: expected {command[0]} to compile the model, got status 0 without a library")
+        content = library.read_bytes()
     try:
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_file(kept) as temporary:
+        cached.parent.mkdir(parents=True, exist_ok=True)
+        with atomic_file(cached) as temporary:
             temporary.write_bytes(content)
     except (OSError, InputError):
-        pass  # a cache that cannot be written is no error
+        pass  # a cache that cannot be written only costs time
     return content
 
 
 def has_compiler(platform: str = "host") -> bool:
-    """Whether a compiler is there for `platform` (as `select_platforms` reads it); False for an unknown machine."""
+    """Whether there is a compiler for `platform` (see `select_platforms`); False for an unknown machine."""
     if platform == "host" and not host_platform():
         return False
     return all(_program(p) for p in select_platforms(platform))
 
 
 def _program(p: Platform) -> tuple[str, ...]:
-    """The compiler on the PATH (or $CC) for this machine, else zig; () for neither."""
+    """The command of the local compiler ($CC or on the PATH) for this machine, else of zig; () without either."""
     own = os.environ.get("CC", "").split() or [name for name in ("cc", "gcc", "clang") if shutil.which(name)][:1]
     if p.name == host_platform() and len(p.targets) == 1 and own and shutil.which(own[0]):
         return tuple(own)
@@ -174,7 +173,7 @@ def _program(p: Platform) -> tuple[str, ...]:
 
 
 def _compiler(p: Platform, target: str) -> tuple[tuple[str, ...], str]:
-    """Command and version for a target."""
+    """Command with flags, and version, of the compiler for a target."""
     program = _program(p)
     if not program:
         own = os.environ.get("CC", "").split()
@@ -201,11 +200,11 @@ def _first_line(command: Sequence[str]) -> str:
 
 
 def universal_library(slices: Sequence[bytes]) -> bytes:
-    """One macOS library of several architectures ("fat" Mach-O): a big-endian table, then the libraries.
+    """One macOS library for several architectures ("fat" Mach-O): a big-endian table, then the libraries.
 
-    Each slice is 64-bit Mach-O; its own header says for which processor it is.
+    slices: 64-bit Mach-O libraries, whose headers state their processor.
     """
-    page = 14  # 2**14 bytes, the greater page of the two
+    page = 14  # log2 of the alignment: 2**14 bytes, the larger page size of both architectures
     table, body, at = [], b"", 1 << page
     for content in slices:
         magic, processor, kind = struct.unpack_from("<III", content)

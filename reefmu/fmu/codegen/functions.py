@@ -1,23 +1,23 @@
-"""The functions of a component that become C: small ones in scalars, to run around the tables.
+"""The functions of a component for which C is generated: scalar expressions around the contacts.
 
-The stages of `reefmu.model.stages.order`, on the component's own vectors x, u and p, and with them
+These are the stages of `reefmu.model.stages.order` on the component's own vectors x, u and p, and with them
 
     initial(u, p) -> x
-    initial_jvp(u, p, d) -> dx            change of the first states for a change d of (u, x, p), x left out
+    initial_jvp(u, p, d) -> dx                     directional derivatives along d, a change of (u, x, p)
     coefficients_jvp(p, d) -> dr
-    contact_point_jvp(x, u, p, d) -> dq           change of the point
-    result_jvp(x, u, p, d, c, dc) -> (dy, ddx)   change of outputs and rates with that of what the contacts give
+    contact_point_jvp(x, u, p, d) -> dq
+    result_jvp(x, u, p, d, c, dc) -> (dy, ddx)     of outputs and rates, dc: change of the outputs of the contacts
 
-and for a joint, which integrates itself,
+for a joint, which integrates its own motion,
 
-    drift_angles(x, dt) -> x                        angles after dt at these speeds
-    kick(x, u, dt, g, k, p, c) -> x          speeds after dt
-    probe_states(p) -> (x, x)                       two motions that stretch every spring
-    max_step(p, added) -> dt                     longest part of a step; added: slope that the states add, N.m/rad
+    drift_angles(x, dt) -> x                       angles after dt at constant speeds
+    kick(x, u, dt, g, k, p, c) -> x                speeds after dt
+    probe_states(p) -> (x, x)                      the states at which `max_step` is evaluated
+    max_step(p, added) -> dt                       longest substep; added: stiffness that the states add, N.m/rad
 
-and for an individual, not in scalars,
+and for an individual, not expanded to scalars,
 
-    individual_contacts(q) -> c                  `reefmu.model.stages.scalar`
+    individual_contacts(q) -> c                    see `reefmu.model.stages.scalar`
     individual_jvp(q, dq) -> dc
 """
 
@@ -39,9 +39,9 @@ if TYPE_CHECKING:
 class GeneratedFunctions:
     """The functions of one component.
 
-    functions: by name. stages: those of the drive. reads: by the stages' names, what their functions read in C.
-    drift_angles: for a joint the stages that move the angles before the drive's states follow them. n_motion: how many
-    states a joint has before the drive's own.
+    functions: by name. stages: those of the drive. reads: by name of a stage, the arguments of its function in C.
+    drift_angles: of a joint, the stages that move the angles before the drive's states follow them. n_motion: number of
+    a joint's states that precede those of the drive.
     """
 
     functions: dict[str, casadi.Function]
@@ -66,7 +66,7 @@ def make_functions(component: Component) -> GeneratedFunctions:
     )
     k, c, dt = ca.MX.sym("k", 2), ca.MX.sym("c", len(CONTACT_OUTPUTS)), ca.MX.sym("dt")
     symbols = {"x": x, "u": u, "p": p, "dt": dt, "k": k, "c": c}
-    # A joint's states hold the drive's angles and speeds, so that the kinematics read them there.
+    # The states of a joint contain the drive's angles and speeds, from which its kinematics are computed.
     reads = {s.name: ("x", *s.reads) if s is KINEMATICS else s.reads for s in (*SCALAR_STAGES, CONTACTS)}
     functions = {"initial": scalar_function("initial", [u, p], component.initial(u, p))}
     drift_angles: tuple[Stage, ...] = ()
@@ -88,24 +88,24 @@ def make_functions(component: Component) -> GeneratedFunctions:
     d, dc = ca.MX.sym("d", u.numel() + x.numel() + p.numel()), ca.MX.sym("dc", len(CONTACT_OUTPUTS))
     du, dx, dp = ca.vertsplit(d, [0, u.numel(), u.numel() + x.numel(), d.numel()])
     at = ca.Function("at", [x, u, p], [functions["contact_point"](x, u, functions["kinematics"](x, u, p), p)])
-    gives = ca.Function(
-        "gives",
+    results = ca.Function(
+        "results",
         [x, u, p, c],
         [ca.vertcat(*(functions[name](x, u, functions["kinematics"](x, u, p), p, c) for name in ("output", "rate")))],
     )
-    of_point = at.forward(1)(x, u, p, ca.MX(len(stages.point_names), 1), dx, du, dp)
-    of_result = gives.forward(1)(x, u, p, c, ca.MX(*gives.size_out(0)), dx, du, dp, dc)
+    point_jvp = at.forward(1)(x, u, p, ca.MX(len(stages.point_names), 1), dx, du, dp)
+    result_jvp = results.forward(1)(x, u, p, c, ca.MX(*results.size_out(0)), dx, du, dp, dc)
     for name, function, arguments, changes in (
         ("initial", functions["initial"], [u, p], [du, dp]),
         ("coefficients", functions["coefficients"], [p], [dp]),
     ):
-        moved = function.forward(1)(*arguments, ca.MX(*function.size_out(0)), *changes)
-        functions[f"{name}_jvp"] = scalar_function(f"{name}_jvp", [*arguments, d], moved)
-    functions["contact_point_jvp"] = scalar_function("contact_point_jvp", [x, u, p, d], of_point)
-    functions["result_jvp"] = scalar_function("result_jvp", [x, u, p, d, c, dc], of_result)
+        jvp = function.forward(1)(*arguments, ca.MX(*function.size_out(0)), *changes)
+        functions[f"{name}_jvp"] = scalar_function(f"{name}_jvp", [*arguments, d], jvp)
+    functions["contact_point_jvp"] = scalar_function("contact_point_jvp", [x, u, p, d], point_jvp)
+    functions["result_jvp"] = scalar_function("result_jvp", [x, u, p, d, c, dc], result_jvp)
     if stages.individual_contacts is not None:
         q, dq = ca.MX.sym("q", 3), ca.MX.sym("dq", 3)
-        of_contact = stages.individual_contacts.forward(1)(q, ca.MX(len(CONTACT_OUTPUTS), 1), dq)
+        contacts_jvp = stages.individual_contacts.forward(1)(q, ca.MX(len(CONTACT_OUTPUTS), 1), dq)
         functions["individual_contacts"] = stages.individual_contacts
-        functions["individual_jvp"] = ca.Function("individual_jvp", [q, dq], [ca.densify(of_contact)])
+        functions["individual_jvp"] = ca.Function("individual_jvp", [q, dq], [ca.densify(contacts_jvp)])
     return GeneratedFunctions(functions, stages, reads, drift_angles, n_motion)

@@ -1,8 +1,8 @@
-"""C sources of a native FMU: the component's functions and tables, generated, beside the wrapper as it stands.
+"""The C sources of a native FMU: generated files beside handwritten ones.
 
-The wrapper in `native/` is the same for every FMU. Generated are `equations.c`, the functions as CasADi writes
-them, and `model.h`, sizes and the table of variables. In an FMU all of them are in one folder, and `all.c` includes
-the rest, so one file is compiled.
+The handwritten files in `native/` are the same for every FMU. Generated are `equations.c` (the functions, by CasADi),
+`stage_order.c` (their order), `tables.h` (the lookup) and `model.h` (sizes and variables). In an FMU all files are in
+one folder, and `all.c` includes the others, so that a single file is compiled.
 """
 
 from __future__ import annotations
@@ -28,12 +28,15 @@ from .stage_order import STAGE_ORDER, stage_order
 MAIN_SOURCE = "all.c"
 """The file to compile."""
 FMI2_MAIN, FMI3_MAIN = "fmi2_all.c", "fmi3_all.c"
-"""That file in `native/`; in an FMU for FMI 3.0 the first stands beside the second, which includes it."""
+"""The names of that file in `native/`. The one for FMI 3.0 includes the one for FMI 2.0."""
 MAX_SUBSTEPS = 1e7
-"""Most parts of one communication step of a component that integrates itself; more are refused."""
+"""Greatest number of substeps of one communication step of a joint; a step that needs more is refused. Chosen by
+judgement, to bound the computing time."""
 
 
 class _Identity(NamedTuple):
+    """What distinguishes the sources of two FMUs of the same model and kind."""
+
     guid: str
     identifier: str
     standard: FmiVersion
@@ -49,17 +52,17 @@ def make_sources(
     """
     files = wrapper_files("fmi2", "model", "numerics")
     files[MAIN_SOURCE] = files.pop(FMI2_MAIN)
-    pieces = make_functions(component)
-    equations, sizes = _equations(pieces)
+    functions = make_functions(component)
+    equations, sizes = _equations(functions)
     files["equations.c"] = equations.encode()
-    files[STAGE_ORDER] = stage_order(pieces).encode()
-    files["model.h"] = _header(component, pieces, interface, _Identity(guid, identifier, standard), sizes).encode()
+    files[STAGE_ORDER] = stage_order(functions).encode()
+    files["model.h"] = _header(component, functions, interface, _Identity(guid, identifier, standard), sizes).encode()
     files[TABLES] = encode_tables(embedded_lookup(component.model)).encode()
     return files
 
 
 def wrapper_files(*folders: str) -> dict[str, bytes]:
-    """The C files in these folders of `native/`, by name: in an FMU they are all in one folder."""
+    """The C files in these folders of `native/`, by name without the folder."""
     native = importlib.resources.files("reefmu.fmu") / "native"
     return {
         file.name: file.read_bytes()
@@ -70,7 +73,7 @@ def wrapper_files(*folders: str) -> dict[str, bytes]:
 
 
 def with_guid(files: Mapping[str, bytes], guid: str) -> dict[str, bytes]:
-    """The same files for another GUID."""
+    """The same files with another GUID."""
     header, changes = re.subn(
         rb'(?m)^#define MODEL_GUID ".*"$', f'#define MODEL_GUID "{guid}"'.encode(), files["model.h"]
     )
@@ -78,44 +81,45 @@ def with_guid(files: Mapping[str, bytes], guid: str) -> dict[str, bytes]:
     return {**files, "model.h": header}
 
 
-def _equations(pieces: GeneratedFunctions) -> tuple[str, dict[str, int]]:
-    """The generated functions, and the work space that the greatest of them needs."""
+def _equations(functions: GeneratedFunctions) -> tuple[str, dict[str, int]]:
+    """The generated functions, and the sizes of the working memory that the largest of them needs."""
     import casadi as ca
 
     generator = ca.CodeGenerator("equations.c", {"with_header": False, "main": False, "casadi_int": "int"})
-    for name, function in pieces.functions.items():
+    for name, function in functions.functions.items():
         assert function.name() == name
         generator.add(function)
     with scratch_folder() as folder:
         text = Path(generator.generate(f"{folder}/")).read_text("utf-8")
-    call = list(pieces.functions.values())
+    generated = list(functions.functions.values())
     sizes = {
-        "INTEGERS": 1 + max(f.sz_iw() for f in call),
-        "WORK": 1 + max(f.sz_w() for f in call),
-        "ARGUMENTS": max(f.sz_arg() for f in call),
-        "RESULTS": max(f.sz_res() for f in call),
+        "INTEGERS": 1 + max(f.sz_iw() for f in generated),
+        "WORK": 1 + max(f.sz_w() for f in generated),
+        "ARGUMENTS": max(f.sz_arg() for f in generated),
+        "RESULTS": max(f.sz_res() for f in generated),
     }
-    return _with_static_helpers(_without_introspection(text, pieces.functions)), sizes
+    return _with_static_helpers(_without_introspection(text, functions.functions)), sizes
 
 
 def _with_static_helpers(text: str) -> str:
-    """With CasADi's helpers for this file alone: beside another FMU's they would be there twice."""
+    """With CasADi's helper functions static, since several FMUs may be linked into one program."""
     return re.sub(
         r"^(?!static\b|CASADI_SYMBOL_EXPORT\b)(?=[A-Za-z][\w* ]*\bcasadi_\w+\()", "static ", text, flags=re.MULTILINE
     )
 
 
 def _without_introspection(text: str, functions: Iterable[str]) -> str:
-    """Without the functions by which CasADi's own loader asks for names and sizes: nobody calls them here."""
+    """Without the functions that only CasADi's own loader calls to read names and sizes."""
     kept = "|".join(functions)
     one = rf"^CASADI_SYMBOL_EXPORT (?!int (?:{kept})\()[^\n]*(?:\}}\n|\{{\n.*?^\}}\n)\n?"
     return re.sub(one, "", text, flags=re.MULTILINE | re.DOTALL)
 
 
 def _prefix(names: _Identity) -> str:
-    """The names' beginning, as the standard wants it of sources (FMI 2.0.4, section 2.1.1; FMI 3.0.2, section 2.2.1).
+    """The function prefix that the standard requires in sources (FMI 2.0.4, section 2.1.1; FMI 3.0.2, section 2.2.1).
 
-    Without it where a host says so, or CMake, by a macro of its own, that it makes a shared library.
+    It is left out where the host defines it, and for a shared library built by CMake, which defines the macro
+    <identifier>_EXPORTS.
     """
     macro = f"FMI{names.standard.version[0]}"
     return (
@@ -125,13 +129,14 @@ def _prefix(names: _Identity) -> str:
 
 
 def _header(
-    component: Component, pieces: GeneratedFunctions, interface: Interface, names: _Identity, sizes: dict[str, int]
+    component: Component, functions: GeneratedFunctions, interface: Interface, names: _Identity, sizes: dict[str, int]
 ) -> str:
+    """The file `model.h`: sizes, enumerations and the table of variables."""
     from reefmu.model.contacts.equilibrium import NEWTON_STEPS, NEWTON_TOLERANCE
     from reefmu.model.stages.order import CONTACT_OUTPUTS
 
     n_u, n_y, n_x = len(component.inputs), len(component.outputs), len(component.states)
-    stages = pieces.stages
+    stages = functions.stages
     numbers = {
         "N_INPUTS": n_u,
         "N_OUTPUTS": n_y,
@@ -146,7 +151,7 @@ def _header(
         "IS_INDIVIDUAL": int(stages.individual_contacts is not None),
         "HAS_ANGLE_STATES": int(stages.has_angle_states),
         "HAS_SERIES_COMPLIANCE": int(stages.has_series_compliance),
-        "N_MOTION": pieces.n_motion,
+        "N_MOTION": functions.n_motion,
         "DISCRETE_OUTPUT": [s.discrete for s in component.outputs].index(True),
         "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"),
         "MAX_SUBSTEPS": MAX_SUBSTEPS,
@@ -175,7 +180,7 @@ def _header(
 
 
 def _variable_row(v: Variable, component: Component, interface: Interface) -> str:
-    """One line of the table of variables."""
+    """One row of the table of variables."""
     n_u, n_y = len(component.inputs), len(component.outputs)
     n_x, first_state = len(component.states), n_u + n_y + len(component.parameters)
     known = unknown = -1
@@ -183,7 +188,7 @@ def _variable_row(v: Variable, component: Component, interface: Interface) -> st
     if v.causality == "input":
         access, known = "INPUT", v.reference
     elif v.causality == "parameter":
-        access, known = v.variability.upper(), n_x + v.reference - n_y  # behind inputs and states
+        access, known = v.variability.upper(), n_x + v.reference - n_y  # after inputs and states
     elif v.causality == "output":
         stale, unknown = "STALE_OUTPUTS", v.reference - n_u
     elif v.derivative_of:
@@ -201,5 +206,5 @@ def _variable_row(v: Variable, component: Component, interface: Interface) -> st
 
 
 def _ascii(text: str) -> str:
-    """`text` in ASCII, without what a comment or the host's log would read as a sign of its own."""
+    """`text` in ASCII, without characters that have a meaning in a C comment or in the host's log."""
     return re.sub(r"[^ -~]|[%#\\]|\*/|\?\?", "?", text)

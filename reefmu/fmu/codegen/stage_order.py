@@ -1,8 +1,8 @@
 """The C file `stage_order.c`: the calls of the drive's stages, in the order that `reefmu.model.stages.order` declares.
 
 It is generated for every model, with the stages that this model has. `model.c` includes it and provides what it calls:
-`RUN` evaluates a generated function, `next_states` is room for a result, `solve_at` solves the contacts at a contact
-point.
+`RUN` evaluates a generated function, `next_states` returns a buffer for a result, `solve_at` solves the contacts at a
+contact point.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from reefmu.model.stages.order import Stage
 
 STAGE_ORDER = "stage_order.c"
-"""The file's name among the sources."""
+"""Name of the file among the sources."""
 _READS = {"x": "at->x", "u": "at->u", "k": "at->k", "p": "at->p", "dt": "&dt", "c": "at->contact.outputs"}
-"""Where C keeps what the stages read."""
+"""The C expressions of the quantities that the stages read."""
 
 
 def stage_order(functions: GeneratedFunctions) -> str:
@@ -32,7 +32,7 @@ def stage_order(functions: GeneratedFunctions) -> str:
         "/* Twist at the present angles. */\n"
         "static void evaluate_kinematics(Instance *instance, Evaluation *at) {\n"
         f"{_calls([KINEMATICS], functions)}}}\n\n"
-        "/* What the contacts give at the present states. */\n"
+        "/* Outputs of the contacts at the present states. */\n"
         "static const double *evaluate_contacts(Instance *instance, Evaluation *at) {\n"
         f"{_calls(CONTACT_EQUILIBRIUM, functions)}    return at->contact.outputs;\n}}\n\n"
         "/* Outputs and rates, once the contacts are evaluated. */\n"
@@ -40,7 +40,7 @@ def stage_order(functions: GeneratedFunctions) -> str:
         f"{_calls([OUTPUT], functions, contacts_known=True)}}}\n\n"
         "static void evaluate_rate(Instance *instance, Evaluation *at, double *dx) {\n"
         f"{_calls([RATE], functions, contacts_known=True)}}}\n\n"
-        "/* States after dt with the inputs held. */\n"
+        "/* States after dt seconds at constant inputs. */\n"
         "static void apply_drift(Instance *instance, Evaluation *at, double dt) {\n"
         f"    (void){unused};\n{_calls(drift, functions)}}}\n"
     )
