@@ -1,4 +1,4 @@
-"""The closed form and its two special cases against the paper's own way, statics and symmetry."""
+"""The closed form and its two iterated cases against the paper's method, statics and symmetry."""
 
 from __future__ import annotations
 
@@ -55,8 +55,8 @@ def greatest(result: Equilibrium) -> float:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_agrees_with_the_papers_own_way(case):
-    """10 000 random elements in all, each at a random twist: forces to 1e-8 of the greatest."""
+def test_agrees_with_the_paper_s_method(case):
+    """Over all cases 10 000 random elements, each at a random twist: forces to 1e-8 of the greatest."""
     name, changes = CASES[case]
     drive = sm.load_drive(name, **changes)
     contacts = drawn(drive, 1250, seed=list(CASES).index(case))
@@ -64,8 +64,8 @@ def test_agrees_with_the_papers_own_way(case):
     pairs = []
     for k, twist in enumerate(twists):
         group = contacts[slice(50 * k, 50 * k + 50)]
-        # The reference starts at the wall to which the element is pushed; near beta = 0 the other wall may hold
-        # a second, equally good equilibrium, and comparing with that one would say nothing.
+        # The reference starts at the wall towards which the element is pushed; near beta = 0 there may be a second
+        # stable equilibrium at the other wall, with which the solution must not be compared.
         pairs += zip(
             _columns(solve(group, twist)),
             (reference.solve_element(group, j, float(twist)) for j in range(len(group))),
@@ -107,7 +107,7 @@ def test_forces_balance_and_follow_from_the_displacements(case):
 
 
 def _assert_statics(c: Contacts, twists: np.ndarray, result: Equilibrium, extra: np.ndarray) -> None:
-    """Eqs 8-15 with the returned displacements; nothing here comes from the solvers."""
+    """Eqs 8-15 with the returned displacements, without any code of the solvers."""
     x, y = result.radial, result.tangential
     angle = c.beta + twists[:, None]
     d = np.stack([c.path_radius - c.eccentricity * np.cos(angle) + x, -c.eccentricity * np.sin(angle) + y])
@@ -124,29 +124,29 @@ def _assert_statics(c: Contacts, twists: np.ndarray, result: Equilibrium, extra:
     tangential = -c.normal_t * result.gear + u[1] * result.crank + result.cage_minus - result.cage_plus + extra[1]
     assert np.abs(radial).max() <= 1e-9 * size
     assert np.abs(tangential).max() <= 1e-9 * size
-    # Eq. 19, and the moment of the crank's force about the drive's axis.
+    # Eq. 19 and the moment of the crank's force about the drive's axis.
     torque = (c.path_radius + x) * (result.cage_plus - result.cage_minus)
     np.testing.assert_allclose(result.output_torque, torque, atol=1e-9 * np.abs(torque).max())
     moment = c.eccentricity * result.crank * (np.cos(angle) * u[1] - np.sin(angle) * u[0])
     np.testing.assert_allclose(result.crank_torque, moment, atol=1e-9 * np.abs(moment).max())
 
 
-def test_play_is_room_without_force():
+def test_unloaded_elements_have_clearance():
     drive = sm.load_drive("drive_1")
     contacts, twist = drawn(drive, 500, seed=2), 0.001 * drive.ratio
     result = solve(contacts, twist)
-    play = result.status[0] == Status.UNLOADED
-    assert 0.3 < play.mean() < 0.7
+    unloaded = result.status[0] == Status.UNLOADED
+    assert 0.3 < unloaded.mean() < 0.7
     for name in (*FORCES, "output_torque", "crank_torque"):
-        assert not np.any(getattr(result, name)[0, play])
-    # Where the solver leaves the element, it touches gear and wall and stands clear of the crank.
+        assert not np.any(getattr(result, name)[0, unloaded])
+    # At the displacement returned it touches gear and wall but not the crank.
     angle = contacts.beta + twist
     distance = np.hypot(
         contacts.path_radius - contacts.eccentricity * np.cos(angle) + result.radial[0],
         -contacts.eccentricity * np.sin(angle) + result.tangential[0],
     )
-    assert np.all(distance[play] >= contacts.radius_sum[play] - 1e-15)
-    np.testing.assert_allclose(np.abs(result.tangential[0, play]), contacts.cage_gap[play], rtol=1e-9)
+    assert np.all(distance[unloaded] >= contacts.radius_sum[unloaded] - 1e-15)
+    np.testing.assert_allclose(np.abs(result.tangential[0, unloaded]), contacts.cage_gap[unloaded], rtol=1e-9)
 
 
 @pytest.mark.parametrize("lobes", [28, 30])
@@ -157,7 +157,7 @@ def test_power_balance_of_nominal_parts(lobes):
     result = solve(contacts, 0.1 * sm.ARCMIN * drive.ratio)
     ratio = result.output_torque.sum() / (drive.ratio * result.crank_torque.sum())
     assert abs(ratio) == pytest.approx(1, abs=1e-3)
-    # With the other flank's normal it would be the ratio of the other kind of drive of as many lobes.
+    # With the normal of the other flank, the ratio is that of the other kind of drive with as many lobes.
     wrong = dataclasses.replace(contacts, normal_t=-contacts.normal_t)
     result = solve(wrong, 0.1 * sm.ARCMIN * drive.ratio)
     ratio = result.output_torque.sum() / (drive.ratio * result.crank_torque.sum())
@@ -200,7 +200,7 @@ def test_symmetries(seed, lobes, share, name, tight):
         values = getattr(result, one)
         np.testing.assert_allclose(getattr(mirror, one), -values, atol=1e-9 * np.abs(values).max() + 1e-300)
 
-    # Stiffer contacts throughout: the same displacements, forces in proportion.
+    # Three times the stiffness at all contacts: the same displacements, three times the forces.
     stiffer = dataclasses.replace(
         contacts, **{f"stiffness_{c}": 3 * getattr(contacts, f"stiffness_{c}") for c in ("gear", "crank", "cage")}
     )
@@ -211,7 +211,7 @@ def test_symmetries(seed, lobes, share, name, tight):
         assert np.all(np.isfinite(getattr(result, force)))
     np.testing.assert_allclose(threefold.radial, result.radial, atol=1e-12)
 
-    # No further force is the same as a further force of nothing.
+    # A zero external force, which is iterated, gives the closed form.
     none = solve(contacts, twist, external_force=(0.0, 0.0))
     for force in FORCES:
         np.testing.assert_allclose(getattr(none, force), getattr(result, force), atol=1e-8 * size)
@@ -232,7 +232,7 @@ def test_torque_of_a_drive_rises_with_its_twist(seed, lobes, name):
 
 
 @pytest.mark.parametrize("case", ["drive 1", "drive 2, tight", "drive 3, 28 lobes, tight", "rollers"])
-def test_a_centrifugal_force(case):
+def test_radial_external_force(case):
     name, changes = CASES[case]
     drive = sm.load_drive(name, **changes)
     contacts = drawn(drive, 400, seed=21)
@@ -241,20 +241,20 @@ def test_a_centrifugal_force(case):
     result = solve(contacts, twists, external_force=(push, 0.0))
     assert np.all(np.isin(result.status, (Status.UNLOADED, Status.ITERATED)))
     _assert_statics(contacts, twists, result, np.array([push, 0.0]))
-    # It presses the elements against the gear and takes them off the crank.
+    # It presses the elements against the gear and relieves the crank.
     assert np.all(result.gear > free.gear)
     loaded = free.crank > 0
     assert np.all(result.crank[loaded] < free.crank[loaded])
-    # Those with play to spare rest on gear and wall.
-    resting = result.crank == 0
-    assert resting.mean() > 0.3
-    np.testing.assert_allclose((result.gear * contacts.normal_r)[resting], push, rtol=1e-8)
-    wall = (result.cage_plus - result.cage_minus)[resting]
+    # Elements with enough clearance are supported by gear and wall alone.
+    supported = result.crank == 0
+    assert supported.mean() > 0.3
+    np.testing.assert_allclose((result.gear * contacts.normal_r)[supported], push, rtol=1e-8)
+    wall = (result.cage_plus - result.cage_minus)[supported]
     expected = np.broadcast_to(-push * contacts.normal_t / contacts.normal_r, result.gear.shape)
-    np.testing.assert_allclose(wall, expected[resting], atol=1e-6)
+    np.testing.assert_allclose(wall, expected[supported], atol=1e-6)
 
 
-def test_further_forces_element_by_element_agree_with_the_reference():
+def test_external_forces_per_element_agree_with_the_reference():
     drive = sm.load_drive("drive_1", **TIGHT)
     contacts = drawn(drive, 120, seed=31)
     rng = np.random.default_rng(5)
@@ -270,21 +270,21 @@ def test_further_forces_element_by_element_agree_with_the_reference():
             assert getattr(result, name)[0, j] == pytest.approx(getattr(theirs, name), abs=1e-8 * size)
 
 
-def test_arrays_are_twists_by_elements():
+def test_arrays_have_the_shape_twists_by_elements():
     drive = sm.load_drive("drive_1")
     contacts = drawn(drive, 30, seed=1)
     twists = np.linspace(-0.05, 0.05, 7)
     result = solve(contacts, twists)
     for field in dataclasses.fields(result):
         assert getattr(result, field.name).shape == (7, 30)
-    # Every element and twist is solved for itself.
+    # Every pair of element and twist is solved independently.
     one = solve(contacts[slice(11, 12)], twists[3])
     assert one.gear.shape == (1, 1)
     assert one.gear[0, 0] == pytest.approx(result.gear[3, 11], rel=1e-9)
     assert solve(contacts[slice(0, 0)], twists).gear.shape == (7, 0)
 
 
-def test_one_bad_element_does_not_spoil_the_others():
+def test_element_without_equilibrium_does_not_affect_the_others():
     contacts = drawn(sm.load_drive("drive_1"), 20, seed=1)
     broken = dataclasses.replace(contacts, stiffness_gear=np.where(np.arange(20) == 4, np.nan, contacts.stiffness_gear))
     expected, result = solve(contacts, 0.03), solve(broken, 0.03)
@@ -303,7 +303,7 @@ def test_one_bad_element_does_not_spoil_the_others():
         (0.01, (math.inf, 0.0), ["external_force", "finite"]),
     ],
 )
-def test_bad_input(twist, extra, parts):
+def test_bad_input_is_refused(twist, extra, parts):
     contacts = drawn(sm.load_drive("drive_1"), 5, seed=1)
     with pytest.raises(sm.InputError) as error:
         solve(contacts, twist, extra)

@@ -1,4 +1,4 @@
-"""Whole drives beyond the plain model: limits, statics, and SciPy's root of the whole coupled system."""
+"""Whole drives beyond the paper's model: limits, statics, and SciPy's root of the whole coupled system."""
 
 from __future__ import annotations
 
@@ -51,14 +51,15 @@ def one_drive(drive: sm.Drive, seed: int = 5, n_drives: int = 1) -> Contacts:
 class WholeDrive:
     """Eqs 8 to 16 for all elements of a drive with one eccentric, its bearing and its housing, as one system.
 
-    Unknowns: the eccentric's shift, the crank twist lost in the housing, the elements' displacements; in
-    micrometres. Shares no code with the solver: forces by bisection and quadrature, gaps by a search along the path.
+    Unknowns: the displacement of the eccentric's centre, um; the crank twist taken by the housing, mrad; the elements'
+    displacements, um. Shares no code with the solver: forces by root search and quadrature, gaps by a search along
+    the path.
     """
 
     def __init__(self, contacts: Contacts, twist: float) -> None:
         self.c, self.twist = contacts, twist
-        self.soft = math.isfinite(contacts.options.bearing_stiffness)
-        self.housed = math.isfinite(contacts.options.housing_stiffness)
+        self.bearing_yields = math.isfinite(contacts.options.bearing_stiffness)
+        self.housing_yields = math.isfinite(contacts.options.housing_stiffness)
 
     def with_spring(self, law, delta: float, spring: float) -> float:
         if delta <= 0:
@@ -78,7 +79,7 @@ class WholeDrive:
         line = 1 / ((2 * arc * radius) ** (1 / 9) * 3.81 ** (10 / 9) * c.cage_compliance / math.pi)
 
         def slices(v: float) -> float:
-            a = arc * math.sin(v)  # falls to nothing smoothly
+            a = arc * math.sin(v)  # vanishes smoothly at the end
             overlap = max(delta * math.cos(a) - 2 * gap * math.sin(a / 2) ** 2, 0)
             return overlap ** (10 / 9) * math.cos(a) * arc * math.cos(v)
 
@@ -102,7 +103,7 @@ class WholeDrive:
             lambda at: ((centre - point(at)) ** 2).sum() * 1e12, (beta - 0.05, beta + 0.05), tol=1e-12
         )
 
-        # A minimum is known to the root of the precision only: the root of its slope is better.
+        # A minimum is found to the square root of the precision only, the zero of the slope to full precision.
         def slope(at: float) -> float:
             h = 1e-6
             return float((centre - point(at)) @ (point(at + h) - point(at - h)))
@@ -144,8 +145,8 @@ class WholeDrive:
             torque += own
             rows += list(total)
         o = self.c.options
-        bearing = o.bearing_stiffness * shift + on_crank if self.soft else unknown[:2]
-        housing = o.housing_stiffness * lost / self.c.ratio - torque if self.housed else unknown[2]
+        bearing = o.bearing_stiffness * shift + on_crank if self.bearing_yields else unknown[:2]
+        housing = o.housing_stiffness * lost / self.c.ratio - torque if self.housing_yields else unknown[2]
         return np.array([*bearing, housing, *rows])
 
 
@@ -158,25 +159,25 @@ def test_agrees_with_the_root_of_the_whole_system(case: str) -> None:
     ours = solve(contacts, [twist])
     assert isinstance(ours, CoupledEquilibrium)
     assert not np.any(ours.status == Status.NOT_CONVERGED)
-    # Elements with play may rest anywhere: they are left out, and must touch nothing. Under inertia all rest.
-    held = np.flatnonzero(ours.status[0] != Status.UNLOADED)
-    some = contacts[held]
+    # The position of unloaded elements is not unique: they are left out. Under inertia all elements are loaded.
+    loaded = np.flatnonzero(ours.status[0] != Status.UNLOADED)
+    some = contacts[loaded]
     whole = WholeDrive(some, twist)
     cos, sin = np.cos(some.beta[0]), np.sin(some.beta[0])
-    places = np.stack([ours.radial[0, held], ours.tangential[0, held]], axis=1)
-    shift = ours.centre_displacement[:, 0, held[0]]
+    places = np.stack([ours.radial[0, loaded], ours.tangential[0, loaded]], axis=1)
+    shift = ours.centre_displacement[:, 0, loaded[0]]
     start = np.concatenate(
         [[(shift[0] * cos + shift[1] * sin) * 1e6, (shift[1] * cos - shift[0] * sin) * 1e6, 0.0], places.ravel() * 1e6]
     )
-    if whole.housed:
+    if whole.housing_yields:
         start[2] = 1e3 * drive.ratio * ours.output_torque.sum() / drive.beyond.housing_stiffness
         start[:2] = 0.0
-    # A start off ours by a tenth: it has to find its own way back. (Where all contacts but the gear's may open, less:
-    # MINPACK gets stuck there.)
+    # The search starts a tenth off our solution. (Under inertia, where all contacts but the gear's may open, it starts
+    # closer, because MINPACK fails otherwise.)
     off = 0.01 if "inertia" in changes else 0.1
     start *= 1 + off * np.random.default_rng(1).uniform(-1, 1, start.size)
     scale = float(ours.crank.max())
-    for _ in range(4):  # MINPACK's steps may stick where a contact just opens; a fresh Jacobian frees them
+    for _ in range(4):  # MINPACK may stall where a contact just opens; a new Jacobian helps
         found = optimize.root(whole.residual, start, method="hybr", options={"xtol": 1e-13})
         start = found.x
         if np.abs(found.fun).max() < 1e-7 * scale:
@@ -185,15 +186,17 @@ def test_agrees_with_the_root_of_the_whole_system(case: str) -> None:
     x = found.x[3:].reshape(-1, 2) * 1e-6
     theirs = [whole.forces(j, x[j], found.x[:2] * 1e-6, found.x[2] * 1e-3) for j in range(len(some))]
     tight = 1e-6 if case in ("exact gear", "everything") else 1e-7
-    np.testing.assert_allclose([math.hypot(*crank) for _, crank, _ in theirs], ours.crank[0, held], atol=tight * scale)
+    np.testing.assert_allclose(
+        [math.hypot(*crank) for _, crank, _ in theirs], ours.crank[0, loaded], atol=tight * scale
+    )
     torques = np.array([own for _, _, own in theirs])
-    np.testing.assert_allclose(torques, ours.output_torque[0, held], atol=tight * np.abs(torques).max())
+    np.testing.assert_allclose(torques, ours.output_torque[0, loaded], atol=tight * np.abs(torques).max())
     assert np.count_nonzero(torques) >= 3
 
 
 @pytest.mark.parametrize("name", ["drive_1", "drive_2", "drive_3"])
 @pytest.mark.parametrize(
-    "stiff",
+    "stiffness",
     [
         {"bearing_stiffness": 1e30},
         {"housing_stiffness": 1e30},
@@ -201,17 +204,17 @@ def test_agrees_with_the_root_of_the_whole_system(case: str) -> None:
         {"bearing_stiffness": 1e30, "housing_stiffness": 1e30, "ring_stiffness": 1e30},
     ],
 )
-def test_without_end_stiffness_gives_the_plain_model(name: str, stiff: dict[str, float]) -> None:
+def test_nearly_rigid_bodies_give_the_plain_model(name: str, stiffness: dict[str, float]) -> None:
     twist = np.linspace(-1, 1, 9) * sm.load_drive(name).max_twist
     plain = sm.simulate(sm.load_drive(name), twist, 32)
-    stiff_one = sm.simulate(sm.load_drive(name, **stiff), twist, 32)
-    np.testing.assert_allclose(stiff_one.torque, plain.torque, atol=1e-10 * plain.torque.max())
-    np.testing.assert_allclose(stiff_one.crank_torque, plain.crank_torque, atol=1e-10 * plain.crank_torque.max())
-    np.testing.assert_allclose(stiff_one.contact_force, plain.contact_force, atol=1e-9 * plain.contact_force.max())
-    assert stiff_one.status_counts == plain.status_counts
+    rigid = sm.simulate(sm.load_drive(name, **stiffness), twist, 32)
+    np.testing.assert_allclose(rigid.torque, plain.torque, atol=1e-10 * plain.torque.max())
+    np.testing.assert_allclose(rigid.crank_torque, plain.crank_torque, atol=1e-10 * plain.crank_torque.max())
+    np.testing.assert_allclose(rigid.contact_force, plain.contact_force, atol=1e-9 * plain.contact_force.max())
+    assert rigid.status_counts == plain.status_counts
 
 
-def test_switched_off_is_the_plain_model_bit_for_bit() -> None:
+def test_options_switched_off_give_the_plain_model_to_the_bit() -> None:
     drive = sm.load_drive("drive_2")
     contacts = one_drive(drive, n_drives=4)
     twist = np.linspace(-1, 1, 5) * drive.max_twist * drive.ratio
@@ -222,8 +225,8 @@ def test_switched_off_is_the_plain_model_bit_for_bit() -> None:
         np.testing.assert_array_equal(getattr(solve(rigid, twist), field), getattr(solve(contacts, twist), field))
 
 
-def test_one_ball_on_one_eccentric_is_its_contacts_and_the_bearing_in_series() -> None:
-    """The centre yields along the crank's normal by f/k: the ball then sees a crank that reaches less far."""
+def test_single_ball_is_its_contacts_and_the_bearing_in_series() -> None:
+    """The centre is displaced along the crank's normal by f/k, as if the crank's radius were smaller by that."""
     drive = sm.load_drive("drive_1", elements=1, eccentrics=1, bearing_stiffness="250 N/um")
     contacts = build_contacts(drive, dataclasses.replace(sampling.nominal(drive), beta=np.array([[1.1]])))
     assert len(contacts) == 1
@@ -242,7 +245,7 @@ def test_one_ball_on_one_eccentric_is_its_contacts_and_the_bearing_in_series() -
 
 
 @pytest.mark.parametrize("case", ["bearing", "bearing, 28 lobes, tight", "both, tight", "everything"])
-def test_bodies_and_elements_balance(case: str) -> None:
+def test_bodies_are_in_equilibrium_with_their_elements(case: str) -> None:
     name, changes = CASES[case]
     drive = sm.load_drive(name, **changes)
     contacts = one_drive(drive, n_drives=3)
@@ -264,19 +267,19 @@ def test_bodies_and_elements_balance(case: str) -> None:
         - result.centre_displacement
     )
     force = result.crank * d / np.hypot(*d)
-    # In the crank's frame every element of an eccentric sees one shift, and k times it carries their forces.
+    # In the crank's frame all elements of an eccentric see the same displacement y, and k y balances their forces.
     y = np.stack([by_bearing[0] * cos + by_bearing[1] * sin, by_bearing[1] * cos - by_bearing[0] * sin])
     f = np.stack([force[0] * cos + force[1] * sin, force[1] * cos - force[0] * sin])
     for group in np.unique(c.eccentric):
-        mine = c.eccentric == group
-        assert np.ptp(y[..., mine], axis=-1).max() < 1e-15
-        pull = -o.bearing_stiffness * y[..., mine].mean(axis=-1)
-        np.testing.assert_allclose(pull, f[..., mine].sum(axis=-1), atol=1e-8 * np.abs(f).max())
+        own = c.eccentric == group
+        assert np.ptp(y[..., own], axis=-1).max() < 1e-15
+        support = -o.bearing_stiffness * y[..., own].mean(axis=-1)
+        np.testing.assert_allclose(support, f[..., own].sum(axis=-1), atol=1e-8 * np.abs(f).max())
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_mirror_image(case: str) -> None:
-    """The mirrored drive twisted the other way: the same forces, opposite torques."""
+def test_mirrored_drive_has_mirrored_forces(case: str) -> None:
+    """Twisted the other way, the mirrored drive has the same forces and opposite torques."""
     name, changes = CASES[case]
     drive = sm.load_drive(name, **changes)
     contacts = one_drive(drive, n_drives=2)
@@ -291,7 +294,7 @@ def test_mirror_image(case: str) -> None:
     np.testing.assert_allclose(other.output_torque, -one.output_torque, atol=2e-8 * np.abs(one.output_torque).max())
 
 
-def test_drives_do_not_feel_each_other() -> None:
+def test_drives_are_independent_of_each_other() -> None:
     drive = sm.load_drive("drive_1", **SOFT, **HOUSING)
     twist = np.array([0.4, 1.0]) * drive.max_twist * drive.ratio
     together = solve(one_drive(drive, n_drives=3), twist).output_torque
@@ -300,8 +303,8 @@ def test_drives_do_not_feel_each_other() -> None:
 
 
 @pytest.mark.parametrize("lobes", [30, 28])
-def test_the_bearing_adds_what_its_energy_says(lobes: int) -> None:
-    """Castigliano: at a given crank torque a stiff bearing adds d(its energy)/d(crank torque) to the crank's twist."""
+def test_twist_added_by_the_bearing_follows_from_its_energy(lobes: int) -> None:
+    """Castigliano: at a given crank torque a bearing adds d(its energy)/d(crank torque) to the crank's twist."""
     twist = np.linspace(1, 8, 43) * ARCMIN
     stiff = sm.load_drive("drive_1", lobes=lobes, bearing_stiffness="4000 N/um")
     rigid, yielding = (
@@ -316,11 +319,11 @@ def test_the_bearing_adds_what_its_energy_says(lobes: int) -> None:
     assert added == pytest.approx(np.polyfit(torque - middle, energy, 2)[1], rel=0.01)
 
 
-def test_what_a_bearing_of_250_newtons_per_micrometre_adds() -> None:
-    """Design, section 3: 1 um is 0.17 arcmin; 300 N.m put 4.9 kN on each eccentric, which adds 3.3 arcmin.
+def test_twist_added_by_a_bearing_of_250_newtons_per_micrometre() -> None:
+    """By hand: 1 um is 0.17 arcmin; 300 N.m put 4.9 kN on each eccentric, which adds 3.3 arcmin.
 
-    That force is the one across the eccentricity, which makes the torque; the force along it adds a third. It is
-    5 % less at the twist this takes, for eq. 19 counts the torque with the displaced element's lever.
+    That is the force normal to the eccentricity, which makes the torque; the force along it adds a third. At the twist
+    of 300 N.m it is 5 % less, because the lever of eq. 19 is that of the displaced element.
     """
     drive = sm.load_drive("drive_1", max_twist="14 arcmin")
     assert 1e-6 / drive.eccentricity / 29 / ARCMIN == pytest.approx(0.17, abs=0.002)
@@ -337,19 +340,19 @@ def test_what_a_bearing_of_250_newtons_per_micrometre_adds() -> None:
 
 
 def _bearing_energy(drive: sm.Drive, twist: np.ndarray, n_drives: int) -> np.ndarray:
-    """Mean over drives of the energy in the three bearings, J."""
-    whole = np.zeros(len(twist))
+    """Energy in the three bearings, mean over the drives, J."""
+    energy = np.zeros(len(twist))
     for block, count in sampling.blocks(n_drives):
         deviations = sampling.draw(drive, block, count, 0)
         contacts = usable_elements(drive, deviations).contacts
         result = solve(contacts, twist * drive.ratio)
         _, first = np.unique(contacts.eccentric, return_index=True)
         shift = result.centre_displacement[..., first]  # type: ignore[attr-defined]
-        whole += 0.5 * drive.beyond.bearing_stiffness * (shift**2).sum(axis=(0, 2))
-    return whole / n_drives
+        energy += 0.5 * drive.beyond.bearing_stiffness * (shift**2).sum(axis=(0, 2))
+    return energy / n_drives
 
 
-def test_a_stiffer_body_never_makes_a_softer_drive() -> None:
+def test_stiffer_body_makes_a_stiffer_drive() -> None:
     twist = np.array([2.0, 5.0, 8.0]) * ARCMIN
     for field, unit in (
         ("bearing_stiffness", "N/um"),
@@ -365,7 +368,7 @@ def test_a_stiffer_body_never_makes_a_softer_drive() -> None:
             assert (stiffer > softer).all()
 
 
-def test_the_housing_is_a_spring_in_series_with_each_drive() -> None:
+def test_housing_is_a_spring_in_series_with_each_drive() -> None:
     plain, housed = sm.load_drive("drive_1"), sm.load_drive("drive_1", **HOUSING)
     one, other = one_drive(plain), one_drive(housed)
     twist = np.array([0.5, 0.9]) * plain.max_twist
@@ -374,7 +377,7 @@ def test_the_housing_is_a_spring_in_series_with_each_drive() -> None:
     np.testing.assert_allclose(solve(one, contacts_see * plain.ratio).output_torque.sum(axis=1), torque, rtol=1e-8)
 
 
-def test_further_forces_go_together_with_the_bearing() -> None:
+def test_external_forces_act_together_with_the_bearing() -> None:
     drive = sm.load_drive("drive_1", **SMALL, **SOFT)
     contacts = one_drive(drive)
     twist = [0.6 * drive.max_twist * drive.ratio]
@@ -386,8 +389,7 @@ def test_further_forces_go_together_with_the_bearing() -> None:
         solve(contacts, twist, external_force=(1.0, 2.0, 3.0))
 
 
-def test_the_engine_alone_gives_the_plain_closed_form() -> None:
-    """Its passes are written anew, for speed: the same closed form where nothing is switched on."""
+def test_coupled_solver_gives_the_closed_form_of_the_plain_model() -> None:
     drive = sm.load_drive("drive_1", lobes=28)
     contacts = one_drive(drive, n_drives=3)
     twist = np.linspace(-1, 1, 7) * drive.max_twist * drive.ratio

@@ -1,4 +1,4 @@
-"""The iteration's effort and memory: only what still moves is worked on, and never more than a block at once."""
+"""Effort and memory of the Newton iteration: converged elements leave it, and blocks bound its memory."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.benchmarks import bench_newton
 
 
 @pytest.fixture
-def tight() -> Contacts:
+def interfering() -> Contacts:
     """Balls that are all larger than their bores."""
     drive = sm.load_drive("drive_1", cage_offset="-20 um")
     deviations = sampling.draw(drive, 0, sampling.BLOCK, 0)
@@ -27,7 +27,7 @@ def tight() -> Contacts:
 
 @pytest.fixture
 def steps(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, float]]:
-    """Elements and greatest damping of every Newton step."""
+    """Number of elements and greatest damping of every Newton step."""
     taken: list[tuple[int, float]] = []
 
     def counted(step: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
@@ -41,65 +41,73 @@ def steps(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, float]]:
     return taken
 
 
-def test_one_without_an_equilibrium_costs_the_others_nothing(tight: Contacts, steps: list[tuple[int, float]]) -> None:
+def test_element_without_equilibrium_does_not_slow_down_the_others(
+    interfering: Contacts, steps: list[tuple[int, float]]
+) -> None:
     crank = np.linspace(0.0, 0.06, 5)
-    solve(tight, crank)
+    solve(interfering, crank)
     usual = sum(n for n, _ in steps)
     steps.clear()
-    bad = dataclasses.replace(tight, stiffness_gear=np.where(np.arange(len(tight)) == 4, np.nan, tight.stiffness_gear))
+    bad = dataclasses.replace(
+        interfering, stiffness_gear=np.where(np.arange(len(interfering)) == 4, np.nan, interfering.stiffness_gear)
+    )
     result = solve(bad, crank)
     assert (result.status[:, 4] == Status.NOT_CONVERGED).all()
     assert (np.delete(result.status, 4, axis=1) != Status.NOT_CONVERGED).all()
     assert sum(n for n, _ in steps) <= usual + 5 * newton.MAX_STEPS
-    # 1e-6 times 8 for every step: 200 of them would overflow in the determinant.
+    # The damping starts at 1e-6 and grows by 8 in a step: 200 steps would overflow in the determinant.
     assert max(damping for _, damping in steps) < 1e25
 
 
-def test_damping_ends_where_steps_are_below_the_rounding_of_the_place(
-    tight: Contacts, monkeypatch: pytest.MonkeyPatch, steps: list[tuple[int, float]]
+def test_iteration_stops_when_steps_are_below_the_rounding_of_the_position(
+    interfering: Contacts, monkeypatch: pytest.MonkeyPatch, steps: list[tuple[int, float]]
 ) -> None:
-    """An energy that never falls: every step is refused."""
+    """With an energy that only rises every step is rejected."""
     at = newton._ForceField.at  # pyright: ignore[reportPrivateUsage]
     calls = iter(range(10**6))
 
     def rising(field: object, x: np.ndarray, foot: np.ndarray) -> object:
-        place = at(field, x, foot)  # type: ignore[arg-type]
-        return dataclasses.replace(place, energy=np.full_like(place.energy, float(next(calls))))
+        state = at(field, x, foot)  # type: ignore[arg-type]
+        return dataclasses.replace(state, energy=np.full_like(state.energy, float(next(calls))))
 
     monkeypatch.setattr(newton._ForceField, "at", rising)  # pyright: ignore[reportPrivateUsage]
-    n = len(tight)
+    n = len(interfering)
     with np.errstate(over="raise"):
-        _, _, _, converged = newton.minimise_energy(tight, np.full(n, 0.05), np.zeros((2, n)), np.full((2, n), 1e-4))
+        _, _, _, converged = newton.minimise_energy(
+            interfering, np.full(n, 0.05), np.zeros((2, n)), np.full((2, n), 1e-4)
+        )
     assert not converged.any()
     assert len(steps) < 40
     assert max(damping for _, damping in steps) < 1e25
 
 
-def test_blocks_stay_small_and_change_nothing(tight: Contacts, steps: list[tuple[int, float]]) -> None:
+def test_blocks_are_bounded_and_do_not_change_the_solution(
+    interfering: Contacts, steps: list[tuple[int, float]]
+) -> None:
     crank = np.linspace(-0.05, 0.06, 90)
-    assert len(crank) * len(tight) > 3 * newton.MAX_ELEMENTS
-    result = solve(tight, crank)
+    assert len(crank) * len(interfering) > 3 * newton.MAX_ELEMENTS
+    result = solve(interfering, crank)
     assert max(n for n, _ in steps) <= newton.MAX_ELEMENTS
     size = max(float(result.cage_plus.max()), float(result.cage_minus.max()))
     for part in (slice(0, 1), slice(40, 47), slice(89, 90)):
-        alone = solve(tight, crank[part])
+        alone = solve(interfering, crank[part])
         for name in ("gear", "crank", "cage_plus", "cage_minus"):
             np.testing.assert_allclose(getattr(alone, name), getattr(result, name)[part], atol=1e-12 * size)
 
 
-def test_parts_cover_the_twists_in_order(tight: Contacts, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_chunks_cover_the_twists_in_order(interfering: Contacts, monkeypatch: pytest.MonkeyPatch) -> None:
     from stiffness_model.equilibrium import closed_form as equilibrium
 
-    monkeypatch.setattr(equilibrium, "MAX_PAIRS", 4 * len(tight))
+    monkeypatch.setattr(equilibrium, "MAX_PAIRS", 4 * len(interfering))
     crank = np.linspace(0.0, 0.06, 10)
-    parts = list(solve_chunks(tight, crank))
-    assert [len(result.gear) for _, result in parts] == [4, 4, 2]
-    np.testing.assert_array_equal(np.concatenate([crank[part] for part, _ in parts]), crank)
+    chunks = list(solve_chunks(interfering, crank))
+    assert [len(result.gear) for _, result in chunks] == [4, 4, 2]
+    np.testing.assert_array_equal(np.concatenate([crank[part] for part, _ in chunks]), crank)
     assert MAX_PAIRS * 65 < 50e6
 
 
-def test_memory_beside_the_results_does_not_grow_with_the_twists() -> None:
-    """By `tracemalloc`, with blocks made small so that few twists fill many of them."""
+def test_memory_beside_the_results_does_not_grow_with_the_number_of_twists() -> None:
+    """Measured by `tracemalloc`, with small blocks so that few twists fill many of them."""
     drive = sm.load_drive("drive_1", cage_offset="-20 um")
     with pytest.MonkeyPatch.context() as patch:
         from stiffness_model.equilibrium import closed_form as equilibrium

@@ -1,4 +1,4 @@
-"""The paper's own way, held to itself: Jacobian, root and descent, and where it is not unique."""
+"""The paper's method checked against itself: Jacobian, root and descent, and equilibria that are not unique."""
 
 from __future__ import annotations
 
@@ -24,29 +24,29 @@ def elements(name: str = "drive_1", n: int = 40, **changes) -> Contacts:
 
 
 @pytest.mark.parametrize("changes", [{}, {"cage_offset": 0.0}, {"element": "roller", "element_length": 0.01}])
-def test_descent_and_root_find_the_same(changes):
+def test_descent_and_root_search_agree(changes):
     contacts = elements("drive_2", **changes)
-    met = set()
+    methods = set()
     for j in range(len(contacts)):
         root, descent = (solve_element(contacts, j, -0.04, descend=way) for way in (False, True))
-        met |= {root.method, descent.method}
+        methods |= {root.method, descent.method}
         for name in NUMBERS:
             assert getattr(descent, name) == pytest.approx(getattr(root, name), rel=1e-6, abs=1e-12)
-    assert met == {"clearance", "root", "descent"}
+    assert methods == {"clearance", "root", "descent"}
 
 
-def test_descent_needs_no_contact_to_start_from():
+def test_descent_converges_from_a_start_without_contact():
     contacts = elements()
     for j in range(10):
-        # Two tenths of a millimetre off the crank nothing touches, and the root finder has nothing to go by.
+        # 0.2 mm off the crank nothing touches, and the Jacobian of the root search is zero.
         found = solve_element(contacts, j, 0.0, external_force=(-25.0, 0.0), start=(2e-4, 0.0))
-        here = solve_element(contacts, j, 0.0, external_force=(-25.0, 0.0))
-        assert found.crank == pytest.approx(here.crank, rel=1e-6)
+        expected = solve_element(contacts, j, 0.0, external_force=(-25.0, 0.0))
+        assert found.crank == pytest.approx(expected.crank, rel=1e-6)
         assert found.crank > 20
 
 
 def test_jacobian_is_the_derivative_of_the_force():
-    """Eq. 17 with eq. 18 corrected; as printed, the term of the crank's normal would be off by far more."""
+    """Eq. 17 with eq. 18 corrected; with eq. 18 as printed the difference would be far larger."""
     from stiffness_model.equilibrium.reference import _element
 
     element = _element(elements("drive_3"), 7, -0.1, (3.0, -2.0))
@@ -68,7 +68,7 @@ def test_jacobian_is_the_derivative_of_the_force():
 
 
 def test_two_equilibria_where_crank_and_gear_are_parallel():
-    """Squeezed at beta near 0 the element holds at either wall; both solvers take the side it leans to."""
+    """Near beta = 0 a squeezed element is stable at either wall; both solvers take the side to which it is pushed."""
     base = elements(n=1)
     one = np.ones(1)
     contacts = dataclasses.replace(
@@ -84,22 +84,22 @@ def test_two_equilibria_where_crank_and_gear_are_parallel():
     left, right = (solve_element(contacts, 0, 0.0, start=(-4e-6, side * 3e-6)) for side in (-1, 1))
     assert left.cage_minus > 0 == left.cage_plus
     assert right.cage_plus > 0 == right.cage_minus
-    leaning = solve_element(contacts, 0, 0.0)
-    assert leaning == right or leaning.cage_plus == pytest.approx(right.cage_plus, rel=1e-9)
+    pushed = solve_element(contacts, 0, 0.0)
+    assert pushed == right or pushed.cage_plus == pytest.approx(right.cage_plus, rel=1e-9)
     ours = solve(contacts, 0.0)
     assert ours.cage_plus[0, 0] == pytest.approx(right.cage_plus, rel=1e-8)
     assert ours.cage_minus[0, 0] == 0
 
 
-def test_play_is_recognised_by_geometry():
+def test_clearance_is_recognised_by_geometry():
     contacts = elements()
     found = [solve_element(contacts, j, -0.04) for j in range(len(contacts))]
-    play = [f for f in found if f.method == "clearance"]
-    assert 0.3 < len(play) / len(found) < 0.7
-    assert all(f.gear == f.crank == f.output_torque == 0 for f in play)
+    unloaded = [f for f in found if f.method == "clearance"]
+    assert 0.3 < len(unloaded) / len(found) < 0.7
+    assert all(f.gear == f.crank == f.output_torque == 0 for f in unloaded)
 
 
-def test_what_cannot_be_found_says_so():
+def test_missing_equilibrium_is_reported():
     contacts = dataclasses.replace(elements(n=1), stiffness_gear=np.array([np.nan]), gear_gap=np.array([-1e-5]))
     found = solve_element(contacts, 0, -0.04)
     assert found.method == "none"
