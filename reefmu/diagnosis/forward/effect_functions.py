@@ -123,3 +123,17 @@ def scaled(tangent: Tangent, factor: Number) -> Tangent:
 def is_zero(value: Number) -> bool:
     """Whether a value is the number 0, not an array."""
     return not isinstance(value, np.ndarray) and value == 0.0
+
+
+@dataclass(frozen=True)
+class Dual:
+    """A value, a number or (n,), and its derivatives by the parameters that it depends on."""
+
+    value: Number
+    tangent: Tangent
+
+    def plus(self, other: Dual, sign: float = 1.0) -> Dual:
+        """The sum, or with sign -1 the difference."""
+        tangent = dict(self.tangent)
+        accumulate(tangent, other.tangent, sign)
+        return Dual(self.value + sign * other.value, tangent)
