@@ -25,7 +25,7 @@ _NONE: Tangent = {}
 class RecordStages:
     """The stages of some effects on a trace, every one the method of its name.
 
-    functions: of the effects; slices, shape: where their parameters and those of the base curve stand in a vector p. Its
+    functions: of the effects; slices, shape: indices of their parameters and of the base curve's in a vector p, whose
     first entry is the zero of the twist, rad.
     """
 
