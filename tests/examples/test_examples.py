@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.patience import HANG
+from tests.subprocesses import TIMEOUT
 
 pytestmark = pytest.mark.slow
 
@@ -33,7 +33,7 @@ def test_example(example: Path, tmp_path: Path) -> None:
         capture_output=True,
         text=True,
         env={**os.environ, "MPLBACKEND": "Agg"},
-        timeout=HANG,
+        timeout=TIMEOUT,
     )
     assert run.returncode == 0, run.stderr
     assert run.stdout.strip(), "the example prints its figures"

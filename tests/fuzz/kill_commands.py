@@ -23,8 +23,8 @@ import numpy as np
 import tomli_w
 
 from tests.fuzz import show
-from tests.patience import HANG
 from tests.small_study import tables
+from tests.subprocesses import TIMEOUT
 
 ROOT = Path(__file__).parents[2]
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
@@ -110,11 +110,11 @@ def kill_case(folder: Path, name: str, number: signal.Signals, group: bool, afte
     if not early:
         (os.killpg if group else os.kill)(running.pid, number)
     try:
-        _, said = running.communicate(timeout=HANG)
+        _, said = running.communicate(timeout=TIMEOUT)
     except subprocess.TimeoutExpired:
         os.killpg(running.pid, signal.SIGKILL)
         running.communicate()
-        return f"still there after {HANG:g} s"
+        return f"still there after {TIMEOUT:g} s"
     status = running.returncode
     wrong: list[str] = []
     lines = [line for line in said.splitlines() if line.strip() and not re.search(r"^note: |: \d+ %", line)]
@@ -142,7 +142,7 @@ def kill_case(folder: Path, name: str, number: signal.Signals, group: bool, afte
 
 def run_again(folder: Path, name: str) -> str:
     """What is wrong with the same command after all the kills; empty if nothing is."""
-    _, said = (running := start(folder, name)).communicate(timeout=HANG)
+    _, said = (running := start(folder, name)).communicate(timeout=TIMEOUT)
     wrong = [] if running.returncode == 0 else [f"status {running.returncode}: {said[-300:]}"]
     return "\n".join([*wrong, *([f"never cleared away: {left(folder)}"] if left(folder) else [])])
 

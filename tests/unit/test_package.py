@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.patience import HANG
+from tests.subprocesses import TIMEOUT
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
@@ -41,7 +41,7 @@ def test_tests_of_records_outside_the_repository_skip_with_their_reason(tmp_path
     """In a copy of the tree that has nothing beside it. In CI, where other skips are holes, this one is none."""
     copy = tmp_path / "copy"
     (copy / "tests/examples").mkdir(parents=True)
-    for name in ("pyproject.toml", "tests/conftest.py", "tests/patience.py", "tests/examples/test_examples.py"):
+    for name in ("pyproject.toml", "tests/conftest.py", "tests/subprocesses.py", "tests/examples/test_examples.py"):
         shutil.copy(ROOT / name, copy / name)
     shutil.copytree(ROOT / "examples", copy / "examples")
     paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
@@ -51,7 +51,7 @@ def test_tests_of_records_outside_the_repository_skip_with_their_reason(tmp_path
         capture_output=True,
         text=True,
         check=False,
-        timeout=HANG,
+        timeout=TIMEOUT,
         env={**os.environ, "CI": "true", "PYTHONPATH": paths},
     )
     assert done.returncode == 0, done.stdout + done.stderr

@@ -20,14 +20,19 @@ from reefmu.commands.compare import torque_steps
 from reefmu.progress import CountingExecutor, Progress
 from stiffness_model.ratings.efficiency import friction_losses
 from stiffness_model.ratings.peak_pressure import peak_pressures
-from tests.patience import HANG, said
+from tests.subprocesses import TIMEOUT, messages
 
 CURVE_FILES = ["curve.csv", "curve.png", "forces.png", "load_share.png"]
 
 
 def call(*args: str, folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "reefmu", *args], cwd=folder, capture_output=True, text=True, timeout=HANG, check=False
+        [sys.executable, "-m", "reefmu", *args],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
     )
 
 
@@ -54,7 +59,7 @@ def test_curve_prints_a_table_and_writes_its_files(tmp_path: Path) -> None:
     done = call("curve", "drive_1", "--drives", "32", folder=tmp_path)
     assert done.returncode == 0
     # One plain note: the elements do not fit.
-    assert said(done.stderr) == [f"note: drive_1: {sm.load_drive('drive_1').seats.overlap_message()}"]
+    assert messages(done.stderr) == [f"note: drive_1: {sm.load_drive('drive_1').seats.overlap_message()}"]
     assert sorted(path.name for path in (tmp_path / "drive_1-curve").iterdir()) == CURVE_FILES
     with (tmp_path / "drive_1-curve" / "curve.csv").open(newline="") as file:
         rows = list(csv.reader(file))
@@ -291,8 +296,8 @@ def test_no_traceback_from_the_real_program(args: list[str], tmp_path: Path) -> 
     (tmp_path / "taken").write_text("a file")
     done = call(*args, folder=tmp_path)
     assert done.returncode == 2
-    assert len(said(done.stderr)) == 1
-    assert said(done.stderr)[0].startswith("reefmu: ")
+    assert len(messages(done.stderr)) == 1
+    assert messages(done.stderr)[0].startswith("reefmu: ")
     assert [path.name for path in tmp_path.iterdir()] == ["taken"]
 
 
@@ -352,8 +357,8 @@ def test_a_reader_that_leaves_is_no_fault(tmp_path: Path) -> None:
         assert process.stderr is not None
         process.stdout.close()
         err = process.stderr.read()
-        assert process.wait(timeout=HANG) == 0
-    assert [line.split()[0] for line in said(err)] == ["note:"]
+        assert process.wait(timeout=TIMEOUT) == 0
+    assert [line.split()[0] for line in messages(err)] == ["note:"]
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:

@@ -24,8 +24,8 @@ import stiffness_model as sm
 from reefmu.cli import main
 from stiffness_model.explore.optimisation.run import CHUNK_FOLDER, run_study
 from stiffness_model.explore.report.results import assess_designs, columns
-from tests.patience import HANG, said
 from tests.small_study import study, tables
+from tests.subprocesses import TIMEOUT, messages
 
 pytestmark = pytest.mark.slow
 
@@ -83,7 +83,7 @@ def start(*args: str, out: Path, chunks: int) -> subprocess.Popen[str]:
 
 
 def wait_for(met: Any, what: str) -> None:
-    end = time.monotonic() + HANG
+    end = time.monotonic() + TIMEOUT
     while not met():
         assert time.monotonic() < end, what
         time.sleep(0.01)
@@ -111,11 +111,11 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
         ],
         capture_output=True,
         text=True,
-        timeout=HANG,
+        timeout=TIMEOUT,
         check=False,
     )
     assert made.returncode == 0, made.stderr
-    assert said(made.stderr) == []
+    assert messages(made.stderr) == []
     return folder / "out", made.stdout
 
 
@@ -255,9 +255,9 @@ def test_a_signal_is_status_128_and_its_number_and_one_line(tmp_path: Path, numb
     wait_for(lambda: len(chunks(out)) == 1, "the first chunk")
     # As a terminal does: to every process of the group.
     os.killpg(running.pid, number)
-    _, told = running.communicate(timeout=HANG)
+    _, told = running.communicate(timeout=TIMEOUT)
     assert running.returncode == 128 + number
-    assert said(told) == [
+    assert messages(told) == [
         f"reefmu: interrupted; what is done is kept in {out}, and the same command goes on from there"
     ]
 
@@ -312,7 +312,7 @@ def test_a_scheduler_that_is_none_leaves_nothing_to_complain_at_exit(address: st
         ],
         capture_output=True,
         text=True,
-        timeout=HANG,
+        timeout=TIMEOUT,
         check=False,
     )
     assert made.returncode == 2
@@ -340,9 +340,9 @@ def test_a_lost_worker_process_is_one_line_and_status_1(tmp_path: Path) -> None:
         pytest.skip("foreign host: no /proc to find a worker in")
     os.kill(children[0], signal.SIGKILL)
     (tmp_path / "go").touch()
-    _, told = running.communicate(timeout=HANG)
+    _, told = running.communicate(timeout=TIMEOUT)
     assert running.returncode == 1
-    lines = said(told)
+    lines = messages(told)
     assert len(lines) == 1
     assert "the workers were lost" in lines[0]
     assert "the same command goes on from there" in lines[0]
@@ -421,7 +421,7 @@ def test_a_dask_cluster_gives_the_same_though_a_worker_dies(
     first.kill()
     first.wait()
     (tmp_path / "go").touch()
-    _, told = running.communicate(timeout=HANG)
+    _, told = running.communicate(timeout=TIMEOUT)
     assert running.returncode == 0, told
     assert second.poll() is None
     for name, values in longer.items():

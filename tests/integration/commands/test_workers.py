@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from reefmu.commands import workers
-from tests.patience import HANG
+from tests.subprocesses import TIMEOUT
 
 SCRIPT = """
 import sys
@@ -60,7 +60,7 @@ def test_an_exception_ends_the_pool_whatever_its_workers_do(case: str) -> None:
         cwd=root,
         capture_output=True,
         text=True,
-        timeout=HANG,
+        timeout=TIMEOUT,
         env={**os.environ, "PYTHONPATH": str(root)},
         check=False,
     )

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tests.patience import HANG
+from tests.subprocesses import TIMEOUT
 
 CHROMIUM = next(
     (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
@@ -85,4 +85,4 @@ def _chromium(work: Path, *words: str) -> str:
         "--disable-component-update",
         f"--user-data-dir={work / 'profile'}",
     ]
-    return subprocess.run([*call, *words], check=True, capture_output=True, text=True, timeout=HANG).stdout
+    return subprocess.run([*call, *words], check=True, capture_output=True, text=True, timeout=TIMEOUT).stdout

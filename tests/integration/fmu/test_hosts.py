@@ -27,7 +27,7 @@ from reefmu.model.masses import Masses
 from stiffness_model.lookup.build_lookup import Lookup
 from tests.integration.fmu.conftest import EFFECTS
 from tests.integration.fmu.replay import build_replay, replay
-from tests.patience import HANG
+from tests.subprocesses import TIMEOUT
 
 pytestmark = pytest.mark.skipif(
     shutil.which("gcc") is None or not sys.platform.startswith("linux"), reason="needs gcc on Linux"
@@ -89,7 +89,7 @@ def instrumented(flags: tuple[str, ...], fmu: Path, folder: Path, host: str = "h
 
 def call(host: Path, library: Path, guid: str, *words: str) -> str:
     done = subprocess.run(
-        [str(host), str(library), guid, *words], capture_output=True, text=True, timeout=HANG, check=False
+        [str(host), str(library), guid, *words], capture_output=True, text=True, timeout=TIMEOUT, check=False
     )
     assert done.returncode == 0, f"status {done.returncode}: {done.stderr[-1500:]}"
     return done.stdout

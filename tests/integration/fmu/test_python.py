@@ -33,7 +33,7 @@ from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import Masses
 from stiffness_model.errors import InputError
-from tests.patience import HANG
+from tests.subprocesses import TIMEOUT
 
 Rewrite = Callable[[Callable[[str, bytes], bytes | None]], Path]
 COMPILER = pytest.mark.skipif(not platforms.has_compiler(), reason="no C compiler")
@@ -62,7 +62,7 @@ def run(fmu: Path, folder: Path, code: str = RUN, **environment: str) -> subproc
         [sys.executable, "-c", code, str(fmu), str(folder)],
         capture_output=True,
         text=True,
-        timeout=HANG,
+        timeout=TIMEOUT,
         env=os.environ | environment,
         cwd=folder.parent,
         check=False,
@@ -129,7 +129,7 @@ def test_the_digest_is_over_all_that_an_export_loads_of_the_model() -> None:
         "import reefmu.model, reefmu.fmu.model.kernel\n"
         "print(*(n for n in sys.modules if n.split('.')[0] in ('reefmu', 'stiffness_model')))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANG, check=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=TIMEOUT, check=True)
     modules = set(carried.model_modules())
     packages = {name for name in done.stdout.split() if (carried._source(name) or Path()).name == "__init__.py"}
     assert set(done.stdout.split()) - packages <= modules
@@ -276,7 +276,7 @@ def test_a_host_in_c_with_libpython_ends_well(fmu: Path, tmp_path: Path) -> None
     binary = next((tmp_path / "out").rglob("binaries/linux64/*.so"))
     words = [str(host), str(binary), read_archive(fmu).guid, (tmp_path / "out" / "resources").as_uri()]
     path = os.pathsep.join(place for place in sys.path if place)
-    alone = subprocess.run(words, capture_output=True, text=True, timeout=HANG, check=False)
+    alone = subprocess.run(words, capture_output=True, text=True, timeout=TIMEOUT, check=False)
     assert alone.returncode == 3  # what documentation/externalDependencies.txt says
     assert "Py_" in alone.stderr
     for _ in range(4):
@@ -285,7 +285,7 @@ def test_a_host_in_c_with_libpython_ends_well(fmu: Path, tmp_path: Path) -> None
                 [*words, *more],
                 capture_output=True,
                 text=True,
-                timeout=HANG,
+                timeout=TIMEOUT,
                 check=False,
                 env=os.environ | {"LD_PRELOAD": str(library), "PYTHONPATH": path},
             )

@@ -18,7 +18,7 @@ from reefmu.fmu.model.variables import FMI_VERSIONS
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import Masses
-from tests.patience import HANG
+from tests.subprocesses import TIMEOUT
 
 pytestmark = [
     pytest.mark.slow,
@@ -76,7 +76,7 @@ def linked(fmus: list[Path], fmi: str, compiler: str, folder: Path) -> list[str]
         ],
         check=True,
     )
-    done = subprocess.run([folder / "host"], capture_output=True, text=True, timeout=HANG, check=False)
+    done = subprocess.run([folder / "host"], capture_output=True, text=True, timeout=TIMEOUT, check=False)
     assert done.returncode == 0, f"status {done.returncode}: {done.stdout}"
     return done.stdout.splitlines()
 

@@ -1,6 +1,6 @@
 """What an individual costs: its map against the paper's way, a turn under load, and its steps in a model and in FMUs.
 
-    python tests/benchmarks/bench_turning.py [--drive drive_1] [--seed 3] [--sample 12]
+    python tests/benchmarks/bench_rotation.py [--drive drive_1] [--seed 3] [--sample 12]
 
 The map has 61 twists x 120 angles. The paper's way (root of eq. 15, `equilibrium.reference`) does `sample` of its
 points in the same run; the ratio is per point. Best of five: other work on the machine only ever adds. Beside the

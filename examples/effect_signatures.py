@@ -1,12 +1,12 @@
-"""The fingerprint of every effect: what it does to a measurement, and what is left when the drawing is taken off.
+"""The signature of every effect: what it does to a measurement, and what is left when the drawing is taken off.
 
 For each effect one picture. On the left the torque that a rig would read: grey without the effect, in colour with
 it. On the right the difference, over the coordinate where the effect lives. The movements are a rig's: loops with
 the crank locked, a hold, turning the crank both ways, a warm run, a run after many turns.
 
-    python examples/fingerprints.py [FOLDER] [--drives N]
+    python examples/effect_signatures.py [FOLDER] [--drives N]
 
-leaves backlash.png, preload.png and so on in FOLDER (default fingerprints).
+leaves backlash.png, preload.png and so on in FOLDER (default effect-signatures).
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def to_and_fro(*speeds: float, twist: float = 4.0) -> Callable[[], list[Run]]:
 
 
 @dataclass(frozen=True)
-class Fingerprint:
+class Signature:
     """values: of the effect's parameters; left, right: names of `COORDINATES` along which to draw."""
 
     values: Mapping[str, float]
@@ -114,42 +114,42 @@ def loops(*reaches: float) -> Callable[[], list[Run]]:
     return lambda: [loop(f"to {reach:g} arcmin", reach) for reach in reaches]
 
 
-FINGERPRINTS: dict[str, Fingerprint] = {
-    "backlash": Fingerprint({"clearance": 6e-6}, loops(6), "twist", "twist"),
-    "preload": Fingerprint({"clearance": 6e-6}, loops(6), "twist", "twist"),
-    "thermal_clearance": Fingerprint(
+SIGNATURES: dict[str, Signature] = {
+    "backlash": Signature({"clearance": 6e-6}, loops(6), "twist", "twist"),
+    "preload": Signature({"clearance": 6e-6}, loops(6), "twist", "twist"),
+    "thermal_clearance": Signature(
         {"rate": 3e-7}, lambda: [loop(f"{t:g} degC", temperature=t) for t in (10.0, 20.0, 35.0, 50.0)], "twist", "twist"
     ),
-    "wear": Fingerprint(
+    "wear": Signature(
         {"rate": 1e-9}, lambda: [loop(f"after {n:g} turns", crank=TURN * n) for n in (0, 500, 1500)], "twist", "twist"
     ),
-    "modulus_error": Fingerprint({"error": -0.3}, loops(8), "twist", "torque"),
-    "missing_ball": Fingerprint(
+    "modulus_error": Signature({"error": -0.3}, loops(8), "twist", "torque"),
+    "missing_ball": Signature(
         {"size": 1.0, "phase": 1.0},
         lambda: [turning(f"turn {first + 1}", 1.0, first=first) for first in (0, 6, 12)],
         "angle",
         "angle",
     ),
-    "kinematic_error": Fingerprint(
+    "kinematic_error": Signature(
         {"amplitude_1": 1e-4, "phase_1": 0.5, "amplitude_2": 5e-5},
         lambda: [turning(f"at {twist:g} arcmin", 2.0, twist=twist) for twist in (2.0, 5.0)],
         "turns",
         "turns",
     ),
-    "structural_compliance": Fingerprint({"compliance": 3e-6}, loops(8), "twist", "torque"),
-    "creep": Fingerprint({"compliance": 1e-6, "time": 30.0}, lambda: [hold("held at 6 arcmin")], "time", "time"),
-    "hysteresis": Fingerprint({"torque": 12.0, "presliding": 5e-5}, loops(2, 4, 6), "twist", "torque"),
-    "load_dependent_hysteresis": Fingerprint({"fraction": 0.1, "presliding": 5e-5}, loops(2, 4, 6), "twist", "torque"),
-    "damping": Fingerprint(
+    "structural_compliance": Signature({"compliance": 3e-6}, loops(8), "twist", "torque"),
+    "creep": Signature({"compliance": 1e-6, "time": 30.0}, lambda: [hold("held at 6 arcmin")], "time", "time"),
+    "hysteresis": Signature({"torque": 12.0, "presliding": 5e-5}, loops(2, 4, 6), "twist", "torque"),
+    "load_dependent_hysteresis": Signature({"fraction": 0.1, "presliding": 5e-5}, loops(2, 4, 6), "twist", "torque"),
+    "damping": Signature(
         {"coefficient": 2e3}, lambda: [loop(f"loop of {s:g} s", seconds=s) for s in (1.0, 10.0, 100.0)], "twist", "rate"
     ),
-    "coulomb_friction": Fingerprint({"torque": 5.0}, to_and_fro(1.0, 0.3), "output", "speed", "output.tau"),
-    "viscous_friction": Fingerprint({"coefficient": 6.0}, to_and_fro(1.0, 0.3, 0.1), "output", "speed", "output.tau"),
-    "stribeck_friction": Fingerprint(
+    "coulomb_friction": Signature({"torque": 5.0}, to_and_fro(1.0, 0.3), "output", "speed", "output.tau"),
+    "viscous_friction": Signature({"coefficient": 6.0}, to_and_fro(1.0, 0.3, 0.1), "output", "speed", "output.tau"),
+    "stribeck_friction": Signature(
         {"torque": 5.0, "speed": 0.2}, to_and_fro(1.0, 0.3, 0.1), "output", "speed", "output.tau"
     ),
-    "torque_sensor_offset": Fingerprint({"torque": -8.0}, loops(6), "twist", "torque"),
-    "torque_sensor_drift": Fingerprint(
+    "torque_sensor_offset": Signature({"torque": -8.0}, loops(6), "twist", "torque"),
+    "torque_sensor_drift": Signature(
         {"rate": 2e-3},
         lambda: [loop(f"from {h:g} h on", seconds=2000, start=3600 * h) for h in (0.0, 1.0, 2.0)],
         "twist",
@@ -191,7 +191,7 @@ def coordinate(name: str, run: Run, torque: Array) -> Array:
 
 def draw(name: str, plain: DriveModel, lookup: Lookup) -> Figure:
     """The picture of one effect."""
-    shown, effect = FINGERPRINTS[name], EFFECTS[name]
+    shown, effect = SIGNATURES[name], EFFECTS[name]
     runs = list(shown.runs())
     record = record_of(runs)
     model = build_model(plain.drive, {name: shown.values}, lookup=lookup)
@@ -220,7 +220,7 @@ def draw(name: str, plain: DriveModel, lookup: Lookup) -> Figure:
 
 def head(name: str) -> str:
     """Name, equation and size of an effect."""
-    effect, values = EFFECTS[name], FINGERPRINTS[name].values
+    effect, values = EFFECTS[name], SIGNATURES[name].values
     units = {p.name: p.unit for p in effect.parameters}
     sizes = ", ".join(in_words(key, value, units[key]) for key, value in values.items())
     return f"{effect.title} ({name}: {sizes})\n{effect.equation}"
@@ -235,8 +235,8 @@ def in_words(name: str, value: float, unit: str) -> str:
 
 def main() -> None:
     """Draw all pictures."""
-    parser = argparse.ArgumentParser(description="The fingerprint of every effect")
-    parser.add_argument("folder", nargs="?", default="fingerprints", type=Path)
+    parser = argparse.ArgumentParser(description="The signature of every effect")
+    parser.add_argument("folder", nargs="?", default="effect-signatures", type=Path)
     parser.add_argument("--drives", type=int, default=64, help="virtual drives behind the curve (default 64)")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)

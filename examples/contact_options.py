@@ -1,6 +1,6 @@
 """What the plain contact model leaves out, each part beside it: drive 1's twist over torque, and what its forces mean.
 
-    python examples/beyond_contacts.py [FOLDER]
+    python examples/contact_options.py [FOLDER]
 
 Writes twist.png (twist over torque, and what each part adds), gear_and_bore.png (the linearised gear's error over
 the twist; the bore's contact beside Hertz's), loads.png (static safety, efficiency and bearing life over torque).
@@ -185,4 +185,4 @@ def draw(ax: Axes, torque: Array, values: Array, line: style.Line, label: str) -
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1] if len(sys.argv) > 1 else "beyond-contacts"))
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "contact-options"))

@@ -1,6 +1,6 @@
 """Cost of what is switched on beyond the plain contact model, as multiples of the plain solve in the same run.
 
-    python tests/benchmarks/bench_beyond.py [--drive drive_1] [--drives 160] [--twists 31]
+    python tests/benchmarks/bench_contact_options.py [--drive drive_1] [--drives 160] [--twists 31]
 
 Times of `solve` alone on the same contacts, and of a whole `simulate`, alternating so that a busy machine hurts all
 alike; the median of the ratios. The issue asks for at most 5 for the crank bearings.
