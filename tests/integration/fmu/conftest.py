@@ -1,4 +1,4 @@
-"""Two drives with every place of an effect in use, and their FMUs, made once for all tests here."""
+"""Two drives, with effects at every place of the model, and their FMUs, exported once for all tests of this folder."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ def model(drive: sm.Drive, lookup: Lookup) -> DriveModel:
 
 @pytest.fixture(scope="session")
 def full_model(drive: sm.Drive, lookup: Lookup) -> DriveModel:
-    """Every effect at its nominal size."""
+    """Every effect at its nominal value."""
     return at_nominal(build_model(drive, {name: {} for name in ALL_EFFECTS}, lookup=lookup), band=0.3)
 
 
 @pytest.fixture(scope="session")
 def full_individual(drive: sm.Drive, lookup: Lookup) -> DriveModel:
-    """The same around one drive with its own parts."""
+    """The same effects in an individual of the population."""
     return at_nominal(build_model(drive, {name: {} for name in ALL_EFFECTS}, lookup=lookup, individual=3))
 
 

@@ -1,4 +1,4 @@
-"""The C host that replays a signal (host/replay.c), built and called; and the same rounds through the Python model."""
+"""The C host that replays an excitation (host/replay.c), and the same cycles with the Python model."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HEADERS = Path(__import__("reefmu").__file__).parent / "fmu" / "native" / "fmi2"
 
 
 def build_replay(target: Path, compiler: Sequence[str] = ("gcc",), libraries: Sequence[str] = ("-ldl",)) -> Path:
-    """The host as a program."""
+    """Compile the host; returns the program `target`."""
     subprocess.run(
         [*compiler, "-w", "-O1", "-std=gnu99", "-I", str(HEADERS), "-o", str(target), str(SOURCE), *libraries],
         check=True,
@@ -37,9 +37,9 @@ def replay(
     *,
     rounds: int = 1,
 ) -> Array:
-    """Outputs and states, (n, n_outputs + n_states): of every row for one round, else of every round's end.
+    """Outputs and states, shape (n, n_outputs + n_states): after every step of a single cycle, else after every cycle.
 
-    command: what runs the host. The first row is that after initialisation.
+    command: runs the host. Row 0 is the result of the initialisation. rounds: number of cycles.
     """
     interface = declare_with_derivatives(component)
     references = [v.reference for v in (*interface.block("output"), *interface.block("local"))]
@@ -58,7 +58,7 @@ def replay(
 
 
 def repeat_model(component: Component, excitation: Excitation, parameters: Array, rounds: int) -> Array:
-    """The same by the Python model, its states carried from round to round."""
+    """The same for the Python model, whose states continue from cycle to cycle."""
     n, p = len(excitation.dt), np.tile(parameters[:, None], len(excitation.dt))
     x, u, dt, q = (
         ca.MX.sym(name, size)

@@ -17,7 +17,7 @@ def test_an_export_passes(fmu, soft_fmu):
     for path in (fmu, soft_fmu):
         report = check_fmu(path)
         assert report.passed, str(report)
-        assert [finding.name for finding in report.results] == NAMES
+        assert [result.name for result in report.results] == NAMES
         assert report["agreement"].value <= 1e-9
         assert str(path) in str(report)
 
@@ -70,7 +70,7 @@ def test_an_accepted_nan_is_found(fmu, monkeypatch):
         assert not run_checks.check_discard(drive, excitation, ("output.tau",), excitation.inputs[:, :1]).passed
 
 
-def test_a_model_exchanged_by_hand_is_found(rewritten):
+def test_a_model_that_was_exchanged_after_the_export_is_found(rewritten):
     def stiffer(name, content):
         return content.replace(b"5e-06 rad/", b"4e-06 rad/") if name.endswith(".toml") else content
 
@@ -102,7 +102,7 @@ def test_missing_file_and_folder(tmp_path):
 
 
 @pytest.mark.parametrize("content", [b"", b"not a zip archive at all", b"PK\x03\x04" + bytes(100)])
-def test_what_is_no_zip_archive(content, tmp_path):
+def test_a_file_that_is_not_a_zip_archive(content, tmp_path):
     path = tmp_path / "no.fmu"
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"no\.fmu: expected an FMU \(a whole zip archive\)"):
@@ -159,8 +159,8 @@ def test_resources_missing_or_damaged(rewritten, member):
     assert "\n" not in str(refused.value)
 
 
-def test_no_script(rewritten):
-    """pythonfmu itself would end the process here."""
+def test_a_missing_script(rewritten):
+    """pythonfmu would end the process in this case."""
     path = rewritten(lambda name, content: None if name.endswith(".py") else content)
     with pytest.raises(InputError, match="expected the script"):
         check_fmu(path)
@@ -175,7 +175,7 @@ def test_no_binary_for_this_machine(rewritten):
         check_fmu(path)
 
 
-def test_a_step_too_coarse_for_the_spring_is_named_with_the_one_that_would_do(soft_fmu, capsys):
+def test_an_unstable_step_is_reported_with_the_greatest_stable_one(soft_fmu, capsys):
     def check(*words):
         status = main(["check", str(soft_fmu), *words])
         output = capsys.readouterr()

@@ -1,4 +1,4 @@
-"""The hand-written C between the generated functions (tables, contacts, their derivatives) against the model."""
+"""The handwritten C between the generated functions (tables, contacts, their derivatives) against the model."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ needs_compiler = pytest.mark.skipif(
 )
 
 
-def drawn(component: Component, rng: np.random.Generator) -> dict[str, float]:
-    """Tunable parameters about their nominal values; every third one neutral or at zero."""
+def random_parameters(component: Component, rng: np.random.Generator) -> dict[str, float]:
+    """Random tunable parameters around their nominal values; about a third of them zero."""
     values = {}
     for q in component.parameters:
         if q.tunable:
@@ -44,12 +44,12 @@ def drawn(component: Component, rng: np.random.Generator) -> dict[str, float]:
 def test_outputs_and_directional_derivatives_are_the_models(
     name: str, fmu: str, request: pytest.FixtureRequest
 ) -> None:
-    """To 1e-12 of the greatest, in and beyond the tables, with random parameters, by inputs and states together."""
-    # The tables as they stand in the FMU: what their rounding does is held in test_packed.
+    """To 1e-12 of the greatest value, within and beyond the tables, with random parameters and random directions."""
+    # The decoded tables of the FMU, because test_table_encoding checks their rounding.
     full_model, path = request.getfixturevalue(name), request.getfixturevalue(fmu)
-    carried = embedded_lookup(full_model)
-    packed = decode_tables(encode_tables(carried), lookup_metadata(carried), "")
-    component = drive_component(replace(full_model, lookup=packed))
+    embedded = embedded_lookup(full_model)
+    decoded = decode_tables(encode_tables(embedded), lookup_metadata(embedded), "")
+    component = drive_component(replace(full_model, lookup=decoded))
     interface = declare_with_derivatives(component)
     unknowns = [v.name for v in (*interface.block("output"), *interface.derivatives)]
     knowns = [v.name for v in (*interface.block("input"), *interface.block("local")) if not v.derivative_of]
@@ -59,7 +59,7 @@ def test_outputs_and_directional_derivatives_are_the_models(
     ratio = full_model.drive.ratio
     with FmuDrive(path) as drive:
         for case in range(150):
-            drive.reset(drawn(component, rng))
+            drive.reset(random_parameters(component, rng))
             crank = rng.uniform(-7, 7)
             start = {"crank.phi": crank, "output.phi": crank / ratio, "temperature": 20.0}
             drive.initialize(start)
@@ -81,7 +81,7 @@ def test_outputs_and_directional_derivatives_are_the_models(
             direction = rng.normal(size=len(knowns)) * rng.choice([0, 1], len(knowns))
             change = np.array(list(drive.derivative(unknowns, dict(zip(knowns, direction, strict=True))).values()))
             expected = np.array(component.tangent(x, u_vector, p, direction)).ravel()
-            # Each against what its own terms add up to, for they cancel.
+            # Relative to the sum of the absolute values of the terms, because the terms cancel.
             terms = np.zeros(len(unknowns))
             for k in np.flatnonzero(direction):
                 one = np.zeros(len(knowns))
@@ -90,8 +90,8 @@ def test_outputs_and_directional_derivatives_are_the_models(
             assert (np.abs(change - expected) <= 1e-10 * terms + 1e-11).all(), (case, change - expected, terms)
 
 
-def test_an_effect_that_the_pieces_cannot_hold_is_refused(lookup: Lookup) -> None:
-    """A compliance that follows the temperature is no parameter's alone: better no FMU than a wrong one."""
+def test_an_effect_that_does_not_fit_the_stages_is_refused(lookup: Lookup) -> None:
+    """A compliance that depends on the temperature is not a function of parameters alone: an error, not a wrong FMU."""
     soft = Effect(
         "soft",
         "",
@@ -107,7 +107,7 @@ def test_an_effect_that_the_pieces_cannot_hold_is_refused(lookup: Lookup) -> Non
 
 
 def test_stages_together_are_the_model(full_model: DriveModel) -> None:
-    """Without C: geometry, contacts of the whole model, output; to rounding."""
+    """In Python: kinematics, the contacts of the whole model and output agree with the model up to rounding."""
     stages = make_scalar_stages(full_model.lookup, full_model.effects)
     p = full_model.parameter_vector()
     rng = np.random.default_rng(2)
@@ -118,7 +118,7 @@ def test_stages_together_are_the_model(full_model: DriveModel) -> None:
         x[len(x) - 2 :] = rng.uniform(0, 1e-6)
         whole = np.array(full_model.output(x, u, p)).ravel()
         k = stages.functions["kinematics"](u, p)
-        # What the contacts give, taken back out of the outputs: the states above build up no friction.
+        # The outputs of the contacts, recovered from the model's outputs; the states above cause no friction.
         lever, torque = float(k[1]), ca.MX.sym("torque")
         given = ca.Function(
             "given", [torque], [stages.functions["output"](x, u, k, p, ca.vertcat(torque, 0, 0, 0, 0))[1]]
@@ -140,8 +140,8 @@ def test_every_effect_has_stages(full_model: DriveModel) -> None:
         assert stages.has_series_compliance == (effect.name in ("structural_compliance",))
 
 
-def test_the_slope_at_a_node_of_the_tables_is_that_of_differences(drive: object, lookup: Lookup) -> None:
-    """The drawn clearance is one: half a slope there would be seen by every fit that starts neutral."""
+def test_the_slope_at_a_node_of_the_tables_agrees_with_differences(drive: object, lookup: Lookup) -> None:
+    """The nominal clearance is a node, and every fit that starts from neutral values uses the slope there."""
     model = build_model(drive, {"thermal_clearance": {"rate": 3e-7}}, lookup=lookup)  # type: ignore[arg-type]
     p = model.parameter_vector()
     u = np.array([0.0, 0.0, -1.1e-3, 0.0, 20.0])

@@ -1,7 +1,7 @@
-"""Directional derivatives and `stiffness` against differences of sixth order, with every effect, away from switches.
+"""Directional derivatives and `stiffness` against differences of sixth order, with every effect, where all is smooth.
 
-A switch is where a speed changes its sign, and a knot of the lookup's splines, whose third derivative jumps there.
-The random points keep speeds off zero, and differences so small that knots are seldom near: the seed's are not.
+The model is not smooth where a speed changes its sign and at the knots of the lookup's splines, where the third
+derivative jumps. At the random points speeds are not zero, and with this seed no difference crosses a knot.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import Masses
 from stiffness_model.numerics.arrays import Array
-from tests.integration.fmu.exchange import Exchange
+from tests.integration.fmu.model_exchange import Exchange
 
 SIZES = {
     "crank.phi": 1e-2,
@@ -47,22 +47,22 @@ SIZES = {
     "creep.twist": 1e-4,
     "wear.travel": 100.0,
 }
-"""How far each of the knowns moves in a run; a share built up, 1."""
+"""Range of each known in a run; 1 for the relative deflection of friction."""
 SHORT = 3e-4
-"""Of these, the step of a difference."""
+"""Step of a difference, relative to this range."""
 TOLERANCE = 1e-8
 has_compiler = pytest.mark.skipif(
     not any(shutil.which(n) for n in ("cc", "gcc", "clang")), reason="no C compiler on the PATH"
 )
 
 
-def moved(function: Callable[[Array], Array], at: Array, size: Array) -> Array:
-    """d function/d at, columns times `size`."""
+def scaled_differences(function: Callable[[Array], Array], at: Array, size: Array) -> Array:
+    """Jacobian of `function` at a point, its columns multiplied by `size`."""
     return differences(function, at, SHORT * size) * size
 
 
 def worst(came: Array, expected: Array) -> float:
-    """Of every row's deviation, as a part of the row's greatest. What depends on nothing must not move."""
+    """The greatest deviation of a row relative to the row's greatest value; a row of zeros must be zero in both."""
     greatest = np.abs(came).max(axis=1)
     moving = greatest > 0
     assert moving.mean() > 0.7
@@ -75,7 +75,7 @@ def sizes(component: Component) -> Array:
 
 
 def points(model: DriveModel, count: int) -> Iterator[tuple[Array, Array]]:
-    """Inputs and states after some steps with reversals, loads of both signs, speeds off zero."""
+    """Inputs and states after some steps with reversals, loads of both signs and speeds that are not zero."""
     rng = np.random.default_rng(0)
     component, p = drive_component(model), model.parameter_vector()
     for _ in range(count):
@@ -98,7 +98,7 @@ def points(model: DriveModel, count: int) -> Iterator[tuple[Array, Array]]:
 
 
 def values_of(component: Component, p: Array) -> Callable[[Array], Array]:
-    """Outputs and rates over inputs and states in one vector."""
+    """Outputs and rates as a function of inputs and states in one vector."""
     n = len(component.inputs)
     return lambda z: np.concatenate(
         [np.array(component.output(z[n:], z[:n], p)).ravel(), np.array(component.rate(z[n:], z[:n], p)).ravel()]
@@ -109,26 +109,26 @@ def tangents(component: Component, u: Array, x: Array, p: Array, size: Array) ->
     return np.array([np.array(component.tangent(x, u, p, d)).ravel() for d in np.diag(size)]).T
 
 
-def test_of_the_model(full_model: DriveModel) -> None:
+def test_derivatives_of_the_model(full_model: DriveModel) -> None:
     component, p = drive_component(full_model), full_model.parameter_vector()
     size = sizes(component)
     for u, x in points(full_model, 12):
-        expected = moved(values_of(component, p), np.concatenate([u, x]), size)
+        expected = scaled_differences(values_of(component, p), np.concatenate([u, x]), size)
         assert worst(tangents(component, u, x, p, size), expected) < TOLERANCE
 
 
-def test_of_the_joint(full_model: DriveModel) -> None:
+def test_derivatives_of_the_joint(full_model: DriveModel) -> None:
     component = joint_component(full_model, Masses(2e-4, 0.7, 1e-3, 0.2))
     p, size = component.parameter_vector(), sizes(component)
     for u, x in points(full_model, 4):
         joint = np.concatenate([u[:4], x])
-        expected = moved(values_of(component, p), np.concatenate([[0.3, -5.0], joint]), size)
+        expected = scaled_differences(values_of(component, p), np.concatenate([[0.3, -5.0], joint]), size)
         assert worst(tangents(component, np.array([0.3, -5.0]), joint, p, size), expected) < TOLERANCE
 
 
 @has_compiler
-def test_of_the_native_fmu(full_model: DriveModel, unpacked: tuple[Path, Path, str]) -> None:
-    """Against differences of the FMU itself, in model exchange, and against the model's own."""
+def test_derivatives_of_the_native_fmu(full_model: DriveModel, unpacked: tuple[Path, Path, str]) -> None:
+    """Against differences of the FMU itself, in model exchange, and against the derivatives of the model."""
     component = drive_component(full_model)
     p, size = full_model.parameter_vector(), sizes(component)
     with Exchange(unpacked[1], {}) as fmu:
@@ -141,19 +141,19 @@ def test_of_the_native_fmu(full_model: DriveModel, unpacked: tuple[Path, Path, s
 
         for u, x in points(full_model, 12):
             z = np.concatenate([u, x])
-            expected = moved(values, z, size)
+            expected = scaled_differences(values, z, size)
             values(z)
             came = np.array([fmu.tangent(unknowns, [name], [s]) for name, s in zip(knowns, size, strict=True)]).T
             assert worst(came, expected) < TOLERANCE
             assert worst(came, tangents(component, u, x, p, size)) < 1e-10
-            # All at once is the sum of one at a time.
+            # The derivative along all directions is the sum of the single ones.
             np.testing.assert_allclose(
                 fmu.tangent(unknowns, knowns, size.tolist()),
                 came.sum(axis=1),
                 rtol=1e-9,
                 atol=1e-12 * np.abs(came).max(),
             )
-            # The missing element stays where the crank has it (windup 1), so that the output only twists.
+            # The missing element stays at the crank (windup 1), so that the output only changes the twist.
             stiffness, by_output, tau = (
                 fmu.get(["stiffness"])[0],
                 fmu.tangent(["output.tau"], ["output.phi"], [1.0])[0],
@@ -163,7 +163,7 @@ def test_of_the_native_fmu(full_model: DriveModel, unpacked: tuple[Path, Path, s
 
 
 def lever(model: DriveModel, u: Array) -> float:
-    """Twist of the contacts per angle of the crank: 1/ratio less the slope of the kinematic error."""
+    """Derivative of the contacts' twist by the crank angle: 1/ratio less the slope of the kinematic error."""
     values = {q.name: q.value for q in model.parameters}
     slope = sum(
         k * values[f"kinematic_error.amplitude_{k}"] * np.cos(k * u[0] + values[f"kinematic_error.phase_{k}"])
@@ -174,14 +174,14 @@ def lever(model: DriveModel, u: Array) -> float:
 
 @pytest.mark.parametrize(("missing", "windup"), [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
 def test_stiffness_is_the_slope_along_the_contacts_twist(full_model: DriveModel, missing: float, windup: float) -> None:
-    """By the crank's angle stiffness x lever, by the output's -stiffness, but for an element's way past the crank."""
+    """By the crank angle stiffness x lever, by the output angle -stiffness, unless a missing element moves."""
     model = full_model.with_parameters({"missing_ball.size": missing, "missing_ball.windup": windup})
     component, p = drive_component(model), model.parameter_vector()
     function = values_of(component, p)
     for u, x in points(model, 6):
         z = np.concatenate([u, x])
         stiffness = function(z)[3]
-        slopes = moved(function, z, sizes(component))[0] / sizes(component)
+        slopes = scaled_differences(function, z, sizes(component))[0] / sizes(component)
         if windup == 0:
             assert slopes[0] == pytest.approx(stiffness * lever(model, u), rel=TOLERANCE)
         if missing == 0 or windup == 1:
@@ -191,10 +191,10 @@ def test_stiffness_is_the_slope_along_the_contacts_twist(full_model: DriveModel,
 @pytest.mark.slow
 @has_compiler
 @pytest.mark.parametrize("kind", ["drive", "joint", "individual"])
-def test_at_initialisation_by_inputs_and_parameters(
+def test_derivatives_at_initialisation_by_inputs_and_parameters(
     full_model: DriveModel, full_individual: DriveModel, kind: str, tmp_path: Path
 ) -> None:
-    """Of outputs, states and rates, against differences of the FMU itself; states are no knowns there."""
+    """Of outputs, states and rates, against differences of the FMU itself; states are unknowns there."""
     inside = {
         "missing_ball.size": 0.4,
         "kinematic_error.phase_1": 0.3,

@@ -1,4 +1,4 @@
-"""The native FMU goes round a closed loop as the Python model does; ten million steps: bench_drift.py."""
+"""Cycles of a closed loop: the native FMU does not drift from the Python model; ten million steps: bench_drift.py."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def test_rounds_of_a_loop_leave_no_drift(
+def test_cycles_of_a_loop_cause_no_drift(
     full_model: DriveModel, unpacked: tuple[Path, Path, str], tmp_path: Path
 ) -> None:
     component = drive_component(full_model)
@@ -40,7 +40,7 @@ def test_rounds_of_a_loop_leave_no_drift(
     scale = np.maximum(np.abs(expected).max(axis=0), 1e-12)
     scale[[names.index("output.tau"), names.index("measured.tau")]] = full_model.full_torque
     assert (np.abs(came - expected) / scale).max() < 1e-12
-    # It is a loop with memory: what grows has grown, what turns over ends each round alike.
+    # The loop has memory: the travel has grown, and the hysteresis ends every cycle in the same state.
     travel, deflection = came[:, names.index("wear.travel")], came[:, names.index("hysteresis.deflection")]
     assert travel[-1] == pytest.approx(rounds * travel[1], rel=1e-12)
     assert travel[1] > 10

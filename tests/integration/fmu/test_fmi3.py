@@ -1,4 +1,4 @@
-"""The native FMU for FMI 3.0: valid, and the same numbers as that for FMI 2.0 in both kinds of simulation."""
+"""The native FMU for FMI 3.0: valid, with the same numbers as that for FMI 2.0 in both interface types."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def member(path: Path, name: str) -> bytes:
 
 
 @pytest.mark.slow
-def test_valid_and_as_the_model(three: Path, joint: Path) -> None:
+def test_it_is_valid_and_agrees_with_the_model(three: Path, joint: Path) -> None:
     for path in (three, joint):
         assert validate_fmu(str(path)) == []
         report = check_fmu(path)
@@ -68,7 +68,7 @@ def test_valid_and_as_the_model(three: Path, joint: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
 def test_the_same_numbers_as_for_fmi_2(kind: str, three: Path, unpacked: tuple[Path, Path, str]) -> None:
-    """A turning crank and a load that changes its sign, by FMPy and its CVode."""
+    """A turning crank and a load of changing sign, in FMPy with CVode."""
     t = np.linspace(0, 0.1, 101)
     crank = 5 * np.sin(20 * t)
     output = crank / -29 - 1e-3 * np.sin(70 * t)
@@ -102,7 +102,7 @@ def test_ecospy_runs_it(three: Path) -> None:
                 assert simulation.get_real("drive::output.tau") == drive.step(1e-3, load)["output.tau"] > 0
 
 
-def test_units_states_and_indicators_stand_in_the_description(three: Path, full_model: DriveModel) -> None:
+def test_the_description_declares_units_states_and_indicators(three: Path, full_model: DriveModel) -> None:
     root = ElementTree.fromstring(member(three, "modelDescription.xml"))
     variables = {v.get("name"): v for v in root.findall("ModelVariables/Float64")}
     assert variables["stiffness"].get("unit") == "N.m/rad"
@@ -117,11 +117,11 @@ def test_units_states_and_indicators_stand_in_the_description(three: Path, full_
     indicators = [by_reference[e.get("valueReference")] for e in root.findall("ModelStructure/EventIndicator")]
     assert indicators == ["indicator.twist", "indicator.crank", "indicator.output"]
     assert time.get("name") == "time"
-    # OMSimulator takes references for places in the list, counted from one.
+    # OMSimulator takes value references for positions in the list, counted from one.
     assert [v.get("valueReference") for v in variables.values()] == [str(k + 1) for k in range(len(variables))]
 
 
-def test_an_indicator_has_the_value_of_the_rate_it_watches(three: Path) -> None:
+def test_an_indicator_has_the_value_of_its_rate(three: Path) -> None:
     names = [
         f"{kind}.{path}{end}"
         for kind, end in (("indicator", ""), ("der(last", ")"))
@@ -137,8 +137,8 @@ def test_an_indicator_has_the_value_of_the_rate_it_watches(three: Path) -> None:
         assert [slopes[name] for name in names] == [-1.0, 0.0, 1.0] * 2
 
 
-def doctored(path: Path, target: Path, pattern: str, by: str) -> Path:
-    """The FMU with one change of its description."""
+def with_changed_description(path: Path, target: Path, pattern: str, by: str) -> Path:
+    """The FMU with one change in its description."""
     with zipfile.ZipFile(path) as source, zipfile.ZipFile(target, "w") as copy:
         for name in source.namelist():
             content = source.read(name)
@@ -153,7 +153,7 @@ def doctored(path: Path, target: Path, pattern: str, by: str) -> Path:
 @pytest.mark.parametrize(
     ("rule", "pattern", "by", "said"),
     [
-        # The last derivative is an event indicator in place of a variable of its own.
+        # The last derivative is declared as an event indicator.
         (
             "unknowns",
             r'(<EventIndicator valueReference=)"\d+"(.*)(?=\s*</ModelStructure>)',
@@ -175,16 +175,16 @@ def doctored(path: Path, target: Path, pattern: str, by: str) -> Path:
         ),
     ],
 )
-def test_check_knows_the_rules_of_other_hosts(
+def test_check_finds_violations_of_other_importers_rules(
     three: Path, tmp_path: Path, rule: str, pattern: str, by: str, said: str
 ) -> None:
     assert set(rule_violations(read_archive(three))) == {"references", "unknowns"}
-    path = doctored(three, tmp_path / "doctored.fmu", pattern, by)
+    path = with_changed_description(three, tmp_path / "changed.fmu", pattern, by)
     assert said in "; ".join(rule_violations(read_archive(path))[rule])
-    assert rule in [finding.name for finding in check_fmi3_rules(read_archive(path)) if not finding.passed]
+    assert rule in [result.name for result in check_fmi3_rules(read_archive(path)) if not result.passed]
 
 
-def test_flanges_are_terminals(three: Path, joint: Path) -> None:
+def test_the_terminals_are_flanges(three: Path, joint: Path) -> None:
     for path in (three, joint):
         text = member(path, "terminalsAndIcons/terminalsAndIcons.xml")
         etree.XMLSchema(file=str(SCHEMA / "fmi3TerminalsAndIcons.xsd")).assertValid(etree.fromstring(text))
@@ -207,7 +207,7 @@ def test_flanges_are_terminals(three: Path, joint: Path) -> None:
             }
 
 
-def test_a_state_goes_from_one_instance_to_another(three: Path) -> None:
+def test_a_saved_state_can_be_restored_in_another_instance(three: Path) -> None:
     with FmuDrive(three) as first, FmuDrive(three) as second:
         first.initialize()
         first.step(1e-3, {"output.phi": -1e-3})
@@ -220,7 +220,7 @@ def test_a_state_goes_from_one_instance_to_another(three: Path) -> None:
         assert second.read(["time"])["time"] == pytest.approx(2e-3)
 
 
-def test_refusals_speak_of_calls_of_fmi_3(three: Path) -> None:
+def test_errors_name_functions_of_fmi_3(three: Path) -> None:
     with FmuDrive(three) as drive:
         drive.initialize()
         with pytest.raises(InputError, match="fmi3SetFloat64: ratio cannot be set in this mode"):
@@ -269,7 +269,7 @@ def test_sources_compile_with_fmpy(joint: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(shutil.which("nm") is None or not sys.platform.startswith("linux"), reason="no nm on Linux")
-def test_only_fmi_3_leaves_the_library(three: Path, tmp_path: Path) -> None:
+def test_the_library_exports_only_functions_of_fmi_3(three: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(three) as archive:
         name = next(name for name in archive.namelist() if name.startswith("binaries/"))
         library = archive.extract(name, tmp_path)

@@ -1,4 +1,4 @@
-"""Damaged and hostile FMUs, and values outside what a drive can be: one line each, before memory is taken."""
+"""Damaged and hostile FMUs, and values that no drive can have: an error of one line, before memory is allocated."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ Members = Mapping[str, bytes]
 
 @pytest.fixture(scope="module")
 def bases(drive: Drive, lookup: Lookup, tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, bytes]]:
-    """FMUs of a model with both tables and the modulus' shares, by both back ends, and a joint."""
+    """FMUs of a model with both tables and a modulus, of both back ends, and of a joint."""
     model = build_model(drive, {"hysteresis": {"torque": 2.0}, "missing_ball": {}, "modulus_error": {}}, lookup=lookup)
     return make_bases(model, tmp_path_factory.mktemp("bases"))
 
 
 def written(members: Members, folder: Path, **changed: bytes) -> Path:
-    """An FMU with some members changed, named by their last part without the dot."""
+    """An FMU with changed members; a keyword names a member by its file name with '_' for the dot."""
     path = folder / "changed.fmu"
     names = {name.rpartition("/")[2].replace(".", "_"): name for name in members}
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -70,7 +70,7 @@ def test_eighty_damaged_fmus(bases: dict[str, dict[str, bytes]], tmp_path: Path)
         b"\xff\xfe",
     ],
 )
-def test_whatever_is_no_xml_is_one_line(content: bytes, bases: dict[str, dict[str, bytes]], tmp_path: Path) -> None:
+def test_invalid_xml_gives_one_line(content: bytes, bases: dict[str, dict[str, bytes]], tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"^here: expected XML in a\.xml"):
         parse_xml(content, "a.xml", "here")
     assert "expected XML in modelDescription.xml" in refused(
@@ -78,8 +78,8 @@ def test_whatever_is_no_xml_is_one_line(content: bytes, bases: dict[str, dict[st
     )
 
 
-def test_xml_that_is_deep_below_a_good_root(bases: dict[str, dict[str, bytes]], tmp_path: Path) -> None:
-    """The reader of the standard library takes it, the one behind fmpy does not: 256 elements are its limit."""
+def test_xml_with_too_deep_elements_below_a_valid_root(bases: dict[str, dict[str, bytes]], tmp_path: Path) -> None:
+    """The parser of the standard library accepts it, FMPy's parser does not: its limit is 256 elements."""
     content = bases["native"]["modelDescription.xml"]
     nested = b"<Tool name='x'>" + b"<a>" * 20000 + b"</a>" * 20000 + b"</Tool>"
     deep = content.replace(b"<VendorAnnotations>", b"<VendorAnnotations>" + nested)
@@ -111,7 +111,7 @@ def test_toml_and_json_nested_too_deep(bases: dict[str, dict[str, bytes]], tmp_p
         (lambda head: head | {"drawing": None}, "drawing: expected an object"),
     ],
 )
-def test_a_head_of_no_use(change, words: str, bases: dict[str, dict[str, bytes]], tmp_path: Path) -> None:
+def test_invalid_metadata_are_refused(change, words: str, bases: dict[str, dict[str, bytes]], tmp_path: Path) -> None:
     head = json.loads(bases["native"]["resources/lookup.json"])
     assert words in refused(written(bases["native"], tmp_path, lookup_json=json.dumps(change(head)).encode()))
     content = io.BytesIO()
@@ -123,7 +123,7 @@ def test_a_head_of_no_use(change, words: str, bases: dict[str, dict[str, bytes]]
 
 
 @pytest.mark.parametrize("stated", ["LOOKUP_ROWS", "LOOKUP_COLUMNS", "LOOKUP_PLANES", "ELEMENT_LAYERS"])
-def test_tables_that_state_another_size_take_no_memory(
+def test_tables_with_a_false_size_allocate_no_memory(
     stated: str, bases: dict[str, dict[str, bytes]], tmp_path: Path
 ) -> None:
     """100 000 000 rows would have been 138 GiB."""
@@ -152,7 +152,7 @@ def test_tables_that_state_another_size_take_no_memory(
         lambda a: a.astype(object),
     ],
 )
-def test_arrays_of_no_use(change, lookup: Lookup, tmp_path: Path) -> None:
+def test_invalid_arrays_are_refused(change, lookup: Lookup, tmp_path: Path) -> None:
     lookup.save(tmp_path / "lookup.npz")
     with np.load(tmp_path / "lookup.npz") as data:
         head = data["head"]
@@ -164,7 +164,7 @@ def test_arrays_of_no_use(change, lookup: Lookup, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("load", [Lookup.load, ElementTable.load])
-def test_a_claimed_shape_takes_no_memory(load, lookup: Lookup, tmp_path: Path) -> None:
+def test_a_false_shape_allocates_no_memory(load, lookup: Lookup, tmp_path: Path) -> None:
     """5e11 doubles would have been 3.64 TiB."""
     lookup.save(tmp_path / "lookup.npz")
     with zipfile.ZipFile(tmp_path / "lookup.npz") as source, zipfile.ZipFile(tmp_path / "lied.npz", "w") as lied:
@@ -217,7 +217,7 @@ def test_another_guid_in_the_description_of_a_python_fmu_is_found(fmu: Path, tmp
         ["--load-damping", "1e300"],
     ],
 )
-def test_export_refuses_what_no_drive_can_be(
+def test_export_refuses_values_that_no_drive_can_have(
     words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["export", "drive_1", "-o", str(tmp_path / "d.fmu"), "--drives", "8", *words]) == 2
@@ -241,7 +241,7 @@ def test_check_refuses_the_same(words: list[str], fmu: Path, capsys: pytest.Capt
     assert "within" in err
 
 
-def test_a_joint_states_the_bounds_that_python_refuses_by(model: DriveModel) -> None:
+def test_a_joint_declares_the_bounds_that_python_enforces(model: DriveModel) -> None:
     from reefmu.fmu.model.joint import joint_component
 
     parameters = {p.name: p for p in joint_component(model, Masses(1e-4, 1.0)).parameters}
@@ -255,10 +255,10 @@ def test_a_joint_states_the_bounds_that_python_refuses_by(model: DriveModel) -> 
 
 
 @pytest.mark.parametrize("epoch", ["abc", "1e9", "1e26", "-5", " 5", "4354819199", "9" * 5000])
-def test_a_date_of_no_use_is_one_line(
+def test_an_invalid_date_is_an_error_of_one_line(
     epoch: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Whatever the command: libraries read the variable too."""
+    """For every command, because libraries read the variable too."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
     for words in (["export", "drive_1", "-o", str(tmp_path / "d.fmu")], ["curve", "drive_1", "--out", str(tmp_path)]):
         assert main(words) == 2

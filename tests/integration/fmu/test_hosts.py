@@ -1,5 +1,5 @@
-"""The native FMU in other hosts: a C host of the tests' own, also under sanitizers, FMPy, libcosimpy, ecospy,
-and its binaries for Windows and 64-bit ARM under wine and qemu."""
+"""The native FMU in other hosts: a C host of these tests, also with sanitizers, FMPy, libcosimpy and ecospy, and its
+binaries for Windows and 64-bit ARM with wine and qemu."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ def host(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def sanitized(unpacked: tuple[Path, Path, str], tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """Host and library with address, leak and undefined-behaviour checks."""
+    """Host and library with the sanitizers for addresses, leaks and undefined behaviour."""
     return instrumented(SANITIZERS, unpacked[1], tmp_path_factory.mktemp("sanitized"))
 
 
 def instrumented(flags: tuple[str, ...], fmu: Path, folder: Path, host: str = "host.c") -> tuple[Path, Path]:
-    """Host and the library of an unpacked FMU, both compiled with these checks."""
+    """Host and the library of an unpacked FMU, both compiled with these sanitizers."""
     try:
         library = build(
             folder / "fmu.so",
@@ -100,7 +100,7 @@ def binary(folder: Path) -> Path:
 
 
 def test_2000_times_loaded_and_unloaded_without_growth(host: Path, unpacked: tuple[Path, Path, str]) -> None:
-    call(host, binary(unpacked[1]), unpacked[2], "loop", "2000", "32")  # Linux counts pages in lots of up to 16
+    call(host, binary(unpacked[1]), unpacked[2], "loop", "2000", "32")  # kB; Linux counts pages in groups of up to 16
 
 
 def test_two_threads_with_ten_instances(host: Path, unpacked: tuple[Path, Path, str]) -> None:
@@ -117,7 +117,7 @@ def test_threads_under_sanitizers(sanitized: tuple[Path, Path], unpacked: tuple[
 
 
 def test_no_leak_in_loading_and_unloading(sanitized: tuple[Path, Path], unpacked: tuple[Path, Path, str]) -> None:
-    """By the leak checker: the address checker itself keeps some memory of every library that was there."""
+    """With the leak sanitizer alone: the address sanitizer keeps memory for every library that was loaded."""
     call(*sanitized, unpacked[2], "loop", "300", "1000000")
 
 
@@ -128,8 +128,8 @@ def test_no_races_between_threads(unpacked: tuple[Path, Path, str], tmp_path: Pa
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("fmi", "kind"), [("3.0", "drive"), ("3.0", "joint"), ("2.0", "joint"), ("2.0", "individual")])
-def test_any_call_to_the_others(fmi: str, kind: str, model: DriveModel, drive: sm.Drive, tmp_path: Path) -> None:
-    """In any order, with any values, under the checks: the wrapper for FMI 3.0, the joint, an individual."""
+def test_any_call_to_other_fmus(fmi: str, kind: str, model: DriveModel, drive: sm.Drive, tmp_path: Path) -> None:
+    """In any order, with any values, with sanitizers: FMI 3.0, the joint, an individual."""
     one = build_model(drive, EFFECTS, lookup=model.lookup, individual=3) if kind == "individual" else model
     path = export_fmu(
         one,
@@ -142,7 +142,7 @@ def test_any_call_to_the_others(fmi: str, kind: str, model: DriveModel, drive: s
     with zipfile.ZipFile(path) as archive:
         archive.extractall(tmp_path / "out")
     header = tmp_path / "out" / "sources" / "model.h"
-    # A joint may take ten million steps of its own in one step before it refuses: here a thousand are enough.
+    # A joint accepts ten million substeps in one step; here a thousand are enough.
     short, changes = re.subn(r"(?m)^(#define MAX_SUBSTEPS) .*$", r"\1 1000.0", header.read_text("utf-8"))
     assert changes == 1
     header.write_text(short, "utf-8")
@@ -152,7 +152,7 @@ def test_any_call_to_the_others(fmi: str, kind: str, model: DriveModel, drive: s
 
 
 def test_model_exchange_in_fmpy(tmp_path: Path, drive: object, lookup: Lookup) -> None:
-    """A joint by fmpy's CVode against the joint's own steps."""
+    """A joint integrated by FMPy's CVode against its own integrator."""
     model = build_model(drive, {"creep": {"compliance": 1e-7, "time": 0.05}}, lookup=lookup)  # type: ignore[arg-type]
     path = export_fmu(model, tmp_path / "joint.fmu", backend="native", masses=Masses(1e-4, 1.0, 1e-3, 2.0))
     results = [
@@ -175,8 +175,8 @@ def test_model_exchange_in_fmpy(tmp_path: Path, drive: object, lookup: Lookup) -
 def system_structure(
     path: Path, fmus: dict[str, tuple[Path, dict[str, str]]], outside: dict[str, str], wires: list[tuple[str, str]]
 ) -> Path:
-    """An SSP. fmus: by component, with its connectors and their kinds; a wire joins "component/connector" with another;
-    "/connector" is one of the system's own."""
+    """An SSP. fmus: by component, with its connectors and their kinds. A connection joins two texts
+    "component/connector"; "/connector" is a connector of the system."""
 
     def connectors(kinds: dict[str, str]) -> str:
         return (
@@ -213,7 +213,7 @@ def system_structure(
 
 
 def test_an_ssp_with_two_drives_in_fmpy(unpacked: tuple[Path, Path, str], tmp_path: Path) -> None:
-    """One input for both."""
+    """Both receive the same input."""
     from fmpy.ssp.simulation import simulate_ssp
 
     drive = (unpacked[0], {"output.phi": "input", "output.tau": "output"})
@@ -237,7 +237,7 @@ LOAD = {"output.phi": -1e-3}
 
 
 def stepped(path: Path, start: dict[str, float]) -> dict[str, float]:
-    """What ten steps of 1 ms under `LOAD` give here."""
+    """The outputs after ten steps of 1 ms with the inputs `LOAD`, by `FmuDrive`."""
     with FmuDrive(path) as drive:
         drive.initialize(start)
         for _ in range(10):
@@ -258,7 +258,7 @@ def test_libcosimpy_runs_it(unpacked: tuple[Path, Path, str], full_model: DriveM
     run.add_observer(observer=last)
     override.slave_real_values(slave_index=index, variable_references=[2], values=[LOAD["output.phi"]])
     run.step(10)
-    # It initialises without the load and sets it before the first step.
+    # libcosimpy initialises without the load and sets it before the first step.
     assert (
         last.last_real_values(slave_index=index, variable_references=[5])[0]
         == stepped(unpacked[0], {})["output.tau"]
@@ -277,10 +277,10 @@ def test_ecospy_runs_it(unpacked: tuple[Path, Path, str]) -> None:
             assert simulation.get_real("drive::output.tau") == stepped(unpacked[0], LOAD)["output.tau"] > 0
 
 
-def test_ecospy_runs_an_ssp_with_a_joint_and_a_drive_that_watches_it(
+def test_ecospy_runs_an_ssp_with_a_joint_and_a_drive_connected_to_it(
     drive: object, lookup: Lookup, tmp_path: Path
 ) -> None:
-    """Ecos steps both at once, so the watching drive has the torque that the joint had one step before."""
+    """Ecos steps both in parallel, so the drive has the torque that the joint had one step before."""
     ecospy = foreign_ecospy()
     model = build_model(drive, lookup=lookup)  # type: ignore[arg-type]
     joint = export_fmu(model, tmp_path / "joint.fmu", backend="native", masses=Masses(1e-4, 1.0, 1e-3, 10.0))
@@ -322,12 +322,12 @@ def zig(*words: str) -> tuple[str, ...]:
 def test_the_windows_binary_runs_under_wine(
     full_model: DriveModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Loops, a turning crank and uneven steps: as the Python model, to 1e-12 of full torque."""
+    """Loops, a turning crank and uneven steps agree with the Python model to 1e-12 of full torque."""
     pytest.importorskip("ziglang", reason="foreign host wine: no ziglang to build for it")
     monkeypatch.setenv("WINEPREFIX", str(tmp_path / "wine"))
     monkeypatch.setenv("WINEDEBUG", "-all")
     host = build_replay(tmp_path / "replay.exe", zig("-target", "x86_64-windows-gnu"), ())
-    replays_as_the_model(["wine", host.name], full_model, "win64", tmp_path)
+    assert_agrees_with_the_model(["wine", host.name], full_model, "win64", tmp_path)
 
 
 QEMU_ROOT = Path("/usr/aarch64-linux-gnu")
@@ -338,10 +338,10 @@ def test_the_arm64_binary_runs_under_qemu(full_model: DriveModel, tmp_path: Path
     """The same for 64-bit ARM, with Debian's libc6-arm64-cross."""
     pytest.importorskip("ziglang", reason="foreign host qemu-aarch64: no ziglang to build for it")
     host = build_replay(tmp_path / "replay", zig("-target", "aarch64-linux-gnu.2.36"))
-    replays_as_the_model(["qemu-aarch64", "-L", str(QEMU_ROOT), str(host)], full_model, "linux-arm64", tmp_path)
+    assert_agrees_with_the_model(["qemu-aarch64", "-L", str(QEMU_ROOT), str(host)], full_model, "linux-arm64", tmp_path)
 
 
-def replays_as_the_model(command: list[str], model: DriveModel, platform: str, folder: Path) -> None:
+def assert_agrees_with_the_model(command: list[str], model: DriveModel, platform: str, folder: Path) -> None:
     path = export_fmu(model, folder / f"{platform}.fmu", backend="native", platform=platform)
     with zipfile.ZipFile(path) as archive:
         (member,) = (name for name in archive.namelist() if name.startswith("binaries/"))

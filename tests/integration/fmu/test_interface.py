@@ -57,8 +57,8 @@ def test_blocks_are_the_vectors_of_the_model(model):
     np.testing.assert_array_equal(starts, model.parameter_vector())
 
 
-def test_dependencies_hold_every_input_an_output_reacts_to(model):
-    """Found by moving each input and looking, at a point where the drive carries load."""
+def test_dependencies_contain_every_input_that_changes_an_output(model):
+    """Found by changing each input at a point where the drive carries load."""
     interface = declare(drive_component(model))
     parameters = model.parameter_vector()
     start = np.array([0.3, 1.0, 0.3 / parameters[0] - 1e-3, -0.1, 25.0])
@@ -77,7 +77,7 @@ def test_dependencies_hold_every_input_an_output_reacts_to(model):
     assert "ratio" not in interface["output.tau"].dependencies
 
 
-def test_a_value_that_cannot_be_used_is_named_with_its_limits(model):
+def test_an_inadmissible_value_is_named_with_its_bounds(model):
     band = declare(drive_component(model))["band"]
     assert band.range_error(3.0) == "band: expected a number from -1 to 1 [1], got 3"
     assert "got nan" in band.range_error(float("nan"))

@@ -1,4 +1,4 @@
-"""Kind `joint`: the drive between motor and load, in both back ends."""
+"""Kind `joint`: the drive between the inertias of motor and load, in both back ends."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def plain(drive: object, lookup: Lookup) -> DriveModel:
 
 
 def started(component: Component, **values: float) -> np.ndarray:
-    """Parameters with a wound-up spring at rest, unless `values` say otherwise (dots written as __)."""
+    """Parameters for a start at rest with a twist, and with these values ('__' for the dot in a name)."""
     p = component.parameter_vector()
     names = [q.name for q in component.parameters]
     for name, value in {"start__output__phi": -TWIST, **values}.items():
@@ -41,7 +41,7 @@ def started(component: Component, **values: float) -> np.ndarray:
 
 
 def energy(component: Component, p: np.ndarray, x: np.ndarray) -> float:
-    """Kinetic energy and the integral of the torque from no twist to that of x, J."""
+    """Kinetic energy and the integral of the torque over the twist from zero to that of x, J."""
     names = [q.name for q in component.parameters]
     motor, load, ratio = (p[names.index(name)] for name in ("motor.inertia", "load.inertia", "ratio"))
     twist = x[0] / ratio - x[2]
@@ -60,7 +60,7 @@ def energy(component: Component, p: np.ndarray, x: np.ndarray) -> float:
 
 @pytest.mark.parametrize("step", [1e-5, 1e-3, 1 / 60, 0.1])
 def test_energy_is_conserved(plain: DriveModel, step: float) -> None:
-    """To 1e-6, over more than 10 cycles, at every step."""
+    """To 1e-6, over more than 10 cycles, with every step size."""
     component = joint_component(plain, MASSES)
     p = started(component)
     x = np.array(component.initial([0, 0], p)).ravel()
@@ -95,7 +95,7 @@ def test_the_native_joint_conserves_energy(plain: DriveModel, tmp_path: Path) ->
     assert turned > 150
 
 
-def test_a_long_step_ends_where_short_ones_do(plain: DriveModel) -> None:
+def test_one_long_step_equals_many_short_ones(plain: DriveModel) -> None:
     component = joint_component(plain, MASSES)
     p = started(component)
     ends = []
@@ -110,7 +110,7 @@ def test_a_long_step_ends_where_short_ones_do(plain: DriveModel) -> None:
     np.testing.assert_allclose(ends[0][2], ends[1][2], atol=1e-5 * TWIST)
 
 
-def test_the_order_is_four(plain: DriveModel) -> None:
+def test_the_integrator_has_order_four(plain: DriveModel) -> None:
     component = joint_component(plain, MASSES)
     p = started(component)
     # A thirtieth of a cycle, within which the lookup is smooth enough.
@@ -125,7 +125,7 @@ def test_the_order_is_four(plain: DriveModel) -> None:
 
 
 def test_the_rate_is_that_of_the_joint_under_control(drive: object, lookup: Lookup) -> None:
-    """The same equations as in reefmu.joint, written for a step of their own."""
+    """The same equations as in reefmu.joint, in the form of the splitting method."""
     model = build_model(drive, {n: {} for n in EFFECTS}, lookup=lookup)  # type: ignore[arg-type]
     sizes = {
         q.name: float(np.clip(q.nominal, q.minimum, q.maximum))
@@ -151,7 +151,7 @@ def test_the_rate_is_that_of_the_joint_under_control(drive: object, lookup: Look
 
 @pytest.fixture(scope="module")
 def sluggish(drive: object, lookup: Lookup) -> tuple[DriveModel, Masses]:
-    """Dampings a hundred times what a step of the spring's own would bear, and friction."""
+    """Dampings a hundred times beyond the stability of an explicit step, and friction."""
     model = build_model(
         drive,
         {
@@ -164,7 +164,7 @@ def sluggish(drive: object, lookup: Lookup) -> tuple[DriveModel, Masses]:
     return model, Masses(1e-4, 0.1, 1.0, 10.0)
 
 
-def test_strong_damping_never_drives(sluggish: tuple[DriveModel, Masses]) -> None:
+def test_strong_damping_never_adds_energy(sluggish: tuple[DriveModel, Masses]) -> None:
     component = joint_component(*sluggish)
     p = started(component, start__crank__w=100.0)
     x = np.array(component.initial([0, 0], p)).ravel()
@@ -176,7 +176,7 @@ def test_strong_damping_never_drives(sluggish: tuple[DriveModel, Masses]) -> Non
 @pytest.mark.slow
 @pytest.mark.skipif(not HAS_COMPILER, reason="no C compiler on the PATH")
 def test_strong_damping_and_friction_come_to_rest(sluggish: tuple[DriveModel, Masses], tmp_path: Path) -> None:
-    """The spring unwinds against the dampers: the decay is slow (half a second), steady, and the same at any step."""
+    """The twist decays slowly (half a second) and monotonically against the dampers, equally with any step size."""
     path = export_fmu(sluggish[0], tmp_path / "sluggish.fmu", backend="native", masses=sluggish[1])
     speeds = []
     for step in (1e-3, 1e-2, 0.3):
@@ -195,7 +195,7 @@ def test_strong_damping_and_friction_come_to_rest(sluggish: tuple[DriveModel, Ma
     np.testing.assert_allclose(fastest[1:], fastest[:1].repeat(2, axis=0), rtol=1e-3)
 
 
-def test_against_an_integrator_of_scipy(plain: DriveModel) -> None:
+def test_agreement_with_an_integrator_of_scipy(plain: DriveModel) -> None:
     component = joint_component(plain, Masses(1e-4, 1.0, 1e-3, 2.0))
     p = started(component)
     x = np.array(component.initial([0, 0], p)).ravel()

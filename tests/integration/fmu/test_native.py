@@ -46,7 +46,7 @@ def test_check_passes(native: Path, full_native: Path) -> None:
 def test_native_python_and_model_agree_with_all_effects(
     full_model: DriveModel, full_native: Path, tmp_path: Path
 ) -> None:
-    """To 1e-12 of full torque, over reversals and uneven steps, after a reset and a restore in mid-loop."""
+    """To 1e-12 of full torque, over reversals and uneven steps, after a reset and a restore during a loop."""
     component = drive_component(full_model)
     excitation = make_excitation(component)
     half = len(excitation.dt) // 2
@@ -75,7 +75,9 @@ def test_the_same_model_gives_the_same_bytes(
     assert again.read_bytes() == native.read_bytes()
 
 
-def test_compiled_once(model: DriveModel, native: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_binary_is_compiled_once(
+    model: DriveModel, native: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     right = subprocess.run
 
     def no_compiling(command: list[str], *args: object, **kwargs: object) -> object:
@@ -88,7 +90,7 @@ def test_compiled_once(model: DriveModel, native: Path, tmp_path: Path, monkeypa
 
 @pytest.mark.skipif(shutil.which("readelf") is None, reason="no readelf")
 @pytest.mark.skipif(platforms.host_platform() not in ("linux64", "linux-arm64"), reason="not on Linux")
-def test_the_linux_binary_needs_little(full_native: Path, tmp_path: Path) -> None:
+def test_the_linux_binary_has_few_dependencies(full_native: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(full_native) as archive:
         member = next(name for name in archive.namelist() if name.startswith("binaries/"))
         binary = Path(archive.extract(member, tmp_path))
@@ -132,7 +134,7 @@ def test_sources_compile_with_fmpy(native: Path, model: DriveModel, tmp_path: Pa
     assert result["output.tau"][0] == pytest.approx(expected, rel=1e-12)
 
 
-def test_the_description_offers_both_kinds(native: Path, model: DriveModel) -> None:
+def test_the_description_offers_both_interface_types(native: Path, model: DriveModel) -> None:
     with zipfile.ZipFile(native) as archive:
         root = ElementTree.fromstring(archive.read("modelDescription.xml"))
     for tag in ("ModelExchange", "CoSimulation"):
@@ -144,7 +146,7 @@ def test_the_description_offers_both_kinds(native: Path, model: DriveModel) -> N
     assert int(root.get("numberOfEventIndicators", "")) == 1
 
 
-def test_a_value_that_cannot_be_used_is_refused_and_changes_nothing(slave: FmuDrive) -> None:
+def test_an_inadmissible_value_is_discarded_and_changes_nothing(slave: FmuDrive) -> None:
     before = slave.initialize()
     for name, value in (("crank.phi", float("nan")), ("output.w", float("inf")), ("temperature", -300.0)):
         with pytest.raises(InputError, match=rf"\(discard\).*{name}: expected a finite number from"):
@@ -226,7 +228,7 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_a_library_for_two_processors() -> None:
-    """The table of a fat Mach-O: big-endian, slices on pages of 16 kB."""
+    """The table of a fat Mach-O file: big-endian, slices aligned to 16 kB."""
     slices = [
         struct.pack("<III", 0xFEEDFACF, processor, 3) + bytes(size)
         for processor, size in ((0x01000007, 100), (0x0100000C, 20000))

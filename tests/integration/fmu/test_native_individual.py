@@ -1,4 +1,4 @@
-"""The native FMU of one individual drive: generated C of its own contacts where the lookup's tables stood."""
+"""The native FMU of an individual: generated C of its contacts in place of the lookup's tables."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def one(drive: sm.Drive, lookup: Lookup) -> DriveModel:
 def test_native_python_and_model_agree(
     full_individual: DriveModel, full_model: DriveModel, full_native_individual: Path, tmp_path: Path
 ) -> None:
-    """With all effects to 1e-12 of full torque, over reversals and uneven steps; and it is not the mean drive."""
+    """With all effects, to 1e-12 of full torque, over reversals and uneven steps, and not equal to the mean drive."""
     component = drive_component(full_individual)
     excitation = make_excitation(component)
     expected = run_model(component, excitation, full_individual.parameter_vector())
@@ -69,7 +69,7 @@ def test_check_passes(one: DriveModel, fmi: str, masses: Masses | None, tmp_path
 
 @needs_compiler
 def test_check_passes_with_effects(drive: sm.Drive, lookup: Lookup, tmp_path: Path) -> None:
-    """With every table that an individual reads: modulus, a missing element."""
+    """With every table that an individual uses: modulus and a missing element."""
     effects = {
         "modulus_error": {"error": -0.1},
         "missing_ball": {"size": 0.7},
@@ -83,8 +83,8 @@ def test_check_passes_with_effects(drive: sm.Drive, lookup: Lookup, tmp_path: Pa
 
 @needs_compiler
 def test_the_torque_follows_the_output_by_its_derivative(one: DriveModel, tmp_path: Path) -> None:
-    """Turning crank and output together at one twist changes the torque, and the directional derivative says by how
-    much: that of the mean drive would say nothing."""
+    """Turning crank and output together at constant twist changes the torque by the directional derivative, which would
+    be zero for the mean drive."""
     path = export_fmu(one, tmp_path / "one.fmu", backend="native")
     ratio, twist, turned = one.drive.ratio, 0.6 * one.drive.max_twist, 1e-5
     with FmuDrive(path) as drive:
@@ -99,7 +99,7 @@ def test_the_torque_follows_the_output_by_its_derivative(one: DriveModel, tmp_pa
     assert slope == pytest.approx((torque[2] - torque[0]) / (2 * turned), rel=1e-5)
 
 
-def test_tables_of_the_mean_are_not_inside(one: DriveModel, full_individual: DriveModel, tmp_path: Path) -> None:
+def test_it_contains_no_tables_of_the_mean(one: DriveModel, full_individual: DriveModel, tmp_path: Path) -> None:
     for model in (one, full_individual):
         path = export_fmu(model, tmp_path / "one.fmu", backend="native", platform="none")
         with zipfile.ZipFile(path) as archive:
@@ -108,9 +108,9 @@ def test_tables_of_the_mean_are_not_inside(one: DriveModel, full_individual: Dri
         assert ("ELEMENT_WORDS" in header) is (model is full_individual)
 
 
-def test_what_is_packed_of_an_individuals_lookup_is_read_back(full_individual: DriveModel) -> None:
-    lookup, carried = full_individual.lookup, embedded_lookup(full_individual)
-    again = decode_tables(encode_tables(carried), lookup_metadata(carried), "here")
+def test_the_encoded_lookup_of_an_individual_is_decoded(full_individual: DriveModel) -> None:
+    lookup, embedded = full_individual.lookup, embedded_lookup(full_individual)
+    again = decode_tables(encode_tables(embedded), lookup_metadata(embedded), "here")
     assert again.coefficients.shape == (5, 0, 0)
     assert (again.axes, again.full_torque, again.drawing, again.modulus) == (
         lookup.axes,
@@ -126,9 +126,9 @@ def test_what_is_packed_of_an_individuals_lookup_is_read_back(full_individual: D
 def test_a_mean_drive_without_tables_is_refused(
     one: DriveModel, lookup: Lookup, drive: sm.Drive, tmp_path: Path
 ) -> None:
-    carried = embedded_lookup(one)
-    (tmp_path / TABLES).write_text(encode_tables(carried))
-    (tmp_path / "lookup.json").write_text(lookup_metadata(carried))
+    embedded = embedded_lookup(one)
+    (tmp_path / TABLES).write_text(encode_tables(embedded))
+    (tmp_path / "lookup.json").write_text(lookup_metadata(embedded))
     save_model(one, tmp_path / "model.toml")
     assert load_component(tmp_path).name == "drive_1 individual 3"
     save_model(build_model(drive, lookup=lookup), tmp_path / "model.toml")

@@ -1,4 +1,4 @@
-"""What an integrator is told: nominal sizes, tolerance and step, what depends on what; and angles without speeds."""
+"""Nominal values, tolerance, step size and dependencies for an integrator; and angles connected without speeds."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from reefmu.fmu.model.nominals import propose_experiment, twist_at_full_torque, 
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import TYPICAL_MASSES
 from stiffness_model.lookup.build_lookup import Lookup
-from tests.integration.fmu.exchange import Exchange
+from tests.integration.fmu.model_exchange import Exchange
 
 needs_compiler = pytest.mark.skipif(
     not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH"
@@ -36,21 +36,21 @@ def description(path: Path) -> ElementTree.Element:
         return ElementTree.fromstring(archive.read("modelDescription.xml"))
 
 
-def test_sizes_are_those_of_the_drive_at_full_torque(full_model: DriveModel) -> None:
+def test_nominal_values_are_those_of_the_drive_at_full_torque(full_model: DriveModel) -> None:
     component = drive_component(full_model)
     found = {s.name: s.nominal for s in (*with_nominals(component).outputs, *with_nominals(component).states)}
     twist, values = twist_at_full_torque(component), {q.name: q.value for q in full_model.parameters}
     assert all(size is not None and size > 0 for size in found.values())
     assert found["output.tau"] == pytest.approx(full_model.full_torque, rel=0.05)
-    assert found["crank.tau"] == pytest.approx(full_model.full_torque / 29, rel=0.1)  # the kinematic error's lever
+    assert found["crank.tau"] == pytest.approx(full_model.full_torque / 29, rel=0.1)  # 10 %: kinematic error
     assert found["twist"] == found["last.twist"] == found["last.output"] == twist
     assert found["last.crank"] == pytest.approx(29 * twist)
     assert found["creep.twist"] == values["creep.compliance"] * full_model.full_torque
     assert found["hysteresis.deflection"] == 1.0
 
 
-def test_a_joint_s_speeds_are_those_of_its_oscillation(model: DriveModel) -> None:
-    """A free swing from the full twist: its greatest speeds, with the energy of the spring, are of the nominal size."""
+def test_nominal_speeds_of_a_joint_are_those_of_its_oscillation(model: DriveModel) -> None:
+    """The greatest speeds of a free oscillation from the twist at full torque have the nominal magnitude."""
     plain = build_model(sm.load_drive("drive_1"), lookup=model.lookup)
     component = joint_component(plain, TYPICAL_MASSES)
     found = {s.name: s.nominal or 0.0 for s in with_nominals(component).states}
@@ -61,7 +61,7 @@ def test_a_joint_s_speeds_are_those_of_its_oscillation(model: DriveModel) -> Non
     for _ in range(300):
         x = component.advance(x, [0, 0], 2e-5, p)
         greatest = np.maximum(greatest, np.abs(np.array(x).ravel()))
-    # The lighter side swings with the whole twist; the other with its share.
+    # The lighter side oscillates with nearly the whole twist, the other with its share.
     for row, name in ((0, "motor.phi"), (1, "motor.w")):
         assert 0.3 * found[name] < greatest[row] < 2.5 * found[name]
 
@@ -70,7 +70,7 @@ def test_a_joint_s_speeds_are_those_of_its_oscillation(model: DriveModel) -> Non
 @needs_compiler
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
 def test_creep_at_a_coarse_tolerance(drive: sm.Drive, lookup: Lookup, tmp_path: Path, fmi: str) -> None:
-    """At 1e-4 with FMPy's CVode: 2e-4 of the torque, where a nominal of 1 for a twist gave 1e-3 and more."""
+    """At 1e-4 with FMPy's CVode the error is below 2e-4 of the torque; a nominal of 1 for a twist gives above 1e-3."""
     model = build_model(drive, {"creep": {"compliance": 1e-6, "time": 0.05}}, lookup=lookup)
     component, p = drive_component(model), model.parameter_vector()
     u = np.array([0, 0, -2e-3, 0, 20])
@@ -100,8 +100,8 @@ def test_creep_at_a_coarse_tolerance(drive: sm.Drive, lookup: Lookup, tmp_path: 
 
 
 @pytest.mark.slow
-def test_euler_s_method_stays_sane_at_the_proposed_step(drive: sm.Drive, lookup: Lookup) -> None:
-    """An undamped swing with friction over the whole of the proposed experiment: it grows by exp(1/2) a second."""
+def test_explicit_euler_is_usable_at_the_proposed_step(drive: sm.Drive, lookup: Lookup) -> None:
+    """Over the proposed experiment an undamped oscillation grows by exp(1/2) a second at most, also with friction."""
     for effects in ({}, {"hysteresis": {"torque": 4.0}, "coulomb_friction": {"torque": 2.0}}):
         component = joint_component(build_model(drive, effects, lookup=lookup), TYPICAL_MASSES)
         proposed = propose_experiment(component)
@@ -134,8 +134,8 @@ def test_the_proposed_step_passes_the_package_s_own_check(
 
 @needs_compiler
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
-def test_no_torque_reaches_an_angle_without_an_integrator(model: DriveModel, tmp_path: Path, fmi: str) -> None:
-    """Of the joint: what is declared, and the derivative that a host would find."""
+def test_a_joint_has_no_direct_feedthrough_from_torque_to_angle(model: DriveModel, tmp_path: Path, fmi: str) -> None:
+    """In the declared dependencies and in the directional derivative."""
     path = export_fmu(model, tmp_path / "joint.fmu", backend="native", fmi=fmi, masses=TYPICAL_MASSES)
     outputs = fmpy.read_model_description(str(path)).outputs
     assert len(outputs) > 10
@@ -150,7 +150,7 @@ def test_no_torque_reaches_an_angle_without_an_integrator(model: DriveModel, tmp
 
 @needs_compiler
 def test_friction_follows_angles_without_speeds(full_model: DriveModel, unpacked: tuple[Path, Path, str]) -> None:
-    """In model exchange, at events that the ends of steps ask for: the same states as in co-simulation."""
+    """In model exchange, at events requested after integrator steps: the same states as in co-simulation."""
     along = [s.name for s in full_model.states if s.name not in ("creep.twist", "torque_sensor_drift.grown")]
     way = [3e-4 * np.sin(0.4 * k) for k in range(40)]
     with Exchange(unpacked[1], {}) as exchange, FmuDrive(unpacked[0]) as slave:
@@ -165,13 +165,13 @@ def test_friction_follows_angles_without_speeds(full_model: DriveModel, unpacked
             assert changed
             exchange.fmu.enterContinuousTimeMode()
             np.testing.assert_allclose(exchange.get(along), list(slave.read(along).values()), rtol=0, atol=1e-15)
-        # Where nothing moves, nothing is to be caught up.
+        # Without motion there is no event.
         assert exchange.completed() == (False, False)
 
 
 @needs_compiler
-def test_with_speeds_nothing_is_caught_up(full_model: DriveModel, unpacked: tuple[Path, Path, str]) -> None:
-    """Though the integrator is off by a per cent of the way."""
+def test_with_speeds_there_is_no_such_event(full_model: DriveModel, unpacked: tuple[Path, Path, str]) -> None:
+    """Although the integrator has an error of one per cent of the path."""
     component, p = drive_component(full_model), full_model.parameter_vector()
     names, memory = [s.name for s in full_model.states], slice(0, component.n_indicators)
     with Exchange(unpacked[1], {}) as exchange:
@@ -188,7 +188,7 @@ def test_with_speeds_nothing_is_caught_up(full_model: DriveModel, unpacked: tupl
 
 @needs_compiler
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
-def test_states_that_may_jump_say_so(full_model: DriveModel, tmp_path: Path, fmi: str) -> None:
+def test_states_that_may_jump_are_declared_reinit(full_model: DriveModel, tmp_path: Path, fmi: str) -> None:
     path = export_fmu(full_model, tmp_path / "d.fmu", backend="native", platform="none", fmi=fmi)
     jumping = {
         v.get("name")

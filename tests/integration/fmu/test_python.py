@@ -1,4 +1,4 @@
-"""The Python back end: what it carries, what it needs and says, and when it is chosen."""
+"""The Python back end: its content, its dependencies and messages, and when it is chosen."""
 
 from __future__ import annotations
 
@@ -26,8 +26,7 @@ from reefmu.fmu.model.component import Component, drive_component
 from reefmu.fmu.model.declaration import declare
 from reefmu.fmu.model.joint import joint_component
 from reefmu.fmu.model.kernel import StepKernel
-from reefmu.fmu.python_backend import equations_file as carried
-from reefmu.fmu.python_backend import real_time
+from reefmu.fmu.python_backend import equations_file, real_time
 from reefmu.fmu.python_backend.equations_file import EQUATIONS_FILE, read_equations, write_equations
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel
@@ -57,7 +56,7 @@ fmu.freeInstance()
 
 
 def run(fmu: Path, folder: Path, code: str = RUN, **environment: str) -> subprocess.CompletedProcess[str]:
-    """An FMU in a plain host of its own process, which then tells the packages that were loaded."""
+    """Run an FMU in a minimal host in a process of its own, which prints the packages it has loaded."""
     return subprocess.run(
         [sys.executable, "-c", code, str(fmu), str(folder)],
         capture_output=True,
@@ -74,17 +73,17 @@ def joint_of(model: DriveModel) -> Component:
 
 
 def test_a_running_fmu_loads_no_scipy(fmu: Path, tmp_path: Path) -> None:
-    """SciPy takes a second to load, and its `_uarray` takes hosts in C down at their end."""
+    """SciPy takes a second to load, and its `_uarray` crashes hosts in C when they finalise Python."""
     loaded = run(fmu, tmp_path).stdout.split()
     assert "casadi" in loaded
     assert not {"scipy", "matplotlib", "control", "pint"} & set(loaded)
 
 
 @pytest.mark.parametrize("make", [drive_component, joint_of])
-def test_the_carried_equations_are_those_of_the_model(
+def test_the_equations_in_the_file_are_those_of_the_model(
     make: Callable[[DriveModel], Component], full_model: DriveModel
 ) -> None:
-    """To the last bit, over steps of one part and of several."""
+    """To the last bit, over steps of one substep and of several."""
     component = make(full_model)
     content = write_equations(component, declare(component))
     equations, interface = read_equations(content, "here")
@@ -100,7 +99,7 @@ def test_the_carried_equations_are_those_of_the_model(
 
 
 def test_a_package_with_another_equation_is_refused(fmu: Path, tmp_path: Path) -> None:
-    """One sign in a copy of the package: the names are the same, the numbers would not be."""
+    """One sign differs in a copy of the package: the interface is the same, the numbers would not be."""
     for package in (reefmu, stiffness_model):
         source = Path(str(package.__file__)).parent
         shutil.copytree(source, tmp_path / source.name, ignore=shutil.ignore_patterns("__pycache__"))
@@ -122,16 +121,16 @@ def test_a_package_with_another_equation_is_refused(fmu: Path, tmp_path: Path) -
 
 
 @pytest.mark.slow
-def test_the_digest_is_over_all_that_an_export_loads_of_the_model() -> None:
-    """What the imports reach on paper holds what building and stepping a joint loads in fact."""
+def test_the_digest_covers_every_module_that_an_export_loads() -> None:
+    """The imports found in the source contain all modules loaded while a joint is built and stepped."""
     code = (
         "import sys, warnings\nwarnings.simplefilter('ignore')\nimport reefmu.fmu.model.joint\n"
         "import reefmu.model, reefmu.fmu.model.kernel\n"
         "print(*(n for n in sys.modules if n.split('.')[0] in ('reefmu', 'stiffness_model')))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=TIMEOUT, check=True)
-    modules = set(carried.model_modules())
-    packages = {name for name in done.stdout.split() if (carried._source(name) or Path()).name == "__init__.py"}
+    modules = set(equations_file.model_modules())
+    packages = {name for name in done.stdout.split() if (equations_file._source(name) or Path()).name == "__init__.py"}
     assert set(done.stdout.split()) - packages <= modules
     assert modules >= {
         "reefmu.model.stages.order",
@@ -151,7 +150,9 @@ def test_the_digest_is_over_all_that_an_export_loads_of_the_model() -> None:
         lambda table: {k: v for k, v in table.items() if k != "code"},
     ],
 )
-def test_other_equations_are_one_line(spoil: Callable[[dict[str, object]], object], model: DriveModel) -> None:
+def test_a_damaged_equations_file_gives_one_line(
+    spoil: Callable[[dict[str, object]], object], model: DriveModel
+) -> None:
     component = drive_component(model)
     table = json.loads(write_equations(component, declare(component)))
     for content in (json.dumps(spoil(table)).encode(), b"[" * 100000, b"\xff"):
@@ -160,7 +161,7 @@ def test_other_equations_are_one_line(spoil: Callable[[dict[str, object]], objec
         assert "\n" not in str(refused.value)
 
 
-def test_it_says_what_it_needs(fmu: Path, tmp_path: Path) -> None:
+def test_it_declares_its_dependencies(fmu: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(fmu) as archive:
         root = ElementTree.fromstring(archive.read("modelDescription.xml"))
         text = archive.read("documentation/externalDependencies.txt").decode()
@@ -183,7 +184,7 @@ def test_a_native_fmu_needs_no_tool(native: Path) -> None:
 
 
 @COMPILER
-def test_the_default_is_native_where_a_compiler_is(
+def test_the_default_is_native_where_there_is_a_compiler(
     model: DriveModel, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert read_archive(export_fmu(model, tmp_path / "d.fmu")).backend == "native"
@@ -193,7 +194,7 @@ def test_the_default_is_native_where_a_compiler_is(
 
 
 @pytest.mark.slow
-def test_without_a_compiler_python_is_told(
+def test_without_a_compiler_the_python_back_end_is_announced(
     model: DriveModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(platforms, "_program", lambda p: ())
@@ -204,7 +205,7 @@ def test_without_a_compiler_python_is_told(
     told = [line for line in capsys.readouterr().err.splitlines() if "compiler" in line]
     assert len(told) == 1
     assert told[0].startswith("note: no C compiler here")
-    assert main([*words, "--backend", "python"]) == 0  # asked for by name: nothing to tell
+    assert main([*words, "--backend", "python"]) == 0  # chosen explicitly: no message
     assert "compiler" not in capsys.readouterr().err
     for only_native in (["--backend", "native"], ["--platform", "linux64"], ["--fmi", "3"]):
         assert main([*words, *only_native]) == 2
@@ -218,7 +219,7 @@ def test_without_a_compiler_python_is_told(
         ("no-such-compiler", r"neither ziglang nor the program that CC names \(no-such-compiler\)"),
     ],
 )
-def test_a_compiler_of_no_use(
+def test_an_unusable_compiler_is_named(
     compiler: str, words: str, model: DriveModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("REEFMU_CACHE", str(tmp_path / "cache"))
@@ -230,7 +231,7 @@ def test_a_compiler_of_no_use(
 
 
 @COMPILER
-def test_a_blank_cc_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_blank_cc_counts_as_not_set(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "  ")
     assert platforms.has_compiler()
 
@@ -240,10 +241,10 @@ def test_an_unknown_machine_has_no_compiler(monkeypatch: pytest.MonkeyPatch) -> 
     assert not platforms.has_compiler()
 
 
-def test_a_step_slower_than_real_time_is_told(
+def test_a_step_slower_than_real_time_is_announced(
     full_model: DriveModel, model: DriveModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By a clock of the test's own, on which every step takes 1 ms; a joint's parts are counted."""
+    """With a clock on which every step takes 1 ms; a joint's substeps are counted, not run."""
     clock = itertools.count(0.0, 1e-3)
     monkeypatch.setattr(real_time, "clock", lambda: next(clock))
     drive, joint = drive_component(model), joint_of(full_model)
@@ -259,8 +260,8 @@ def test_a_step_slower_than_real_time_is_told(
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("gcc") is None or not sys.platform.startswith("linux"), reason="needs gcc on Linux")
-def test_a_host_in_c_with_libpython_ends_well(fmu: Path, tmp_path: Path) -> None:
-    """It ends Python when CasADi's library has already gone; nothing of ours may be freed then."""
+def test_a_host_in_c_with_libpython_ends_without_a_crash(fmu: Path, tmp_path: Path) -> None:
+    """It finalises Python after CasADi's library has cleared its tables; no function may be freed then."""
     folder, name = sysconfig.get_config_var("LIBDIR"), sysconfig.get_config_var("LDLIBRARY")
     library = Path(str(folder), str(name))
     if library.suffix != ".so" or not library.exists():
@@ -277,7 +278,7 @@ def test_a_host_in_c_with_libpython_ends_well(fmu: Path, tmp_path: Path) -> None
     words = [str(host), str(binary), read_archive(fmu).guid, (tmp_path / "out" / "resources").as_uri()]
     path = os.pathsep.join(place for place in sys.path if place)
     alone = subprocess.run(words, capture_output=True, text=True, timeout=TIMEOUT, check=False)
-    assert alone.returncode == 3  # what documentation/externalDependencies.txt says
+    assert alone.returncode == 3  # as documentation/externalDependencies.txt states
     assert "Py_" in alone.stderr
     for _ in range(4):
         for more in ([], ["free"]):

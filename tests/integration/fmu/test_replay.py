@@ -1,4 +1,4 @@
-"""A record of several runs through an FMU, held against the Python model."""
+"""A record of several runs through an FMU, compared with the Python model."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def fmu(request: pytest.FixtureRequest, inside: DriveModel, tmp_path_factory: py
 
 
 def record_of(clocks: list[np.ndarray]) -> Record:
-    """Runs of a drive that winds up and turns, whose loads and places differ."""
+    """Runs with rising twist and a turning crank, at different loads and angles."""
     parts = []
     for run, time in enumerate(clocks):
         way = np.linspace(0.0, 1.0, len(time))
@@ -82,6 +82,6 @@ def test_runs_as_the_model(fmu: Path, inside: DriveModel, pause: float | None, r
         assert found[name] == pytest.approx(expected[name], abs=1e-9 * scale), name
 
 
-def test_a_state_that_is_none_of_ours() -> None:
+def test_a_state_without_the_values_is_refused() -> None:
     with pytest.raises(InputError, match="found them 0 times"):
         replace_values(b"opaque", [1.0, 2.0], {0: 3.0})

@@ -1,4 +1,4 @@
-"""The sources of a native FMU: linked into a host beside others, as the standard wants them named."""
+"""The sources of a native FMU: linked into one program with others, with the names that the standard requires."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ COMPILERS = [
     ),
 ]
 TRIAL = {"drive": ("output.phi", -1e-3, "output.tau"), "joint": ("load.tau", -5.0, "output.w")}
-"""Input, its value and an output, by kind."""
+"""An input, its value and an output, by kind."""
 
 
 def unpacked_sources(path: Path, folder: Path) -> Path:
@@ -46,7 +46,7 @@ def unpacked_sources(path: Path, folder: Path) -> Path:
 
 
 def linked(fmus: list[Path], fmi: str, compiler: str, folder: Path) -> list[str]:
-    """What a host says that has these FMUs inside, all in one static program."""
+    """The output of a static program that contains all these FMUs."""
     rows, objects = [], []
     for k, path in enumerate(fmus):
         file = read_archive(path)
@@ -86,14 +86,14 @@ def linked(fmus: list[Path], fmi: str, compiler: str, folder: Path) -> list[str]
 def test_two_drives_and_a_joint_link_into_one_static_program(
     fmi: str, compiler: str, full_model: DriveModel, soft_model: DriveModel, tmp_path: Path
 ) -> None:
-    """With nothing that is there twice, the numbers of the library, and a log that takes no text for a format."""
+    """Without duplicate symbols, with the numbers of the library, and with messages that are no format strings."""
     masses = Masses(1e-4, 1.0)
     fmus = [
         export_fmu(model, tmp_path / f"{k}.fmu", backend="native", fmi=fmi, masses=given)
         for k, (model, given) in enumerate([(full_model, None), (soft_model, None), (soft_model, masses)])
     ]
-    said = linked(fmus, fmi, compiler, tmp_path)
-    for path, number, complaint in zip(fmus, said[::2], said[1::2], strict=True):
+    printed = linked(fmus, fmi, compiler, tmp_path)
+    for path, number, message in zip(fmus, printed[::2], printed[1::2], strict=True):
         source, value, result = TRIAL[read_archive(path).kind]
         with FmuDrive(path) as drive:
             drive.initialize()
@@ -101,11 +101,11 @@ def test_two_drives_and_a_joint_link_into_one_static_program(
         assert float(number) == pytest.approx(expected, rel=1e-12)
         # A category may hold any text. FMI 2.0.4, section 2.1.5: "##" stands for "#" in a message.
         hash_sign = "##" if fmi == "2.0" else "#"
-        assert complaint == f"fmi{fmi[0]}SetDebugLogging: unknown category '%n%s{hash_sign}'"
+        assert message == f"fmi{fmi[0]}SetDebugLogging: unknown category '%n%s{hash_sign}'"
 
 
 @pytest.mark.parametrize("fmi", list(FMI_VERSIONS))
-def test_every_name_from_outside_begins_with_the_identifier(fmi: str, model: DriveModel, tmp_path: Path) -> None:
+def test_every_external_name_begins_with_the_identifier(fmi: str, model: DriveModel, tmp_path: Path) -> None:
     path = export_fmu(model, tmp_path / "d.fmu", backend="native", platform="none", fmi=fmi)
     sources = unpacked_sources(path, tmp_path / "out")
     assert not [file.name for file in sources.iterdir() if ".symver" in file.read_text("utf-8")]
@@ -124,7 +124,7 @@ def test_every_name_from_outside_begins_with_the_identifier(fmi: str, model: Dri
 
 
 def test_the_identifier_is_that_of_the_model(model: DriveModel, tmp_path: Path) -> None:
-    """Whatever the values inside: a host's project finds an FMU that was exported anew."""
+    """For all values of the parameters, so that a host's project finds an FMU that was exported again."""
     changed = model.with_parameters({"hysteresis.torque": 4.5})
     for fmi in FMI_VERSIONS:
         files = [read_archive(export_fmu(m, tmp_path / "d.fmu", backend="native", fmi=fmi)) for m in (model, changed)]

@@ -1,4 +1,4 @@
-"""The tables as they stand in C: read back, mirrored, refused."""
+"""The lookup's tables as C source: decoded exactly, and refused where they are not symmetric or damaged."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from stiffness_model.lookup.build_lookup import Lookup
 
 @pytest.fixture(scope="module")
 def full(drive: object, lookup: Lookup) -> Lookup:
-    """The tables with those that effects at the contacts need."""
+    """A lookup with the additional tables of effects at the contacts."""
     return build_model(drive, {"missing_ball": {}, "modulus_error": {}}, lookup=lookup).lookup  # type: ignore[arg-type]
 
 
-def test_what_is_read_back_is_what_was_packed(full: Lookup) -> None:
-    """To 1e-13 of full torque in every coefficient, all else unchanged; packed again the text is the same."""
+def test_decoding_inverts_encoding(full: Lookup) -> None:
+    """To 1e-13 of full torque in every coefficient, all else unchanged; encoded again the text is the same."""
     header, head = encode_tables(full), lookup_metadata(full)
     again = decode_tables(header, head, "here")
     size = np.array([full.full_torque] * 3 + [np.abs(full.coefficients[k]).max() for k in (3, 4)])[:, None, None]
@@ -39,7 +39,7 @@ def test_what_is_read_back_is_what_was_packed(full: Lookup) -> None:
     assert encode_tables(again) == header
 
 
-def test_the_torque_changes_by_rounding_only(full: Lookup) -> None:
+def test_encoding_changes_the_torque_by_rounding_only(full: Lookup) -> None:
     again = decode_tables(encode_tables(full), lookup_metadata(full), "here")
     rng = np.random.default_rng(3)
     twist, clearance = rng.uniform(-1.2, 1.2, 500) * full.twist.stop, rng.uniform(-1.2, 1.2, 500) * full.clearance.stop
@@ -52,7 +52,7 @@ def test_the_torque_changes_by_rounding_only(full: Lookup) -> None:
         assert np.abs(again.stiffness(twist, clearance, band) - slope).max() <= 1e-12 * slope.max()
 
 
-def test_tables_that_do_not_mirror_themselves_are_refused(lookup: Lookup) -> None:
+def test_tables_that_are_not_odd_or_even_are_refused(lookup: Lookup) -> None:
     bent = lookup.coefficients.copy()
     bent[0, 3] += 1.0
     with pytest.raises(InputError, match="expected a lookup that is odd or even in the twist"):
@@ -77,10 +77,10 @@ def test_damaged_tables_are_refused(lookup: Lookup, change) -> None:
 
 
 @pytest.mark.slow
-def test_a_native_fmu_is_small_and_holds_its_tables_once(
+def test_a_native_fmu_is_small_and_contains_its_tables_once(
     drive: object, lookup: Lookup, full_model: DriveModel, tmp_path: Path
 ) -> None:
-    """Under 300 kB with a binary for one platform, a joint with all effects too."""
+    """Below 300 kB with a binary for one platform, also a joint with all effects."""
     plain = build_model(drive, lookup=lookup)  # type: ignore[arg-type]
     for model in (plain, full_model):
         assert len(model.effects) in (0, len(EFFECTS))

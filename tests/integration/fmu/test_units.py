@@ -32,11 +32,11 @@ def test_factors_and_offset():
 
 
 @pytest.mark.parametrize("unit", ["", "N.m/", "N/m/s", "N..m"])
-def test_other_shapes_are_refused(unit):
+def test_a_text_of_another_form_is_refused(unit):
     with pytest.raises(InputError):
         base_unit(unit)
 
 
-def test_an_unknown_unit_is_named():
+def test_an_unknown_unit_is_named_in_the_error():
     with pytest.raises(UnknownNameError, match="'arcmn'; did you mean 'arcmin'"):
         base_unit("N.m/arcmn")

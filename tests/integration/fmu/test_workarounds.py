@@ -20,10 +20,10 @@ from reefmu.fmu.python_backend.workarounds import resource_folder
         ("/plain/path", "/plain/path"),
     ],
 )
-def test_what_hosts_say_and_mean(location, folder):
+def test_the_folder_that_a_host_names(location, folder):
     assert resource_folder(location).as_posix() == folder
 
 
-def test_a_path_with_a_percent_sign_that_exists_is_taken_as_it_is(tmp_path):
+def test_an_existing_path_with_a_percent_sign_is_not_decoded(tmp_path):
     (tmp_path / "a%20b").mkdir()
     assert resource_folder(str(tmp_path / "a%20b")) == tmp_path / "a%20b"

@@ -1,4 +1,4 @@
-"""A model-exchange instance of a native FMU through FMPy, for tests that hold its states while inputs move."""
+"""A model-exchange instance of a native FMU in FMPy, for tests that change inputs at constant states."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 
 class Exchange:
-    """In continuous-time mode from the start. names: of the variables, by value reference."""
+    """An instance in continuous-time mode. names: of all variables, in the order of value references."""
 
     def __init__(self, folder: Path, values: dict[str, float], stop: float | None = None) -> None:
         description = fmpy.read_model_description(str(folder), validate=False)
@@ -52,7 +52,7 @@ class Exchange:
         )
 
     def completed(self) -> tuple[bool, bool]:
-        """After a step: whether an event comes, and whether the end."""
+        """Complete an integrator step; returns whether an event is needed and whether to terminate."""
         event, terminate = self.fmu.completedIntegratorStep()
         return bool(event), bool(terminate)
 

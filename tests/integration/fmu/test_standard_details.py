@@ -1,5 +1,5 @@
-"""The letter of the standard where hosts seldom look: end of the experiment, logging off, states set one by one, a
-discrete output, what the description and the archive say."""
+"""Requirements of the standard that hosts seldom exercise: stop time, logging off, single states set, a discrete
+output, and the content of description and archive."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.ctypes_buffers import make_callbacks
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import Masses
-from tests.integration.fmu.exchange import Exchange
+from tests.integration.fmu.model_exchange import Exchange
 
 pytestmark = pytest.mark.skipif(
     not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH"
@@ -28,7 +28,7 @@ FMI = ["2.0", "3.0"]
 
 @pytest.fixture(scope="module")
 def exported(model: DriveModel, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Unpacked, by version."""
+    """The unpacked FMUs by version of FMI."""
     folder = tmp_path_factory.mktemp("letter")
     made = {}
     for fmi in FMI:
@@ -42,7 +42,7 @@ def described(folder: Path) -> ElementTree.Element:
 
 
 def slave(folder: Path, fmi: str, said: list[str], stop: float | None, log: bool = True) -> FMU2Slave | FMU3Slave:
-    """Initialised, with the end of the experiment given."""
+    """An initialised slave whose experiment has the stop time `stop`, s."""
     description = fmpy.read_model_description(str(folder), validate=False)
     names = {
         "guid": description.guid,
@@ -64,8 +64,8 @@ def slave(folder: Path, fmi: str, said: list[str], stop: float | None, log: bool
 
 
 @pytest.mark.parametrize("fmi", FMI)
-def test_no_step_goes_beyond_the_stop_time(exported: dict[str, Path], fmi: str) -> None:
-    """But for what a host's sum of steps may be off by; without a stop time, any."""
+def test_a_step_beyond_the_stop_time_is_refused(exported: dict[str, Path], fmi: str) -> None:
+    """Except for the rounding of a host's sum of steps; without a stop time every step is allowed."""
     said: list[str] = []
     fmu = slave(exported[fmi], fmi, said, 0.01)
     for k in range(10):
@@ -82,7 +82,7 @@ def test_no_step_goes_beyond_the_stop_time(exported: dict[str, Path], fmi: str) 
     fmu.freeInstance()
 
 
-def test_no_time_beyond_the_stop_time_in_model_exchange(exported: dict[str, Path]) -> None:
+def test_a_time_beyond_the_stop_time_is_refused_in_model_exchange(exported: dict[str, Path]) -> None:
     """An integrator may look a fiftieth of the run ahead, as CVode does in FMPy, but no step may end there."""
     with Exchange(exported["2.0"], {}, stop=0.5) as exchange:
         exchange.fmu.setTime(0.5)
@@ -104,8 +104,8 @@ def test_no_time_beyond_the_stop_time_in_model_exchange(exported: dict[str, Path
 
 
 @pytest.mark.parametrize("fmi", FMI)
-def test_with_logging_off_fmi_3_says_nothing(exported: dict[str, Path], fmi: str) -> None:
-    """FMI 3.0.2, section 2.3.1. In FMI 2.0 the flag is for debugging; why a call was refused is said."""
+def test_with_logging_off_fmi_3_sends_no_message(exported: dict[str, Path], fmi: str) -> None:
+    """FMI 3.0.2, section 2.3.1. In FMI 2.0 the flag concerns debugging, and refused calls are still reported."""
     said: list[str] = []
     fmu = slave(exported[fmi], fmi, said, 0.01, log=False)
     with pytest.raises(FMICallException):
@@ -115,7 +115,7 @@ def test_with_logging_off_fmi_3_says_nothing(exported: dict[str, Path], fmi: str
 
 @pytest.mark.parametrize("fmi", FMI)
 def test_one_state_is_set_by_its_reference(exported: dict[str, Path], fmi: str) -> None:
-    """In model exchange, section 3.1 (FMI 3.0.2: 3.2.1); what follows from it follows."""
+    """In model exchange, section 3.1 (FMI 3.0.2: 3.2.1); the outputs follow the new value."""
     if fmi == "2.0":
         with Exchange(exported[fmi], {}) as exchange:
             before = exchange.get(["output.tau"])[0]
@@ -176,8 +176,8 @@ def test_the_description_names_author_copyright_and_licence(exported: dict[str, 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("masses", [None, Masses(1e-4, 1.0)])
-def test_an_fmu_for_fmi_3_speaks_of_fmi_3(model: DriveModel, masses: Masses | None, tmp_path: Path) -> None:
-    """In its description, its documentation and what its binary can say."""
+def test_an_fmu_for_fmi_3_names_fmi_3_everywhere(model: DriveModel, masses: Masses | None, tmp_path: Path) -> None:
+    """In its description, its documentation and the messages in its binary."""
     path = export_fmu(model, tmp_path / "d.fmu", backend="native", fmi="3.0", masses=masses)
     with zipfile.ZipFile(path) as archive:
         for name in archive.namelist():

@@ -1,4 +1,4 @@
-"""FMUs at work: `FmuDrive`, and behind it the slave."""
+"""Running FMUs with `FmuDrive`, and the slave of the Python back end behind it."""
 
 import logging
 import math
@@ -113,7 +113,7 @@ def test_a_foreign_state_is_refused(fmu, soft_fmu):
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_a_value_that_is_no_number_is_discarded_and_leaves_no_trace(fmu, value):
+def test_a_value_that_is_not_a_number_is_discarded_and_changes_nothing(fmu, value):
     with FmuDrive(fmu) as slave, FmuDrive(fmu) as untouched:
         slave.initialize()
         untouched.initialize()
@@ -122,7 +122,7 @@ def test_a_value_that_is_no_number_is_discarded_and_leaves_no_trace(fmu, value):
         assert slave.step(1e-3, LOAD) == untouched.step(1e-3, LOAD)
 
 
-def test_a_value_that_is_no_number_at_the_start_gives_no_result(slave):
+def test_a_value_that_is_not_a_number_at_the_start_gives_no_result(slave):
     outputs = slave.initialize({"crank.phi": math.nan})
     assert all(math.isnan(value) for value in outputs.values())
     with pytest.raises(InputError, match=r"crank\.phi: expected a finite number"):
@@ -130,7 +130,7 @@ def test_a_value_that_is_no_number_at_the_start_gives_no_result(slave):
     assert math.isfinite(slave.step(1e-3, LOAD)["output.tau"])
 
 
-def test_the_complaint_reaches_the_log_of_python(slave, caplog):
+def test_the_message_reaches_the_log_of_python(slave, caplog):
     slave.initialize()
     with caplog.at_level(logging.ERROR, "reefmu.fmu"), pytest.raises(InputError):
         slave.step(1e-3, {"crank.phi": math.nan})
@@ -147,7 +147,7 @@ def test_a_step_must_be_above_zero(slave, dt):
 
 @pytest.mark.parametrize("dt", [1 / 60, 1e-6, 1e-3 / 3, 3600.0])
 def test_steps_of_any_length(fmu, dt):
-    """Inputs are held, so one step and seven of a seventh end alike."""
+    """Inputs are constant over a step, so one step and seven of a seventh give the same result."""
     with FmuDrive(fmu) as whole, FmuDrive(fmu) as parts:
         whole.initialize()
         parts.initialize()
@@ -189,7 +189,7 @@ def test_drives_in_one_process_do_not_mix(fmu, soft_fmu, model, soft_model):
         assert torques[0] > 5 * torques[1] > 0
         assert torques[0] == torques[2]
         assert stiff.step(1e-3, {"crank.phi": 0.21}) != second.step(1e-3)
-    for file, torque in ((soft_fmu, torques[1]), (fmu, torques[0])):  # the other way round, libraries reloaded
+    for file, torque in ((soft_fmu, torques[1]), (fmu, torques[0])):  # in reverse order, with the libraries reloaded
         with FmuDrive(file) as slave:
             assert slave.initialize(LOAD)["output.tau"] == torque
 
@@ -215,7 +215,7 @@ def test_a_second_start_needs_a_reset(slave):
     slave.initialize()
 
 
-def test_many_instances_of_one_fmu_one_after_another(fmu):
+def test_many_successive_instances_of_one_fmu(fmu):
     results = []
     for _ in range(25):
         with FmuDrive(fmu) as slave:
@@ -241,7 +241,7 @@ def test_a_temporary_folder_that_pythonfmu_cannot_read(fmu, tmp_path, monkeypatc
         FmuDrive(fmu)
 
 
-def test_closing_removes_what_was_unpacked(fmu, tmp_path, monkeypatch):
+def test_closing_removes_the_unpacked_files(fmu, tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     path = list(sys.path)
     slave = FmuDrive(fmu)
@@ -254,7 +254,7 @@ def test_closing_removes_what_was_unpacked(fmu, tmp_path, monkeypatch):
         slave.initialize()
 
 
-def test_an_instance_that_nobody_closed_goes_with_its_folder(fmu, tmp_path, monkeypatch):
+def test_an_instance_that_was_not_closed_is_removed_with_its_folder(fmu, tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     slave = FmuDrive(fmu)
     slave.initialize()
@@ -264,7 +264,7 @@ def test_an_instance_that_nobody_closed_goes_with_its_folder(fmu, tmp_path, monk
 
 def test_fmpys_own_simulation_runs_it(fmu):
     signals = np.array([(0.0, 0.0), (0.5, 0.05), (1.0, -0.05)], dtype=[("time", float), ("crank.phi", float)])
-    with FmuDrive(fmu):  # the first library stays in the process, and only we know how to let it go
+    with FmuDrive(fmu):  # the first library stays in the process, and only this package finalises it
         result = fmpy.simulate_fmu(
             str(fmu),
             stop_time=1.0,
@@ -278,7 +278,7 @@ def test_fmpys_own_simulation_runs_it(fmu):
     assert np.ptp(result["output.tau"]) > 10
 
 
-def test_a_call_the_interface_does_not_have_is_fatal_but_ends_nothing(fmu):
+def test_an_illegal_call_is_fatal_but_does_not_end_the_process(fmu):
     code = f"""
 import gc
 from fmpy.fmi1 import FMICallException

@@ -11,7 +11,7 @@ from reefmu.fmu.xml.archive import read_archive
 from stiffness_model.errors import InputError
 
 
-def test_validation_finds_nothing(fmu, soft_fmu):
+def test_validation_finds_no_problem(fmu, soft_fmu):
     assert validate_fmu(str(fmu)) == []
     assert validate_fmu(str(soft_fmu)) == []
 
@@ -30,7 +30,7 @@ def test_another_model_gives_other_names(model, fmu, tmp_path):
     ]
     assert len({file.guid for file in files}) == 3
     assert [file.model_identifier for file in files] == ["drive_1", "drive_1", "gear_box"]
-    assert len({name for file in files for name in file.members if name.endswith(".py")}) == 3  # the modules' names
+    assert len({name for file in files for name in file.members if name.endswith(".py")}) == 3  # names of the modules
     assert all(file.model_identifier.isidentifier() for file in files)
 
 
@@ -43,7 +43,7 @@ def test_any_name_becomes_an_identifier(model, name, tmp_path):
     assert validate_fmu(str(file.path)) == []
 
 
-def test_description_says_what_it_can_do(description):
+def test_description_declares_the_capabilities(description):
     simulation = description.find("CoSimulation")
     assert simulation is not None
     expected = {
@@ -79,7 +79,7 @@ def test_every_variable_has_a_defined_unit(description):
     assert {key: stiffness.get(key) for key in ("kg", "m", "s", "rad")} == {"kg": "1", "m": "2", "s": "-2", "rad": "-1"}
 
 
-def test_parameters_can_be_tuned_within_limits(description, model):
+def test_parameters_are_tunable_within_bounds(description, model):
     variables = {v.get("name"): v for v in description.iter("ScalarVariable")}
     for parameter in model.parameters:
         expected = "tunable" if parameter.tunable else "fixed"
@@ -116,7 +116,7 @@ def test_the_date_follows_source_date_epoch(model, tmp_path, monkeypatch):
         export_fmu(model, tmp_path / "dated.fmu", backend="python")
 
 
-def test_nothing_of_this_machine_is_inside(fmu):
+def test_the_file_contains_nothing_of_this_machine(fmu):
     here = os.path.expanduser("~").encode()
     with zipfile.ZipFile(fmu) as archive:
         names = archive.namelist()
@@ -137,7 +137,7 @@ def test_a_path_that_cannot_be_written_leaves_nothing(model, tmp_path):
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["folder.fmu"]
 
 
-def test_a_failure_keeps_the_file_that_was_there(model, tmp_path, monkeypatch):
+def test_a_failure_keeps_the_existing_file(model, tmp_path, monkeypatch):
     path = tmp_path / "kept.fmu"
     path.write_bytes(b"before")
 
