@@ -9,11 +9,12 @@ for Use in Robotic Drive Systems" (the paper; equation numbers are its).
 * `drawing`: one drive as drawn, its tolerances, the virtual drives drawn from it; `io` reads and writes it.
 * `geometry`, `elasticity`, `contact`: the path of the elements, two bodies pressed together, every element's contacts.
 * `equilibrium`: forces and displacements of every element; `montecarlo`: thousands of virtual drives and their curve.
-* `lookup`: the mean drive as tables; `ratings`: pressure, safety, life, losses; `rotation`: one drive, turning;
+* `lookup`: the mean drive as tables; `ratings`: pressure, safety, life, losses; `rotation`: one drive as it turns;
   `explore`: design studies; `catalog`: published gears; `plotting`: pictures.
-* `numerics`, `memory`, `units`, `errors`, `frozen_mapping`: what all of them use.
+* `numerics`, `memory`, `units`, `errors`, `frozen_mapping`: used by all; `display`: reprs, notebook tables, DataFrames;
+  `lazy_names`: names imported on first use; `turning`: an alias of `rotation`.
 
-Names are imported when they are first used: what needs no solver (a drawing, an FMU that runs) loads no SciPy.
+Names are imported on first use: a drawing, or an FMU at run time, needs no solver and loads no SciPy.
 
 >>> import numpy as np
 >>> from stiffness_model import ARCMIN, load_drive, simulate

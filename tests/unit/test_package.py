@@ -1,4 +1,4 @@
-"""What is handed out: types that a type checker finds, and tests that do without what is not in the repository."""
+"""The distribution: type information for type checkers, and tests that run without records outside the repository."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 
 
 def test_the_packages_are_typed_as_the_classifier_says() -> None:
-    """PEP 561: the marker lies in each package; the wheel takes packages whole."""
+    """PEP 561: each package contains the marker, and the wheel contains the packages completely."""
     assert "Typing :: Typed" in PROJECT["project"]["classifiers"]
     wheel = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
     assert wheel.keys() == {"packages"}
@@ -29,8 +29,8 @@ def test_the_packages_are_typed_as_the_classifier_says() -> None:
 
 
 @pytest.mark.skipif(shutil.which("git") is None or not (ROOT / ".git").exists(), reason="foreign host: no repository")
-def test_the_wheel_leaves_out_no_marker() -> None:
-    """Hatchling passes over what .gitignore names."""
+def test_the_wheel_contains_the_markers() -> None:
+    """Hatchling skips what .gitignore names."""
     markers = [f"{name}/py.typed" for name in PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]]
     ignored = subprocess.run(["git", "check-ignore", *markers], cwd=ROOT, capture_output=True, text=True, check=False)
     assert ignored.stdout == ""
@@ -38,7 +38,7 @@ def test_the_wheel_leaves_out_no_marker() -> None:
 
 @pytest.mark.slow
 def test_tests_of_records_outside_the_repository_skip_with_their_reason(tmp_path: Path) -> None:
-    """In a copy of the tree that has nothing beside it. In CI, where other skips are holes, this one is none."""
+    """In a copy of the tree without the records beside it; in CI, where other skips fail the run, this one does not."""
     copy = tmp_path / "copy"
     (copy / "tests/examples").mkdir(parents=True)
     for name in ("pyproject.toml", "tests/conftest.py", "tests/subprocesses.py", "tests/examples/test_examples.py"):

@@ -1,4 +1,4 @@
-"""The lookup against the solver it was made from: error bound, monotone, odd, inverse, range, file."""
+"""The lookup against the solver: error bound, monotonicity, symmetry, inverse, extrapolation, file."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_stated_error_meets_the_bound(name: str) -> None:
     assert set(lookup.error) == set(QUANTITIES)
 
 
-def test_rises_with_twist_and_falls_with_clearance(lookup: Lookup) -> None:
+def test_torque_rises_with_twist_and_falls_with_clearance(lookup: Lookup) -> None:
     twist = np.linspace(-1.5, 1.5, 1501) * lookup.twist.stop
     clearance = np.linspace(-1.2, 1.2, 41) * lookup.clearance.stop
     grid = np.meshgrid(twist, clearance)
@@ -51,11 +51,11 @@ def test_rises_with_twist_and_falls_with_clearance(lookup: Lookup) -> None:
         assert (lookup.stiffness(*grid, band) >= 0).all()
     positive = twist > 0
     loaded = lookup.torque(grid[0], grid[1])[:, positive]
-    # Between nodes the spline over the clearance may ripple by its own error.
+    # Between nodes the spline over the clearance may oscillate within its own error.
     assert (np.diff(loaded, axis=0) <= ERROR_BOUND * lookup.full_torque).all()
 
 
-def test_odd_and_band_mirrored(lookup: Lookup) -> None:
+def test_torque_is_odd_and_the_percentiles_mirror_each_other(lookup: Lookup) -> None:
     twist = np.linspace(0, 1.2, 201) * lookup.twist.stop
     scale = 1e-12 * lookup.full_torque
     assert np.abs(lookup.torque(twist) + lookup.torque(-twist)).max() < scale
@@ -76,7 +76,7 @@ def test_band_is_that_of_the_population(drive: sm.Drive, lookup: Lookup) -> None
     assert half == pytest.approx((lookup.torque(twist) + lookup.torque(twist, band=1.0)) / 2)
 
 
-def test_stiffness_is_the_slope_and_is_continuous(lookup: Lookup) -> None:
+def test_stiffness_is_the_continuous_derivative_of_the_torque(lookup: Lookup) -> None:
     twist = np.linspace(-1.3, 1.3, 997) * lookup.twist.stop
     h = 1e-9
     difference = (lookup.torque(twist + h, 1e-6) - lookup.torque(twist - h, 1e-6)) / (2 * h)
@@ -88,13 +88,13 @@ def test_stiffness_is_the_slope_and_is_continuous(lookup: Lookup) -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(share=st.floats(-2.5, 2.5), clearance=st.floats(-1, 1), band=st.sampled_from([-1.0, 0.0, 1.0]))
-def test_inverse_gives_the_torque_back(lookup: Lookup, share: float, clearance: float, band: float) -> None:
+def test_twist_at_is_the_inverse_of_torque(lookup: Lookup, share: float, clearance: float, band: float) -> None:
     torque, shift = share * lookup.full_torque, clearance * lookup.clearance.stop
     twist = lookup.twist_at(torque, shift, band)
     assert float(lookup.torque(twist, shift, band)) == pytest.approx(torque, abs=1e-9 * lookup.full_torque)
 
 
-def test_continues_by_its_last_slope_and_says_so(lookup: Lookup) -> None:
+def test_extrapolation_is_linear_and_reported(lookup: Lookup) -> None:
     edge = lookup.twist.stop
     slope = float(lookup.stiffness(edge))
     assert float(lookup.torque(3 * edge)) == pytest.approx(float(lookup.torque(edge)) + slope * 2 * edge, rel=1e-12)
@@ -104,7 +104,7 @@ def test_continues_by_its_last_slope_and_says_so(lookup: Lookup) -> None:
     assert not lookup.in_range(0.0, 1.01 * lookup.clearance.stop)
 
 
-def test_saved_and_loaded_with_what_made_it(lookup: Lookup, drive: sm.Drive, tmp_path: Path) -> None:
+def test_a_saved_lookup_is_loaded_with_its_origin(lookup: Lookup, drive: sm.Drive, tmp_path: Path) -> None:
     lookup.save(tmp_path / "tables.npz")
     again = Lookup.load(tmp_path / "tables.npz")
     assert (again.coefficients == lookup.coefficients).all()
@@ -132,7 +132,7 @@ def test_truncated_save_is_refused(lookup: Lookup, tmp_path: Path) -> None:
         Lookup.load(path)
 
 
-def test_spline_reproduces_straight_lines_and_converges_with_the_fourth_power() -> None:
+def test_spline_reproduces_straight_lines_and_converges_with_fourth_order() -> None:
     def error(cells: int) -> float:
         axis, other = Axis(-1.0, 2 / cells, cells), Axis(0.0, 1.0, 4)
         values = np.cos(2 * axis.nodes)[:, None] * np.ones(5)

@@ -1,4 +1,4 @@
-"""One element's torque: against virtual drives whose elements are told apart, against the whole, and its slopes."""
+"""Torque of one element: against single elements of virtual drives, against whole drives, and its derivatives."""
 
 from __future__ import annotations
 
@@ -22,7 +22,9 @@ def table(drive: sm.Drive) -> ElementTable:
 
 @pytest.mark.parametrize("position", [0.3, 0.8, 1.2, 1.55, -0.8, -1.5])
 @pytest.mark.parametrize("clearance", [0.0, 8e-6, -8e-6])
-def test_mean_of_virtual_elements(position: float, clearance: float, drive: sm.Drive, table: ElementTable) -> None:
+def test_table_is_the_mean_over_drawn_elements(
+    position: float, clearance: float, drive: sm.Drive, table: ElementTable
+) -> None:
     drawn = [sampling.draw(drive, block, 16, 5) for block in range(6)]
     radii = {
         part: np.concatenate([getattr(d, part).ravel() for d in drawn]) for part in ("element", "crank", "cage", "gear")
@@ -35,7 +37,7 @@ def test_mean_of_virtual_elements(position: float, clearance: float, drive: sm.D
 
 
 @pytest.mark.parametrize("fields", [{}, {"lobes": 28}, {"element": "roller", "element_length": "10 mm"}], ids=str)
-def test_elements_all_round_make_the_drive(fields: dict) -> None:
+def test_the_sum_over_all_positions_is_the_drive_s_torque(fields: dict) -> None:
     drive = sm.load_drive("drive_1", **fields)
     table = build_element_table(drive)
     assert table.error < 3e-4
@@ -62,7 +64,7 @@ def test_odd_in_twist_and_position_and_periodic(drive: sm.Drive, table: ElementT
     assert table.torque(twist, 2e-6, position + 4 * np.pi) == pytest.approx(torque, abs=1e-9)
 
 
-def test_slopes_are_exact(drive: sm.Drive, table: ElementTable) -> None:
+def test_derivatives_are_exact(drive: sm.Drive, table: ElementTable) -> None:
     rng = np.random.default_rng(1)
     twist, clearance = rng.uniform(-2.3, 2.3, 500) * drive.max_twist, rng.uniform(-1.2, 1.2, 500) * table.clearance.stop
     point = [twist, clearance, rng.uniform(-7, 7, 500)]
@@ -73,7 +75,7 @@ def test_slopes_are_exact(drive: sm.Drive, table: ElementTable) -> None:
         assert difference == pytest.approx(slopes[k], abs=1e-7 * np.abs(slopes[k]).max())
 
 
-def test_file_gives_it_back(table: ElementTable, tmp_path: Path) -> None:
+def test_a_saved_table_is_loaded_unchanged(table: ElementTable, tmp_path: Path) -> None:
     table.save(tmp_path / "table.npz")
     again = ElementTable.load(tmp_path / "table.npz")
     assert np.array_equal(again.coefficients, table.coefficients)

@@ -1,4 +1,4 @@
-"""The torque's scale under another modulus, against the solver with that modulus."""
+"""The scale of the torque with another modulus, against the solver with that modulus."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stiffness_model.lookup.modulus import BOUNDS, modulus_shares, with_modulus
     ],
     ids=str,
 )
-def test_against_the_solver(preset: str, fields: dict) -> None:
+def test_scaled_torque_is_that_of_the_solver(preset: str, fields: dict) -> None:
     drive = sm.load_drive(preset, **fields)
     shares = modulus_shares(drive)
     assert shares.error < (1.5e-2 if fields.get("cage_material") else 8e-3)
@@ -32,16 +32,16 @@ def test_against_the_solver(preset: str, fields: dict) -> None:
         assert (other[-1] > drawn[-1]) == (error > 0)
 
 
-def test_nothing_wrong_scales_by_exactly_one() -> None:
+def test_without_an_error_the_scale_is_exactly_one() -> None:
     for preset in sm.presets():
         assert modulus_shares(sm.load_drive(preset)).scale(0.0) == 1.0
 
 
-def test_the_crank_keeps_its_stiffness() -> None:
+def test_the_crank_s_contact_keeps_its_stiffness() -> None:
     drive = sm.load_drive("drive_1")
     shares = modulus_shares(drive)
     assert 0.4 < shares.gear + shares.cage < 0.6
-    # All of gear and cage rigid: crank contact and elements alone are left.
+    # With rigid gear and cage only the crank's contact and the elements are compliant.
     assert shares.scale(1e9) < (1 - 0.6 * 0.4) ** -1.5
     soft = with_modulus(drive, -0.5)
     assert soft.materials["crank"] == drive.materials["crank"]
