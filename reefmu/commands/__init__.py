@@ -1,1 +1,7 @@
-"""The commands of the command line: one module each, with `run(args) -> int`, the exit status."""
+"""The commands of the command line: one module each, with `run(args) -> int`, which returns the exit status.
+
+The rooms are named after what their commands take:
+
+* `drawings`: curve, compare, draw; `fmus`: export, check; `records`: diagnose; `studies`: explore.
+* `demo`: all steps for one drive; `terminal`: reading drawings, notes, tables and worker processes, for all of them.
+"""

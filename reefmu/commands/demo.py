@@ -1,4 +1,4 @@
-"""`reefmu demo`: the whole line for one drive, from its drawing to a joint under control."""
+"""`reefmu demo`: all steps for one drive, from its drawing to a joint under control."""
 
 from __future__ import annotations
 
@@ -23,17 +23,22 @@ from stiffness_model.montecarlo.twist_torque_curve import TwistTorqueCurve
 from stiffness_model.plotting import curves as plots
 from stiffness_model.units import ARCMIN
 
-from . import study
+from .drawings.population_run import TWISTS
+from .terminal.drawing_input import read_drawing
+from .terminal.notes import show_notes
+from .terminal.worker_processes import pool_with_progress
 
 DRIVE = "workshop"
 DRIVES = 1000
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0, motor_damping=1e-3, load_damping=0.5)
-SAMPLE = 5e-4  # s, of the controller
-STIFF_POINT = 100.0  # N.m on the output
+SAMPLE = 5e-4
+"""s, the controller's sample time; chosen by judgement."""
+STIFF_POINT = 100.0
+"""N.m on the output, at which the stiffness of one of the two controllers is taken; chosen by judgement."""
 
 
 def run(args: argparse.Namespace) -> int:
-    """Walk the line, print what happens, and leave pictures, curve.csv and the FMU."""
+    """Take all steps, print their results, and write pictures, curve.csv and the FMU."""
     start = time.perf_counter()
     folder = Path("reefmu-demo" if args.out is None else args.out)
     with staged_folder(folder) as stage:
@@ -49,32 +54,32 @@ def run(args: argparse.Namespace) -> int:
     return 0 if passed else 1
 
 
-def _say(title: str) -> None:
+def _print_heading(title: str) -> None:
     print(f"\n{title}\n{'-' * len(title)}")
 
 
 def _drawing(stage: Path) -> Drive:
-    _say("1  The drawing")
-    drive, notes = study.read_drawing(DRIVE)
+    _print_heading("1  The drawing")
+    drive, notes = read_drawing(DRIVE)
     print(
         f"{drive.name}: {drive.description}\n"
         f"{drive.elements} {drive.element}s of {2e3 * drive.element_radius:g} mm on {drive.eccentrics} eccentrics, "
         f"{drive.lobes} lobes, ratio {drive.ratio:g}; the profile exists for |beta| up to "
         f"{np.degrees(drive.usable_limit):.1f} deg"
     )
-    study.show_notes(notes)
+    show_notes(notes)
     plots.save(plots.gear_profile(drive), stage / "1-gear.png")
     return drive
 
 
 def _curve(drive: Drive, stage: Path) -> TwistTorqueCurve:
-    _say(f"2  {DRIVES} virtual drives")
-    begin = time.perf_counter()
-    population = simulate(drive, np.linspace(0, drive.max_twist, study.TWISTS), DRIVES)
-    took = time.perf_counter() - begin
+    _print_heading(f"2  {DRIVES} virtual drives")
+    start = time.perf_counter()
+    population = simulate(drive, np.linspace(0, drive.max_twist, TWISTS), DRIVES)
+    seconds = time.perf_counter() - start
     curve = population.curve()
     print(
-        f"{DRIVES * drive.elements} elements at {study.TWISTS} twists in {took:.2f} s\n"
+        f"{DRIVES * drive.elements} elements at {TWISTS} twists in {seconds:.2f} s\n"
         f"mean torque at {drive.max_twist / ARCMIN:g} arcmin {curve.full_torque:.0f} N.m, "
         f"lost motion {curve.lost_motion() / ARCMIN:.2f} arcmin"
     )
@@ -86,34 +91,35 @@ def _curve(drive: Drive, stage: Path) -> TwistTorqueCurve:
 
 
 def _model(drive: Drive, curve: TwistTorqueCurve) -> DriveModel:
-    _say("3  The lookup")
-    with study.all_cores("solving the lookup (once: it is kept)") as executor:
+    _print_heading("3  The lookup")
+    with pool_with_progress("solving the lookup (once: it is cached)") as executor:
         model = build_model(drive, {"hysteresis": {}}, executor=executor)
-    at = 0.75 * drive.max_twist
+    twist = 0.75 * drive.max_twist
     print(
         f"{describe(model.lookup)}\n"
         f"stiffness {model.lookup.stiffness(0.0) / 1e3:.0f} kN.m/rad at rest, "
         f"{model.lookup.stiffness(drive.max_twist) / 1e3:.0f} at full torque; "
-        f"torque at {at / ARCMIN:g} arcmin {model.lookup.torque(at):.1f} N.m (curve: {curve.torque_at(at):.1f})"
+        f"torque at {twist / ARCMIN:g} arcmin {model.lookup.torque(twist):.1f} N.m "
+        f"(curve: {curve.torque_at(twist):.1f})"
     )
     return model
 
 
 def _fmu(model: DriveModel, stage: Path) -> bool:
-    _say("4  The FMU")
+    _print_heading("4  The FMU")
     backend = default_backend()
     path = export_fmu(model, stage / f"{model.name}.fmu", backend=backend)
-    study.show_notes([NO_COMPILER] if backend == "python" else [])
+    show_notes([NO_COMPILER] if backend == "python" else [])
     report = check_fmu(path)
-    way = "co-simulation and model exchange, compiled" if backend == "native" else "co-simulation, run by Python"
-    print(f"{path.name}: {path.stat().st_size / 1024:.0f} kB, FMI 2.0 {way}, effect inside: hysteresis (neutral)")
-    for finding in report.results:
-        print(f"  {finding}")
+    fmi_types = "co-simulation and model exchange, compiled" if backend == "native" else "co-simulation, run by Python"
+    print(f"{path.name}: {path.stat().st_size / 1024:.0f} kB, FMI 2.0 {fmi_types}, effect inside: hysteresis (neutral)")
+    for result in report.results:
+        print(f"  {result}")
     return report.passed
 
 
 def _joint(model: DriveModel, stage: Path) -> None:
-    _say("5  A robot joint under control")
+    _print_heading("5  A robot joint under control")
     plain = build_model(model.drive, lookup=model.lookup)
     joint = JointModel(plain, MASSES)
     designs = [
@@ -121,9 +127,9 @@ def _joint(model: DriveModel, stage: Path) -> None:
         design_lqr(joint, 0.0, SAMPLE, "at rest"),
     ]
     picture_designs(joint, designs).savefig(stage / "5-design.png")
-    figure, left = picture_responses(joint, designs)
+    figure, oscillation = picture_responses(joint, designs)
     figure.savefig(stage / "5-joint.png")
-    small = next(iter(left.values()))
+    small = next(iter(oscillation.values()))
     print(
         f"an LQR designed on {designs[0].stiffness / 1e3:.0f} kN.m/rad ({designs[0].name}) leaves an oscillation of "
         f"{small[designs[0].name]:.2g} N.m in the drive after a small step;\n"
@@ -134,15 +140,15 @@ def _joint(model: DriveModel, stage: Path) -> None:
 
 
 def _against_fmu(joint: JointModel, design: Design, path: Path) -> None:
-    """The same loop with the FMU in it, and the step that a plain co-simulation master could take."""
-    motion = simulate_joint(joint, feedback(design, joint.ratio, STEPS[-1]), step=SAMPLE, duration=0.2)
-    other = cosimulate(path, MASSES, feedback(design, joint.ratio, STEPS[-1]), step=SAMPLE, duration=0.2)
-    gap = np.abs(motion["output.phi"] - other["output.phi"]).max()
+    """Compare the loop with one around the FMU, and print the longest step of a parallel co-simulation master."""
+    in_python = simulate_joint(joint, feedback(design, joint.ratio, STEPS[-1]), step=SAMPLE, duration=0.2)
+    with_fmu = cosimulate(path, MASSES, feedback(design, joint.ratio, STEPS[-1]), step=SAMPLE, duration=0.2)
+    difference = np.abs(in_python["output.phi"] - with_fmu["output.phi"]).max()
     stiffness = float(joint.drive.lookup.stiffness(joint.drive.drive.max_twist))
     longest = largest_step(stiffness, MASSES.reduced_inertia(joint.ratio))
     print(
         f"the same loop around the FMU, masses and FMU in turn every {1e3 * SAMPLE:g} ms: within "
-        f"{1e6 * gap:.2g} urad\n"
+        f"{1e6 * difference:.2g} urad\n"
         f"a master that only holds the FMU's torque over a step lets the joint's oscillation grow; for less than "
         f"a factor e per second its steps must stay below {1e6 * longest:.2g} us"
     )

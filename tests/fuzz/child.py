@@ -22,8 +22,8 @@ MEMORY = 4 << 30
 """Bytes of address space."""
 
 # Loaded once, here, and not by every child anew.
-for _module in pkgutil.iter_modules(reefmu.commands.__path__):
-    importlib.import_module(f"reefmu.commands.{_module.name}")
+for _module in pkgutil.walk_packages(reefmu.commands.__path__, "reefmu.commands."):
+    importlib.import_module(_module.name)
 
 
 def run(argv: list[str], folder: Path, seconds: float) -> tuple[int, str]:

@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 
-from reefmu.commands.coupling import coupling_finding
+from reefmu.commands.fmus.coupling_step import check_coupling
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.python_backend.equations_file import EQUATIONS_FILE, read_equations
 from reefmu.fmu.validation.fmu_check import embedded_component
@@ -113,7 +113,7 @@ def examine(path: Path) -> None:
     check_declaration(file, declared_variables(file, component))
     make_excitation(component)
     if file.kind == "drive":
-        coupling_finding(path, 1e-3, 0.08)
+        check_coupling(path, 1e-3, 0.08)
     if f"resources/{EQUATIONS_FILE}" in file.members:
         with zipfile.ZipFile(path) as archive:
             read_equations(archive.read(f"resources/{EQUATIONS_FILE}"), str(path))

@@ -30,7 +30,7 @@ def test_draw_writes_dxf_and_animation(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("ezdxf", reason="ezdxf (extra dxf) is not installed")
-    from reefmu.commands import draw
+    from reefmu.commands.drawings import draw
 
     monkeypatch.setattr(draw, "write_animation", lambda drive, path, twist: path.write_bytes(b"GIF") and 48)
     assert (
@@ -49,8 +49,8 @@ def test_uneven_bores_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str
     )
     said = capsys.readouterr()
     assert said.err.splitlines() == [
-        "note: 20 elements stand on 20 of the 29 places that the ratio gives, not evenly; the other commands spread "
-        "them evenly (eq. 20), so that their torque is a little different"
+        "note: 20 elements occupy 20 of the 29 places that the ratio gives, unevenly; the other commands assume "
+        "even spacing (eq. 20), so that their torque differs a little"
     ]
 
 

@@ -258,7 +258,7 @@ def test_a_signal_is_status_128_and_its_number_and_one_line(tmp_path: Path, numb
     _, told = running.communicate(timeout=TIMEOUT)
     assert running.returncode == 128 + number
     assert messages(told) == [
-        f"reefmu: interrupted; what is done is kept in {out}, and the same command goes on from there"
+        f"reefmu: interrupted; finished designs are kept in {out}, and the same command continues from there"
     ]
 
 
@@ -345,7 +345,7 @@ def test_a_lost_worker_process_is_one_line_and_status_1(tmp_path: Path) -> None:
     lines = messages(told)
     assert len(lines) == 1
     assert "the workers were lost" in lines[0]
-    assert "the same command goes on from there" in lines[0]
+    assert "the same command continues from there" in lines[0]
     assert len(chunks(out)) >= 2
 
 

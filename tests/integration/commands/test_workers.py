@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from reefmu.commands import workers
+from reefmu.commands.terminal.worker_processes import process_pool
 from tests.subprocesses import TIMEOUT
 
 SCRIPT = """
@@ -36,7 +36,7 @@ def _half_a_result() -> bytes:
 
 
 def stop_amid_a_result() -> None:
-    with workers.pool(1) as pool:
+    with process_pool(1) as pool:
         pool.submit(_half_a_result)
         while multiprocessing.active_children():
             time.sleep(0.01)
@@ -44,7 +44,7 @@ def stop_amid_a_result() -> None:
 
 
 def stop_amid_work() -> None:
-    with workers.pool(2) as pool:
+    with process_pool(2) as pool:
         for _ in range(4):
             pool.submit(time.sleep, 1000.0)
         while len(multiprocessing.active_children()) < 2:

@@ -15,29 +15,32 @@ from stiffness_model.montecarlo.twist_torque_curve import TwistTorqueCurve
 from stiffness_model.plotting import curves as plots
 from stiffness_model.units import ARCMIN
 
-from . import study
+from ..terminal.drawing_input import drawing_with_fields, output_folder
+from ..terminal.notes import show_notes
+from ..terminal.text_table import aligned_table
+from .population_run import run_population
 
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, print the twists at several torques, and write compare.csv and compare.png."""
-    drive, notes = study.load(args.drive, args.fields)
+    drive, notes = drawing_with_fields(args.drive, args.fields)
     gears = catalog(args.catalog)
     drawn = [gear for gear in gears if gear.has_curve]
-    folder = study.out_folder(args, "compare")
+    folder = output_folder(args, "compare")
     with staged_folder(folder) as stage:
-        curve = study.run_population(drive, args).curve()
+        curve = run_population(drive, args).curve()
         torques = torque_steps(curve.full_torque)
         twists = [_twists(curve, drawn, torque) for torque in torques]
         _write_csv(stage / "compare.csv", drive.name, drawn, torques, twists)
         plots.save(plots.against_catalog(curve, gears), stage / "compare.png")
-    study.show_notes(notes)
+    show_notes(notes)
     letters = [chr(ord("a") + k) if k < 26 else str(k) for k in range(len(drawn))]
     print(f"twist at the output: {drive.name}, mean of {args.drives} virtual drives, and published gears\n")
     rows = [
         [f"{torque:g}", *("-" if math.isnan(twist) else f"{twist:.2f}" for twist in line)]
         for torque, line in zip(torques, twists, strict=True)
     ]
-    print(study.table(["torque", drive.name, *letters], ["[N.m]", *["[arcmin]"] * (1 + len(drawn))], rows))
+    print(aligned_table(["torque", drive.name, *letters], ["[N.m]", *["[arcmin]"] * (1 + len(drawn))], rows))
     print()
     for letter, gear in zip(letters, drawn, strict=True):
         print(_entry(letter, gear))
@@ -78,13 +81,13 @@ def _write_csv(
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         names = [name, *(gear.label for gear in gears)]
-        writer.writerow(["torque [N.m]", *(f"{who} twist [arcmin]" for who in names)])
+        writer.writerow(["torque [N.m]", *(f"{label} twist [arcmin]" for label in names)])
         for torque, line in zip(torques, twists, strict=True):
             writer.writerow([f"{torque:g}", *("" if math.isnan(twist) else f"{twist:.9g}" for twist in line)])
 
 
 def _entry(mark: str, gear: CatalogGear) -> str:
-    """A gear, and below it where its numbers come from and what is to be said of them."""
+    """A gear, and below it the source of its numbers and remarks on them."""
     parts = [gear.source + (f", page {gear.page}" if gear.page else "")]
     if gear.second_hand:
         parts.append("quoted at second hand")

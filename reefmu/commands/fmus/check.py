@@ -1,4 +1,4 @@
-"""`reefmu check`: an FMU against the standard, the Python model and the masses it is to move."""
+"""`reefmu check`: an FMU compared with the standard and the Python model, and its step with the masses around it."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from stiffness_model.errors import expect
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the findings; 1 if one of them failed."""
+    """Print the results; the exit status is 1 if one of them failed."""
     expect(
         args.inertia is not None or args.step is None,
-        "--inertia beside --step: the masses decide on the step",
+        "--inertia beside --step, because the masses limit the step",
         "none",
         "check",
     )
     coupling = ()
     if args.inertia is not None:
-        from .coupling import coupling_finding
+        from .coupling_step import check_coupling
 
-        coupling = (coupling_finding(Path(args.fmu), args.step, args.inertia),)
+        coupling = (check_coupling(Path(args.fmu), args.step, args.inertia),)
     report = check_fmu(args.fmu)
     report = replace(report, results=(*report.results, *coupling))
     print(report)

@@ -1,4 +1,4 @@
-"""What the contact forces of a population mean: pressures, losses, lives, and what the drawing's switches changed."""
+"""Ratings of a population under load: pressures, losses, lives, and the effect of the drawing's options on torque."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ from stiffness_model.ratings.efficiency import FrictionLosses, friction_losses
 from stiffness_model.ratings.static_safety import StaticSafety, static_safety
 from stiffness_model.units import ARCMIN
 
-MOST_DRIVES = 64
-"""Drives behind these figures. The 90th percentile of their greatest pressures is right to some 0.3 % (a standard
-deviation; it is drive_2's, whose pressures scatter by 1.3 %)."""
-_SWITCHES = (*STIFFNESSES, "gear_contact", "cage_contact", "inertia")
+MAX_RATED_DRIVES = 64
+"""Drives that are rated. The standard deviation of the 90th percentile of their greatest pressures is then 0.3 %
+(measured on drive_2, whose pressures scatter by 1.3 %)."""
+_OPTIONS = (*STIFFNESSES, "gear_contact", "cage_contact", "inertia")
 
 
 @dataclass(frozen=True)
-class Loads:
-    """strength, losses and life over the population's twists; losses and life where the drawing states what they
-    need. plain_torque: mean torque, N.m, at max_twist of the same drives without the switches, and with them; None
-    where nothing is switched on.
+class LoadRatings:
+    """Ratings over the population's twists.
+
+    losses and life: None where the drawing does not state the data that they need. plain_torque: mean torque, N.m, at
+    max_twist of the same drives without the drawing's options, and with them; None for a drawing without options.
     """
 
     population: Population
@@ -50,21 +51,21 @@ class Loads:
         return columns
 
     def lines(self) -> list[str]:
-        """Plain lines for the terminal."""
-        return [*self._switched(), *self._pressure(), *self._friction(), *self._bearings()]
+        """The ratings in words, line by line."""
+        return [*self._option_lines(), *self._pressure_lines(), *self._friction_lines(), *self._bearing_lines()]
 
-    def _switched(self) -> list[str]:
+    def _option_lines(self) -> list[str]:
         if self.plain_torque is None:
             return []
         drive = self.population.drive
         plain, now = self.plain_torque
-        options = [f"{name} = {value}" for name, value in write_options(drive.beyond).items() if name in _SWITCHES]
+        options = [f"{name} = {value}" for name, value in write_options(drive.beyond).items() if name in _OPTIONS]
         return [
             f"beyond the plain model: {', '.join(options)}",
             f"torque at {drive.max_twist / ARCMIN:g} arcmin {now:.1f} N.m; plain model {plain:.1f} N.m",
         ]
 
-    def _pressure(self) -> list[str]:
+    def _pressure_lines(self) -> list[str]:
         drive, strength = self.population.drive, self.strength
         last, order = int(self.population.twist.argmax()), np.argsort(self.population.twist)
         gear, crank, cage = strength.pressure_p90()[last] / 1e9
@@ -73,7 +74,7 @@ class Loads:
             f"contact pressure at {drive.max_twist / ARCMIN:g} arcmin: gear {gear:.2f}, crank {crank:.2f}, "
             f"cage {cage:.2f} GPa (greatest over a turn; nine drives of ten stay below)"
         ]
-        # A contact whose limit nobody knows belongs into the same line: it may be the one that fails.
+        # A contact without a known limit is named in the same line, because it may be the one that fails.
         unknown = "".join(
             f"; no limit known at the {part}, {pressure / 1e6:.0f} MPa" for part, pressure in governing.no_limit.items()
         )
@@ -91,7 +92,7 @@ class Loads:
             lines.append(f"state what is missing as {part}_pressure_limit, or as the material's allowable_pressure")
         return lines
 
-    def _friction(self) -> list[str]:
+    def _friction_lines(self) -> list[str]:
         if self.losses is None:
             return []
         last, start = int(self.population.twist.argmax()), int(np.abs(self.population.twist).argmin())
@@ -103,7 +104,7 @@ class Loads:
             f"crank {1e3 * loss[start]:.1f} mN.m"
         ]
 
-    def _bearings(self) -> list[str]:
+    def _bearing_lines(self) -> list[str]:
         if self.life is None:
             return []
         last = int(self.population.twist.argmax())
@@ -120,17 +121,17 @@ class Loads:
         ]
 
 
-def measure(population: Population) -> Loads:
-    """Pressures, and what else the drawing states the numbers for, of the population's first drives."""
+def rate_loads(population: Population) -> LoadRatings:
+    """Pressures of the population's first drives, and their losses and lives where the drawing states the data."""
     drive, twist, seed = population.drive, population.twist, population.seed
-    count = min(population.n_drives, MOST_DRIVES)
+    count = min(population.n_drives, MAX_RATED_DRIVES)
     options = drive.beyond
     plain = None
     if not options.is_plain:
-        kept = {name: getattr(options, name) for name in ModelOptions.__dataclass_fields__ if name not in _SWITCHES}
+        kept = {name: getattr(options, name) for name in ModelOptions.__dataclass_fields__ if name not in _OPTIONS}
         without = simulate(replace(drive, beyond=ModelOptions(**kept)), [drive.max_twist], count, seed).torque.mean()
         plain = float(without), float(population.torque[:count, int(twist.argmax())].mean())
-    return Loads(
+    return LoadRatings(
         population,
         static_safety(drive, twist, count, seed),
         friction_losses(drive, twist, count, seed) if options.friction_coefficient > 0 else None,

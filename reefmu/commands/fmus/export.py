@@ -19,13 +19,15 @@ from stiffness_model.errors import expect
 from stiffness_model.lookup.build_lookup import N_DRIVES, describe
 from stiffness_model.units import ARCMIN
 
-from . import study
-from .coupling import step_notes
+from ..terminal.drawing_input import drawing_with_fields
+from ..terminal.notes import show_notes
+from ..terminal.worker_processes import pool_with_progress
+from .coupling_step import step_notes
 from .effect_values import effect_values
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the FMU and print what it holds."""
+    """Write the FMU and print what it contains."""
     target = Path(args.output)
     expect(target.suffix == ".fmu", "a file name that ends in .fmu", str(target), "--output")
     expect(target.parent.is_dir(), "an existing folder for the FMU", str(target.parent), "--output")
@@ -37,8 +39,8 @@ def run(args: argparse.Namespace) -> int:
     expect(native or args.fmi == "2", "--fmi 3 without --backend python", f"--backend {backend}", "--fmi")
     if args.platform not in (None, "none"):
         select_platforms(args.platform)  # an unknown name is refused before the lookup is solved
-    masses = masses_of(args)
-    model, notes = load(args)
+    masses = _masses(args)
+    model, notes = _model(args)
     joint = args.kind == "joint"
     export_fmu(model, target, backend=backend, platform=platform, masses=masses if joint else None, fmi=fmi)
     if masses is not None and not joint:
@@ -46,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
     if not native:
         component = joint_component(model, masses) if joint and masses is not None else drive_component(model)
         notes += ([] if args.backend else [NO_COMPILER]) + real_time_note(component, args.step)
-    study.show_notes(notes)
+    show_notes(notes)
     print(
         f"{model.name}: "
         + (
@@ -56,10 +58,10 @@ def run(args: argparse.Namespace) -> int:
         )
     )
     if model.individual is not None:
-        print("one drive of the drawing with its own balls, bores and lobes; the lookup gives its range")
+        print("one virtual drive with its own balls, bores and lobes; the lookup limits its range of twists")
     inside = ", ".join(effect.name for effect in model.effects) or "none"
     print(f"effects inside: {inside}")
-    way = "co-simulation and model exchange" if native else "co-simulation"
+    fmi_types = "co-simulation and model exchange" if native else "co-simulation"
     binaries = [name.split("/")[1] for name in read_archive(target).members if name.startswith("binaries/")]
     needs = (
         f"for {', '.join(sorted(binaries)) or 'no platform, sources alone'}"
@@ -67,13 +69,14 @@ def run(args: argparse.Namespace) -> int:
         else "its host needs Python with reefmu, and one in C libpython"
     )
     print(
-        f"written to {target}: FMI {args.fmi}.0 {way}, kind {args.kind}, {target.stat().st_size / 1024:.0f} kB; {needs}"
+        f"written to {target}: FMI {args.fmi}.0 {fmi_types}, kind {args.kind}, "
+        f"{target.stat().st_size / 1024:.0f} kB; {needs}"
     )
     return 0
 
 
-def masses_of(args: argparse.Namespace) -> Masses | None:
-    """Motor and load, of a joint or around a drive; None for a drive about whose surroundings nothing is said."""
+def _masses(args: argparse.Namespace) -> Masses | None:
+    """Motor and load, of a joint or around a drive; None for a drive whose masses the call does not state."""
     given = {
         name: getattr(args, name)
         for name in ("motor_inertia", "load_inertia", "motor_damping", "load_damping")
@@ -86,21 +89,23 @@ def masses_of(args: argparse.Namespace) -> Masses | None:
     )
 
 
-def load(args: argparse.Namespace) -> tuple[DriveModel, list[str]]:
-    """The model that a drawing or a model.toml asks for, with the effects of `--effect`, and notes on it."""
-    with study.all_cores("solving the lookup") as executor:
+def _model(args: argparse.Namespace) -> tuple[DriveModel, list[str]]:
+    """The model of a drawing with the effects of `--effect`, or that of a model.toml, and notes on it."""
+    with pool_with_progress("solving the lookup") as executor:
         if is_model_file(args.source):
-            expect(not args.effect, "no --effect beside a model file, which names its own", args.effect, "--effect")
+            expect(
+                not args.effect, "no --effect beside a model file, which states its effects", args.effect, "--effect"
+            )
             expect(
                 args.individual is None,
-                "no --individual beside a model file, which names its own",
+                "no --individual beside a model file, which states its own",
                 args.individual,
                 "--individual",
             )
-            expect(not args.fields, "no --set beside a model file, whose drawing is inside it", args.fields, "--set")
+            expect(not args.fields, "no --set beside a model file, which contains its drawing", args.fields, "--set")
             return load_model(args.source, executor=executor), []
         effects = effect_values(args.effect)
-        drive, notes = study.load(args.source, args.fields)
+        drive, notes = drawing_with_fields(args.source, args.fields)
         return build_model(
             drive,
             effects,

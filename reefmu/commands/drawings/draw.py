@@ -1,4 +1,4 @@
-"""`reefmu draw`: the drive to scale, its contact forces, a turn of the crank, the profile for the workshop."""
+"""`reefmu draw`: the drive to scale, its contact forces, a turn of the crank, the profile as DXF."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from stiffness_model import rotation as turning
+from stiffness_model import rotation
 from stiffness_model.contact.element_contacts import CONTACTS
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.drive import Drive
@@ -22,52 +22,53 @@ from stiffness_model.plotting.cross_section.layout import period_turns
 from stiffness_model.plotting.cross_section.row_outlines import max_exaggeration
 from stiffness_model.units import ARCMIN, MICROMETRE
 
-from . import study
+from ..terminal.drawing_input import drawing_with_fields, output_folder
+from ..terminal.notes import show_notes
 
 
 def run(args: argparse.Namespace) -> int:
     """Draw, print the sizes and the forces, and write the files that were asked for."""
-    drive, notes = study.load(args.drive, args.fields)
+    drive, notes = drawing_with_fields(args.drive, args.fields)
     twist = drive.max_twist
     if args.twist is not None:
         twist = float(expect_twists(drive, args.twist * ARCMIN, "--twist", in_rad=False)[0])
     angle = math.radians(expect_number(args.angle, "a finite angle", "--angle"))
     expect_crank_angle(drive, angle, "--angle")
-    larger = expect_number(args.exaggerate, "a factor of at least 1", "--exaggerate", low=1 - 1e-12)
+    exaggeration = expect_number(args.exaggerate, "a factor of at least 1", "--exaggerate", low=1 - 1e-12)
     chord = expect_number(args.chord, "a positive chord error", "--chord", low=0) * MICROMETRE
-    folder = study.out_folder(args, "draw")
+    folder = output_folder(args, "draw")
     deviations, start, weight = sampling.nominal(drive), 0.0, None
     if args.individual is not None:
-        one = turning.draw_individual(drive, args.individual)
+        individual = rotation.draw_individual(drive, args.individual)
         # The crank stands at ratio times the output angle.
-        start, (deviations, weight) = one.start, turning.elements_at(one, angle / drive.ratio)
-    said = []
+        start, (deviations, weight) = individual.start, rotation.elements_at(individual, angle / drive.ratio)
+    lines = []
     with staged_folder(folder) as stage:
         loads = solve_element_forces(drive, deviations, twist, angle, start, weight)
-        most = max_exaggeration(drive, loads)
+        maximum = max_exaggeration(drive, loads)
         expect(
-            larger <= max(most, 1.0),
-            f"a factor of at most {most:.3g}, where deviations and displacements are drawn as large as an element",
-            larger,
+            exaggeration <= max(maximum, 1.0),
+            f"a factor of at most {maximum:.3g}, where deviations and displacements are drawn as large as an element",
+            exaggeration,
             "--exaggerate",
         )
         at_rest = solve_element_forces(drive, sampling.nominal(drive), 0.0, angle)
         drawing_figure(drive, at_rest).savefig(stage / "drive.png")
-        forces_figure(drive, loads, larger).savefig(stage / "forces.png")
+        forces_figure(drive, loads, exaggeration).savefig(stage / "forces.png")
         if args.dxf:
             profile = write_dxf(drive, stage / "profile.dxf", chord)
-            said.append(
+            lines.append(
                 f"profile.dxf: {len(profile.points)} points, off the profile by at most "
                 f"{profile.error / MICROMETRE:.2g} um; mm"
             )
         if args.animate:
             count = write_animation(drive, stage / "turn.gif", twist)
-            said.append(f"turn.gif: {count} pictures, nominal drive; turns of the crank: {period_turns(drive)}")
+            lines.append(f"turn.gif: {count} pictures, nominal drive; turns of the crank: {period_turns(drive)}")
         names = sorted(file.name for file in stage.iterdir())
-    study.show_notes([*notes, *_uneven(drive)])
+    show_notes([*notes, *_uneven(drive)])
     print(_sizes(drive))
     print(_forces(loads))
-    for line in said:
+    for line in lines:
         print(line)
     print(f"\nwritten to {folder}: {', '.join(names)}")
     return 0
@@ -83,21 +84,21 @@ def _sizes(drive: Drive) -> str:
 
 
 def _uneven(drive: Drive) -> list[str]:
-    """That the drawn bores are not those of the other commands, where it is so."""
+    """A note where the drawn bores differ from those that the other commands assume."""
     count, places = drive.elements_per_row, round(drive.transmission_ratio)
     if places % count == 0:
         return []
     return [
-        f"{count} elements stand on {count} of the {places} places that the ratio gives, not evenly; the other "
-        "commands spread them evenly (eq. 20), so that their torque is a little different"
+        f"{count} elements occupy {count} of the {places} places that the ratio gives, unevenly; the other "
+        "commands assume even spacing (eq. 20), so that their torque differs a little"
     ]
 
 
 def _forces(loads: ElementForces) -> str:
-    size, lost = loads.significant, loads.not_converged
-    greatest = ", ".join(f"{name} {size[..., k].max():.4g}" for k, name in enumerate(CONTACTS))
+    forces, lost = loads.significant, loads.not_converged
+    greatest = ", ".join(f"{name} {forces[..., k].max():.4g}" for k, name in enumerate(CONTACTS))
     return (
         f"at {loads.twist / ARCMIN:g} arcmin {loads.torque.sum():.4g} N.m; greatest forces {greatest} N; "
-        f"{int(size.any(axis=-1).sum())} of {size[..., 0].size} elements carry"
+        f"{int(forces.any(axis=-1).sum())} of {forces[..., 0].size} elements carry"
         + (f"; {lost} found no equilibrium and count as no force" if lost else "")
     )

@@ -1,4 +1,4 @@
-"""Ctrl-C, SIGTERM and a closed terminal, treated alike: work is unwound, and the exit status is 128 and the number."""
+"""Ctrl-C, SIGTERM and a closed terminal: each raises an exception, and the exit status is 128 + the signal's number."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP"
 
 
 class Interrupted(KeyboardInterrupt):
-    """A signal, raised where the work stood. number: of the signal."""
+    """A signal that was received in the block of `signals_raised`. number: of the signal."""
 
     def __init__(self, number: int) -> None:
         super().__init__()
         self.number = number
 
 
-def exit_status(stop: KeyboardInterrupt) -> int:
-    """128 + the signal's number, as shells have it.
+def signal_exit_status(stop: KeyboardInterrupt) -> int:
+    """128 + the signal's number, as shells report it.
 
-    >>> exit_status(Interrupted(15)), exit_status(KeyboardInterrupt())
+    >>> signal_exit_status(Interrupted(15)), signal_exit_status(KeyboardInterrupt())
     (143, 130)
     """
     return 128 + (stop.number if isinstance(stop, Interrupted) else signal.SIGINT)
@@ -32,8 +32,8 @@ def exit_status(stop: KeyboardInterrupt) -> int:
 def signals_raised(last: bool = False) -> Generator[None]:
     """Within the block a signal raises `Interrupted` in the main thread.
 
-    Signals that are ignored already (nohup) stay so. last: the program ends with the block: what comes later changes
-    nothing, and is ignored. Without effect in other threads, which cannot have handlers.
+    Signals that are ignored already (nohup) stay ignored. last: the program ends with the block, and later signals are
+    ignored. Without effect in other threads, which cannot have handlers.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -12,8 +12,9 @@ from stiffness_model.errors import expect, unknown_name
 def effect_values(words: Iterable[str], where: str = "--effect") -> dict[str, dict[str, float]]:
     """Parameter values by effect and parameter name, SI, from the words of repeated options.
 
-    A name alone puts a neutral effect inside. Raises `UnknownNameError` or `InputError` for what is no effect, no
-    parameter of it, no value in the parameter's unit, or a value given twice.
+    words: each "NAME", for a neutral effect, or "NAME.PARAMETER=VALUE". where: the option's name, for messages. Raises
+    `UnknownNameError` for an unknown effect or parameter, `InputError` for a value that is not of the parameter's unit
+    or is given twice.
 
     >>> effect_values(["hysteresis.torque=2 N.m", "creep"])
     {'hysteresis': {'torque': 2.0}, 'creep': {}}
@@ -23,7 +24,7 @@ def effect_values(words: Iterable[str], where: str = "--effect") -> dict[str, di
         left, equals, text = (part.strip() for part in word.partition("="))
         name, dot, parameter = left.partition(".")
         effect = find_effect(name, where)
-        own = values.setdefault(effect.name, {})
+        of_effect = values.setdefault(effect.name, {})
         if not dot and not equals:
             continue
         known = {p.name: p for p in effect.parameters}
@@ -31,13 +32,15 @@ def effect_values(words: Iterable[str], where: str = "--effect") -> dict[str, di
         expect(bool(dot and equals and text), f"NAME or NAME.PARAMETER=VALUE, such as {example}", word, where)
         if parameter not in known:
             raise unknown_name("parameter", parameter, known, f"{where} {name}")
-        expect(parameter not in own, f"{left} once", "it twice", where)
-        own[parameter] = parse_parameter(_bare(text, known[parameter].unit), known[parameter], f"{where} {left}")
+        expect(parameter not in of_effect, f"{left} once", "it twice", where)
+        of_effect[parameter] = parse_parameter(
+            _plain_number(text, known[parameter].unit), known[parameter], f"{where} {left}"
+        )
     return values
 
 
-def _bare(text: str, unit: str) -> str | float:
-    """A dimensionless value as a number; a text that is none is left for the reader to refuse."""
+def _plain_number(text: str, unit: str) -> str | float:
+    """The number of a parameter without a unit; any other text as it is, for `parse_parameter` to read or refuse."""
     try:
         return float(text) if unit == "1" else text
     except ValueError:

@@ -11,21 +11,26 @@ from stiffness_model.montecarlo.twist_torque_curve import BACKLASH_SHARE, LOST_M
 from stiffness_model.plotting import curves as plots
 from stiffness_model.units import ARCMIN
 
-from . import individual, loads, study
+from ..terminal.drawing_input import drawing_with_fields, output_folder
+from ..terminal.notes import show_notes
+from ..terminal.text_table import aligned_table
+from . import turning_files, turning_individual
+from .load_ratings import rate_loads
+from .population_run import run_population
 
 ROWS = 13
-"""Lines of the printed table; curve.csv has them all."""
+"""Rows of the printed table, chosen by judgement; curve.csv has all of them."""
 
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, print, and write curve.csv, curve.png, forces.png and load_share.png."""
-    drive, notes = study.load(args.drive, args.fields)
-    folder = study.out_folder(args, "curve")
+    drive, notes = drawing_with_fields(args.drive, args.fields)
+    folder = output_folder(args, "curve")
     with staged_folder(folder) as stage:
-        population = study.run_population(drive, args)
+        population = run_population(drive, args)
         curve = population.curve()
-        found = loads.measure(population)
-        curve.write_csv(stage / "curve.csv", found.columns())
+        ratings = rate_loads(population)
+        curve.write_csv(stage / "curve.csv", ratings.columns())
         for name, ax in {
             "curve.png": plots.twist_over_torque(curve),
             "forces.png": plots.contact_forces(population),
@@ -33,22 +38,22 @@ def run(args: argparse.Namespace) -> int:
         }.items():
             plots.save(ax, stage / name)
         written = ["curve.csv", "curve.png", "forces.png", "load_share.png"]
-        turned = None if args.individual is None else individual.compute(drive, args.individual)
+        turned = None if args.individual is None else turning_individual.turn_individual(drive, args.individual)
         if turned is not None:
-            individual.write(turned, stage)
-            written += individual.FILES
-    study.show_notes(notes)
+            turning_files.write_files(turned, stage)
+            written += turning_files.FILES
+    show_notes(notes)
     print(f"{drive.name}: {population.n_drives} virtual drives, seed {population.seed}\n")
     print(_twist_table(curve))
     print()
     print(_motion(curve))
     print()
-    print("\n".join(found.lines()))
+    print("\n".join(ratings.lines()))
     print()
     print(_elements(population))
     if turned is not None:
         print()
-        print(individual.summary(turned))
+        print(turning_individual.summary(turned))
     print(f"\nwritten to {folder}: {', '.join(written)}")
     return 0
 
@@ -58,7 +63,7 @@ def _twist_table(curve: TwistTorqueCurve) -> str:
     columns = (curve.twist / ARCMIN, curve.torque, curve.torque_p10, curve.torque_p90, curve.stiffness * ARCMIN)
     # Adding zero turns a rounded "-0.00" into "0.00".
     rows = [[f"{round(float(column[i]), 2) + 0.0:.2f}" for column in columns] for i in range(0, len(curve.twist), step)]
-    return study.table(
+    return aligned_table(
         ["twist", "mean torque", "P10", "P90", "stiffness"],
         ["[arcmin]", "[N.m]", "[N.m]", "[N.m]", "[N.m/arcmin]"],
         rows,
@@ -78,7 +83,7 @@ def _motion(curve: TwistTorqueCurve) -> str:
 
 
 def _remedy(population: Population) -> str:
-    """What to draw where the clearance is less than three sigma; a tenth of a bore's sigma does not matter."""
+    """The offset of the bores that gives a clearance of three sigma; empty where they have it, or 0.1 sigma less."""
     drive = population.drive
     offset = clearance_offset(drive.tolerances["cage"].window, drive.tolerances["element"])
     if drive.tolerances["cage"].offset > offset - 0.1 * drive.tolerances["cage"].sigma:
@@ -90,16 +95,16 @@ def _remedy(population: Population) -> str:
 
 
 def _elements(population: Population) -> str:
-    """What became of the elements, in plain words."""
+    """How many elements carry load, have play or are left out, in words."""
     counts = population.status_counts
-    whole = sum(counts.values())
+    cases = sum(counts.values())
     elements = population.n_drives * population.drive.elements
     carrying = counts["loaded"] + counts["iterated"]
     lines = [
         f"{elements} elements at {len(population.twist)} twists each:",
-        f"  {100 * carrying / whole:5.1f} %  carry load",
-        f"  {100 * counts['unloaded'] / whole:5.1f} %  have play",
-        f"  {100 * counts['excluded'] / whole:5.1f} %  stand where the profile is cut away and carry nothing",
+        f"  {100 * carrying / cases:5.1f} %  carry load",
+        f"  {100 * counts['unloaded'] / cases:5.1f} %  have play",
+        f"  {100 * counts['excluded'] / cases:5.1f} %  stand where the profile is cut away and carry nothing",
     ]
     larger = population.interference_count
     if larger:

@@ -1,4 +1,4 @@
-"""`reefmu diagnose`: what a measured record says that the model does not know."""
+"""`reefmu diagnose`: the effects that a measured record shows and the model does not have."""
 
 from __future__ import annotations
 
@@ -16,13 +16,16 @@ from stiffness_model.errors import InputError, expect
 from stiffness_model.io.toml_files import parse_toml
 from stiffness_model.units import ARCMIN
 
-from . import study, workers
+from ..terminal.drawing_input import read_drawing
+from ..terminal.notes import show_notes
+from ..terminal.text_table import aligned_table
+from ..terminal.worker_processes import pool_with_progress, process_pool
 
 
 def run(args: argparse.Namespace) -> int:
     """Diagnose each record, print the verdicts, and write the results into the folder."""
     columns = _columns(args)
-    drive, notes = (None, []) if args.drive is None else study.read_drawing(args.drive)
+    drive, notes = (None, []) if args.drive is None else read_drawing(args.drive)
     folder = Path(args.out)
     paths = [Path(record) for record in args.records]
     single = len(paths) == 1
@@ -36,11 +39,11 @@ def run(args: argparse.Namespace) -> int:
     locked = args.locked == "output"
     exponent = _exponent(args, list(records.values()), locked)
     if drive is not None:
-        # On all cores; every diagnosis then finds it in the cache.
-        with study.all_cores("solving the lookup (once: it is kept)") as executor:
+        # Solved here on all cores; every diagnosis then finds it in the cache.
+        with pool_with_progress("solving the lookup (once: it is cached)") as executor:
             cached_lookup(drive, executor=executor)
     found: dict[str, Diagnosis] = {}
-    with workers.pool() as pool:
+    with process_pool() as pool:
         for path, record in records.items():
             out = folder if single else folder / _stem(path)
             with Progress(f"diagnosing {path.name}", 100) as progress:
@@ -50,12 +53,12 @@ def run(args: argparse.Namespace) -> int:
                     args.curve,
                     out,
                     None,
-                    lambda now, share, shown=progress: shown.advance_to(share, now),
+                    lambda stage, share, shown=progress: shown.advance_to(share, stage),
                     exponent,
                     locked,
                     pool,
                 )
-    study.show_notes(notes)
+    show_notes(notes)
     for name, diagnosis in found.items():
         print(_sentence(name, diagnosis))
     if not single:
@@ -95,7 +98,7 @@ def _exponent(args: argparse.Namespace, records: Sequence[Record], locked: bool)
     with Progress("one exponent for all records", 100) as progress:
         shared = shared_exponent(
             [with_output_locked(r) for r in records] if locked else records,
-            lambda _now, share: progress.advance_to(share),
+            lambda _stage, share: progress.advance_to(share),
         )
     print(shared)
     return shared.value
@@ -119,7 +122,7 @@ def _sentence(name: str, diagnosis: Diagnosis) -> str:
 
 
 def _table(found: dict[str, Diagnosis]) -> str:
-    """Which effects come and go: a row for each record, the first parameter of each effect."""
+    """The effects of the records: a row for each record, with the first parameter of each effect."""
     names = sorted({effect.name for diagnosis in found.values() for effect in diagnosis.effects})
     bands = any(PLAY in diagnosis.base for diagnosis in found.values())
     rows: list[list[str]] = []
@@ -136,4 +139,4 @@ def _table(found: dict[str, Diagnosis]) -> str:
             ]
         )
     heads = ["record", "verdict", *["play"] * bands, *names, "remainder"]
-    return study.table(heads, [""] * len(heads), rows)
+    return aligned_table(heads, [""] * len(heads), rows)

@@ -1,4 +1,4 @@
-"""What the commands say of the communication step between a drive's FMU and the masses around it."""
+"""Whether a communication step is short enough for a drive's FMU and the masses around it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stiffness_model.errors import expect
 
 
 def step_notes(component: Component, masses: Masses, step: float) -> list[str]:
-    """What to say of a communication step, s, between the drive and these masses: one line, or none if it will do."""
+    """A warning if the communication step, s, is too long for the drive between these masses; else an empty list."""
     ratio = next(p.value for p in component.parameters if p.name == "ratio")
     warning = step_warning(
         step, stiffness_at_full_torque(component), masses.reduced_inertia(ratio), growth=MAX_GROWTH_RATE
@@ -32,12 +32,12 @@ def proposed_step(file: FmuFile) -> float:
     return float((experiment and experiment.stepSize) or math.nan)
 
 
-def coupling_finding(path: Path, step: float | None, inertia: float) -> CheckResult:
-    """Whether a master that holds the drive's torque over a step, s, keeps the joint's oscillation from growing.
+def check_coupling(path: Path, step: float | None, inertia: float) -> CheckResult:
+    """Whether the joint's oscillation stays bounded under a master that holds the drive's torque over a step.
 
-    step: None for the one that the FMU proposes.
-    inertia: kg.m2 at the output, of motor and load against each other (`Masses.reduced_inertia`). limit: the step
-    that would do. Errors: `InputError` for kind `joint`, which holds its masses inside, and for values of no use.
+    path: of an FMU of kind `drive`. step: s; None for the one that the FMU proposes. inertia: reduced inertia of motor
+    and load, kg.m2 at the output (`Masses.reduced_inertia`). The result's limit is the longest step that is allowed.
+    Raises `InputError` for kind `joint`, which contains its masses, and for a step or an inertia that is not positive.
     """
     expect_inertia(inertia, "--inertia")
     file = read_archive(path)
@@ -50,7 +50,7 @@ def coupling_finding(path: Path, step: float | None, inertia: float) -> CheckRes
     rate = growth_rate(step, spring, inertia)
     in_turn = largest_step(spring, inertia, scheme="sequential")
     detail = (
-        f"s; {spring / 1e3:.3g} kN.m/rad and {inertia:.3g} kg.m2 swing at "
+        f"s; {spring / 1e3:.3g} kN.m/rad and {inertia:.3g} kg.m2 oscillate at "
         f"{math.sqrt(spring / inertia) / (2 * math.pi):.3g} Hz, which a master that holds the torque over a step "
         f"lets grow by exp({rate:.3g} t/s). Stepping the masses first allows {in_turn:.2g} s, one that uses "
         "`stiffness` or directional derivatives stays stable at any step, kind joint stays right"

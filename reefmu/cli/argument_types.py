@@ -1,0 +1,99 @@
+"""What the commands' options have in common: the types of arguments, and options that several commands take."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    # In the type checker only: at run time the class is private to argparse.
+    Commands = argparse._SubParsersAction[argparse.ArgumentParser]  # pyright: ignore[reportPrivateUsage]
+
+MAX_DRIVES = 10_000_000
+"""Most virtual drives of one call; chosen by judgement, to refuse a slip of the keyboard."""
+
+
+def add_command(commands: Commands, room: str, name: str, summary: str, writes: str) -> argparse.ArgumentParser:
+    """A parser whose `args.run` imports the command's module and calls its `run`.
+
+    commands: the subparsers of the program. room: the package below `reefmu.commands` of the module, which is called
+    `name`; empty for a module of `reefmu.commands` itself. summary: one line for the list of commands. writes: further
+    sentences of the description, about files and exit status.
+    """
+    parser = commands.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}. {writes}")
+    module_name = ".".join(part for part in ("reefmu.commands", room, name) if part)
+
+    def run(args: argparse.Namespace) -> int:
+        from importlib import import_module
+
+        module = import_module(module_name)
+        with import_module("reefmu.commands.terminal.notes").convergence_notes():
+            return module.run(args)
+
+    parser.set_defaults(run=run)
+    return parser
+
+
+def add_drawing(parser: argparse.ArgumentParser, command: str) -> None:
+    """Options of the commands that work on one drawing: DRIVE, `--set` and `--out`."""
+    parser.add_argument(
+        "drive", metavar="DRIVE", help="a preset (drive_1, drive_2, drive_3, workshop) or a TOML drawing"
+    )
+    add_fields(parser)
+    parser.add_argument("--out", metavar="DIR", type=file_name, help=f"folder for the files (default DRIVE-{command})")
+
+
+def add_fields(parser: argparse.ArgumentParser) -> None:
+    """`--set`, which overrides fields of the drawing."""
+    parser.add_argument(
+        "--set",
+        metavar="FIELD=VALUE",
+        dest="fields",
+        type=assignment,
+        action="append",
+        default=[],
+        help="override a field of the drawing: --set lobes=28 --set crank_radius='41 mm'",
+    )
+
+
+def add_seed(parser: argparse.ArgumentParser) -> None:
+    """`--seed` of the virtual drives."""
+    parser.add_argument(
+        "--seed", metavar="S", type=whole_number(0), default=0, help="seed of the tolerances (default 0)"
+    )
+
+
+def whole_number(low: int, high: int | None = None) -> Callable[[str], int]:
+    """The type of an argument that is a whole number from `low` to `high`, or without an upper limit."""
+    span = f"of at least {low}" if high is None else f"from {low} to {high}"
+
+    def parse(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = low - 1
+        if value < low or (high is not None and value > high):
+            raise argparse.ArgumentTypeError(f"expected a whole number {span}, got {text!r}")
+        return value
+
+    return parse
+
+
+def file_name(text: str) -> str:
+    """A name of a file or folder to write, not empty: an unset variable of the shell would mean the current folder."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError(f"expected a name, got {text!r}")
+    return text
+
+
+def assignment(text: str) -> tuple[str, str]:
+    """Name and value of `FIELD=VALUE`.
+
+    >>> assignment("crank_radius = 41 mm")
+    ('crank_radius', '41 mm')
+    """
+    name, equals, value = text.partition("=")
+    if not (equals and name.strip() and value.strip()):
+        raise argparse.ArgumentTypeError(f"expected FIELD=VALUE, such as lobes=28, got {text!r}")
+    return name.strip(), value.strip()

@@ -1,0 +1,54 @@
+"""Options of the commands that take measured records: diagnose."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .argument_types import add_command, assignment, file_name
+
+if TYPE_CHECKING:
+    from .argument_types import Commands
+
+
+def add_diagnose(commands: Commands) -> None:
+    """`reefmu diagnose`."""
+    parser = add_command(
+        commands,
+        "records",
+        "diagnose",
+        "what is missing in the model of a drive, from a measured record",
+        "Names and fits the missing effects, or says that the record does not decide. Writes diagnosis.json, "
+        "report.html and model.toml.",
+    )
+    parser.add_argument(
+        "records",
+        metavar="RECORD",
+        nargs="+",
+        help="measured records, .csv or .csv.gz with `name [unit]` headers; several give a table of their effects",
+    )
+    base = parser.add_mutually_exclusive_group(required=True)
+    base.add_argument("--drive", metavar="DRIVE", help="the drive's drawing: a preset or a TOML file")
+    base.add_argument("--curve", metavar="CURVE.csv", help="a twist-torque curve, for a gear without a drawing")
+    base.add_argument("--power-law", action="store_true", help="for a gear without either: fit a power law")
+    parser.add_argument(
+        "--exponent",
+        metavar="X|shared",
+        help="exponent of the power law, which then has a dead band: a number, or the one within 1 ... 2 that all "
+        "records share (default: fitted to each record)",
+    )
+    parser.add_argument(
+        "--locked",
+        choices=("crank", "output"),
+        default="crank",
+        help="the shaft that the rig locks, for records that state the twist alone (default crank)",
+    )
+    parser.add_argument("--out", metavar="DIR", type=file_name, required=True, help="folder for the results")
+    parser.add_argument("--columns", metavar="FILE", help='TOML file that maps other column names: TIME = "time [s]"')
+    parser.add_argument(
+        "--column",
+        metavar="FOREIGN=NAME",
+        type=assignment,
+        action="append",
+        default=[],
+        help="one entry of that map: --column 'TIME=time [s]'",
+    )

@@ -1,0 +1,43 @@
+"""Notes: plain lines on stderr about the input or the results of a command that goes on."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import warnings
+from collections.abc import Generator, Sequence
+from typing import TextIO
+
+from stiffness_model.errors import NotConvergedWarning
+
+
+def show_notes(notes: Sequence[str]) -> None:
+    """Write each note to stderr as a line of its own."""
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
+
+
+@contextlib.contextmanager
+def convergence_notes() -> Generator[None]:
+    """In the block the first `NotConvergedWarning` is written as a note, further ones are left out."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", NotConvergedWarning)
+        show_other, shown = warnings.showwarning, False
+
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
+            nonlocal shown
+            if not issubclass(category, NotConvergedWarning):
+                show_other(message, category, filename, lineno, file, line)
+            elif not shown:
+                shown = True
+                show_notes([str(message)])
+
+        warnings.showwarning = show
+        yield

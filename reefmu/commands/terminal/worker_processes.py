@@ -1,0 +1,82 @@
+"""Worker processes on this machine, which end with the command however it ends."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import multiprocessing.connection
+import os
+import signal
+import threading
+import time
+from collections.abc import Generator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from multiprocessing.connection import Connection
+from types import FrameType
+from typing import Any
+
+from reefmu.progress import CountingExecutor
+
+GRACE = 2.0
+"""s, for which a worker survives a SIGTERM, so that its parent, which got the same signal, can report it first; chosen
+by judgement."""
+
+
+@contextlib.contextmanager
+def process_pool(count: int | None = None) -> Generator[ProcessPoolExecutor]:
+    """`count` worker processes, one for each core if None; none of them starts before there is work.
+
+    They finish their work when the block ends; if it ends with an exception, they stop at once.
+    """
+    # One byte, which no worker takes out of the pipe, stops all of them. An event would wait for killed workers.
+    stop_reader, stop_writer = multiprocessing.Pipe(duplex=False)
+    workers = ProcessPoolExecutor(count or os.cpu_count(), initializer=_start, initargs=(stop_reader,))
+    try:
+        yield workers
+    except BaseException:
+        stop_writer.send_bytes(b"stop")
+        _close_results(workers)
+        raise
+    finally:
+        workers.shutdown(cancel_futures=True)
+        stop_reader.close()
+        stop_writer.close()
+
+
+@contextlib.contextmanager
+def pool_with_progress(what: str) -> Generator[Executor]:
+    """`process_pool` on all cores as an executor that shows its progress on the work called `what`."""
+    with process_pool() as workers:
+        yield CountingExecutor(what, workers)
+
+
+def _close_results(workers: ProcessPoolExecutor) -> None:
+    """Close this process's own end of the pipe that workers write results to.
+
+    Otherwise the executor (CPython 3.11 to 3.14) waits for the rest of a result that a stopped worker was writing: it
+    sees the end of the pipe only when no process has it open for writing.
+    """
+    writer = getattr(getattr(workers, "_result_queue", None), "_writer", None)
+    if writer is not None:
+        writer.close()
+
+
+def _start(stop_reader: Connection) -> None:
+    """In a worker: ignore Ctrl-C, which the parent handles, and exit when the parent says so or has ended."""
+    for name in ("SIGINT", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _wait_and_exit)
+    parent = multiprocessing.parent_process()
+    reasons: list[Any] = [stop_reader] if parent is None else [stop_reader, parent.sentinel]
+    threading.Thread(target=_exit_with, args=(reasons,), daemon=True).start()
+
+
+def _wait_and_exit(_number: int, _frame: FrameType | None) -> None:
+    time.sleep(GRACE)
+    os._exit(1)
+
+
+def _exit_with(reasons: list[Any]) -> None:
+    multiprocessing.connection.wait(reasons)
+    os._exit(1)
