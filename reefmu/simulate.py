@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from stiffness_model.errors import expect
 from stiffness_model.numerics.arrays import Array
 
-from .model.drive_model import INPUTS, OUTPUTS, DriveModel
+from .model.drive_model import DriveModel
+from .model.signals import INPUTS, OUTPUTS
 from .record import REFERENCE_TEMPERATURE, Record
 from .speed import central_speed
 

@@ -10,7 +10,8 @@ from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import ARCMIN, REFERENCE_TEMPERATURE
 
 from .model.contacts.curve_table import source_curve
-from .model.drive_model import INPUTS, DriveModel
+from .model.drive_model import DriveModel
+from .model.signals import INPUTS
 from .simulate import simulate_signal
 
 if TYPE_CHECKING:

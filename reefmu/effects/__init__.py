@@ -1,8 +1,11 @@
 """What the contact model leaves out: one effect, one short file. `EFFECTS` holds them by name.
 
-* `base`: what an effect declares.
+* `base`: the declaration of an effect.
 * `twist`, `contact`, `friction`, `sensor`: the effects by what they act on, in the order along the drive.
 """
+
+from collections.abc import Mapping
+from types import MappingProxyType
 
 from stiffness_model.errors import unknown_name
 
@@ -36,7 +39,7 @@ from .twist.creep import CREEP
 from .twist.kinematic_error import KINEMATIC_ERROR
 from .twist.structural_compliance import STRUCTURAL_COMPLIANCE
 
-EFFECTS: dict[str, Effect] = {
+_DECLARED: dict[str, Effect] = {
     effect.name: effect
     for effect in (
         KINEMATIC_ERROR,
@@ -58,19 +61,19 @@ EFFECTS: dict[str, Effect] = {
         TORQUE_SENSOR_DRIFT,
     )
 }
+EFFECTS: Mapping[str, Effect] = MappingProxyType(_DECLARED)
+"""The effects by name, in the order in which they are listed."""
 
 
 def find_effect(name: str, where: str = "") -> Effect:
-    """The effect of that name, or `UnknownNameError` with the closest names."""
+    """The effect of that name. Raises `UnknownNameError` with the closest names."""
     if name not in EFFECTS:
         raise unknown_name("effect", name, EFFECTS, where)
     return EFFECTS[name]
 
 
 def separating_test(first: str, second: str) -> str:
-    """The test that tells two effects apart, as part of a sentence.
-
-    Declared with one of the two; where neither does, the tests that show each of them.
+    """The test that tells two effects apart, as part of a sentence; without a declared one, the tests of both.
 
     >>> separating_test("wear", "thermal_clearance")
     'the same loops cold, warm and cold again'

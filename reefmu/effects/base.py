@@ -1,8 +1,8 @@
-"""What an effect is: parameters, states and equations, and the place along the drive where it acts.
+"""The declaration of an effect: parameters, states and equations, and the place along the drive where it acts.
 
-Equations are written once, in CasADi expressions. The same ones serve simulation, fitting, generated C and
-linearisation. A state obeys dx/ds = a x + b along a path s (time, or the way travelled by an angle), so that
-it is advanced exactly, by the exponential, over a step of any length.
+Equations are written once, as CasADi expressions. The same ones serve simulation, fits, generated C and linearisation.
+A state obeys dx/ds = a x + b over an independent variable s (time, or the path of an angle), so that it is advanced
+exactly, by the exponential, over a step of any length.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ Values = Mapping[str, Expression]
 
 
 class Place(Enum):
-    """Where an effect acts, and what its contribution is added to."""
+    """Where an effect acts, and what its contribution is added to; in the order along the drive."""
 
-    KINEMATIC = "taken from the twist that the two angles give, rad"
+    KINEMATIC = "subtracted from the twist that the two angles give, rad"
     CLEARANCE = "added to the gear clearance, m"
     MODULUS = "added to the relative error of the modulus of gear and cage, 1"
-    ELEMENT = "torque of one element taken away: a share of it, 1, and its position to the crank, rad"
+    ELEMENT = "torque of one element subtracted: the share of it, 1, and its position relative to the crank, rad"
     SERIES = "twist added under the elastic torque: a compliance, rad/(N.m), and an offset, rad"
     PARALLEL = "torque added to the elastic torque inside the drive, N.m"
-    OUTPUT = "torque taken off at the output shaft, N.m"
+    OUTPUT = "torque subtracted at the output shaft, N.m"
     SENSOR = "added to the measured torque, but not to the torque on the output, N.m"
 
 
 class IndependentVariable(Enum):
-    """The path along which a state evolves."""
+    """What a state evolves along: time, or the path of an angle."""
 
     TIME = "time"
     TWIST = "twist"
@@ -40,11 +40,11 @@ class IndependentVariable(Enum):
 
 
 class Signals(NamedTuple):
-    """What effects may look at; angles rad, speeds rad/s, torque N.m, temperature degC.
+    """What effects may read; angles rad, speeds rad/s, torque N.m, temperature degC.
 
     twist: after the kinematic effects. *_direction: sign of the change, -1, 0 or 1. elastic_torque: of the
-    contacts; known to parallel and output effects and to states along time, None before. ratio: of the crank's
-    angle to the output's, signed.
+    contacts; known to parallel and output effects and to states that evolve in time, None before. ratio: of the
+    crank's angle to the output's, signed.
     """
 
     crank_angle: Expression
@@ -65,8 +65,8 @@ class Signals(NamedTuple):
 class Parameter:
     """One parameter of an effect.
 
-    neutral: the value at which the effect changes nothing, or, for a parameter that alone switches nothing
-    off (a length, a phase), the value to start from. nominal: a typical size.
+    neutral: the value at which the effect changes nothing, or, for a parameter that does not switch the effect off by
+    itself (a length, a phase), the value to start from. nominal: a typical size.
     """
 
     name: str
@@ -82,8 +82,8 @@ class Parameter:
 class State:
     """One state, zero at the start. equation: (signals, parameters) -> (a, b) of dx/ds = a x + b.
 
-    resets: whether every run of a record starts it anew; what grows over the whole record does not. nominal:
-    (parameters, full torque in N.m) -> a typical size, which integrators take for the measure of their error.
+    resets: whether every run of a record starts it anew; false for what accumulates over the whole record. nominal:
+    (parameters, full torque in N.m) -> a typical size, to which integrators relate their error.
     """
 
     name: str
@@ -96,7 +96,7 @@ class State:
 
 
 class Requirement(Enum):
-    """What a diagnosis must have to consider an effect; the value says what is missing where it has not."""
+    """What a diagnosis needs to consider an effect; the value states what is missing otherwise."""
 
     TEMPERATURE = "the record has no temperature"
     CRANK_ANGLE = "the record has no crank angle"
@@ -113,7 +113,7 @@ class ConfoundingGroup(Enum):
 
 
 class ToleranceSignature(Enum):
-    """What the deviations of a drive's own parts do in the same way as an effect."""
+    """What the tolerances of an individual drive's parts change in the same way as an effect."""
 
     CURVE = "a change of the curve of torque over twist"
     RIPPLE = "a ripple over the angle of the crank"
@@ -121,15 +121,15 @@ class ToleranceSignature(Enum):
 
 @dataclass(frozen=True)
 class Identification:
-    """What a fit to a measured record must know of an effect beside its equations.
+    """What a fit to a measured record needs to know of an effect besides its equations.
 
-    needs: columns or a drawing, without which the effect is no candidate. family: of effects that absorb each other's
-    misfit. likeness: what a drive's own tolerances do like this effect. sign_pair: the effect that is the same
-    quantity with the other sign. limit_of: the more general effect of which this one is a limit. general: whether a
-    parameter may run to that limit, so that the effect fits at least as well as its limit does. spectrum: whether
-    materials have several of the times of which the model has one. separated_from: names of other effects,
-    each with the test that tells the two apart. shown_by: the test that shows the effect alone, where it differs from
-    its excitation.
+    requirements: columns or a drawing, without which the effect is no candidate. confounding_group: of effects that
+    absorb each other's misfit. tolerance_signature: what an individual drive's tolerances change in the same way.
+    sign_pair: the effect that is the same quantity with the other sign. limit_of: the more general effect of which this
+    one is a limit. contains_limit: whether a parameter may run to the limit of another effect, so that this one fits at
+    least as well. relaxation_spectrum: whether real materials have several of the time constants of which the model has
+    one. separated_from: names of other effects, each with the test that tells the two apart. shown_by: the test that
+    shows the effect alone, where it differs from its excitation.
     """
 
     requirements: tuple[Requirement, ...] = ()
@@ -143,13 +143,15 @@ class Identification:
     shown_by: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Effect:
     """One effect that the contact model leaves out.
 
-    contribution: (signals, parameters, states) -> expression in the unit of its `Place`; a series effect
-    returns the pair (compliance, offset), a missing element the pair (share, position). equation: the same in
-    words, for reports. excitation: what a test must do to show it. identification: what the diagnosis knows of it.
+    contribution: (signals, parameters, states) -> expression in the unit of its `Place`; a series effect returns the
+    pair (compliance, offset), a missing element the pair (share, position). equation: the same as text, for reports.
+    excitation: what a test must do to show it. identification: what the diagnosis knows of it.
+
+    Two effects are equal if all fields are; functions are compared by identity.
     """
 
     name: str
@@ -162,6 +164,11 @@ class Effect:
     source: str
     states: tuple[State, ...] = ()
     identification: Identification = Identification()
+
+    def __repr__(self) -> str:
+        """One line: name, place and parameters with their units."""
+        parameters = ", ".join(f"{p.name} [{p.unit}]" for p in self.parameters)
+        return f"Effect({self.name!r}, {self.place.name.lower()}: {parameters})"
 
     @property
     def experiment(self) -> str:

@@ -16,8 +16,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from reefmu.model.drive_model import INPUTS, OUTPUTS, DriveModel
+from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import STATES, Masses
+from reefmu.model.signals import INPUTS, OUTPUTS
 from stiffness_model.errors import InputError, expect_number
 from stiffness_model.numerics.arrays import Array
 

@@ -1,6 +1,6 @@
-"""The drive model: the contact lookup plus effects in their places, as CasADi functions.
+"""The drive model: the contact lookup and the effects along the drive, as CasADi functions.
 
-This is the one truth. Simulation, FMUs, generated C and python-control all evaluate these functions:
+Simulation, FMUs, generated C and python-control all evaluate these functions:
 
     initial(u, p) -> x              states that fit the first inputs
     advance(x, u, dt, p) -> x       exact state update; inputs held over dt
@@ -15,9 +15,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from stiffness_model.display import dataframe, html_table
 from stiffness_model.drawing.drive import Drive
-from stiffness_model.errors import InputError, expect_number, unknown_name
+from stiffness_model.errors import InputError
 from stiffness_model.io.drawing_toml import DriveLike, as_drive, drive_from_dict
 from stiffness_model.lookup.build_lookup import N_DRIVES, Lookup
 from stiffness_model.rotation import Individual, draw_individual
@@ -34,85 +34,24 @@ from ..effects import Effect, Place, find_effect
 from .contacts.curve_table import source_curve
 from .contacts.element import with_contact_tables
 from .contacts.tables import cached_lookup
+from .parameters import ModelParameter, model_parameters, with_values
+from .signals import Signal
 from .stages.composition import Composition
-from .stages.expressions import INPUT_NAMES, OUTPUT_NAMES
 from .stages.order import stored_angles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-class Signal(NamedTuple):
-    """One input, output or state: unit, meaning, start value, bounds for a tool's dialogue and typical size.
-
-    discrete: an output that jumps from one value to another.
-    """
-
-    name: str
-    unit: str
-    description: str
-    start: float = 0.0
-    minimum: float | None = None
-    maximum: float | None = None
-    nominal: float | None = None
-    discrete: bool = False
-
-
-class ModelParameter(NamedTuple):
-    """One parameter of an assembled model."""
-
-    name: str
-    value: float
-    minimum: float | None
-    maximum: float | None
-    unit: str
-    description: str
-    tunable: bool
-    nominal: float
-
-
-INPUTS = (
-    Signal("crank.phi", "rad", "Angle of the crank"),
-    Signal("crank.w", "rad/s", "Speed of the crank; used by rate-dependent effects only"),
-    Signal("output.phi", "rad", "Angle of the output"),
-    Signal("output.w", "rad/s", "Speed of the output; used by rate-dependent effects only"),
-    Signal("temperature", "degC", "Temperature of the drive", 20.0, -273.15, 1000.0, 20.0),
-)
-OUTPUTS = (
-    Signal("output.tau", "N.m", "Torque that the drive exerts on the output"),
-    Signal("crank.tau", "N.m", "Torque that the drive exerts on the crank"),
-    Signal("twist", "rad", "crank.phi/ratio - output.phi"),
-    Signal(
-        "stiffness",
-        "N.m/rad",
-        "Derivative of output.tau by the twist of the contacts; states, speeds and place of "
-        "the elements held: without what friction adds while it turns over",
-        minimum=0.0,
-    ),
-    Signal("max_contact_force", "N", "Greatest contact force on a rolling element, mean over drives", minimum=0.0),
-    Signal("load_share", "1", "Greatest torque of one rolling element over the drive's", minimum=0.0),
-    Signal(
-        "in_range",
-        "1",
-        "1 inside the lookup's range, 0 where it is continued by its last slope",
-        1.0,
-        0.0,
-        1.0,
-        discrete=True,
-    ),
-    Signal("measured.tau", "N.m", "output.tau as the rig's torque sensor reads it"),
-)
-assert tuple(s.name for s in INPUTS) == INPUT_NAMES
-assert tuple(s.name for s in OUTPUTS) == OUTPUT_NAMES
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DriveModel:
     """A drive as a component: its lookup, the effects inside and their parameters.
 
-    parameters: "ratio", "band", then "<effect>.<parameter>". Its vector p, like u, x and y, is in the order of
+    parameters: "ratio", "band", then "<effect>.<parameter>". The vectors p, u, x and y are in the order of
     `parameters`, `INPUTS`, `states` and `OUTPUTS`. individual: one drive with its own parts, whose torque changes
     as it turns, instead of the mean of all; its lookup then gives the range and the drawing.
+
+    Models are equal if all of these are.
     """
 
     name: str
@@ -125,6 +64,12 @@ class DriveModel:
         """One line: the drive, its effects and the torque at the lookup's end."""
         inside = ", ".join(effect.name for effect in self.effects) or "no effects"
         return f"DriveModel({self.name!r}, {inside}, {self.full_torque:.4g} N.m at full twist)"
+
+    def __eq__(self, other: object) -> bool:
+        return _equal(self, other) if isinstance(other, DriveModel) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.effects, self.parameters, self.full_torque))
 
     def _repr_html_(self) -> str:
         rows = {"effects": ", ".join(effect.name for effect in self.effects) or "none"}
@@ -145,7 +90,7 @@ class DriveModel:
 
     @property
     def drive(self) -> Drive:
-        """The drawing behind the lookup. Raises `InputError` where a curve lies behind it."""
+        """The drawing that the lookup was computed from. Raises `InputError` for a lookup of a curve."""
         if source_curve(self.lookup) is not None:
             raise InputError(f"{self.name}: expected a model with a drawing, got one of a curve")
         return drive_from_dict(self.lookup.drawing)
@@ -157,23 +102,23 @@ class DriveModel:
 
     @property
     def states(self) -> tuple[Signal, ...]:
-        """The states: what is remembered of the last inputs, then the effects' own."""
-        memory = tuple(
+        """The states: the last values of the angles that others evolve along, then the effects' own."""
+        last = tuple(
             Signal(
-                f"last.{path.value}",
+                f"last.{angle.value}",
                 "rad",
-                f"{path.value.capitalize()} angle at the last step"
-                if path.value != "twist"
-                else "Twist at the last step",
+                "Twist at the last step"
+                if angle.value == "twist"
+                else f"{angle.value.capitalize()} angle at the last step",
             )
-            for path in stored_angles(self.effects)
+            for angle in stored_angles(self.effects)
         )
         own = tuple(Signal(f"{e.name}.{s.name}", s.unit, s.description) for e in self.effects for s in e.states)
-        return memory + own
+        return last + own
 
     @property
     def resets(self) -> NDArray[np.bool_]:
-        """Which of `states` every run of a record starts anew, (n_states,)."""
+        """Which of `states` start anew with every run of a record, (n_states,)."""
         own = [s.resets for e in self.effects for s in e.states]
         return np.array([True] * len(stored_angles(self.effects)) + own, dtype=bool)
 
@@ -215,7 +160,7 @@ class DriveModel:
 
         Raises `UnknownNameError`, or `InputError` for a value outside the parameter's bounds.
         """
-        return replace(self, parameters=_with_values(self.name, self.parameters, {**(values or {}), **named}))
+        return replace(self, parameters=with_values(self.name, self.parameters, {**(values or {}), **named}))
 
 
 def build_model(
@@ -228,29 +173,30 @@ def build_model(
     executor: Executor | None = None,
     individual: int | None = None,
 ) -> DriveModel:
-    """The model of a drawing with some effects inside; drive: itself, a preset's name or a drawing's path.
+    """The model of a drawing with some effects inside.
 
-    effects: parameter values by effect and parameter name; an empty mapping for an effect that starts neutral.
-    lookup: ready tables; else they come from the cache or are built. individual: the seed of one drive of the
-    drawing (`stiffness_model.rotation`), to be modelled instead of the mean of all.
+    drive: a `Drive`, a preset's name or the path of a drawing. effects: parameter values by effect and parameter name;
+    an empty mapping for an effect that starts neutral. lookup: ready tables; else they come from the cache, or are
+    built from `n_drives` drives drawn with `seed`, by `executor` if given. individual: the seed of one drive of the
+    drawing (`stiffness_model.rotation`), modelled instead of the mean of all.
 
-    Raises `UnknownNameError` or `InputError` for effects and values that do not exist or are out of bounds.
+    Raises `UnknownNameError` for an effect or a parameter that does not exist, `InputError` for a value out of bounds.
     """
     drive = as_drive(drive)
     chosen = dict(effects or {})
     ordered = _in_order(chosen)
     one = None if individual is None else draw_individual(drive, individual)
     name = drive.name if one is None else f"{drive.name} individual {one.seed}"
-    # Before the tables, which may take some seconds: a wrong value is told at once.
-    parameters = _parameters(name, drive.ratio, ordered, chosen, _band() if one is None else _no_band())
+    # Checked before the tables are built, which may take some seconds.
+    parameters = model_parameters(name, drive.ratio, ordered, chosen, individual=one is not None)
     table = lookup if lookup is not None else cached_lookup(drive, n_drives, seed, executor)
     return DriveModel(name, with_contact_tables(table, drive, ordered), ordered, parameters, one)
 
 
 def build_curve_model(table: Lookup, effects: Mapping[str, Mapping[str, float]] | None = None) -> DriveModel:
-    """The model of a curve (`curve_table.curve_lookup`) with some effects inside.
+    """The model of a lookup made of a curve (`contacts.curve_table.curve_lookup`) with some effects inside.
 
-    Raises `UnknownNameError` or `InputError` as `build_model`, and for effects that need a drawing.
+    Raises the errors of `build_model`, and `InputError` for effects that need a drawing.
     """
     chosen = dict(effects or {})
     ordered = _in_order(chosen)
@@ -259,80 +205,28 @@ def build_curve_model(table: Lookup, effects: Mapping[str, Mapping[str, float]] 
     for effect in ordered:
         if effect.place in (Place.MODULUS, Place.ELEMENT):
             raise InputError(f"{curve['name']}: expected effects that do without a drawing, got {effect.name}")
-    parameters = _parameters(curve["name"], curve["ratio"], ordered, chosen, _band())
+    parameters = model_parameters(curve["name"], curve["ratio"], ordered, chosen)
     return DriveModel(curve["name"], table, ordered, parameters)
 
 
 def _in_order(names: Mapping[str, Any]) -> tuple[Effect, ...]:
+    """The effects of these names in the order of their places along the drive."""
     places = list(Place)
     return tuple(sorted((find_effect(name) for name in names), key=lambda e: (places.index(e.place), e.name)))
-
-
-def _parameters(
-    name: str,
-    ratio: float,
-    ordered: tuple[Effect, ...],
-    chosen: Mapping[str, Mapping[str, float]],
-    band: ModelParameter,
-) -> tuple[ModelParameter, ...]:
-    """Ratio, band and the effects' parameters, with the chosen values; `name` is the model's, for errors."""
-    parameters = (
-        ModelParameter(
-            "ratio", ratio, None, None, "1", "Transmission ratio, crank to output, signed", False, abs(ratio)
-        ),
-        band,
-        *(
-            ModelParameter(
-                f"{e.name}.{p.name}", p.neutral, p.minimum, p.maximum, p.unit, p.description, True, p.nominal
-            )
-            for e in ordered
-            for p in e.parameters
-        ),
-    )
-    return _with_values(name, parameters, {f"{e}.{p}": v for e, values in chosen.items() for p, v in values.items()})
-
-
-def _with_values(
-    where: str, parameters: tuple[ModelParameter, ...], wanted: Mapping[str, float]
-) -> tuple[ModelParameter, ...]:
-    """Parameters with other values, each checked against its bounds."""
-    known = {p.name: p for p in parameters}
-    for name, value in wanted.items():
-        if name not in known:
-            raise unknown_name("parameter", name, known, where)
-        p = known[name]
-        number = expect_number(value, f"a finite number in {p.unit}", f"{where}: {name}")
-        if not p.tunable and number != p.value:
-            raise unknown_name("tunable parameter", name, [q.name for q in parameters if q.tunable], where)
-        low, high = -np.inf if p.minimum is None else p.minimum, np.inf if p.maximum is None else p.maximum
-        expect_number(
-            number,
-            f"a value within {low:g} ... {high:g} {p.unit}",
-            f"{where}: {name}",
-            low=np.nextafter(low, -np.inf),
-            high=np.nextafter(high, np.inf),
-        )
-    return tuple(p._replace(value=float(wanted.get(p.name, p.value))) for p in parameters)
-
-
-def _band() -> ModelParameter:
-    return ModelParameter(
-        "band",
-        0.0,
-        -1.0,
-        1.0,
-        "1",
-        "Place in the population: 0 mean, -1 the 10th, +1 the 90th percentile of the torque",
-        True,
-        1.0,
-    )
-
-
-def _no_band() -> ModelParameter:
-    return ModelParameter("band", 0.0, 0.0, 0.0, "1", "Has no meaning for an individual drive", False, 1.0)
 
 
 def describe_effects(model: DriveModel) -> dict[str, dict[str, Any]]:
     """Parameter values of the effects inside, by effect and parameter name."""
     values = {p.name: p.value for p in model.parameters}
     return {e.name: {p.name: values[f"{e.name}.{p.name}"] for p in e.parameters} for e in model.effects}
+
+
+def _equal(a: Any, b: Any) -> bool:
+    """Equality by value of dataclasses with arrays inside, whose generated comparison fails."""
+    if a is b:
+        return True
+    if is_dataclass(a):
+        return type(a) is type(b) and all(_equal(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
+    if isinstance(a, np.ndarray):
+        return isinstance(b, np.ndarray) and np.array_equal(a, b)
+    return bool(a == b)

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from reefmu import effects
 from reefmu.cli import main
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.forward.effect_functions import effect_functions
-from reefmu.effects import EFFECTS, Effect, Identification, Parameter, Place
+from reefmu.effects import Effect, Identification, Parameter, Place
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.validation.fmu_check import check_fmu
 from tests import diagnosis_rig as rig
@@ -34,7 +35,7 @@ CUBIC_SPRING = Effect(
 @pytest.fixture(autouse=True)
 def _declared(monkeypatch: pytest.MonkeyPatch) -> None:
     """As the one line in `reefmu.effects` would."""
-    monkeypatch.setitem(EFFECTS, CUBIC_SPRING.name, CUBIC_SPRING)
+    monkeypatch.setitem(effects._DECLARED, CUBIC_SPRING.name, CUBIC_SPRING)
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ BACKLASH = Effect(
     contribution=lambda signals, p, x: p["clearance"],
     equation="clearance = drawn + backlash.clearance",
     excitation="Load in both directions through zero torque.",
-    source="Equidistant q of the gear profile (paper, section III): a real clearance, solved for by the contacts.",
+    source="Equidistant q of the gear profile (paper, section III): a clearance for which the contacts are solved.",
     identification=Identification(
         confounding_group=ConfoundingGroup.CLEARANCE,
         tolerance_signature=ToleranceSignature.CURVE,

@@ -6,15 +6,15 @@ from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, R
 
 MODULUS_ERROR = Effect(
     name="modulus_error",
-    title="Modulus of gear and cage off the drawing's",
+    title="Modulus of gear and cage other than drawn",
     place=Place.MODULUS,
     parameters=(
         Parameter("error", "1", 0.0, *BOUNDS, 0.1, "Young's modulus of gear and cage over the drawn one, less 1"),
     ),
     contribution=lambda signals, p, x: p["error"],
     equation="torque = contact torque of gear and cage with (1 + modulus_error.error) times the drawn modulus",
-    excitation="Several torque levels: against structural_compliance, which softens high torques most.",
-    source="Contacts in series, each give with compliance^(1/p) (Hertz; paper, eq. 23): see `lookup.modulus`.",
+    excitation="Several torque levels up to full torque: structural_compliance softens the high ones most.",
+    source="Contacts in series, deflections as compliance^(1/p) (Hertz; paper, eq. 23): see `lookup.modulus`.",
     identification=Identification(
         requirements=(Requirement.DRAWING,),
         confounding_group=ConfoundingGroup.COMPLIANCE,

@@ -6,11 +6,11 @@ PRELOAD = Effect(
     name="preload",
     title="Smaller gear clearance",
     place=Place.CLEARANCE,
-    parameters=(Parameter("clearance", "m", 0.0, 0.0, 1e-3, 5e-6, "Gear clearance missing from the drawing's"),),
+    parameters=(Parameter("clearance", "m", 0.0, 0.0, 1e-3, 5e-6, "Gear clearance less than the drawing's"),),
     contribution=lambda signals, p, x: -p["clearance"],
     equation="clearance = drawn - preload.clearance",
     excitation="Load in both directions through zero torque.",
-    source="Equidistant q of the gear profile (paper, section III): a real interference, solved for by the contacts.",
+    source="Equidistant q of the gear profile (paper, section III): an interference for which the contacts are solved.",
     identification=Identification(
         confounding_group=ConfoundingGroup.CLEARANCE, tolerance_signature=ToleranceSignature.CURVE, sign_pair="backlash"
     ),

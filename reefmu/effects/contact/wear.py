@@ -1,4 +1,4 @@
-"""Wear: the gear clearance grows in proportion to the way that the crank has turned."""
+"""Wear: the gear clearance grows in proportion to the path of the crank."""
 
 import math
 
@@ -13,17 +13,17 @@ WEAR = Effect(
         State(
             "travel",
             "rad",
-            "Way of the crank since the record began, both directions counted",
+            "Path of the crank since the record began, in both directions",
             IndependentVariable.CRANK,
             lambda signals, p: (0.0, 1.0),
             resets=False,
-            nominal=lambda p, full_torque: math.tau,
-        ),  # one turn
+            nominal=lambda p, full_torque: math.tau,  # one turn
+        ),
     ),
     contribution=lambda signals, p, x: p["rate"] * x["travel"],
     equation="clearance = drawn + wear.rate * travel,  d travel = |d crank angle|",
     excitation="The same loops through zero torque before and after many turns, in one record.",
-    source="Archard, Contact and Rubbing of Flat Surfaces (1953): depth in proportion to the way at equal load.",
+    source="Archard, Contact and Rubbing of Flat Surfaces (1953): depth in proportion to the sliding distance.",
     identification=Identification(
         requirements=(Requirement.CRANK_ANGLE,), confounding_group=ConfoundingGroup.CLEARANCE
     ),

@@ -21,8 +21,8 @@ COULOMB_FRICTION = Effect(
         limit_of="stribeck_friction",
         separated_from=(
             ("viscous_friction", "rotate at three speeds, a decade apart, both ways"),
-            ("stribeck_friction", "rotate from creeping to several times the turn-over speed"),
-            ("hysteresis", "rotate the output both ways under load; with the crank locked the two are one"),
+            ("stribeck_friction", "rotate at speeds from creeping to several times the Stribeck speed"),
+            ("hysteresis", "rotate the output both ways under load; with the crank locked they cannot be told apart"),
         ),
     ),
 )

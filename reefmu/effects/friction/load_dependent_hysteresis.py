@@ -17,7 +17,7 @@ LOAD_DEPENDENT_HYSTERESIS = Effect(
     contribution=lambda signals, p, x: p["fraction"] * ca.fabs(signals.elastic_torque) * x["deflection"],
     equation="torque += fraction * |elastic torque| * z,  dz/d|twist| = (direction - z)/presliding",
     excitation="Loops to several torques: the loop closes at zero torque and opens with the load.",
-    source="Coulomb friction between bodies pressed together by the load; turn-over by Dahl, A Solid Friction "
+    source="Coulomb friction between bodies pressed together by the load; presliding by Dahl, A Solid Friction "
     "Model (1968), exponent 1.",
     identification=Identification(confounding_group=ConfoundingGroup.FRICTION),
 )

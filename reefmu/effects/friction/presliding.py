@@ -1,4 +1,4 @@
-"""What the dry frictions share: the part of the friction that is built up, and the way over which that happens."""
+"""The presliding state of dry friction: it builds up over a short path after every reversal (Dahl, 1968)."""
 
 import operator
 
@@ -9,17 +9,21 @@ _DIRECTIONS = {
     IndependentVariable.OUTPUT: operator.attrgetter("output_direction"),
 }
 
-TWIST_PRESLIDING = Parameter("presliding", "rad", 5e-5, 1e-7, 0.1, 5e-5, "Twist over which the torque turns over")
-OUTPUT_PRESLIDING = Parameter("presliding", "rad", 2e-5, 1e-7, 0.1, 2e-5, "Way of the output over which it builds up")
+TWIST_PRESLIDING = Parameter(
+    "presliding", "rad", 5e-5, 1e-7, 0.1, 5e-5, "Twist over which friction builds up after a reversal"
+)
+OUTPUT_PRESLIDING = Parameter(
+    "presliding", "rad", 2e-5, 1e-7, 0.1, 2e-5, "Angle over which friction builds up after a reversal"
+)
 
 
-def normalised_deflection(along: IndependentVariable) -> State:
-    """z in -1 ... 1 that follows the direction of twist or output over the effect's `presliding`, rad (Dahl, 1968)."""
-    direction = _DIRECTIONS[along]
+def normalised_deflection(variable: IndependentVariable) -> State:
+    """State z from -1 to 1 that follows the direction of twist or output over the parameter `presliding`, rad."""
+    direction = _DIRECTIONS[variable]
     return State(
         "deflection",
         "1",
         "Share of the friction that is built up, -1 to 1",
-        along,
+        variable,
         lambda signals, p: (-1 / p["presliding"], direction(signals) / p["presliding"]),
     )

@@ -1,4 +1,4 @@
-"""Stribeck friction at the output shaft: greatest at standstill, gone at speed, against the output's motion."""
+"""Stribeck friction at the output shaft: greatest at standstill, vanishing at speed, against the output's motion."""
 
 import casadi as ca
 
@@ -11,7 +11,7 @@ STRIBECK_FRICTION = Effect(
     place=Place.OUTPUT,
     parameters=(
         Parameter("torque", "N.m", 0.0, 0.0, 1e4, 2.0, "Friction at standstill beyond that at speed"),
-        Parameter("speed", "rad/s", 0.05, 1e-5, 1e3, 0.05, "Speed of the output at which 37 % of it are left"),
+        Parameter("speed", "rad/s", 0.05, 1e-5, 1e3, 0.05, "Speed of the output at which 37 % of it remain"),
         OUTPUT_PRESLIDING,
     ),
     states=(normalised_deflection(IndependentVariable.OUTPUT),),

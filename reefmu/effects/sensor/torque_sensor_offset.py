@@ -1,4 +1,4 @@
-"""Torque sensor offset: what the sensor reads without torque."""
+"""Torque sensor offset: the sensor's reading without torque."""
 
 from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, ToleranceSignature
 
@@ -9,12 +9,12 @@ TORQUE_SENSOR_OFFSET = Effect(
     parameters=(Parameter("torque", "N.m", 0.0, -1e4, 1e4, 1.0, "Reading without torque"),),
     contribution=lambda signals, p, x: p["torque"],
     equation="measured torque = output torque + torque_sensor_offset.torque",
-    excitation="A reading of the unloaded drive; turned round, an offset keeps its sign.",
-    source="What the rig does, not the drive: the zero signal of a torque transducer.",
+    excitation="A reading of the unloaded drive; with the drive reversed, an offset keeps its sign.",
+    source="A property of the rig, not of the drive: the zero signal of a torque transducer.",
     identification=Identification(
         confounding_group=ConfoundingGroup.SENSOR,
         tolerance_signature=ToleranceSignature.CURVE,
-        shown_by="a reading of the unloaded drive, turned round as well",
+        shown_by="a reading of the unloaded drive, also with the drive reversed",
         separated_from=(("torque_sensor_drift", "an unloaded reading at the beginning and the end"),),
     ),
 )

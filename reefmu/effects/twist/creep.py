@@ -29,7 +29,7 @@ CREEP = Effect(
         confounding_group=ConfoundingGroup.COMPLIANCE,
         relaxation_spectrum=True,
         separated_from=(
-            ("structural_compliance", "hold the torque for five time constants, and rest as long after it"),
+            ("structural_compliance", "hold the torque for five time constants, and unload for as long"),
             ("damping", "hold the torque for five time constants, and loop at three rates a decade apart"),
         ),
     ),

@@ -1,4 +1,4 @@
-"""Kinematic error: the contacts see a twist that the two angles do not give, periodic in the crank angle."""
+"""Kinematic error: the twist of the contacts differs from that of the two angles, periodically in the crank angle."""
 
 from typing import Any
 

@@ -19,7 +19,7 @@ STRUCTURAL_COMPLIANCE = Effect(
             (
                 "modulus_error",
                 "loops to several torque levels up to full torque; on a plastic drive measure the "
-                "housing's give separately",
+                "housing's compliance separately",
             ),
         ),
     ),

@@ -31,8 +31,10 @@ from .table_encoding import TABLES, decode_tables
 if TYPE_CHECKING:
     import casadi
 
-    from reefmu.model.drive_model import DriveModel, ModelParameter, Signal
+    from reefmu.model.drive_model import DriveModel
     from reefmu.model.masses import Masses
+    from reefmu.model.parameters import ModelParameter
+    from reefmu.model.signals import Signal
     from stiffness_model.lookup.build_lookup import Lookup
 
 Kind = Literal["drive", "joint"]
@@ -160,7 +162,7 @@ def save_component(model: DriveModel, masses: Masses | None, folder: Path) -> No
 
 def drive_component(model: DriveModel) -> Component:
     """Kind `drive`: the model itself, with angles and speeds as inputs and torques as outputs."""
-    from reefmu.model.drive_model import INPUTS, OUTPUTS
+    from reefmu.model.signals import INPUTS, OUTPUTS
     from reefmu.model.stages.order import stored_angles
 
     return Component(

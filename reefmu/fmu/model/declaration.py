@@ -15,7 +15,8 @@ from .variables import Interface, Variable
 if TYPE_CHECKING:
     import casadi
 
-    from reefmu.model.drive_model import ModelParameter, Signal
+    from reefmu.model.parameters import ModelParameter
+    from reefmu.model.signals import Signal
 
     from .component import Component
 

@@ -20,7 +20,8 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
     """The joint of a drive and two inertias. `masses` gives the start values of inertias and dampings."""
     import casadi as ca
 
-    from reefmu.model.drive_model import OUTPUTS, ModelParameter, Signal
+    from reefmu.model.parameters import ModelParameter
+    from reefmu.model.signals import OUTPUTS, Signal
     from reefmu.model.stages.order import stored_angles
 
     motion = (
@@ -65,8 +66,8 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
 
 
 def _mass_parameters(masses: Masses) -> tuple[Any, ...]:
-    from reefmu.model.drive_model import ModelParameter
     from reefmu.model.masses import DAMPINGS, INERTIAS, Masses
+    from reefmu.model.parameters import ModelParameter
 
     texts = {
         "motor_inertia": "Inertia that turns with the crank",

@@ -12,7 +12,7 @@ from reefmu.model.masses import TYPICAL_MASSES, Masses
 from stiffness_model.numerics.arrays import Array
 
 if TYPE_CHECKING:
-    from reefmu.model.drive_model import Signal
+    from reefmu.model.signals import Signal
 
     from .component import Component
 

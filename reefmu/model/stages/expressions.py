@@ -12,19 +12,8 @@ import casadi as ca
 from stiffness_model.lookup.build_lookup import Lookup
 
 from ...effects import Effect, IndependentVariable, Place, Signals
+from ..signals import INPUT_NAMES, OUTPUT_NAMES
 from .order import CONTACT_OUTPUTS, TORQUE_CHAIN, coefficient_names, contact_point_names, stored_angles
-
-INPUT_NAMES = ("crank.phi", "crank.w", "output.phi", "output.w", "temperature")
-OUTPUT_NAMES = (
-    "output.tau",
-    "crank.tau",
-    "twist",
-    "stiffness",
-    "max_contact_force",
-    "load_share",
-    "in_range",
-    "measured.tau",
-)
 
 
 class DriveExpressions:
@@ -160,14 +149,15 @@ class DriveExpressions:
         for (before, _), (place, sign) in itertools.pairwise(TORQUE_CHAIN):
             part = self.total(place, signals)
             after[place] = after[before] + part if sign > 0 else after[before] - part
-        return ca.vertcat(
-            after[Place.OUTPUT],
+        outputs = {
+            "output.tau": after[Place.OUTPUT],
             # Virtual work: the crank carries the torque inside the drive times the twist's derivative by its angle.
-            -inner * self.twist_by_crank,
-            signals.crank_angle / self.ratio - signals.output_angle,
-            by_torque * stiffness + by_twist,
-            force,
-            share,
-            in_range,
-            after[Place.SENSOR],
-        )
+            "crank.tau": -inner * self.twist_by_crank,
+            "twist": signals.crank_angle / self.ratio - signals.output_angle,
+            "stiffness": by_torque * stiffness + by_twist,
+            "max_contact_force": force,
+            "load_share": share,
+            "in_range": in_range,
+            "measured.tau": after[Place.SENSOR],
+        }
+        return ca.vertcat(*(outputs[name] for name in OUTPUT_NAMES))

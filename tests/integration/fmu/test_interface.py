@@ -6,7 +6,7 @@ import pytest
 
 from reefmu.fmu.model.component import drive_component
 from reefmu.fmu.model.declaration import declare
-from reefmu.model.drive_model import INPUTS, OUTPUTS
+from reefmu.model.signals import INPUTS, OUTPUTS
 from stiffness_model.errors import UnknownNameError
 
 CONTRACT = {

@@ -22,7 +22,8 @@ from reefmu.fmu.model.component import drive_component
 from reefmu.fmu.validation.fmu_check import check_fmu
 from reefmu.fmu.validation.reference_run import make_excitation, run_fmu, run_model
 from reefmu.fmu.xml.archive import read_archive
-from reefmu.model.drive_model import OUTPUTS, DriveModel
+from reefmu.model.drive_model import DriveModel
+from reefmu.model.signals import OUTPUTS
 from stiffness_model.errors import InputError, UnknownNameError
 
 pytestmark = pytest.mark.skipif(

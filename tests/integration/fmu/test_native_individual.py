@@ -21,9 +21,10 @@ from reefmu.fmu.validation.fmu_check import check_fmu, embedded_component
 from reefmu.fmu.validation.reference_run import make_excitation, run_fmu, run_model
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.contacts.individual import individual_function
-from reefmu.model.drive_model import OUTPUTS, DriveModel, build_model
+from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import Masses
 from reefmu.model.model_file import save_model
+from reefmu.model.signals import OUTPUTS
 from stiffness_model.errors import InputError
 from stiffness_model.lookup.build_lookup import Lookup
 

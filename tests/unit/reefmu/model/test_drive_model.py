@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -10,7 +12,9 @@ from hypothesis import strategies as st
 
 import stiffness_model as sm
 from reefmu.effects import EFFECTS
-from reefmu.model.drive_model import INPUTS, OUTPUTS, DriveModel, build_model
+from reefmu.joint import JointModel, Masses
+from reefmu.model.drive_model import DriveModel, build_model
+from reefmu.model.signals import INPUTS, OUTPUTS
 from reefmu.simulate import inputs_at_twist, simulate_signal
 from stiffness_model.lookup.build_lookup import Lookup
 
@@ -218,3 +222,14 @@ def test_a_name_stands_for_its_drawing(lookup: Lookup) -> None:
     assert build_model("drive_1", lookup=lookup).drive == sm.load_drive("drive_1")
     with pytest.raises(sm.UnknownNameError, match="did you mean 'drive_1'"):
         build_model("drive1", lookup=lookup)
+
+
+def test_models_and_joints_are_values(drive: sm.Drive, lookup: Lookup) -> None:
+    one, same = (build_model(drive, {"backlash": {"clearance": 3e-6}}, lookup=lookup) for _ in range(2))
+    other = one.with_parameters({"backlash.clearance": 4e-6})
+    assert one == same
+    assert hash(one) == hash(same)
+    assert one != other
+    assert one != build_model(drive, {"backlash": {"clearance": 3e-6}}, lookup=replace(lookup, seed=lookup.seed + 1))
+    assert len({JointModel(model, Masses(1e-4, 1.0)) for model in (one, same, other)}) == 2
+    assert len({*one.effects, *same.effects}) == 1

@@ -1,0 +1,56 @@
+"""Inputs and outputs of the drive model, in the order of the vectors u and y."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Signal(NamedTuple):
+    """One input, output or state: name, unit, description, start value, bounds and typical size.
+
+    minimum, maximum: for the dialogues of tools. discrete: whether an output jumps from one value to another.
+    """
+
+    name: str
+    unit: str
+    description: str
+    start: float = 0.0
+    minimum: float | None = None
+    maximum: float | None = None
+    nominal: float | None = None
+    discrete: bool = False
+
+
+INPUTS = (
+    Signal("crank.phi", "rad", "Angle of the crank"),
+    Signal("crank.w", "rad/s", "Speed of the crank; used by rate-dependent effects only"),
+    Signal("output.phi", "rad", "Angle of the output"),
+    Signal("output.w", "rad/s", "Speed of the output; used by rate-dependent effects only"),
+    Signal("temperature", "degC", "Temperature of the drive", 20.0, -273.15, 1000.0, 20.0),
+)
+OUTPUTS = (
+    Signal("output.tau", "N.m", "Torque that the drive exerts on the output"),
+    Signal("crank.tau", "N.m", "Torque that the drive exerts on the crank"),
+    Signal("twist", "rad", "crank.phi/ratio - output.phi"),
+    Signal(
+        "stiffness",
+        "N.m/rad",
+        "Derivative of output.tau by the twist, with states, speeds and the elements' positions held: without the "
+        "stiffness that friction adds in its presliding range",
+        minimum=0.0,
+    ),
+    Signal("max_contact_force", "N", "Greatest contact force on a rolling element, mean over drives", minimum=0.0),
+    Signal("load_share", "1", "Greatest torque of one rolling element over the drive's", minimum=0.0),
+    Signal(
+        "in_range",
+        "1",
+        "1 inside the lookup's range, 0 where it is extrapolated linearly",
+        1.0,
+        0.0,
+        1.0,
+        discrete=True,
+    ),
+    Signal("measured.tau", "N.m", "output.tau as the rig's torque sensor reads it"),
+)
+INPUT_NAMES = tuple(signal.name for signal in INPUTS)
+OUTPUT_NAMES = tuple(signal.name for signal in OUTPUTS)

@@ -1,0 +1,80 @@
+"""The order of the effects is declared once: every evaluator follows it."""
+
+from __future__ import annotations
+
+import itertools
+import re
+
+import pytest
+
+from reefmu.diagnosis.forward.record_stages import RecordStages
+from reefmu.effects import EFFECTS, Effect, Place
+from reefmu.fmu.codegen.functions import make_functions
+from reefmu.fmu.codegen.stage_order import stage_order
+from reefmu.fmu.model.component import drive_component
+from reefmu.fmu.model.joint import joint_component
+from reefmu.model.drive_model import build_model
+from reefmu.model.masses import TYPICAL_MASSES
+from reefmu.model.stages.order import (
+    COEFFICIENTS,
+    CONTACT_EQUILIBRIUM,
+    KINEMATICS,
+    OUTPUT,
+    STAGES,
+    TORQUE_CHAIN,
+    advance_order,
+)
+from reefmu.model.stages.scalar import make_scalar_stages
+from stiffness_model.lookup.build_lookup import Lookup
+
+CASES = {
+    "none": [],
+    "wear": ["wear"],
+    "creep": ["creep"],
+    "drift": ["torque_sensor_drift"],
+    "both": ["creep", "hysteresis"],
+    "all": list(EFFECTS),
+}
+
+
+def test_every_place_acts_in_a_stage() -> None:
+    assert {place for stage in STAGES for place in stage.places} == set(Place)
+    assert tuple(place for place, _ in TORQUE_CHAIN) == OUTPUT.places
+
+
+@pytest.mark.parametrize("case", list(itertools.product([True, False], repeat=3)))
+def test_a_stage_reads_what_stages_before_it_have_written(case: tuple[bool, bool, bool]) -> None:
+    angles, time, torque = case
+    known = {"x", "u", "p", "dt"}
+    for stage in (KINEMATICS, *advance_order(angles=angles, time=time, torque=torque), *CONTACT_EQUILIBRIUM, OUTPUT):
+        needed = set(stage.reads) - ({"c"} if stage.name == "advance_time" and not torque else set())
+        assert needed <= known, stage
+        known.add(stage.writes)
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("kind", ["drive", "joint"])
+def test_c_calls_the_stages_in_the_declared_order(kind: str, name: str, drive: object, lookup: Lookup) -> None:
+    model = build_model(drive, {effect: {} for effect in CASES[name]}, lookup=lookup)  # type: ignore[arg-type]
+    component = drive_component(model) if kind == "drive" else joint_component(model, TYPICAL_MASSES)
+    functions = make_functions(component)
+    text = stage_order(functions)
+    bodies = dict(
+        re.findall(r"(?m)^static .*?(\w+)\(Instance [^\n]*\{\n(.*?)^\}", text, flags=re.DOTALL | re.MULTILINE)
+    )
+    called = re.findall(r"(?:RUN\((\w+))|(solve_at)", bodies["apply_drift"])
+    motion = ["drift_angles", "kinematics"] if kind == "joint" else []
+    declared = [s.name for s in functions.stages.advance_order if s is not COEFFICIENTS]
+    assert [run or "contacts" for run, _ in called] == motion + declared
+    contacts = re.findall(r"(?:RUN\((\w+))|(solve_at)", bodies["evaluate_contacts"])
+    assert [run or "contacts" for run, _ in contacts] == [s.name for s in CONTACT_EQUILIBRIUM if s is not COEFFICIENTS]
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=lambda e: e.name)
+def test_only_states_under_torque_ask_for_the_contacts_twice(effect: Effect, lookup: Lookup) -> None:
+    order = [stage.name for stage in make_scalar_stages(lookup, (effect,)).advance_order]
+    assert ("contacts" in order) == (effect.name == "creep")
+
+
+def test_the_predictor_has_a_method_for_every_stage() -> None:
+    assert all(callable(getattr(RecordStages, stage.name, None)) for stage in STAGES if stage.name != "rate")
