@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from stiffness_model.errors import expect
 from stiffness_model.numerics.arrays import Array
+from stiffness_model.units import REFERENCE_TEMPERATURE
 
 from .model.drive_model import DriveModel
 from .model.signals import INPUTS, OUTPUTS
-from .record import REFERENCE_TEMPERATURE, Record
+from .record import Record
 from .speed import central_speed
 
 

@@ -1,0 +1,193 @@
+"""A measured record in SI units, made from arrays or joined from several."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffness_model.display import dataframe, html_table
+from stiffness_model.errors import InputError, expect, unknown_name
+from stiffness_model.numerics.arrays import Array, ArrayValue
+from stiffness_model.units import ARCMIN, REFERENCE_TEMPERATURE
+
+from .columns import COLUMNS, check_range
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Record(ArrayValue):
+    """A measured record, all arrays (n,).
+
+    time: s, not decreasing within a run; run: integers, where a new number is a new test; crank_angle, output_angle:
+    rad; output_torque: N.m exerted by the drive on the output; temperature: degC. missing: canonical columns that
+    were not measured (the crank is then locked at 0, the temperature 20 degC). speeds: (n, 2) rad/s of crank and
+    output, where they are known more accurately than as differences of the angles.
+    """
+
+    time: Array
+    run: NDArray[np.int64]
+    crank_angle: Array
+    output_angle: Array
+    output_torque: Array
+    temperature: Array
+    missing: tuple[str, ...] = ()
+    source: str = ""
+    speeds: Array | None = None
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __repr__(self) -> str:
+        """One line: the source, samples, runs and duration.
+
+        >>> make_record({"time": [0, 1, 2], "twist": [0, 1e-3, 2e-3], "output_torque": [0, 5, 20]}, "loop.csv")
+        Record('loop.csv', 3 samples, 1 run, 2 s, 20 N.m)
+        """
+        runs = len(self.starts)
+        return (
+            f"Record({self.source!r}, {len(self)} samples, {runs} run{'s' if runs != 1 else ''}, "
+            f"{np.ptp(self.time):.4g} s, {np.abs(self.output_torque).max():.4g} N.m)"
+        )
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "samples": len(self),
+            "runs": len(self.starts),
+            "time [s]": f"{self.time.min():.4g} ... {self.time.max():.4g}",
+            "output_torque [N.m]": f"{self.output_torque.min():.4g} ... {self.output_torque.max():.4g}",
+            "temperature [degC]": f"{self.temperature.min():.4g} ... {self.temperature.max():.4g}",
+            "missing columns": ", ".join(self.missing) or "none",
+        }
+        return html_table(self.source or "record", rows)
+
+    def plot(self, ax: Axes | None = None, ratio: float | None = None) -> Axes:
+        """Output torque over the twist, run by run, on `ax` or on new axes, which are returned.
+
+        ratio: signed, crank to output; without it a record with a crank angle is drawn over time, since its twist is
+        not known.
+        """
+        from stiffness_model.plotting.style import DRIVES, format_axes, new_axes
+
+        ax = new_axes() if ax is None else ax
+        over_twist = ratio is not None or "crank_angle" in self.missing
+        x = self.twist(ratio or 1.0) / ARCMIN if over_twist else self.time
+        for k, run in enumerate(np.split(np.arange(len(self)), self.starts[1:])):
+            ax.plot(x[run], self.output_torque[run], color=DRIVES[k % len(DRIVES)].colour, linewidth=1.0)
+        return format_axes(ax, "twist [arcmin]" if over_twist else "time [s]", "torque at the output [N.m]")
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with the canonical columns, as `read_record` takes them from a file. Raises `InputError`
+        without pandas.
+        """
+        units = {name: f"{name} [{unit}]" if unit else name for name, unit in COLUMNS.items() if name != "twist"}
+        return dataframe({header: getattr(self, name) for name, header in units.items()})
+
+    @property
+    def starts(self) -> NDArray[np.intp]:
+        """Indices at which runs start."""
+        return np.flatnonzero(np.concatenate([[True], np.diff(self.run) != 0]))
+
+    def twist(self, ratio: float) -> Array:
+        """crank_angle/ratio - output_angle, rad."""
+        return self.crank_angle / ratio - self.output_angle
+
+
+def with_output_locked(record: Record, ratio: float = 1.0) -> Record:
+    """A record of a twist without angles, read as one of a rig that locks the output and turns the crank.
+
+    ratio: signed, crank to output; 1 where it is not known. The angle of the crank remains unknown up to a constant.
+    Raises `InputError` for a record with a crank angle, which already tells what moves.
+    """
+    expect(
+        "crank_angle" in record.missing,
+        "a record of a twist without a crank angle where the output is locked",
+        "a crank angle",
+        record.source or "record",
+    )
+    return replace(record, crank_angle=-record.output_angle * ratio, output_angle=np.zeros(len(record)))
+
+
+def make_record(data: Mapping[str, Any], where: str = "record") -> Record:
+    """A record from arrays (n,) in SI units, temperature in degC, by canonical column name.
+
+    where: source of the data, for errors. Raises `InputError` for unknown, missing or contradictory columns, for values
+    that are not finite or out of range, and for time that decreases within a run.
+    """
+    for name in data:
+        if name not in COLUMNS:
+            raise unknown_name("column", name, COLUMNS, where)
+    for name in ("time", "output_torque"):
+        expect(name in data, f"a column {name!r}", sorted(data), where)
+    expect("twist" in data or "output_angle" in data, "a column 'twist' or 'output_angle'", sorted(data), where)
+    values = {name: np.asarray(v, float) for name, v in data.items()}
+    n = len(values["time"])
+    expect(n >= 2, "at least two samples", n, where)
+    for name, value in values.items():
+        expect(value.shape == (n,), f"{n} values in column {name!r}", value.shape, where)
+        bad = np.flatnonzero(~np.isfinite(value))
+        if bad.size:
+            raise InputError(
+                f"{where}: expected finite numbers in column {name!r}, got {value[bad[0]]} in data row {bad[0] + 1}"
+            )
+        check_range(name, value, where)
+    run = values.get("run", np.zeros(n))
+    expect(bool((run == np.round(run)).all()), "whole numbers in column 'run'", run[run != np.round(run)][:1], where)
+    back = np.flatnonzero((np.diff(values["time"]) < 0) & (np.diff(run) == 0))
+    if back.size:
+        raise InputError(
+            f"{where}: expected time that does not run backwards within a run, got a step back "
+            f"at data row {back[0] + 2}"
+        )
+    crank = values.get("crank_angle", np.zeros(n))
+    if "twist" in values:
+        expect(
+            "output_angle" not in values and "crank_angle" not in values,
+            "either 'twist' or the angles",
+            sorted(values),
+            where,
+        )
+        output = -values["twist"]
+    else:
+        output = values["output_angle"]
+    missing = tuple(name for name in ("run", "crank_angle", "temperature") if name not in values)
+    return Record(
+        values["time"],
+        run.astype(np.int64),
+        crank,
+        output,
+        values["output_torque"],
+        values.get("temperature", np.full(n, REFERENCE_TEMPERATURE)),
+        missing,
+        where,
+    )
+
+
+def join_records(records: Sequence[Record]) -> Record:
+    """Several records as one: runs keep their order and are renumbered.
+
+    The time of a record whose clock starts again is shifted to follow the one before. A column missing in one record
+    counts as missing in all. Raises `InputError` for no records.
+    """
+    expect(len(records) > 0, "at least one record", "none", "records")
+    parts: list[list[Array]] = []
+    runs: list[NDArray[np.int64]] = []
+    last_time, last_run = -np.inf, -1
+    for record in records:
+        run = np.cumsum(np.diff(record.run, prepend=record.run[0]) != 0) + last_run + 1
+        shift = 0.0 if record.time[0] >= last_time else last_time - record.time[0]
+        parts.append(
+            [record.time + shift, record.crank_angle, record.output_angle, record.output_torque, record.temperature]
+        )
+        runs.append(run.astype(np.int64))
+        last_time, last_run = float(parts[-1][0].max()), int(run[-1])
+    time, crank, output, torque, temperature = (np.concatenate([p[k] for p in parts]) for k in range(5))
+    missing = tuple(name for name in COLUMNS if any(name in r.missing for r in records) and name != "run")
+    return Record(
+        time, np.concatenate(runs), crank, output, torque, temperature, missing, ", ".join(r.source for r in records)
+    )
