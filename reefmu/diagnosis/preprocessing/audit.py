@@ -34,6 +34,9 @@ WRONG_SIGN_CORRELATION = -0.5
 MIN_RATIO, MAX_RATIO_RESIDUAL = 1.5, 0.05
 """Least transmission ratio, and greatest relative residual of the line through the angles, at which the angles show a
 ratio. Chosen by judgement: no gear of this kind has a lower ratio, and a twist is far smaller."""
+LOCKED_SHARE = 0.002
+"""Range of the crank angle, over that of the output angle, below which the crank is locked and its encoder shows noise.
+Chosen by judgement: a crank that turns moves farther than the output, and a twist that is off by this share is none."""
 WHOLE_RATIO = 0.02
 """Relative distance to an integer within which a ratio is that integer. Chosen by judgement: play and twist shift the
 slope by less."""
@@ -119,27 +122,27 @@ def exceeds_resolution(values: NDArray[np.float64], resolution: float, magnitude
 
 
 def ratio_from_angles(record: Record) -> float:
-    """The signed transmission ratio from the angles of a record; 1 where the crank stands still.
+    """The signed transmission ratio from the angles of a record; 1 where the crank is locked.
 
     The crank angle over the output angle is a straight line except for the twist. Its slope is the ratio, rounded to
     the nearest integer within `WHOLE_RATIO`. Raises `InputError` where the angles show no ratio.
     """
     crank, output = record.crank_angle, record.output_angle
-    if np.ptp(crank) == 0 or "crank_angle" in record.missing:
+    if np.ptp(crank) <= LOCKED_SHARE * np.ptp(output) or "crank_angle" in record.missing:
         return 1.0
     where = record.source or "record"
+    expected = (
+        "expected a crank that turns with the output or is locked, or a twist [rad] in place of the angles, for a gear "
+        "without a drawing"
+    )
     if not exceeds_resolution(output, ANGLE_RESOLUTION, float(np.abs(output).max())):
         raise InputError(
-            f"{where}: expected an output that turns, or a twist [rad] in place of the angles, for a gear "
-            "without a drawing, got a crank that turns while the output stands still: the ratio is unknown"
+            f"{where}: {expected}, got a crank that turns while the output stands still: the ratio is unknown"
         )
     x, y = output - output.mean(), crank - crank.mean()
     slope = float(x @ y) / float(x @ x)
     residual = float(np.std(y - slope * x) / np.std(crank))
     if abs(slope) < MIN_RATIO or residual > MAX_RATIO_RESIDUAL:
-        raise InputError(
-            f"{where}: expected a crank that turns with the output, or stands still, "
-            "for a gear without a drawing, got angles that show no transmission ratio"
-        )
+        raise InputError(f"{where}: {expected}, got angles that show no transmission ratio")
     whole = round(slope)
     return float(whole if abs(slope - whole) < WHOLE_RATIO * abs(slope) else slope)

@@ -219,14 +219,26 @@ def test_rounding_on_a_large_number_is_no_torque() -> None:
     assert any("the torque never changes" in defect for defect in audit(record, 1.0).defects)
 
 
-@pytest.mark.parametrize("output", [np.zeros(400), np.full(400, 0.3)])
+@pytest.mark.parametrize(
+    "output", [np.zeros(400), np.full(400, 0.3), 0.3 + 1e-6 * np.random.default_rng(0).standard_normal(400)]
+)
 def test_a_measured_crank_at_a_locked_output_shows_no_ratio(output: np.ndarray) -> None:
     wave = np.sin(0.1 * np.arange(400))
     record = make_record(
         {"time": 0.01 * np.arange(400), "crank_angle": 0.03 * wave, "output_angle": output, "output_torque": 100 * wave}
     )
-    with pytest.raises(InputError, match="a crank that turns while the output stands still"):
+    with pytest.raises(InputError, match=r"or a twist \[rad\] in place of the angles"):
         diagnose_record(record)
+
+
+def test_a_locked_crank_may_show_the_noise_of_its_encoder() -> None:
+    wave, noise = np.sin(0.1 * np.arange(400)), np.random.default_rng(1).standard_normal((2, 400))
+    columns = {"time": 0.01 * np.arange(400), "output_angle": -5e-3 * wave, "output_torque": 100 * wave + noise[0]}
+    steady, noisy = (
+        diagnose_record(make_record({**columns, "crank_angle": crank}))
+        for crank in (np.full(400, 0.3), 0.3 + 1e-7 * noise[1])
+    )
+    assert (noisy.verdict, noisy.effects) == (steady.verdict, steady.effects) == ("none", ())
 
 
 @pytest.mark.parametrize(
