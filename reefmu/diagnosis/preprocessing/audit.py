@@ -26,7 +26,7 @@ ROUNDING = 16 * float(np.finfo(float).eps)
 MAX_TWIST = 1.0
 """rad, greatest plausible span of a twist. Chosen by judgement, far above that of any gear."""
 GAP_STEPS = 20
-"""Time step, over the median step, that counts as a gap within a run. Chosen by judgement."""
+"""Time step, over the median step of its run, that counts as a gap. Chosen by judgement."""
 QUANTISED_SHARE = 0.2
 """Distinct torques, over the number of samples, below which the torque counts as quantised. Chosen by judgement."""
 WRONG_SIGN_CORRELATION = -0.5
@@ -67,9 +67,8 @@ def audit(record: Record, ratio: float) -> Audit:
     moving = step[step > TIME_RESOLUTION]
     rate = 1 / float(np.median(moving)) if moving.size else 0.0
     if moving.size:
-        gaps = int((moving > GAP_STEPS * np.median(moving)).sum())
-        if gaps > len(record.starts):
-            notes.append(f"{gaps} gaps in time within runs")
+        if gaps := count_gaps(record):
+            notes.append(f"{gaps} {'gap' if gaps == 1 else 'gaps'} in time within runs")
     else:
         defects.append(f"the time does not advance within the runs by steps above {TIME_RESOLUTION:g} s")
     torque, twist = record.output_torque, record.twist(ratio)
@@ -119,6 +118,16 @@ def exceeds_resolution(values: NDArray[np.float64], resolution: float, magnitude
     True
     """
     return float(np.ptp(values)) > max(resolution, ROUNDING * magnitude)
+
+
+def count_gaps(record: Record) -> int:
+    """Number of time steps within runs that are gaps; every run has a sampling rate of its own."""
+    gaps = 0
+    for time in np.split(record.time, record.starts[1:]):
+        step = np.diff(time)
+        moving = step[step > TIME_RESOLUTION]
+        gaps += int((moving > GAP_STEPS * np.median(moving)).sum()) if moving.size else 0
+    return gaps
 
 
 def ratio_from_angles(record: Record) -> float:
