@@ -63,11 +63,10 @@ def held_out_ratio(problem: Problem, smaller: Fit, larger: Fit) -> float:
 def is_refuted(problem: Problem, base: Fit, chosen: Fit, held: Sequence[Fit]) -> bool:
     """Whether the held-out blocks refute the named effects: the other blocks show them, and there they do harm.
 
-    held: `fits_without_held_out` of base and chosen.
+    held: `fits_without_held_out` of base and chosen. Gains are differences of -2 log likelihood in both places, so that
+    what scatter explains as well as the effects counts in neither.
     """
-    squares = [(problem.torque - f.prediction.torque) ** 2 for f in held]
     out = held_out_blocks(problem)
-    before, after = (float(np.mean(square[out])) for square in squares)
-    without, with_names = (float(np.sum((square / problem.variance)[~out])) for square in squares)
-    shown = without - with_names > MIN_FITTED_SHARE * (base.chi_square - chosen.chi_square)
-    return shown and after > REFUTING_RATIO**2 * before
+    before, after = (float(np.mean((problem.torque - f.prediction.torque)[out] ** 2)) for f in held)
+    is_shown = held[0].cost - held[1].cost > MIN_FITTED_SHARE * (base.cost - chosen.cost)
+    return is_shown and after > REFUTING_RATIO**2 * before
