@@ -11,7 +11,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stiffness_model.lazy_names import lazy_names
 
@@ -41,7 +41,7 @@ __all__ = [
     "simulate_record",
     "simulate_signal",
 ]
-_get, __dir__ = lazy_names(
+__getattr__, __dir__ = lazy_names(
     __name__,
     {
         ".diagnosis": ("diagnose_record",),
@@ -52,14 +52,6 @@ _get, __dir__ = lazy_names(
         ".model.model_file": ("load_model", "save_model"),
         ".record": ("read_record",),
         ".simulate": ("simulate_record", "simulate_signal"),
+        "stiffness_model.version": ("__version__",),
     },
 )
-
-
-def __getattr__(name: str) -> Any:
-    if name == "__version__":
-        # Looked up when asked for: reading the package's metadata would slow down the command line's start.
-        from importlib.metadata import version
-
-        return version("reefmu")
-    return _get(name)

@@ -12,7 +12,7 @@ for Use in Robotic Drive Systems" (the paper; equation numbers are its).
 * `lookup`: the mean drive as tables; `ratings`: pressure, safety, life, losses; `rotation`: one drive as it turns;
   `explore`: design studies; `catalog`: published gears; `plotting`: pictures.
 * `numerics`, `memory`, `units`, `errors`, `frozen_mapping`: used by all; `display`: reprs, notebook tables, DataFrames;
-  `lazy_names`: names imported on first use; `turning`: an alias of `rotation`.
+  `lazy_names`: names imported on first use; `version`: of the distribution; `turning`: an alias of `rotation`.
 
 Names are imported on first use: a drawing, or an FMU at run time, needs no solver and loads no SciPy.
 
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from .ratings.pressure import Pressures, contact_pressures
     from .units import ARCMIN
 
+__version__: str
 __all__ = [
     "ARCMIN",
     "DoesNotFitWarning",
@@ -75,5 +76,6 @@ __getattr__, __dir__ = lazy_names(
         ".ratings.pressure": ("Pressures", "contact_pressures"),
         ".drawing.tolerances": ("Tolerance",),
         ".units": ("ARCMIN",),
+        ".version": ("__version__",),
     },
 )

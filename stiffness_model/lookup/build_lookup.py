@@ -27,6 +27,7 @@ from ..montecarlo.population import Population, simulate
 from ..montecarlo.twist_torque_curve import BAND
 from ..numerics.arrays import Array
 from ..numerics.bspline import Axis, evaluate, fit
+from ..version import __version__
 from .table import QUANTITIES, Lookup, describe
 
 __all__ = [
@@ -92,7 +93,7 @@ def _build_on(drive: Drive, axes: tuple[Axis, Axis], n_drives: int, seed: int, e
     coefficients[:3] = _monotone(coefficients[:3])
     full_torque = float(evaluate(axes, coefficients[0], drive.max_twist, 0.0))
     error = _measured_error(drive, axes, coefficients, n_drives, seed, executor)
-    return Lookup(axes[0], axes[1], coefficients, full_torque, error, drive_to_dict(drive), n_drives, seed, _version())
+    return Lookup(axes[0], axes[1], coefficients, full_torque, error, drive_to_dict(drive), n_drives, seed, __version__)
 
 
 def _symmetric_axis(reach: float, step: float) -> Axis:
@@ -195,12 +196,3 @@ def _measured_error(
     scale = np.abs(evaluate(axes, coefficients, np.linspace(-1, 1, 41) * drive.max_twist, 0.0)).max(axis=1)
     scale[:3] = scale[0]
     return dict(zip(QUANTITIES, (float(v) for v in worst / scale), strict=True))
-
-
-def _version() -> str:
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("reefmu")
-    except PackageNotFoundError:
-        return "unknown"

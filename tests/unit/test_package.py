@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import importlib.metadata
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -13,6 +15,8 @@ from pathlib import Path
 
 import pytest
 
+import reefmu
+import stiffness_model as sm
 from tests.subprocesses import TIMEOUT
 
 ROOT = Path(__file__).parents[2]
@@ -57,3 +61,18 @@ def test_tests_of_records_outside_the_repository_skip_with_their_reason(tmp_path
     assert done.returncode == 0, done.stdout + done.stderr
     assert "1 skipped" in done.stdout
     assert "not part of this repository" in done.stdout
+
+
+def test_the_version_of_the_last_release_is_stated_alike() -> None:
+    """In the citation, in the changelog and as the version of a copy without Git."""
+    fallback = PROJECT["tool"]["hatch"]["version"]["fallback-version"]
+    citation = re.search(r"(?m)^version: (.+)$", (ROOT / "CITATION.cff").read_text("utf-8"))
+    released = re.search(r"(?m)^## (\d.*)$", (ROOT / "CHANGELOG.md").read_text("utf-8"))
+    assert citation is not None
+    assert released is not None
+    assert citation[1] == released[1] == fallback
+    assert re.fullmatch(r"\d+\.\d+\.\d+", fallback), "a semantic version"
+
+
+def test_both_packages_state_the_version_of_the_distribution() -> None:
+    assert reefmu.__version__ == sm.__version__ == importlib.metadata.version("reefmu")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import json
 import math
 from collections.abc import Mapping
@@ -13,6 +12,7 @@ from typing import Any
 from ...frozen_mapping import freeze
 from ...io.drawing_toml import drive_to_dict
 from ...units import UNITS
+from ...version import __version__
 from .design import Packing, base_drive
 from .parameters import Parameter, Value
 
@@ -89,7 +89,7 @@ class Study:
     def identity(self) -> str:
         """A hash of all that the results depend on; name, description and choice are not among it."""
         facts = [
-            _version(),
+            __version__,  # Another version may compute other numbers.
             self.base,
             [vars(p) for p in self.parameters],
             self.objectives,
@@ -99,14 +99,6 @@ class Study:
             [vars(limit) for limit in self.limits],
         ]
         return hashlib.sha256(json.dumps(facts, sort_keys=True, default=dict).encode()).hexdigest()
-
-
-def _version() -> str:
-    """The version of the package, for another one may compute other numbers."""
-    try:
-        return importlib.metadata.version("reefmu")
-    except importlib.metadata.PackageNotFoundError:
-        return "not installed"
 
 
 def study_to_dict(study: Study) -> dict[str, Any]:
