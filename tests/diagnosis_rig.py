@@ -1,4 +1,4 @@
-"""A small rig for the tests: a drawing, a protocol, and records of models with known effects inside."""
+"""A simulated rig for the tests: a drawing, a protocol, and records of models with known effects."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def measured(
     seed: int = 0,
     full: bool = True,
 ) -> Record:
-    """What the rig measures of a drive with these effects; noise in N.m."""
+    """A simulated measurement of a drive with these effects; noise: N.m, its standard deviation."""
     record = protocol(full)
     model = build_model(drive(), effects, lookup=cached_lookup(drive()))
     torque = simulate_record(model, record)["measured.tau"]

@@ -36,7 +36,7 @@ def write(record: Record, path: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_two_states_of_a_drive_give_a_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_several_records_give_a_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     tight = write(rig.measured({"hysteresis": {"torque": 4.0}}, seed=6), tmp_path / "tight.csv")
     loose = write(
         rig.measured({"hysteresis": {"torque": 4.0}, "backlash": {"clearance": 4e-6}}, seed=7), tmp_path / "loose.csv"
@@ -63,7 +63,7 @@ def test_two_states_of_a_drive_give_a_table(tmp_path: Path, capsys: pytest.Captu
         (["bad.csv", "bad.csv.gz", "--power-law"], "expected records with different names"),
     ],
 )
-def test_wrong_input_is_one_line_and_leaves_nothing(
+def test_wrong_input_gives_one_line_and_no_files(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -81,8 +81,8 @@ def test_wrong_input_is_one_line_and_leaves_nothing(
 
 
 @pytest.mark.slow
-def test_a_curve_file_serves_where_there_is_no_drawing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The ratio then comes from the turning of crank and output."""
+def test_a_curve_file_replaces_the_drawing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The ratio then follows from the angles of crank and output."""
     assert main(["curve", "drive_1", "--drives", "200", "--out", str(tmp_path / "curve")]) == 0
     record = write(rig.measured({"hysteresis": {"torque": 6.0}}, seed=8), tmp_path / "record.csv")
     curve = tmp_path / "curve" / "curve.csv"
@@ -148,7 +148,7 @@ def with_line(number: int, text: str) -> str:
         ("binary.csv", bytes(range(256)) * 10, "expected a readable CSV file"),
     ],
 )
-def test_a_bad_record_is_one_line_and_leaves_nothing(
+def test_an_invalid_record_gives_one_line_and_no_files(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, content: str | bytes, message: str
 ) -> None:
     path = tmp_path / name
@@ -162,8 +162,8 @@ def test_a_bad_record_is_one_line_and_leaves_nothing(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_twist_in_the_wrong_sign_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The numbers are a record; what they say cannot be a drive. That is a verdict, with a page that says why."""
+def test_a_twist_of_wrong_sign_is_insufficient(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The file is a valid record, but not of a drive: a verdict with a report, not an error."""
     rows = [",".join([a, b, str(-float(c)), d]) for a, b, c, d in (row.split(",") for row in lines())]
     (tmp_path / "turned.csv").write_text("\n".join([HEAD, *rows]))
     assert main(["diagnose", str(tmp_path / "turned.csv"), "--power-law", "--out", str(tmp_path / "out")]) == 0
@@ -210,7 +210,7 @@ def test_a_record_without_information_is_insufficient(
     assert capsys.readouterr().err == ""
 
 
-def test_rounding_on_a_large_number_is_no_torque() -> None:
+def test_rounding_errors_are_no_torque() -> None:
     torque = 1e8 + 1e-8 * (np.arange(400) % 5)
     record = make_record(
         {"time": 0.01 * np.arange(400), "twist": 1e-3 * np.sin(0.1 * np.arange(400)), "output_torque": torque}
@@ -250,7 +250,7 @@ def test_a_locked_crank_may_show_the_noise_of_its_encoder() -> None:
         (["--locked", "output", "--power-law"], "expected a record of a twist without a crank angle"),
     ],
 )
-def test_wrong_options_are_one_line(
+def test_invalid_options_give_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
 ) -> None:
     angles = HEAD.replace("twist", "output_angle").replace("run", "crank_angle [deg]")
@@ -265,8 +265,8 @@ def test_wrong_options_are_one_line(
 
 @pytest.mark.slow
 def test_a_locked_output_has_no_friction_of_its_own(tmp_path: Path) -> None:
-    """What moves decides what can be missing: friction inside the drive then has no twin at the output. Time stamps
-    may jitter and repeat, and rates differ from run to run."""
+    """With a locked output only friction inside the drive is possible. The time stamps jitter and repeat, and the
+    sampling rates of the runs differ."""
     rng = np.random.default_rng(3)
     n, parts = 300, []
     for run, step in enumerate((0.01, 0.037, 0.01)):
@@ -285,7 +285,7 @@ def test_a_locked_output_has_no_friction_of_its_own(tmp_path: Path) -> None:
     assert not any("friction" in name for names in found.alternatives for name in names)
 
 
-def test_progress_says_what_it_does() -> None:
+def test_progress_shows_stage_and_share() -> None:
     stream = io.StringIO()
     stream.isatty = lambda: True  # type: ignore[method-assign]
     with Progress("diagnosing", 100, stream) as progress:

@@ -1,4 +1,4 @@
-"""What the diagnosis says of records whose truth is known."""
+"""Diagnoses of simulated records whose effects are known."""
 
 import json
 from pathlib import Path
@@ -18,7 +18,7 @@ def names(found: Diagnosis) -> set[str]:
     return {effect.name for effect in found.effects}
 
 
-def test_nothing_missing() -> None:
+def test_a_record_without_effects_gets_none() -> None:
     found = diagnose_record(rig.measured({}, correlation=0.9, seed=1), drive=rig.drive())
     assert found.verdict == "none"
     assert not found.effects
@@ -32,7 +32,7 @@ def test_nothing_missing() -> None:
         ("kinematic_error", {"amplitude_1": 6e-5, "phase_1": 1.0}),
     ],
 )
-def test_single_effects(name: str, size: dict[str, float]) -> None:
+def test_a_single_effect_is_named_with_its_size(name: str, size: dict[str, float]) -> None:
     found = diagnose_record(rig.measured({name: size}, seed=2), drive=rig.drive())
     assert (found.verdict, names(found)) == ("named", {name})
     assert found.effects[0].share > 0.8
@@ -44,7 +44,7 @@ def test_single_effects(name: str, size: dict[str, float]) -> None:
 
 
 @pytest.mark.slow
-def test_pair_with_files(tmp_path: Path) -> None:
+def test_two_effects_are_named_and_the_files_written(tmp_path: Path) -> None:
     record = rig.measured({"backlash": {"clearance": 4e-6}, "hysteresis": {"torque": 4.0}}, seed=4)
     found = diagnose_record(record, drive=rig.drive(), out=tmp_path / "out")
     assert (found.verdict, names(found)) == ("named", {"backlash", "hysteresis"})
@@ -61,7 +61,7 @@ def test_pair_with_files(tmp_path: Path) -> None:
     assert {e.name for e in model.effects} == {"backlash", "hysteresis"}
 
 
-def test_twins_are_reported_with_what_splits_them() -> None:
+def test_indistinguishable_effects_are_reported_with_the_test_that_separates_them() -> None:
     found = diagnose_record(rig.measured({"coulomb_friction": {"torque": 5.0}}, full=False), drive=rig.drive())
     assert found.verdict == "ambiguous"
     assert {"coulomb_friction"} in [names(found), *(set(a) for a in found.alternatives)]
@@ -69,7 +69,7 @@ def test_twins_are_reported_with_what_splits_them() -> None:
 
 
 @pytest.mark.slow
-def test_what_no_effect_explains_is_unknown() -> None:
+def test_a_ripple_that_no_effect_explains_is_unknown() -> None:
     record = rig.measured({}, noise=0.3)
     twist = record.twist(rig.drive().ratio)
     bump = 9.0 * np.sin(14 * np.pi * twist / rig.drive().max_twist)
@@ -90,21 +90,21 @@ def test_what_no_effect_explains_is_unknown() -> None:
     assert found.remainder > 2.0
 
 
-def _poor(torque: float) -> Record:
+def _one_loop(torque: float) -> Record:
     t = np.arange(200) * 0.1
     return make_record({"time": t, "twist": 1e-3 * np.sin(t), "output_torque": torque * np.sin(t)})
 
 
-def test_poor_records() -> None:
-    assert diagnose_record(_poor(0.0), drive=rig.drive()).verdict == "insufficient"
-    wrong_sign = diagnose_record(_poor(-50.0), drive=rig.drive())
+def test_a_record_without_torque_or_with_a_wrong_sign_is_insufficient() -> None:
+    assert diagnose_record(_one_loop(0.0), drive=rig.drive()).verdict == "insufficient"
+    wrong_sign = diagnose_record(_one_loop(-50.0), drive=rig.drive())
     assert wrong_sign.verdict == "insufficient"
     assert "wrong sign" in wrong_sign.sentence
 
 
-def test_bad_calls_write_nothing(tmp_path: Path) -> None:
+def test_invalid_calls_write_nothing(tmp_path: Path) -> None:
     with pytest.raises(InputError):
         diagnose_record(tmp_path / "missing.csv", drive="drive_1", out=tmp_path / "out")
     with pytest.raises(InputError):
-        diagnose_record(_poor(1.0), drive="drive_1", curve="curve.csv", out=tmp_path / "out")
+        diagnose_record(_one_loop(1.0), drive="drive_1", curve="curve.csv", out=tmp_path / "out")
     assert not (tmp_path / "out").exists()

@@ -1,4 +1,4 @@
-"""The loop is closed: the gap that is reported is that of the model that is handed out, in Python and as an FMU."""
+"""The reported gap is that of the model that is written, in Python and as an FMU."""
 
 from __future__ import annotations
 
@@ -45,16 +45,14 @@ def found() -> Analysis:
 
 @pytest.fixture(scope="module")
 def free() -> Analysis:
-    """The same without a drawing."""
+    """An analysis without a drawing, against a power law."""
     found = analyse(rig.measured({"hysteresis": {"torque": 4.0}}, noise=1.0, seed=5))
     assert isinstance(found, Analysis)
     return found
 
 
 @pytest.mark.parametrize("which", ["found", "free"])
-def test_the_model_file_leaves_the_gap_that_is_reported(
-    which: str, tmp_path: Path, request: pytest.FixtureRequest
-) -> None:
+def test_the_model_file_has_the_reported_gap(which: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     found = request.getfixturevalue(which)
     write_results(found, tmp_path / "out")
     model, trace = load_model(tmp_path / "out" / "model.toml"), found.evidence.problem.trace
@@ -63,8 +61,8 @@ def test_the_model_file_leaves_the_gap_that_is_reported(
 
 
 @pytest.mark.parametrize("which", ["found", "free"])
-def test_the_fast_engine_fits_what_the_model_simulates(which: str, request: pytest.FixtureRequest) -> None:
-    """Two implementations of the same equations: their torques differ by far less than the gap they leave."""
+def test_the_predictor_agrees_with_the_simulated_model(which: str, request: pytest.FixtureRequest) -> None:
+    """Two implementations of the same equations: their torques differ by far less than the gap."""
     found = request.getfixturevalue(which)
     chosen, problem = found.conclusion.chosen, found.evidence.problem
     predictor = problem.predictor(chosen.names)
@@ -81,7 +79,7 @@ def test_the_fast_engine_fits_what_the_model_simulates(which: str, request: pyte
         pytest.param("free", "native", marks=COMPILED),
     ],
 )
-def test_the_record_through_the_fmu(
+def test_the_fmu_has_the_reported_gap(
     which: str, backend: str, tmp_path: Path, request: pytest.FixtureRequest, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found = request.getfixturevalue(which)
@@ -95,8 +93,8 @@ def test_the_record_through_the_fmu(
     assert rms(record.output_torque - torque) == pytest.approx(found.diagnosis.gap.after, rel=1e-6)
 
 
-def test_an_encoders_noise_is_no_rate(lookup: Lookup) -> None:
-    """In fast turns a noise of the angles over a millisecond is a great rate; no damping may see it."""
+def test_encoder_noise_does_not_act_on_damping(lookup: Lookup) -> None:
+    """Divided by a sampling step of 1 ms, the noise of the angles is a high rate, which must not reach the damping."""
     drive, coefficient, noise = rig.drive(), 5e3, 1e-6
     time = 1e-3 * np.arange(3000)
     output, twist = 1.4 * time, 1e-3 + 2e-4 * np.sin(time)
@@ -117,7 +115,7 @@ def test_an_encoders_noise_is_no_rate(lookup: Lookup) -> None:
 
 
 def test_the_example_on_a_blind_record(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """From file to file: a record made by other equations, diagnosed, exported and replayed."""
+    """A record made by other equations is diagnosed, exported and replayed, all through files."""
     example = Path(__file__).parents[3] / "examples" / "diagnosis_round_trip.py"
     spec = importlib.util.spec_from_file_location("diagnosis_round_trip", example)
     assert spec is not None

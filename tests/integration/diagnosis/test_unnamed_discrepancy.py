@@ -1,4 +1,4 @@
-"""What has no name must not borrow one: anonymous rivals, the ripple of individuals, intervals of a wrong form."""
+"""A discrepancy that no effect describes gets no name: nonparametric terms, ripple of individuals, robust intervals."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def problem_of(record: Record) -> Problem:
     return prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))
 
 
-def soft_when_warm(record: Record) -> Array:
+def softer_when_warm(record: Record) -> Array:
     return record.output_torque * (1 - 0.05 * (record.temperature - 20) / 25)
 
 
@@ -40,58 +40,59 @@ def stiffer_flank(record: Record) -> Array:
     return record.output_torque * (1 + 0.05 * (record.output_torque > 0))
 
 
-def knocked(record: Record) -> Array:
+def offset_after_run_8(record: Record) -> Array:
     return record.output_torque + 4.0 * (record.run > 8)
 
 
 @pytest.mark.parametrize(
-    ("change", "place"), [(soft_when_warm, "temperature"), (stiffer_flank, "torque"), (knocked, "a jump before run 9")]
+    ("change", "coordinate"),
+    [(softer_when_warm, "temperature"), (stiffer_flank, "torque"), (offset_after_run_8, "a jump before run 9")],
 )
-def test_disguises_are_seen_through(change: Callable[[Record], Array], place: str) -> None:
+def test_a_discrepancy_without_a_name_is_located(change: Callable[[Record], Array], coordinate: str) -> None:
     clean = rig.measured({}, seed=11)
     found = diagnose_record(replace(clean, output_torque=change(clean)), drive=rig.drive())
     assert found.verdict == "unknown"
     assert not found.effects
-    assert found.remainder_where[0].coordinate.startswith(place)
+    assert found.remainder_where[0].coordinate.startswith(coordinate)
 
 
-def test_noise_gives_rivals_nothing() -> None:
+def test_noise_gives_nonparametric_terms_no_gain() -> None:
     for correlation in (0.0, 0.9):
         problem = problem_of(rig.measured({}, correlation=correlation, seed=12))
         assert fit_terms(problem, base_fit(problem))[0].gain < 12
 
 
-def test_the_ripple_tells_an_individual_from_the_mean_drive() -> None:
+def test_ripple_distinguishes_an_individual_from_the_mean_drive() -> None:
     problem = problem_of(rig.measured({"backlash": {"clearance": 3e-6}}, noise=0.3, seed=13))
     assert problem.scatter is not None
     individuals = simulate_individuals(problem.scatter)
     assert lacks_ripple(problem, individuals)
-    one, others = individuals[0], individuals[2:]
-    problem.__dict__["torque"] = problem.torque + one
+    first, others = individuals[0], individuals[2:]
+    problem.__dict__["torque"] = problem.torque + first
     assert ripple_size(problem, others) == pytest.approx(1.0, abs=0.5)
     assert not lacks_ripple(problem, others)
     assert not lacks_ripple(problem, individuals[:0])
 
 
-def test_a_misfit_that_goes_with_the_loops_widens_the_intervals() -> None:
+def test_a_misfit_correlated_over_loops_widens_the_intervals() -> None:
     problem = problem_of(rig.measured({"hysteresis": {"torque": 4.0}}, seed=14))
     fit = problem.fit_from(("hysteresis",), np.array([0.0, 4.0, 1e-4]))
     before = standard_errors(problem, fit)
-    way = problem.blocks.mean(np.sign(problem.trace.twist_rate))
-    loops = way * np.sin(problem.trace.run[problem.blocks.first])
+    direction = problem.blocks.mean(np.sign(problem.trace.twist_rate))
+    loops = direction * np.sin(problem.trace.run[problem.blocks.first])
     problem.__dict__["torque"] = problem.torque + loops
     worse = problem.fit_from(("hysteresis",), fit.parameters)
-    # The misfit more than doubles the sum of squares: as noise it would widen by a half.
+    # The misfit more than doubles the sum of squares; as noise it would widen the intervals by less than a factor of 2.
     assert worse.chi_square < 3 * fit.chi_square
     assert standard_errors(problem, worse)[1] > 2.5 * before[1]
 
 
-def test_names_that_do_harm_in_unfitted_runs_are_withdrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_effects_that_held_out_runs_refute_are_withdrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     record = rig.measured({"hysteresis": {"torque": 4.0}}, seed=15)
     problem = problem_of(record)
     base, names = base_fit(problem), problem.fit_from(("hysteresis",), np.array([0.0, 4.0, 1e-4]))
     assert not is_refuted(problem, base, names, fits_without_held_out(problem, (base, names)))
-    # In the runs that are held out the torque goes the other way.
+    # In the runs that are held out the effect has the opposite sign.
     change = names.prediction.torque - base.prediction.torque
     problem.__dict__["torque"] = problem.torque - 2 * change * held_out_blocks(problem)
     assert is_refuted(problem, base, names, fits_without_held_out(problem, (base, names)))
