@@ -1,4 +1,4 @@
-"""Another name of `reefmu.model.model_file`, which the README mentions."""
+"""`reefmu.model.model_file` by the name that the README gives."""
 
 from .model.model_file import is_model_file, load_model, save_model
 

@@ -1,4 +1,4 @@
-"""Progress of long work: a line that rewrites itself on a terminal, a plain line now and then elsewhere."""
+"""Progress of long work: one line that is rewritten on a terminal, a line now and then elsewhere."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from concurrent.futures import Executor, Future
 from typing import Any, TextIO
 
 TERMINAL_PAUSE, PLAIN_PAUSE = 0.1, 5.0
-"""Seconds between two lines. Short work stays silent in a log."""
+"""Seconds between two lines, on a terminal and elsewhere, so that short work leaves no line in a log; by judgement."""
 clock: Callable[[], float] = time.monotonic
-"""Seconds by which these pauses are counted."""
+"""The clock of these pauses, s; tests replace it."""
 
 
 class Progress:
-    """Counts `total` steps of work called `what`; a context manager that clears its line at the end."""
+    """Progress of `total` steps of the work `what`: a context manager that clears its line at the end."""
 
     def __init__(self, what: str, total: int, stream: TextIO | None = None) -> None:
         self._what, self._total, self._done = what, total, 0
@@ -25,12 +25,12 @@ class Progress:
         self._now = ""
 
     def advance_to(self, share: float, now: str = "") -> None:
-        """This share of the work is done, and what is done now; never goes back."""
+        """Show this share of the work as done, and the present step `now`; the share never decreases."""
         self._done, self._now = max(self._done, round(share * self._total)), now
         self._show()
 
     def step(self) -> None:
-        """One more step is done."""
+        """Count one more step as done."""
         self._done += 1
         self._show()
 
@@ -40,7 +40,7 @@ class Progress:
             return
         self._shown = now
         text = f"{self._what}: {100 * self._done // max(1, self._total)} %" + (f", {self._now}" if self._now else "")
-        # On a terminal: back to the line's start, and clear what is left of the longer line before.
+        # On a terminal: return to the start of the line, and clear the remainder of a longer one.
         line = f"\r{text}\033[K" if self._terminal else f"{text}\n"
         print(line, end="", file=self._stream, flush=True)
 
@@ -53,16 +53,16 @@ class Progress:
 
 
 class CountingExecutor(Executor):
-    """Shows how much of the work is done, for functions that take an executor, such as `simulate`.
+    """An executor that shows progress, for functions that take an executor, such as `simulate`.
 
-    Does it in this thread, one task after another, or has `pool` do it.
+    It runs the tasks in this thread, one after another, or in `pool`.
     """
 
     def __init__(self, what: str, pool: Executor | None = None) -> None:
         self._what, self._pool = what, pool
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Call `fn` at once, or hand it to the pool."""
+        """Call `fn` at once, or submit it to the pool."""
         if self._pool is not None:
             return self._pool.submit(fn, *args, **kwargs)
         future: Future[Any] = Future()
@@ -80,7 +80,7 @@ class CountingExecutor(Executor):
         chunksize: int = 1,
         **_: Any,
     ) -> Iterator[Any]:
-        """As the built-in `map`; timeout and chunksize have no meaning here."""
+        """As the built-in `map`; timeout and chunksize are ignored."""
         tasks = list(zip(*iterables, strict=False))
         with Progress(self._what, len(tasks)) as progress:
             here = (fn(*task) for task in tasks)

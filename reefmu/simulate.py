@@ -1,4 +1,4 @@
-"""A model over a record or a signal."""
+"""Simulation of a drive model over a signal or a measured record."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .speed import central_speed
 
 @dataclass(frozen=True)
 class Response:
-    """What a model does over n samples: outputs (n, n_outputs) in the order of `OUTPUTS`, states (n, n_states)."""
+    """Response of a model over n samples: time (n,) s, outputs (n, n_outputs) as `OUTPUTS`, states (n, n_states)."""
 
     time: Array
     outputs: Array
@@ -33,13 +33,14 @@ class Response:
 
 
 def simulate_signal(model: DriveModel, time: ArrayLike, inputs: ArrayLike, start: ArrayLike | None = None) -> Response:
-    """The model over one signal: time (n,) s, not falling, and inputs (n, 5) in the order of `INPUTS`.
+    """The model's response to a signal.
 
-    start: states (n_states,) to go on from; else they fit the first sample. Between samples an input holds its
-    new value, as in the FMU.
+    time: (n,) s, not decreasing; inputs: (n, 5) in the order of `INPUTS`. start: initial states (n_states,); else
+    consistent with the first sample. Before each sample an input already has its new value, as in the FMU. Raises
+    `InputError` for other shapes, decreasing times and values that are not finite.
     """
     t, u = np.asarray(time, float), np.asarray(inputs, float)
-    expect(t.ndim == 1 and len(t) > 0 and bool((np.diff(t) >= 0).all()), "times that do not fall", t, "time")
+    expect(t.ndim == 1 and len(t) > 0 and bool((np.diff(t) >= 0).all()), "times that do not decrease", t, "time")
     expect(u.shape == (len(t), len(INPUTS)), f"inputs of shape ({len(t)}, {len(INPUTS)})", u.shape, "inputs")
     expect(bool(np.isfinite(u).all() and np.isfinite(t).all()), "finite inputs and times", "nan or inf", "inputs")
     p = model.parameter_vector()
@@ -67,8 +68,8 @@ def _trajectory(model: DriveModel, n: int) -> ca.Function:
 
 
 def record_inputs(record: Record) -> Array:
-    """Inputs (n, 5) of a record in the order of `INPUTS`; speeds are central differences within each run if the record
-    has none.
+    """Inputs (n, 5) of a record in the order of `INPUTS`; without measured speeds they are central differences within
+    each run.
     """
     crank, output = record.crank_angle, record.output_angle
     speeds = record.speeds
@@ -85,10 +86,10 @@ def record_inputs(record: Record) -> Array:
 
 
 def simulate_record(model: DriveModel, record: Record) -> Response:
-    """The model over every run of a record; states restart with each run, but for those that never reset.
+    """The model's response to every run of a record. States restart with each run, except those that never reset.
 
-    What lies between two runs counts for these as one long step: a clock that ran on, and the angle that the
-    crank moved at least. A clock that starts anew adds nothing.
+    For these the pause between two runs is one long step, over the time that has passed, and over the difference of the
+    crank angle, which is the least that the crank has moved. A clock that starts again adds no time.
     """
     inputs = record_inputs(record)
     parts: list[Response] = []
@@ -102,15 +103,15 @@ def simulate_record(model: DriveModel, record: Record) -> Response:
 
 
 def _next_start(model: DriveModel, states: Array, inputs: Array, pause: float) -> Array:
-    """States at the start of a run: anew from its first inputs, or gone on over the pause (s) before it."""
+    """States at the start of a run: initial ones, or continued over the pause (s) before it."""
     p = model.parameter_vector()
-    anew = np.array(model.initial(inputs, p)).ravel()
-    gone_on = np.array(model.advance(states, inputs, pause, p)).ravel()
-    return np.where(model.resets, anew, gone_on)
+    initial = np.array(model.initial(inputs, p)).ravel()
+    continued = np.array(model.advance(states, inputs, pause, p)).ravel()
+    return np.where(model.resets, initial, continued)
 
 
 def inputs_at_twist(twist: ArrayLike, model: DriveModel, crank_angle: ArrayLike = 0.0) -> Array:
-    """Inputs (n, 5) at rest that give these twists, rad, at the crank angles, rad: for curves and pictures."""
+    """Inputs (n, 5) at rest for these twists, rad, at these crank angles, rad."""
     t = np.atleast_1d(np.asarray(twist, float))
     crank = np.broadcast_to(np.asarray(crank_angle, float), t.shape)
     ratio = model.parameters[0].value

@@ -8,13 +8,13 @@ from datetime import UTC, datetime
 from stiffness_model.errors import expect
 
 LATEST = 4354819198
-"""s since 1970: the end of 2107, the last date that a zip archive can state (APPNOTE.TXT 4.4.6: 7 bits from 1980)."""
+"""s since 1970: the end of 2107, the latest date in a zip archive (APPNOTE.TXT 4.4.6: 7 bits from 1980)."""
 
 
 def source_date(default: datetime) -> datetime:
-    """The date of SOURCE_DATE_EPOCH, or `default` where it is not set. Raises `InputError` for what is none.
+    """The date of SOURCE_DATE_EPOCH, or `default` where it is not set. Raises `InputError` if it is not a date.
 
-    Commands ask before they load anything: NumPy reads the variable too, and fails on it with a traceback.
+    Commands call this before they load NumPy, which reads the variable too and fails with a traceback.
     """
     epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
     if not epoch:

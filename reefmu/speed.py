@@ -1,4 +1,4 @@
-"""Speeds from angles and time stamps that need not be even."""
+"""Speeds from angles at uneven time stamps."""
 
 from __future__ import annotations
 
@@ -8,21 +8,24 @@ from scipy.ndimage import median_filter
 from stiffness_model.numerics.arrays import Array
 
 MEDIAN_WINDOW = 31
-"""Samples over which the usual step of time is taken."""
+"""Samples of the running median of the time step; chosen by judgement."""
 
 
 def median_step(step: Array) -> Array:
-    """The usual one of the steps (n,), s, around each; a clock that stands still makes none."""
-    goes = step > 0
-    if not goes.any():
+    """Running median (n,) of the time steps (n,), s; steps of zero, of a clock that stands still, do not count."""
+    positive = step > 0
+    if not positive.any():
         return np.zeros(len(step))
-    return np.asarray(median_filter(step[goes], MEDIAN_WINDOW, mode="nearest"))[np.maximum(np.cumsum(goes) - 1, 0)]
+    return np.asarray(median_filter(step[positive], MEDIAN_WINDOW, mode="nearest"))[
+        np.maximum(np.cumsum(positive) - 1, 0)
+    ]
 
 
 def central_speed(angle: Array, time: Array) -> Array:
     """Speed (n,), rad/s, of an angle (n,), rad, of one run: central differences over its time stamps (n,), s.
 
-    Stamps far closer than those around, of a clock that is coarse or late, count as one: their difference is no time.
+    Time stamps much closer than their neighbours, as of a coarse or late clock, are merged: their difference is no
+    measure of time.
 
     >>> central_speed(np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 1.0, 1.000001, 2.0])).round(2)
     array([1.5, 1.5, 1.5, 1.5])

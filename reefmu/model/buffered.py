@@ -1,4 +1,4 @@
-"""CasADi functions called through their buffers: without the conversions that take 20 to 50 us of an ordinary call."""
+"""Calls of CasADi functions through buffers, without the conversions that take 20 to 50 us of an ordinary call."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def bind(function: ca.Function, arguments: Sequence[memoryview], result: memoryview) -> Callable[[], Any]:
     """`function` reading `arguments` and writing its first `result` in place, called without arguments.
 
-    The buffer knows addresses only, so the returned call also keeps the arrays alive.
+    The buffer holds addresses only, so the returned function also keeps the arrays alive.
     """
     buffer: Any
     buffer, evaluate = function.buffer()
@@ -35,7 +35,7 @@ def bind(function: ca.Function, arguments: Sequence[memoryview], result: memoryv
 class Buffered:
     """The first result of a CasADi function of vectors, on NumPy arrays: (n_0,), (n_1,), ... -> (n,).
 
-    Every thread has a buffer of its own. Like the function itself it can be copied and pickled.
+    Every thread has its own buffer. Like the function itself, an instance can be copied and pickled.
 
     >>> import casadi as ca
     >>> x, k = ca.MX.sym("x", 2), ca.MX.sym("k")

@@ -12,25 +12,25 @@ from stiffness_model.errors import expect_number
 from stiffness_model.numerics.arrays import Array
 
 Scheme = Literal["parallel", "sequential", "extrapolated"]
-"""How a master couples the masses with a drive that it can only step; see `cosimulate`."""
+"""How an importer couples the inertias with the FMU of a drive; see `reefmu.joint.cosimulate`."""
 
 INERTIAS = (1e-12, 1e9)
-"""kg.m2: from a speck of 1 mg at 1 mm to 10 000 t at 10 m. Outside, rounding rather than mechanics decides."""
+"""kg.m2: from 1 mg at 1 mm to 10 000 t at 10 m; chosen by judgement. Beyond them rounding errors dominate."""
 DAMPINGS = (0.0, 1e12)
-"""N.m.s/rad: under the upper one a torque of 1 MN.m takes 73 days for a turn."""
+"""N.m.s/rad; the upper bound, chosen by judgement, turns at 1 MN.m once in 73 days."""
 STEPS = (1e-9, 86400.0)
-"""s: communication steps, from far below the time that sound takes through an element (some us) to a day."""
+"""s: communication steps, from far below the time of sound through an element (some us) to a day; by judgement."""
 
 STATES = ("crank.phi", "crank.w", "output.phi", "output.w")
-"""Order of a joint's mechanical states: rad, rad/s."""
+"""Mechanical states of a joint in their order: rad, rad/s."""
 
 
 @dataclass(frozen=True)
 class Masses:
-    """What turns on both sides of the drive.
+    """Inertias and dampings on both sides of the drive.
 
-    motor_inertia: kg.m2 at the crank, load_inertia: kg.m2 at the output, without the drive between them;
-    motor_damping, load_damping: N.m.s/rad, at the same places.
+    motor_inertia: kg.m2 at the crank; load_inertia: kg.m2 at the output; motor_damping, load_damping: N.m.s/rad at the
+    same shafts. Raises `InputError` for values out of `INERTIAS` and `DAMPINGS`.
     """
 
     motor_inertia: float
@@ -47,9 +47,9 @@ class Masses:
                 _expect_within(value, DAMPINGS, "a damping", "N.m.s/rad", field.name)
 
     def reduced_inertia(self, ratio: float) -> float:
-        """Inertia, kg.m2 at the output, of the two masses swinging against each other.
+        """Reduced inertia, kg.m2 at the output, of the oscillation of both inertias against each other.
 
-        With the drive's stiffness K their eigenfrequency is sqrt(K/inertia), rad/s.
+        ratio: crank to output. With the drive's stiffness K the eigenfrequency is sqrt(K/inertia), rad/s.
 
         >>> round(Masses(1e-4, 2.0).reduced_inertia(-29), 5)
         0.08071
@@ -60,7 +60,7 @@ class Masses:
         """A (4, 4) and B (4, 2) of ds/dt = A s + B tau, s in the order of `STATES`.
 
         tau: torques on crank and output, N.m. stiffness: of a linear spring between them, N.m/rad at the output,
-        free of torque where crank.phi/ratio = output.phi.
+        without torque at crank.phi/ratio = output.phi.
         """
         a, b = np.zeros((4, 4)), np.zeros((4, 2))
         a[0, 1] = a[2, 3] = 1.0
@@ -72,8 +72,8 @@ class Masses:
     def step_matrices(self, step: float, ratio: float = 1.0, stiffness: float = 0.0) -> tuple[Array, Array]:
         """Phi (4, 4) and Gamma (4, 2) of s(t + step) = Phi s + Gamma tau with the torques held: exact."""
         a, b = self.matrices(ratio, stiffness)
-        # Angles at the output, speeds as angles per step, torques as what they do in a step: then no entry is
-        # large but by damping or stiffness x step^2.
+        # Scaled to angles at the output, angles per step, and torques to the angles that they cause in a step: then
+        # only damping or stiffness x step^2 can make an entry large.
         size = np.array(
             [ratio, ratio / step, 1.0, 1 / step, self.motor_inertia * ratio / step**2, self.load_inertia / step**2]
         )
@@ -84,12 +84,12 @@ class Masses:
 
 
 def expect_inertia(value: object, where: str) -> float:
-    """An inertia, kg.m2, that a drive can have, or `InputError`; the same bounds wherever one is given."""
+    """The inertia, kg.m2. Raises `InputError` out of `INERTIAS`, wherever an inertia is given."""
     return _expect_within(value, INERTIAS, "a positive inertia", "kg.m2", where)
 
 
 def expect_step(value: object, where: str) -> float:
-    """A communication step, s, that makes sense, or `InputError`."""
+    """The communication step, s. Raises `InputError` out of `STEPS`."""
     return _expect_within(value, STEPS, "a positive communication step", "s", where)
 
 
@@ -105,19 +105,20 @@ def _expect_within(value: object, bounds: tuple[float, float], what: str, unit: 
 
 
 TYPICAL_MASSES = Masses(1e-4, 1.0)
-"""Around a drive of a robot's joint, where nothing is said of them; a host sets others."""
+"""Inertias of a robot joint, assumed where none are given; chosen by judgement. An importer may set others."""
 
 
 def _exponential(a: Array) -> Array:
     """Matrix exponential by scaling, Taylor series and squaring (Moler, Van Loan, 2003, method 3).
 
-    SciPy's calls a threaded solver, which for so small a matrix costs a hundred times more on a busy machine.
+    SciPy's function calls a threaded solver, which takes a hundred times as long for so small a matrix on a busy
+    machine.
     """
     norm = float(np.abs(a).sum(axis=1).max())
     squarings = max(0, math.ceil(math.log2(norm))) if norm > 0 else 0
     scaled = a / 2.0**squarings
     total, term = np.eye(len(a)), np.eye(len(a))
-    for k in range(1, 19):  # 1/19! is below the rounding of doubles
+    for k in range(1, 19):  # 1/19! is below the rounding of double precision
         term = term @ scaled / k
         total = total + term
     for _ in range(squarings):

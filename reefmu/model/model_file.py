@@ -1,11 +1,11 @@
-"""model.toml: a drive model as a file that people can read, edit and export.
+"""model.toml: a drive model as a file to read, edit and export.
 
 schema = 1
 [drawing]            the drawing, as in its own TOML file
-[lookup]             virtual drives and seed behind the tables
+[lookup]             number of virtual drives and seed of the tables
 [curve]              instead of both, for a gear without a drawing: its ratio and twist-torque curve
-[model]              band; or individual, the seed of one drive instead of the mean of all
-[effects.NAME]       parameters with their units, such as clearance = "5 um"
+[model]              band, or the seed of an individual drive instead of the mean of all
+[effects.NAME]       parameters with units, such as clearance = "5 um"
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _SECTIONS = ("schema", "drawing", "lookup", "curve", "model", "effects")
 
 
 def save_model(model: DriveModel, path: str | os.PathLike[str]) -> None:
-    """Write model.toml, whole or not at all. `load_model` gives back a model with the same numbers."""
+    """Write model.toml atomically; `load_model` reads the same model from it, to the bit."""
     with atomic_file(path) as temporary:
         temporary.write_text(model_text(model), encoding="utf-8")
 
@@ -71,10 +71,10 @@ def load_model(
     lookup: Lookup | str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
 ) -> DriveModel:
-    """Read model.toml.
+    """The model of model.toml.
 
-    lookup: a lookup or the file of one, so that nothing is solved; else the tables come from the cache or are built.
-    Raises `InputError` for anything that is not such a file, with what was expected and what came.
+    lookup: a `Lookup` or the path of one; else the tables come from the cache or are built, by `executor` if given.
+    Raises `InputError` for a file that is not a model, `UnknownNameError` for unknown sections, fields and effects.
     """
     where = str(path)
     try:
@@ -118,7 +118,7 @@ def load_model(
 
 
 def is_model_file(path: str | os.PathLike[str]) -> bool:
-    """Whether a TOML file is a model (has a [drawing] or a [curve] inside) and not a drawing itself."""
+    """Whether a TOML file is a model, with a section [drawing] or [curve], and not itself a drawing."""
     try:
         return not {"drawing", "curve"}.isdisjoint(parse_toml(Path(path).read_text("utf-8"), str(path)))
     except (OSError, UnicodeDecodeError, InputError):
@@ -141,9 +141,10 @@ def _effect_values(name: str, values: Any, where: str) -> dict[str, float]:
 
 
 def parse_parameter(value: Any, parameter: Parameter, where: str) -> float:
-    """A parameter's SI value from a text with its unit, such as "5 um" or "3e-6 rad/(N.m)".
+    """The SI value of an effect's parameter from a text with its unit, such as "5 um" or "3e-6 rad/(N.m)".
 
-    Lengths and angles take every unit that a drawing takes; a dimensionless one may be a bare number.
+    Lengths, angles and torques may have every unit of a drawing; a dimensionless parameter may be a number. where: the
+    place in the file, for errors. Raises `InputError` or `UnknownNameError` for other values and units.
     """
     quantity = {"m": "length", "rad": "angle", "N.m": "torque"}.get(parameter.unit)
     if parameter.unit == "1" and isinstance(value, (int, float)):

@@ -1,7 +1,7 @@
-"""A twist-torque curve as a lookup: gears of which there is no drawing become drive models too.
+"""A twist-torque curve as a lookup, for gears without a drawing.
 
-Without a drawing nothing turns a clearance into a twist. Here a clearance, m, is the play, rad, to either side times
-`lever`, m/rad, which the model states.
+Without a drawing the relation between clearance and twist is unknown. Here a clearance, m, is the twist, rad, that it
+frees to either side times `lever`, m/rad, which the model states.
 """
 
 from __future__ import annotations
@@ -18,14 +18,15 @@ from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.bspline import Axis, fit
 
 CURVE_FIELDS = ("name", "ratio", "lever [m/rad]", "twist [rad]", "torque [N.m]")
-"""What `Lookup.drawing` holds under "curve", and model.toml in its section [curve]."""
+"""Fields of `Lookup.drawing["curve"]` and of the section [curve] of model.toml."""
 _NODES, _CLEARANCES = 240, 24
 
 
 def curve_lookup(twist: Array, torque: Array, lever: float, name: str, ratio: float = 1.0) -> Lookup:
-    """A curve as a lookup: a clearance shifts both its branches apart. Mirrored if it starts at zero twist.
+    """A curve as a lookup: a clearance shifts its two branches apart.
 
-    twist: (n,) rad, rising; torque: (n,) N.m; lever: m/rad; ratio: signed, crank to output.
+    twist: (n,) rad, increasing; torque: (n,) N.m; lever: m/rad; ratio: signed, crank to output. A curve that starts at
+    zero twist is continued antisymmetrically.
 
     >>> curve = curve_lookup(np.array([0.0, 1e-3, 2e-3]), np.array([0.0, 5.0, 10.0]), 0.01, "spring")
     >>> curve.torque([1e-3, 1e-3], [0.0, 5e-6]).round(2).tolist()
@@ -54,7 +55,7 @@ def curve_lookup(twist: Array, torque: Array, lever: float, name: str, ratio: fl
     axes = Axis(-reach, 2 * reach / _NODES, _NODES), Axis(-widest, 2 * widest / _CLEARANCES, _CLEARANCES)
     x, c = axes[0].nodes[:, None], axes[1].nodes[None, :] / lever
     inner = np.where(c >= 0, np.sign(x) * np.maximum(np.abs(x) - c, 0), x)
-    # Interference: both flanks carry; each branch reaches past the middle, and the torque is their sum.
+    # With interference both flanks carry load near the middle, and the torque is the sum of both branches.
     tight = at(x + np.minimum(-c, reach)) + at(x - np.minimum(-c, reach))
     mean = np.where(c >= 0, at(inner), np.where(np.abs(x) > -c, at(np.sign(x) * (np.abs(x) - c)), tight))
     tables = np.stack([mean, mean, mean, np.abs(mean), np.ones_like(mean)])
@@ -73,12 +74,12 @@ def curve_lookup(twist: Array, torque: Array, lever: float, name: str, ratio: fl
 
 
 def source_curve(lookup: Lookup) -> Mapping[str, Any] | None:
-    """The curve that a lookup was made of; None if it was made of a drawing."""
+    """The curve that a lookup was made of, or None if it was made of a drawing."""
     return lookup.drawing.get("curve")
 
 
 def curve_lookup_from_dict(curve: Mapping[str, Any], where: str) -> Lookup:
-    """The lookup of a section [curve]. Raises `InputError` for one that is no curve."""
+    """The lookup of a section [curve]. Raises `InputError` for other fields and values that are no curve."""
     refuse_unknown("field", curve, CURVE_FIELDS, where)
     for name in CURVE_FIELDS:
         expect(name in curve, f"a field {name!r}", sorted(curve), where)
@@ -98,7 +99,7 @@ def curve_lookup_from_dict(curve: Mapping[str, Any], where: str) -> Lookup:
     )
     expect(
         bool(np.isfinite(twist).all() and np.isfinite(torque).all() and (np.diff(twist) > 0).all()),
-        "finite numbers and twists that rise",
+        "finite numbers and increasing twists",
         "others",
         where,
     )

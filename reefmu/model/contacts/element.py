@@ -1,4 +1,4 @@
-"""What the effects at the contacts themselves do to the lookup's torque, in CasADi: another modulus, a lost element."""
+"""The torque of one element as a CasADi function, and the tables that effects on the contacts need."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .tables import cached_element_table, clamped, clamped_to_unit, expanded, sp
 
 
 def with_contact_tables(lookup: Lookup, drive: Drive, effects: Iterable[Effect]) -> Lookup:
-    """The drawing's lookup with what these effects need beside its tables: cached, or solved within a second."""
+    """The lookup with the further tables that these effects need, from the cache or computed within a second."""
     places = {effect.place for effect in effects}
     if Place.MODULUS in places and lookup.modulus is None:
         lookup = replace(lookup, modulus=modulus_shares(drive))

@@ -1,13 +1,13 @@
-"""An individual drive in a model: the contacts of its own parts, solved anew at every twist and angle, in CasADi.
+"""The contacts of an individual drive's own parts in CasADi, solved at every twist and angle.
 
-What an individual carries changes with every passing of an element, some thousand times in the turn of the output
-after which it repeats; a table of that over the twist would be ten megabytes, and one more axis for the clearance. Its
-parts are a few hundred numbers and their equilibrium is a closed form. So the model carries the parts, and has the
-whole period, every clearance and no error of a table.
+The torque of an individual changes whenever an element passes a lobe, some thousand times in the turn of the output
+after which it repeats; a table of that over the twist would take ten megabytes, and more with an axis for the
+clearance. The parts are a few hundred numbers and their equilibrium is a closed form: the model holds the parts, and so
+covers the whole period and every clearance without an interpolation error.
 
 The equations are those of `stiffness_model.equilibrium.closed_form` for one element, as expressions; tests hold the
-two together. Left out is the iteration for a ball larger than its bore (one in 800 as drawn): it counts as one that
-just fits.
+two together. The iteration for a ball larger than its bore (one in 800 as drawn) is left out: such a ball counts as
+one that just fits.
 """
 
 from __future__ import annotations
@@ -28,20 +28,21 @@ from stiffness_model.rotation.individual_drive import Individual
 from .tables import locate
 
 LEAN_ITERATIONS = 2
-"""Refreshes of the crank's direction: right to 1e-6 of the full torque, 5e-7 on the steel drives."""
+"""Fixed-point iterations for the direction of the crank's contact force. Two leave an error below 1e-6 of full torque,
+5e-7 on the steel drives."""
 MINIMUM_SHARE = 1e-12
-"""Below this share of its size a force counts as this: roots have no derivative at zero."""
+"""Lower bound of forces, as a share of their size, because roots have no derivative at zero; far below rounding."""
 N_ANGLES = 200
-"""Of a turn of the output, for the greatest slope."""
+"""Angles over a turn of the output at which the greatest stiffness is sought; chosen by judgement."""
 COLUMNS = 6
-"""Of the table along the profile: path radius, normal_t/normal_r, 1/normal_r and, seen along the radius, those of
-`GearComplianceTable`."""
+"""Columns of the table along the profile: path radius, normal_t/normal_r, 1/normal_r and the three of
+`GearComplianceTable`, in radial direction."""
 
 
 def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
     """(twist rad, clearance m, output angle rad) -> (torque, stiffness, max contact force, load share, in range).
 
-    In range and beyond it as `tables.lookup_function`: the last slope goes on, a clearance is held.
+    Extrapolated as `tables.lookup_function`: linearly in twist, with the clearance limited to its range.
     """
     twist, clearance, angle = ca.MX.sym("twist"), ca.MX.sym("clearance"), ca.MX.sym("angle")
     inside = ca.fmax(lookup.twist.start, ca.fmin(lookup.twist.stop, twist))
@@ -74,7 +75,7 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
     torque, slope, force = solved(rows, f, beta, sizes, q, inside, held)
     whole, stiffness = ca.sum2(torque), ca.sum2(slope)
     side = ca.if_else(whole < 0, -1, 1)
-    none = MINIMUM_SHARE * lookup.full_torque  # so that without torque the share is 1, as where one element carries all
+    none = MINIMUM_SHARE * lookup.full_torque  # without torque the share is 1, as where one element carries all
     share = ca.fmin(1, (ca.mmax(side * torque) + none) / (ca.fabs(whole) + none))
     return ca.Function(
         "individual",
@@ -86,8 +87,11 @@ def individual_function(individual: Individual, lookup: Lookup) -> ca.Function:
 
 
 def maximum_stiffness(individual: Individual, lookup: Lookup) -> float:
-    """The greatest slope of the torque over twist, N.m/rad, over one turn of the output: with the least clearance, at
-    the ends of the range, where the contacts are stiffest, or in its middle, where all elements may be clamped."""
+    """The greatest stiffness, N.m/rad, over one turn of the output.
+
+    Sought with the least clearance at the ends of the twist's range, where the contacts are stiffest, and in its
+    middle, where all elements may be preloaded.
+    """
     function = individual_function(individual, lookup)
     twist, angle = (
         np.ravel(v)
@@ -99,13 +103,15 @@ def maximum_stiffness(individual: Individual, lookup: Lookup) -> float:
 
 
 def _gather(table: Array, index: ca.MX) -> ca.MX:
-    """A row of values of a constant table."""
+    """Entries of a constant table at an index (1, n), as (1, n)."""
     return ca.MX(ca.DM(np.ravel(table)))[index.T].T
 
 
 def _element_positions(parts: IndividualContacts, angle: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
-    """beta, the element's number and that of its meeting with a lobe, (1, width); as
-    `rotation.element_positions`."""
+    """Position beta, rad, number of the element and of its pair with a lobe, (1, width) each.
+
+    As in `stiffness_model.rotation.element_positions`.
+    """
     one, window = parts.individual, parts.window
     n, step = one.drive.elements, 2 * math.pi / one.drive.elements
     passed = (one.start + (one.drive.ratio - 1) * angle) / step
@@ -119,11 +125,11 @@ def _element_positions(parts: IndividualContacts, angle: ca.MX) -> tuple[ca.MX, 
 
 
 def _profile(parts: IndividualContacts) -> tuple[Axis, Array]:
-    """The table along half the profile, (axis.size, COLUMNS)."""
+    """The coefficients along half of a lobe, (axis.size, COLUMNS)."""
     drive, gear = parts.individual.drive, parts.gear_table
     nodes = gear.axis.nodes
     normal_r, normal_t = drive.path.normal(nodes, drive.orientation)
-    # Along the radius the gear gives more, by the normal's slope.
+    # In radial direction the gear is more compliant, by the inclination of the normal.
     give = gear.values * (normal_r ** (-1 - 1 / gear.exponent))[:, None]
     path = np.stack([drive.path.radius(nodes), normal_t / normal_r, 1 / normal_r], axis=1)
     return gear.axis, fit(gear.axis, np.hstack([path, give]), 0)
@@ -160,8 +166,8 @@ def _element(parts: IndividualContacts) -> ca.Function:
     d_r, d_t = path - centre_r + touch, bore - wall * centre_t
 
     def squeezed(t: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX]:
-        """Root s of the force with the crank leaning by t, cage force per radial force, 1/u_r, and the element's way
-        along the radius and towards its wall."""
+        """Root s of the force at an inclination t of the crank's contact, cage force per radial force, 1/u_r, and the
+        displacement of the element along the radius and towards its wall."""
         w = ca.fmax(t - slope, MINIMUM_SHARE)
         cage = _power(w, 1 / p) * cage_give
         per_u_r = ca.sqrt(1 + t * t)
@@ -181,17 +187,19 @@ def _element(parts: IndividualContacts) -> ca.Function:
         "element",
         [cell, f, beta, sizes, lobe, twist, clearance],
         [torque, ca.jacobian(torque, twist), force],
-        # What is gathered from tables is constant.
+        # The entries of constant tables have no derivative.
         {"is_diff_in": [False, True, True, False, False, True, True]},
     )
 
 
 def _power(x: ca.SX, exponent: float) -> ca.SX:
-    """x^exponent; unlike a power's, its derivative needs no second one."""
+    """x^exponent, written so that the derivative needs no second power."""
     return ca.exp(exponent * ca.log(x))
 
 
 def _power_near_one(x: ca.SX, exponent: float) -> ca.SX:
-    """(1 + x)^exponent for a small x, here the square of the crank's lean, at most (e/(a + b))^2 or some 1e-3: the
-    fourth term is below 1e-9."""
+    """(1 + x)^exponent for a small x by its binomial series.
+
+    Here x is the square of the crank's inclination, at most (e/(a + b))^2 or some 1e-3: the fourth term is below 1e-9.
+    """
     return 1 + exponent * x * (1 + (exponent - 1) / 2 * x * (1 + (exponent - 2) / 3 * x))

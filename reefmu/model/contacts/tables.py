@@ -30,7 +30,8 @@ Table = TypeVar("Table", Lookup, ElementTable)
 def lookup_function(lookup: Lookup) -> ca.Function:
     """(twist rad, clearance m, band) -> (torque, stiffness, max contact force, load share, in range).
 
-    The same splines as `Lookup`, to rounding. In twist they go on in a straight line, in clearance they are held.
+    The same splines as `Lookup`, to rounding. They are extrapolated linearly in twist; the clearance is limited to its
+    range.
     """
     assert QUANTITIES[3:] == ("max_contact_force", "load_share")
     twist, clearance, band = ca.MX.sym("twist"), ca.MX.sym("clearance"), ca.MX.sym("band")
@@ -64,8 +65,7 @@ def _extrapolated(n: int) -> ca.Function:
 
 
 def expanded(name: str, arguments: list[ca.MX], results: list[ca.MX]) -> ca.Function:
-    """A function as straight-line code in scalars: several times faster than matrices where it is interpreted and
-    where it is compiled."""
+    """A function in scalar operations, several times faster than in matrices, interpreted or compiled."""
     return ca.Function(name, arguments, results).expand()
 
 
@@ -74,14 +74,14 @@ def spline_function(
 ) -> ca.Function:
     """(point (n_axes,)) -> values (m,) of splines on these axes, or their slopes along the first one.
 
-    coefficients: (m, *sizes of the axes) as in `numerics.bspline`. For points on the axes alone: what stands
-    beyond is for the caller to say. CasADi keeps the table inside of its own splines; where an expression picks
-    from a constant, the whole table is copied at every call.
+    coefficients: (m, *sizes of the axes) as in `numerics.bspline`. The point must lie on the axes; extrapolation is up
+    to the caller. CasADi's own splines are used because an expression that indexes a constant table copies the whole
+    table at every call.
     """
     degrees = [3] * len(axes)
     knots = [axis.start + axis.step * np.arange(-3, axis.cells + 4) for axis in axes]
     if slope:
-        # The derivative of a uniform B-spline is that of one degree less, through the differences of neighbours.
+        # The derivative of a uniform B-spline is a spline of one degree less, of the coefficients' differences.
         coefficients, degrees[0], knots[0] = np.diff(coefficients, axis=1) / axes[0].step, 2, knots[0][1:-1]
     return ca.Function.bspline(
         name, [k.tolist() for k in knots], coefficients.ravel(order="F").tolist(), degrees, len(coefficients)
@@ -89,22 +89,22 @@ def spline_function(
 
 
 def clamped(axis: Axis, x: ca.MX) -> ca.MX:
-    """x held within the axis, with slope 1 at both ends, for a point on the edge is one of the axis."""
+    """x limited to the axis; with slope 1 at both ends, which belong to the axis."""
     return ca.if_else(x < axis.start, axis.start, ca.if_else(x > axis.stop, axis.stop, x))
 
 
 def locate(axis: Axis, x: ca.MX) -> tuple[ca.MX, ca.MX]:
-    """The cell of x, the outermost beyond the axis, and the coordinate in it."""
+    """The cell of x (the outermost one beyond the axis) and the coordinate in it."""
     u = (x - axis.start) / axis.step
     cell = ca.fmax(ca.fmin(ca.floor(u), axis.cells - 1), 0)
     return cell, u - cell
 
 
 def clamped_to_unit(f: ca.MX) -> ca.MX:
-    """f held to 0 ... 1, with slope 1 at both ends.
+    """f limited to 0 ... 1, with slope 1 at both ends.
 
-    A cell's coordinate is exactly 0 at every node, and the drawn clearance is one: there fmin and fmax would have
-    half of the slope.
+    A cell's coordinate is exactly 0 at every node, and the drawn clearance is a node: CasADi's fmin and fmax have half
+    the slope there.
     """
     return ca.if_else(f < 0, 0, ca.if_else(f > 1, 1, f))
 
@@ -115,7 +115,7 @@ def _blend(values: Sequence[ca.MX], band: ca.MX) -> ca.MX:
 
 
 def cache_folder() -> Path:
-    """Folder of precomputed tables: $REEFMU_CACHE, else the user's cache folder."""
+    """Folder of computed tables: $REEFMU_CACHE, else the cache folder of the user."""
     if folder := os.environ.get("REEFMU_CACHE"):
         return Path(folder)
     if sys.platform == "win32":
@@ -124,9 +124,9 @@ def cache_folder() -> Path:
 
 
 def cached_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> Lookup:
-    """The drawing's lookup, from the cache if it was built before by the same code, else built (some seconds).
+    """The drawing's lookup, from the cache if the same code built it before, else built (some seconds).
 
-    A cache that cannot be written is no error: the tables are then built anew every time.
+    If the cache cannot be written, the tables are built every time; that is no error.
     """
     return _cached(
         f"lookup-{fingerprint(drive, n_drives, seed)}.npz",
@@ -136,13 +136,13 @@ def cached_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executo
 
 
 def cached_element_table(drive: Drive) -> ElementTable:
-    """The drawing's table of one element, cached likewise (half a second)."""
+    """The drawing's table of one element, cached in the same way (built in half a second)."""
     return _cached(f"element-{fingerprint(drive)}.npz", ElementTable.load, lambda: build_element_table(drive))
 
 
 def _cached(name: str, load: Callable[[Path], Table], build: Callable[[], Table]) -> Table:
     path = cache_folder() / name
-    with contextlib.suppress(InputError):  # missing, truncated or foreign: build it
+    with contextlib.suppress(InputError):  # missing, truncated, or no such table
         return load(path)
     table = build()
     with contextlib.suppress(OSError, InputError):
@@ -152,7 +152,7 @@ def _cached(name: str, load: Callable[[Path], Table], build: Callable[[], Table]
 
 
 def fingerprint(drive: Drive, n_drives: int = 0, seed: int = 0) -> str:
-    """A name for what is computed from this drawing by this code: it changes with either."""
+    """A name for the tables that this code computes from this drawing; it changes with either."""
     drawing: dict[str, Any] = drive_to_dict(drive)
     text = json.dumps([drawing, n_drives, seed, np.lib.NumpyVersion(np.__version__).major], sort_keys=True)
     digest = hashlib.sha256(text.encode())
