@@ -23,7 +23,7 @@ def joint(drive: sm.Drive, lookup: Lookup) -> JointModel:
 
 @pytest.fixture(scope="session")
 def plain(joint: JointModel) -> JointModel:
-    """The same without damping."""
+    """The same joint without damping."""
     return JointModel(joint.drive, FREE)
 
 

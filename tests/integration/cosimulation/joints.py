@@ -1,4 +1,4 @@
-"""The joints of these tests: their masses, and a start that makes them move."""
+"""The inertias and dampings of the joints in these tests, and a start out of equilibrium."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ FREE = Masses(motor_inertia=1e-4, load_inertia=2.0)
 
 
 def released(joint: JointModel) -> tuple[np.ndarray, np.ndarray]:
-    """A start beside the equilibrium under 100 N.m, and the torques that hold that."""
+    """A start near the equilibrium under 100 N.m, and the torques that hold the equilibrium."""
     start, held = joint.equilibrium(-100.0)
     start[2] += 1e-4
     return start, held

@@ -1,4 +1,4 @@
-"""The FMU as a python-control block, and what loop and block refuse."""
+"""The FMU as a block of python-control, and invalid calls of loop and block."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ pytestmark = pytest.mark.slow
 
 
 def test_block_is_a_pure_function(lossy_fmu: Path) -> None:
-    """Repeated, branched and restarted calls give what a fresh FMU gives; outputs lag one sample."""
+    """Repeated, branched and restarted calls give the results of a new FMU; outputs lag by one sample."""
     with fmu_block(lossy_fmu, 1e-3) as block:
         assert block.dt == 1e-3
         zero = np.zeros(1)
         load, unload = np.array([0.0, 0, -1e-3, 0, 20]), np.array([0.0, 0, -2e-4, 0, 20])
         one = block.dynamics(0, zero, load)
-        assert abs(block.output(0, zero, load)[0]) < 1e-9, "the torque of an input is seen a sample later"
+        assert abs(block.output(0, zero, load)[0]) < 1e-9, "the torque follows an input one sample later"
         torque = block.output(0, one, load)[0]
         down = block.dynamics(0, one, unload)
         straight = block.dynamics(0, zero, unload)
@@ -35,7 +35,7 @@ def test_block_is_a_pure_function(lossy_fmu: Path) -> None:
         assert fresh.output(0, fresh.dynamics(0, zero, unload), zero)[0] == block.output(0, straight, zero)[0]
 
 
-def test_block_refuses_states_it_has_not_been_in(lossy_fmu: Path) -> None:
+def test_block_refuses_states_that_it_has_not_returned(lossy_fmu: Path) -> None:
     u = np.array([0.0, 0, 0, 0, 20])
     with fmu_block(lossy_fmu, 1e-3, snapshots=3) as block:
         with pytest.raises(InputError, match="drive: expected the state 0 or one that the block returned"):
@@ -45,7 +45,7 @@ def test_block_refuses_states_it_has_not_been_in(lossy_fmu: Path) -> None:
             x = block.dynamics(0, x, u + k * 1e-5)
         with pytest.raises(InputError, match="last 3 steps, got 1"):
             block.output(0, first, u)
-        assert block.dynamics(0, np.zeros(1), u)[0] == 5, "a forgotten follower is computed again"
+        assert block.dynamics(0, np.zeros(1), u)[0] == 5, "a discarded successor is computed again"
     with pytest.raises(InputError, match="closed"):
         block.dynamics(0, x, u)
 

@@ -1,4 +1,4 @@
-"""The FMU in a loop: loop, python-control system and FMU block agree."""
+"""The FMU in a closed loop: co-simulation, the system of python-control and the FMU block agree."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOTION = ("crank.phi", "crank.w", "output.phi", "output.w")
 
 
 def controller(held: np.ndarray, time: float, motion: np.ndarray) -> tuple[float, float]:
-    """A motor-side PD on top of the holding torque."""
+    """A motor-side PD controller in addition to the holding torque."""
     return float(held[0] - 0.5 * motion[0] - 5e-3 * motion[1] + 0.2 * math.sin(200 * time)), float(held[1])
 
 
@@ -34,7 +34,7 @@ def by_system(joint: JointModel, step: float) -> Motion:
 
 
 def by_block(joint: JointModel, fmu: Path, step: float, scheme: Scheme) -> np.ndarray:
-    """(n + 1, 4) from python-control: FMU block, masses and controller, connected by their signals' names."""
+    """Motion, shape (n + 1, 4), by python-control: FMU block, inertias and controller, connected by signal names."""
     assert scheme != "sequential"
     start, held = released(joint)
     names = [name.replace(".", "_") for name in MOTION]
@@ -54,12 +54,12 @@ def by_block(joint: JointModel, fmu: Path, step: float, scheme: Scheme) -> np.nd
 
 
 @pytest.mark.parametrize(("scheme", "order", "bound"), [("parallel", 1, 5e-2), ("extrapolated", 2, 2e-5)])
-def test_three_ways_agree_and_converge(
+def test_loop_block_and_system_agree_and_converge(
     joint: JointModel, plain_fmu: Path, scheme: Scheme, order: int, bound: float
 ) -> None:
-    """Loop and block are one thing; both come to the system's motion with the order of their coupling.
+    """Loop and block give the same motion, which converges to that of the system with the order of the coupling.
 
-    bound: of the difference at 50 us, as a share of the output's motion.
+    bound: of the difference at 50 us, relative to the motion of the output.
     """
     errors = []
     for step in (1e-4, 5e-5, 2.5e-5):
@@ -74,7 +74,7 @@ def test_three_ways_agree_and_converge(
 
 @pytest.mark.parametrize(("scheme", "order"), [("sequential", 2), ("extrapolated", 1)])
 def test_order_with_hysteresis(lossy: JointModel, lossy_fmu: Path, scheme: Scheme, order: int) -> None:
-    """The stiffness output knows nothing of friction: that part of the torque stays one step late."""
+    """The output `stiffness` does not include friction, so that part of the torque lags by one step."""
     errors = [
         np.abs(by_loop(lossy, lossy_fmu, step, scheme)["output.phi"] - by_system(lossy, step)["output.phi"]).max()
         for step in (1e-4, 5e-5)
@@ -83,7 +83,7 @@ def test_order_with_hysteresis(lossy: JointModel, lossy_fmu: Path, scheme: Schem
 
 
 def test_python_control_integrates_the_closed_loop(joint: JointModel) -> None:
-    """The controller connected in python-control is continuous; ours is held, and comes to that as steps shrink."""
+    """python-control connects the controller continuously; the sampled one converges to it with the step size."""
     start, held = released(joint)
     law = ct.NonlinearIOSystem(
         None,
@@ -93,10 +93,10 @@ def test_python_control_integrates_the_closed_loop(joint: JointModel) -> None:
         name="law",
     )
     loop = ct.interconnect([joint_system(joint), law], inputs=[], outputs=["output_phi"], check_unused=False)
-    theirs = ct.input_output_response(
+    response = ct.input_output_response(
         loop, 1e-3 * np.arange(11), 0, start, solve_ivp_kwargs={"max_step": 5e-4, "rtol": 1e-7}
     )
-    expected = np.asarray(theirs.outputs).ravel()
+    expected = np.asarray(response.outputs).ravel()
     errors = [
         np.abs(by_system(joint, step)["output.phi"][:: round(1e-3 / step)] - expected).max() for step in (4e-5, 2e-5)
     ]
@@ -104,8 +104,8 @@ def test_python_control_integrates_the_closed_loop(joint: JointModel) -> None:
     assert errors[0] / errors[1] == pytest.approx(2, abs=0.1)
 
 
-def test_both_back_ends_move_the_masses_alike(plain_fmu: Path, native_fmu: Path) -> None:
-    """A compiled FMU may not be read before it is initialised; the master knows the ratio all the same."""
+def test_both_back_ends_give_the_same_motion(plain_fmu: Path, native_fmu: Path) -> None:
+    """FMI does not allow to read the ratio of a native FMU before initialisation; the master has it nevertheless."""
     first, second = (
         cosimulate(fmu, MASSES, lambda _t, _m: (0.5, -3.0), step=1e-4, duration=0.01) for fmu in (plain_fmu, native_fmu)
     )

@@ -1,4 +1,4 @@
-"""The lag of a co-simulated spring, and the step it allows."""
+"""The lag of a co-simulated spring, and the greatest step that it allows."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.integration.cosimulation.joints import FREE
 
 
 def free_growth(fmu: Path, joint: JointModel, scheme: Scheme, step: float, cycles: float) -> tuple[float, float]:
-    """Growth rate, 1/s, of a small free oscillation about 100 N.m; simulated and derived."""
+    """Growth rate, 1/s, of a small free oscillation around 100 N.m, from simulation and from theory."""
     start, held = joint.equilibrium(-100.0)
     lookup = joint.drive.lookup
     stiffness, inertia = float(lookup.stiffness(lookup.twist_at(100.0))), FREE.reduced_inertia(joint.ratio)
@@ -39,7 +39,9 @@ def free_growth(fmu: Path, joint: JointModel, scheme: Scheme, step: float, cycle
 
 
 @pytest.mark.parametrize(("step", "cycles"), [(1e-5, 8), (5e-5, 8), (2e-4, 6)])
-def test_parallel_grows_as_derived(plain_fmu: Path, plain: JointModel, step: float, cycles: float) -> None:
+def test_parallel_stepping_grows_at_the_derived_rate(
+    plain_fmu: Path, plain: JointModel, step: float, cycles: float
+) -> None:
     simulated, derived = free_growth(plain_fmu, plain, "parallel", step, cycles)
     assert derived > 5
     assert simulated == pytest.approx(derived, rel=0.05)
@@ -55,30 +57,30 @@ def test_parallel_grows_as_derived(plain_fmu: Path, plain: JointModel, step: flo
         ("extrapolated", 5e-3),
     ],
 )
-def test_better_schemes_do_not_grow(plain_fmu: Path, plain: JointModel, scheme: Scheme, step: float) -> None:
+def test_other_schemes_do_not_grow(plain_fmu: Path, plain: JointModel, scheme: Scheme, step: float) -> None:
     simulated, derived = free_growth(plain_fmu, plain, scheme, step, 20)
     assert derived == 0
     assert abs(simulated) < 2
 
 
-def test_large_swings(plain_fmu: Path, plain: JointModel) -> None:
-    """Through the soft zone: `parallel` gains energy, `sequential` keeps it, `extrapolated` loses some."""
+def test_large_oscillations(plain_fmu: Path, plain: JointModel) -> None:
+    """Across the range of low stiffness: `parallel` gains energy, `sequential` conserves it, `extrapolated` loses."""
     start, _ = plain.equilibrium(-150.0)
 
-    def swing(scheme: Scheme) -> float:
+    def amplitude_ratio(scheme: Scheme) -> float:
         motion = cosimulate(
             plain_fmu, FREE, lambda _t, _m: (0.0, 0.0), step=1e-4, duration=0.02, start=start[:4], scheme=scheme
         )
         twist = motion["crank.phi"] / plain.ratio - motion["output.phi"]
         return float(np.abs(twist[-80:]).max() / abs(twist[0]))
 
-    assert swing("parallel") > 2
-    assert swing("sequential") == pytest.approx(1, abs=0.01)
-    assert 0.9 < swing("extrapolated") < 1
+    assert amplitude_ratio("parallel") > 2
+    assert amplitude_ratio("sequential") == pytest.approx(1, abs=0.01)
+    assert 0.9 < amplitude_ratio("extrapolated") < 1
 
 
 @pytest.mark.parametrize("stiffness", [2.5e4, 1.3e5])
-def test_largest_step_keeps_its_bound(stiffness: float) -> None:
+def test_the_largest_step_has_the_growth_rate_that_was_asked_for(stiffness: float) -> None:
     inertia = FREE.reduced_inertia(-29)
     omega = math.sqrt(stiffness / inertia)
     for growth in (0.1, 1.0, 10.0):

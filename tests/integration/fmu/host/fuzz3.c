@@ -1,4 +1,4 @@
-/* Calls of FMI 3.0 in any order with any values; no call may crash, none may be fatal, and a reset leaves no trace.
+/* Calls of FMI 3.0 in any order with any values; no call may crash or be fatal, and a reset restores the start.
 
    fuzz3 LIBRARY TOKEN N SEED */
 

@@ -1,9 +1,9 @@
-/* A host of the tests' own: loads an FMU's library and runs one of several trials. Exit status 0: all held.
+/* A host for tests: loads the library of an FMU and runs one of several tests. Exit status 0: passed.
 
-   host LIBRARY GUID loop N PAGES load, instantiate, step, free, unload, N times; memory may grow by so many pages
-   host LIBRARY GUID fuzz N SEED  N random calls with random values, in any order
+   host LIBRARY GUID loop N PAGES load, instantiate, step, free, unload, N times; memory may grow by PAGES pages
+   host LIBRARY GUID fuzz N SEED  N random calls with random values
    host LIBRARY GUID threads N    two threads with five instances each, N steps; all must agree
-   host LIBRARY GUID time N       least time of set + step + get, us */
+   host LIBRARY GUID time N       shortest time of set + step + get, us */
 
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -127,7 +127,7 @@ static double any_value(void) {
     return random_below(3) ? ((double)random_below(2000) - 1000.0) * 1e-6 : odd[random_below(sizeof odd / sizeof *odd)];
 }
 
-/* What an instance gives that has just been reset: the same as a fresh one, whatever it went through. */
+/* The results of an instance after a reset: the same as of a new one, whatever it computed before. */
 static double after_reset(fmi2Component c) {
     static const unsigned some[10] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
     double values[10], sum = 0.0;
@@ -143,7 +143,7 @@ static double after_reset(fmi2Component c) {
     return sum;
 }
 
-/* Calls that no run needs, and wrong ones. */
+/* Calls that a simulation does not need, and illegal ones. */
 static fmi2Status odd_call(fmi2Component c, const unsigned *references, unsigned n, double *values, double *more) {
     static const fmi2String words[] = {"logAll", "logStatusError", "no such", NULL};
     int number = 0;
@@ -176,7 +176,7 @@ static fmi2Status odd_call(fmi2Component c, const unsigned *references, unsigned
     case 14: ODD("fmi2GetReal", Get, random_below(2) ? c : NULL, random_below(2) ? references : NULL, n, NULL);
     case 15: ODD("fmi2SetReal", Set, random_below(2) ? c : NULL, NULL, n, random_below(2) ? values : NULL);
     case 16: ODD("fmi2CancelStep", Plain, random_below(2) ? c : NULL);
-    default: { /* no instance comes of this */
+    default: { /* must not create an instance */
         Instantiate *make = (Instantiate *)function("fmi2Instantiate");
         if (make(random_below(2) ? "" : NULL, (fmi2Type)random_below(3), guid, NULL, &callbacks, 0, 1) ||
             make("x", fmi2CoSimulation, random_below(2) ? "{no}" : NULL, NULL, &callbacks, 0, 1) ||
@@ -187,7 +187,7 @@ static fmi2Status odd_call(fmi2Component c, const unsigned *references, unsigned
     }
 }
 
-/* Every function, in any order, with good and bad arguments. No call may crash; none may be fatal. */
+/* Every function, in any order, with valid and invalid arguments. No call may crash or be fatal. */
 static int fuzz(long count) {
     enum { N = 4, M = 120 };
     fmi2Component c[N] = {0}, another;

@@ -1,9 +1,9 @@
-/* A host whose FMUs are linked into it: their sources, compiled with its own. linked.h lists them as
+/* A host with statically linked FMUs, compiled from their sources. linked.h lists them as
 
    X(PREFIX, TOKEN, INPUT, VALUE, OUTPUT)   value references of an input and an output, and the input's value
 
-   Each makes one step of 1 ms; its output is printed, one a line. Then each is asked for a category of the log that
-   looks like a format of printf; what the log says is printed, as the standard has a host print it. */
+   Each makes one step of 1 ms, and its output is printed on a line. Then each receives a log category that looks like a
+   format string of printf, and the message about it is printed as the standard requires of a host. */
 
 #include <stdarg.h>
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* once LIBRARY GUID RESOURCES [free]: load, instantiate, initialise, one step; with "free" also give back. */
+/* once LIBRARY GUID RESOURCES [free]: load, instantiate, initialise, one step; with "free" also free it. */
 
 #include <dlfcn.h>
 #include <stdio.h>

@@ -1,10 +1,10 @@
-/* A host that replays a signal: co-simulation, the same rows again and again. For Windows as well.
+/* A host that replays a signal in co-simulation, in repeated cycles. It also compiles for Windows.
 
    replay LIBRARY GUID SIGNAL RESULT ROUNDS
 
-   SIGNAL, doubles: number of inputs, of rows, of results, whether every row is written (else the last of a round);
+   SIGNAL, doubles: number of inputs, of rows, of results, whether every row is written (else the last of each cycle);
    value references of the results; then rows of a step (s) and the inputs, the first for initialisation. RESULT,
-   doubles: the results after initialisation and after every row, or every round. Inputs are references 0, 1, ... */
+   doubles: the results after initialisation and after every row, or every cycle. Inputs are references 0, 1, ... */
 
 #include <stdio.h>
 #include <stdlib.h>
