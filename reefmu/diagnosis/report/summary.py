@@ -23,7 +23,7 @@ def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
                 f"explains{where}{_tolerances(conclusion)}."
             )
         case "ambiguous":
-            others = "; or ".join(" and ".join(names) for names in conclusion.alternatives)
+            others = ", or ".join(" and ".join(names) for names in conclusion.alternatives)
             return (
                 f"This record cannot tell which effect is missing: {names} explains it ({change}), "
                 f"and so does {others}."
