@@ -110,7 +110,7 @@ def _ratio(model: DriveModel) -> float:
 
 @dataclass(frozen=True)
 class JointModel:
-    """A drive between a motor and a load, at one temperature, degC."""
+    """A drive between the `masses` of motor and load, at one temperature, degC."""
 
     drive: DriveModel
     masses: Masses
@@ -161,8 +161,9 @@ class JointModel:
         )
 
     def state(self, motion: Array | None = None) -> Array:
-        """A full state from crank.phi, crank.w, output.phi, output.w (default 0); the drive's states at their
-        start, 0.
+        """A full state (n_states,) from the motion, with the effects' states at their start, 0.
+
+        motion: (4,) crank.phi, rad, crank.w, rad/s, output.phi, rad, and output.w, rad/s; 0 by default.
         """
         x = np.zeros(len(STATES) + count_effect_states(self.drive))
         if motion is not None:

@@ -37,11 +37,11 @@ def drive_system(model: DriveModel, *, name: str | None = None) -> ct.NonlinearI
 
 
 def joint_system(joint: JointModel, *, name: str | None = None) -> ct.NonlinearIOSystem:
-    """Motor, drive and load, continuous in time.
+    """Motor, drive and load, continuous in time, as a python-control system.
 
-    Inputs motor_tau, load_tau, N.m; outputs as the joint's FMU, crank_phi, crank_w, output_phi, output_w, rad and
-    rad/s, and those of the drive; states the first four of these, then the effects'. `JointModel.equilibrium` gives
-    points to start from.
+    name: of the system; by default that of the drive with "_joint". Inputs motor_tau, load_tau, N.m; outputs as the
+    joint's FMU, crank_phi, crank_w, output_phi, output_w, rad and rad/s, and those of the drive; states the first four
+    of these, then the effects'. `JointModel.equilibrium` gives points to start from.
     """
     return _CasadiSystem(joint.equations, name or f"{python_name(joint.drive.name)}_joint")
 

@@ -47,9 +47,9 @@ if TYPE_CHECKING:
 class DriveModel:
     """A drive as a component: its lookup, the effects inside and their parameters.
 
-    parameters: "ratio", "band", then "<effect>.<parameter>". The vectors p, u, x and y are in the order of
-    `parameters`, `INPUTS`, `states` and `OUTPUTS`. individual: one drive with its own parts, whose torque changes
-    as it turns, instead of the mean of all; its lookup then gives the range and the drawing.
+    name: as of its drawing. parameters: "ratio", "band", then "<effect>.<parameter>". The vectors p, u, x and y are in
+    the order of `parameters`, `INPUTS`, `states` and `OUTPUTS`. individual: one drive with its own parts, whose torque
+    changes as it turns, instead of the mean of all; its lookup then gives the range and the drawing.
 
     Models are equal if all of these are.
     """
@@ -156,9 +156,10 @@ class DriveModel:
         return np.array([p.value for p in self.parameters])
 
     def with_parameters(self, values: Mapping[str, float] | None = None, /, **named: float) -> DriveModel:
-        """The same model with other parameter values, by dotted name.
+        """The same model with other parameter values.
 
-        Raises `UnknownNameError`, or `InputError` for a value outside the parameter's bounds.
+        values, named: in SI, by dotted name ("backlash.clearance"); keywords serve "ratio" and "band". Raises
+        `UnknownNameError`, or `InputError` for a value outside the parameter's bounds.
         """
         return replace(self, parameters=with_values(self.name, self.parameters, {**(values or {}), **named}))
 

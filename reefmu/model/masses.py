@@ -70,7 +70,10 @@ class Masses:
         return a + np.outer(b @ np.array([-1 / ratio, 1.0]), stiffness * twist), b
 
     def step_matrices(self, step: float, ratio: float = 1.0, stiffness: float = 0.0) -> tuple[Array, Array]:
-        """Phi (4, 4) and Gamma (4, 2) of s(t + step) = Phi s + Gamma tau with the torques held: exact."""
+        """Exact Phi (4, 4) and Gamma (4, 2) of s(t + step) = Phi s + Gamma tau with held torques.
+
+        step: s. ratio: of the drive, crank to output; stiffness: of a spring between the masses, N.m/rad at the output.
+        """
         a, b = self.matrices(ratio, stiffness)
         # Scaled to angles at the output, angles per step, and torques to the angles that they cause in a step: then
         # only damping or stiffness x step^2 can make an entry large.

@@ -36,7 +36,7 @@ _SECTIONS = ("schema", "drawing", "lookup", "curve", "model", "effects")
 
 
 def save_model(model: DriveModel, path: str | os.PathLike[str]) -> None:
-    """Write model.toml atomically; `load_model` reads the same model from it, to the bit."""
+    """Write `model` to `path` (model.toml) atomically; `load_model` reads the same model from it, to the bit."""
     with atomic_file(path) as temporary:
         temporary.write_text(model_text(model), encoding="utf-8")
 
@@ -71,7 +71,7 @@ def load_model(
     lookup: Lookup | str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
 ) -> DriveModel:
-    """The model of model.toml.
+    """The model of the file model.toml at `path`.
 
     lookup: a `Lookup` or the path of one; else the tables come from the cache or are built, by `executor` if given.
     Raises `InputError` for a file that is not a model, `UnknownNameError` for unknown sections, fields and effects.

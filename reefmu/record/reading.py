@@ -21,11 +21,11 @@ from .record import Record, make_record
 
 
 def read_record(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> Record:
-    """The record in a .csv or .csv.gz file with `name [unit]` headers.
+    """The record in a CSV file with `name [unit]` headers.
 
-    columns: for foreign files, canonical name (or "name [unit]") by the file's header: {"TORQUE": "output_torque
-    [N.m]"}; all other columns are then ignored. A `twist` column may replace the two angles: the crank is then
-    locked at 0 and the output turns by minus the twist.
+    path: of a .csv or .csv.gz file. columns: for foreign files, canonical name (or "name [unit]") by the file's header:
+    {"TORQUE": "output_torque [N.m]"}; all other columns are then ignored. A `twist` column may replace the two angles:
+    the crank is then locked at 0 and the output turns by minus the twist.
 
     Raises `InputError` for a file that cannot be read, unknown or missing columns or units, values that are not
     numbers, and time that runs backwards within a run.

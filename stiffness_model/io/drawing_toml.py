@@ -36,11 +36,11 @@ def presets() -> list[str]:
 
 
 def load_drive(source: str | os.PathLike[str], **fields: Any) -> Drive:
-    """A drive from a preset's name or a TOML file's path; keywords override the drawing's fields.
+    """A drive from its drawing; keywords override the drawing's fields.
 
-    Keywords take what TOML takes ("41 mm", "IT5", "3 sigma") and, for quantities, SI numbers (0.041).
-    Raises `InputError` with the file, the field, what was expected and what came; warns (`DoesNotFitWarning`)
-    if bores overlap, with seats, chord, wall and what fits (`seats`).
+    source: a preset's name or a TOML file's path. Keywords take what TOML takes ("41 mm", "IT5", "3 sigma") and, for
+    quantities, SI numbers (0.041). Raises `InputError` with the file, the field, what was expected and what came; warns
+    (`DoesNotFitWarning`) if bores overlap, with seats, chord, wall and what fits (`seats`).
 
     >>> load_drive("drive_1", lobes=28).ratio
     29
@@ -79,9 +79,10 @@ def read_table(source: str | os.PathLike[str]) -> tuple[dict[str, Any], str]:
 
 
 def drive_from_dict(table: Mapping[str, Any], where: str = "drawing", **fields: Any) -> Drive:
-    """A drive from the nested tables of a drawing, as TOML gives them; keywords override its fields.
+    """A drive from a drawing's nested tables; keywords override its fields.
 
-    Raises `InputError` with the field, what was expected and what came. where: what messages call the drawing.
+    table: as TOML gives it. where: the name of the drawing in messages. Raises `InputError` with the field, what was
+    expected and what came.
 
     >>> drive = load_drive("drive_2")
     >>> drive_from_dict(drive_to_dict(drive)) == drive
@@ -153,7 +154,7 @@ def _read_tolerances(
 
 
 def drive_to_dict(drive: Drive) -> dict[str, Any]:
-    """The drawing as nested tables, such that `drive_from_dict` gives it back."""
+    """The drawing of `drive` as nested tables, such that `drive_from_dict` gives it back."""
     labels = material_labels(drive.materials[part] for part in PARTS)
     written = {
         **{name: field.write(getattr(drive, name)) for name, field in _OWN.items() if field.attribute == name},
@@ -183,7 +184,7 @@ def _tolerance_texts(drive: Drive) -> dict[str, str]:
 
 
 def save_drive(drive: Drive, path: str | os.PathLike[str]) -> None:
-    """Write the drawing as TOML, whole or not at all; `load_drive` gives back an equal drive."""
+    """Write the drawing of `drive` to `path` as TOML, whole or not at all; `load_drive` gives back an equal drive."""
     import tomli_w
 
     with atomic_file(path) as temporary:

@@ -43,13 +43,13 @@ _BYTES_PER_PAIR = 250.0
 class Population(ArrayValue):
     """Results of `simulate` for n_drives virtual drives at n_twist twists.
 
-    twist: (n_twist,) rad at the output. torque: (n_drives, n_twist) N.m exerted on the output, positive for
-    positive twist. crank_torque: (n_drives, n_twist) N.m that holds the crank; torque/(ratio crank_torque) is
-    1 for small twists. contact_force: (n_drives, n_twist, 4) N, the greatest at gear, crank, cage t+ and
-    cage t-. load_share: (n_drives, n_twist), greatest torque of one element relative to the drive's torque; NaN
-    at zero torque. status_counts: pairs of element and twist by `Status` name. Out of n_drives times the drive's
-    elements, capped_count: elements whose bore conforms more closely than Hertz's theory allows
-    (`hertz.CONFORMITY_LIMIT`); interference_count: elements larger than their bores, pressed by both walls.
+    drive, seed: as given to `simulate`. twist: (n_twist,) rad at the output. torque: (n_drives, n_twist) N.m exerted on
+    the output, positive for positive twist. crank_torque: (n_drives, n_twist) N.m that holds the crank; torque/(ratio
+    crank_torque) is 1 for small twists. contact_force: (n_drives, n_twist, 4) N, the greatest at gear, crank, cage t+
+    and cage t-. load_share: (n_drives, n_twist), greatest torque of one element relative to the drive's torque; NaN at
+    zero torque. status_counts: pairs of element and twist by `Status` name. Out of n_drives times the drive's elements,
+    capped_count: elements whose bore conforms more closely than Hertz's theory allows (`hertz.CONFORMITY_LIMIT`);
+    interference_count: elements larger than their bores, pressed by both walls.
     """
 
     drive: Drive
@@ -150,11 +150,11 @@ def simulate(
 ) -> Population:
     """Torque and forces of `n_drives` virtual drives with cage and gear fixed and the crank twisted.
 
-    drive: a drive, a preset's name or a drawing's path. twist: (n_twist,) rad at the output. clearance: m, added to
-    the gear's clearance in all drives (positive: backlash). executor: a concurrent.futures executor that computes the
-    blocks of drives; the numbers do not depend on it. Raises `InputError` for twists that are not finite or far beyond
-    the drawing's max_twist (`twist_limits`), and for less than one drive. Warns with `NotConvergedWarning` of elements
-    without an equilibrium (`status_counts`).
+    drive: a drive, a preset's name or a drawing's path. twist: (n_twist,) rad at the output. seed: of the tolerances;
+    the same seed gives the same drives. clearance: m, added to the gear's clearance in all drives (positive: backlash).
+    executor: a concurrent.futures executor that computes the blocks of drives; the numbers do not depend on it. Raises
+    `InputError` for twists that are not finite or far beyond the drawing's max_twist (`twist_limits`), and for less
+    than one drive. Warns with `NotConvergedWarning` of elements without an equilibrium (`status_counts`).
 
     >>> from stiffness_model import load_drive
     >>> population = simulate(load_drive("drive_1"), [0.0, 0.002], n_drives=50)

@@ -66,9 +66,10 @@ class TwistTorqueCurve(ArrayValue):
         object.__setattr__(self, "notes", FrozenMapping(self.notes))
 
     def torque_at(self, twist: ArrayLike) -> Array:
-        """Mean torque, N.m, at twists in rad. A curve that starts at zero twist is continued as an odd function.
+        """Mean torque, N.m, of the shape of `twist` (any), rad.
 
-        Raises `InputError` beyond the curve's range: it is not extrapolated.
+        A curve that starts at zero twist is continued as an odd function. Raises `InputError` beyond the curve's range:
+        it is not extrapolated.
         """
         t = np.asarray(twist, float)
         if self._one_sided:
@@ -76,14 +77,15 @@ class TwistTorqueCurve(ArrayValue):
         return self._evaluate(self._mean, t)
 
     def stiffness_at(self, twist: ArrayLike) -> Array:
-        """Stiffness, N.m/rad, at twists in rad."""
+        """Stiffness, N.m/rad, of the shape of `twist` (any), rad. Raises `InputError` beyond the curve's range."""
         t = np.asarray(twist, float)
         return self._evaluate(self._mean.derivative(), np.abs(t) if self._one_sided else t)
 
     def twist_at(self, torque: ArrayLike) -> Array:
-        """Twist, rad, at which the mean curve carries the torque, N.m: the inverse of `torque_at`.
+        """Twist, rad, at which the mean curve carries `torque`, N.m, of the same shape (any).
 
-        Within the backlash, the twist furthest from zero. Raises `InputError` beyond the curve's torque.
+        The inverse of `torque_at`. Within the backlash, the twist furthest from zero. Raises `InputError` beyond the
+        curve's torque.
         """
         values = np.asarray(torque, float)
         sign = np.sign(values) if self._one_sided else np.ones_like(values)
@@ -190,7 +192,7 @@ class TwistTorqueCurve(ArrayValue):
         return dataframe(self.columns())
 
     def write_csv(self, path: str | os.PathLike[str], further: Mapping[str, Array] | None = None) -> None:
-        """Write `columns` as CSV, atomically.
+        """Write `columns` as CSV to `path`, atomically.
 
         further: columns (n,) after them by their headers, such as "pressure_gear [MPa]". Raises `InputError` if the
         file cannot be written.

@@ -44,9 +44,10 @@ class Pressures:
 
 
 def contact_pressures(drive: DriveLike, twist: ArrayLike, n_drives: int = 100, seed: int = 0) -> Pressures:
-    """Greatest pressures of the first `n_drives` virtual drives at twists (n_twist,), rad at the output.
+    """Greatest pressures of the first `n_drives` virtual drives of `seed`.
 
-    Every drive stands at its own random angle, as in `simulate`. Ratings need the maximum over a turn, which is higher:
+    drive: a drive, a preset's name or a drawing's path. twist: (n_twist,) rad at the output. Every drive stands at its
+    own random angle, as in `simulate`. Ratings need the maximum over a turn, which is higher:
     `peak_pressure.peak_pressures`. Raises `InputError` as `simulate` does.
 
     >>> from stiffness_model import load_drive

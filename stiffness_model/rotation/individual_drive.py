@@ -163,7 +163,7 @@ def _from_deviates(drive: Drive, start: float, normal: Mapping[str, Array], seed
 
 
 def angles_over_turn(drive: Drive, per_pass: int = 8) -> Array:
-    """Output angles, (n,) rad, spread evenly over one turn of the output.
+    """Output angles, (n,) rad, spread evenly over one turn of the output of `drive`.
 
     per_pass: angles between one element's passing and the next (z n passings in the turn). Angles that differ by a
     whole number of passings have elements at the same positions.

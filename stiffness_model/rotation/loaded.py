@@ -76,9 +76,10 @@ class NoLoad:
 
 
 def loaded_turn(individual: Individual, torque: float, output_angle: ArrayLike) -> LoadedTurn:
-    """The twist that carries `torque`, N.m, at every output angle, (n,) rad, and the stiffness there.
+    """The twist of an individual under `torque`, N.m, and its stiffness there.
 
-    Raises `InputError` for a torque that no twist within `twist_limits.twist_limit` carries.
+    individual: see `draw_individual`. output_angle: (n,) rad. Raises `InputError` for a torque that no twist within
+    `twist_limits.twist_limit` carries.
 
     >>> from stiffness_model import ARCMIN, load_drive
     >>> from stiffness_model.rotation import draw_individual
@@ -98,7 +99,7 @@ def loaded_turn(individual: Individual, torque: float, output_angle: ArrayLike) 
 
 
 def no_load(individual: Individual, output_angle: ArrayLike) -> NoLoad:
-    """The drive without load at output angles, (n,) rad, driven in either direction."""
+    """The `individual` without load at `output_angle`, (n,) rad, driven in either direction."""
     angle = expect_angles(output_angle, "output angle")
     full = float(turning_map(individual, [individual.drive.max_twist], low_discrepancy_angles(_N_ANGLES)).torque.mean())
     expect(full > 0, "an individual that carries torque at max_twist", full, individual.drive.name)

@@ -55,11 +55,11 @@ class TurningMap:
 def turning_map(
     individual: Individual, twist: ArrayLike, output_angle: ArrayLike, *, clearance: float = 0.0
 ) -> TurningMap:
-    """Solve an individual at every pair of output angle, (n_angle,) rad, and twist, (n_twist,) rad at the output.
+    """Solve an `individual` at every pair of output angle and twist.
 
-    clearance: m, added to the gear's clearance (positive: play). Raises `InputError` for angles that are not
-    finite and one-dimensional, and for twists far beyond the drawing's max_twist (`twist_limits`); warns with
-    `NotConvergedWarning` of elements without an equilibrium.
+    output_angle: (n_angle,) rad. twist: (n_twist,) rad at the output. clearance: m, added to the gear's clearance
+    (positive: play). Raises `InputError` for angles that are not finite and one-dimensional, and for twists far beyond
+    the drawing's max_twist (`twist_limits`); warns with `NotConvergedWarning` of elements without an equilibrium.
 
     >>> from stiffness_model import ARCMIN, load_drive
     >>> from stiffness_model.rotation import draw_individual

@@ -71,8 +71,10 @@ class Spectrum:
 
 
 def spectrum(drive: Drive, values: ArrayLike) -> Spectrum:
-    """Spectrum of values, (n,), at n angles spread evenly over one turn of the output from 0
-    (`individual_drive.angles_over_turn`).
+    """Spectrum over one turn of the output.
+
+    drive: gives the orders per turn of the crank. values: (n,) in any unit, at n angles spread evenly over the turn
+    from 0 (`individual_drive.angles_over_turn`).
 
     >>> from stiffness_model import load_drive
     >>> wave = 2 + 3 * np.cos(5 * 2 * np.pi * np.arange(64) / 64)

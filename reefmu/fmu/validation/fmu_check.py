@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
-    """Validate an FMU of this package and run it against the model in its resources.
+    """Validate the FMU at `path`, of this package, and run it against the model in its resources.
 
     The tests of the file: `standard` (problems that FMPy's validation finds); in FMI 3.0 `references` and `unknowns`
     (see `fmi3_rules`); `declaration` (variables and a GUID that differ from those of the model inside).
