@@ -1,13 +1,13 @@
 """The drive in a robot joint: motor and load inertia, a controller, python-control systems, co-simulation.
 
-* `equations.py` writes the joint once, in CasADi, over a `DriveModel`; `simulate.py` runs it under a controller.
-* `systems.py` makes python-control systems of drive and joint, with exact linearisation; `parameters.py` keeps their
-  parameters apart in an interconnection.
-* `cosimulation.py` is the loop around an FMU, `block.py` the FMU as a discrete block of python-control.
-* `step.py` derives which communication step such a loop allows.
-* `controller.py` designs an LQR, `plots.py` draws what the drive's real curve does to it.
+* `equations`: the joint in CasADi, around a `DriveModel`; `simulate`: the joint under a controller.
+* `systems`: python-control systems of drive and joint, with exact linearisation; `parameters`: their parameters, with
+  the system's name as prefix.
+* `cosimulation`: the loop around an FMU; `block`: an FMU as a discrete-time block of python-control; `step`: the
+  communication step that such a loop allows.
+* `controller`: an LQR; `plots`: its behaviour on the drive's real curve.
 
-Names are loaded when they are first used: importing control alone takes a second or two.
+Names are loaded when they are first used: importing python-control takes a second or two.
 """
 
 from __future__ import annotations

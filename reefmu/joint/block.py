@@ -1,15 +1,15 @@
-"""An FMU as a discrete-time block of python-control, and the masses to connect it with.
+"""An FMU as a discrete-time block of python-control, and the inertias to connect it with.
 
-python-control takes a block for a pair of pure functions of its state: it may call them more than once per sample,
-or start over from an earlier state. An FMU keeps its state to itself. So the block's one state is the number of a
-snapshot: its update function restores that snapshot where the FMU stands elsewhere, steps, and takes a new one. The
-same state and input always give the same next state.
+python-control expects a block to be a pair of pure functions of its state: it may call them more than once per sample,
+or start again from an earlier state. The state of an FMU is internal. The block's only state is therefore the number of
+a snapshot of the FMU state: the update function restores that snapshot if the FMU is in another state, steps, and takes
+a new snapshot. The same state and input always give the same next state.
 
-What that means: only states that the block itself has returned exist, and 0, the FMU just initialised. There is no
-linearisation by differences (`reefmu.joint.linearize` has the model's), and no search for an operating point.
+Hence only states that the block has returned exist, and 0, the initialised FMU. Linearisation by differences
+(`reefmu.joint.linearize` gives the model's exact one) and the search for an operating point are not possible.
 
-The block's outputs at a sample answer the inputs of the sample before: FMI 2.0 shows outputs only after a step. So it
-has no direct feedthrough, loops around it are no algebraic loops, and they carry the lag of `cosimulation`.
+The outputs at a sample follow from the inputs of the sample before, since FMI 2.0 gives outputs only after a step. The
+block has no direct feedthrough, loops around it are not algebraic, and they have the delay described in `cosimulation`.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ class _Snapshot:
     state: bytes
     outputs: Array
     successors: dict[bytes, int] = field(default_factory=dict)
-    """Numbers of the snapshots that follow, by input."""
+    """Numbers of the snapshots after a step, by input."""
 
 
 class FmuBlock(NamedSystem):
-    """A discrete-time system whose update steps an FMU; made by `fmu_block`.
+    """A discrete-time system whose update steps an FMU; `fmu_block` makes it.
 
-    `close`, or leaving a `with` block, frees the FMU.
+    `close`, or the end of a `with` block, frees the FMU instance.
     """
 
     def __init__(self, fmu: FmuDrive, step: float, initial: Mapping[str, float], snapshots: int, name: str) -> None:
@@ -64,7 +64,7 @@ class FmuBlock(NamedSystem):
         )
 
     def close(self) -> None:
-        """Free the FMU. May be called again; else it is freed with the block."""
+        """Free the FMU instance; without this call it is freed with the block. Further calls have no effect."""
         self._free()
 
     def __enter__(self) -> Self:
@@ -92,7 +92,7 @@ class FmuBlock(NamedSystem):
         if successor not in self._snapshots:
             if self._current != number:
                 self._fmu.restore(snapshot.state)
-            self._current = -1  # until the step has gone well, the FMU stands nowhere known
+            self._current = -1  # unknown until the step has succeeded
             outputs = self._fmu.step(self._step, dict(zip(self._inputs, values.tolist(), strict=True)))
             successor = self._current = self._newest = self._newest + 1
             self._snapshots[successor] = _Snapshot(self._fmu.save(), np.array(list(outputs.values())))
@@ -113,9 +113,10 @@ def fmu_block(
     """An exported FMU as a discrete-time system with sampling time `step`, s.
 
     Inputs and outputs are the FMU's, with `crank.phi` called `crank_phi`. parameters: the FMU's, by its own names.
-    initial: inputs at time 0, by its own names; others keep their start value. snapshots: how many snapshots are kept
-    to go back to, about 1 kB each.
-    Errors: `InputError` for an FMU that does not run here or cannot save its state.
+    initial: inputs at time 0, by its own names; others keep their start values. snapshots: number of earlier states
+    to which the block can return, about 1 kB each. name: of the system.
+
+    Raises `InputError` for an FMU that does not run on this platform or cannot save its state.
     """
     expect_number(step, "a positive sampling time, s", "step", low=0.0)
     expect_number(snapshots, "at least one snapshot to keep", "snapshots", low=0)
@@ -135,19 +136,19 @@ def masses_block(
     name: str = "masses",
     scheme: Literal["parallel", "extrapolated"] = "extrapolated",
 ) -> ct.NonlinearIOSystem:
-    """Motor and load as a discrete-time system that `ct.interconnect` joins to `fmu_block` by the signals' names.
+    """Motor and load as a discrete-time system that `ct.interconnect` connects to `fmu_block` by the signals' names.
 
     Inputs motor_tau, load_tau, crank_tau, output_tau, twist, stiffness; outputs and states crank_phi, crank_w,
-    output_phi, output_w. ratio: the drive's, signed. scheme: as in `cosimulate`, whose motion the pair repeats;
-    "parallel" leaves twist and stiffness unused.
+    output_phi, output_w. step: sampling time, s; ratio: of the drive, signed. scheme: as in `cosimulate`, which gives
+    the same motion; "parallel" does not use twist and stiffness. Raises `InputError`, also for another scheme.
     """
     if scheme not in ("parallel", "extrapolated"):
         raise unknown_name("scheme", scheme, ("parallel", "extrapolated"), "masses_block")
     expect_number(step, "a positive sampling time, s", "step", low=0.0)
 
     def update(_t: float, x: Array, u: Array, _params: Mapping[str, Any]) -> Array:
-        answer = u[2:] if scheme == "extrapolated" else np.array([u[2], u[3], 0.0, 0.0])
-        return extrapolate(masses, ratio, step, x, u[:2], answer)
+        outputs = u[2:] if scheme == "extrapolated" else np.array([u[2], u[3], 0.0, 0.0])
+        return extrapolate(masses, ratio, step, x, u[:2], outputs)
 
     inputs = python_names(("motor.tau", "load.tau", *COUPLING_OUTPUTS))
     return NamedSystem(

@@ -1,4 +1,4 @@
-"""A discrete LQR with integral action for a joint, designed on the drive linearised at one torque."""
+"""A discrete LQR with integral action for a joint, designed for the drive linearised at one torque."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from .equations import JointModel
 from .systems import linearize
 
 N_MECHANICAL_STATES = 4
-"""Mechanical states in front of a joint's effects: what the controller measures."""
+"""Mechanical states of a joint, which precede the effects' states: the signals that the controller measures."""
 
 
 @dataclass(frozen=True)
 class Weights:
-    """Weights of the quadratic cost: output angle and its integral, twist rate, motor torque."""
+    """Weights of the quadratic cost of output angle and its integral, twist rate and motor torque, in SI units."""
 
     output_angle: float = 1e4
     integral: float = 1e6
@@ -30,7 +30,7 @@ class Weights:
 class Design:
     """Gains (5,) on crank.phi, crank.w, output.phi, output.w and the integral of the output's error.
 
-    stiffness: N.m/rad of the drive where it was linearised; sample: s between two calls of the controller.
+    stiffness: of the drive at the linearisation, N.m/rad; sample: sampling time of the controller, s.
     """
 
     name: str
@@ -42,7 +42,8 @@ class Design:
 def discretize(joint: JointModel, torque: float, sample: float) -> tuple[Array, Array, float]:
     """Discrete A (5, 5) and B (5, 1) with the integral of output.phi, and the stiffness, N.m/rad.
 
-    The joint is linearised where its drive carries `torque`, N.m; its effects' states are held.
+    The joint is linearised at the torque `torque`, N.m, of the drive, with the effects' states held. sample: sampling
+    time, s.
     """
     import control as ct
 
@@ -60,7 +61,10 @@ def discretize(joint: JointModel, torque: float, sample: float) -> tuple[Array, 
 
 
 def design_lqr(joint: JointModel, torque: float, sample: float, name: str, weights: Weights | None = None) -> Design:
-    """LQR for the joint linearised where its drive carries `torque`, N.m (Anderson, Moore, Optimal Control, 1990)."""
+    """LQR for the joint linearised at a torque of the drive, N.m (Anderson, Moore, Optimal Control, 1990).
+
+    sample: sampling time, s; weights: default `Weights()`.
+    """
     import control as ct
 
     w = Weights() if weights is None else weights
@@ -72,7 +76,7 @@ def design_lqr(joint: JointModel, torque: float, sample: float, name: str, weigh
 
 
 def minimum_damping_ratio(joint: JointModel, design: Design, torque: float) -> float:
-    """Smallest damping ratio of the closed loop where the drive carries `torque`, N.m; below 0 it is unstable."""
+    """Smallest damping ratio of the closed loop at a torque of the drive, N.m; negative if the loop is unstable."""
     a, b, _ = discretize(joint, torque, design.sample)
     poles = np.log(np.linalg.eigvals(a - b @ design.gains[None, :]).astype(complex)) / design.sample
     return float((-poles.real / np.abs(poles)).min())
@@ -81,9 +85,9 @@ def minimum_damping_ratio(joint: JointModel, design: Design, torque: float) -> f
 def feedback(
     design: Design, ratio: float, target: float = 0.0, load: float = 0.0
 ) -> Callable[[float, Array], tuple[float, float]]:
-    """The controller as a callback (time, motion) -> (motor.tau, load.tau), with its integral inside.
+    """The controller as a callback (time, motion) -> (motor.tau, load.tau), which holds its integral.
 
-    target: rad at the output; load: N.m on the output; both come at time 0. A new one for every run.
+    target: set point of the output, rad; load: torque on the output, N.m; both from time 0 on. It serves one run.
     """
     wanted = np.array([ratio * target, 0.0, target, 0.0])
     integral = 0.0

@@ -1,10 +1,10 @@
-"""The joint's equations, once, in CasADi: motor and load inertia with a `DriveModel` between them.
+"""The equations of the joint in CasADi: motor and load inertia with a `DriveModel` between them.
 
     inertia_m d(crank.w)/dt  = motor.tau - damping_m crank.w  + crank.tau
     inertia_l d(output.w)/dt = load.tau  - damping_l output.w + output.tau
 
-crank.tau and output.tau are the drive's; they do the same virtual work on a twist, so that a drive without
-dissipation conserves energy. States of the drive follow its continuous-time `rate`.
+crank.tau and output.tau are the drive's; their virtual work on a twist is the same, so that a drive without dissipation
+conserves energy. The states of the drive follow its `rate` in continuous time.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ DRIVE_INPUTS = tuple(signal.name for signal in INPUTS)
 DRIVE_OUTPUTS = tuple(signal.name for signal in OUTPUTS)
 JOINT_OUTPUTS = (*STATES, *DRIVE_OUTPUTS)
 _SMALL_SPEED = 1e-9
-"""rad/s: a speed whose sign is known and which changes nothing else."""
+"""rad/s: a speed that has a sign and no other influence; far below those of a joint, chosen by judgement."""
 
 
 @dataclass(frozen=True)
 class Equations:
     """A system dx/dt = rate(x, u, p), y = output(x, u, p) as CasADi functions, with the names of its signals.
 
-    motion_direction: (n_x + n_u,) the speeds, rad/s, that start every motion out of rest in one direction. parameters:
-    names and values of p.
+    motion_direction: (n_x + n_u,) small speeds, rad/s, by which twist, crank and output move in the same direction.
+    parameters: names and values of p.
     """
 
     states: tuple[str, ...]
@@ -60,10 +60,10 @@ class Equations:
         )
 
     def linear(self, x: Array, u: Array, p: Array) -> tuple[Array, Array, Array, Array]:
-        """Exact A, B, C, D at a point.
+        """Exact A, B, C, D at a point: state x, inputs u, parameters p.
 
-        At rest friction has a kink, |speed|; there the mean of the slopes on both sides is taken. Without it
-        a hysteresis at rest would show no stiffness.
+        Friction depends on |speed|, which has no derivative at rest; the mean of the derivatives in both directions is
+        taken there. Otherwise a hysteresis at rest would have no stiffness.
         """
         n = len(self.states)
         both = [
@@ -75,9 +75,9 @@ class Equations:
 
 
 def drive_equations(model: DriveModel) -> Equations:
-    """The drive alone: inputs and outputs of the model, states of its effects.
+    """The drive alone: inputs and outputs of the model, and the states of its effects.
 
-    The model's memory of the last inputs serves its discrete steps only; a continuous system has no use for it.
+    The model's stored angles, which serve discrete steps, are not states of the continuous system.
     """
     x, u, p = (
         ca.MX.sym(name, n)
@@ -85,7 +85,7 @@ def drive_equations(model: DriveModel) -> Equations:
     )
     full = ca.vertcat(ca.MX.zeros(len(model.states) - count_effect_states(model)), x)
     motion_direction = np.zeros(count_effect_states(model) + len(DRIVE_INPUTS))
-    # The crank leads by two, so that twist, crank and output all move the same way.
+    # The crank moves twice as fast, so that twist, crank and output all move in the same direction.
     motion_direction[count_effect_states(model) + DRIVE_INPUTS.index("crank.w")] = 2 * _ratio(model) * _SMALL_SPEED
     motion_direction[count_effect_states(model) + DRIVE_INPUTS.index("output.w")] = _SMALL_SPEED
     return Equations(
@@ -100,7 +100,7 @@ def drive_equations(model: DriveModel) -> Equations:
 
 
 def count_effect_states(model: DriveModel) -> int:
-    """The number of states that belong to effects."""
+    """Number of the effects' own states."""
     return sum(len(effect.states) for effect in model.effects)
 
 
@@ -110,7 +110,7 @@ def _ratio(model: DriveModel) -> float:
 
 @dataclass(frozen=True)
 class JointModel:
-    """A drive between the `masses` of motor and load, at one temperature, degC."""
+    """A drive between the `masses` of motor and load, at a constant temperature, degC."""
 
     drive: DriveModel
     masses: Masses
@@ -123,8 +123,8 @@ class JointModel:
 
     @cached_property
     def equations(self) -> Equations:
-        """States: crank.phi, crank.w, output.phi, output.w, then the drive's. p: the masses' parameters, the
-        temperature, then the drive's.
+        """States: crank.phi, crank.w, output.phi, output.w, then the drive's. p: inertias and dampings, temperature,
+        then the drive's parameters.
         """
         inner = drive_equations(self.drive)
         x, u = ca.MX.sym("x", len(STATES) + len(inner.states)), ca.MX.sym("u", len(JOINT_INPUTS))
@@ -161,7 +161,7 @@ class JointModel:
         )
 
     def state(self, motion: Array | None = None) -> Array:
-        """A full state (n_states,) from the motion, with the effects' states at their start, 0.
+        """A full state (n_states,) from the motion, with the effects' states at 0.
 
         motion: (4,) crank.phi, rad, crank.w, rad/s, output.phi, rad, and output.w, rad/s; 0 by default.
         """
@@ -173,8 +173,8 @@ class JointModel:
     def equilibrium(self, load_torque: float = 0.0, crank_angle: float = 0.0) -> tuple[Array, Array]:
         """State x and input u of the joint at rest under `load_torque`, N.m on the output (load.tau).
 
-        The crank stands at `crank_angle`, rad; effects' states stand at their start. Where the drive has play, a
-        point within it. Errors: `InputError` for a torque that the drive cannot carry.
+        crank_angle: of the crank, rad. The effects' states have their start values. Within a clearance any point is an
+        equilibrium, and one is chosen. Raises `InputError` for a torque that the drive cannot carry.
         """
         from scipy.optimize import brentq
 

@@ -1,14 +1,15 @@
-"""Parameters of python-control systems by `<system>.<parameter>`, so that systems in one interconnection share none.
+"""Parameters of python-control systems as `<system>.<parameter>`, so that systems in an interconnection share none.
 
-python-control hands all parameters of an interconnection to every system in it: what its systems declare, then what
-the caller gives. Two joints that both declared `load.inertia` would both run with the value of the second. So a name
-begins with its system's, and:
+python-control passes all parameters of an interconnection to every system in it: those that its systems declare, then
+those that the caller gives. Two joints that both declare `load.inertia` would both run with the value of the second.
+Therefore a name begins with the name of its system:
 
-* A name that begins with the system's own name must be one of its parameters.
-* A system that stands alone also takes the names without its own in front, and refuses every other name.
-* In an interconnection other names may belong to other systems and are passed over. A name that is this system's but
-  for the prefix, and that no system declares, would be lost in silence: it is refused.
-* Two systems of one name whose values differ are not interconnected: their parameters could not be told apart.
+* A name with the system's prefix must be one of its parameters.
+* A system by itself also accepts names without the prefix, and refuses all others.
+* In an interconnection other names may belong to other systems and are ignored. A name that is a parameter of this
+  system without its prefix, and that no system declares, would have no effect: it is refused.
+* Two systems of the same name with different values cannot be interconnected, since their parameters would be
+  indistinguishable.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from stiffness_model.errors import InputError, expect_number, unknown_name
 
 
 class CombinedParameters(dict[str, float]):
-    """Parameters of an interconnection's systems, as python-control joins them with |, and copies them.
+    """Parameters of the systems of an interconnection, which python-control joins with | and copies.
 
     >>> left, right = Parameters("a", {"band": 0.0}), Parameters("b", {"band": 1.0})
     >>> {} | left | right
@@ -52,36 +53,36 @@ class CombinedParameters(dict[str, float]):
 
 
 class Parameters(CombinedParameters):
-    """Parameters of one system; values by names without the system's."""
+    """Parameters of one system. values: by names without the prefix."""
 
     def __init__(self, system: str, values: Mapping[str, float]) -> None:
         super().__init__({f"{system}.{name}": value for name, value in values.items()})
         self.system = system
         self.declared: set[str] | None = None
-        """Names that the systems of an interconnection declare, once these have come through one."""
+        """Names that the systems of an interconnection declare; None outside of an interconnection."""
 
     @property
     def unprefixed(self) -> dict[str, float]:
-        """Values by names without the system's."""
+        """Values by names without the prefix."""
         return {name[len(self.system) + 1 :]: value for name, value in self.items()}
 
     def for_system(self, system: str) -> Parameters:
-        """The same values, of a system of another name."""
+        """The same values for a system of another name."""
         return Parameters(system, self.unprefixed)
 
     def copy(self) -> Parameters:  # type: ignore[override]
         return self.for_system(self.system)
 
     def update(self, other: Mapping[str, Any]) -> None:  # type: ignore[override]
-        # In an interconnection a copy is updated twice: by what its systems declare, this one among them, and by what
-        # the caller gives, or, where it is a part of another one, by what that one's systems declare.
+        # In an interconnection a copy is updated twice: by the parameters that its systems declare, these included, and
+        # by those of the caller or, if it is part of another interconnection, of that one's systems.
         self.declared = self.declared or set()
         if self.keys() <= other.keys():
             self.declared |= other.keys()
         super().update(other)
 
     def updated_with(self, params: Mapping[str, Any] | None) -> Parameters:
-        """These parameters with the values that python-control passes on.
+        """These parameters with the values that python-control passes to the system.
 
         Raises `UnknownNameError` by the rules of the module, `InputError` for a value that is no finite number.
         """
@@ -104,7 +105,7 @@ class Parameters(CombinedParameters):
 
 
 class NamedSystem(ct.NonlinearIOSystem):
-    """A python-control system whose parameters begin with its name, also where it was copied under another."""
+    """A python-control system whose parameters have its name as prefix, also after a copy under another name."""
 
     def __init__(self, *args: Any, name: str, params: Mapping[str, float] | None = None, **kwargs: Any) -> None:
         super().__init__(*args, name=name, params=Parameters(name, params or {}), **kwargs)

@@ -1,4 +1,4 @@
-"""Pictures of a joint under control: what the drive's real curve does to a design on a constant stiffness."""
+"""Figures of a joint under control: a design for a constant stiffness on the drive's real curve."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ DASHES = ((6, 1.5), (2, 1))
 COLOURS = (RED, BLUE)
 
 STEPS = (0.2e-3, 50e-3)
-"""Of the set point, rad: one within the soft start of the curve, one beyond."""
+"""Steps of the set point, rad: one within the soft beginning of the curve, one beyond it."""
 LOADS = (1.0, 120.0)
-"""The same for loads, N.m."""
+"""Steps of the load, N.m, likewise."""
 
 
 def picture_designs(joint: JointModel, designs: Sequence[Design]) -> Figure:
-    """The curve with the designs' straight lines, and how well each loop is damped over the torque."""
+    """The curve with the linearisations of the designs, and the damping ratio of each loop over the torque."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.6, 4.0), dpi=150, layout="constrained")
@@ -40,9 +40,9 @@ def picture_designs(joint: JointModel, designs: Sequence[Design]) -> Figure:
 def picture_responses(
     joint: JointModel, designs: Sequence[Design], steps: Sequence[float] = STEPS, loads: Sequence[float] = LOADS
 ) -> tuple[Figure, dict[str, dict[str, float]]]:
-    """Steps of the set point, rad, on the left, as many of the load, N.m, on the right; as `response` draws them.
+    """Responses to steps of the set point, rad, on the left, and to as many of the load, N.m, on the right.
 
-    And by case what oscillation each design leaves in the drive, N.m.
+    Also returns the remaining oscillation of the drive's torque, N.m, by case and design (see `response`).
     """
     from matplotlib.figure import Figure
 
@@ -62,7 +62,7 @@ def picture_responses(
 
 
 def tangents(joint: JointModel, designs: Sequence[Design], ax: Axes) -> Axes:
-    """The drive's curve, and the straight lines that the designs take it for."""
+    """The drive's curve and the linearisation of each design."""
     lookup = joint.drive.lookup
     reach = 0.35 * lookup.twist.stop
     twist = np.linspace(-reach, reach, 400)
@@ -80,15 +80,15 @@ def tangents(joint: JointModel, designs: Sequence[Design], ax: Axes) -> Axes:
             label=f"{design.stiffness / 1e3:.3g} kN.m/rad, {design.name}",
         )
     ax.legend(frameon=False, loc="upper left", fontsize="small")
-    ax.set_title("What the drive does, and what a design takes it for", loc="left", fontsize="medium")
+    ax.set_title("The drive's curve and the designs' linearisations", loc="left", fontsize="medium")
     return ax
 
 
 def damping_over_torque(joint: JointModel, designs: Sequence[Design], ax: Axes) -> Axes:
-    """Least damping ratio of the loop over the torque that the joint holds."""
+    """Minimum damping ratio of the loop over the torque that the joint holds."""
     top = 0.7 * joint.drive.full_torque
     torques = np.concatenate([[0.0], np.geomspace(top / 400, top, 40)])
-    format_axes(ax, "torque the joint holds [N.m]", "least damping ratio of the loop")
+    format_axes(ax, "torque the joint holds [N.m]", "minimum damping ratio of the loop")
     for design, colour, dashes in zip(designs, COLOURS, DASHES, strict=False):
         ax.plot(
             torques,
@@ -108,12 +108,12 @@ def damping_over_torque(joint: JointModel, designs: Sequence[Design], ax: Axes) 
     ax.minorticks_off()
     ax.set_ylim(low, 1.15)
     ax.legend(frameon=False, loc="upper right", fontsize="small")
-    ax.set_title("Same gains, other torque", loc="left", fontsize="medium")
+    ax.set_title("Constant gains, other torques", loc="left", fontsize="medium")
     return ax
 
 
 def linear_response(joint: JointModel, design: Design, target: float, load: float, duration: float) -> np.ndarray:
-    """output.phi, rad, of the joint that the design believes in: the same loop with a linear spring."""
+    """output.phi, rad, of the same loop with the linear spring that the design assumes."""
     phi, gamma = joint.masses.step_matrices(design.sample, joint.ratio, design.stiffness)
     controller, motion, angles = feedback(design, joint.ratio, target, load), np.zeros(4), []
     for k in range(round(duration / design.sample) + 1):
@@ -123,7 +123,7 @@ def linear_response(joint: JointModel, design: Design, target: float, load: floa
 
 
 def run(joint: JointModel, design: Design, target: float, load: float, duration: float) -> Motion:
-    """The loop on the real curve; target, rad, and load, N.m, come at time 0."""
+    """The loop on the real curve; target, rad, and load, N.m, are applied at time 0."""
     return simulate_joint(joint, feedback(design, joint.ratio, target, load), step=design.sample, duration=duration)
 
 
@@ -136,10 +136,11 @@ def response(
     load: float = 0.0,
     duration: float = 0.5,
 ) -> dict[str, float]:
-    """Output angle after a step of set point, rad, or load, N.m; the first design also as it believes itself.
+    """Draws the output angle after a step of set point, rad, or load, N.m; for the first design also with the linear
+    spring that it assumes.
 
-    Returns what is left of the oscillation by design name: half of peak to peak of the drive's torque in the
-    last fifth, N.m.
+    Returns the remaining oscillation by design name: half of peak to peak of the drive's torque in the last fifth of
+    the duration, N.m.
     """
     format_axes(ax, "time [s]", "output angle [mrad]")
     left: dict[str, float] = {}
@@ -161,8 +162,8 @@ def response(
     )
     if target:
         ax.axhline(1e3 * target, color=FAINT, lw=0.8)
-        ax.set_title(f"Set point moves by {1e3 * target:g} mrad", loc="left", fontsize="medium")
+        ax.set_title(f"Set point step of {1e3 * target:g} mrad", loc="left", fontsize="medium")
     else:
-        ax.set_title(f"Load of {load:g} N.m comes on", loc="left", fontsize="medium")
+        ax.set_title(f"Load step of {load:g} N.m", loc="left", fontsize="medium")
     ax.set_xlim(0, duration)
     return left

@@ -1,4 +1,4 @@
-"""A joint under a sampled controller, integrated as a whole: what co-simulation is held against."""
+"""A joint under a sampled controller, integrated as a whole: the reference for co-simulation."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from .equations import JOINT_OUTPUTS, JointModel
 
 Controller = Callable[[float, Array], tuple[float, float]]
 """(time s, [crank.phi, crank.w, output.phi, output.w]) -> (motor.tau, load.tau), N.m, held until the next sample.
-The second torque is what the surroundings do to the load."""
+The second is the external torque on the load."""
 
 
 @dataclass(frozen=True)
 class Motion:
     """A joint's motion over n + 1 samples.
 
-    time: (n + 1,) s. values: (n + 1, n_outputs) in the order of `names`, the masses' motion first; in a co-simulation
-    the others are what the FMU said at that time. torques: (n, 2) motor.tau and load.tau, N.m, held from each sample
-    on.
+    time: (n + 1,) s. values: (n + 1, n_outputs) in the order of `names`, the motion of motor and load first; in a
+    co-simulation the others are the FMU's outputs. torques: (n, 2) motor.tau and load.tau, N.m, held from each sample
+    to the next.
     """
 
     time: Array
@@ -41,7 +41,7 @@ class Motion:
 
 
 def count_steps(duration: float, step: float) -> int:
-    """How many steps fill the duration. Errors: `InputError` unless both are positive and it is a whole number."""
+    """Number of steps in the duration. Raises `InputError` unless both, s, are positive and it is an integer."""
     expect_number(step, "a positive step, s", "step", low=0.0)
     expect_number(duration, "a positive duration, s", "duration", low=0.0)
     n = round(duration / step)
@@ -55,7 +55,7 @@ def count_steps(duration: float, step: float) -> int:
 
 
 def commanded_torques(controller: Controller, time: float, motion: Array) -> tuple[float, float]:
-    """What the controller says, or `InputError` if that is not two finite torques."""
+    """The controller's torques, N.m. Raises `InputError` if they are not two finite numbers."""
     torques = controller(time, motion)
     try:
         motor, load = (float(torque) for torque in torques)
@@ -77,12 +77,13 @@ def simulate_joint(
     start: ArrayLike | None = None,
     substeps: int | None = None,
 ) -> Motion:
-    """The joint with its controller called every `step`, s, its torques held in between.
+    """The joint under a controller that is called every `step`, s; its torques are held in between.
 
-    start: full state at time 0, as from `JointModel.equilibrium` or `JointModel.state`; default all 0.
-    substeps: Runge-Kutta steps (4th order) per step; default such that one spans at most a tenth of a radian
-    of the joint's stiffest oscillation within the lookup's range.
-    Errors: `InputError`, also for a motion that leaves all bounds.
+    duration: s, a multiple of the step. start: full state at time 0, as of `JointModel.equilibrium` or
+    `JointModel.state`; default 0. substeps: Runge-Kutta steps (4th order) per step; by default one covers at most a
+    tenth of a radian of the joint's fastest oscillation within the lookup's range.
+
+    Raises `InputError`, also for a motion that diverges.
     """
     n = count_steps(duration, step)
     if substeps is None:
@@ -108,7 +109,7 @@ def simulate_joint(
 
 
 def runge_kutta(joint: JointModel, substeps: int) -> ca.Function:
-    """(x, u, dt, p) -> x after dt, s, with u held, in `substeps` steps of the classical method."""
+    """(x, u, dt, p) -> x after dt, s, with u held, in `substeps` steps of the classical fourth-order method."""
     rate = joint.equations.rate
     x, u, p = (ca.MX.sym(rate.name_in(k), rate.size1_in(k)) for k in range(3))
     dt = ca.MX.sym("dt")

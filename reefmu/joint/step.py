@@ -1,16 +1,16 @@
-"""Which communication step a co-simulation around the drive allows.
+"""The communication step that a co-simulation around the drive allows.
 
-Two masses and a spring K, seen in the twist: inertia J at the output, omega = sqrt(K/J), a = omega h. With
-q = (twist, h twist rate, h^2 torque/J) a step of the loop maps q to M q; the amplitude is multiplied by |z| each
-step, z the greatest eigenvalue of M, and so grows with the rate ln|z|/h.
+Two inertias and a spring K, in terms of the twist: reduced inertia J at the output, omega = sqrt(K/J), a = omega h.
+With q = (twist, h twist rate, h^2 torque/J) a step of the loop maps q to M q; the amplitude is multiplied by |z| each
+step, z the greatest eigenvalue of M, and so grows at the rate ln|z|/h.
 
-parallel: the masses move exactly under a held torque, the new torque is that of the twist at the step's start:
+parallel: the inertias move exactly under a held torque; the new torque is that of the twist before the step:
     twist' = twist + v - tau/2,  v' = v - tau,  tau' = a^2 twist,    so    z (z - 1)^2 + a^2 (z + 1)/2 = 0
-For small a: rate = 3/4 omega^2 h. A torque late by T adds energy as a negative damper K T would; T = 3/2 h here, one
-step of lag and half a step of hold.
+For small a: rate = 3/4 omega^2 h. A torque with the delay T adds energy like a negative damper K T; here T = 3/2 h, one
+step of delay and half a step of hold.
 
 sequential (velocity Verlet): z^2 - (2 - a^2) z + 1 = 0, |z| = 1 up to a = 2.
-extrapolated: the spring is integrated exactly, |z| = 1 for every step, as long as K holds over it.
+extrapolated: the spring is integrated exactly, |z| = 1 for every step in which K is constant.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from reefmu.model.masses import Scheme
 from stiffness_model.errors import expect_number, unknown_name
 
 FASTEST_GROWTH = 1.39
-"""a = omega h up to which the growth rate of `parallel` rises with the step."""
+"""a = omega h at which the growth rate of `parallel` is greatest: the maximum of ln|z|/a, found numerically."""
 
 
 def growth_rate(step: float, stiffness: float, inertia: float, *, scheme: Scheme = "parallel") -> float:
-    """Growth rate, 1/s, of a free oscillation of twist that the coupling alone brings about.
+    """Growth rate, 1/s, of a free oscillation of the twist that the coupling causes.
 
     The amplitude is multiplied by exp(rate t). step: s; stiffness: N.m/rad at the output; inertia: kg.m2 at the
-    output, from `Masses.reduced_inertia`.
+    output, from `Masses.reduced_inertia`. Raises `InputError`, also for an unknown scheme.
 
     >>> round(growth_rate(1e-4, 1e4, 0.1), 2)  # 3/4 omega^2 h = 7.5
     7.49
@@ -51,8 +51,9 @@ def largest_step(
 ) -> float:
     """The longest step, s, at which an oscillation grows by no more than exp(growth) per second.
 
-    growth: 1/s. decay: 1/s, the joint's own damping, damping ratio x eigenfrequency; it offsets growth. Take the
-    stiffness of the highest torque, where the joint oscillates fastest. Infinite for the scheme "extrapolated".
+    stiffness: N.m/rad at the output, of the highest torque, where the joint oscillates fastest; inertia: kg.m2 at the
+    output; growth: 1/s; decay: 1/s, of the joint's own damping (damping ratio x eigenfrequency), which compensates
+    growth. Infinite for the scheme "extrapolated".
 
     >>> f"{largest_step(1e4, 0.1, growth=1.0):.2e}"
     '1.33e-05'
@@ -75,9 +76,9 @@ def largest_step(
 
 
 def step_warning(step: float, stiffness: float, inertia: float, *, growth: float = 1.0, decay: float = 0.0) -> str:
-    """One line if a parallel master would let the joint's oscillation grow faster than `growth`, 1/s; else "".
+    """A warning if the joint's oscillation would grow faster than `growth`, 1/s, with a parallel master; else "".
 
-    For use at export, with the step the FMU proposes and the highest stiffness of the drive.
+    For the export, with the step that the FMU proposes and the highest stiffness of the drive.
     """
     limit = largest_step(stiffness, inertia, growth=growth, decay=decay)
     if step <= limit:

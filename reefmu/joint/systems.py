@@ -1,12 +1,12 @@
 """python-control systems of the drive and the joint, with exact linearisation.
 
-python-control allows no dot in a signal's name: `crank.phi` is called `crank_phi` there, and so on.
-Parameters keep the model's dotted names behind that of the system, which keeps them apart in an interconnection:
-`ct.input_output_response(loop, t, u, params={"left.band": 1.0, "right.load.inertia": 3.0})`. A system alone also
-takes them without: `ct.linearize(system, x, u, params={"band": 1.0})`. See `reefmu.joint.parameters`.
+python-control allows no dots in the names of signals: `crank.phi` becomes `crank_phi`. Parameters have the name of the
+system in front of the model's dotted names, which distinguishes them in an interconnection:
+`ct.input_output_response(loop, t, u, params={"left.band": 1.0, "right.load.inertia": 3.0})`. A system by itself
+also accepts them without the prefix: `ct.linearize(system, x, u, params={"band": 1.0})`. See `reefmu.joint.parameters`.
 
-`ct.input_output_response` may step over a short input unless a greatest step is set (python-control issue 1152):
-pass solve_ivp_kwargs={"max_step": ...}.
+`ct.input_output_response` may miss a short input unless a maximum step is set (python-control issue 1152): pass
+solve_ivp_kwargs={"max_step": ...}.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def joint_system(joint: JointModel, *, name: str | None = None) -> ct.NonlinearI
 
     name: of the system; by default that of the drive with "_joint". Inputs motor_tau, load_tau, N.m; outputs as the
     joint's FMU, crank_phi, crank_w, output_phi, output_w, rad and rad/s, and those of the drive; states the first four
-    of these, then the effects'. `JointModel.equilibrium` gives points to start from.
+    of these, then the effects'. `JointModel.equilibrium` gives initial states.
     """
     return _CasadiSystem(joint.equations, name or f"{python_name(joint.drive.name)}_joint")
 
@@ -49,13 +49,13 @@ def joint_system(joint: JointModel, *, name: str | None = None) -> ct.NonlinearI
 def linearize(
     system: JointModel | DriveModel, x: ArrayLike, u: ArrayLike, params: Mapping[str, float] | None = None
 ) -> ct.StateSpace:
-    """The exact linear system at a point, by CasADi; signals named as in `drive_system` and `joint_system`."""
+    """The linear system at state x and input u, exact by CasADi; signals as in `drive_system` and `joint_system`."""
     made = joint_system(system) if isinstance(system, JointModel) else drive_system(system)
     return made.linearize(x, u, params=params, copy_names=True)
 
 
 def python_name(name: str) -> str:
-    """A signal's or a system's name as python-control takes it.
+    """The name of a signal or a system in python-control.
 
     >>> python_name("crank.phi")
     'crank_phi'
@@ -69,7 +69,7 @@ def python_names(names: Sequence[str]) -> list[str]:
 
 
 class _CasadiSystem(NamedSystem):
-    """A python-control system on `Equations`: `linearize` is exact, not a difference."""
+    """A python-control system of `Equations` with an exact `linearize`."""
 
     def __init__(self, equations: Equations, name: str) -> None:
         self.equations = equations
@@ -90,7 +90,7 @@ class _CasadiSystem(NamedSystem):
         self._p = np.array(list(self._current_params.values()))
 
     def _vector(self, params: Mapping[str, Any]) -> Array:
-        # During a simulation they are those that were set at its start.
+        # During a simulation they are constant.
         return self._p if params is self._current_params else np.array(list(self.params.updated_with(params).values()))
 
     def _rate(self, _t: float, x: Array, u: Array, params: Mapping[str, Any]) -> Array:
@@ -109,11 +109,11 @@ class _CasadiSystem(NamedSystem):
         copy_names: bool = False,
         **kwargs: Any,
     ) -> ct.StateSpace:
-        """The `ct.StateSpace` at a point: exact, so `eps`, the step of python-control's differences, is refused."""
+        """The exact `ct.StateSpace` at a point; `eps`, the step of python-control's differences, is refused."""
         if isinstance(x0, ct.OperatingPoint):
             x0, u0 = x0.states, x0.inputs if u0 is None else u0
         if eps is not None:
-            raise InputError(f"{self.name}: expected no eps, for the linearisation is exact, got {eps!r}")
+            raise InputError(f"{self.name}: expected no eps, since the linearisation is exact, got {eps!r}")
         x = self._point(x0, len(self.equations.states), "states")
         u = self._point(0.0 if u0 is None else u0, len(self.equations.inputs), "inputs")
         a, b, c, d = self.equations.linear(x, u, self._vector(params or {}))
@@ -128,7 +128,7 @@ class _CasadiSystem(NamedSystem):
 
     def _point(self, given: Any, size: int, what: str) -> Array:
         values = np.asarray(given, float)
-        if values.ndim == 0:  # as in python-control, one number stands for all
+        if values.ndim == 0:  # as in python-control, one number for all
             values = np.full(size, float(values))
         expect(values.shape == (size,) and bool(np.isfinite(values).all()), f"{size} finite {what}", given, self.name)
         return values
