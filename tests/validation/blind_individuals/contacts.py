@@ -20,8 +20,9 @@ from stiffness_model.contact.element_contacts import Contacts, build_contacts
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import closed_form
 from stiffness_model.numerics.arrays import Array
+from stiffness_model.rotation.element_positions import element_positions
 from stiffness_model.rotation.individual_contacts import IndividualContacts
-from stiffness_model.rotation.individual_drive import Individual, draw_individual, element_positions, mean_individual
+from stiffness_model.rotation.individual_drive import Individual, draw_individual, mean_individual
 
 AT_ONCE = 24_000
 """Contacts that are solved at once, so that their arrays stay in the cache."""
