@@ -1,9 +1,10 @@
-"""What the plain contact model leaves out, each part beside it: drive 1's twist over torque, and what its forces mean.
+"""The contact options of a drawing, each compared with the plain contact model for drive 1, and ratings of the forces.
 
     python examples/contact_options.py [FOLDER]
 
-Writes twist.png (twist over torque, and what each part adds), gear_and_bore.png (the linearised gear's error over
-the twist; the bore's contact beside Hertz's), loads.png (static safety, efficiency and bearing life over torque).
+Writes twist.png (twist over torque, and the twist that each option adds), gear_and_bore.png (error of the linearised
+gear over the twist; force in a conforming bore and by Hertz) and loads.png (static safety, efficiency and bearing life
+over torque) to FOLDER (default contact-options).
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from stiffness_model.ratings.static_safety import static_safety
 from stiffness_model.units import ARCMIN
 
 DRIVES = 64
-PARTS: dict[str, dict[str, str]] = {
+OPTIONS: dict[str, dict[str, str]] = {
     "crank bearing 250 N/um": {"bearing_stiffness": "250 N/um"},
     "housing 200 N.m/arcmin": {"housing_stiffness": "200 N.m/arcmin"},
     "ring 500 N/um": {"ring_stiffness": "500 N/um"},
@@ -57,8 +58,8 @@ def main(folder: Path) -> None:
 
 
 def twist_over_torque(folder: Path) -> None:
-    """Every part alone beside the plain model."""
-    # Softer drives need more twist for the same torque; steps of the twist resolve what the smallest parts add.
+    """Each option alone, compared with the plain model."""
+    # Softer drives need more twist for the same torque; the steps resolve the twist that the smallest option adds.
     twist = np.linspace(0.25, 14, 36) * ARCMIN
     torque = np.array([25.0, 50.0, 100.0, 150.0, 200.0, 250.0])
 
@@ -66,14 +67,14 @@ def twist_over_torque(folder: Path) -> None:
         drive = sm.load_drive("drive_1", max_twist="14 arcmin", **fields)
         return sm.simulate(drive, twist, 16 if "inertia" in fields else DRIVES).curve()
 
-    # Compared with the same drives: the inertia's iteration gets fewer.
+    # Inertia is iterated and gets fewer drives; it is compared with the plain model of the same drives.
     plain = curve()
     few = sm.simulate(sm.load_drive("drive_1", max_twist="14 arcmin"), twist, 16).curve()
     figure = Figure(figsize=(11.5, 5.0), dpi=130, layout="constrained")
     left, right = (figure.add_subplot(1, 2, k) for k in (1, 2))
     left.plot(plain.torque, plain.twist / ARCMIN, color=style.INK, linewidth=2.2, label="plain contacts")
     print("twist added to the plain model's, arcmin, at N.m:", " ".join(f"{t:.0f}" for t in torque))
-    for (name, fields), line in zip(PARTS.items(), LINES, strict=True):
+    for (name, fields), line in zip(OPTIONS.items(), LINES, strict=True):
         found = curve(**fields)
         against = few if "inertia" in fields else plain
         added = (found.twist_at(torque) - against.twist_at(torque)) / ARCMIN
@@ -95,7 +96,7 @@ def twist_over_torque(folder: Path) -> None:
 
 
 def gear_and_bore(folder: Path) -> None:
-    """Where the linearised gear and Hertz in the bore go wrong."""
+    """Errors of the linearised gear and of Hertz's contact in the bore."""
     figure = Figure(figsize=(11.0, 4.2), dpi=130, layout="constrained")
     left, right = (figure.add_subplot(1, 2, k) for k in (1, 2))
     share = np.linspace(0.1, 1.0, 10)
@@ -132,7 +133,7 @@ def gear_and_bore(folder: Path) -> None:
 
 
 def loads(folder: Path) -> None:
-    """What the forces mean: static safety, losses, life."""
+    """Static safety, efficiency and bearing life."""
     fields = {"friction_coefficient": 0.05, "bearing_capacity": "40 kN", "crank_speed": "1500 rpm"}
     figure = Figure(figsize=(12.5, 4.2), dpi=130, layout="constrained")
     safety, efficiency, life = (figure.add_subplot(1, 3, k) for k in (1, 2, 3))
@@ -180,7 +181,7 @@ def loads(folder: Path) -> None:
 
 
 def draw(ax: Axes, torque: Array, values: Array, line: style.Line, label: str) -> None:
-    """One curve."""
+    """Draw one curve over the torque."""
     ax.plot(torque, values, color=line.colour, linestyle=line.style, linewidth=1.8, label=label)
 
 

@@ -1,11 +1,11 @@
-"""What the one-step lag of a co-simulated spring does, and which step each kind of master may take.
+"""Growth of an oscillation through the one-step lag of a co-simulated spring, and the largest step of each scheme.
 
 The drive runs as an FMU; motor and load are integrated by the master around it, once in each scheme of
-`reefmu.joint.cosimulate`. Without damping, all that grows or dies is the coupling's doing.
+`reefmu.joint.cosimulate`. There is no damping, so that every change of amplitude is an effect of the coupling.
 
     python examples/cosimulation_step.py [FOLDER] [--drives N]
 
-leaves growth.png and swing.png in FOLDER (default cosimulation-step) and prints the allowed steps.
+writes growth.png and swing.png to FOLDER (default cosimulation-step) and prints the largest steps.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from stiffness_model.errors import InputError
 from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, RED, format_axes
 
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0)
-LOAD = -100.0  # N.m: where the small oscillation takes place
+LOAD = -100.0  # N.m: load about which the small oscillation takes place
 DURATION = 0.1  # s
-SMALL = 1e-9  # rad: so small that the curve is a straight line
-LARGEST_FACTOR = 1e5
-SWING = 150.0  # N.m: torque from which the large swing is let go
-TOP = 4e-3  # rad: upper end of the picture of the swing
+SMALL = 1e-9  # rad: amplitude at which the spring is linear
+MAX_FACTOR = 1e5
+SWING = 150.0  # N.m: torque from which the large oscillation is released
+TOP = 4e-3  # rad: range of the picture of the large oscillation
 LOOK: dict[Scheme, tuple[str, str, tuple[float, ...]]] = {
     "parallel": (RED, "o", ()),
     "sequential": (BLUE, "s", (6, 1.5)),
@@ -43,7 +43,7 @@ STEPS: dict[Scheme, tuple[float, ...]] = {
 
 
 def amplitude_factor(fmu: Path, joint: JointModel, scheme: Scheme, step: float) -> float:
-    """What a small free oscillation about the load has been multiplied by after DURATION."""
+    """Factor by which the amplitude of a small free oscillation about the load has changed after DURATION."""
     start, torques = joint.equilibrium(LOAD)
     rest = start[0] / joint.ratio - start[2]
     start[2] -= SMALL
@@ -59,20 +59,22 @@ def amplitude_factor(fmu: Path, joint: JointModel, scheme: Scheme, step: float) 
 
 
 def stiffness(joint: JointModel, load: float) -> float:
-    """N.m/rad at the output, under a load."""
+    """Stiffness, N.m/rad at the output, under a load, N.m."""
     return float(joint.drive.lookup.stiffness(joint.drive.lookup.twist_at(-load)))
 
 
 def eigenfrequency(joint: JointModel, load: float) -> float:
-    """rad/s, of motor against load."""
+    """Eigenfrequency, rad/s, of motor against load."""
     return float(np.sqrt(stiffness(joint, load) / joint.masses.reduced_inertia(joint.ratio)))
 
 
 def picture_growth(fmu: Path, joint: JointModel) -> Figure:
-    """Amplitude factor over the step: theory as lines, the FMU in the loop as points."""
+    """Factor of the amplitude over the step: theory as lines, simulations with the FMU as points."""
     k, inertia = stiffness(joint, LOAD), joint.masses.reduced_inertia(joint.ratio)
     figure = Figure(figsize=(6.8, 4.4), dpi=150, layout="constrained")
-    ax = format_axes(figure.subplots(), "communication step [ms]", f"amplitude after {DURATION:g} s, times the first")
+    ax = format_axes(
+        figure.subplots(), "communication step [ms]", f"amplitude after {DURATION:g} s, relative to the initial one"
+    )
     fine = np.geomspace(2e-6, 6e-3, 500)
     for scheme, (colour, marker, dashes) in LOOK.items():
         theory = np.array([np.exp(min(growth_rate(h, k, inertia, scheme=scheme) * DURATION, 40)) for h in fine])
@@ -87,7 +89,7 @@ def picture_growth(fmu: Path, joint: JointModel) -> Figure:
     limit = 1e3 * 2 / eigenfrequency(joint, LOAD)
     ax.axvline(limit, color=FAINT, lw=0.9, zorder=0)
     ax.text(limit * 0.94, 3e4, "2/eigenfrequency", color=INK, fontsize="small", ha="right")
-    ax.set(xscale="log", yscale="log", ylim=(0.5, LARGEST_FACTOR), xlim=(2e-3, 6))
+    ax.set(xscale="log", yscale="log", ylim=(0.5, MAX_FACTOR), xlim=(2e-3, 6))
     ax.set_xticks([0.01, 0.1, 1], ["0.01", "0.1", "1"])
     ax.set_title(
         f"Undamped joint about {-LOAD:g} N.m, {eigenfrequency(joint, LOAD) / 2 / np.pi:.0f} Hz: "
@@ -99,8 +101,8 @@ def picture_growth(fmu: Path, joint: JointModel) -> Figure:
     return figure
 
 
-def picture_swing(fmu: Path, joint: JointModel) -> Figure:
-    """A large swing through the soft zone: here no spring is constant over a step."""
+def picture_large_oscillation(fmu: Path, joint: JointModel) -> Figure:
+    """A large oscillation through the soft range around zero torque, where the stiffness changes within a step."""
     start, _ = joint.equilibrium(-SWING)
     figure = Figure(figsize=(9.6, 4.0), dpi=150, layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
@@ -109,13 +111,13 @@ def picture_swing(fmu: Path, joint: JointModel) -> Figure:
         format_axes(ax, "time [ms]", "twist [mrad]" if ax is axes[0] else "")
         ax.plot(1e3 * reference.time, 1e3 * reference["twist"], color=FAINT, lw=3.5, label="one system, Runge-Kutta")
         for scheme, (colour, _, dashes) in LOOK.items():
-            motion = as_far_as_it_goes(fmu, joint, scheme, step, start)
+            motion = bounded_motion(fmu, joint, scheme, step, start)
             twist = twist_of(motion, joint)
-            gone = np.abs(twist) > TOP
-            end = int(np.argmax(gone)) + 1 if gone.any() else len(twist)
+            exceeded = np.abs(twist) > TOP
+            end = int(np.argmax(exceeded)) + 1 if exceeded.any() else len(twist)
             ax.plot(1e3 * motion.time[:end], 1e3 * twist[:end], color=colour, lw=1.5, dashes=dashes, label=scheme)
             late = np.abs(twist[-max(len(twist) // 5, 1) :]).max() / np.abs(twist[0])
-            print(f"  {scheme:12s} {1e3 * step:g} ms: swing x{late:.3g} after {1e3 * motion.time[-1]:.3g} ms")
+            print(f"  {scheme:12s} {1e3 * step:g} ms: amplitude x{late:.3g} after {1e3 * motion.time[-1]:.3g} ms")
         ax.set_title(f"step {1e3 * step:g} ms", loc="left", fontsize="medium")
         ax.set(xlim=(0, 500 * DURATION), ylim=(-1e3 * TOP, 1e3 * TOP))
     handles, names = axes[0].get_legend_handles_labels()
@@ -123,8 +125,8 @@ def picture_swing(fmu: Path, joint: JointModel) -> Figure:
     return figure
 
 
-def as_far_as_it_goes(fmu: Path, joint: JointModel, scheme: Scheme, step: float, start: np.ndarray) -> Motion:
-    """The free motion for half of DURATION, or for as much of it as stays bounded."""
+def bounded_motion(fmu: Path, joint: JointModel, scheme: Scheme, step: float, start: np.ndarray) -> Motion:
+    """The free motion for half of DURATION, or for the part of it that stays bounded."""
     duration = DURATION / 2
     while True:
         try:
@@ -142,13 +144,13 @@ def as_far_as_it_goes(fmu: Path, joint: JointModel, scheme: Scheme, step: float,
 
 
 def twist_of(motion: Motion, joint: JointModel) -> np.ndarray:
-    """Twist of the masses, rad; the FMU's own output is a step old in some schemes."""
+    """Twist of the masses, rad; the output of the FMU is one step old in some schemes."""
     return motion["crank.phi"] / joint.ratio - motion["output.phi"]
 
 
 def main() -> None:
     """Export, run, draw, print."""
-    parser = argparse.ArgumentParser(description="Growth over the communication step")
+    parser = argparse.ArgumentParser(description="Growth of an oscillation over the communication step")
     parser.add_argument("folder", nargs="?", default="cosimulation-step", type=Path)
     parser.add_argument("--drives", type=int, default=60, help="virtual drives behind the curve (default 60)")
     args = parser.parse_args()
@@ -157,7 +159,7 @@ def main() -> None:
     joint = JointModel(build_model(sm.load_drive("drive_1"), n_drives=args.drives), MASSES)
     fmu = export_fmu(joint.drive, args.folder / "drive_1.fmu")
     inertia = MASSES.reduced_inertia(joint.ratio)
-    print(f"reduced inertia {inertia:.4f} kg.m2 at the output; longest step, us, of each master")
+    print(f"reduced inertia {inertia:.4f} kg.m2 at the output; largest step, us, of each scheme")
     print("  load     stiffness     eigenfrequency   parallel: growth below 1/s, with 1 % and 5 % damping   sequential")
     for load in (0.0, -100.0, -280.0):
         k, omega = stiffness(joint, load), eigenfrequency(joint, load)
@@ -169,8 +171,8 @@ def main() -> None:
         )
     print(f"small oscillation about {-LOAD:g} N.m, amplitude after {DURATION:g} s")
     picture_growth(fmu, joint).savefig(args.folder / "growth.png")
-    print(f"large swing, let go at {SWING:g} N.m")
-    picture_swing(fmu, joint).savefig(args.folder / "swing.png")
+    print(f"large oscillation, released at {SWING:g} N.m")
+    picture_large_oscillation(fmu, joint).savefig(args.folder / "swing.png")
     print(f"pictures in {args.folder}")
 
 

@@ -1,17 +1,18 @@
 """A stiff spring in co-simulation: four ways to couple the same native FMU with motor and load.
 
-Jacobi               drive and masses step at once, each with what the other said last: what tools do by default
-in turn              the masses step first, then the drive; speeds take the mean of old and new torque (Verlet)
-linearly implicit    the same order, but the masses step with the trapezium rule on the torques and their
-                     directional derivatives, which the FMU gives
-kind joint           the masses are inside the FMU, which takes steps of its own
+Jacobi               drive and masses step in parallel, each with the last result of the other (the usual default)
+sequential           the masses step first, then the drive; speeds take the mean of old and new torque (Verlet)
+linearly implicit    the same order, but the masses step with the trapezoidal rule on the torques and their
+                     directional derivatives, which the FMU provides
+kind joint           the masses are inside the FMU, which takes substeps
 
-Nothing is damped: an amplitude that changes is the coupling's doing. Left a small oscillation about 100 N.m, right a
-swing let go at 150 N.m through the soft zone around zero, as far as its energy would carry it.
+There is no damping, so that every change of amplitude is an effect of the coupling. Left: a small oscillation about
+100 N.m. Right: an oscillation released at 150 N.m, through the soft range around zero torque; its amplitude is the
+twist at which its energy would be potential.
 
     python examples/coupling_masters.py [FOLDER] [--drives N]
 
-leaves masters.png in FOLDER (default coupling-masters) and prints the table. Needs a C compiler.
+writes masters.png to FOLDER (default coupling-masters) and prints the table. Needs a C compiler.
 """
 
 from __future__ import annotations
@@ -41,18 +42,19 @@ SMALL = 1e-8  # rad
 LOAD, SWING = 100.0, 150.0  # N.m
 STEPS = (1e-5, 3e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3)  # s
 FAR = 1e4
-"""An amplitude this much greater than the first is the end of a run."""
+"""Growth of the amplitude at which a run ends."""
 MOTION = ("crank.phi", "crank.w", "output.phi", "output.w")
 INERTIAS = np.array([MASSES.motor_inertia, MASSES.load_inertia])
 
 
 @dataclass(frozen=True)
 class Case:
-    """start: angles and speeds, rad and rad/s; held: torques on motor and load, N.m; swing: of a motion, rad."""
+    """An oscillation. start: angles and speeds, rad and rad/s; held: torques on motor and load, N.m; amplitude: of a
+    motion, rad."""
 
     start: Array
     held: tuple[float, float]
-    swing: Callable[[Array], float]
+    amplitude: Callable[[Array], float]
 
 
 Master = Callable[[Path, Case, float], Array]
@@ -68,7 +70,7 @@ def jacobi(fmu: Path, case: Case, step: float) -> Array:
     return run(fmu, case, step, advance)
 
 
-def in_turn(fmu: Path, case: Case, step: float) -> Array:
+def sequential(fmu: Path, case: Case, step: float) -> Array:
     def advance(drive: FmuDrive, motion: Array, torques: Array) -> tuple[Array, Array]:
         rise = step / 2 * (torques + case.held) / INERTIAS
         reached = np.array(
@@ -102,7 +104,7 @@ def linearly_implicit(fmu: Path, case: Case, step: float) -> Array:
 
 
 def joint(fmu: Path, case: Case, step: float) -> Array:
-    """fmu: of kind joint."""
+    """The kind joint, whose masses are inside; the master only steps it."""
     start = {f"start.{name}": float(value) for name, value in zip(MOTION, case.start, strict=True)}
     torques = dict(zip(("motor.tau", "load.tau"), case.held, strict=True))
     n, kept = round(DURATION / step), []
@@ -117,11 +119,11 @@ def joint(fmu: Path, case: Case, step: float) -> Array:
 
 MASTERS: dict[str, tuple[Master, str, str, float]] = {
     "Jacobi": (jacobi, RED, "o", 6),
-    "in turn": (in_turn, BLUE, "s", 9),
+    "sequential": (sequential, BLUE, "s", 9),
     "linearly implicit": (linearly_implicit, GREEN, "^", 7),
     "kind joint": (joint, PURPLE, ".", 6),
 }
-"""With colour, marker and its size: where all keep the amplitude, all are to be seen."""
+"""Master, colour, marker and its size; the sizes differ so that coinciding points remain visible."""
 ANSWER = ("crank.tau", "output.tau")
 
 
@@ -136,50 +138,50 @@ def answer(outputs: dict[str, float]) -> Array:
 
 def run(fmu: Path, case: Case, step: float, advance: Callable[[FmuDrive, Array, Array], tuple[Array, Array]]) -> Array:
     n, motion, kept = round(DURATION / step), case.start.copy(), []
-    first = case.swing(motion)
+    first = case.amplitude(motion)
     with FmuDrive(fmu) as drive:
         torques = answer(drive.initialize(named(motion)))
         for k in range(n):
             motion, torques = advance(drive, motion, torques)
-            if k >= n - max(n // 10, 4) or (k % 50 == 0 and case.swing(motion) > FAR * first):
+            if k >= n - max(n // 10, 4) or (k % 50 == 0 and case.amplitude(motion) > FAR * first):
                 kept.append(motion)
-            if kept and case.swing(motion) > FAR * first:
+            if kept and case.amplitude(motion) > FAR * first:
                 break
     return np.array(kept)
 
 
 def small_case(model: JointModel) -> Case:
-    """About a load, where the spring is as good as linear."""
+    """A small oscillation about a load, where the spring is nearly linear."""
     start, held = model.equilibrium(-LOAD)
     rest = start[0] / model.ratio - start[2]
     omega = math.sqrt(float(model.drive.lookup.stiffness(rest)) / MASSES.reduced_inertia(model.ratio))
     start[2] -= SMALL
 
-    def swing(motion: Array) -> float:
+    def amplitude(motion: Array) -> float:
         return math.hypot(motion[0] / model.ratio - motion[2] - rest, (motion[1] / model.ratio - motion[3]) / omega)
 
-    return Case(start[:4], (float(held[0]), float(held[1])), swing)
+    return Case(start[:4], (float(held[0]), float(held[1])), amplitude)
 
 
-def swing_case(model: JointModel) -> Case:
-    """Let go from a load; the swing is the twist to which the energy of the twist would carry it."""
+def large_case(model: JointModel) -> Case:
+    """An oscillation released at a load; its amplitude is the twist at which all its energy would be potential."""
     start, _ = model.equilibrium(-SWING)
     twist = np.linspace(0, 2 * model.drive.lookup.twist.stop, 20001)
     torque = np.asarray(model.drive.lookup.torque(twist))
     energy = np.concatenate([[0.0], np.cumsum((torque[1:] + torque[:-1]) / 2 * np.diff(twist))])
     inertia = MASSES.reduced_inertia(model.ratio)
 
-    def swing(motion: Array) -> float:
+    def amplitude(motion: Array) -> float:
         at, rate = abs(motion[0] / model.ratio - motion[2]), motion[1] / model.ratio - motion[3]
         held = float(np.interp(at, twist, energy)) + max(at - twist[-1], 0.0) * torque[-1] + inertia * rate**2 / 2
-        # Beyond the table only the size counts.
+        # Beyond the table the amplitude is only a measure of the growth.
         return float(np.interp(held, energy, twist)) * max(1.0, math.sqrt(held / energy[-1]))
 
-    return Case(start[:4], (0.0, 0.0), swing)
+    return Case(start[:4], (0.0, 0.0), amplitude)
 
 
 def main() -> None:
-    """Export, run, draw, print."""
+    """Export the FMUs, run all masters, print and draw."""
     parser = argparse.ArgumentParser(description="Four masters around one stiff drive")
     parser.add_argument("folder", nargs="?", default="coupling-masters", type=Path)
     parser.add_argument("--drives", type=int, default=16, help="virtual drives behind the curve (default 16)")
@@ -197,17 +199,17 @@ def main() -> None:
     axes = figure.subplots(1, 2, sharey=True)
     cases = {
         f"small oscillation about {LOAD:g} N.m": small_case(model),
-        f"swing let go at {SWING:g} N.m": swing_case(model),
+        f"oscillation released at {SWING:g} N.m": large_case(model),
     }
     for ax, (title, case) in zip(axes, cases.items(), strict=True):
-        label = f"amplitude after {DURATION:g} s, times the first"
+        label = f"amplitude after {DURATION:g} s, relative to the initial one"
         format_axes(ax, "communication step [ms]", label if ax is axes[0] else "")
         print(f"{title}: {label}")
         print(f"  {'step [ms]':18s}" + "".join(f"{1e3 * h:>8g}" for h in STEPS))
-        first = case.swing(case.start)
+        first = case.amplitude(case.start)
         for name, (master, colour, marker, size) in MASTERS.items():
             fmu = fmus["joint" if name == "kind joint" else "drive"]
-            factors = [max(case.swing(m) for m in master(fmu, case, h)) / first for h in STEPS]
+            factors = [max(case.amplitude(m) for m in master(fmu, case, h)) / first for h in STEPS]
             print(f"  {name:18s}" + "".join(f"{'unbound' if f > FAR else f'{f:.3g}':>8s}" for f in factors), flush=True)
             ax.plot(
                 1e3 * np.array(STEPS),

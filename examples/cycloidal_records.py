@@ -1,17 +1,17 @@
-"""Real records: a printed cycloidal actuator at six preloads, output locked, no drawing.
+"""Diagnosis of measured records: a printed cycloidal actuator at six preloads, output locked, without a drawing.
 
-The base is a power law with a dead band; one exponent is fitted to all records, for it is one gear. Friction that
-grows with the load is named in all, and a repeatable remainder several times the noise is reported. Printed beside
-the diagnosis is what the small cycles show without any model: the twist lost between rising and falling through zero
-torque. It falls with the first two steps of preload and stays then. The fitted play, a part of the large cycles' curve,
-falls with every step. The exponent comes out at its lower bound, a spring: between flanks and dead band a curve that
-bends otherwise is left, and is in the remainder.
+The base curve is a power law with a dead band; one exponent is fitted to all records, because they are of one gear.
+Load-dependent friction is named in all of them, and a repeatable remainder several times the noise is reported. Beside
+the diagnosis stands the lost motion that the small cycles show without any model: the twist between rising and falling
+through zero torque. It decreases with the first two steps of preload and then remains. The fitted play, a part of the
+large cycles' curve, decreases with every step. The exponent reaches its lower bound, that of a spring; the remaining
+curvature between flanks and dead band is part of the remainder.
 
     python examples/cycloidal_records.py [FOLDER] [--data DIR] [--every N]
 
-leaves cycloidal.png and a folder for each record in FOLDER (default cycloidal-records). The records (Jelmer V.,
-CC BY-SA 4.0) are not part of this repository; DIR is ../shared/data/cycloidal beside it unless told. Every N-th
-sample is used (default 12, some 36 Hz).
+writes cycloidal.png and a folder for each record to FOLDER (default cycloidal-records). The records (Jelmer V.,
+CC BY-SA 4.0) are not part of this repository; DIR is ../shared/data/cycloidal beside it by default. Every N-th sample
+is used (default 12, some 36 Hz).
 """
 
 from __future__ import annotations
@@ -32,23 +32,23 @@ from stiffness_model.units import ARCMIN
 
 COLUMNS = {"TIME": "time [s]", "POSITION": "twist [rev]", "TORQUE": "output_torque [N.m]", "test_nr": "run"}
 LARGE_CYCLES = 100
-"""Runs from here on are the large cycles."""
+"""Number of the first run with large cycles."""
 
 
 def thinned(record: Record, every: int) -> Record:
-    """Every so many samples of a record."""
+    """Every `every`-th sample of a record."""
     columns = ("time", "run", "crank_angle", "output_angle", "output_torque", "temperature")
     return replace(record, **{name: getattr(record, name)[::every] for name in columns})
 
 
 def lost_motion(record: Record) -> float:
-    """Twist, rad, between falling and rising through zero torque, the mean over the small cycles but the first."""
+    """Twist, rad, between falling and rising through zero torque, mean over the small cycles except the first."""
     widths = []
     for a, b in itertools.pairwise([*record.starts.tolist(), len(record)]):
         if not 0 < record.run[a] < LARGE_CYCLES:
             continue
         twist, torque = record.twist(1.0)[a:b], record.output_torque[a:b]
-        # Extremes of the cycle: rising from the lowest twist to the highest, falling before and after.
+        # Near zero torque the branches of the cycle lie on either side of its middle.
         near = np.abs(torque) < 0.5
         middle = (np.quantile(twist, 0.02) + np.quantile(twist, 0.98)) / 2
         widths.append(twist[near & (twist > middle)].mean() - twist[near & (twist < middle)].mean())
@@ -56,7 +56,7 @@ def lost_motion(record: Record) -> float:
 
 
 def size(found: Diagnosis, name: str, parameter: str) -> tuple[float, float, float]:
-    """Value and interval of one parameter, not a number where the effect is not named."""
+    """Value and interval of one parameter; NaN where the effect is not named."""
     for effect in found.effects:
         if effect.name == name:
             value = effect.parameters[parameter]
@@ -103,7 +103,7 @@ def main() -> None:
 
 
 def picture(rows: list[tuple[float, float, tuple[float, ...], tuple[float, ...], float, float]], path: Path) -> None:
-    """What comes and goes with the preload."""
+    """Draw lost motion, friction and remainder over the preload."""
     figure = Figure(figsize=(12, 3.6), layout="constrained")
     axes = figure.subplots(1, 3)
     k = np.arange(len(rows))

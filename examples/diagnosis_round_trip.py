@@ -1,11 +1,11 @@
-"""From a measured record to an FMU that knows what the drawing does not, and back to the record.
+"""From a measured record to an FMU with the missing effects, and back to the record.
 
-    record -> reefmu diagnose -> model.toml -> reefmu export -> FMU -> the record through the FMU -> the same small gap
+    record -> reefmu diagnose -> model.toml -> reefmu export -> FMU -> simulation of the record -> the same gap
 
     python examples/diagnosis_round_trip.py [FOLDER] [--record FILE --drive DRIVE]
 
-leaves the results, an FMU of either back end and round_trip.png in FOLDER (default diagnosis-round-trip). The record
-beside this file, hidden_effect.csv.gz, was made by the equations of tests/validation/blind, not by those of this
+writes the results, an FMU of each back end and round_trip.png to FOLDER (default diagnosis-round-trip). The record
+beside this file, hidden_effect.csv.gz, was made with the equations of tests/validation/blind, not with those of this
 package: drive_1 with 1.26 um more gear clearance than drawn and a friction of 5.9 % of the load, noise 1.1 N.m.
 """
 
@@ -44,9 +44,9 @@ def rms(values: Array) -> float:
 
 
 def replays(folder: Path, measured: Record, zero: float) -> dict[str, Array]:
-    """Torque of the sensor over the record: of the drawing's model, of model.toml, and of the FMUs made of it.
+    """Measured torque over the record: of the drawing's model, of model.toml, and of the FMUs exported from it.
 
-    All get the twist without the encoder's jitter, which moves no friction; it counts through the stiffness.
+    All get the twist without the noise of the encoder, which moves no friction; it is added through the stiffness.
     """
     model = load_model(folder / "model.toml")
     record, jitter = denoised_record(make_trace(measured, model.drive.ratio), zero)
@@ -65,7 +65,7 @@ def replays(folder: Path, measured: Record, zero: float) -> dict[str, Array]:
 
 
 def picture(record: Record, ratio: float, found: Mapping[str, Array], path: Path) -> None:
-    """The widest loop, and the gap all through the record."""
+    """Draw the widest loop, and the gap over the record."""
     starts = [*record.starts.tolist(), len(record)]
     twist = record.twist(ratio) / ARCMIN
     widest = max(range(len(starts) - 1), key=lambda k: float(np.ptp(twist[starts[k] : starts[k + 1]])))
@@ -81,7 +81,7 @@ def picture(record: Record, ratio: float, found: Mapping[str, Array], path: Path
     for (name, torque), colour in zip((drawn, last), (RED, BLUE), strict=True):
         gap = record.output_torque - torque
         right.plot(gap, lw=0.6, color=colour, label=f"{name}: {rms(gap):.2f} N.m rms")
-    right.set_title("the gap through the record")
+    right.set_title("gap over the record")
     for ax in (
         format_axes(left, "twist [arcmin]", "torque [N.m]"),
         format_axes(right, "sample", "measured - model [N.m]"),
@@ -91,7 +91,7 @@ def picture(record: Record, ratio: float, found: Mapping[str, Array], path: Path
 
 
 def main(arguments: list[str] | None = None) -> dict[str, float]:
-    """The round trip; gaps, N.m rms, by what ran."""
+    """Run the round trip; gaps, N.m rms, by simulation."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", default="diagnosis-round-trip", type=Path)
     parser.add_argument("--record", default=Path(__file__).with_name("hidden_effect.csv.gz"), type=Path)

@@ -1,12 +1,12 @@
-"""The signature of every effect: what it does to a measurement, and what is left when the drawing is taken off.
+"""The signature of every effect: the measured torque with it, and its difference from the model of the drawing.
 
-For each effect one picture. On the left the torque that a rig would read: grey without the effect, in colour with
-it. On the right the difference, over the coordinate where the effect lives. The movements are a rig's: loops with
-the crank locked, a hold, turning the crank both ways, a warm run, a run after many turns.
+One picture for each effect. Left: the torque that a rig would measure, grey without the effect, in colour with it.
+Right: the difference, over the coordinate that shows the effect. The motions are those of a rig: loops with the crank
+locked, a hold, rotation in both senses, a warm run, a run after many turns.
 
     python examples/effect_signatures.py [FOLDER] [--drives N]
 
-leaves backlash.png, preload.png and so on in FOLDER (default effect-signatures).
+writes backlash.png, preload.png and so on to FOLDER (default effect-signatures).
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ COORDINATES = {
 
 
 class Run(NamedTuple):
-    """One run on the rig; arrays (n,): time s, crank angle rad, twist rad."""
+    """One run on the rig; time, s, crank angle, rad, and twist, rad, (n,); temperature, degC."""
 
     label: str
     time: Array
@@ -67,40 +67,41 @@ def loop(
     temperature: float = 20.0,
     start: float = 0.0,
 ) -> Run:
-    """One and a quarter loops to +-reach, arcmin, with the crank locked."""
+    """One and a quarter loops to +-`reach` arcmin with the crank locked."""
     t = np.linspace(0, 1.25, 1250)
     twist = reach * ARCMIN * np.interp(t, [0, 0.25, 0.75, 1.25], [0, 1, -1, 1])
     return Run(label, start + seconds * t, np.full(t.shape, crank), twist, temperature)
 
 
 def hold(label: str, reach: float = 6.0) -> Run:
-    """Up within 5 s, held for 150 s, back within 5 s, held again."""
+    """To `reach` arcmin within 5 s, held for 150 s, back within 5 s, held again."""
     t = np.linspace(0, 260, 2601)
     return Run(label, t, 0 * t, reach * ARCMIN * np.interp(t, [0, 5, 155, 160], [0, 1, 1, 0]))
 
 
 def turning(label: str, turns: float, *, first: float = 0.0, twist: float = 4.0, seconds: float = 60.0) -> Run:
-    """The crank turned slowly, the output under a twist, arcmin, that stays."""
+    """The crank turns slowly at a constant twist, arcmin."""
     t = np.linspace(0, 1, int(400 * abs(turns)) + 1)
     return Run(label, seconds * t, TURN * (first + turns * t), np.full(t.shape, twist * ARCMIN))
 
 
-def to_and_fro(*speeds: float, twist: float = 4.0) -> Callable[[], list[Run]]:
-    """The output swung over 20 deg, its speed rising to these, rad/s, under a twist, arcmin, that stays."""
+def oscillation(*speeds: float, twist: float = 4.0) -> Callable[[], list[Run]]:
+    """The output oscillates over 20 deg, with these greatest speeds, rad/s, at a constant twist, arcmin."""
 
     def runs() -> list[Run]:
-        angle = np.linspace(-0.25, 1.0, 2501) * TURN  # from where it stands still
+        angle = np.linspace(-0.25, 1.0, 2501) * TURN  # from a point of zero speed
         output = np.radians(10) * np.sin(angle)
         held = np.full(angle.shape, twist * ARCMIN)
-        way = (angle - angle[0]) * np.radians(10)
-        return [Run(f"up to {speed:g} rad/s", way / speed, RATIO * (output + held), held) for speed in speeds]
+        path = (angle - angle[0]) * np.radians(10)
+        return [Run(f"up to {speed:g} rad/s", path / speed, RATIO * (output + held), held) for speed in speeds]
 
     return runs
 
 
 @dataclass(frozen=True)
 class Signature:
-    """values: of the effect's parameters; left, right: names of `COORDINATES` along which to draw."""
+    """How an effect is shown. values: of its parameters; left, right: names of `COORDINATES` for the axes; reads: the
+    output that is drawn."""
 
     values: Mapping[str, float]
     runs: Callable[[], Sequence[Run]]
@@ -110,7 +111,7 @@ class Signature:
 
 
 def loops(*reaches: float) -> Callable[[], list[Run]]:
-    """Loops to several amplitudes, arcmin."""
+    """Runs with loops of several amplitudes, arcmin."""
     return lambda: [loop(f"to {reach:g} arcmin", reach) for reach in reaches]
 
 
@@ -143,10 +144,10 @@ SIGNATURES: dict[str, Signature] = {
     "damping": Signature(
         {"coefficient": 2e3}, lambda: [loop(f"loop of {s:g} s", seconds=s) for s in (1.0, 10.0, 100.0)], "twist", "rate"
     ),
-    "coulomb_friction": Signature({"torque": 5.0}, to_and_fro(1.0, 0.3), "output", "speed", "output.tau"),
-    "viscous_friction": Signature({"coefficient": 6.0}, to_and_fro(1.0, 0.3, 0.1), "output", "speed", "output.tau"),
+    "coulomb_friction": Signature({"torque": 5.0}, oscillation(1.0, 0.3), "output", "speed", "output.tau"),
+    "viscous_friction": Signature({"coefficient": 6.0}, oscillation(1.0, 0.3, 0.1), "output", "speed", "output.tau"),
     "stribeck_friction": Signature(
-        {"torque": 5.0, "speed": 0.2}, to_and_fro(1.0, 0.3, 0.1), "output", "speed", "output.tau"
+        {"torque": 5.0, "speed": 0.2}, oscillation(1.0, 0.3, 0.1), "output", "speed", "output.tau"
     ),
     "torque_sensor_offset": Signature({"torque": -8.0}, loops(6), "twist", "torque"),
     "torque_sensor_drift": Signature(
@@ -159,7 +160,7 @@ SIGNATURES: dict[str, Signature] = {
 
 
 def record_of(runs: Sequence[Run]) -> Record:
-    """The runs as one record; clocks that start anew stay so."""
+    """Join runs to one record; a clock that starts anew in a run remains so."""
     joined = {name: np.concatenate([getattr(r, name) for r in runs]) for name in ("time", "crank", "twist")}
     return make_record(
         {
@@ -174,7 +175,7 @@ def record_of(runs: Sequence[Run]) -> Record:
 
 
 def coordinate(name: str, run: Run, torque: Array) -> Array:
-    """Values along an axis of a picture; torque: without the effect, N.m."""
+    """Values along an axis of a picture. torque: without the effect, N.m."""
     output = run.crank / RATIO - run.twist
     return {
         "twist": lambda: run.twist / ARCMIN,
@@ -203,7 +204,7 @@ def draw(name: str, plain: DriveModel, lookup: Lookup) -> Figure:
         along_left, along_right = (coordinate(axis, run, before[part]) for axis in (shown.left, shown.right))
         left.plot(along_left, before[part], color=FAINT, linewidth=2.4, label="as drawn" if k == 0 else None, zorder=1)
         left.plot(along_left, after[part], color=COLOURS[k], linewidth=1.3, label=run.label, zorder=9 - k)
-        # Where runs lie on one line, the later are thinner: all stay visible.
+        # Where runs coincide, later ones are thinner, so that all remain visible.
         width = len(runs) - k + 0.3 if shown.right in ("speed", "rate") else 1.3
         right.plot(along_right, (after - before)[part], color=COLOURS[k], linewidth=width, zorder=2 + k)
     format_axes(left, COORDINATES[shown.left], TORQUE)
@@ -213,21 +214,21 @@ def draw(name: str, plain: DriveModel, lookup: Lookup) -> Figure:
     left.legend(
         loc="lower left", bbox_to_anchor=(-0.02, 1.0), ncols=5, frameon=False, fontsize="small", labelcolor=INK
     ).set_in_layout(False)
-    figure.suptitle(head(name), x=0.01, ha="left", fontsize="medium", color=INK)
-    figure.supxlabel("shows in: " + effect.excitation, x=0.01, ha="left", fontsize="small", color=INK)
+    figure.suptitle(heading(name), x=0.01, ha="left", fontsize="medium", color=INK)
+    figure.supxlabel("excitation: " + effect.excitation, x=0.01, ha="left", fontsize="small", color=INK)
     return figure
 
 
-def head(name: str) -> str:
-    """Name, equation and size of an effect."""
+def heading(name: str) -> str:
+    """Title with name, parameters and equation of an effect."""
     effect, values = EFFECTS[name], SIGNATURES[name].values
     units = {p.name: p.unit for p in effect.parameters}
-    sizes = ", ".join(in_words(key, value, units[key]) for key, value in values.items())
+    sizes = ", ".join(parameter_text(key, value, units[key]) for key, value in values.items())
     return f"{effect.title} ({name}: {sizes})\n{effect.equation}"
 
 
-def in_words(name: str, value: float, unit: str) -> str:
-    """A parameter's size, lengths in um."""
+def parameter_text(name: str, value: float, unit: str) -> str:
+    """A parameter with its value and unit, lengths in um."""
     if unit == "m" or unit.startswith("m/"):
         value, unit = 1e6 * value, "u" + unit
     return f"{name} {value:g} {unit}".removesuffix(" 1")

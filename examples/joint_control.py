@@ -1,13 +1,13 @@
-"""A controller for a robot joint, designed on a constant stiffness and tried on the drive's real curve.
+"""A controller for a robot joint, designed with a constant stiffness and simulated with the drive's curve.
 
 An REE drive is soft around zero torque and stiff under load. A discrete LQR with integral action, designed with the
-stiffness at 100 N.m, damps the joint's oscillation well there. At rest the drive has a fifth of that stiffness, and
-the same controller drives the joint into a lasting oscillation. Designed with the stiffness at zero torque, the same
-weights give a controller that holds over the whole range.
+stiffness at 100 N.m, damps the joint's oscillation well there. Around zero torque the drive has a fifth of that
+stiffness, and the same controller leads to a limit cycle. Designed with the stiffness at zero torque, the same weights
+give a controller that damps the joint over the whole range.
 
     python examples/joint_control.py [FOLDER] [--drives N]
 
-leaves stiffness.png and response.png in FOLDER (default joint-control) and prints the figures behind them.
+writes stiffness.png and response.png to FOLDER (default joint-control) and prints the figures behind them.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ STIFF_POINT = 100.0  # N.m on the output, about half the drive's rated torque
 
 
 def main() -> None:
-    """Design, try, draw, print."""
+    """Design both controllers, simulate, draw and print."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("folder", nargs="?", default="joint-control", type=Path)
     parser.add_argument("--drives", type=int, default=60, help="virtual drives behind the curve (default 60)")
@@ -49,7 +49,7 @@ def main() -> None:
             f"gains {np.array2string(made.gains, precision=3)}"
         )
         print(
-            "  least damping ratio at "
+            "  smallest damping ratio at "
             + ", ".join(
                 f"{torque:g} N.m: {minimum_damping_ratio(joint, made, torque):.2f}"
                 for torque in (0.0, 10.0, 50.0, 100.0, 200.0)

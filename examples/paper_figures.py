@@ -1,8 +1,8 @@
-"""Figures 7 to 10 of the paper, for the presets (30 lobes) or the other reading of |i| = 29 (28 lobes).
+"""Figures 7 to 10 of the paper, for the presets (30 lobes) or for the other reading of |i| = 29 (28 lobes).
 
     python examples/paper_figures.py [FOLDER] [--drives N] [--lobes 28]
 
-leaves figure_7.png ... figure_10.png in FOLDER (default paper-figures) and prints the numbers of the text.
+writes figure_7.png ... figure_10.png to FOLDER (default paper-figures) and prints the numbers of the text.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def simulated(lobes: int, n_drives: int) -> list[sm.Population]:
 
 
 def main() -> None:
-    """Simulate, draw, print."""
+    """Simulate, draw and print."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("folder", nargs="?", default="paper-figures", type=Path)
     parser.add_argument("--drives", type=int, default=1000, help="virtual drives per variant (default 1000)")

@@ -1,14 +1,13 @@
-"""One controller on ten drives of one drawing.
+"""One controller on ten individual drives of one drawing.
 
-A controller is designed on the mean drive. The ten that come from the workshop are none of them the mean: their balls,
-bores and lobes deviate, and as they turn, the twist under the same torque changes by an arc minute or two. To a
-feedback of crank and output that looks like torque, some 40 N.m an arc minute, and it answers. Two designs that the
-mean drive cannot tell apart do this very differently on the individuals: here through one turn of the crank, under
-load.
+A controller is designed on the mean drive. Balls, bores and lobes of a real drive deviate, and as it turns, the twist
+at the same torque changes by an arc minute or two. A feedback of crank and output angle takes this for a change of
+torque, some 40 N.m per arc minute, and reacts. Two designs that perform alike on the mean drive differ on the
+individuals, here during one turn of the crank under load.
 
     python examples/ten_drives.py [FOLDER] [--drive drive_2] [--individuals N]
 
-leaves ten_drives.png in FOLDER (default ten-drives) and prints the tracking errors.
+writes ten_drives.png to FOLDER (default ten-drives) and prints the tracking errors.
 """
 
 from __future__ import annotations
@@ -34,13 +33,13 @@ SPEED = 2 * np.pi * 5.0  # rad/s of the crank
 LOAD = -60.0  # N.m on the output
 WEIGHTS = {"soft on the output": Weights(), "stiff on the output": Weights(output_angle=1e6, integral=1e8)}
 DURATION = 0.2  # s, one turn of the crank
-SUBSTEPS = 2  # the stiffest oscillation turns by a third of a radian in one
+SUBSTEPS = 2  # a third of a radian of the fastest oscillation in each
 
 
-def moving(
+def tracking_controller(
     design: Design, ratio: float, motor_torque: float, start: np.ndarray
 ) -> Callable[[float, np.ndarray], tuple[float, float]]:
-    """State feedback on an even motion of crank and output, from `start`, with the integral of the output's error."""
+    """State feedback along a uniform motion from `start`, with the integral of the output's error."""
     speeds = np.array([SPEED, 0.0, SPEED / ratio, 0.0])
     held = np.array([0.0, SPEED, 0.0, SPEED / ratio])
     integral = 0.0
@@ -55,14 +54,14 @@ def moving(
     return controller
 
 
-def carry(joint: JointModel, design: Design) -> tuple[Motion, np.ndarray]:
-    """The motion through one turn of the crank, and the output's error in it, arcmin."""
+def track(joint: JointModel, design: Design) -> tuple[Motion, np.ndarray]:
+    """The motion during one turn of the crank, and the error of the output, arcmin."""
     x, torques = joint.equilibrium(LOAD)
     speeds = np.array([0.0, SPEED, 0.0, SPEED / joint.ratio])
     damping = MASSES.motor_damping * SPEED + MASSES.load_damping * SPEED / joint.ratio**2
     motion = simulate_joint(
         joint,
-        moving(design, joint.ratio, float(torques[0]) + damping, x),
+        tracking_controller(design, joint.ratio, float(torques[0]) + damping, x),
         step=SAMPLE,
         duration=DURATION,
         start=x + joint.state(speeds),
@@ -72,7 +71,7 @@ def carry(joint: JointModel, design: Design) -> tuple[Motion, np.ndarray]:
 
 
 def main() -> None:
-    """Design on the mean, try on all, draw, print."""
+    """Design on the mean drive, simulate all drives, draw and print."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("folder", nargs="?", default="ten-drives", type=Path)
     parser.add_argument("--drive", default="drive_2")
@@ -91,10 +90,10 @@ def main() -> None:
     for seed in [*range(args.individuals), None]:
         joint = mean if seed is None else JointModel(build_model(drive, lookup=lookup, individual=seed), MASSES)
         colour, width = {None: (INK, 1.8), 0: (BLUE, 1.4)}.get(seed, (FAINT, 0.8))
-        label = {None: "mean drive", 0: "individual 0", 1: "the others"}.get(seed)
+        label = {None: "mean drive", 0: "individual 0", 1: "other individuals"}.get(seed)
         cells = ["mean" if seed is None else f"individual {seed}"]
         for design, ax in zip(designs, axes, strict=True):
-            motion, error = carry(joint, design)
+            motion, error = track(joint, design)
             ax.plot(motion.time * SPEED / (2 * np.pi), error, color=colour, lw=width, label=label)
             torque = motion.torques[:, 0]
             cells.append(f"{np.abs(error).max():.2f}   {torque.min():.2f} to {torque.max():.2f}")

@@ -1,5 +1,5 @@
-/* What an FMU costs at least: the calls of a host's loop with nothing in them, or with one cubic look-up in a table
-   (-DTABLE), written without care for the standard. To compare with. */
+/* Lower bound of the time of an FMU: the calls of a host's loop without any work, or with one cubic look-up in a table
+   (-DTABLE). It does not check its calls as the standard requires. */
 
 #include <stdlib.h>
 #include <string.h>
@@ -15,7 +15,7 @@ void *fmi2Instantiate(const char *name, int kind, const char *guid, const char *
 }
 const char *fmi2GetTypesPlatform(void) { return "default"; }
 const char *fmi2GetVersion(void) { return "2.0"; }
-/* FMPy asks for every function there is. */
+/* FMPy looks up every function of the standard. */
 #define NOTHING(name) int name(void *made) { (void)made; return 0; }
 NOTHING(fmi2Terminate) NOTHING(fmi2Reset) NOTHING(fmi2SetDebugLogging) NOTHING(fmi2CancelStep)
 NOTHING(fmi2GetInteger) NOTHING(fmi2GetBoolean) NOTHING(fmi2GetString) NOTHING(fmi2SetInteger)

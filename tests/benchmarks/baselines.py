@@ -1,8 +1,8 @@
-"""What others would do with the same physics: greedy BIC, STLSQ and pysindy over linear columns of the effects.
+"""Other methods on the same physics: greedy BIC, STLSQ and pysindy over linear columns of the effects.
 
-Each takes a record and a drawing and answers in the form of diagnosis.json, as far as it goes: a verdict and
-names. None knows of tolerance scatter or of what is outside the vocabulary. "bic" is the plain criterion; the
-others are helped: an effect must move the torque by `MATERIAL`, and "bic_helped" counts independent samples only.
+Each takes a record and a drawing and returns verdict and names in the form of diagnosis.json. None accounts for
+tolerance scatter or for discrepancies that no effect describes. "bic" is the plain criterion. The others get help: an
+effect must change the torque by `MATERIAL`, and "bic_helped" counts independent samples only.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from stiffness_model.numerics.arrays import Array
 
 MICROMETRE = 1e-6
 MATERIAL = 0.003
-"""Least rms of an effect's torque, over full torque, in the methods that have a threshold."""
+"""Smallest rms of an effect's torque, over full torque, in the methods that have a threshold; chosen by judgement."""
 
 
 @functools.lru_cache(maxsize=16)
 def _base(toml: str) -> tuple[sm.Drive, Lookup, Array, Array]:
-    """Drive, lookup, twists and the share by which a ten per cent higher modulus of gear and cage raises the
-    torque there.
+    """Drive, lookup, twists, and the relative change of the torque there for a modulus of gear and cage that is ten per
+    cent higher.
     """
     with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
         warnings.simplefilter("ignore", sm.DoesNotFitWarning)
@@ -55,7 +55,7 @@ def _base(toml: str) -> tuple[sm.Drive, Lookup, Array, Array]:
 def columns(
     record: Record, drive: sm.Drive, lookup: Lookup, modulus: tuple[Array, Array]
 ) -> tuple[Array, dict[str, Array]]:
-    """The columns that are always in (torque, zero of the twist), (n, 2), and those of every effect, (n, k)."""
+    """Columns of the base (torque, zero of the twist), (n, 2), and of every effect, (n, k)."""
     starts = np.append(record.starts, len(record))
     twist = _smooth(record.twist(drive.ratio), starts)
     torque, slope = lookup.torque(twist), lookup.stiffness(twist)
@@ -64,7 +64,7 @@ def columns(
     crank, length = record.crank_angle, 0.02 * drive.max_twist
     travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(crank)))])
     turn, speed = crank * (1 - 1 / drive.ratio), _rate(_smooth(record.output_angle, starts), record.time, starts)
-    inside, outside = _play(twist, starts, length), _play(_smooth(record.output_angle, starts), starts, length)
+    inside, outside = _slip(twist, starts, length), _slip(_smooth(record.output_angle, starts), starts, length)
     elapsed = record.time - record.time[0]
     per_torque = slope * drive.max_twist / lookup.full_torque
     seconds = (3.0, 10.0, 30.0)
@@ -75,7 +75,7 @@ def columns(
         "modulus_error": [torque * np.interp(np.abs(twist), *modulus)],
         "missing_ball": [f(turn) * torque for f in (np.cos, np.sin)],
         "structural_compliance": [per_torque * torque],
-        "creep": [per_torque * _followed(torque, record.time, starts, s) for s in seconds],
+        "creep": [per_torque * _lagged(torque, record.time, starts, s) for s in seconds],
         "kinematic_error": [slope * f(k * crank) for k in (1, 2, 3, 4) for f in (np.cos, np.sin)],
         "hysteresis": [inside],
         "load_dependent_hysteresis": [inside * np.abs(torque)],
@@ -95,10 +95,10 @@ def columns(
 def greedy_bic(
     base: Array, groups: dict[str, Array], y: Array, threshold: float, helped: bool = False
 ) -> dict[str, Array]:
-    """Take the group that lowers n log(RSS/n) + k log n most, until none does.
+    """Add the group that lowers n log(RSS/n) + k log n most, until none does.
 
-    helped: n counts independent samples, by the correlation of neighbouring residuals, and a group whose part is
-    below `threshold`, N.m rms, is not taken.
+    helped: n counts independent samples, by the correlation of neighbouring residuals, and a group that contributes
+    less than `threshold`, N.m rms, is not added.
     """
     chosen: list[str] = []
     independent = 1.0
@@ -125,7 +125,7 @@ def greedy_bic(
 def stlsq(base: Array, groups: dict[str, Array], y: Array, threshold: float) -> dict[str, Array]:
     """Sequentially thresholded least squares on columns of unit rms; threshold: N.m."""
     names = [name for name, c in groups.items() for _ in range(c.shape[1])]
-    columns, target = _free_of(base, groups, y)
+    columns, target = _project_out(base, groups, y)
     active = np.ones(len(names), bool)
     for _ in range(20):
         found, part = np.zeros(len(names)), columns[:, active]
@@ -138,11 +138,11 @@ def stlsq(base: Array, groups: dict[str, Array], y: Array, threshold: float) -> 
 
 
 def pysindy(base: Array, groups: dict[str, Array], y: Array, threshold: float) -> dict[str, Array]:
-    """pysindy's ensemble of STLSQ fits on resampled rows; names that most fits keep."""
+    """pysindy's ensemble of STLSQ fits on resampled rows; names that more than 60 % of the fits keep."""
     from pysindy.optimizers import STLSQ, EnsembleOptimizer
 
     names = [name for name, c in groups.items() for _ in range(c.shape[1])]
-    columns, target = _free_of(base, groups, y)
+    columns, target = _project_out(base, groups, y)
     single = STLSQ(threshold=threshold, alpha=1e-3 * len(y))
     optimizer = EnsembleOptimizer(single, bagging=True, n_models=20, n_subset=len(y) // 2)
     with warnings.catch_warnings():
@@ -160,13 +160,13 @@ METHODS: dict[str, Callable[[Array, dict[str, Array], Array, float], dict[str, A
 }
 
 
-def why_not(method: str) -> str:
-    """Why a method cannot run here, or an empty text."""
+def reason_to_skip(method: str) -> str:
+    """The reason why a method cannot run, or an empty text."""
     return "pysindy is not installed" if method == "pysindy" and importlib.util.find_spec("pysindy") is None else ""
 
 
 def diagnose(method: str, record_path: Path, drawing_path: Path) -> dict[str, Any]:
-    """The names that a method finds in a record."""
+    """Verdict and names that a method finds in a record."""
     record = read_record(record_path)
     drive, lookup, *modulus = _base(drawing_path.read_text("utf-8"))
     base, groups = columns(record, drive, lookup, (modulus[0], modulus[1]))
@@ -188,15 +188,15 @@ def _coefficients(base: Array, groups: dict[str, Array], y: Array, chosen: list[
     return {name: values[end - groups[name].shape[1] : end] for name, end in zip(chosen, ends, strict=True)}
 
 
-def _free_of(base: Array, groups: dict[str, Array], y: Array) -> tuple[Array, Array]:
-    """Columns of unit rms and y with the base's part taken away."""
+def _project_out(base: Array, groups: dict[str, Array], y: Array) -> tuple[Array, Array]:
+    """Columns of unit rms and y, both without their projection onto the base."""
     together = np.hstack([*groups.values(), y[:, None]])
     rest = _residual(base, together)
     return rest[:, :-1] / _rms(rest)[:-1], rest[:, -1]
 
 
 def _residual(design: Array, y: Array) -> Array:
-    """y less its least-squares part in the design's columns."""
+    """Residual of y after a least-squares fit of the design's columns."""
     scaled = design / _rms(design)
     gram = scaled.T @ scaled + 1e-10 * len(y) * np.eye(design.shape[1])
     return y - scaled @ np.linalg.solve(gram, scaled.T @ y)
@@ -231,19 +231,19 @@ def _rate(values: Array, time: Array, starts: NDArray[np.intp]) -> Array:
     return out
 
 
-def _play(way: Array, starts: NDArray[np.intp], length: float) -> Array:
-    """One slip element: -1 to 1."""
-    out = np.zeros_like(way)
+def _slip(path: Array, starts: NDArray[np.intp], length: float) -> Array:
+    """State of one slip element along a path, -1 to 1; length: of its presliding."""
+    out = np.zeros_like(path)
     for run in _by_run(starts):
         state = 0.0
-        steps = np.diff(way[run], prepend=way[run][:1]) / length
+        steps = np.diff(path[run], prepend=path[run][:1]) / length
         for k, step in enumerate(steps.tolist()):
             state = min(max(state + step, -1.0), 1.0)
             out[run.start + k] = state
     return out
 
 
-def _followed(torque: Array, time: Array, starts: NDArray[np.intp], delay: float) -> Array:
+def _lagged(torque: Array, time: Array, starts: NDArray[np.intp], delay: float) -> Array:
     out = np.zeros_like(torque)
     for run in _by_run(starts):
         share = 1 - np.exp(-np.diff(time[run], prepend=time[run][:1]) / delay)

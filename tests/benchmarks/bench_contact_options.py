@@ -1,9 +1,9 @@
-"""Cost of what is switched on beyond the plain contact model, as multiples of the plain solve in the same run.
+"""Computing time of the contact options, as multiples of that of the plain model in the same run.
 
     python tests/benchmarks/bench_contact_options.py [--drive drive_1] [--drives 160] [--twists 31]
 
-Times of `solve` alone on the same contacts, and of a whole `simulate`, alternating so that a busy machine hurts all
-alike; the median of the ratios. The issue asks for at most 5 for the crank bearings.
+Times of `solve` alone on the same contacts, and of a whole `simulate`, alternating so that other work on the machine
+affects both alike; the median of the ratios. The goal for the crank bearings is at most 5.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ SLOW = ("exact gear", "inertia", "conforming bores")
 
 
 def blocks(drive: sm.Drive, n_drives: int) -> list[Contacts]:
-    """Contacts of the usable elements, block by block."""
+    """Contacts of the usable elements, one entry per block."""
     drawn = [sampling.draw(drive, block, count, 0) for block, count in sampling.blocks(n_drives)]
     return [usable_elements(drive, d).contacts for d in drawn]
 

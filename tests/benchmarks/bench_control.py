@@ -1,9 +1,9 @@
-"""What a model's functions and python-control's systems cost, and what of it is not arithmetic.
+"""Computing time of a model's functions, of python-control's systems and of a diagnosis.
 
     python tests/benchmarks/bench_control.py [--rounds 30]
 
-Ratios are to a bare evaluation of the contact table's two splines in the same run. Rounds are short and in turn, the
-best counts, in processor time: other work on the machine only ever adds.
+Ratios are to a bare evaluation of the contact table's two splines in the same run. Rounds are short and alternate; the
+best counts, in processor time, because other work on the machine only adds.
 """
 
 from __future__ import annotations
@@ -56,12 +56,12 @@ def main() -> None:
     seconds = min(timed(lambda: analyse(record, BaseCurveSource(rig.drive())), 1) for _ in range(2))
     print(
         f"a diagnosis of {len(record)} samples: {seconds:.2f} s of processor time, "
-        f"{seconds / (len(record) * bare):.0f} bare evaluations a sample"
+        f"{seconds / (len(record) * bare):.0f} bare evaluations per sample"
     )
 
 
 def of_model(name: str, joint: JointModel) -> dict[str, tuple[Work, int]]:
-    """Calls of one model by name, and how many of them make a round."""
+    """Calls of one model by name, and their number in a round."""
     model, system = joint.drive, joint_system(joint)
     x, u = joint.equilibrium(-50.0)
     p, inputs = model.parameter_vector(), np.array([0.0, 1.0, -1e-3, 0.0, 20.0])
@@ -78,7 +78,7 @@ def of_model(name: str, joint: JointModel) -> dict[str, tuple[Work, int]]:
 
 
 def timed(work: Work, times: int) -> float:
-    """Seconds of processor time a call."""
+    """Processor time per call, s."""
     start = time.process_time()
     for _ in range(times):
         work()

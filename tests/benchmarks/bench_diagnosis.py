@@ -1,7 +1,7 @@
-"""Scores the diagnosis, and what others would do, on sealed records (tests/validation/blind).
+"""Scores the diagnosis, and other methods, on blind cases (tests/validation/blind).
 
-Run as `python tests/benchmarks/bench_diagnosis.py --count 300 --workers 2`. Every case is made, diagnosed and
-judged in a process of its own pool; an engine gets the paths of a record and a drawing and nothing else.
+Run as `python tests/benchmarks/bench_diagnosis.py --count 300 --workers 2`. Every case is made, diagnosed
+and judged in one process of a pool; an engine gets the paths of a record and a drawing and nothing else.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Answer = dict[str, Any]
 
 
 def reefmu_engine(record: Path, drawing: Path) -> Answer:
-    """The project's diagnosis, as diagnosis.json gives it. The one place that knows how it is called."""
+    """The diagnosis of this package, in the form of diagnosis.json."""
     from reefmu.diagnosis import diagnose_record
 
     found = diagnose_record(record, drive=drawing)
@@ -44,7 +44,7 @@ def reefmu_engine(record: Path, drawing: Path) -> Answer:
 
 
 def command_engine(record: Path, drawing: Path) -> Answer:
-    """The same through the command line of the contract."""
+    """The same through the command line."""
     out = record.parent / "out"
     call = ["diagnose", str(record), "--drive", str(drawing), "--out", str(out)]
     subprocess.run([sys.executable, "-m", "reefmu", *call], check=True, capture_output=True)
@@ -59,7 +59,7 @@ ENGINES: dict[str, Callable[[Path, Path], Answer]] = {
 
 
 def examine(what: Case, engines: tuple[str, ...]) -> dict[str, Outcome]:
-    """Make one case and judge what the engines say of it."""
+    """Make one case and judge the answers of the engines."""
     warnings.simplefilter("ignore", DoesNotFitWarning)
     sealed = make(what)
     out = {}
@@ -70,14 +70,14 @@ def examine(what: Case, engines: tuple[str, ...]) -> dict[str, Outcome]:
             try:
                 answer = ENGINES[name](record, drawing)
                 out[name] = judge(sealed.truth, answer, time.perf_counter() - start)
-            except Exception as error:  # a crash is a result of the examined, not of the examiner
+            except Exception as error:  # an error is a result of the engine
                 text = f"{type(error).__name__}: {str(error)[:200]}"
                 out[name] = failed(sealed.truth, text, time.perf_counter() - start)
     return out
 
 
 def run(cases: list[Case], engines: tuple[str, ...], workers: int) -> dict[str, list[Outcome]]:
-    """Outcomes of every engine over the cases; prints one line a case as they come."""
+    """Outcomes of every engine over the cases; prints one line per case."""
     # One thread a process, set before the children import NumPy: the pool is the parallelism.
     for name in BLAS_THREADS:
         os.environ.setdefault(name, "1")
@@ -99,7 +99,7 @@ def run(cases: list[Case], engines: tuple[str, ...], workers: int) -> dict[str, 
 
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=300, help="cases looked at (default 300)")
+    parser.add_argument("--count", type=int, default=300, help="number of cases (default 300)")
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
     parser.add_argument("--seed", type=int, default=0, help="catalogue; another seed gives other cases")
     parser.add_argument("--workers", type=int, default=2)
@@ -111,7 +111,7 @@ def main(arguments: list[str] | None = None) -> None:
     for name in options.engines.split(","):
         if name not in ENGINES:
             parser.error(f"unknown engine {name!r}; expected one of {', '.join(ENGINES)}")
-        if reason := baselines.why_not(name):
+        if reason := baselines.reason_to_skip(name):
             print(f"{name}: skipped, {reason}")
         else:
             engines.append(name)

@@ -1,11 +1,11 @@
-"""Millions of steps of the native FMU round a closed loop of twist, against the Python model.
+"""Difference between native FMU and Python model over millions of steps of a closed loop of twist.
 
     python tests/benchmarks/bench_drift.py [--steps 10000000] [--round 1000]
 
-A round is a signal with reversals at five amplitudes, a crank that turns both ways and uneven steps, which ends where
-it begins; every effect is inside, so creep settles, hysteresis turns over, wear and sensor drift grow. After every
-round all outputs and states of the FMU (in a C host) are compared with the model's, which goes its own way through
-CasADi. Printed over the rounds: the greatest difference so far, each variable's as a part of its greatest value.
+A round is a signal with reversals at five amplitudes, a crank that turns in both senses and uneven steps, which ends
+where it begins. Every effect is included, so that creep relaxes, hysteresis reverses, and wear and sensor drift grow.
+After every round all outputs and states of the FMU (in a C host) are compared with those of the model, which CasADi
+evaluates. Printed over the rounds: the greatest difference so far, of each variable relative to its greatest value.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def main() -> None:
             archive.extractall(folder / "out")
         host = build_replay(folder / "host")
         start = time.perf_counter()
-        came = replay(
+        native_values = replay(
             [str(host)],
             next((folder / "out").rglob("*.so")),
             read_archive(path).guid,
@@ -88,21 +88,21 @@ def main() -> None:
     steps = rounds * len(excitation.dt)
     print(
         f"{rounds} rounds of {len(excitation.dt)} steps, {len(model.effects)} effects; C host {native:.1f} s "
-        f"({1e6 * native / steps:.2f} us a step), model {python:.1f} s, {python / native:.0f} times as long"
+        f"({1e6 * native / steps:.2f} us per step), model {python:.1f} s, {python / native:.0f} times as long"
     )
     names = [s.name for s in (*component.outputs, *component.states)]
     scale = np.maximum(np.abs(expected).max(axis=0), 1e-30)
     scale[names.index("output.tau")] = scale[names.index("measured.tau")] = model.full_torque
-    away = np.maximum.accumulate(np.abs(came - expected) / scale, axis=0)
+    difference = np.maximum.accumulate(np.abs(native_values - expected) / scale, axis=0)
     for n in sorted({1, *(int(10**k) for k in range(1, 8) if 10**k < rounds), rounds}):
-        worst = int(away[n].argmax())
+        worst = int(difference[n].argmax())
         print(
-            f"after {n * len(excitation.dt):9d} steps: torque {away[n, 0]:.2g} of full torque, "
-            f"worst {away[n, worst]:.2g} in {names[worst]}"
+            f"after {n * len(excitation.dt):9d} steps: torque {difference[n, 0]:.2g} of full torque, "
+            f"worst {difference[n, worst]:.2g} in {names[worst]}"
         )
     for name in ("wear.travel", "creep.twist", "hysteresis.deflection", "output.tau"):
         at = names.index(name)
-        print(f"{name} at the end: native {came[-1, at]!r}, model {expected[-1, at]!r}")
+        print(f"{name} at the end: native {native_values[-1, at]!r}, model {expected[-1, at]!r}")
 
 
 if __name__ == "__main__":

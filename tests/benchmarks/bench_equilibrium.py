@@ -1,9 +1,9 @@
-"""Time per element and twist: NumPy's closed form, a C loop of the same, and SciPy's root of eq. 15.
+"""Time per element and twist of the closed form in NumPy, the same as a C loop, and SciPy's root of eq. 15.
 
     python tests/benchmarks/bench_equilibrium.py [--drive drive_2] [--elements 700] [--twists 24]
 
-All three in one run on the same elements; the agreement beside the times. The C loop is compiled with the
-PATH's `cc -O2` and left out, with the reason, where there is none. Plain pytest times nothing.
+All three run on the same elements; their agreement is printed beside the times. The C loop is compiled with `cc -O2`
+and left out, with the reason, where there is no compiler. The test of this program measures no times.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ _INPUTS = (
 class Figures:
     """Median times, ns per element and twist, and greatest differences, as shares of the greatest force.
 
-    c_*: None without a C compiler, and then `c_missing` says why.
+    c_*: None without a C compiler; `c_missing` then states the reason.
     """
 
     numpy: float
@@ -76,7 +76,7 @@ def elements(drive: sm.Drive, n: int) -> Contacts:
 
 
 def c_loop(folder: Path) -> Callable[[Contacts, np.ndarray, Equilibrium], None] | str:
-    """The compiled loop, which writes into an `Equilibrium`'s arrays, or why there is none."""
+    """The compiled loop, which writes into the arrays of an `Equilibrium`, or the reason why there is none."""
     compiler = shutil.which("cc")
     if compiler is None:
         return "no C compiler (cc) on the PATH"
@@ -122,7 +122,7 @@ def measure(
     with tempfile.TemporaryDirectory() as folder:
         loop = c_loop(Path(folder))
         numpy_times, c_times = [], []
-        for _ in range(repeats):  # in turn, so that both meet the same disturbances
+        for _ in range(repeats):  # alternating, so that both meet the same disturbances
             numpy_times.append(_seconds(lambda: closed_form(contacts, twists)))
             if not isinstance(loop, str):
                 c_times.append(_seconds(lambda: loop(contacts, twists, into)))
@@ -141,7 +141,7 @@ def measure(
 
 
 def _seconds(work: Callable[[], object]) -> float:
-    """Processor time: what else runs on the machine does not count."""
+    """Processor time, s, which does not count other work on the machine."""
     start = time.process_time()
     work()
     return time.process_time() - start
@@ -150,7 +150,7 @@ def _seconds(work: Callable[[], object]) -> float:
 def _roots(contacts: Contacts, twists: np.ndarray, ours: Equilibrium, n: int) -> tuple[float, float]:
     """Median seconds of one root by SciPy with the exact Jacobian, and the greatest difference, N.
 
-    Only loaded elements whose root was found at the first attempt: no descent, no play, no search in vain.
+    Only loaded elements whose root the first attempt finds; others take longer or need no search.
     """
     loaded = np.argwhere(ours.status == Status.LOADED)
     times, worst = [], 0.0

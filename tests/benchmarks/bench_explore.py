@@ -1,4 +1,4 @@
-"""Designs per second and core, the parts of their time, and the speed-up by a second worker.
+"""Designs per second and core, the parts of their computing time, and the speed-up by a second worker.
 
 Run as `python tests/benchmarks/bench_explore.py [DESIGNS]`. Goals: 100 designs per second and core at 100 virtual
 drives and 31 twists each; two workers 1.8 times as fast as one for 10 000 designs, with the same results, which is

@@ -1,10 +1,10 @@
-"""What the native FMU costs: per step in a host's loop in C and in FMPy's, per export, and its size.
+"""Computing time and size of the native FMU: per step in a C host and in FMPy, and per export.
 
     python tests/benchmarks/bench_native.py [--rounds 30] [--drift 100000] [--platforms]
 
-Beside it in the same run: an FMU that does nothing, one that only looks up a table (bare_fmu.c), and the Python
-back end in the same loop. Rounds are short and in turn, the best counts: other work on the machine only ever adds.
-`--drift` steps of a closed loop, drive and a load on it, are held against the Python model.
+For comparison the same run has an FMU that does nothing, one that only looks up a table (bare_fmu.c), and the Python
+back end in the same loop. Rounds are short and alternate; the best counts, because other work on the machine only adds.
+`--drift` steps of a closed loop, a drive with a load, are compared with the Python model.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=30)
     parser.add_argument("--drift", type=int, default=100_000)
     parser.add_argument(
-        "--platforms", action="store_true", help="every platform at once, twice: time, size, same bytes"
+        "--platforms", action="store_true", help="all platforms at once, twice: time, size, whether the bytes are equal"
     )
     args = parser.parse_args()
     warnings.simplefilter("ignore", DoesNotFitWarning)
@@ -80,14 +80,14 @@ def main() -> None:
             in_fmpy[title] = simulated(paths["native"], folder / title)
             in_fmpy[f"{title}, nothing in it"] = simulated(paths["native"], folder / f"{title} empty", nothing)
         print("set + doStep + get in a loop in C")
-        best = in_turn(in_c, 10 * args.rounds)
+        best = alternate(in_c, 10 * args.rounds)
         for title, took in best.items():
             print(f"  {title:22} {took * 1e6:9.4f} us   {took / best['bare table']:8.2f} of the bare table")
         for title in models:
             ratio = best[f"{title}, Python"] / best[f"{title}, native"]
             print(f"  {title}: the Python back end takes {ratio:.0f} times as long as the native one")
         print("FMPy's simulate_fmu, inputs from an array, three outputs recorded")
-        best = in_turn(in_fmpy, max(1, args.rounds // 3))
+        best = alternate(in_fmpy, max(1, args.rounds // 3))
         for title in models:
             empty = best[f"{title}, nothing in it"]
             print(
@@ -106,7 +106,7 @@ def main() -> None:
 
 
 def exported(model: DriveModel, path: Path, backend: str, masses: Masses | None) -> Path:
-    """Export, and say what it took."""
+    """Export, and print time and sizes."""
     start = time.perf_counter()
     export_fmu(model, path, backend=backend, masses=masses)
     took = time.perf_counter() - start
@@ -120,8 +120,8 @@ def exported(model: DriveModel, path: Path, backend: str, masses: Masses | None)
     return path
 
 
-def in_turn(rounds: Mapping[str, Round], count: int) -> dict[str, float]:
-    """The best of `count` rounds of each."""
+def alternate(rounds: Mapping[str, Round], count: int) -> dict[str, float]:
+    """Run `count` rounds of each, alternating; the best time of each, s."""
     times = [{title: one() for title, one in rounds.items()} for _ in range(count)]
     assert all(t > 0 for row in times for t in row.values())
     return {title: min(row[title] for row in times) for title in rounds}
@@ -158,7 +158,7 @@ def opened(loop: Any, path: Path, steps: int) -> Iterator[Round]:
 
 
 def simulated(path: Path, folder: Path, library: Path | None = None) -> Round:
-    """A run in FMPy; library: in place of the FMU's own."""
+    """A simulation by FMPy. library: replaces that of the FMU."""
     fmpy.extract(str(path), str(folder))
     if library is not None:
         shutil.copy(library, next(folder.rglob("*.so")))
@@ -206,15 +206,15 @@ def joint_times(model: DriveModel, path: Path) -> tuple[float, float]:
 
 
 def every_platform(model: DriveModel, folder: Path) -> None:
-    """Export for all platforms twice, each time compiled anew. Takes minutes the first time zig builds for Windows."""
+    """Export for all platforms twice, compiled anew each time; zig's first build for Windows takes minutes."""
     files = []
     for name in ("one", "two"):
         os.environ["REEFMU_CACHE"] = str(folder / name)
         start = time.perf_counter()
         path = export_fmu(model, folder / "platforms.fmu", backend="native", platform="all")
-        print(f"every platform in {time.perf_counter() - start:.0f} s, {path.stat().st_size / 1e3:.0f} kB")
+        print(f"all platforms in {time.perf_counter() - start:.0f} s, {path.stat().st_size / 1e3:.0f} kB")
         files.append(path.read_bytes())
-    print("the same bytes again" if files[0] == files[1] else "OTHER BYTES the second time")
+    print("the same bytes in both exports" if files[0] == files[1] else "OTHER BYTES in the second export")
     with zipfile.ZipFile(folder / "platforms.fmu") as archive:
         for info in archive.infolist():
             if info.filename.startswith("binaries/"):
@@ -241,7 +241,7 @@ def compile_c(target: Path, *words: str) -> Path:
 
 
 def drift(model: DriveModel, path: Path, steps: int) -> float:
-    """Greatest difference of the torque, each side in its own loop with a damped load."""
+    """Greatest difference of the torque over full torque; FMU and model each drive a damped load of their own."""
     p, dt, inertia, damping = model.parameter_vector(), 1e-4, 20.0, 400.0
     advance, output = model.advance, model.output
 

@@ -1,10 +1,10 @@
-"""Cost and memory of the Newton iteration for balls larger than their bores, over the number of twists.
+"""Computing time and memory of Newton's method for balls larger than their bores, over the number of twists.
 
     python tests/benchmarks/bench_newton.py [--drive drive_1] [--drives 16] [--twists 200 1000 5000]
 
-Time of `simulate` with all balls tight as a multiple of the same with balls that fit, alternating in one run, for the
-linear gear and for the exact profile (with a twentieth of the twists), and the peak of what Python allocates beside the
-results, from `tracemalloc` in a run of its own: it must not grow with the twists.
+Time of `simulate` with all balls larger than their bores as a multiple of the same with balls that fit, alternating in
+one run, for the linear gear and for the exact profile (with a twentieth of the twists); and the peak of the memory that
+Python allocates beside the results, from `tracemalloc` in a separate run. It must not grow with the twists.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ def seconds(drive: sm.Drive, twist: np.ndarray, n_drives: int) -> float:
 
 
 def ratio(name: str, n_drives: int, n_twists: int, gear: str = "linear", repeats: int = 3) -> float:
-    """Of a tight drive's time to that of one whose balls fit, the median."""
+    """Median ratio of the times with all balls larger than their bores and with balls that fit."""
     tight, free = (sm.load_drive(name, cage_offset=offset, gear_contact=gear) for offset in (TIGHT, FREE))
     twist = np.linspace(0, tight.max_twist, n_twists)
     return float(np.median([seconds(tight, twist, n_drives) / seconds(free, twist, n_drives) for _ in range(repeats)]))
 
 
 def peak(drive: sm.Drive, n_drives: int, n_twists: int) -> float:
-    """Most that is allocated at once beside the results, B."""
+    """Peak of the allocated memory beside the results, bytes."""
     twist = np.linspace(0, drive.max_twist, n_twists)
     sm.simulate(drive, twist[:2], 1)  # tables of Hertz's theory, built once
     tracemalloc.start()
@@ -59,7 +59,7 @@ def main() -> None:
     parser.add_argument("--twists", type=int, nargs="+", default=[200, 1000, 5000])
     args = parser.parse_args()
     warnings.simplefilter("ignore")
-    print(f"{args.drive}, {args.drives} drives, all balls tight; multiples of the time with balls that fit")
+    print(f"{args.drive}, {args.drives} drives, balls larger than bores; multiples of the time with balls that fit")
     print(f"{'twists':>8}{'linear':>9}{'exact':>9}{'peak [MB]':>11}")
     tight = sm.load_drive(args.drive, cage_offset=TIGHT)
     for n in args.twists:

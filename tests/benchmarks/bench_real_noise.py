@@ -1,11 +1,11 @@
-"""Effects hidden in simulated records whose noise is real: cut out of measured torque ramps.
+"""Diagnosis of simulated records with measured noise, taken from torque ramps of a real rig.
 
     python tests/benchmarks/bench_real_noise.py [--sigmas 3,8] [--effects hysteresis,...] [--workers 2]
 
-The noise is what the records of ../shared/data/cycloidal hold beside their smooth course: the torque less its own
-slow course (steps of a sticking motor, ripple, the sensor), and the difference of two repeated cycles over sqrt(2).
-Pieces of it, scaled to NOISE of full torque, are laid over records of tests/validation/blind. Prints a row for each
-case and a tally; sizes are rms of the effect's trace over that of the noise.
+The noise is taken from the records of ../shared/data/cycloidal: the torque without its trend (steps of a motor that
+sticks, ripple, the sensor), and the difference of two repeated cycles over sqrt(2). Sections of it, scaled to NOISE of
+full torque, are added to records of tests/validation/blind. Prints a row for each case and the rates; sizes are the rms
+of the effect's contribution over that of the noise.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ from tests.validation.blind.sensors import Sensors
 DATA = Path(__file__).resolve().parents[3] / "shared/data/cycloidal"
 COLUMNS = {"TIME": "time [s]", "POSITION": "twist [rev]", "TORQUE": "output_torque [N.m]", "test_nr": "run"}
 NOISE = 0.004
-"""Rms over full torque; that of the real records is 0.006 of theirs."""
+"""Rms over full torque; in the measured records it is 0.006."""
 SLOW = 201
-"""Samples, half a second, over which a course counts as slow."""
+"""Samples, half a second, of the filter that gives the trend; chosen by judgement."""
 EFFECTS = (
     "",
     "",
@@ -56,23 +56,23 @@ EFFECTS = (
 
 
 def real_noise(record: int) -> Array:
-    """Noise of one record, N.m: residuals of all runs about their slow course, and repeat differences, end to end."""
+    """Noise of one record, N.m: residuals of all runs about their trend, and differences of repeated cycles, joined."""
     read = read_record(DATA / f"preload_{record}.csv.gz", COLUMNS)
-    pieces, cycles = [], []
+    sections, cycles = [], []
     for a, b in itertools.pairwise([*read.starts.tolist(), len(read)]):
         torque = read.output_torque[a:b]
         slow = savgol_filter(torque, SLOW, 2)
-        pieces.append((torque - slow)[SLOW:-SLOW])
+        sections.append((torque - slow)[SLOW:-SLOW])
         if read.run[a] > 100:
-            # The commanded ramp is the same in every cycle: compare at the same share of the way.
+            # The commanded ramp is the same in every cycle: compare at the same share of its duration.
             cycles.append(np.interp(np.linspace(0, 1, 6000), np.linspace(0, 1, b - a), torque))
     difference = (cycles[0] - cycles[1]) / np.sqrt(2)
-    pieces.append((difference - savgol_filter(difference, SLOW, 2))[SLOW:-SLOW])
-    return np.concatenate(pieces)
+    sections.append((difference - savgol_filter(difference, SLOW, 2))[SLOW:-SLOW])
+    return np.concatenate(sections)
 
 
 def examine(number: int, effect: str, sigmas: float) -> dict[str, object]:
-    """One case: its verdict and whether the name is right."""
+    """Diagnose one case; its verdict and whether the name is right."""
     warnings.simplefilter("ignore", DoesNotFitWarning)
     effects = ((effect, sigmas),) if effect else ()
     case = Case(9000 + number, "single" if effect else "none", effects, sensors=Sensors(NOISE, 0.0, of_angle=0.0))
@@ -81,14 +81,14 @@ def examine(number: int, effect: str, sigmas: float) -> dict[str, object]:
     noise = real_noise(int(rng.integers(6)))
     n = len(sealed.motion.torque)
     at = int(rng.integers(len(noise)))
-    laid = np.resize(np.roll(noise, at), n)
-    laid = laid * NOISE * sealed.truth.full_torque / np.sqrt(np.mean(laid**2))
-    table = {**sealed.table, "output_torque [N.m]": sealed.motion.torque + laid}
+    noise_added = np.resize(np.roll(noise, at), n)
+    noise_added = noise_added * NOISE * sealed.truth.full_torque / np.sqrt(np.mean(noise_added**2))
+    table = {**sealed.table, "output_torque [N.m]": sealed.motion.torque + noise_added}
     with tempfile.TemporaryDirectory() as folder:
         record, drawing = replace(sealed, table=table).write(Path(folder))
         found = diagnose_record(record, drive=drawing)
     outcome = judge(sealed.truth, found.to_dict(), found.seconds)
-    one = float(laid[1:] @ laid[:-1] / (laid @ laid))
+    one = float(noise_added[1:] @ noise_added[:-1] / (noise_added @ noise_added))
     return {
         "effect": effect or "none",
         "sigmas": sigmas if effect else 0.0,

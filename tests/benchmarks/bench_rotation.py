@@ -1,10 +1,10 @@
-"""What an individual costs: its map against the paper's way, a turn under load, and its steps in a model and in FMUs.
+"""Computing time of an individual: torque maps, a turn under load, and steps of its model and FMU.
 
     python tests/benchmarks/bench_rotation.py [--drive drive_1] [--seed 3] [--sample 12]
 
-The map has 61 twists x 120 angles. The paper's way (root of eq. 15, `equilibrium.reference`) does `sample` of its
-points in the same run; the ratio is per point. Best of five: other work on the machine only ever adds. Beside the
-individual's steps those of the mean drive.
+The map has 61 twists x 120 angles. The paper's method (root of eq. 15, `equilibrium.reference`) computes `sample` of
+its points in the same run; the ratio is per point. The best of five counts, because other work on the machine only adds.
+The steps of the mean drive are printed for comparison.
 """
 
 from __future__ import annotations
@@ -51,11 +51,11 @@ def main() -> None:
     twist = np.linspace(-1, 1, TWISTS) * drive.max_twist
     angle = 2 * np.pi / drive.transmission_ratio * np.arange(ANGLES) / ANGLES
     took = best(lambda: turning_map(one, twist, angle))
-    print(f"map {TWISTS} x {ANGLES}: {1e3 * took:.0f} ms, {1e6 * took / (TWISTS * ANGLES):.2f} us a point")
-    root, off = papers_way(one, twist, angle, args.sample)
+    print(f"map {TWISTS} x {ANGLES}: {1e3 * took:.0f} ms, {1e6 * took / (TWISTS * ANGLES):.2f} us per point")
+    root, off = papers_method(one, twist, angle, args.sample)
     print(
-        f"the paper's way: {1e3 * root:.1f} ms a point, {root / took * TWISTS * ANGLES:.0f} times the map's; torques "
-        f"differ by {off:.1g} of the greatest"
+        f"the paper's method: {1e3 * root:.1f} ms per point, {root / took * TWISTS * ANGLES:.0f} times that of the map; "
+        f"torques differ by {off:.1g} of the greatest"
     )
     whole = angles_over_turn(drive, 8)
     full = float(turning_map(one, [drive.max_twist], angle).torque.mean())
@@ -71,8 +71,8 @@ def main() -> None:
         print(f"{title:10}  model.output {1e6 * in_casadi(model):7.1f} us   {native(model)}")
 
 
-def papers_way(one: object, twist: np.ndarray, angle: np.ndarray, count: int) -> tuple[float, float]:
-    """s per point of the map, and the greatest difference of the torque."""
+def papers_method(one: object, twist: np.ndarray, angle: np.ndarray, count: int) -> tuple[float, float]:
+    """Time per point of the map, s, and the greatest difference of the torque over its greatest value."""
     parts = IndividualContacts(one)  # type: ignore[arg-type]
     rng = np.random.default_rng(0)
     points = list(zip(rng.choice(twist, count), rng.choice(angle, count), strict=True))
@@ -90,7 +90,7 @@ def papers_way(one: object, twist: np.ndarray, angle: np.ndarray, count: int) ->
 
 
 def in_casadi(model: DriveModel) -> float:
-    """s per call of the model's output, a thousand in one map."""
+    """Time per call of the model's output, s, with a thousand calls in one map."""
     u = np.random.default_rng(0).normal(0, 1, (5, 1000))
     u[2] = u[0] / model.drive.ratio - 1e-3 * u[1]
     output = model.output.map(1000)
@@ -99,7 +99,7 @@ def in_casadi(model: DriveModel) -> float:
 
 
 def native(model: DriveModel, steps: int = 5000) -> str:
-    """us per set + doStep + get in a C host, and the size of the library."""
+    """Text: time per set + doStep + get in a C host, us, and size of the library, kB."""
     if shutil.which("cc") is None:
         return "native: no C compiler on the PATH"
     with tempfile.TemporaryDirectory() as name:

@@ -1,6 +1,6 @@
-"""The paper's whole study: time and memory on one core, cost over drives and twists, start of the command line.
+"""The paper's study: time and memory on one core, time over drives and twists, start of the command line.
 
-Run as `python tests/benchmarks/bench_study.py`. Limits (design): study under 5 s and 1 GiB, cost linear,
+Run as `python tests/benchmarks/bench_study.py`. Goals: study under 5 s and 1 GiB, linear time,
 `reefmu --help` under 0.2 s, `reefmu curve drive_1` under 3 s.
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 import stiffness_model as sm
 
 DRIVES, TWISTS = 1000, 61
-# Run by itself, so that the peak is the study's own; ru_maxrss is in kB on Linux, in bytes on macOS.
+# In a process of its own, so that the peak is that of the study; ru_maxrss is in kB on Linux, in bytes on macOS.
 STUDY = f"""
 import resource, sys, time, warnings
 import numpy as np
@@ -49,7 +49,7 @@ def best(work: Callable[[], object], runs: int = 3) -> float:
 
 
 def study() -> None:
-    """Three variants, all results."""
+    """Print time and memory of the three variants with all results."""
     runs = [
         [
             float(word)
@@ -64,15 +64,17 @@ def study() -> None:
     print(f"study: 3 variants x {DRIVES} drives x 87 elements x {TWISTS} twists, one core")
     print(f"  wall time            {wall:8.2f} s     (limit 5 s)")
     print(f"  processor time       {cpu:8.2f} s")
-    print(f"  per element, twist   {1e6 * wall / solved:8.3f} us    (half of the elements are cut away: no cost)")
+    print(
+        f"  per element, twist   {1e6 * wall / solved:8.3f} us    (half of the elements are outside the usable profile)"
+    )
     print(f"  peak memory          {peak:8.0f} MiB   (limit 1024 MiB; {before:.0f} MiB of it imports)\n")
 
 
 def linearity() -> None:
-    """Time per drive and twist when either grows; even columns mean linear cost."""
+    """Print the time per drive and per twist; equal values mean linear time."""
     drive = sm.load_drive("drive_1")
     sm.simulate(drive, [0.001], 16)  # tables of Hertz's theory, built once
-    print("cost over the number of drives, 31 twists     cost over the number of twists, 500 drives")
+    print("time over the number of drives, 31 twists     time over the number of twists, 500 drives")
     print("  drives     time     per drive                 twists     time     per twist")
     for drives, twists in zip((125, 250, 500, 1000, 2000), (8, 16, 31, 61, 122), strict=True):
         sweep, row = np.linspace(0, drive.max_twist, 31), np.linspace(0, drive.max_twist, twists)
@@ -86,8 +88,8 @@ def linearity() -> None:
 
 
 def command_line() -> None:
-    """Wall times of whole commands in their own processes."""
-    print("command line, shortest and longest of some runs")
+    """Print wall times of commands in processes of their own."""
+    print("command line, shortest and longest of several runs")
     for args, limit, runs in ((["--help"], 0.2, 7), (["curve", "drive_1"], 3.0, 3), (["compare", "drive_1"], None, 3)):
         times = []
         with tempfile.TemporaryDirectory() as folder:
@@ -95,8 +97,8 @@ def command_line() -> None:
                 start = time.perf_counter()
                 subprocess.run([sys.executable, "-m", "reefmu", *args], cwd=folder, capture_output=True, check=True)
                 times.append(time.perf_counter() - start)
-        said = f"(limit {limit} s)" if limit else ""
-        print(f"  reefmu {' '.join(args):20s} {min(times):6.3f} ... {max(times):6.3f} s  {said}")
+        goal = f"(limit {limit} s)" if limit else ""
+        print(f"  reefmu {' '.join(args):20s} {min(times):6.3f} ... {max(times):6.3f} s  {goal}")
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-/* A host's loop in C: set five inputs, step, get one output; the torque's angle moves by 1e-5 rad a step. */
+/* A host's loop in C: set five inputs, step, get one output; the output angle moves by 1e-5 rad per step. */
 
 #include <stddef.h>
 #include <time.h>

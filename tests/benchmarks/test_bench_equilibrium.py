@@ -1,4 +1,4 @@
-"""The benchmark runs, and its three ways agree. Times nothing."""
+"""The benchmark runs, and its three methods agree."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import stiffness_model as sm
 from tests.benchmarks import bench_equilibrium
 
 
-def test_three_ways_agree():
+def test_three_methods_agree():
     figures = bench_equilibrium.measure(sm.load_drive("drive_3"), 60, 3, repeats=1, n_roots=20)
     assert figures.root_difference < 1e-8
     text = bench_equilibrium.table(figures)
