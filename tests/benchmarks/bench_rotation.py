@@ -3,8 +3,8 @@
     python tests/benchmarks/bench_rotation.py [--drive drive_1] [--seed 3] [--sample 12]
 
 The map has 61 twists x 120 angles. The paper's method (root of eq. 15, `equilibrium.reference`) computes `sample` of
-its points in the same run; the ratio is per point. The best of five counts, because other work on the machine only adds.
-The steps of the mean drive are printed for comparison.
+its points in the same run; the ratio is per point. The best of five counts, because other work on the machine only
+adds. The steps of the mean drive are printed for comparison.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def main() -> None:
     print(f"map {TWISTS} x {ANGLES}: {1e3 * took:.0f} ms, {1e6 * took / (TWISTS * ANGLES):.2f} us per point")
     root, off = papers_method(one, twist, angle, args.sample)
     print(
-        f"the paper's method: {1e3 * root:.1f} ms per point, {root / took * TWISTS * ANGLES:.0f} times that of the map; "
+        f"the paper's method: {1e3 * root:.1f} ms per point, {root / took * TWISTS * ANGLES:.0f} times the map's; "
         f"torques differ by {off:.1g} of the greatest"
     )
     whole = angles_over_turn(drive, 8)
