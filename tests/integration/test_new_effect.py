@@ -1,4 +1,4 @@
-"""A new effect is one declaration: model, FMUs, command line and diagnosis know it from there."""
+"""A new effect is one declaration: model, FMUs, command line and diagnosis use it."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ CUBIC_SPRING = Effect(
     contribution=lambda signals, p, x: 1e-3 * p["rate"] * (signals.twist / 1e-3) ** 3,
     equation="torque += 1 mrad * cubic_spring.rate * (twist/1 mrad)^3",
     excitation="Loops to several torque levels.",
-    source="Made up for this test.",
+    source="Invented for this test.",
     identification=Identification(),
 )
 
 
 @pytest.fixture(autouse=True)
 def _declared(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As the one line in `reefmu.effects` would."""
+    """Registers the effect as its line in `reefmu.effects` would."""
     monkeypatch.setitem(effects._DECLARED, CUBIC_SPRING.name, CUBIC_SPRING)
 
 
 @pytest.mark.slow
 @COMPILER
 @pytest.mark.parametrize("fmi", ["2", "3"])
-def test_fmus_and_command_line_know_it(fmi: str, tmp_path: Path) -> None:
+def test_fmus_and_command_line_use_it(fmi: str, tmp_path: Path) -> None:
     path = tmp_path / "d.fmu"
     words = ["--backend", "native", "--fmi", fmi, "--drives", "8", "--effect", "cubic_spring.rate=100 N.m/rad"]
     assert main(["export", "drive_1", "-o", str(path), *words]) == 0
@@ -52,7 +52,7 @@ def test_fmus_and_command_line_know_it(fmi: str, tmp_path: Path) -> None:
     assert report.passed, str(report)
 
 
-def test_a_wrong_name_is_answered_with_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_misspelt_name_is_answered_with_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["export", "drive_1", "-o", str(tmp_path / "d.fmu"), "--effect", "cubic_sprin"]) == 2
     assert "did you mean 'cubic_spring'" in capsys.readouterr().err
 

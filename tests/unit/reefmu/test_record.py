@@ -1,4 +1,4 @@
-"""Records: units, gz, column maps, runs; and a clear line for what is wrong."""
+"""Records: units, compression, column maps, runs; invalid ones are refused in one line."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_units_are_converted(tmp_path: Path, name: str) -> None:
     assert record.missing == ()
 
 
-def test_twist_serves_instead_of_the_angles(tmp_path: Path) -> None:
+def test_a_twist_column_replaces_the_angles(tmp_path: Path) -> None:
     text = "time [s],twist [arcmin],output_torque [N.m]\n0,0,0\n1,2,5\n2,4,9\n"
     record = read_record(write(tmp_path, text))
     assert record.twist(-29.0) / sm.ARCMIN == pytest.approx([0, 2, 4])
@@ -96,10 +96,8 @@ ROWS = [(0.01 * k, 3.0 * np.sin(0.1 * k), 40.0 * np.sin(0.1 * k)) for k in range
         (2, "kN.m", 1e7),
     ],
 )
-def test_what_no_gear_and_no_rig_has_is_refused_when_it_is_read(
-    tmp_path: Path, column: int, unit: str, value: float
-) -> None:
-    """Squares of such numbers are infinite, and linear algebra stops at them."""
+def test_impossible_values_are_refused_at_reading(tmp_path: Path, column: int, unit: str, value: float) -> None:
+    """The squares of such numbers overflow, and linear algebra fails."""
     names, units = ["time", "twist", "output_torque"], ["s", "arcmin", "N.m"]
     units[column] = unit
     rows = [list(row) for row in ROWS]
@@ -113,15 +111,15 @@ def test_what_no_gear_and_no_rig_has_is_refused_when_it_is_read(
     assert said.endswith("in data row 200; check its unit")
 
 
-def test_a_micro_radian_is_resolved_at_the_greatest_angle() -> None:
-    """Beyond it a twist in double precision comes in steps that a diagnosis would see."""
+def test_one_microradian_is_resolved_at_the_greatest_angle() -> None:
+    """Beyond it a twist is quantised by double precision to an extent that a diagnosis would detect."""
     assert np.spacing(ANGLE_LIMIT) <= 1e-6 < np.spacing(4 * ANGLE_LIMIT)
     for low, high in RANGES.values():
         assert np.isfinite(1e9 * max(low**2, high**2) ** 2)
 
 
 @pytest.mark.parametrize("unit", ["9**9**9**9", "s**9**9", "N.m**1e9", "\\", "1/0", "((((", "s^99"])
-def test_a_unit_that_is_none_is_refused_at_once(tmp_path: Path, unit: str) -> None:
+def test_an_invalid_unit_is_refused_at_once(tmp_path: Path, unit: str) -> None:
     path = write(tmp_path, f"time [{unit}],twist [rad],output_torque [N.m]\n0,0,0\n1,1,1\n")
     with pytest.raises(sm.InputError, match="expected a unit of time such as"):
         read_record(path)
@@ -153,7 +151,7 @@ def test_speeds_stay_within_runs() -> None:
     assert record_inputs(record)[:, 1] == pytest.approx(np.repeat([3.0, -5.0], 11))
 
 
-def test_record_of_the_model_itself_leaves_no_gap(model: DriveModel) -> None:
+def test_a_record_of_the_model_has_no_residual(model: DriveModel) -> None:
     time = np.linspace(0, 1, 50)
     twist = 0.001 * np.sin(6 * time)
     torque = model.lookup.torque(twist)

@@ -1,4 +1,4 @@
-"""A ride that moves all inputs, and models with effects on the small lookup."""
+"""A trajectory that changes all inputs, and models with effects on the small lookup."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from stiffness_model.numerics.arrays import Array
 Build = Callable[..., DriveModel]
 
 
-class Ride(NamedTuple):
-    """time: (n,) s; inputs: (n, 5); and what follows from them by hand."""
+class Trajectory(NamedTuple):
+    """time: (n,) s; inputs: (n, 5); angles (n,), rad, computed from them."""
 
     time: Array
     inputs: Array
@@ -28,8 +28,8 @@ class Ride(NamedTuple):
 
 
 @pytest.fixture(scope="session")
-def ride(drive: sm.Drive) -> Ride:
-    """400 samples at uneven times: the crank turns both ways, the torque changes sign, it gets warm."""
+def trajectory(drive: sm.Drive) -> Trajectory:
+    """400 samples at uneven times: the crank turns both ways, torque changes sign, temperature rises."""
     rng = np.random.default_rng(7)
     n = 400
     time = 3.0 + np.cumsum(rng.uniform(1e-3, 0.4, n))
@@ -38,14 +38,14 @@ def ride(drive: sm.Drive) -> Ride:
     output = crank / drive.ratio - twist
     warm = 20 + 15 * np.sin(0.05 * time)
     speed = rng.normal(0, 1, (2, n)) * [[2.0], [0.05]]
-    return Ride(
+    return Trajectory(
         time, np.stack([crank, speed[0], output, speed[1], warm], axis=1), crank, output, crank / drive.ratio - output
     )
 
 
 @pytest.fixture(scope="session")
 def build(drive: sm.Drive, lookup: Lookup) -> Build:
-    """(effects) -> model, on the small lookup."""
+    """(effects) -> model with the small lookup."""
 
     def make(effects: Mapping[str, Mapping[str, float]] | None = None, **named: Mapping[str, float]) -> DriveModel:
         return build_model(drive, {**(effects or {}), **named}, lookup=lookup)

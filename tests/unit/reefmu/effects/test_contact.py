@@ -1,4 +1,4 @@
-"""Modulus error and missing ball in the model: tables, sign, turning, files."""
+"""Modulus error and missing ball in the model: tables, sign, rotation, files."""
 
 from __future__ import annotations
 
@@ -20,19 +20,21 @@ from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.lookup.build_lookup import Lookup, mean_torque
 from stiffness_model.lookup.modulus import with_modulus
 
-from .conftest import Build, Ride
+from .conftest import Build, Trajectory
 
 
 @pytest.mark.parametrize("error", [-0.3, 0.5])
-def test_modulus_against_a_lookup_of_the_other_drawing(error: float, build: Build, drive: sm.Drive, ride: Ride) -> None:
-    found = simulate_signal(build(modulus_error={"error": error}), ride.time, ride.inputs)
+def test_modulus_against_a_lookup_of_the_other_drawing(
+    error: float, build: Build, drive: sm.Drive, trajectory: Trajectory
+) -> None:
+    found = simulate_signal(build(modulus_error={"error": error}), trajectory.time, trajectory.inputs)
     twist = np.linspace(-1, 1, 41) * drive.max_twist
     exact = mean_torque(with_modulus(drive, error), twist)
     model = build(modulus_error={"error": error}, backlash={"clearance": 0.0})
     tau = simulate_signal(model, np.arange(41.0), inputs_at_twist(twist, model))["output.tau"]
-    # The lookup averages the sampling noise of the two signs out.
+    # The lookup averages the sampling noise over both signs.
     assert tau == pytest.approx((exact - exact[::-1]) / 2, abs=1e-3 * exact.max())
-    plain = simulate_signal(build(), ride.time, ride.inputs)
+    plain = simulate_signal(build(), trajectory.time, trajectory.inputs)
     for name in ("output.tau", "stiffness", "max_contact_force"):
         ratio = found[name][np.abs(plain[name]) > 1] / plain[name][np.abs(plain[name]) > 1]
         assert ratio == pytest.approx(ratio[0], rel=1e-9)
@@ -40,13 +42,13 @@ def test_modulus_against_a_lookup_of_the_other_drawing(error: float, build: Buil
 
 
 def test_missing_ball_against_one_element_solved(model: DriveModel, lookup: Lookup) -> None:
-    """A drive without tolerances, turned through; one of its elements has fallen out."""
+    """A rotating drive without tolerances, with one element missing."""
     fine = sm.load_drive(
         "drive_1",
         **{f"{part}_tolerance": "0.01 um" for part in ("element", "crank", "cage", "gear")},
         cage_offset="2 um",
     )
-    # The lookup with tolerances cancels in the dip; one without would take long to build.
+    # The dip is a difference, so that the lookup with tolerances serves; one without takes long to build.
     lacking = build_model(fine, {"missing_ball": {"size": 1.0, "phase": 0.4}}, lookup=lookup)
     twist = 0.7 * fine.max_twist
     output = np.linspace(0.0, 0.7, 150)  # some three turns of the crank
@@ -54,7 +56,7 @@ def test_missing_ball_against_one_element_solved(model: DriveModel, lookup: Look
     inputs = np.stack([crank, 0 * crank, output, 0 * crank, 20 + 0 * crank], axis=1)
     time = np.arange(len(crank), dtype=float)
     dip = simulate_signal(model, time, inputs)["output.tau"] - simulate_signal(lacking, time, inputs)["output.tau"]
-    # The element stands at angle `output` in space, the eccentric at 0.4 + (crank less what the twist adds).
+    # In space the element is at the angle `output`, the eccentric at 0.4 + crank less the part of the twist.
     beta = (0.4 + (crank - fine.ratio * twist) - output + np.pi) % (2 * np.pi) - np.pi
     radius = np.full(beta.shape, fine.element_radius)
     element = Deviations(beta, radius, np.full(beta.shape, fine.crank_radius), radius + 2e-6, radius)
@@ -69,17 +71,17 @@ def test_missing_ball_against_one_element_solved(model: DriveModel, lookup: Look
 
 @pytest.mark.parametrize("lobes", [28, 30])
 def test_the_next_element_meets_the_same_profile(lobes: int) -> None:
-    """The gear stands still: after one cage pitch an element is where its neighbour was, and meets what that met."""
+    """The gear is fixed: after one cage pitch an element is where its neighbour was, on the same profile."""
     drive = sm.load_drive("drive_1", lobes=lobes)
     pitch = 2 * np.pi / drive.transmission_ratio
     signals = Signals(*[0.0] * len(Signals._fields))._replace(ratio=drive.ratio, output_angle=pitch)
     _, turned = EFFECTS["missing_ball"].contribution(signals, {"size": 1.0, "phase": 0.7, "windup": 0.0}, {})
-    # Before, the neighbour stood a pitch ahead on the cage: the eccentric is a pitch less past it.
+    # The neighbour was one pitch ahead on the cage, so that its angle to the eccentric is one pitch less.
     assert (turned - (0.7 - pitch)) / (2 * np.pi) == pytest.approx(round((turned - (0.7 - pitch)) / (2 * np.pi)))
 
 
-def test_a_windup_of_the_output_shaft_leaves_the_element_where_the_crank_has_it() -> None:
-    """With the crank still, the output turns by the twist; the cage follows it by what does not arise between them."""
+def test_windup_of_the_output_shaft_does_not_move_the_element() -> None:
+    """With the crank locked the output turns by the twist, and the cage by the share of it within the contacts."""
     signals = Signals(*[0.0] * len(Signals._fields))._replace(ratio=-29.0, crank_angle=2.9, output_angle=-0.11)
     contribution = EFFECTS["missing_ball"].contribution
     at = [contribution(signals, {"size": 1.0, "phase": 0.7, "windup": share}, {})[1] for share in (0.0, 0.5, 1.0)]
@@ -88,7 +90,7 @@ def test_a_windup_of_the_output_shaft_leaves_the_element_where_the_crank_has_it(
     assert at[1] == pytest.approx((at[0] + at[2]) / 2)
 
 
-def test_the_dip_turns_with_the_cage_past_the_crank(build: Build, drive: sm.Drive, lookup: Lookup) -> None:
+def test_the_dip_moves_with_the_cage_relative_to_the_crank(build: Build, drive: sm.Drive, lookup: Lookup) -> None:
     model = build(missing_ball={"size": 1.0, "phase": 0.0})
     crank = np.linspace(0, 40 * 2 * np.pi, 8001)
     torque = simulate_signal(
@@ -112,7 +114,7 @@ def test_size_scales_the_dip_and_stiffness_follows(build: Build, drive: sm.Drive
     ), "it carried this direction only"
 
 
-def test_lookup_and_model_files_carry_what_the_effects_need(
+def test_lookup_and_model_files_hold_the_tables_of_the_effects(
     drive: sm.Drive, lookup: Lookup, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     effects = {"modulus_error": {"error": -0.2}, "missing_ball": {"size": 1.0, "phase": 2.0}}

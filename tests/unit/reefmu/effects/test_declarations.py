@@ -1,4 +1,4 @@
-"""What every effect declares: names of the contract, bounds, units, texts."""
+"""The declaration of every effect: names of the contract, bounds, units, texts."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_parameters_lie_within_their_bounds(effect: Effect) -> None:
         assert p.minimum <= p.neutral <= p.maximum, p
         assert p.minimum <= p.nominal <= p.maximum, p
         assert p.nominal > 0, p
-        base_unit(p.unit)  # an FMU must be able to state it
+        base_unit(p.unit)  # raises for a unit that an FMU cannot state
         assert p.description[0].isupper()
         assert not p.description.endswith(".")
         text = f"{p.nominal!r} {p.unit}"
@@ -54,7 +54,7 @@ def test_parameters_lie_within_their_bounds(effect: Effect) -> None:
 
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=lambda e: e.name)
-def test_texts_are_there(effect: Effect) -> None:
+def test_texts_are_complete(effect: Effect) -> None:
     assert effect.name in EFFECTS
     assert effect.title[0].isupper()
     assert effect.excitation.endswith(".")
@@ -66,7 +66,7 @@ def test_texts_are_there(effect: Effect) -> None:
 
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=lambda e: e.name)
-def test_the_first_parameter_switches_it(effect: Effect) -> None:
+def test_the_first_parameter_switches_the_effect_off(effect: Effect) -> None:
     first = effect.parameters[0]
     assert first.neutral == 0.0
     assert (first.minimum < 0) == (effect.name in SIGNED)

@@ -1,4 +1,4 @@
-"""Neutral parameters change nothing, bit for bit, alone and all together."""
+"""Neutral parameters change nothing, to the bit, one effect or all."""
 
 from __future__ import annotations
 
@@ -9,30 +9,36 @@ from reefmu.effects import EFFECTS
 from reefmu.model.drive_model import DriveModel
 from reefmu.simulate import simulate_signal
 
-from .conftest import Build, Ride
+from .conftest import Build, Trajectory
 
 
 @pytest.mark.parametrize("names", [[name] for name in EFFECTS] + [list(EFFECTS)], ids=lambda n: "+".join(n)[:30])
-def test_neutral_effects_change_nothing(names: list[str], build: Build, model: DriveModel, ride: Ride) -> None:
+def test_neutral_effects_change_nothing(
+    names: list[str], build: Build, model: DriveModel, trajectory: Trajectory
+) -> None:
     neutral = build({name: {} for name in names})
-    found = simulate_signal(neutral, ride.time, ride.inputs).outputs
-    assert np.array_equal(found, simulate_signal(model, ride.time, ride.inputs).outputs)
+    found = simulate_signal(neutral, trajectory.time, trajectory.inputs).outputs
+    assert np.array_equal(found, simulate_signal(model, trajectory.time, trajectory.inputs).outputs)
 
 
 @pytest.mark.parametrize("name", EFFECTS)
-def test_only_the_first_parameter_must_be_neutral(name: str, build: Build, model: DriveModel, ride: Ride) -> None:
+def test_only_the_first_parameter_must_be_neutral(
+    name: str, build: Build, model: DriveModel, trajectory: Trajectory
+) -> None:
     first = EFFECTS[name].parameters[0].name
     values = {
         p.name: p.neutral if p.name == first or p.name.startswith("amplitude") else p.nominal
         for p in EFFECTS[name].parameters
     }
-    found = simulate_signal(build({name: values}), ride.time, ride.inputs).outputs
-    assert np.array_equal(found, simulate_signal(model, ride.time, ride.inputs).outputs)
+    found = simulate_signal(build({name: values}), trajectory.time, trajectory.inputs).outputs
+    assert np.array_equal(found, simulate_signal(model, trajectory.time, trajectory.inputs).outputs)
 
 
 @pytest.mark.parametrize("name", EFFECTS)
-def test_a_typical_size_shows(name: str, build: Build, model: DriveModel, ride: Ride, typical) -> None:
-    found = simulate_signal(build({name: typical[name]}), ride.time, ride.inputs)["measured.tau"]
-    plain = simulate_signal(model, ride.time, ride.inputs)["measured.tau"]
+def test_a_nominal_size_changes_the_torque(
+    name: str, build: Build, model: DriveModel, trajectory: Trajectory, typical
+) -> None:
+    found = simulate_signal(build({name: typical[name]}), trajectory.time, trajectory.inputs)["measured.tau"]
+    plain = simulate_signal(model, trajectory.time, trajectory.inputs)["measured.tau"]
     assert np.isfinite(found).all()
     assert np.abs(found - plain).max() > 1e-3

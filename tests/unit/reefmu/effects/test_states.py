@@ -1,4 +1,4 @@
-"""States: steps of any length, rates in continuous time, and what goes on from run to run."""
+"""States: steps of any length, rates in continuous time, and states that continue from run to run."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from reefmu.model.drive_model import DriveModel
 from reefmu.record import make_record
 from reefmu.simulate import record_inputs, simulate_record, simulate_signal
 
-from .conftest import Build, Ride
+from .conftest import Build, Trajectory
 
 WITH_STATES = sorted(name for name, effect in EFFECTS.items() if effect.states)
 
@@ -21,7 +21,7 @@ def called(function, *arguments) -> np.ndarray:
 
 
 def moved(model: DriveModel, first: np.ndarray, last: np.ndarray, time: float, steps: int) -> np.ndarray:
-    """States after a straight movement in that many steps."""
+    """States after a linear motion in that many steps."""
     p = model.parameter_vector()
     x = called(model.initial, first, p)
     for k in range(1, steps + 1):
@@ -38,8 +38,8 @@ def test_one_step_equals_many(name: str, build: Build, typical) -> None:
     assert np.abs(one).max() > 0
 
 
-def test_creeps_long_steps(build: Build, drive: sm.Drive) -> None:
-    """Inputs held: exact for linear contacts; else right to second order, and at rest where it must be."""
+def test_long_steps_of_creep(build: Build, drive: sm.Drive) -> None:
+    """With inputs held: exact for linear contacts; otherwise of second order, with the right equilibrium."""
     model = build(creep={"compliance": 1e-6, "time": 10.0})
     still = np.array([0.0, 0.0, -0.75 * drive.max_twist, 0.0, 20.0])
     for step, bound in ((0.1, 2e-7), (1.0, 2e-5), (10.0, 1e-3), (1e4, 4e-3)):
@@ -52,19 +52,19 @@ def test_creeps_long_steps(build: Build, drive: sm.Drive) -> None:
 
 
 @pytest.mark.parametrize("names", [[name] for name in WITH_STATES] + [WITH_STATES], ids=lambda n: "+".join(n)[:20])
-def test_rate_is_what_short_steps_do(names: list[str], build: Build, typical, ride: Ride) -> None:
+def test_rate_is_the_limit_of_short_steps(names: list[str], build: Build, typical, trajectory: Trajectory) -> None:
     model = build({name: typical[name] for name in names} | {"kinematic_error": {"amplitude_1": 1e-5}})
     p, dt = model.parameter_vector(), 1e-7
-    states = simulate_signal(model, ride.time, ride.inputs).states
+    states = simulate_signal(model, trajectory.time, trajectory.inputs).states
     for k in range(5, 395, 30):
-        u = ride.inputs[k]
+        u = trajectory.inputs[k]
         moving = np.array([u[1], 0.0, u[3], 0.0, 0.0])
         x, ahead = states[k], called(model.advance, states[k], u + dt * moving, dt, p)
         rate = called(model.rate, x, u, p)
         assert (ahead - x) / dt == pytest.approx(rate, rel=5e-3, abs=1e-6 * np.abs(rate).max() + 1e-9)
 
 
-def test_travel_and_drift_go_on_from_run_to_run(build: Build, drive: sm.Drive) -> None:
+def test_travel_and_drift_continue_from_run_to_run(build: Build, drive: sm.Drive) -> None:
     time = np.array([0.0, 1, 2, 3, 5, 6, 7, 0, 1, 2])
     run = np.array([1, 1, 1, 1, 2, 2, 2, 3, 3, 3])
     crank = np.array([0.0, 1, 2, 1, 11, 11, 12, 12, 12, 12])
@@ -75,7 +75,7 @@ def test_travel_and_drift_go_on_from_run_to_run(build: Build, drive: sm.Drive) -
     model = build(wear={"rate": 1e-7}, torque_sensor_drift={"rate": 0.5}, hysteresis={"torque": 4.0})
     response = simulate_record(model, record)
     named = {s.name: response.states[:, k] for k, s in enumerate(model.states)}
-    # Ten radians lie between the first two runs and none before the third, whose clock starts anew.
+    # The crank moves ten radians between the first two runs; the clock of the third starts again.
     assert named["wear.travel"] == pytest.approx([0, 1, 2, 3, 13, 13, 14, 14, 14, 14])
     assert named["torque_sensor_drift.grown"] == pytest.approx([0, 1, 2, 3, 5, 6, 7, 7, 8, 9])
     assert (named["hysteresis.deflection"][[0, 4, 7]] == 0).all(), "all else starts anew"
@@ -84,19 +84,19 @@ def test_travel_and_drift_go_on_from_run_to_run(build: Build, drive: sm.Drive) -
     assert extra == pytest.approx(0.5 * named["torque_sensor_drift.grown"])
 
 
-def test_runs_do_not_matter_where_nothing_goes_on(build: Build, ride: Ride) -> None:
+def test_runs_are_independent_without_such_states(build: Build, trajectory: Trajectory) -> None:
     model = build(hysteresis={"torque": 4.0}, creep={"compliance": 1e-6})
     assert model.resets.all()
     record = make_record(
         {
-            "time": ride.time,
+            "time": trajectory.time,
             "run": np.arange(400) // 100,
-            "crank_angle": ride.crank,
-            "output_angle": ride.output,
-            "output_torque": ride.twist,
-            "temperature": ride.inputs[:, 4],
+            "crank_angle": trajectory.crank,
+            "output_angle": trajectory.output,
+            "output_torque": trajectory.twist,
+            "temperature": trajectory.inputs[:, 4],
         }
     )
     whole = simulate_record(model, record).outputs
-    alone = simulate_signal(model, ride.time[100:200], record_inputs(record)[100:200]).outputs
+    alone = simulate_signal(model, trajectory.time[100:200], record_inputs(record)[100:200]).outputs
     assert np.array_equal(whole[100:200], alone)

@@ -1,4 +1,4 @@
-"""The LQR of the joint: what it is designed for it does; what the soft start of the curve does to it shows."""
+"""The LQR of the joint: optimal where it is designed, unstable in the soft beginning of the curve."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def soft(joint: JointModel) -> Design:
     return design_lqr(joint, 0.0, SAMPLE, "at rest")
 
 
-def test_designs_know_the_stiffness_of_the_lookup(joint: JointModel, stiff: Design, soft: Design) -> None:
+def test_designs_use_the_stiffness_of_the_lookup(joint: JointModel, stiff: Design, soft: Design) -> None:
     lookup = joint.drive.lookup
     assert stiff.stiffness == pytest.approx(float(lookup.stiffness(lookup.twist_at(100.0))), rel=1e-6)
     assert soft.stiffness == pytest.approx(float(lookup.stiffness(0.0)), rel=1e-6)
@@ -37,7 +37,7 @@ def test_designs_know_the_stiffness_of_the_lookup(joint: JointModel, stiff: Desi
 
 
 def test_gains_are_optimal(joint: JointModel, stiff: Design) -> None:
-    """Bellman: no gain nearby costs less, the cost summed over a long run of the linear loop."""
+    """Bellman: no neighbouring gain has a lower cost over a long simulation of the linear loop."""
     a, b, _ = discretize(joint, 100.0, SAMPLE)
     w = Weights()
     rate = np.array([0.0, 1 / joint.ratio, 0.0, -1.0, 0.0])
@@ -59,7 +59,7 @@ def test_gains_are_optimal(joint: JointModel, stiff: Design) -> None:
             assert cost(other) > best
 
 
-def test_stable_where_designed_and_what_the_soft_start_does(joint: JointModel, stiff: Design, soft: Design) -> None:
+def test_stable_at_the_design_torque_and_unstable_near_zero(joint: JointModel, stiff: Design, soft: Design) -> None:
     assert minimum_damping_ratio(joint, stiff, 100.0) > 0.2
     assert minimum_damping_ratio(joint, stiff, 0.0) < 0
     for torque in (0.0, 10.0, 100.0, 200.0):
@@ -76,14 +76,14 @@ def test_small_step_oscillates_on_the_real_curve_only(joint: JointModel, stiff: 
     assert np.ptp(ideal[late]) < 0.02 * target
 
 
-def test_integral_takes_the_load_away(joint: JointModel, soft: Design) -> None:
+def test_the_integral_removes_the_error_under_load(joint: JointModel, soft: Design) -> None:
     motion = run(joint, soft, 0.0, 50.0, 1.5)
     assert np.abs(motion["output.phi"]).max() > 1e-3
     assert abs(motion["output.phi"][-1]) < 2e-5
     assert motion["output.tau"][-1] == pytest.approx(-50.0, rel=1e-2)
 
 
-def test_a_new_callback_starts_afresh(soft: Design) -> None:
+def test_a_new_callback_has_a_new_integral(soft: Design) -> None:
     first = feedback(soft, -29.0, target=0.01)
     motion = np.array([0.1, 0.0, 0.0, 0.0])
     start = first(0.0, motion)

@@ -1,4 +1,4 @@
-"""Several systems in one python-control interconnection: each runs as it does alone, with parameters of its own."""
+"""Several systems in a python-control interconnection: each runs as by itself, with its own parameters."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def plain(model: DriveModel) -> JointModel:
 
 
 def loaded(system: ct.NonlinearIOSystem, torque: float, params: dict[str, float] | None = None) -> np.ndarray:
-    """Outputs (n_outputs, n_time) of joints whose loads get one torque."""
+    """Outputs (n_outputs, n_time) of joints under the same load torque."""
     inputs = np.array([[torque if "load" in label else 0.0] for label in system.input_labels]) * np.ones_like(TIME)
     return np.asarray(ct.input_output_response(system, TIME, inputs, 0, params=params, solve_ivp_kwargs=SOLVER).outputs)
 
@@ -50,12 +50,12 @@ def side_by_side(left: JointModel, right: JointModel) -> ct.InterconnectedSystem
     )
 
 
-def close(found: np.ndarray, alone: np.ndarray) -> bool:
-    scale = np.abs(alone).max(axis=1, keepdims=True)
-    return bool((np.abs(found - alone) <= 1e-9 * scale + 1e-15).all())
+def close(found: np.ndarray, single: np.ndarray) -> bool:
+    scale = np.abs(single).max(axis=1, keepdims=True)
+    return bool((np.abs(found - single) <= 1e-9 * scale + 1e-15).all())
 
 
-def test_two_joints_run_as_each_alone(plain: JointModel, soft: JointModel) -> None:
+def test_two_joints_run_as_each_by_itself(plain: JointModel, soft: JointModel) -> None:
     loop = side_by_side(plain, soft)
     together = loaded(loop, 20.0)
     left, right = np.split(together, 2)
@@ -86,27 +86,27 @@ def test_an_interconnection_within_another(plain: JointModel, soft: JointModel) 
 
 
 def test_unknown_parameters_are_refused(plain: JointModel, soft: JointModel, model: DriveModel) -> None:
-    alone, loop = joint_system(plain, name="left"), side_by_side(plain, soft)
+    single, loop = joint_system(plain, name="left"), side_by_side(plain, soft)
     x, u = np.zeros(4), np.zeros(2)
     for wrong, meant in (("bnad", "band"), ("left.bnad", "left.band"), ("load.inertai", "load.inertia")):
         with pytest.raises(UnknownNameError, match=f"unknown parameter '{wrong}'; did you mean '{meant}'"):
-            alone.dynamics(0, x, u, {wrong: 1.0})
+            single.dynamics(0, x, u, {wrong: 1.0})
         with pytest.raises(UnknownNameError, match=f"did you mean '{meant}'"):
-            ct.input_output_response(alone, [0, 1e-3], np.zeros((2, 2)), 0, params={wrong: 1.0})
+            ct.input_output_response(single, [0, 1e-3], np.zeros((2, 2)), 0, params={wrong: 1.0})
     with pytest.raises(UnknownNameError, match=r"left: unknown parameter 'left\.bnad'; did you mean 'left\.band'"):
         loaded(loop, 20.0, {"left.bnad": 1.0})
     with pytest.raises(UnknownNameError, match=r"'load\.inertia'; did you mean 'left\.load\.inertia'"):
         loaded(loop, 20.0, {"load.inertia": 1.0})
     with pytest.raises(InputError, match=r"left\.band: expected a finite number, got nan"):
-        alone.output(0, x, u, {"left.band": np.nan})
+        single.output(0, x, u, {"left.band": np.nan})
     with pytest.raises(InputError, match=r"masses: expected no parameters, got 'load\.inertia'"):
         masses_block(LIGHT, 1e-3, -29.0).output(0, x, np.zeros(6), {"load.inertia": 1.0})
     with pytest.raises(UnknownNameError, match="did you mean 'ratio'"):
         drive_system(model).output(0, [], np.zeros(5), {"ratoi": 1.0})
 
 
-def test_parameters_of_foreign_systems_pass(plain: JointModel) -> None:
-    """Also one that is called as one of the joint's is without its prefix, and one that its system does not declare."""
+def test_parameters_of_other_systems_are_ignored(plain: JointModel) -> None:
+    """Also one with the name of a joint's parameter without prefix, and one that its system does not declare."""
     law = ct.nlsys(
         None,
         lambda t, x, u, params: params["ratio"] * u[0] + params.get("more", 0.0),
@@ -137,7 +137,7 @@ def test_two_systems_of_one_name(plain: JointModel, soft: JointModel) -> None:
     assert joined(plain, plain).nstates == 8
 
 
-def test_a_copy_goes_by_its_own_name(plain: JointModel) -> None:
+def test_a_copy_has_its_own_prefix(plain: JointModel) -> None:
     copied = joint_system(plain, name="left").copy(name="right")
     assert set(copied.params) == {f"right.{name}" for name in plain.equations.parameters}
     rate = copied.dynamics(0, np.zeros(4), [0.0, 20.0], {"right.load.inertia": 4.0})
@@ -146,8 +146,8 @@ def test_a_copy_goes_by_its_own_name(plain: JointModel) -> None:
         copied.dynamics(0, np.zeros(4), [0.0, 20.0], {"left.load.inertia": 4.0})
 
 
-def test_outputs_are_those_of_the_joints_fmu(soft: JointModel) -> None:
-    """By name and by number: the FMU's own function is held against the system's."""
+def test_outputs_equal_those_of_the_joint_fmu(soft: JointModel) -> None:
+    """In names and values."""
     component = joint_component(soft.drive, soft.masses)
     system = joint_system(soft)
     assert tuple(s.name for s in component.outputs) == JOINT_OUTPUTS

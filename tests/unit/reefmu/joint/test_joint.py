@@ -1,4 +1,4 @@
-"""The joint's equations and its python-control systems: physics, linearisation, names, bad input."""
+"""The equations of the joint and its python-control systems: physics, linearisation, names, invalid input."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def lossy(drive: sm.Drive, lookup: Lookup) -> JointModel:
 
 
 def energy(joint: JointModel, elastic: DriveModel, motion: np.ndarray) -> np.ndarray:
-    """Kinetic energy and that of the drive's springs, J; the potential is integrated from the torque itself."""
+    """Kinetic energy and that of the drive's springs, J; the latter is the integral of the torque."""
     values = {q.name: q.value for q in joint.drive.parameters}
     crank, crank_w, output, output_w = motion
     error = sum(
@@ -64,7 +64,7 @@ def energy(joint: JointModel, elastic: DriveModel, motion: np.ndarray) -> np.nda
 
 
 def test_energy_is_conserved_without_dissipation(drive: sm.Drive, lookup: Lookup) -> None:
-    """Also through backlash, a series spring, and a kinematic error, which gives the crank another lever."""
+    """Also with backlash, a series spring, and a kinematic error, which changes the crank's torque."""
     joint = JointModel(build_model(drive, ELASTIC, lookup=lookup), MASSES)
     series = {k: v for k, v in ELASTIC.items() if k != "kinematic_error"}
     start, _ = joint.equilibrium(-150.0, crank_angle=0.7)
@@ -75,14 +75,14 @@ def test_energy_is_conserved_without_dissipation(drive: sm.Drive, lookup: Lookup
     assert total == pytest.approx(np.full_like(total, total[0]), rel=3e-6)
 
 
-def test_friction_takes_energy(lossy: JointModel) -> None:
+def test_friction_dissipates_energy(lossy: JointModel) -> None:
     start, _ = lossy.equilibrium(-150.0)
     motion = simulate_joint(lossy, free, step=2e-4, duration=0.04, start=start)
     assert np.ptp(motion["output.tau"][-30:]) < 0.7 * np.ptp(motion["output.tau"][:30])
 
 
 def test_momentum_is_conserved(joint: JointModel) -> None:
-    """Without a kinematic error the drive's torques do no work on a turn without twist."""
+    """Without a kinematic error the drive's torques do no work on a rotation without twist."""
     start, _ = joint.equilibrium(-100.0)
     motion = simulate_joint(joint, free, step=2e-4, duration=0.02, start=start)
     momentum = MASSES.motor_inertia * joint.ratio * motion["crank.w"] + MASSES.load_inertia * motion["output.w"]
@@ -90,7 +90,7 @@ def test_momentum_is_conserved(joint: JointModel) -> None:
 
 
 @pytest.mark.parametrize("load", [0.0, -40.0, 180.0])
-def test_equilibrium_rests(lossy: JointModel, load: float) -> None:
+def test_equilibrium_is_at_rest(lossy: JointModel, load: float) -> None:
     x, u = lossy.equilibrium(load, crank_angle=1.1)
     system = joint_system(lossy)
     assert u[1] == load
@@ -122,8 +122,8 @@ def test_linearised_drive_has_the_stiffness_of_the_lookup(model: DriveModel, loo
     assert d["twist"] == pytest.approx([1 / -29, 0, -1, 0, 0], rel=1e-12)
 
 
-def test_linearisation_is_the_slope_of_the_dynamics(lossy: JointModel) -> None:
-    """Against differences of python-control's own functions, in motion, where nothing has a kink."""
+def test_linearisation_is_the_derivative_of_the_dynamics(lossy: JointModel) -> None:
+    """Against differences of the system's functions, in motion, where they are smooth."""
     x, u = lossy.equilibrium(-80.0, crank_angle=0.4)
     x[1], x[3], x[4] = -20.0, 0.9, 0.3
     system = joint_system(lossy)
@@ -136,7 +136,7 @@ def test_linearisation_is_the_slope_of_the_dynamics(lossy: JointModel) -> None:
         assert linear.C[:, k] == pytest.approx(outputs, rel=1e-4, abs=1e-5 * np.abs(linear.C[:, k]).max())
 
 
-def test_hysteresis_at_rest_has_its_presliding_slope(lossy: JointModel) -> None:
+def test_hysteresis_at_rest_has_its_presliding_stiffness(lossy: JointModel) -> None:
     x, u = lossy.equilibrium(0.0)
     linear = linearize(lossy, x, u)
     row = linear.state_labels.index("hysteresis_deflection")
@@ -144,7 +144,7 @@ def test_hysteresis_at_rest_has_its_presliding_slope(lossy: JointModel) -> None:
 
 
 def test_differences_of_an_interconnection_stay_close(joint: JointModel) -> None:
-    """python-control linearises what it connects by differences of 1e-6: a thousandth of the stiffness."""
+    """python-control linearises interconnections by differences of 1e-6: an error of 0.1 % in the stiffness."""
     gain = ct.StateSpace([], [], [], [[2.0]], inputs=["crank_phi"], outputs=["motor_tau"], name="gain")
     system = joint_system(joint)
     loop = ct.interconnect([system, gain], inputs=["load_tau"], outputs=["output_phi"], name="loop", check_unused=False)
@@ -226,7 +226,7 @@ def test_unknown_names_are_refused(model: DriveModel, joint: JointModel) -> None
 @pytest.mark.parametrize(
     "bad", [{"motor_inertia": 0.0}, {"load_inertia": -1.0}, {"motor_damping": np.nan}, {"load_damping": -1e-9}]
 )
-def test_masses_refuse_what_cannot_be(bad: dict[str, float]) -> None:
+def test_impossible_masses_are_refused(bad: dict[str, float]) -> None:
     with pytest.raises(InputError, match=next(iter(bad))):
         Masses(**({"motor_inertia": 1e-4, "load_inertia": 2.0} | bad))
 
@@ -244,7 +244,7 @@ def test_masses_move_exactly(step: float, stiffness: float) -> None:
     assert gamma == pytest.approx(whole[:4, 4:], rel=1e-7, abs=1e-9 * np.abs(gamma).max())
 
 
-def test_bad_runs(joint: JointModel) -> None:
+def test_invalid_simulations_are_refused(joint: JointModel) -> None:
     with pytest.raises(InputError, match=r"load_torque: expected a finite torque"):
         joint.equilibrium(float("nan"))
     with pytest.raises(InputError, match="multiple of the step"):
@@ -257,7 +257,7 @@ def test_bad_runs(joint: JointModel) -> None:
         simulate_joint(joint, lambda _t, _x: None, step=1e-3, duration=1e-2)  # type: ignore[arg-type,return-value]
 
 
-def test_importing_the_package_loads_nothing_heavy() -> None:
+def test_the_package_imports_no_heavy_module() -> None:
     code = "import sys, reefmu.joint; print(sorted({'control', 'casadi', 'fmpy'} & set(sys.modules)))"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert out.stdout.strip() == "[]"

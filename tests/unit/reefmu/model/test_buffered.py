@@ -1,4 +1,4 @@
-"""What makes calls fast and changes no number: tables inside CasADi's splines, calls through buffers. Times nothing."""
+"""Fast calls with the same numbers: tables inside CasADi's splines, calls through buffers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from stiffness_model.numerics.bspline import Axis, evaluate
 
 
 def places(axis: Axis, beyond: float) -> np.ndarray:
-    """Nodes, both ends, what lies between and beyond them."""
+    """Nodes, both ends, points between and beyond them."""
     rng = np.random.default_rng(1)
     return np.concatenate(
         [
@@ -44,7 +44,7 @@ def element(drive: sm.Drive, lookup: Lookup) -> ElementTable:
 
 
 @pytest.mark.parametrize("band", [-1.0, 0.0, 0.3])
-def test_the_lookup_is_that_of_the_physics(lookup: Lookup, band: float) -> None:
+def test_the_function_equals_the_lookup(lookup: Lookup, band: float) -> None:
     twist, clearance = (np.ravel(v) for v in np.meshgrid(places(lookup.twist, 0.2), places(lookup.clearance, 0.2)))
     found = [np.asarray(v).ravel() for v in lookup_function(lookup).map(twist.size)(twist, clearance, band)]
     axes = (lookup.twist, lookup.clearance)
@@ -59,8 +59,8 @@ def test_the_lookup_is_that_of_the_physics(lookup: Lookup, band: float) -> None:
     np.testing.assert_array_equal(found[4].astype(bool), inside)
 
 
-def test_the_lookups_slope_is_its_stiffness_to_both_sides_of_an_edge(lookup: Lookup) -> None:
-    """Also at the nodes and at the ends, where held values have their corner."""
+def test_the_derivative_is_the_stiffness_on_both_sides_of_an_edge(lookup: Lookup) -> None:
+    """Also at the nodes and at the ends of the range."""
     twist = ca.MX.sym("twist")
     torque, stiffness, *_ = lookup_function(lookup)(twist, 0.0, 0.0)
     both = ca.Function("both", [twist], [ca.jacobian(torque, twist), stiffness])
@@ -69,7 +69,7 @@ def test_the_lookups_slope_is_its_stiffness_to_both_sides_of_an_edge(lookup: Loo
         assert slope == pytest.approx(said, rel=1e-11, abs=1e-9 * lookup.full_torque)
 
 
-def test_one_element_is_that_of_the_physics(element: ElementTable) -> None:
+def test_one_element_equals_its_table(element: ElementTable) -> None:
     rng = np.random.default_rng(2)
     twist, clearance = (rng.uniform(1.2 * a.start, 1.2 * a.stop, 400) for a in (element.twist, element.clearance))
     position = rng.uniform(-7.0, 7.0, 400)
@@ -81,14 +81,14 @@ def test_one_element_is_that_of_the_physics(element: ElementTable) -> None:
 
 
 def test_a_call_copies_no_table(lookup: Lookup, element: ElementTable, drive: sm.Drive) -> None:
-    """CasADi computes in one work vector; a table that is copied at every call must have its place there."""
+    """CasADi computes in one work vector, in which a table that is copied at every call would need room."""
     assert lookup_function(lookup).sz_w() < lookup.coefficients.size / 10
     assert element_function(element).sz_w() < element.coefficients.size / 10
     model = build_model(drive, {"missing_ball": {}, "modulus_error": {}}, lookup=lookup)
     assert model.output.sz_w() < lookup.coefficients.size / 10
 
 
-def test_a_simulation_makes_no_ordinary_call(model: DriveModel, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_simulation_calls_through_buffers_only(model: DriveModel, monkeypatch: pytest.MonkeyPatch) -> None:
     """An ordinary call of a CasADi function converts its arguments, which takes ten times as long as the rates."""
     joint = JointModel(model, Masses(1e-3, 2.0))
     system = joint_system(joint, name="joint")

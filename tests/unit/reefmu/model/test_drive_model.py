@@ -1,4 +1,4 @@
-"""The drive model: its lookup, its places, exact states, neutral effects, derivatives."""
+"""The drive model: lookup, places of the effects, exact states, neutral effects, derivatives."""
 
 from __future__ import annotations
 
@@ -63,16 +63,14 @@ def test_band_and_clearance_reach_the_lookup(drive: sm.Drive, lookup: Lookup) ->
 
 
 @pytest.mark.parametrize("name", sorted(EFFECTS))
-def test_neutral_effect_changes_nothing_bit_for_bit(
-    name: str, drive: sm.Drive, lookup: Lookup, model: DriveModel
-) -> None:
+def test_a_neutral_effect_changes_no_bit(name: str, drive: sm.Drive, lookup: Lookup, model: DriveModel) -> None:
     u = wander(300)
     time = np.cumsum(np.random.default_rng(1).uniform(1e-4, 0.1, 300))
     with_effect = build_model(drive, {name: {}}, lookup=lookup)
     assert (simulate_signal(with_effect, time, u).outputs == simulate_signal(model, time, u).outputs).all()
 
 
-def test_all_places_against_a_plain_loop(loaded: DriveModel, lookup: Lookup) -> None:
+def test_all_places_against_a_loop_in_numpy(loaded: DriveModel, lookup: Lookup) -> None:
     u, z, last = wander(200), 0.0, None
     expected = []
     for crank, _, output, _, _ in u:
@@ -104,7 +102,7 @@ def test_series_twists_add_up(drive: sm.Drive, lookup: Lookup, softness: float, 
     assert tau == pytest.approx(contact, abs=1e-9 * lookup.full_torque)
 
 
-def test_one_step_equals_many_along_the_same_way(loaded: DriveModel) -> None:
+def test_one_step_equals_many_along_the_same_path(loaded: DriveModel) -> None:
     p = loaded.parameter_vector()
     first, last = inputs_at_twist([0.0, 0.001], loaded)
     x = loaded.initial(first, p)
@@ -153,7 +151,7 @@ def test_jacobian_and_stiffness_are_the_derivatives(loaded: DriveModel) -> None:
 
 
 def test_power_balance_without_losses(drive: sm.Drive, lookup: Lookup) -> None:
-    """Virtual work: crank and output torque together return what turning put in, over any closed path."""
+    """Virtual work: over any closed path the work of crank and output torque is zero."""
     model = build_model(
         drive,
         {
@@ -173,7 +171,7 @@ def test_power_balance_without_losses(drive: sm.Drive, lookup: Lookup) -> None:
     assert abs(work) < 1e-6 * through
 
 
-def test_reversing_and_together_drives_have_their_sign(lookup: Lookup) -> None:
+def test_drives_with_negative_and_positive_ratio_have_their_sign(lookup: Lookup) -> None:
     together = sm.load_drive("drive_1", lobes=28)
     model = build_model(together, lookup=lookup)
     u = np.array([[0.02, 0, 0, 0, 20.0]])
@@ -196,7 +194,7 @@ def test_parameters_are_checked(loaded: DriveModel) -> None:
         build_model(loaded.drive, {"hysterisis": {}}, lookup=loaded.lookup)
 
 
-def test_signal_names_are_the_contract() -> None:
+def test_signal_names_are_those_of_the_contract() -> None:
     assert [s.name for s in INPUTS] == ["crank.phi", "crank.w", "output.phi", "output.w", "temperature"]
     assert [s.name for s in OUTPUTS][:6] == [
         "output.tau",
@@ -218,7 +216,7 @@ def test_functions_generate_c_code_without_casadi(loaded: DriveModel, tmp_path_f
     assert "int output(" in source
 
 
-def test_a_name_stands_for_its_drawing(lookup: Lookup) -> None:
+def test_a_name_is_read_as_its_drawing(lookup: Lookup) -> None:
     assert build_model("drive_1", lookup=lookup).drive == sm.load_drive("drive_1")
     with pytest.raises(sm.UnknownNameError, match="did you mean 'drive_1'"):
         build_model("drive1", lookup=lookup)

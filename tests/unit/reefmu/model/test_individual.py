@@ -1,4 +1,4 @@
-"""An individual drive as a component: its expressions against the solver, files, FMUs, the joint."""
+"""An individual drive as a component: expressions against the solver, files, FMUs, the joint."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def one(drive: sm.Drive, lookup: Lookup) -> DriveModel:
 
 
 def seed_of(drive: sm.Drive, *, tight: bool) -> Individual:
-    """The first individual with, or without, a ball larger than its bore."""
+    """The first individual with a ball larger than its bore, or without."""
     drawn = (draw_individual(drive, seed) for seed in range(200))
     return next(one for one in drawn if bool((one.cage < one.element).any()) is tight)
 
@@ -80,7 +80,7 @@ def worst(drive: sm.Drive, lookup: Lookup, one: Individual) -> tuple[float, floa
         pytest.param({"elements": 63}, 5e-7, id="fewer balls than places"),
     ],
 )
-def test_the_expressions_are_the_solver(fields: dict[str, object], limit: float, lookup: Lookup) -> None:
+def test_the_expressions_equal_the_solver(fields: dict[str, object], limit: float, lookup: Lookup) -> None:
     drive = sm.load_drive("drive_1", **fields)
     torque, force = worst(drive, lookup, seed_of(drive, tight=False))
     assert torque < limit
@@ -91,7 +91,7 @@ def test_a_ball_larger_than_its_bore_counts_as_one_that_fits(drive: sm.Drive, lo
     assert 1e-6 < worst(drive, lookup, seed_of(drive, tight=True))[0] < 4e-4
 
 
-def test_derivatives_and_the_way_beyond_the_range(drive: sm.Drive, lookup: Lookup) -> None:
+def test_derivatives_and_extrapolation(drive: sm.Drive, lookup: Lookup) -> None:
     function = individual_function(draw_individual(drive, 3), lookup)
     by = function.factory(
         "by",
@@ -111,11 +111,11 @@ def test_derivatives_and_the_way_beyond_the_range(drive: sm.Drive, lookup: Looku
     at_end, slope, *_ = (float(v) for v in function(end, 0, 0.4))
     torque, stiffness, _, _, inside = (float(v) for v in function(far, 0, 0.4))
     assert (torque, stiffness, inside) == pytest.approx((at_end + slope * (far - end), slope, 0))
-    # Where nothing touches: no force, and derivatives that are numbers.
+    # Without contact: no force, and finite derivatives.
     assert all(np.isfinite(float(v)) for v in by(0, lookup.clearance.stop, 0.1))
 
 
-def test_the_model_turns_with_its_output(one: DriveModel, drive: sm.Drive) -> None:
+def test_the_torque_depends_on_the_output_angle(one: DriveModel, drive: sm.Drive) -> None:
     """Torque, stiffness and force of the model at angles of crank and output are the solver's; the mean's are not."""
     assert one.individual is not None
     twist, angle = 0.6 * drive.max_twist, np.array([0.0, 0.05, 0.4, 2.0])
@@ -125,12 +125,12 @@ def test_the_model_turns_with_its_output(one: DriveModel, drive: sm.Drive) -> No
     assert [y[0] for y in found] == pytest.approx(solved.torque[:, 0], rel=1e-6)
     assert [y[4] for y in found] == pytest.approx(solved.max_force[:, 0], rel=1e-4)
     assert np.ptp([y[0] for y in found]) > 1
-    # The crank's torque is the output's by virtual work, as with the mean of all.
+    # The crank's torque follows from virtual work, as for the mean.
     assert [drive.ratio * y[1] for y in found] == pytest.approx([-y[0] for y in found], rel=1e-12)
 
 
-def test_an_individual_goes_with_effects(drive: sm.Drive, lookup: Lookup) -> None:
-    """A backlash is a clearance of its every lobe, a compliance lies in series with its contacts."""
+def test_an_individual_with_effects(drive: sm.Drive, lookup: Lookup) -> None:
+    """Backlash is a clearance of every lobe; a compliance is in series with the contacts."""
     effects = {
         "backlash": {"clearance": 4e-6},
         "structural_compliance": {"compliance": 4e-6},
@@ -146,7 +146,7 @@ def test_an_individual_goes_with_effects(drive: sm.Drive, lookup: Lookup) -> Non
     assert np.isfinite(np.asarray(whole.jacobian(whole.initial(u, p), u, p))).all()
 
 
-def test_without_an_individual_nothing_of_it_is_there(model: DriveModel, one: DriveModel) -> None:
+def test_the_mean_drive_contains_nothing_of_an_individual(model: DriveModel, one: DriveModel) -> None:
     for name in ("output", "jacobian"):
         nodes = {f.name() for f in _within(getattr(model, name))}
         assert not any("individual" in node or "element" in node for node in nodes)
@@ -183,15 +183,15 @@ def test_model_file_keeps_the_seed(one: DriveModel, lookup: Lookup, tmp_path: Pa
 
 
 @pytest.mark.parametrize("backend", ["python", "native"])
-def test_fmus_carry_an_individual(one: DriveModel, backend: str, tmp_path: Path) -> None:
+def test_fmus_of_an_individual(one: DriveModel, backend: str, tmp_path: Path) -> None:
     if backend == "native" and not any(shutil.which(name) for name in ("cc", "gcc", "clang")):
         pytest.skip("no C compiler on the PATH")
     report = check_fmu(export_fmu(one, tmp_path / "one.fmu", backend=backend))
     assert report.passed, str(report)
 
 
-def test_a_joint_leans_as_the_individual_does(one: DriveModel, drive: sm.Drive) -> None:
-    """At equilibrium under a load the joint's twist is the individual's, at every crank angle another."""
+def test_a_joint_has_the_twist_of_the_individual(one: DriveModel, drive: sm.Drive) -> None:
+    """At equilibrium under load; the twist differs between crank angles."""
     assert one.individual is not None
     joint = JointModel(one, Masses(1e-4, 2.0, 1e-3, 0.5))
     twists = []

@@ -1,4 +1,4 @@
-"""model.toml: what is written reads back to the same numbers; what is wrong is refused in one line."""
+"""model.toml: files read back to the same numbers; invalid ones are refused in one line."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_round_trip_keeps_every_digit(rich: DriveModel, saved: Path, tmp_path: P
     assert is_model_file(tmp_path / "model.toml")
 
 
-def test_units_of_a_drawing_are_understood(rich: DriveModel, saved: Path, tmp_path: Path) -> None:
+def test_units_of_drawings_are_accepted(rich: DriveModel, saved: Path, tmp_path: Path) -> None:
     text = model_text(rich).replace(f'"{1 / 3e6!r} m"', '"2 um"').replace('"5e-05 rad"', '"0.2 arcmin"')
     (tmp_path / "model.toml").write_text(text)
     values = {p.name: p.value for p in load_model(tmp_path / "model.toml", saved).parameters}
@@ -58,7 +58,9 @@ def test_units_of_a_drawing_are_understood(rich: DriveModel, saved: Path, tmp_pa
         ("[model]", "[model", "expected a model in TOML"),
     ],
 )
-def test_what_is_wrong_is_said(rich: DriveModel, saved: Path, tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_invalid_files_are_refused(
+    rich: DriveModel, saved: Path, tmp_path: Path, old: str, new: str, message: str
+) -> None:
     text = model_text(rich)
     assert old in text
     (tmp_path / "model.toml").write_text(text.replace(old, new))
@@ -68,7 +70,7 @@ def test_what_is_wrong_is_said(rich: DriveModel, saved: Path, tmp_path: Path, ol
     assert "\n" not in str(error.value).split("TOML")[0]
 
 
-def test_drawing_is_no_model(tmp_path: Path, drive: sm.Drive) -> None:
+def test_a_drawing_is_not_a_model(tmp_path: Path, drive: sm.Drive) -> None:
     sm.save_drive(drive, tmp_path / "drive.toml")
     assert not is_model_file(tmp_path / "drive.toml")
     assert sm.load_drive(tmp_path / "drive.toml") == drive

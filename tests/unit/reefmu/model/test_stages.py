@@ -1,4 +1,4 @@
-"""The order of the effects is declared once: every evaluator follows it."""
+"""The order of the effects is declared once, and model, predictor and C follow it."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_c_calls_the_stages_in_the_declared_order(kind: str, name: str, drive: o
 
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=lambda e: e.name)
-def test_only_states_under_torque_ask_for_the_contacts_twice(effect: Effect, lookup: Lookup) -> None:
+def test_only_states_that_depend_on_torque_need_the_contacts_to_advance(effect: Effect, lookup: Lookup) -> None:
     order = [stage.name for stage in make_scalar_stages(lookup, (effect,)).advance_order]
     assert ("contacts" in order) == (effect.name == "creep")
 
