@@ -1,5 +1,4 @@
-"""What an individual drive of the population shows without any effect: how an effect, or a residual, compares with
-it."""
+"""What an individual drive of the population shows without any effect, compared with an effect or a residual."""
 
 from __future__ import annotations
 
@@ -36,6 +35,7 @@ IMPLAUSIBLE_SIZE = 2.0
 """Scatter size that the stated tolerances hardly make; chosen by judgement, without the rule no verdict changes
 (ablation)."""
 LARGEST_PLAUSIBLE_SIZE = max(size for size in SCATTER_SIZES if size < IMPLAUSIBLE_SIZE)
+"""Largest of the scatter sizes tried that the stated tolerances make."""
 MAX_POPULATION_DEVIATIONS = 3.0
 """Standard deviations from the mean drive up to which individuals are expected: the usual three-sigma limit, because
 some dozens of simulated individuals do not show the extremes of the population."""
@@ -49,7 +49,7 @@ def crank_stands(problem: Problem) -> bool:
 
 
 def as_individual(problem: Problem, fit: Fit) -> Fit:
-    """The same set fitted under the hypothesis that the drive scatters at least as little as individuals do."""
+    """The same set fitted under the hypothesis that the drive scatters, at least as much as any individual does."""
     rest = problem.torque - fit.prediction.torque
     sizes = [problem.weights.with_size(size) for size in SCATTER_SIZES if size >= INDIVIDUAL_SIZE]
     likeliest = min(sizes, key=lambda w: float((w.whiten(rest) ** 2).sum()) + w.log_determinant)
