@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 import stiffness_model as sm
 from reefmu.joint import JointModel, Masses
 from reefmu.joint.controller import Design, Weights, design_lqr
-from reefmu.joint.simulate import Motion, simulate_joint
+from reefmu.joint.joint_simulation import Motion, simulate_joint
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.model.drive_model import build_model
 from stiffness_model.plotting.style import BLUE, FAINT, INK, format_axes

@@ -98,7 +98,7 @@ def export_fmu(
     if masses is None:
         component = drive_component(model)
     else:
-        from .model.joint import joint_component
+        from .model.joint_component import joint_component
 
         component = joint_component(model, masses)
     return write_archive(path, make(with_nominals(component), resources, date), date)

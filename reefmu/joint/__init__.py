@@ -1,8 +1,8 @@
 """The drive in a robot joint: motor and load inertia, a controller, python-control systems, co-simulation.
 
-* `equations`: the joint in CasADi, around a `DriveModel`; `simulate`: the joint under a controller.
-* `systems`: python-control systems of drive and joint, with exact linearisation; `parameters`: their parameters, with
-  the system's name as prefix.
+* `equations`: the joint in CasADi, around a `DriveModel`; `joint_simulation`: the joint under a controller.
+* `systems`: python-control systems of drive and joint, with exact linearisation; `named_system`: their parameters,
+  with the system's name as prefix.
 * `cosimulation`: the loop around an FMU; `block`: an FMU as a discrete-time block of python-control; `step`: the
   communication step that such a loop allows.
 * `controller`: an LQR; `plots`: its behaviour on the drive's real curve.
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .block import FmuBlock, fmu_block, masses_block
     from .cosimulation import cosimulate
     from .equations import JointModel
-    from .simulate import Controller, Motion, simulate_joint
+    from .joint_simulation import Controller, Motion, simulate_joint
     from .step import growth_rate, largest_step, step_warning
     from .systems import drive_system, joint_system, linearize
 
@@ -52,7 +52,7 @@ __getattr__, __dir__ = lazy_names(
         ".cosimulation": ("cosimulate",),
         ".equations": ("JointModel",),
         "..model.masses": ("Masses", "Scheme"),
-        ".simulate": ("Controller", "Motion", "simulate_joint"),
+        ".joint_simulation": ("Controller", "Motion", "simulate_joint"),
         ".step": ("growth_rate", "largest_step", "step_warning"),
         ".systems": ("drive_system", "joint_system", "linearize"),
     },

@@ -29,7 +29,7 @@ from stiffness_model.errors import InputError, expect_number, unknown_name
 from stiffness_model.numerics.arrays import Array
 
 from .cosimulation import COUPLING_OUTPUTS, extrapolate
-from .parameters import NamedSystem
+from .named_system import NamedSystem
 from .systems import python_name, python_names
 
 

@@ -32,7 +32,7 @@ from reefmu.model.masses import STATES, Masses, Scheme
 from stiffness_model.errors import InputError, expect, unknown_name
 from stiffness_model.numerics.arrays import Array
 
-from .simulate import Controller, Motion, commanded_torques, count_steps
+from .joint_simulation import Controller, Motion, commanded_torques, count_steps
 
 COUPLING_OUTPUTS = ("crank.tau", "output.tau", "twist", "stiffness")
 """Outputs of the FMU that the loop uses, in the order of its arrays."""

@@ -31,7 +31,7 @@ _SMALL_SPEED = 1e-9
 
 
 @dataclass(frozen=True)
-class Equations:
+class SystemEquations:
     """A system dx/dt = rate(x, u, p), y = output(x, u, p) as CasADi functions, with the names of its signals.
 
     motion_direction: (n_x + n_u,) small speeds, rad/s, by which twist, crank and output move in the same direction.
@@ -74,7 +74,7 @@ class Equations:
         return a, b, c, d
 
 
-def drive_equations(model: DriveModel) -> Equations:
+def drive_equations(model: DriveModel) -> SystemEquations:
     """The drive alone: inputs and outputs of the model, and the states of its effects.
 
     The model's stored angles, which serve discrete steps, are not states of the continuous system.
@@ -88,7 +88,7 @@ def drive_equations(model: DriveModel) -> Equations:
     # The crank moves twice as fast, so that twist, crank and output all move in the same direction.
     motion_direction[count_effect_states(model) + DRIVE_INPUTS.index("crank.w")] = 2 * _ratio(model) * _SMALL_SPEED
     motion_direction[count_effect_states(model) + DRIVE_INPUTS.index("output.w")] = _SMALL_SPEED
-    return Equations(
+    return SystemEquations(
         tuple(s.name for s in model.states[len(model.states) - count_effect_states(model) :]),
         DRIVE_INPUTS,
         DRIVE_OUTPUTS,
@@ -122,7 +122,7 @@ class JointModel:
         return _ratio(self.drive)
 
     @cached_property
-    def equations(self) -> Equations:
+    def equations(self) -> SystemEquations:
         """States: crank.phi, crank.w, output.phi, output.w, then the drive's. p: inertias and dampings, temperature,
         then the drive's parameters.
         """
@@ -150,7 +150,7 @@ class JointModel:
         )
         motion_direction = np.zeros(x.numel() + u.numel())
         motion_direction[1], motion_direction[3] = 2 * self.ratio * _SMALL_SPEED, _SMALL_SPEED
-        return Equations(
+        return SystemEquations(
             (*STATES, *inner.states),
             JOINT_INPUTS,
             JOINT_OUTPUTS,

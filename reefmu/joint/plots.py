@@ -11,7 +11,7 @@ from stiffness_model.plotting.style import BLUE, FAINT, INK, RED, format_axes
 
 from .controller import Design, feedback, minimum_damping_ratio
 from .equations import JointModel
-from .simulate import Motion, simulate_joint
+from .joint_simulation import Motion, simulate_joint
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

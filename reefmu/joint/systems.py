@@ -3,7 +3,7 @@
 python-control allows no dots in the names of signals: `crank.phi` becomes `crank_phi`. Parameters have the name of the
 system in front of the model's dotted names, which distinguishes them in an interconnection:
 `ct.input_output_response(loop, t, u, params={"left.band": 1.0, "right.load.inertia": 3.0})`. A system by itself
-also accepts them without the prefix: `ct.linearize(system, x, u, params={"band": 1.0})`. See `reefmu.joint.parameters`.
+also accepts them without the prefix: `ct.linearize(system, x, u, params={"band": 1.0})`. See `named_system`.
 
 `ct.input_output_response` may miss a short input unless a maximum step is set (python-control issue 1152): pass
 solve_ivp_kwargs={"max_step": ...}.
@@ -23,8 +23,8 @@ from reefmu.model.drive_model import DriveModel
 from stiffness_model.errors import InputError, expect
 from stiffness_model.numerics.arrays import Array
 
-from .equations import Equations, JointModel, drive_equations
-from .parameters import NamedSystem
+from .equations import JointModel, SystemEquations, drive_equations
+from .named_system import NamedSystem
 
 
 def drive_system(model: DriveModel, *, name: str | None = None) -> ct.NonlinearIOSystem:
@@ -69,9 +69,9 @@ def python_names(names: Sequence[str]) -> list[str]:
 
 
 class _CasadiSystem(NamedSystem):
-    """A python-control system of `Equations` with an exact `linearize`."""
+    """A python-control system of `SystemEquations` with an exact `linearize`."""
 
-    def __init__(self, equations: Equations, name: str) -> None:
+    def __init__(self, equations: SystemEquations, name: str) -> None:
         self.equations = equations
         self._fast_rate, self._fast_output = Buffered(equations.rate), Buffered(equations.output)
         super().__init__(

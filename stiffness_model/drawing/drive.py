@@ -135,9 +135,8 @@ class Drive:
     where: str = field(default="", compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        at = self.where or self.name
-        check_attributes(self, Drive, str(at))
-        at = f"{at}: "
+        check_attributes(self, Drive, str(self.where or self.name))
+        at = f"{self.where or self.name}: "
         for name, kind in (("materials", "material"), ("tolerances", "tolerance")):
             values: Mapping[str, object] = getattr(self, name)
             for part in PARTS:
@@ -156,8 +155,7 @@ class Drive:
             (
                 "lobes",
                 self.lobes in (ratio - 1, ratio + 1),
-                f"transmission_ratio - 1 = {ratio - 1:g} lobes (turning together) or transmission_ratio + 1 = "
-                f"{ratio + 1:g} (reversing)",
+                f"transmission_ratio - 1 = {ratio - 1:g} lobes (turning together) or {ratio + 1:g} (reversing)",
             ),
             ("elements", self.elements % self.eccentrics == 0, f"a multiple of the {self.eccentrics} eccentrics"),
             (

@@ -1,4 +1,4 @@
-"""The type of all numbers in arrays, double precision, and values of several arrays that can be compared."""
+"""The types of arrays of double-precision numbers and of indices, and values of several arrays that can be compared."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 
 class ArrayValue:

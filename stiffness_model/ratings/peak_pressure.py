@@ -28,7 +28,7 @@ from dataclasses import fields, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..contact.element_contacts import PARTNERS, build_contacts
 from ..contact.usable_elements import usable_elements
@@ -40,10 +40,8 @@ from ..equilibrium.closed_form import closed_form, solve
 from ..equilibrium.coupled_elements import CoupledEquilibrium, solve_coupled
 from ..equilibrium.solution import Equilibrium, Status
 from ..errors import expect, warn_not_converged
-from ..numerics.arrays import Array
+from ..numerics.arrays import Array, Index
 from .pressure import Pressures, element_pressures, expect_memory_for, max_per_drive, wall_forces
-
-Index = NDArray[np.intp]
 
 POSITIONS = 33
 """Positions on the profile at which contacts are compared, both ends included; 145 positions change pressures by less

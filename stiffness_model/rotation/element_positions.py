@@ -6,16 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations
 from ..geometry.ball_path import wrap
 from ..lookup.element_table import FADE_HALF_WIDTH
-from ..numerics.arrays import Array
+from ..numerics.arrays import Array, Index
 from .individual_drive import Individual
-
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)

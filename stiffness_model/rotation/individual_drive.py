@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..display import dataframe, html_table
 from ..drawing.drive import PARTS, Drive
@@ -34,7 +33,6 @@ from ..units import MICROMETRE
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Index = NDArray[np.intp]
 
 N_PLOT_ANGLES, N_PLOT_TWISTS = 240, 61
 """Points of `Individual.plot` along the crank's turn and the twist; chosen by judgement, some 0.2 s of computation."""

@@ -30,7 +30,7 @@ import stiffness_model as sm
 from reefmu.effects import EFFECTS
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
-from reefmu.fmu.model.joint import joint_component
+from reefmu.fmu.model.joint_component import joint_component
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import Masses
 from stiffness_model.errors import DoesNotFitWarning

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from reefmu.fmu.model.component import Component
 from reefmu.fmu.model.nominals import MAX_GROWTH_RATE, stiffness_at_full_torque
+from reefmu.fmu.validation.check_report import CheckResult
 from reefmu.fmu.validation.fmu_check import embedded_component
-from reefmu.fmu.validation.report import CheckResult
 from reefmu.fmu.xml.archive import FmuFile, read_archive
 from reefmu.joint.step import growth_rate, largest_step, step_warning
 from reefmu.model.masses import Masses, expect_inertia, expect_step

@@ -8,7 +8,7 @@ from pathlib import Path
 from reefmu.fmu.codegen.compile import select_platforms
 from reefmu.fmu.export import NO_COMPILER, default_backend, export_fmu
 from reefmu.fmu.model.component import drive_component
-from reefmu.fmu.model.joint import joint_component
+from reefmu.fmu.model.joint_component import joint_component
 from reefmu.fmu.python_backend.real_time import real_time_note
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.contacts.curve_table import source_curve

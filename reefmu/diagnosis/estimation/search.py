@@ -29,8 +29,7 @@ MAX_VARIANTS = 2
 MAX_EXCHANGES = 3
 """Greatest number of exchange rounds. Chosen by judgement to bound the time of a search."""
 MIN_GAIN = 6.0
-"""Gain in -2 log likelihood below which a further effect is not tried. Chosen by judgement, well below the
-thresholds of significance."""
+"""Gain in -2 log likelihood below which a further effect is not tried. Chosen by judgement, below significance."""
 RANKING = FitOptions(steps=12, tolerance=0.1)
 """A fit good enough to rank sets. Chosen by judgement, well below the gains that decide."""
 FIRST_STEPS = FitOptions(steps=6, tolerance=0.1, estimate_size=False)
@@ -222,8 +221,7 @@ def _best_by_set(fits: Sequence[Fit]) -> dict[frozenset[str], Fit]:
     best: dict[frozenset[str], Fit] = {}
     for fit in fits:
         names = frozenset(fit.names)
-        if names not in best or fit.cost < best[names].cost:
-            best[names] = fit
+        best[names] = min(best.get(names, fit), fit, key=lambda f: f.cost)
     return best
 
 

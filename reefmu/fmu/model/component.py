@@ -132,7 +132,7 @@ def load_component(folder: Path) -> Component:
         return drive_component(model)
     from reefmu.model.masses import Masses
 
-    from .joint import joint_component
+    from .joint_component import joint_component
 
     try:
         return joint_component(model, Masses(**parse_toml(masses.read_text("utf-8"), str(masses))))

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 EQUATIONS_FILE = "equations.json"
 """Name of the file among the resources."""
 _PACKAGES = {"reefmu": Path(__file__).parents[2], "stiffness_model": Path(str(stiffness_model.__file__)).parent}
-_ROOTS = ("reefmu.model.drive_model", "reefmu.fmu.model.joint", "reefmu.fmu.model.kernel")
+_ROOTS = ("reefmu.model.drive_model", "reefmu.fmu.model.joint_component", "reefmu.fmu.model.kernel")
 """The modules that assemble the equations of both kinds and compute a step."""
 
 

@@ -10,7 +10,7 @@ from stiffness_model.io.atomic_files import scratch_folder
 
 from ..model.component import KINDS, component_files, load_component
 from ..xml.archive import FmuFile, read_archive, read_members
-from .report import CheckReport
+from .check_report import CheckReport
 from .run_checks import check_derivatives, check_runs
 from .static_checks import check_declaration, check_fmi3_rules, check_standard, declared_variables
 

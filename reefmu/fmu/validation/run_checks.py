@@ -15,10 +15,10 @@ from stiffness_model.errors import InputError
 from stiffness_model.numerics.arrays import Array
 
 from ..importer.instance import FmuDrive
+from .check_report import CheckResult
 from .derivatives import TOLERANCE as DERIVATIVE_TOLERANCE
 from .derivatives import derivative_error
 from .reference_run import LOADED_ROWS, Excitation, continue_fmu, make_excitation, run_fmu, run_model
-from .report import CheckResult
 
 if TYPE_CHECKING:
     from ..model.component import Component

@@ -11,8 +11,8 @@ from ..model.component import Component
 from ..model.declaration import declare, declare_with_derivatives
 from ..model.variables import FMI_VERSIONS, INDICATOR_PREFIX, Variable
 from ..xml.archive import SCRIPT_NAME, FmuFile, read_members
+from .check_report import CheckResult
 from .fmi3_rules import rule_violations
-from .report import CheckResult
 
 
 def check_standard(file: FmuFile) -> CheckResult:

@@ -24,9 +24,7 @@ from ...drawing import sampling
 from ...drawing.drive import Drive
 from ...drawing.sampling import Deviations
 from ...equilibrium.closed_form import Equilibrium, Status, closed_form, solve
-from ...numerics.arrays import Array
-
-Index = NDArray[np.intp]
+from ...numerics.arrays import Array, Index
 
 _STAGES = (0.13, 0.4)
 """Shares of the twists after which unloaded elements are left out; further stages cost as much as they save."""

@@ -19,7 +19,7 @@ from fmpy.fmi2 import FMU2Slave
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.model.component import Component, drive_component
-from reefmu.fmu.model.joint import joint_component
+from reefmu.fmu.model.joint_component import joint_component
 from reefmu.fmu.validation.derivatives import differences
 from reefmu.fmu.validation.fmu_check import embedded_component
 from reefmu.fmu.validation.run_checks import check_derivatives

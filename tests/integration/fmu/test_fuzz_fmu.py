@@ -242,7 +242,7 @@ def test_check_refuses_the_same(words: list[str], fmu: Path, capsys: pytest.Capt
 
 
 def test_a_joint_declares_the_bounds_that_python_enforces(model: DriveModel) -> None:
-    from reefmu.fmu.model.joint import joint_component
+    from reefmu.fmu.model.joint_component import joint_component
 
     parameters = {p.name: p for p in joint_component(model, Masses(1e-4, 1.0)).parameters}
     for name in ("motor", "load"):

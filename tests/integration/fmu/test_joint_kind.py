@@ -14,7 +14,7 @@ from reefmu.effects import EFFECTS
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.model.component import Component
-from reefmu.fmu.model.joint import joint_component
+from reefmu.fmu.model.joint_component import joint_component
 from reefmu.fmu.validation.fmu_check import check_fmu
 from reefmu.joint.equations import JointModel, count_effect_states
 from reefmu.model.drive_model import DriveModel, build_model

@@ -14,7 +14,7 @@ from reefmu.cli import main
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.model.component import drive_component, load_component
-from reefmu.fmu.model.joint import joint_component
+from reefmu.fmu.model.joint_component import joint_component
 from reefmu.fmu.model.joint_equations import maximum_stiffness
 from reefmu.fmu.model.table_encoding import TABLES, decode_tables, embedded_lookup, encode_tables, lookup_metadata
 from reefmu.fmu.validation.fmu_check import check_fmu, embedded_component

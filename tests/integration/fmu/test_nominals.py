@@ -19,7 +19,7 @@ from reefmu.cli import main
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.model.component import drive_component
-from reefmu.fmu.model.joint import joint_component
+from reefmu.fmu.model.joint_component import joint_component
 from reefmu.fmu.model.nominals import propose_experiment, twist_at_full_torque, with_nominals
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import TYPICAL_MASSES

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from reefmu.fmu.model.joint import joint_component
+from reefmu.fmu.model.joint_component import joint_component
 from reefmu.joint import JointModel, Masses, drive_system, joint_system, masses_block
 from reefmu.joint.equations import JOINT_INPUTS, JOINT_OUTPUTS
 from reefmu.model.drive_model import DriveModel, build_model

@@ -12,7 +12,7 @@ from reefmu.effects import EFFECTS, Effect, Place
 from reefmu.fmu.codegen.functions import make_functions
 from reefmu.fmu.codegen.stage_order import stage_order
 from reefmu.fmu.model.component import drive_component
-from reefmu.fmu.model.joint import joint_component
+from reefmu.fmu.model.joint_component import joint_component
 from reefmu.model.drive_model import build_model
 from reefmu.model.masses import TYPICAL_MASSES
 from reefmu.model.stages.order import (
