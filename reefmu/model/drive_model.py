@@ -118,7 +118,7 @@ class DriveModel:
 
     @property
     def resets(self) -> NDArray[np.bool_]:
-        """Which of `states` start anew with every run of a record, (n_states,)."""
+        """Which of `states` restart with every run of a record, (n_states,)."""
         own = [s.resets for e in self.effects for s in e.states]
         return np.array([True] * len(stored_angles(self.effects)) + own, dtype=bool)
 

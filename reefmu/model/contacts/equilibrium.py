@@ -21,7 +21,7 @@ NEWTON_TOLERANCE = 1e-10
 
 @dataclass(frozen=True)
 class ContactEquilibrium:
-    """What the contact outputs are made of.
+    """The parts of the stage `contacts`.
 
     table: (twist, clearance, band, or an individual's output angle) -> (torque, stiffness, max contact force, load
     share, in range); element: (twist, clearance, position) -> (torque, stiffness) of one element, or None. compliant,
@@ -69,7 +69,7 @@ class ContactEquilibrium:
 
     @cached_property
     def _contacts(self) -> ca.Function:
-        """(twist of the contacts themselves, q, r) -> contact outputs; a function, so that its code stands once."""
+        """(twist of the contacts themselves, q, r) -> contact outputs; a function, so that its code appears once."""
         twist = ca.MX.sym("twist")
         q, r = ca.MX.sym("q", len(self.point)), ca.MX.sym("r", len(self.coefficients))
         clearance = self._entry(q, "clearance")

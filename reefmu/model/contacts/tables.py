@@ -41,18 +41,18 @@ def lookup_function(lookup: Lookup) -> ca.Function:
     )
     values = spline_function("values", axes, lookup.coefficients)(at)
     slopes = spline_function("slopes", axes, lookup.coefficients, slope=True)(at)
-    gives = _extrapolated(len(lookup.coefficients)).call([values, slopes, at, twist, clearance, band])
+    outputs = _extrapolated(len(lookup.coefficients)).call([values, slopes, at, twist, clearance, band])
     return ca.Function(
         "lookup",
         [twist, clearance, band],
-        gives,
+        outputs,
         ["twist", "clearance", "band"],
         ["torque", "stiffness", "max_contact_force", "load_share", "in_range"],
     )
 
 
 def _extrapolated(n: int) -> ca.Function:
-    """(values (n,), slopes (n,) at the point (2,), that point, twist, clearance, band) -> what the lookup gives."""
+    """(values (n,), slopes (n,) at the point (2,), that point, twist, clearance, band) -> outputs of the lookup."""
     values, slopes, at = ca.MX.sym("values", n), ca.MX.sym("slopes", n), ca.MX.sym("at", 2)
     twist, clearance, band = ca.MX.sym("twist"), ca.MX.sym("clearance"), ca.MX.sym("band")
     along = values + (twist - at[0]) * slopes

@@ -24,8 +24,8 @@ from .order import COEFFICIENTS, CONTACTS, STAGES, Stage, has_time_states
 SCALAR_STAGES = tuple(
     stage._replace(reads=("p",)) if stage is COEFFICIENTS else stage for stage in STAGES if stage is not CONTACTS
 )
-"""The stages that become functions in scalars, with what they may read there: coefficients are computed anew when a
-parameter changes, and no more often."""
+"""The stages that become functions in scalars, with what they may read there: coefficients are
+recomputed when a parameter changes, and no more often."""
 
 
 @dataclass(frozen=True)
