@@ -16,24 +16,24 @@ from reefmu.model.drive_model import DriveModel, build_model
 from stiffness_model.lookup.build_lookup import Lookup, build_lookup
 
 matplotlib.use("Agg")
-hypothesis.settings.register_profile("any machine", deadline=None)  # an example may take as long as it takes
+hypothesis.settings.register_profile("any machine", deadline=None)  # no limit of time for an example
 hypothesis.settings.load_profile("any machine")
 
 
 OUTSIDE = ("foreign host", "not part of this repository")
-"""Reasons of skips that are no hole: hosts (wine, ecospy, libcosimpy) and records that not every machine can have."""
+"""Reasons of skips that are permitted in CI: hosts (wine, ecospy, libcosimpy) and records that it cannot have."""
 
 
 def pytest_configure() -> None:
-    """The workers are the parallelism: each gets one thread for its linear algebra."""
+    """Each worker of pytest-xdist gets one thread for its linear algebra, because the workers already run in parallel."""
     for name in BLAS_THREADS:
         os.environ.setdefault(name, "1")
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """A check may skip where a compiler or data are missing; where everything is there (CI), a skip is a hole.
+    """Fail in CI if a test was skipped for a reason that `OUTSIDE` does not name.
 
-    But for what `OUTSIDE` names.
+    Elsewhere a test may skip where a compiler or data are missing.
     """
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
     skipped = [] if reporter is None else reporter.stats.get("skipped", [])
@@ -47,9 +47,9 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """Tables go to a folder of the session, for subprocesses too: no test reads what an older run left."""
+    """Tables are cached in a folder of the session, also for subprocesses, so that no test reads those of an older run."""
     base = tmp_path_factory.getbasetemp()
-    # What one worker solved serves the others.
+    # The workers share the folder, so that each table is solved once.
     folder = (base if "PYTEST_XDIST_WORKER" not in os.environ else base.parent) / "cache"
     folder.mkdir(exist_ok=True)
     before = os.environ.get("REEFMU_CACHE")
@@ -63,7 +63,7 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @pytest.fixture(autouse=True)
 def _no_progress_by_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a command prints in a test does not depend on how long it takes: time stands still for its progress."""
+    """Stop the clock of the progress, so that the output of a command does not depend on its duration."""
     monkeypatch.setattr("reefmu.progress.clock", lambda: 0.0)
 
 
@@ -74,7 +74,7 @@ def drive() -> sm.Drive:
 
 @pytest.fixture(scope="session")
 def lookup(drive: sm.Drive) -> Lookup:
-    """A lookup of few virtual drives: quick to build, and as good as any for what stands on it."""
+    """A lookup of few virtual drives, which is quick to build."""
     return build_lookup(drive, n_drives=16)
 
 

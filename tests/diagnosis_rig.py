@@ -30,7 +30,9 @@ def _triangle(cycles: int, samples: int) -> Array:
 
 
 def protocol(full: bool = True) -> Record:
-    """Loops of two amplitudes at four crank angles, fast and slow loops, a hold, rotation both ways; or one loop."""
+    """A record without torque: loops of two amplitudes at four crank angles, fast and slow loops, a hold and rotation
+    in both senses; or, unless `full`, one loop.
+    """
     top = drive().max_twist
     parts: list[tuple[Array, Array, float, float]] = []
     if full:

@@ -1,4 +1,4 @@
-"""A small study for the tests, as tables."""
+"""A small design study for the tests."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from stiffness_model.explore.definition.study_toml import study_from_dict
 
 
 def tables(**numbers: Any) -> dict[str, Any]:
-    """Tolerances and lobes of drive_1; evaluated in some tenths of a second."""
+    """Its TOML tables: tolerances and lobes of drive_1. `numbers` replaces entries of the table of that name."""
     return {
         "name": "small",
         "base": "drive_1",
@@ -35,5 +35,5 @@ def tables(**numbers: Any) -> dict[str, Any]:
 
 
 def study(**numbers: Any) -> Study:
-    """The study of these tables."""
+    """The study of `tables`."""
     return study_from_dict(tables(**numbers))

@@ -1,4 +1,4 @@
-"""Every example runs as a reader would run it, and leaves its pictures."""
+"""Every example runs as a program of its own and writes its pictures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 RECORDS = Path(__file__).resolve().parents[3] / "shared/data/cycloidal"
-"""Measured records of other makers, under a licence of their own."""
+"""Measured records of third parties, under their own licence."""
 
 
 @pytest.mark.parametrize("example", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
@@ -37,16 +37,16 @@ def test_example(example: Path, tmp_path: Path) -> None:
     )
     assert run.returncode == 0, run.stderr
     assert run.stdout.strip(), "the example prints its figures"
-    assert [path.name for path in tmp_path.iterdir()] == ["out"], "nothing is left outside the folder asked for"
+    assert [path.name for path in tmp_path.iterdir()] == ["out"], "an example writes to its folder only"
     files = list((tmp_path / "out").iterdir())
     assert any(file.suffix == ".png" for file in files)
     assert all(file.stat().st_size > 0 for file in files)
     if example.stem == "cycloidal_records":
-        real_records_show_what_their_builder_changed(run.stdout)
+        check_play_and_friction_of_measured_records(run.stdout)
 
 
-def real_records_show_what_their_builder_changed(table: str) -> None:
-    """Play falls with the preload, friction goes with the load in all, and a remainder is left that is no noise."""
+def check_play_and_friction_of_measured_records(table: str) -> None:
+    """Play decreases with preload, friction depends on load in all records, and the remainder exceeds the noise."""
     rows = [line for line in table.splitlines() if re.match(r" +[0-5] +\w+ +\d+ arcmin", line)]
     assert len(rows) == 6
     assert all("load_dependent_hysteresis" in row for row in rows)

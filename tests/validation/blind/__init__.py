@@ -1,4 +1,9 @@
-"""Measured records in which effects are hidden: the examiner of the diagnosis.
+"""Blind cases: simulated measurements with hidden effects, on which the diagnosis is scored.
 
-Shares no code with reefmu.effects or reefmu.model; of the project it uses stiffness_model alone.
+The generator shares no code with reefmu.effects or reefmu.model; of the project it uses stiffness_model alone.
+
+    cases -> drawings, protocols, sizing -> elements, tables, contact_law -> plant -> sensors -> records
+
+`forms` has the constitutive laws, `outside` discrepancies without a name. `records` makes a record from a case,
+`outcome` and `scoring` judge the diagnosis of it.
 """

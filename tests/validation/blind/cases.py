@@ -1,4 +1,4 @@
-"""The catalogue of cases: number n of a seed is always the same case, whatever the count."""
+"""The catalogue of cases: case n of a seed does not depend on how many cases are made."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ WEIGHTS = {
     "individual": 8,
     "sweep": 5,
 }
-"""Cases of each category in every hundred."""
+"""Number of cases of each category in every hundred."""
 SWEEP_TRACE = 0.02
 """Trace of the effects in the noise sweep, rms over full torque."""
-# Alike by definition or on any record: not put together.
+# Indistinguishable by definition or on every record; they are not combined.
 _NOT_TOGETHER = ({"backlash", "preload"}, {"modulus_error", "structural_compliance"})
-# What leaves a trace on every poor protocol.
+# Effects that change the torque under every limited protocol.
 _EVERYWHERE = tuple(e for e in EFFECTS if e not in ("thermal_clearance", "wear", "missing_ball", "kinematic_error"))
 _WITHOUT_TEMPERATURE = tuple(e for e in EFFECTS if e != "thermal_clearance")
 _WHEN_LOCKED = (
@@ -60,7 +60,7 @@ def case(number: int, seed: int = 0) -> Case:
     block, place = divmod(number, sum(WEIGHTS.values()))
     order = _order(block, seed)
     category = order[place]
-    # Every category starts elsewhere in the lists of effects.
+    # Every category starts at another position in the lists of effects.
     earlier = block * WEIGHTS[category] + order[:place].count(category) + 3 * list(WEIGHTS).index(category)
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number, 1)))
     return _MAKERS[category](
@@ -89,7 +89,7 @@ def _sensors(
 
 
 def _size(rng: Rng, low: float = 3.0, high: float = 12.0) -> float:
-    # A little more than 3, for the noise that is drawn may come out a little larger.
+    # Slightly above the lower limit, because the noise that is drawn may be slightly larger than stated.
     return float(np.exp(rng.uniform(np.log(1.05 * low), np.log(high))))
 
 
@@ -113,7 +113,7 @@ def _floor(new: Maker, rng: Rng, earlier: int) -> Case:
 
 
 def _protocol(rng: Rng) -> str:
-    """Mostly the full one."""
+    """The full protocol in three cases of four, otherwise a limited one."""
     return str(rng.choice(["full", *POOR], p=[0.76, 0.08, 0.08, 0.08]))
 
 

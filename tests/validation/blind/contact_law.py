@@ -11,13 +11,13 @@ from .elements import TURNS, Array, Individual, individual_torque
 from .tables import MODULI, Tables
 
 REST = 0.5
-"""Stiffness of the rig in parallel with the drive, over full torque per full twist: it carries the twist through
-the drive's play at a finite speed, as a real loading device does."""
+"""Stiffness of the rig in parallel with the drive, over full torque per full twist. As in a real loading device, it
+moves the twist through the drive's play at a finite speed. Chosen by judgement."""
 
 
 @dataclass(frozen=True)
 class ContactLaw:
-    """Torque tables of one simulated drive, by contact twist and clearance, and by turn if it has an individual's.
+    """Torque tables of one simulated drive, over contact twist and clearance, and over the rotation of an individual.
 
     torque: (n_turn or 1, nx, nc) N.m; less: (n_beta, nx, nc) N.m, of a missing element, or None; less_start: its
     position on the profile at crank angle 0, rad.
@@ -58,13 +58,13 @@ class ContactLaw:
 
 
 def turn_past_cage(tables: Tables, crank: Array) -> Array:
-    """How far the crank has turned past the cage, which itself turns by crank/ratio, rad."""
+    """Rotation of the crank relative to the cage, rad; the cage turns by crank/ratio."""
     return crank * (1 - 1 / tables.drive.ratio)
 
 
 def mean_law(tables: Tables, modulus: float = 1.0, missing: float | None = None) -> ContactLaw:
-    """The mean drive, with gear and cage of `modulus` times the drawn one and without the ball that stands at
-    `missing` rad on the profile at crank angle 0.
+    """The mean drive, with a modulus of gear and cage of `modulus` times that of the drawing, and without the ball
+    whose position on the profile at crank angle 0 is `missing`, rad.
     """
     torque = tables.mean + _modulus_part(tables, modulus)
     less = None if missing is None else tables.element
@@ -74,11 +74,11 @@ def mean_law(tables: Tables, modulus: float = 1.0, missing: float | None = None)
 def individual_law(
     tables: Tables, one: Individual, clearances: tuple[float, float], modulus: float = 1.0, missing: float | None = None
 ) -> ContactLaw:
-    """One individual, solved at clearances (m) over the range it will meet; modulus as in `mean_law`."""
+    """One individual, solved at clearances, m, over the range of the test; `modulus` and `missing` as in `mean_law`."""
     drive, low, high = tables.drive, *clearances
     nodes = np.array([low]) if high - low < 1e-9 else np.linspace(low, high, 4)
     turn = np.arange(TURNS * 4 * drive.elements) * 2 * np.pi / (4 * drive.elements)
-    few = tables.x[::2]  # the number of nodes is odd: both ends are in
+    few = tables.x[::2]  # the number of nodes is odd, so that both ends are included
     gone = None if missing is None else int(np.argmin(np.abs(_wrapped(one.start - missing))))
     torque = np.stack([_finer(few, individual_torque(drive, one, turn, few, c, gone), tables.x) for c in nodes], -1)
     if modulus != 1.0:
@@ -87,7 +87,7 @@ def individual_law(
 
 
 def torque_at(x: Array, rows: Array, twist: Array) -> Array:
-    """Torque at one twist per row, by a cubic through the four nodes around (straight at the ends)."""
+    """Torque at one twist per row, by a cubic through the four surrounding nodes; linear beyond the ends."""
     step = x[1] - x[0]
     place = (twist - x[0]) / step
     cell = np.clip(np.floor(place).astype(int), 1, len(x) - 3)
@@ -104,7 +104,7 @@ def torque_at(x: Array, rows: Array, twist: Array) -> Array:
 
 
 def rest(tables: Tables, rows: Array, command: Array) -> tuple[Array, Array]:
-    """Contact twist, rad, and torque, N.m, at which drive and rig rest under the `command` (1: full load)."""
+    """Contact twist, rad, and torque, N.m, at which drive and rig are in equilibrium under `command` (1: full load)."""
     x, spring = tables.x, REST * tables.full_torque / tables.full_twist
     rows = np.broadcast_to(rows, (len(command), len(x)))
     wanted = command * (1 + REST) * tables.full_torque
@@ -118,19 +118,19 @@ def rest(tables: Tables, rows: Array, command: Array) -> tuple[Array, Array]:
 
 
 def mean_torque_at(tables: Tables, twist: Array) -> Array:
-    """Torque, N.m, of the mean drive as drawn: what a diagnosis starts from."""
+    """Torque, N.m, of the mean drive of the drawing, from which a diagnosis starts."""
     return torque_at(tables.x, tables.mean[None, :, len(tables.c) // 2], twist)
 
 
 def _modulus_part(tables: Tables, modulus: float) -> Array:
-    """Torque less the drawn drive's, (nx, nc): a polynomial in the logarithm through the tables made."""
+    """Change of the torque by the modulus, (nx, nc), N.m: a polynomial in its logarithm through the tables."""
     nodes, at = np.log(np.append(MODULI, 1.0)), np.log(modulus)
     weights = [np.prod([(at - b) / (a - b) for b in nodes if b != a]) for a in nodes[:-1]]
     return np.einsum("k,kxc->xc", weights, tables.softer)
 
 
 def _along_clearance(nodes: Array, table: Array, first: Array, clearance: Array) -> Array:
-    """Rows table[first, :, at clearance], (n, nx): a cubic through the four nodes around."""
+    """Rows table[first, :, at clearance], (n, nx), by a cubic through the four surrounding nodes."""
     if len(nodes) == 1:
         return np.array(table[first, :, 0])
     if np.ptp(clearance) == 0:

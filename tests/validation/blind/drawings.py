@@ -1,4 +1,4 @@
-"""The drawings of the examined drives: the three presets with 30 and 28 lobes and some variations."""
+"""The drawings of the cases: the three presets with 30 and 28 lobes, and variations of them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import stiffness_model as sm
 
 @dataclass(frozen=True)
 class Drawing:
-    """What distinguishes the drawings: lengths in mm, grades as the standards name them."""
+    """The fields in which the drawings differ: lengths in mm, grades of ISO 286."""
 
     preset: str
     lobes: int = 30
@@ -33,7 +33,7 @@ class Drawing:
 
     @property
     def toml(self) -> str:
-        """The drawing as the file that the diagnosis gets."""
+        """The text of the drawing, which the diagnosis reads."""
         soft = "PLA" if self.plastic else "100Cr6"
         return f"""name = "drive"
 
@@ -73,7 +73,7 @@ N_VARIATIONS = 4
 
 
 def _variation(number: int) -> Drawing:
-    """A drive a workshop might build instead: other sizes, grades and counts."""
+    """A drive with other sizes, grades and numbers of elements."""
     rng = np.random.default_rng(np.random.SeedSequence(20, spawn_key=(number,)))
     base = (_GROUND, _MILLED, _PRINTED, _MILLED)[number]
     ratio = int(rng.choice([25, 29, 33]))
@@ -85,7 +85,7 @@ def _variation(number: int) -> Drawing:
         elements=3 * int(rng.integers(20, 30)),
         element_radius=round(7.0 * rng.uniform(0.9, 1.1), 2),
         crank_radius=round(41.0 * rng.uniform(0.95, 1.1), 1),
-        # Fewer lobes allow a greater eccentricity before the profile cuts itself.
+        # Fewer lobes allow a greater eccentricity before the profile intersects itself.
         eccentricity=round(0.7 * 29 / ratio * rng.uniform(0.9, 1.05), 3),
         cage_grade=base.cage_grade + int(rng.integers(-1, 2)),
         gear_grade=base.gear_grade + int(rng.integers(-1, 2)),

@@ -1,4 +1,4 @@
-"""The contacts of single rolling elements, solved by stiffness_model, and sums over them."""
+"""The torque of single rolling elements, solved by stiffness_model, and of drives as sums over them."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.numerics.arrays import Array
 
 CHUNK = 6000
-"""Elements times twists solved at once: their arrays fit a core's cache."""
+"""Elements times twists that are solved at once; chosen so that their arrays fit the cache of a core."""
 TURNS = 4
-"""Turns of the crank past the cage that tables of an individual span; a rig's protocol spans no more, or whole
-multiples of the lobes more, after which every element meets its first lobe again."""
+"""Turns of the crank relative to the cage that the tables of an individual span. A protocol spans no more, or whole
+multiples of the number of lobes more, after which every element meets its first lobe again."""
 
 
 def element_torques(drive: Drive, deviations: Deviations, twist: Array, clearance: float) -> Array:
     """Output torque, N.m, of every element at every twist (rad), (n_elements, n_twist).
 
-    clearance: m, added to the gear's. Balls larger than their bore are solved apart from the others: a single
-    one would send every chunk through the slow iteration.
+    clearance: m, added to that of the gear. Balls larger than their bore are solved separately, because a single one
+    would require the slow iteration for its whole chunk.
     """
     contacts = build_contacts(drive, deviations, clearance)
     out = np.empty((len(contacts), len(twist)))
@@ -39,8 +39,8 @@ def element_torques(drive: Drive, deviations: Deviations, twist: Array, clearanc
 
 
 def spread_elements(drive: Drive, count: int, beta: float | None = None) -> Deviations:
-    """`count` elements that stand for all that may be built, evenly spread (Sobol) over positions on the usable
-    profile and over normal deviations; all at one position `beta`, rad, if given.
+    """`count` elements that represent the population: a Sobol sample of positions on the usable profile and of normal
+    deviations; all at the position `beta`, rad, if given.
     """
     low = 1 if beta is not None else 0
     points = qmc.Sobol(5, scramble=False).random(count)[:, low:] + 0.5 / count
@@ -50,7 +50,7 @@ def spread_elements(drive: Drive, count: int, beta: float | None = None) -> Devi
 
 
 def mean_torque(drive: Drive, twist: Array, clearance: float, count: int = 8192) -> tuple[Array, Array]:
-    """Mean over all drives of the torque and of the sum of the elements' absolute torques, N.m, over twist."""
+    """Mean over the population of the torque and of the sum of the elements' absolute torques, N.m, over twist."""
     torque = element_torques(drive, spread_elements(drive, count), twist, clearance)
     carrying = drive.elements * drive.usable_limit / np.pi
     return carrying * torque.mean(axis=0), carrying * np.abs(torque).mean(axis=0)
@@ -65,8 +65,9 @@ def _radii(drive: Drive, normal: Array) -> tuple[Array, ...]:
 
 @dataclass(frozen=True)
 class Individual:
-    """One drive with its own parts: ball, crank and bore radii go with the element (n,), lobes stay in the gear
-    (eccentrics, lobes). start: position of every element on the profile at crank angle 0, rad, turns counted.
+    """One drive with its own parts, m: radii of ball, crank and bore move with the element, (n,), distances of the
+    lobes stay in the gear, (eccentrics, lobes). start: positions of the elements on the profile at crank angle 0, rad,
+    unwrapped.
     """
 
     start: Array
@@ -77,7 +78,7 @@ class Individual:
 
 
 def draw_individual(drive: Drive, rng: np.random.Generator) -> Individual:
-    """One drive by the drawing's tolerances."""
+    """Draw one drive within the drawing's tolerances."""
     n, rows = drive.elements, drive.eccentrics
     own = rng.standard_normal((4, n))
     if drive.crank_deviation == "eccentric":
@@ -85,7 +86,7 @@ def draw_individual(drive: Drive, rng: np.random.Generator) -> Individual:
     element, crank, cage, _ = _radii(drive, own)
     tolerance = drive.tolerances["gear"]
     lobe = drive.element_radius + tolerance.offset + tolerance.sigma * rng.standard_normal((rows, drive.lobes))
-    # Not wrapped: where the position jumps from pi to -pi the next element is two lobes on.
+    # Unwrapped, because the number of turns determines the lobe that an element meets.
     start = rng.uniform(0, 2 * np.pi) + 2 * np.pi * np.arange(n) / n - np.pi
     return Individual(start, element, crank, cage, lobe)
 
@@ -93,10 +94,10 @@ def draw_individual(drive: Drive, rng: np.random.Generator) -> Individual:
 def individual_torque(
     drive: Drive, one: Individual, turn: Array, twist: Array, clearance: float, missing: int | None = None
 ) -> Array:
-    """Torque, N.m, (n_turn, n_twist), of an individual whose crank has turned by `turn` rad past the cage.
+    """Torque, N.m, (n_turn, n_twist), of an individual whose crank has turned by `turn`, rad, relative to the cage.
 
-    Every element keeps its ball, crank and bore while its position moves on by `turn`; with every turn it meets
-    the next lobe. missing: number of an element that carries nothing.
+    Every element keeps its ball, crank and bore while its position moves by `turn`; with every turn it meets the next
+    lobe. missing: index of an element that is absent.
     """
     n, rows = drive.elements, drive.eccentrics
     way = one.start + turn[:, None]
@@ -107,7 +108,8 @@ def individual_torque(
     if missing is not None:
         usable &= number != missing
     which, periods = number[usable], periods[usable]
-    # The cage of a reversing drive moves on against the crank: to the next lobe, not to the last.
+    # The cage of a reversing drive turns against the crank, so that an element meets the next lobe, not the previous
+    # one.
     gear = one.lobe[which % rows, (which // rows - drive.orientation * periods) % drive.lobes]
     deviations = Deviations(beta[usable], one.element[which], one.crank[which], one.cage[which], gear)
     torque = element_torques(drive, deviations, twist, clearance)

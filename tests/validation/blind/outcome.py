@@ -1,4 +1,4 @@
-"""One sealed case from its specification to what is said of the diagnosis."""
+"""One blind case: from its specification to the judged diagnosis."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .scoring import Outcome, judge
 
 
 def outcome(what: Case) -> Outcome:
-    """Make, diagnose and judge."""
+    """Make a case, diagnose its record and judge the answer."""
     sealed = make(what)
     with tempfile.TemporaryDirectory() as folder:
         record, drawing = sealed.write(Path(folder))

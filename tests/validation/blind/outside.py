@@ -1,4 +1,4 @@
-"""What no effect of the vocabulary describes, in several kinds."""
+"""Several kinds of discrepancy that none of the named effects describes."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ KINDS = ("asymmetric", "hardening", "soft_when_warm", "wobble", "cogging", "puls
 
 @dataclass(frozen=True)
 class Outside:
-    """One kind with its size: rad/(N.m) for hardening, else a share of the torque or of full torque.
+    """One kind with its size: rad/(N.m) for hardening, otherwise relative to the torque or to full torque.
 
-    number: a free number in 0 ... 1 for the phase or the place.
+    number: within 0 ... 1, for the phase or the position.
     """
 
     kind: str
@@ -26,7 +26,7 @@ class Outside:
 
 
 def outside_torque(outside: Outside | None, torque: Array, test: Schedule, full: float) -> Array:
-    """The elastic torque, N.m, with what the outside effect makes of it."""
+    """The elastic torque, N.m, as the discrepancy changes it."""
     if outside is None or outside.kind == "hardening":
         return torque
     size, phase = outside.size, 2 * np.pi * outside.number
@@ -35,22 +35,22 @@ def outside_torque(outside: Outside | None, torque: Array, test: Schedule, full:
             return torque * (1 + size * (torque > 0))
         case "soft_when_warm":  # the parts' modulus falls with temperature
             return torque * (1 - size * (test.temperature - 20.0) / 30.0)
-        case "wobble":  # the stiffness changes over the crank's turn, not the zero
+        case "wobble":  # the stiffness changes over a turn of the crank, the zero does not
             return torque * (1 + size * np.sin(test.crank + phase))
-        case "cogging":  # of a motor that is geared to the crank
+        case "cogging":  # of a motor that is geared to the crank, at a fractional order
             return torque + size * full * np.sin(7.3 * test.crank + phase)
-        case "pulsation":  # something swings in the hall
+        case "pulsation":  # an oscillation in the rig's surroundings
             return torque + size * full * np.sin(2 * np.pi * test.time / 17.3 + phase)
-        case "zero_jump":  # the sensor was knocked between two runs
+        case "zero_jump":  # the zero of the torque sensor changed between two runs
             runs = test.run.max()
             return torque + size * full * (test.run > 1 + np.floor((runs - 1) * (0.25 + 0.5 * outside.number)))
-        case "sensor_bend":  # a crooked characteristic of the torque sensor
+        case "sensor_bend":  # a nonlinear characteristic of the torque sensor
             return torque * (1 + size * torque / full)
     raise ValueError(outside.kind)
 
 
 def outside_series(outside: Outside | None, torque: Array, full: float) -> Array:
-    """Twist, rad, that the outside effect adds under the elastic torque."""
+    """Twist, rad, that the discrepancy adds under the elastic torque."""
     if outside is None or outside.kind != "hardening":
         return np.zeros(len(torque))
     return outside.size * forms.hardening_spring(torque, full)

@@ -14,22 +14,23 @@ from .protocols import Schedule
 from .tables import Tables
 
 REFERENCE = 20.0
-"""degC, at which the clearance is the drawn one."""
+"""Temperature, degC, at which the clearance is that of the drawing."""
 ELEMENT_FRICTION = 0.15
-"""Share of load-dependent friction that follows the elements' own forces instead of the drive's torque."""
+"""Share of load-dependent friction that follows the forces of the elements instead of the drive's torque; chosen by
+judgement."""
 
 
 @dataclass(frozen=True)
 class Behaviour:
-    """Every hidden effect with its size; the defaults hide nothing. Signs are the contract's.
+    """Every hidden effect with its size; by default there are none. Signs as in `reefmu.effects`.
 
     clearance: m (backlash +, preload -); thermal: m/K; wear: m/rad of crank travel; modulus: factor on gear and
     cage; missing: position of the missing ball on the profile at crank angle 0, rad; compliance, creep:
-    rad/(N.m); creep_time: s; kinematic: amplitude, rad, of the orders in `orders` with weights and phases;
+    rad/(N.m); creep_time: s; kinematic: amplitude, rad, of the `orders` with their weights and phases;
     hysteresis: N.m; presliding: rad of twist; load_hysteresis: share of the elastic torque; damping: N.m s/rad;
     coulomb, stribeck: N.m; viscous: N.m s/rad, at the output; rubbing: rad of output; turnover: rad/s; offset:
-    N.m; drift: N.m at the end of the record. base: torque errors of the drive within its tolerance, over its
-    spread: scale and bend.
+    N.m; drift: N.m at the end of the record. base: errors of the curve within the tolerances, over the spread of the
+    population: scale and curvature.
     """
 
     clearance: float = 0.0
@@ -59,8 +60,9 @@ class Behaviour:
 
 @dataclass(frozen=True)
 class Motion:
-    """What a perfect rig would see, arrays (n,). crank, output: rad; torque: N.m; twist: rad, without the rig's
-    arbitrary zero; model: torque, N.m, of the mean drive as drawn at that twist; stiffness: its slope, N.m/rad.
+    """What a rig without errors would measure, arrays (n,). crank, output: rad; torque: N.m; twist: rad, without the
+    arbitrary zero of the rig; model: torque, N.m, of the drawing's mean drive at that twist; stiffness: its slope,
+    N.m/rad.
     """
 
     crank: Array
@@ -72,12 +74,12 @@ class Motion:
 
     @property
     def gap(self) -> Array:
-        """What is missing in the model, N.m."""
+        """Torque that the model lacks, N.m."""
         return self.torque - self.model
 
 
 def clearances(behaviour: Behaviour, test: Schedule) -> Array:
-    """Gear clearance beyond the drawing's at every sample, m."""
+    """Additional gear clearance at every sample, m."""
     travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(test.crank)))])
     return behaviour.clearance + behaviour.thermal * (test.temperature - REFERENCE) + behaviour.wear * travel
 
@@ -91,7 +93,7 @@ def law_of(tables: Tables, behaviour: Behaviour, test: Schedule, one: Individual
 
 
 def run(tables: Tables, behaviour: Behaviour, test: Schedule, one: Individual | None = None) -> Motion:
-    """Simulate a test. Every run starts at rest and relaxed."""
+    """Simulate a test. Every run starts with all states at zero."""
     law, b, full, starts = law_of(tables, behaviour, test, one), behaviour, tables.full_torque, test.starts
     rows = law.rows(clearances(b, test), test.crank)
     if b.base != (0.0, 0.0):
@@ -133,6 +135,6 @@ def _friction(b: Behaviour, test: Schedule, output: Array) -> Array:
 
 
 def _drifted(test: Schedule) -> Array:
-    """Growth of the sensor's drift over the record, 0 to 1: it slows down a little."""
+    """Growth of the sensor's drift over the record, from 0 to 1, with decreasing rate."""
     part = (test.time - test.time[0]) / (test.time[-1] - test.time[0])
     return (1 - np.exp(-0.7 * part)) / (1 - np.exp(-0.7))

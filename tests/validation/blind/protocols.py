@@ -1,4 +1,4 @@
-"""What a rig does with the drive: crank, load and temperature over time, in runs."""
+"""Test protocols of a rig: crank, load and temperature over time, in runs."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 from .elements import Array
 
 ROUNDS_OF_WEAR = 36
-"""Rounds of the cage in the run after many turns: after each an individual meets its first lobes again."""
+"""Turns of the output in the run with wear; after each of them an individual meets its first lobes again."""
 ROTATION_SPEEDS = (0.5, 5.0, 50.0)
-"""Crank, rad/s."""
+"""Speeds of the crank, rad/s."""
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """A test as the rig runs it, all arrays (n,).
+    """A test as the rig performs it, all arrays (n,).
 
-    time: s, going on over the pauses between runs; run: from 1; crank: rad; load: command to the loading device,
+    time: s, continuing over the pauses between runs; run: from 1; crank: rad; load: command to the loading device,
     1 for full torque; temperature: degC.
     """
 
@@ -36,13 +36,13 @@ class Schedule:
 
 
 Piece = tuple[Array, Array, Array]
-"""Steps of time (s), crank (rad) and load of part of a run."""
+"""Part of a run: time steps, s, crank, rad, and load."""
 
 
 def _loops(
     crank: float, amplitudes: tuple[float, ...], period: float, cycles: int = 2, samples: int = 100, offset: float = 0.0
 ) -> Piece:
-    """Loops about `offset` with the crank locked; load as a triangle with slightly rounded tips."""
+    """Loops about `offset` with the crank locked; the load is a triangle with slightly rounded peaks."""
     phase = 2 * np.pi * np.arange(1, cycles * samples + 1) / samples
     shape = np.arcsin(0.985 * np.sin(phase)) / np.arcsin(0.985)
     load = np.concatenate([a * shape + offset for a in amplitudes])
@@ -55,7 +55,7 @@ def _ramp(crank: float, start: float, end: float, duration: float, samples: int)
 
 
 def _turn(start: float, turns: float, speed: float, load: float, samples: int) -> Piece:
-    """Rotation under a constant load, with a smooth start and stop over a tenth of the way each."""
+    """Rotation under a constant load, with a smooth start and stop over a tenth of the time each."""
     s = np.arange(1, samples + 1) / samples
     way = np.where(s < 0.1, s**2 / 0.2, np.where(s > 0.9, 0.9 - (1 - s) ** 2 / 0.2, s - 0.05)) / 0.9
     duration = abs(turns) * 2 * np.pi / speed / 0.9
@@ -68,7 +68,7 @@ def _assemble(
     warm: dict[int, tuple[float, float]] | None = None,
     pause: float = 20.0,
 ) -> Schedule:
-    """Runs in their order; warm: temperatures at the start and end of some runs (by number from 0)."""
+    """Join runs; warm: temperatures, degC, at start and end of some runs, by index."""
     times, numbers, cranks, loads, temperatures = [], [], [], [], []
     now, room = 0.0, rng.uniform(19.5, 21.0)
     for number, pieces in enumerate(runs):
@@ -85,8 +85,8 @@ def _assemble(
 
 
 def full(rng: np.random.Generator, ratio: int = 29) -> Schedule:
-    """Everything: loops of four amplitudes at six crank angles, three rates, holds, rotation at three speeds both
-    ways under both loads, a warm run and a run after many turns; about 12 000 samples.
+    """The full protocol: loops of four amplitudes at six crank angles, three rates, holds, rotation at three speeds in
+    both senses under loads of both signs, a warm run and a run after many turns; about 12 000 samples.
     """
     angles = rng.uniform(0, 2 * np.pi) + 2 * np.pi * (np.arange(6) + rng.uniform(-0.15, 0.15, 6)) / 6
     period = rng.uniform(18, 30)
@@ -120,14 +120,14 @@ def _holds(crank: float, dwell: float) -> list[Piece]:
 
 
 def one_loop(rng: np.random.Generator, ratio: int = 29) -> Schedule:
-    """Poor: three cycles of a single loop at one crank angle."""
+    """Limited: three cycles of a single loop at one crank angle."""
     return _assemble([[_loops(rng.uniform(0, 6), (float(rng.uniform(0.7, 1.0)),), 25.0, cycles=3, samples=400)]], rng)
 
 
 def one_sign(rng: np.random.Generator, ratio: int = 29) -> Schedule:
-    """Poor: load in one direction only; loops at four angles, a hold and slow and fast rotation."""
+    """Limited: load in one direction only; loops at four angles, a hold and slow and fast rotation."""
     angles = rng.uniform(0, 2 * np.pi) + np.pi / 2 * np.arange(4)
-    # From -pi/2 on, the loop starts unloaded and never pulls.
+    # The loops start unloaded and do not reverse the sign of the load.
     runs = [[_ramp(a, 0, 0.05, 1.0, 10), *(_pushes(a, s, 25.0) for s in (0.4, 0.7, 1.0))] for a in angles]
     runs.append(
         [
@@ -152,7 +152,7 @@ def _pushes(crank: float, top: float, period: float) -> Piece:
 
 
 def one_speed(rng: np.random.Generator, ratio: int = 29) -> Schedule:
-    """Poor: loops at two angles at one rate, rotation one way at one speed."""
+    """Limited: loops at two angles at one rate, rotation in one sense at one speed."""
     angles = rng.uniform(0, 2 * np.pi) + np.array([0.0, 2.2])
     runs = [[_loops(a, (0.35, 0.7, 1.0), 25.0)] for a in angles]
     runs.append([_ramp(angles[0], 0, 0.5, 4.0, 30), _turn(angles[0], 2, 5.0, 0.5, 400)])
@@ -160,9 +160,7 @@ def one_speed(rng: np.random.Generator, ratio: int = 29) -> Schedule:
 
 
 def locked(rng: np.random.Generator, ratio: int = 29) -> Schedule:
-    """One crank angle, crank locked at 0: loops, rates and holds in a single run (for records without a crank or
-    run column).
-    """
+    """Loops, rates and holds in a single run with the crank locked at 0, for records without a crank or run column."""
     loops = [_loops(0.0, (0.12, 0.35, 0.65, 1.0), 25.0), *(_loops(0.0, (0.8,), p) for p in (60.0, 6.0, 0.6))]
     return _assemble([[*loops, *_holds(0.0, 130.0)]], rng)
 

@@ -1,4 +1,4 @@
-"""One sealed case: from its specification to a record file, its drawing and the truth, which is kept apart."""
+"""One blind case: from its specification to a record, its drawing and the truth, which is kept separately."""
 
 from __future__ import annotations
 
@@ -20,14 +20,15 @@ from .tables import tables
 
 ARCMIN = np.pi / 180 / 60
 LARGEST = 0.15
-"""Greatest trace of an effect, rms over full torque."""
+"""Greatest contribution of an effect to the torque, rms over full torque; chosen by judgement."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """What is hidden in a record. effects: names (of the vocabulary or of `outside.KINDS`) and sizes in sigmas;
-    drawing: index of `DRAWINGS`; individual: tolerances are drawn; base: errors within the tolerance, over the
-    population's spread; missing: channels left out ("temperature"; "crank_angle" gives a twist column; "run").
+    """Specification of a record. effects: names (of effects or of `outside.KINDS`) and sizes in standard deviations of
+    the noise; drawing: index of `DRAWINGS`; individual: whether deviations are drawn; base: errors of the curve within
+    the tolerances, over the population's spread; missing: columns left out ("temperature"; "crank_angle", which gives a
+    twist column; "run").
     """
 
     number: int
@@ -44,9 +45,9 @@ class Case:
 
 @dataclass(frozen=True)
 class Truth:
-    """The sealed label. sigmas: rms of each effect's trace over the noise's; scatter_sigmas: the trace over what
-    in individuals looks like it; parameters: of the effects of the vocabulary, SI;
-    noise, full_torque: N.m.
+    """The hidden truth of a record. sigmas: rms of each effect's contribution to the torque over that of the noise;
+    scatter_sigmas: the same over the part of the scatter of individuals that resembles it; parameters: of the named
+    effects, SI; noise, full_torque: N.m.
     """
 
     case: Case
@@ -60,8 +61,8 @@ class Truth:
 
     @property
     def separable(self) -> bool:
-        """Whether the protocol should tell the effects from all others: the full one does, but for the modulus
-        and a spring in series on a plastic drive, and for the two together.
+        """Whether the protocol distinguishes the effects from all others: the full one does, except for modulus and
+        series spring on a plastic drive, and for the two together.
         """
         alike = {"modulus_error", "structural_compliance"} & set(self.effects)
         told = len(alike) == 0 or (len(alike) == 1 and not DRAWINGS[self.case.drawing].plastic)
@@ -73,7 +74,7 @@ class Truth:
 
 @dataclass(frozen=True)
 class Sealed:
-    """A made case: the table that is written, and the truth. motion, test: for tests of the generator."""
+    """A simulated case: the table that is written, and the truth. motion, test, reading: for tests of the generator."""
 
     truth: Truth
     table: Mapping[str, Array]
@@ -82,7 +83,7 @@ class Sealed:
     reading: Reading
 
     def write(self, folder: Path) -> tuple[Path, Path]:
-        """Record and drawing; the names say nothing of what is inside."""
+        """Write record and drawing; their names do not reveal the content."""
         folder.mkdir(parents=True, exist_ok=True)
         record, drawing = folder / f"record_{self.truth.case.number:04d}.csv", folder / "drive.toml"
         drawing.write_text(DRAWINGS[self.truth.case.drawing].toml, encoding="utf-8")
@@ -111,7 +112,7 @@ def make(case: Case) -> Sealed:
     sigmas: dict[str, float] = {}
     over_scatter: dict[str, float] = {}
     start, traces = behaviour, {}
-    # The missing ball comes first: its size is given, so the noise follows from the sigmas wanted.
+    # The missing ball comes first: its size is fixed, so that the noise follows from the ratio that is wanted.
     for name, wanted in sorted(case.effects, key=lambda e: e[0] != "missing_ball"):
         put = setter(name, streams[3])
         size, trace = find_size(name, put, start, table, plain, test, min(wanted * noise, LARGEST) * full)
@@ -119,7 +120,7 @@ def make(case: Case) -> Sealed:
             noise = float(np.clip(rms(trace) / wanted / full, 3e-4, 0.02))
         share = scatter_along(table, test, plain, trace) if rms(trace) else float("inf")
         if one is not None and 1 < share * wanted < np.inf and name != "missing_ball":
-            # On an individual, sigmas count above noise and scatter, whichever is greater.
+            # On an individual the size is relative to noise or scatter, whichever is greater.
             size, trace = find_size(
                 name, put, start, table, plain, test, min(share * wanted * rms(trace), LARGEST * full)
             )
@@ -145,7 +146,7 @@ def make(case: Case) -> Sealed:
 
 
 def parameters(name: str, b: Behaviour, test: Schedule) -> dict[str, float]:
-    """The physical sizes of an effect that a diagnosis of another form can be held against, SI."""
+    """Parameters of an effect, SI, that can be compared with those of another constitutive law."""
     seconds = test.time[-1] - test.time[0]
     orders = {f"amplitude_{k}": b.kinematic * w for k, w, _ in b.orders}
     return {

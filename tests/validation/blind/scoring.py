@@ -1,4 +1,4 @@
-"""Judging diagnoses against the truth: outcomes of cases, rates with Wilson bounds, the table of figures."""
+"""Scores of diagnoses: outcomes of cases, rates with Wilson intervals, and the table of figures."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from .records import Truth
 
 WITH_NAMES = ("named", "partly")
 CLEAN = ("none", "scatter", "base")
-"""Categories in which nothing is hidden."""
+"""Categories without hidden effects."""
 _UNITS = {"": 1.0, "1": 1.0, "um": 1e-6, "µm": 1e-6, "mm": 1e-3, "arcmin": math.pi / 10800, "mrad": 1e-3, "%": 0.01}
-# Sizes that mean the same in the generator and in a diagnosis, though their constitutive forms differ.
+# Parameters with the same meaning in generator and diagnosis, although the constitutive laws differ.
 COVERED = {
     "backlash": ("clearance",),
     "preload": ("clearance",),
@@ -34,10 +34,9 @@ COVERED = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """One diagnosis judged. exact: the truth's names and no others, as a finding; within: the truth is what is
-    named or among the alternatives; wrong: a name that is not in the truth, as a finding; held_out: gap after,
-    over the true noise; covered: of every comparable parameter, whether its interval holds the truth; error: of
-    a diagnosis that failed.
+    """One judged diagnosis. exact: all true names and no others are named; within: the true set is named or among the
+    alternatives; wrong: a name is not true; held_out: held-out gap of the corrected model over the true noise; covered:
+    of every comparable parameter, whether its interval contains the truth; error: message of a diagnosis that failed.
     """
 
     truth: Truth
@@ -53,17 +52,17 @@ class Outcome:
 
     @property
     def weakest(self) -> float:
-        """Sigmas of the smallest hidden effect over the noise."""
+        """Size of the smallest hidden effect over the noise."""
         return min(self.truth.sigmas.values(), default=0.0)
 
     @property
     def weakest_over_scatter(self) -> float:
-        """Sigmas of the smallest hidden effect over what individuals scatter."""
+        """Size of the smallest hidden effect over the scatter of individuals."""
         return min(self.truth.scatter_sigmas.values(), default=0.0)
 
 
 def judge(truth: Truth, answer: Mapping[str, Any], seconds: float) -> Outcome:
-    """Hold a diagnosis, in the form of diagnosis.json, against the truth."""
+    """Compare a diagnosis, in the form of diagnosis.json, with the truth."""
     verdict, effects = str(answer["verdict"]), answer.get("effects") or []
     named, hidden = {e["name"] for e in effects}, set(truth.effects)
     sets = [named, *(set(alternative) for alternative in answer.get("alternatives") or [])]
@@ -104,7 +103,7 @@ def _covered(truth: Truth, effects: Iterable[Mapping[str, Any]]) -> dict[str, bo
 
 
 def wilson(hits: int, count: int, z: float = 1.96) -> tuple[float, float]:
-    """Bounds of the 95 % interval of a rate.
+    """Bounds of the Wilson interval of a rate, of 95 % by default.
 
     >>> [round(b, 3) for b in wilson(97, 100)]
     [0.915, 0.99]
@@ -172,23 +171,23 @@ FIGURES: tuple[tuple[str, str, Pick, Pick], ...] = (
     ),
     ("false alarm: clean", "<= 1 %", _is("none"), _alarm),
     ("false alarm: tolerance scatter alone", "<= 1 %", _is("scatter"), _alarm),
-    ("false alarm: base law within tolerance", "", _is("base"), _alarm),
-    ("outside the vocabulary: detected", ">= 95 %", _is("outside", "outside_and"), _detected),
+    ("false alarm: curve off within the tolerances", "", _is("base"), _alarm),
+    ("discrepancy without a name: detected", ">= 95 %", _is("outside", "outside_and"), _detected),
     (
-        "known ones called unknown",
+        "known effects called unknown",
         "<= 3 %",
         lambda o: _is(*_SINGLE, "pair", "three")(o) and _shown(o, 3),
         lambda o: o.verdict == "unknown",
     ),
     (
-        "known ones called partly",
+        "known effects called partly",
         "",
         lambda o: _is(*_SINGLE, "pair", "three")(o) and _shown(o, 3),
         lambda o: o.verdict == "partly",
     ),
     ("two effects: both exact", ">= 90 %", lambda o: _is("pair")(o) and o.truth.separable, lambda o: o.exact),
     (
-        "two effects: at least one right",
+        "two effects: at least one named",
         ">= 99 %",
         lambda o: _is("pair")(o) and o.truth.separable,
         lambda o: bool(set(o.named) & set(o.truth.effects)),
@@ -200,9 +199,9 @@ FIGURES: tuple[tuple[str, str, Pick, Pick], ...] = (
         lambda o: o.exact,
     ),
     ("three effects: exact", "", lambda o: _is("three")(o) and o.truth.separable, lambda o: o.exact),
-    ("misnamed over the noise sweep, 0.05 to 2 %", "<= 3 %", _is("sweep"), lambda o: o.wrong),
-    ("misnamed, all cases", "", lambda o: True, lambda o: o.wrong),
-    ("misnamed, poor protocols and missing channels", "", _is("poor", "missing"), lambda o: o.wrong),
+    ("wrong name over the noise sweep, 0.05 to 2 %", "<= 3 %", _is("sweep"), lambda o: o.wrong),
+    ("wrong name, all cases", "", lambda o: True, lambda o: o.wrong),
+    ("wrong name, limited protocols, missing columns", "", _is("poor", "missing"), lambda o: o.wrong),
     (
         "on an individual, >= 3 times the scatter: exact",
         ">= 90 %",
@@ -214,15 +213,15 @@ FIGURES: tuple[tuple[str, str, Pick, Pick], ...] = (
 
 
 def figures(rows: Rows) -> str:
-    """The table of the figures to reach."""
-    lines = [f"{'measure':50s} {'reach':>8s} {'hits':>9s} {'rate':>7s}  95 % bounds"]
-    for title, reach, picks, hits in FIGURES:
+    """The table of the rates, beside their goals."""
+    lines = [f"{'measure':50s} {'goal':>8s} {'hits':>9s} {'rate':>7s}  95 % bounds"]
+    for title, goal, picks, hits in FIGURES:
         some = [o for o in rows if picks(o)]
         count = sum(hits(o) for o in some)
         low, high = wilson(count, len(some))
         rate = f"{100 * count / len(some):6.1f}%  {100 * low:5.1f} .. {100 * high:5.1f}" if some else "   none"
-        lines.append(f"{title:50s} {reach:>8s} {count:4d}/{len(some):<4d} {rate}")
-    # An individual keeps its scatter besides the noise.
+        lines.append(f"{title:50s} {goal:>8s} {count:4d}/{len(some):<4d} {rate}")
+    # On an individual the gap contains its scatter beside the noise.
     gaps = sorted(
         o.held_out
         for o in rows
@@ -250,7 +249,7 @@ def figures(rows: Rows) -> str:
 
 
 def by_effect(rows: Rows) -> str:
-    """Single effects on the full protocol one by one, with the parameters' coverage."""
+    """Table of single effects under the full protocol, with the coverage of their intervals."""
     lines = [
         f"{'single effect, full protocol, >= 3 sigma':40s} {'n':>4s} {'exact':>6s} {'within':>7s} {'silent':>7s} "
         f"{'wrong':>6s} {'covered':>9s}"
@@ -272,21 +271,21 @@ def by_effect(rows: Rows) -> str:
 
 
 def confusions(rows: Rows, limit: int = 60) -> str:
-    """What was said instead of the truth, most frequent first, with case numbers."""
+    """Verdicts other than the truth, most frequent first, with numbers of the cases."""
     wanted = [
         o
         for o in rows
         if not o.exact and o.truth.case.category != "floor" and not (o.truth.outside and _detected(o) and not o.wrong)
     ]
-    groups = Counter(_said(o) for o in wanted)
-    lines = ["truth -> said (cases)"]
-    for said, count in groups.most_common(limit):
-        numbers = [str(o.truth.case.number) for o in wanted if _said(o) == said]
-        lines.append(f"{count:4d}  {said} ({', '.join(numbers[:12])}{', ...' if len(numbers) > 12 else ''})")
+    groups = Counter(_confusion(o) for o in wanted)
+    lines = ["truth -> diagnosis (cases)"]
+    for text, count in groups.most_common(limit):
+        numbers = [str(o.truth.case.number) for o in wanted if _confusion(o) == text]
+        lines.append(f"{count:4d}  {text} ({', '.join(numbers[:12])}{', ...' if len(numbers) > 12 else ''})")
     return "\n".join(lines)
 
 
-def _said(o: Outcome) -> str:
+def _confusion(o: Outcome) -> str:
     hidden = " + ".join((*o.truth.effects, *(f"[{kind}]" for kind in o.truth.outside))) or "nothing"
     where = "" if o.truth.case.protocol == "full" else f" on {o.truth.case.protocol}"
     return f"{o.truth.case.category}: {hidden}{where} -> {o.verdict} {' + '.join(o.named)}{o.error}"

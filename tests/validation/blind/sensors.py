@@ -1,4 +1,4 @@
-"""From true motion to what is written down: filters, sampling jitter, noise, quantisation, the twist's zero."""
+"""From true motion to measured values: filters, sampling jitter, noise, quantisation, zero of the twist."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from .protocols import Schedule
 from .tables import Tables
 
 FILTER = 5e-4
-"""Time constant, s, of the filter that all channels share."""
+"""Time constant, s, of the filter of all channels; chosen by judgement."""
 MISMATCH = 0.02
-"""Share by which the torque channel's filter differs from the angles'."""
+"""Greatest relative difference of the torque channel's filter from that of the angles; chosen by judgement."""
 
 
 @dataclass(frozen=True)
 class Sensors:
-    """noise: rms of the whole noise as torque, over full torque; correlation: of neighbouring samples; of_angle:
-    the share of the noise's power that comes from the output angle; jitter: of the time stamps, over the step.
+    """Properties of the sensors. noise: rms of the whole noise as torque, over full torque; correlation: of
+    neighbouring samples; of_angle: share of the noise's variance that comes from the output angle; jitter: of the time
+    stamps, over the time step.
     """
 
     noise: float = 0.003
@@ -32,8 +33,8 @@ class Sensors:
 
 @dataclass(frozen=True)
 class Reading:
-    """Measured channels, (n,), in the units of `Schedule` and `Motion`. noise: error of torque less stiffness times
-    error of twist, N.m: what a perfect model of the drive would leave.
+    """Measured channels, (n,), in the units of `Schedule` and `Motion`. noise: residual of a
+    perfect model, N.m: error of the torque plus stiffness times error of the output angle.
     """
 
     time: Array
@@ -53,7 +54,7 @@ def read(tables: Tables, test: Schedule, motion: Motion, sensors: Sensors, rng: 
     slope = np.sqrt(np.mean(motion.stiffness**2))
     angle_noise = sensors.noise * full * np.sqrt(sensors.of_angle) / slope
     torque_error = _measured(torque, torque_noise, sensors.correlation, starts, rng) - torque
-    # Encoders forget faster than a torque sensor's amplifier.
+    # The noise of encoders has a shorter correlation time than that of a torque sensor's amplifier.
     angle_error = _measured(output, angle_noise, 0.6 * sensors.correlation, starts, rng) - output
     zero = rng.uniform(-0.2, 0.2) * tables.full_twist
     crank_step = max(angle_noise, 1e-7) * abs(tables.drive.ratio) / 10
@@ -69,7 +70,7 @@ def read(tables: Tables, test: Schedule, motion: Motion, sensors: Sensors, rng: 
 
 
 def _measured(value: Array, noise: float, correlation: float, starts: Array, rng: np.random.Generator) -> Array:
-    """A value with noise, in steps of half its size."""
+    """A value with noise, quantised to half of the noise's standard deviation."""
     if noise == 0:
         return value
     return _rounded(value + noise * forms.ar1(rng, starts, correlation), 0.5 * noise)
@@ -80,7 +81,7 @@ def _rounded(value: Array, step: float) -> Array:
 
 
 def _stamps(test: Schedule, jitter: float, rng: np.random.Generator) -> Array:
-    """Time stamps that do not run backwards within a run."""
+    """Time stamps with jitter, not decreasing."""
     step = np.diff(test.time, prepend=test.time[0])
     step[test.starts[:-1]] = 0.0
     stamps = test.time + jitter * step * np.clip(rng.standard_normal(len(step)), -3, 3)

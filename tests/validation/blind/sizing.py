@@ -1,4 +1,4 @@
-"""Names of effects and their sizes: from so many sigmas to the parameters of the simulated drive."""
+"""Names of effects and their sizes: from a ratio to the noise to the parameters of the simulated drive."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .protocols import Schedule
 from .tables import Tables
 
 Setter = Callable[[Behaviour, float], Behaviour]
-"""(behaviour, size) -> the behaviour with one effect of that size, which is not negative."""
+"""(behaviour, size) -> the behaviour with one effect of that size, at least 0."""
 
 _FIELDS = {
     "backlash": "clearance",
@@ -36,7 +36,7 @@ _FIELDS = {
     "torque_sensor_drift": "drift",
 }
 EFFECTS = (*list(_FIELDS)[:4], "modulus_error", "missing_ball", *list(_FIELDS)[4:])
-"""The contract's seventeen names."""
+"""The names of the seventeen effects, as in `reefmu.effects`."""
 BOTH_SIGNS = (
     "thermal_clearance",
     "modulus_error",
@@ -50,7 +50,7 @@ BOTH_SIGNS = (
 
 
 def shapes(tables: Tables, rng: np.random.Generator) -> Behaviour:
-    """A drive without effects, but with the lengths, times, phases and orders they would have."""
+    """A drive without effects, with the lengths, times, phases and orders that its effects would have."""
     twist = tables.full_twist
     orders = rng.choice([1, 2, 3, 4], 2, replace=False)
     return Behaviour(
@@ -63,7 +63,7 @@ def shapes(tables: Tables, rng: np.random.Generator) -> Behaviour:
 
 
 def setter(name: str, rng: np.random.Generator) -> Setter:
-    """How an effect of the vocabulary or a kind of `outside.KINDS` is put in; sign, phase and place are drawn."""
+    """The setter of an effect or of a kind of `outside.KINDS`; sign, phase and position are drawn."""
     sign = float(rng.choice([-1.0, 1.0])) if name in BOTH_SIGNS else -1.0 if name == "preload" else 1.0
     phase, number = rng.uniform(-0.75, 0.75) * np.pi, rng.uniform()
 
@@ -83,7 +83,7 @@ def setter(name: str, rng: np.random.Generator) -> Setter:
 
 
 def greatest(name: str, tables: Tables, test: Schedule) -> float:
-    """The greatest sensible size of an effect, in its own unit."""
+    """The greatest size of an effect, in its own unit; chosen by judgement."""
     full, twist, clearance = tables.full_torque, tables.full_twist, 0.9 * tables.c[-1]
     if name in KINDS and name != "hardening":
         return 0.5
@@ -109,8 +109,8 @@ def greatest(name: str, tables: Tables, test: Schedule) -> float:
 def find_size(
     name: str, put: Setter, start: Behaviour, tables: Tables, plain: Motion, test: Schedule, wanted: float
 ) -> tuple[float, Array]:
-    """The size whose trace has the rms `wanted`, N.m, or the greatest sensible one; and the trace, N.m: what the
-    effect alone adds to the gap of the mean drive on this test. A missing ball has one size.
+    """The size whose contribution has the rms `wanted`, N.m, or else the greatest size; and the contribution, N.m: what
+    the effect alone adds to the gap of the mean drive in this test. A missing ball has one size only.
     """
     most = greatest(name, tables, test)
     if wanted == 0:
@@ -132,9 +132,10 @@ def rms(values: Array) -> float:
 
 
 def scatter_along(tables: Tables, test: Schedule, motion: Motion, trace: Array) -> float:
-    """Standard deviation, over individuals, of what looks like the effect, as a share of its trace.
+    """Standard deviation, over individuals, of the part of their scatter that resembles the effect, over its
+    contribution.
 
-    The twist's zero is taken from both first, for every diagnosis is free in it.
+    The zero of the twist is first projected out of both, because every diagnosis estimates it.
     """
     base = motion.stiffness[:, None]
     turns = tables.scatter.shape[1]

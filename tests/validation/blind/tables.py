@@ -1,4 +1,4 @@
-"""Precomputed torque tables of one drawing: what records are made from in milliseconds."""
+"""Precomputed torque tables of one drawing, from which records are simulated within milliseconds."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from . import drawings
 from .elements import Array, draw_individual, element_torques, individual_torque, mean_torque, spread_elements
 
 MODULI = np.array([0.5, 0.7, 0.85, 1.2, 1.5, 2.0])
-"""Moduli of gear and cage over the drawing's at which tables are made; between, polynomials in the logarithm."""
+"""Moduli of gear and cage, relative to the drawing, of the tables; interpolated by polynomials in the logarithm."""
 RANGE = 1.8
-"""Greatest contact twist in the tables, over the drawing's max_twist."""
+"""Greatest contact twist of the tables, over the drawing's max_twist; chosen by judgement."""
 N_SCATTER = 12
-"""Individuals from which the scatter's size along an effect is estimated."""
+"""Individuals from which the size of the scatter is estimated; chosen by judgement."""
 
 
 @dataclass(frozen=True)
 class Tables:
-    """Torque, N.m, of one drawing over contact twist x (rad), gear clearance c (m) and more.
+    """Torque, N.m, of one drawing over contact twist x, rad, gear clearance c, m, and other variables.
 
     mean: (nx, nc) of the mean drive; absolute: (nx,) mean sum of the elements' absolute torques; softer:
-    (len(MODULI), nx, nc) torque at other moduli less `mean`; element: (n_beta, nx, nc_coarse) mean torque of one
+    (len(MODULI), nx, nc) change of the torque at other moduli; element: (n_beta, nx, nc_coarse) mean torque of one
     element at `beta`; spread: standard deviation of individuals over their mean torque at full twist.
-    scatter: (N_SCATTER, n_turn, nx) individuals less the mean, over one set of `TURNS` turns.
+    scatter: (N_SCATTER, n_turn, nx) difference of individuals from the mean over `TURNS` turns.
     """
 
     drive: Drive
@@ -55,13 +55,13 @@ class Tables:
 
     @property
     def per_twist(self) -> float:
-        """Clearance that a twist closes, m/rad."""
+        """Clearance that a twist takes up, m/rad."""
         return self.drive.eccentricity * abs(self.drive.ratio)
 
 
 @functools.cache
 def tables(index: int) -> Tables:
-    """Tables of `drawings.DRAWINGS[index]`: from the temporary folder if made before by the same code."""
+    """Tables of `drawings.DRAWINGS[index]`, from the temporary folder if the same code has made them before."""
     drive = drawings.load(index)
     digest = hashlib.sha256(drawings.DRAWINGS[index].toml.encode())
     own = [Path(__file__).with_name(name) for name in ("elements.py", "tables.py")]
@@ -82,7 +82,7 @@ def tables(index: int) -> Tables:
 
 def _make(drive: Drive) -> Tables:
     full, per_twist = drive.max_twist, drive.eccentricity * abs(drive.ratio)
-    # Contact sets in smoothly over the scatter of the clearances: steps of about that length.
+    # Contact begins gradually over the scatter of the clearances, which determines the step.
     scatter = np.sqrt(sum(drive.tolerances[part].sigma ** 2 for part in ("gear", "crank", "element")))
     half = np.linspace(0, RANGE * full, int(np.ceil(RANGE / np.clip(scatter / per_twist / full, 1 / 50, 1 / 26))) + 1)
     widest = 0.5 * per_twist * full
@@ -128,7 +128,7 @@ def _even(half: Array) -> Array:
 
 
 def _other_modulus(drive: Drive, factor: float, x: Array, c: Array) -> Array:
-    """Torque with gear and cage of another modulus less the drawn one, from the same elements, (nx, nc)."""
+    """Change of the torque, (nx, nc), N.m, by another modulus of gear and cage, for the same elements."""
     materials = {
         part: replace(m, youngs_modulus=factor * m.youngs_modulus) if part in ("gear", "cage") else m
         for part, m in drive.materials.items()

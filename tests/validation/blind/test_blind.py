@@ -1,4 +1,4 @@
-"""The generator itself: nothing leaks, sizes and noise are as stated, judging counts what it should."""
+"""The generator: its files do not reveal the truth, sizes and noise are as stated, and the scores count correctly."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from tests.validation.blind.scoring import figures, judge, wilson
 from tests.validation.blind.sensors import Sensors
 from tests.validation.blind.sizing import EFFECTS, rms
 
-# -- what the diagnosis gets ---------------------------------------------------------------------------------
+# -- files for the diagnosis ---------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
-def test_the_files_hold_the_contracts_columns_and_no_label(tmp_path):
+def test_files_have_the_canonical_columns_and_no_label(tmp_path):
     headers = set()
     for name in (None, "hysteresis", "wobble"):
         hidden = Case(0, "single", ((name, 5.0),) if name else (), protocol="one_loop")
@@ -33,7 +33,7 @@ def test_the_files_hold_the_contracts_columns_and_no_label(tmp_path):
     assert headers == {"time [s],run,crank_angle [rad],output_angle [rad],output_torque [N.m],temperature [degC]"}
 
 
-def test_missing_channels_are_missing(tmp_path):
+def test_missing_columns_are_left_out(tmp_path):
     record, _ = make(Case(3, "missing", protocol="locked", missing=("crank_angle", "run"))).write(tmp_path)
     assert record.read_text("utf-8").splitlines()[0] == "time [s],twist [arcmin],output_torque [N.m],temperature [degC]"
 
@@ -73,18 +73,18 @@ def test_noise_has_the_stated_size_and_correlation(correlation):
     inner = np.ones(len(noise), bool)
     inner[starts[:-1]] = False
     found = noise[inner] @ noise[np.flatnonzero(inner) - 1] / (noise @ noise)
-    # Quantisation in steps of half the noise adds a white two per cent.
+    # Quantisation in steps of half the noise adds two per cent of white noise.
     assert found == pytest.approx(correlation, abs=0.05)
 
 
-def test_noise_of_the_angle_counts_by_the_stiffness():
+def test_noise_of_the_angle_acts_through_the_stiffness():
     made = make(Case(7, "none", sensors=Sensors(0.004, 0.0, of_angle=0.5)))
     assert made.truth.noise / made.truth.full_torque == pytest.approx(0.004, rel=0.04)
     steep = made.motion.stiffness > np.median(made.motion.stiffness)
     assert rms(made.reading.noise[steep]) > 1.2 * rms(made.reading.noise[~steep])
 
 
-def test_time_never_runs_backwards_and_runs_are_consecutive():
+def test_time_does_not_decrease_and_runs_are_consecutive():
     made = make(Case(8, "none", sensors=Sensors(0.004, 0.5, jitter=0.05)))
     assert (np.diff(made.table["time [s]"]) >= 0).all()
     assert set(np.diff(made.table["run"])) <= {0, 1}
@@ -92,14 +92,14 @@ def test_time_never_runs_backwards_and_runs_are_consecutive():
 
 
 @pytest.mark.parametrize("name", ["preload", "creep", "coulomb_friction", "missing_ball", "sensor_bend"])
-def test_sizes_are_in_sigmas(name):
+def test_sizes_are_relative_to_the_noise(name):
     assert make(Case(9, "single", ((name, 4.0),))).truth.sigmas[name] == pytest.approx(4.0, rel=0.1)
 
 
-# -- judging ----------------------------------------------------------------------------------------------
+# -- scores ----------------------------------------------------------------------------------------------
 
 
-def test_judging_counts_what_the_table_says():
+def test_outcomes_are_judged_by_verdict_names_and_alternatives():
     truth = make(Case(10, "single", (("backlash", 4.0),), protocol="one_speed")).truth
     size = truth.parameters["backlash"]["clearance"] * 1e6
     interval = {"clearance": {"value": size, "low": 0.9 * size, "high": 1.1 * size, "unit": "um"}}

@@ -1,6 +1,4 @@
-"""A dozen sealed records and a few, from file to verdict. The hundreds are scored by
-tests/benchmarks/bench_diagnosis.py.
-"""
+"""Some blind cases from file to verdict; tests/benchmarks/bench_diagnosis.py scores hundreds."""
 
 from __future__ import annotations
 
@@ -14,7 +12,7 @@ from tests.validation.blind.sensors import Sensors
 pytestmark = pytest.mark.slow
 
 _CALM, _SLOW = Sensors(0.002, 0.5), Sensors(0.003, 0.9)
-# Most on one drawing, the others on two more: their tables are made once each.
+# Most are of one drawing, because the tables of a drawing take long.
 DOZEN = (
     Case(0, "none", sensors=_SLOW),
     Case(1, "scatter", sensors=_CALM, individual=True),
@@ -28,30 +26,30 @@ DOZEN = (
     Case(9, "pair", (("damping", 5.0), ("torque_sensor_drift", 5.0)), sensors=_CALM),
     Case(10, "poor", (("hysteresis", 6.0),), sensors=_CALM, protocol="one_loop"),
     Case(11, "individual", (("viscous_friction", 8.0),), sensors=_CALM, individual=True),
-    # A printed drive twists so far that it matters whether the ball stays where the crank has it.
+    # The twist of a printed drive is so large that the position of the missing ball relative to the crank matters.
     Case(12, "single", (("missing_ball", 8.0),), drawing=2, sensors=_CALM),
     Case(13, "single", (("torque_sensor_drift", 10.0),), sensors=_CALM),
     Case(14, "base", sensors=_CALM, base=(0.5, -0.3)),
     Case(15, "poor", (("structural_compliance", 5.0),), sensors=_SLOW, protocol="one_sign"),
-    # A spring that hardens bends the curve as tolerances may; beside a name it is said to be left.
+    # A hardening spring bends the curve as tolerances may; beside a named effect it is reported as a remainder.
     Case(16, "outside_and", (("hardening", 9.0), ("hysteresis", 8.0)), drawing=2, sensors=_CALM),
-    # One loop of an individual under a noise so slow that its size is hardly known.
+    # One loop of an individual with noise of such a long correlation time that its size is uncertain.
     case(18, seed=121),
-    # An individual whose play is larger in the runs that are fitted than in those held out; and a play so small that
-    # a drive which scatters less than any single one could pass for the rest of it.
+    # An individual whose play is larger in the fitted runs than in the held-out ones; and a play so small that an
+    # implausibly small scatter could explain the rest of it.
     case(72, seed=131),
     case(110, seed=131),
-    # A bend within the tolerances whose small even part is noise; and a stiffer flank beside wear, on the mean drive,
-    # which a modulus error on a drive that scatters would imitate.
+    # A curvature within the tolerances whose small even part is noise; and a stiffer flank beside wear on the mean
+    # drive, which a modulus error on an individual would imitate.
     case(44, seed=161),
     case(139, seed=161),
-    # A creep whose fastest part looks like a spring.
+    # A creep whose fastest part resembles a spring.
     case(61, seed=171),
 )
 
 
 @pytest.mark.parametrize("what", DOZEN, ids=lambda c: "-".join([c.category, *(name for name, _ in c.effects)]))
-def test_what_is_hidden_is_found_and_nothing_else(what: Case) -> None:
+def test_hidden_effects_are_named_and_no_others(what: Case) -> None:
     found = outcome(what)
     if found.truth.outside:
         assert found.verdict in ("unknown", "partly")

@@ -1,4 +1,4 @@
-"""The simulated drive: its contacts, and the contract's sign of every effect, each by a computation of its own."""
+"""The simulated drive: its contacts and the sign of every effect, each by an independent computation."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_an_individual_keeps_its_parts_while_it_turns():
     round_later = 0.1 + 2 * np.pi * drive.lobes
     start, pattern = (individual_torque(drive, one, np.array([t]), twist, 0.0) for t in (0.1, round_later))
     np.testing.assert_allclose(pattern, start, rtol=1e-9)
-    # Without deviations a pitch further looks the same; with them it does not.
+    # Without deviations the torque repeats after a pitch; with them it does not.
     same = replace(
         one,
         element=np.full(drive.elements, drive.element_radius),
@@ -64,11 +64,11 @@ def test_an_individual_keeps_its_parts_while_it_turns():
     assert np.abs(after / before - 1).max() > 1e-3
 
 
-def test_a_clean_drive_leaves_no_gap(plain, table):
+def test_a_drive_without_effects_has_no_gap(plain, table):
     assert rms(plain.gap) < 2e-5 * table.full_torque
 
 
-# -- signs, each by a computation of its own ---------------------------------------------------------------
+# -- signs, each by an independent computation ---------------------------------------------------------------
 
 
 def _ramp(motion: Motion, test: Schedule, run_number: int) -> slice:
@@ -86,7 +86,7 @@ def test_backlash_is_a_greater_clearance_and_preload_a_smaller(table, test, shif
     assert (gap * np.sign(twist) * shift < 0).all()
 
 
-def test_warmth_and_wear_open_the_clearance(table, test):
+def test_temperature_and_wear_increase_the_clearance(table, test):
     warm = run(table, Behaviour(thermal=5e-8), test)
     hot, first = test.temperature > 40, test.run == 1
     loaded = np.abs(test.load) > 0.3
@@ -115,18 +115,18 @@ def test_a_stiffer_modulus_raises_the_torque_as_the_solver_says(table, test):
     assert (torque > 1.02).all()
 
 
-def test_a_missing_ball_takes_torque_away_once_per_turn_past_the_cage(table, test):
+def test_a_missing_ball_reduces_the_torque_once_per_turn_relative_to_the_cage(table, test):
     motion = run(table, Behaviour(missing=0.3), test)
     beta = (0.3 + test.crank * (1 - 1 / table.drive.ratio) + np.pi) % (2 * np.pi) - np.pi
     carrying = np.abs(beta) < table.drive.usable_limit
     assert rms(motion.gap[~carrying]) < 1e-4 * table.full_torque
-    # Under a positive load it is the elements on one flank that carry.
+    # A missing element reduces the magnitude of the torque under loads of either sign.
     deep = np.abs(motion.gap) > 0.01 * table.full_torque
     assert deep.any()
     assert (motion.gap[deep] * motion.twist[deep] < 0).all()
 
 
-def test_springs_give_way_with_the_torque_and_creep_follows_it(table, test, plain):
+def test_series_springs_yield_with_the_torque_and_creep_follows_it(table, test, plain):
     soft = run(table, Behaviour(compliance=2e-7), test)
     full = np.abs(soft.torque) > 0.95 * table.full_torque
     np.testing.assert_allclose((soft.twist - plain.twist)[full], 2e-7 * soft.torque[full], rtol=0.01)
@@ -134,7 +134,7 @@ def test_springs_give_way_with_the_torque_and_creep_follows_it(table, test, plai
     holds = np.flatnonzero(test.run == 8)
     dwell = holds[(test.load[holds] == 0.8)]
     delayed = (slow.twist - plain.twist)[dwell] / slow.torque[dwell]
-    elapsed = test.time[dwell] - test.time[dwell[0]] + 1.5  # the ramp before it lasts 4 s
+    elapsed = test.time[dwell] - test.time[dwell[0]] + 1.5  # the preceding ramp takes 4 s
     expected = 2e-7 * sum(w * (1 - np.exp(-elapsed / 8 / t)) for w, t in ((0.25, 1 / 3), (0.5, 1.0), (0.25, 3.0)))
     np.testing.assert_allclose(delayed[20:], expected[20:], rtol=0.03)
     assert (np.diff(delayed) > 0).all()
@@ -150,7 +150,7 @@ def test_the_contacts_see_the_twist_less_the_kinematic_error(table, test, plain)
 
 
 def test_hysteresis_follows_the_direction_of_the_twist(table, test):
-    # Loops, less the smallest, whose reversals lie too close for the friction to turn over.
+    # Loops except the smallest, whose reversals are too close for the friction to reverse fully.
     loops = (test.run <= 6) & (np.arange(len(test.run)) % 800 >= 200)
     step = np.diff(run(table, Behaviour(), test).twist, prepend=0.0)
     far = loops & (np.abs(test.load) < 0.2)
@@ -175,7 +175,7 @@ def test_friction_at_the_output_opposes_its_speed(table, test, effect):
     expected = -2.0 * law[effect](speed[turning])
     assert np.median(np.abs(motion.gap[turning] - expected)) < 0.02
     assert (motion.gap[turning] * speed[turning] < 0).mean() > 0.95
-    # Reversing drive: with the crank turning forwards, the output turns backwards.
+    # The ratio is negative: crank and output turn in opposite senses.
     assert table.drive.ratio < 0
     forwards = turning & (np.diff(test.crank, prepend=0) > 0)
     assert np.median(motion.gap[forwards]) > 0
