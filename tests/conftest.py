@@ -25,7 +25,7 @@ OUTSIDE = ("foreign host", "not part of this repository")
 
 
 def pytest_configure() -> None:
-    """Each worker of pytest-xdist gets one thread for its linear algebra, because the workers already run in parallel."""
+    """Each worker of pytest-xdist gets one thread for linear algebra, because the workers already run in parallel."""
     for name in BLAS_THREADS:
         os.environ.setdefault(name, "1")
 
@@ -47,7 +47,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """Tables are cached in a folder of the session, also for subprocesses, so that no test reads those of an older run."""
+    """Tables are cached in a folder of the session, also for subprocesses: no test reads those of an older run."""
     base = tmp_path_factory.getbasetemp()
     # The workers share the folder, so that each table is solved once.
     folder = (base if "PYTEST_XDIST_WORKER" not in os.environ else base.parent) / "cache"
