@@ -1,0 +1,48 @@
+"""The documentation of the effects, from their declarations: `python -m reefmu.effects.effects_page`.
+
+It prints docs/effects.md.
+"""
+
+from __future__ import annotations
+
+import textwrap
+
+from . import EFFECTS, Effect, Parameter
+
+_INTRODUCTION = """\
+# The effects
+
+What the contact model leaves out, in the order along the drive. Each effect can be a part of a drive model, an FMU
+(`--effect NAME.PARAMETER=VALUE`) and a diagnosis; its parameters are `NAME.PARAMETER` there. At the neutral value of
+its first parameter an effect changes nothing. This page is generated from the declarations in `reefmu/effects`:
+`python -m reefmu.effects.effects_page > docs/effects.md`.
+"""
+
+
+def markdown() -> str:
+    """The page docs/effects.md.
+
+    >>> markdown().splitlines()[0]
+    '# The effects'
+    """
+    return "\n".join([_INTRODUCTION, *(_section(effect) for effect in EFFECTS.values())])
+
+
+def _section(effect: Effect) -> str:
+    head = ("parameter", "unit", "neutral", "from", "to", "typical", "meaning")
+    rows = [head, ("---",) * len(head), *(_cells(parameter) for parameter in effect.parameters)]
+    table = "\n".join("| " + " | ".join(row) + " |" for row in rows)
+    items = (f"acts: {effect.place.value}", f"shown by: {effect.excitation}", f"source: {effect.source}")
+    facts = "\n".join(
+        textwrap.fill(item, 120, initial_indent="* ", subsequent_indent="  ", break_on_hyphens=False) for item in items
+    )
+    return f"## {effect.name}\n\n{effect.title}.\n\n    {effect.equation}\n\n{facts}\n\n{table}\n"
+
+
+def _cells(parameter: Parameter) -> tuple[str, ...]:
+    values = (parameter.neutral, parameter.minimum, parameter.maximum, parameter.nominal)
+    return (f"`{parameter.name}`", parameter.unit, *(f"{value:g}" for value in values), parameter.description)
+
+
+if __name__ == "__main__":
+    print(markdown(), end="")
