@@ -58,21 +58,21 @@ ENGINES: dict[str, Callable[[Path, Path], Answer]] = {
 }
 
 
-def examine(what: Case, engines: tuple[str, ...]) -> dict[str, Outcome]:
+def score_case(what: Case, engines: tuple[str, ...]) -> dict[str, Outcome]:
     """Make one case and judge the answers of the engines."""
     warnings.simplefilter("ignore", DoesNotFitWarning)
-    sealed = make(what)
+    made = make(what)
     out = {}
     with tempfile.TemporaryDirectory() as folder:
-        record, drawing = sealed.write(Path(folder))
+        record, drawing = made.write(Path(folder))
         for name in engines:
             start = time.perf_counter()
             try:
                 answer = ENGINES[name](record, drawing)
-                out[name] = judge(sealed.truth, answer, time.perf_counter() - start)
+                out[name] = judge(made.truth, answer, time.perf_counter() - start)
             except Exception as error:  # an error is a result of the engine
                 text = f"{type(error).__name__}: {str(error)[:200]}"
-                out[name] = failed(sealed.truth, text, time.perf_counter() - start)
+                out[name] = failed(made.truth, text, time.perf_counter() - start)
     return out
 
 
@@ -83,7 +83,7 @@ def run(cases: list[Case], engines: tuple[str, ...], workers: int) -> dict[str, 
         os.environ.setdefault(name, "1")
     rows: dict[str, list[Outcome]] = {name: [] for name in engines}
     with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        waiting = {pool.submit(examine, what, engines): what for what in cases}
+        waiting = {pool.submit(score_case, what, engines): what for what in cases}
         for done, future in enumerate(as_completed(waiting), 1):
             outcome = future.result()
             for name in engines:

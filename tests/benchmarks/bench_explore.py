@@ -1,9 +1,10 @@
 """Designs per second and core, the parts of their computing time, and the speed-up by a second worker.
 
-Run as `python tests/benchmarks/bench_explore.py [DESIGNS]`. Goals: 100 designs per second and core at 100 virtual
-drives and 31 twists each; two workers 1.8 times as fast as one for 10 000 designs, with the same results, which is
-checked. Times are processor times, except for the speed-up; on a busy machine the ratios to the bare closed form for
-the same elements and twists in the same run are meaningful.
+    python tests/benchmarks/bench_explore.py [DESIGNS]
+
+Goals: 100 designs per second and core at 100 virtual drives and 31 twists each; two workers 1.8 times as fast as one
+for 10 000 designs, with the same results, which is checked. Times are processor times, except for the speed-up; on a
+busy machine only the ratios to the bare closed form for the same elements and twists in the same run are meaningful.
 """
 
 from __future__ import annotations
@@ -31,8 +32,8 @@ from stiffness_model.explore.optimisation.search import sample
 STUDIES = ("tolerance_field", "geometry")
 
 
-def cost(work: Callable[[], object], runs: int = 5) -> float:
-    """Shortest processor time of some runs, s."""
+def processor_time(work: Callable[[], object], runs: int = 5) -> float:
+    """Shortest processor time of several runs, s."""
     times = []
     for _ in range(runs):
         start = time.process_time()
@@ -42,7 +43,7 @@ def cost(work: Callable[[], object], runs: int = 5) -> float:
 
 
 def per_design(study: Study, count: int = 48) -> None:
-    """Print the parts of the time of a simulated design."""
+    """Print the computing time of a simulated design and of its parts."""
     numbers, positions = study.numbers, sample(study)
     found = evaluate(study, positions[: 4 * count])
     some = positions[: 4 * count][found.outcome == Outcome.SIMULATED][:count]
@@ -56,11 +57,11 @@ def per_design(study: Study, count: int = 48) -> None:
         twist = response.curve.twist * drive.ratio
         rows.append(
             (
-                cost(lambda p=position: evaluate(study, p[None])),
-                cost(lambda e=elements, t=twist: closed_form(e.contacts, t)),
-                cost(lambda e=elements, t=twist: sweep(e, t)),
-                cost(lambda d=drive, x=limit: draw_elements(d, x, numbers.drives, numbers.seed)),
-                cost(lambda d=drive, p=position: (d.usable_limit, drive_at(study, p))),
+                processor_time(lambda p=position: evaluate(study, p[None])),
+                processor_time(lambda e=elements, t=twist: closed_form(e.contacts, t)),
+                processor_time(lambda e=elements, t=twist: sweep(e, t)),
+                processor_time(lambda d=drive, x=limit: draw_elements(d, x, numbers.drives, numbers.seed)),
+                processor_time(lambda d=drive, p=position: (d.usable_limit, drive_at(study, p))),
                 len(elements.contacts) * len(twist),
             )
         )
@@ -90,7 +91,7 @@ def speed_up(designs: int) -> None:
     for _ in range(3):
         for workers in (1, 2):
             with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(workers) as executor:
-                # The processes start and import before the measurement.
+                # The processes start and import before the measurement begins.
                 list(executor.map(_warm, range(4 * workers)))
                 start, before = time.perf_counter(), time.process_time()
                 found[workers], _ = run_study(study, Path(folder), executor)

@@ -71,23 +71,23 @@ def real_noise(record: int) -> Array:
     return np.concatenate(sections)
 
 
-def examine(number: int, effect: str, sigmas: float) -> dict[str, object]:
+def score_case(number: int, effect: str, sigmas: float) -> dict[str, object]:
     """Diagnose one case; its verdict and whether the name is right."""
     warnings.simplefilter("ignore", DoesNotFitWarning)
     effects = ((effect, sigmas),) if effect else ()
     case = Case(9000 + number, "single" if effect else "none", effects, sensors=Sensors(NOISE, 0.0, of_angle=0.0))
-    sealed = make(case)
+    made = make(case)
     rng = np.random.default_rng(np.random.SeedSequence([number]))
     noise = real_noise(int(rng.integers(6)))
-    n = len(sealed.motion.torque)
+    n = len(made.motion.torque)
     at = int(rng.integers(len(noise)))
     noise_added = np.resize(np.roll(noise, at), n)
-    noise_added = noise_added * NOISE * sealed.truth.full_torque / np.sqrt(np.mean(noise_added**2))
-    table = {**sealed.table, "output_torque [N.m]": sealed.motion.torque + noise_added}
+    noise_added = noise_added * NOISE * made.truth.full_torque / np.sqrt(np.mean(noise_added**2))
+    table = {**made.table, "output_torque [N.m]": made.motion.torque + noise_added}
     with tempfile.TemporaryDirectory() as folder:
-        record, drawing = replace(sealed, table=table).write(Path(folder))
+        record, drawing = replace(made, table=table).write(Path(folder))
         found = diagnose_record(record, drive=drawing)
-    outcome = judge(sealed.truth, found.to_dict(), found.seconds)
+    outcome = judge(made.truth, found.to_dict(), found.seconds)
     one = float(noise_added[1:] @ noise_added[:-1] / (noise_added @ noise_added))
     return {
         "effect": effect or "none",
@@ -113,7 +113,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     cases = [(effect, float(s)) for s in args.sigmas.split(",") for effect in args.effects.split(",")]
     rows = []
     with ProcessPoolExecutor(args.workers) as pool:
-        for row in pool.map(examine, range(len(cases)), *zip(*cases, strict=True)):
+        for row in pool.map(score_case, range(len(cases)), *zip(*cases, strict=True)):
             rows.append(row)
             print(
                 f"{row['effect']:26s} {row['sigmas']:4.1f} sigma  {'ok' if row['right'] else '  '}  "

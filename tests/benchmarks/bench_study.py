@@ -39,7 +39,7 @@ print(wall, cpu, unit * peak / 2**20, unit * before / 2**20)
 
 
 def best(work: Callable[[], object], runs: int = 3) -> float:
-    """Shortest wall time of some runs, s."""
+    """Shortest wall time of several runs, s."""
     times = []
     for _ in range(runs):
         start = time.perf_counter()

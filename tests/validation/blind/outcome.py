@@ -14,9 +14,9 @@ from .scoring import Outcome, judge
 
 def outcome(what: Case) -> Outcome:
     """Make a case, diagnose its record and judge the answer."""
-    sealed = make(what)
+    made = make(what)
     with tempfile.TemporaryDirectory() as folder:
-        record, drawing = sealed.write(Path(folder))
+        record, drawing = made.write(Path(folder))
         start = time.perf_counter()
         answer = diagnose_record(record, drive=drawing).to_dict()
-    return judge(sealed.truth, answer, time.perf_counter() - start)
+    return judge(made.truth, answer, time.perf_counter() - start)
