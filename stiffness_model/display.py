@@ -1,6 +1,7 @@
 """How results show themselves: one line of text, a table in a notebook, a pandas DataFrame.
 
-pandas is optional. Pictures are `plotting`'s; a result's `plot` loads them when it is called.
+pandas is optional. What draws a result lies in a layer above the result's own; `view` finds it by name when `plot` or a
+notebook asks for it, so that no module imports from above.
 """
 
 from __future__ import annotations
@@ -18,6 +19,16 @@ from .errors import InputError
 
 MAX_LENGTH = 80
 """Characters of one field in `one_line`; chosen by judgement. A longer field shows its type only."""
+
+
+def view(name: str) -> Any:
+    """The function that shows a result, "module:function", imported when it is first asked for.
+
+    >>> view("stiffness_model.plotting.drive_tables:main_sizes").__name__
+    'main_sizes'
+    """
+    module, function = name.split(":")
+    return getattr(import_module(module), function)
 
 
 def one_line(result: Any) -> str:

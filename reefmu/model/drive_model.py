@@ -23,7 +23,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffness_model.display import dataframe, html_table
+from stiffness_model.display import dataframe, html_table, view
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
 from stiffness_model.io.drawing_toml import DriveLike, as_drive, drive_from_dict
@@ -78,15 +78,11 @@ class DriveModel:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Torque over twist in a slow loop (`torque_loop`), on `ax` or on new axes, which are returned."""
-        from ..torque_loop import plot_loop
-
-        return plot_loop(self, ax)
+        return view("reefmu.torque_loop:plot_loop")(self, ax)
 
     def to_dataframe(self) -> Any:
         """A `pandas.DataFrame` of the slow loop that `plot` draws. Raises `InputError` without pandas."""
-        from ..torque_loop import torque_loop
-
-        return dataframe(torque_loop(self))
+        return dataframe(view("reefmu.torque_loop:torque_loop")(self))
 
     @property
     def drive(self) -> Drive:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any
 
-from ..display import dataframe, html_table
+from ..display import dataframe, html_table, view
 from ..elasticity.hertz import LINE_EXPONENT, POINT_EXPONENT
 from ..errors import expect
 from ..frozen_mapping import FrozenMapping
@@ -190,21 +190,15 @@ class Drive:
         )
 
     def _repr_html_(self) -> str:
-        from ..plotting.drive_tables import main_sizes
-
-        return html_table(self.name, main_sizes(self))
+        return html_table(self.name, view("stiffness_model.plotting.drive_tables:main_sizes")(self))
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The first row to scale, without deviations and load, on `ax` or on new axes, which are returned."""
-        from ..plotting.cross_section.row import drive_row
-
-        return drive_row(self, ax)
+        return view("stiffness_model.plotting.cross_section.row:drive_row")(self, ax)
 
     def to_dataframe(self) -> Any:
         """A `pandas.DataFrame` of sizes, tolerances and materials by part. Raises `InputError` without pandas."""
-        from ..plotting.drive_tables import part_columns
-
-        return dataframe(part_columns(self))
+        return dataframe(view("stiffness_model.plotting.drive_tables:part_columns")(self))
 
     @property
     def orientation(self) -> int:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..display import dataframe, html_table
+from ..display import dataframe, html_table, view
 from ..errors import expect, expect_number
 from ..io.atomic_files import atomic_file
 from ..numerics.arrays import Array
@@ -125,11 +125,9 @@ class Lookup:
         """Twist over torque, mean and band, as drawn (no additional clearance), on `ax` or on new axes, which are
         returned.
         """
-        from ..plotting.curves import twist_over_torque_band
-
         twist = np.linspace(self.twist.start, self.twist.stop, 4 * self.twist.cells + 1)
         mean, low, high = (self.torque(twist, band=band) for band in (0.0, -1.0, 1.0))
-        return twist_over_torque_band(twist, mean, low, high, ax=ax)
+        return view("stiffness_model.plotting.curves:twist_over_torque_band")(twist, mean, low, high, ax=ax)
 
     def to_dataframe(self) -> Any:
         """A `pandas.DataFrame` with a row for each node of twist and clearance. Raises `InputError` without pandas."""

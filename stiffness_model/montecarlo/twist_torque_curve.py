@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 
 from ..contact.element_contacts import CONTACTS
-from ..display import dataframe, html_table
+from ..display import dataframe, html_table, view
 from ..errors import InputError, expect
 from ..frozen_mapping import FrozenMapping
 from ..io.atomic_files import atomic_file
@@ -183,9 +183,7 @@ class TwistTorqueCurve(ArrayValue):
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Twist over torque, mean and band, on `ax` or on new axes, which are returned."""
-        from ..plotting.curves import twist_over_torque
-
-        return twist_over_torque(self, ax)
+        return view("stiffness_model.plotting.curves:twist_over_torque")(self, ax)
 
     def to_dataframe(self) -> Any:
         """A `pandas.DataFrame` with the columns of `curve.csv`. Raises `InputError` without pandas."""
