@@ -1,4 +1,4 @@
-"""Fixtures shared by all tests: a drive, a small lookup of it, and its model."""
+"""Fixtures shared by all tests: a drive, its lookup, and its model."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.cli import BLAS_THREADS
+from reefmu.model.contacts.tables import cached_lookup
 from reefmu.model.drive_model import DriveModel, build_model
-from stiffness_model.lookup.build_lookup import Lookup, build_lookup
+from stiffness_model.lookup.table import Lookup
 
 matplotlib.use("Agg")
 hypothesis.settings.register_profile("any machine", deadline=None)  # no limit of time for an example
@@ -74,8 +75,8 @@ def drive() -> sm.Drive:
 
 @pytest.fixture(scope="session")
 def lookup(drive: sm.Drive) -> Lookup:
-    """A lookup of few virtual drives, which is quick to build."""
-    return build_lookup(drive, n_drives=16)
+    """The lookup that commands use by default: solved once, it serves all tests and workers."""
+    return cached_lookup(drive)
 
 
 @pytest.fixture(scope="session")

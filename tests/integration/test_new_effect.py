@@ -43,7 +43,7 @@ def _declared(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("fmi", ["2", "3"])
 def test_fmus_and_command_line_use_it(fmi: str, tmp_path: Path) -> None:
     path = tmp_path / "d.fmu"
-    words = ["--backend", "native", "--fmi", fmi, "--drives", "8", "--effect", "cubic_spring.rate=100 N.m/rad"]
+    words = ["--backend", "native", "--fmi", fmi, "--effect", "cubic_spring.rate=100 N.m/rad"]
     assert main(["export", "drive_1", "-o", str(path), *words]) == 0
     with FmuDrive(path) as drive:
         drive.initialize({})

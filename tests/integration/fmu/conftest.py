@@ -14,8 +14,9 @@ import stiffness_model as sm
 from reefmu.effects import EFFECTS as ALL_EFFECTS
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.xml.archive import read_archive
+from reefmu.model.contacts.tables import cached_lookup
 from reefmu.model.drive_model import DriveModel, build_model
-from stiffness_model.lookup.build_lookup import Lookup, build_lookup
+from stiffness_model.lookup.table import Lookup
 
 EFFECTS = {
     "backlash": {"clearance": 2e-6},
@@ -70,7 +71,7 @@ def full_native_individual(full_individual: DriveModel, tmp_path_factory: pytest
 def soft_model() -> DriveModel:
     """A drive ten times softer, without effects and states."""
     drive = sm.load_drive("drive_3")
-    return build_model(drive, lookup=build_lookup(drive, n_drives=8))
+    return build_model(drive, lookup=cached_lookup(drive, n_drives=8))
 
 
 @pytest.fixture(scope="session")

@@ -220,7 +220,7 @@ def test_a_compiler_that_fails(model: DriveModel, tmp_path: Path, monkeypatch: p
 
 def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     target = tmp_path / "d.fmu"
-    assert main(["export", "drive_1", "-o", str(target), "--drives", "8", "--backend", "native"]) == 0
+    assert main(["export", "drive_1", "-o", str(target), "--backend", "native"]) == 0
     assert "co-simulation and model exchange" in capsys.readouterr().out
     assert main(["check", str(target)]) == 0
     assert main(["export", "drive_1", "-o", str(target), "--backend", "python", "--platform", "linux64"]) == 2

@@ -188,7 +188,7 @@ def test_the_default_is_native_where_there_is_a_compiler(
     model: DriveModel, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert read_archive(export_fmu(model, tmp_path / "d.fmu")).backend == "native"
-    assert main(["export", "drive_1", "-o", str(tmp_path / "e.fmu"), "--drives", "8"]) == 0
+    assert main(["export", "drive_1", "-o", str(tmp_path / "e.fmu")]) == 0
     assert read_archive(tmp_path / "e.fmu").backend == "native"
     assert "needs Python" not in "".join(capsys.readouterr())
 
@@ -200,7 +200,7 @@ def test_without_a_compiler_the_python_back_end_is_announced(
     monkeypatch.setattr(platforms, "_program", lambda p: ())
     with pytest.warns(UserWarning, match="no C compiler here: the FMU runs in Python"):
         assert read_archive(export_fmu(model, tmp_path / "d.fmu")).backend == "python"
-    words = ["export", "drive_1", "-o", str(tmp_path / "e.fmu"), "--drives", "8", "--step", "1"]
+    words = ["export", "drive_1", "-o", str(tmp_path / "e.fmu"), "--step", "1"]
     assert main(words) == 0
     told = [line for line in capsys.readouterr().err.splitlines() if "compiler" in line]
     assert len(told) == 1
