@@ -1,4 +1,4 @@
-"""`reefmu demo` from drawing to joint, on a lookup of few drives."""
+"""`reefmu demo` from drawing to joint, with a lookup from few drives."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FILES = {
 
 @pytest.fixture(scope="module")
 def lookup() -> Lookup:
-    """Tables of the demo's drive, the band from few drives."""
+    """The lookup of the demo's drive, with a band from few drives."""
     return build_lookup(sm.load_drive(demo.DRIVE), n_drives=16)
 
 
@@ -43,22 +43,22 @@ def _few_drives(monkeypatch: pytest.MonkeyPatch, lookup: Lookup) -> None:
 
 
 @pytest.mark.usefixtures("_few_drives")
-def test_demo_walks_the_whole_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_demo_takes_all_steps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "out"
     assert main(["demo", "--out", str(folder)]) == 0
     assert {path.name for path in folder.iterdir()} == FILES
     assert all(path.stat().st_size > 1000 for path in folder.iterdir())
-    said = capsys.readouterr().out
+    printed = capsys.readouterr().out
     for part in ("1  The drawing", "2  64 virtual drives", "3  The lookup", "4  The FMU", "5  A robot joint"):
-        assert part in said
-    assert "FAIL" not in said
+        assert part in printed
+    assert "FAIL" not in printed
 
 
 @pytest.mark.usefixtures("_few_drives")
-def test_demo_that_fails_leaves_nothing(
+def test_a_failed_demo_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "file").write_text("in the way")
+    (tmp_path / "file").write_text("a file")
     assert main(["demo", "--out", str(tmp_path / "file")]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
 

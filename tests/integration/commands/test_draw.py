@@ -1,4 +1,4 @@
-"""`reefmu draw`: the files it writes and what it says."""
+"""`reefmu draw`: the files it writes and what it prints."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import stiffness_model as sm
 from reefmu.cli import main
 
 
-def test_draw_writes_pictures_and_says_the_forces(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_draw_writes_pictures_and_prints_the_forces(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "out"
     assert (
         main(["draw", "drive_1", "--twist", "6", "--individual", "5", "--exaggerate", "50", "--out", str(folder)]) == 0
     )
     assert sorted(path.name for path in folder.iterdir()) == ["drive.png", "forces.png"]
-    said = capsys.readouterr()
+    output = capsys.readouterr()
     drive = sm.load_drive("drive_1")
     loads = sm.simulate(drive, [6 * sm.ARCMIN], 1, 5)
-    # At the crank angle 0, not at the position that the seed drew: alike, not the same.
-    torque = float(said.out.split("at 6 arcmin ")[1].split()[0])
+    # At the crank angle 0 and not at the angle that the seed draws: similar, but not equal.
+    torque = float(output.out.split("at 6 arcmin ")[1].split()[0])
     assert torque == pytest.approx(loads.torque[0, 0], rel=0.1)
-    assert "bores overlap by 3.62 mm" in said.out
-    assert "do not fit" in said.err
+    assert "bores overlap by 3.62 mm" in output.out
+    assert "do not fit" in output.err
 
 
 def test_draw_writes_dxf_and_animation(
@@ -38,17 +38,17 @@ def test_draw_writes_dxf_and_animation(
         == 0
     )
     assert sorted(path.name for path in tmp_path.iterdir()) == ["drive.png", "forces.png", "profile.dxf", "turn.gif"]
-    said = capsys.readouterr().out
-    assert "28 lobes, ratio +29" in said
-    assert "off the profile by at most 0.9" in said or "off the profile by at most 1 um" in said
+    printed = capsys.readouterr().out
+    assert "28 lobes, ratio +29" in printed
+    assert "off the profile by at most 0.9" in printed or "off the profile by at most 1 um" in printed
 
 
-def test_uneven_bores_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_note_names_uneven_bores(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert (
         main(["draw", "drive_1", "--set", "elements=60", "--set", "element_radius=4 mm", "--out", str(tmp_path)]) == 0
     )
-    said = capsys.readouterr()
-    assert said.err.splitlines() == [
+    output = capsys.readouterr()
+    assert output.err.splitlines() == [
         "note: 20 elements occupy 20 of the 29 places that the ratio gives, unevenly; the other commands assume "
         "even spacing (eq. 20), so that their torque differs a little"
     ]
@@ -69,8 +69,8 @@ def test_wrong_calls_are_one_line_and_leave_nothing(
 ) -> None:
     try:
         status = main(["draw", "drive_1", *call, "--out", str(tmp_path / "new")])
-    except SystemExit as left:
-        status = left.code
+    except SystemExit as stop:
+        status = stop.code
     assert status == 2
     err = capsys.readouterr().err
     assert words in err

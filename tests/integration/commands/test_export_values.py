@@ -26,7 +26,7 @@ def test_values_and_fields_are_those_of_the_fmu(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["--effect", "backlsh.clearance=5 um"], "unknown effect 'backlsh'"),
         (["--effect", "backlash.clearence=5 um"], "did you mean 'clearance'?"),
@@ -40,7 +40,7 @@ def test_values_and_fields_are_those_of_the_fmu(tmp_path: Path) -> None:
 )
 def test_a_wrong_value_is_one_line_and_leaves_nothing(
     words: list[str],
-    said: str,
+    message: str,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
@@ -49,5 +49,5 @@ def test_a_wrong_value_is_one_line_and_leaves_nothing(
     assert main(["export", "drive_1", "-o", str(tmp_path / "d.fmu"), "--drives", "8", *words]) == 2
     lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("note: ")]
     assert len(lines) == 1
-    assert said in lines[0]
+    assert message in lines[0]
     assert not list(tmp_path.iterdir())

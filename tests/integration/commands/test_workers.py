@@ -1,4 +1,4 @@
-"""The processes that commands share their work among: they leave with the block, whatever they were doing."""
+"""Worker processes end with the block of their pool, whatever they are doing."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ getattr(test_workers, sys.argv[1])()
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="foreign host: processes of Linux")
 
 
-def _half_a_result() -> bytes:
-    """The worker dies in the middle of writing its result."""
+def _write_half_a_result() -> bytes:
+    """The worker is killed while it writes its result."""
 
     def send(self: Connection, buffer: memoryview) -> None:
         os.write(self.fileno(), bytes(buffer[: len(buffer) // 2]))
@@ -35,15 +35,15 @@ def _half_a_result() -> bytes:
     return bytes(1 << 15)
 
 
-def stop_amid_a_result() -> None:
+def stop_during_a_result() -> None:
     with process_pool(1) as pool:
-        pool.submit(_half_a_result)
+        pool.submit(_write_half_a_result)
         while multiprocessing.active_children():
             time.sleep(0.01)
         raise SystemExit(3)
 
 
-def stop_amid_work() -> None:
+def stop_during_work() -> None:
     with process_pool(2) as pool:
         for _ in range(4):
             pool.submit(time.sleep, 1000.0)
@@ -52,7 +52,7 @@ def stop_amid_work() -> None:
         raise SystemExit(3)
 
 
-@pytest.mark.parametrize("case", ["stop_amid_a_result", "stop_amid_work"])
+@pytest.mark.parametrize("case", ["stop_during_a_result", "stop_during_work"])
 def test_an_exception_ends_the_pool_whatever_its_workers_do(case: str) -> None:
     root = Path(__file__).parents[3]
     done = subprocess.run(
