@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     # In the type checker only: at run time the class is private to argparse.
-    Commands = argparse._SubParsersAction[argparse.ArgumentParser]  # pyright: ignore[reportPrivateUsage]
+    Commands = argparse._SubParsersAction[Any]  # pyright: ignore[reportPrivateUsage]
 
 MAX_DRIVES = 10_000_000
 """Most virtual drives of one call; chosen by judgement, to refuse a slip of the keyboard."""

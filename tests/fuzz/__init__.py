@@ -1,4 +1,4 @@
-"""Attacks: programs that try many hostile inputs, calls and kills, and print every case that does not end well.
+"""Fuzz tests: programs that try many invalid inputs, calls and signals, and print every case with a wrong end.
 
 Each has `--seed` and `--count`; `test_fuzz.py` runs a few cases of each.
 """
@@ -7,5 +7,5 @@ from __future__ import annotations
 
 
 def show(line: str) -> None:
-    """Print at once, for whoever stops the attack before its end."""
+    """Print without delay, so that nothing is lost when the program is stopped."""
     print(line, flush=True)

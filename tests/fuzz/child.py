@@ -1,4 +1,4 @@
-"""A command in a forked process: quick to start, bounded in time and memory, and its faults are its own."""
+"""A command in a forked process: quick to start, limited in time and memory, and isolated from the caller."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ import reefmu.commands
 from reefmu.cli import main
 
 CRASHED = 70
-"""Exit status of a traceback."""
+"""Exit status after a traceback."""
 MEMORY = 4 << 30
 """Bytes of address space."""
 
-# Loaded once, here, and not by every child anew.
+# Loaded here once, not again by every child.
 for _module in pkgutil.walk_packages(reefmu.commands.__path__, "reefmu.commands."):
     importlib.import_module(_module.name)
 
 
 def run(argv: list[str], folder: Path, seconds: float) -> tuple[int, str]:
-    """Exit status of `main(argv)` in `folder`, negative for a signal, and what it wrote to stderr."""
-    said = folder.with_suffix(".stderr")
+    """Exit status of `main(argv)` in `folder`, negative for a signal, and the text that it wrote to stderr."""
+    errors = folder.with_suffix(".stderr")
     child = os.fork()
     if child == 0:
-        _run(argv, folder, said)
+        _run(argv, folder, errors)
     end = time.monotonic() + seconds
     while True:
         done, status = os.waitpid(child, os.WNOHANG)
         if done:
-            text = said.read_text("utf-8", "replace")
-            said.unlink()
+            text = errors.read_text("utf-8", "replace")
+            errors.unlink()
             return os.waitstatus_to_exitcode(status), text
         if time.monotonic() > end:
             os.kill(child, signal.SIGKILL)
@@ -45,11 +45,11 @@ def run(argv: list[str], folder: Path, seconds: float) -> tuple[int, str]:
         time.sleep(0.002)
 
 
-def _run(argv: list[str], folder: Path, said: Path) -> None:
+def _run(argv: list[str], folder: Path, errors: Path) -> None:
     status = CRASHED
     try:
         os.chdir(folder)
-        for descriptor, name in ((1, os.devnull), (2, str(said))):
+        for descriptor, name in ((1, os.devnull), (2, str(errors))):
             os.dup2(os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), descriptor)
         sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")
         warnings.resetwarnings()

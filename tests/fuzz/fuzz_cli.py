@@ -1,8 +1,8 @@
-"""Hostile calls of every command: words, numbers, names, drawings, studies and catalogues that are none.
+"""Invalid calls of every command: words, numbers, names, drawings, studies and catalogues.
 
 Run as `python -m tests.fuzz.fuzz_cli --seed 1 --count 200` from the root of the repository. Prints every case that
-gives a traceback, a warning, another line on stderr than one that tells what is wrong, another status than 0, 1 and 2,
-or temporary files. POSIX only. FMUs are attacked by `fuzz_fmu`, records by `fuzz_record`.
+ends with a traceback, a warning, more than one line on stderr, another status than 0, 1 and 2, or temporary files.
+POSIX only. `fuzz_fmu` tries FMUs, `fuzz_record` records.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ OPTIONS: dict[str, list[str]] = {
     "diagnose": ["--exponent", "--column", "--columns", "--locked", "--curve", "--drive"],
     "check": ["--inertia", "--step"],
 }
-"""But for `draw --twist`, `--angle`, `--exaggerate`."""
+"""All options with values, except `draw --twist`, `--angle` and `--exaggerate`."""
 FILES: dict[str, str] = {
     "record.csv": "t,twist [arcmin],output_torque [N.m]\n"
     + "".join(f"{0.01 * k:.2f},{5 * np.sin(0.1 * k):.6f},{90 * np.sin(0.1 * k):.5f}\n" for k in range(150)),
@@ -123,8 +123,8 @@ FILES: dict[str, str] = {
 }
 
 
-def _spoilt(rng: Rng, table: dict[str, Any]) -> str:
-    """One value somewhere in nested tables exchanged, taken out, or put in; what was done."""
+def _changed(rng: Rng, table: dict[str, Any]) -> str:
+    """Replace, remove or rename one value in nested tables, and describe the change."""
     place: Any = table
     path: list[str] = []
     while True:
@@ -150,14 +150,14 @@ def _spoilt(rng: Rng, table: dict[str, Any]) -> str:
     return f"{'.'.join(path)} = {str(place[key])[:40]!r}"
 
 
-def _spoilt_text(rng: Rng, text: str) -> tuple[str, str]:
+def _changed_text(rng: Rng, text: str) -> tuple[str, str]:
     k, size = int(rng.integers(len(text) + 1)), int(rng.choice([0, 1, 5, 10**6]))
     put = str(rng.choice(["", "\x00", '"', "=", "[", "nan", "1e999", "[" * 2000, ",", "\n"]))
     return text[:k] + put + text[k + size :], f"{put[:5]!r} for {size} letters at {k}"
 
 
 def cases(seed: int, count: int) -> Iterator[tuple[str, list[str], dict[str, str]]]:
-    """What was done, the call, and the files beside it, for each case."""
+    """Description, call and files of each case."""
     drawings = importlib.resources.files("stiffness_model") / "presets"
     drawing = tomllib.loads((drawings / "drive_1.toml").read_text("utf-8"))
     for number in range(count):
@@ -179,16 +179,16 @@ def cases(seed: int, count: int) -> Iterator[tuple[str, list[str], dict[str, str
         elif how == "field" and "SOURCE" in call and name != "export":
             call += ["--set", f"{rng.choice(list(FIELDS))}={WORDS[int(rng.integers(len(WORDS)))]}"]
         elif how in ("drawing", "field"):
-            done = "; ".join(_spoilt(rng, own) for _ in range(int(rng.integers(1, 3))))
+            done = "; ".join(_changed(rng, own) for _ in range(int(rng.integers(1, 3))))
         elif how == "study":
             name, call = "explore", list(CALLS["explore"])
-            done = "; ".join(_spoilt(rng, study) for _ in range(int(rng.integers(1, 3))))
+            done = "; ".join(_changed(rng, study) for _ in range(int(rng.integers(1, 3))))
         files |= {"own.toml": _toml(own), "study.toml": _toml(study)}
         if how == "text":
             used = [f for f in files if f in call or (f == "own.toml" and "SOURCE" in call)]
             if used:
                 file = str(rng.choice(used))
-                files[file], done = _spoilt_text(rng, files[file])
+                files[file], done = _changed_text(rng, files[file])
                 done = f"{file}: {done}"
         source = "own.toml" if how in ("drawing", "field", "text") else "drive_1"
         call = [source if word == "SOURCE" else word for word in call]
@@ -203,37 +203,37 @@ def _toml(table: dict[str, Any]) -> str:
 
 
 def run_case(call: list[str], files: dict[str, str], folder: Path) -> str:
-    """What is wrong with how the call ends; empty if nothing is."""
+    """Errors in the way the call ends; empty if there are none."""
     for name in ("folder", "out"):
         (folder / name).mkdir(parents=True)
     for name, text in files.items():
         (folder / name).write_text(text, "utf-8")
     if any("\x00" in word for word in call):
-        return ""  # the system passes no such word
+        return ""  # The system does not pass such a word.
     status, err = run(call, folder, SECONDS)
-    said = [line for line in err.splitlines() if not re.search(r"^note: |: \d+ %", line)]
+    lines = [line for line in err.splitlines() if not re.search(r"^note: |: \d+ %", line)]
     wrong: list[str] = []
     if status not in (0, 1, 2):
         wrong.append(f"status {status}")
-    if status == 2 and (len(said) != 1 or not said[0].startswith("reefmu: ")):
+    if status == 2 and (len(lines) != 1 or not lines[0].startswith("reefmu: ")):
         wrong.append("status 2 without one line that says why")
-    if status in (0, 1) and said and not (status == 1 and said[0].startswith("reefmu: ") and len(said) == 1):
+    if status in (0, 1) and lines and not (status == 1 and lines[0].startswith("reefmu: ") and len(lines) == 1):
         wrong.append(f"status {status} with words")
     if rest := [p.name for p in folder.rglob(".*")]:
         wrong.append(f"left behind: {rest}")
-    return "\n".join([*wrong, *said[-12:]]) if wrong else ""
+    return "\n".join([*wrong, *lines[-12:]]) if wrong else ""
 
 
-def attack(seed: int, count: int, say: Callable[[str], None] = show) -> int:
-    """Number of calls that do not end well; each is said."""
+def attack(seed: int, count: int, report: Callable[[str], None] = show) -> int:
+    """Number of calls that end wrongly; each is reported."""
     bad = 0
     for what, call, files in cases(seed, count):
         with tempfile.TemporaryDirectory(prefix="fuzz-cli-") as place:
             wrong = run_case(call, files, Path(place) / "here")
         if wrong:
             bad += 1
-            say(f"--- {what}\n    {' '.join(word[:60] for word in call)!r}\n{wrong}")
-    say(f"{bad} of {count} calls do not end well")
+            report(f"--- {what}\n    {' '.join(word[:60] for word in call)!r}\n{wrong}")
+    report(f"{bad} of {count} calls end wrongly")
     return bad
 
 

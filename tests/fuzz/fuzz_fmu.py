@@ -1,4 +1,4 @@
-"""FMUs that somebody has damaged, by chance or on purpose: whatever is inside, `reefmu check` answers in one line.
+"""Damaged FMUs: `reefmu check` must answer each of them in one line.
 
     python tests/fuzz/fuzz_fmu.py --seed 1 --count 1000
 
@@ -40,7 +40,7 @@ from reefmu.model.masses import Masses
 from stiffness_model.errors import InputError
 
 LONG = 20.0
-"""s: an answer that takes longer is a finding of its own; a whole one takes some tenths."""
+"""s: an answer that takes longer is a finding; that of a correct FMU takes some tenths. Chosen by judgement."""
 VALUES: tuple[Any, ...] = (
     None,
     True,
@@ -98,7 +98,7 @@ WORDS = (
 
 @dataclass(frozen=True)
 class Finding:
-    """A case that was not answered as it should be."""
+    """A case with a wrong answer."""
 
     case: int
     what: str
@@ -120,7 +120,7 @@ def examine(path: Path) -> None:
 
 
 def complaint(path: Path, run: Callable[[Path], None] = examine) -> str:
-    """What is wrong with the answer to this file; "" for nothing."""
+    """The error in the answer to this file; empty if there is none."""
     begin = time.perf_counter()
     try:
         with warnings.catch_warnings():
@@ -140,7 +140,7 @@ def complaint(path: Path, run: Callable[[Path], None] = examine) -> str:
 
 
 def change_bytes(chance: random.Random, content: bytes) -> bytes:
-    """Cut, blot, double or replace."""
+    """Truncate, overwrite, repeat or replace a part."""
     kind, at = chance.randrange(5), chance.randrange(max(1, len(content)))
     if kind == 0:
         return content[:at]
@@ -154,7 +154,7 @@ def change_bytes(chance: random.Random, content: bytes) -> bytes:
 
 
 def change_tree(chance: random.Random, tree: Any) -> Any:
-    """One value somewhere in a tree of dicts and lists replaced, or taken away."""
+    """Replace or remove one value in a tree of dicts and lists."""
     if isinstance(tree, dict) and tree and chance.random() < 0.9:
         key = chance.choice(sorted(tree))
         if chance.random() < 0.2:
@@ -171,7 +171,7 @@ def change_json(chance: random.Random, content: bytes) -> bytes:
 
 
 def change_npz(chance: random.Random, content: bytes) -> bytes:
-    """Another head, another array, or an array whose header states what did not come."""
+    """Another header, another array, or an array whose header states another size."""
     with np.load(io.BytesIO(content)) as data:
         head, arrays = json.loads(str(data["head"])), {name: data[name] for name in data.files if name != "head"}
     name = chance.choice(sorted(arrays))
@@ -213,7 +213,7 @@ def change_npz(chance: random.Random, content: bytes) -> bytes:
 
 
 def change_words(chance: random.Random, content: bytes) -> bytes:
-    """One value of a TOML file, of a C header or of an XML attribute."""
+    """Another value in a TOML file, a C header or an XML attribute."""
     text = content.decode("utf-8")
     pattern = r'(?m)(?<== ).+$|(?<=#define )[A-Z_]+ .+$|(?<==")[^"]*(?=")'
     found = chance.choice(list(re.finditer(pattern, text)) or [re.match("", text)])
@@ -227,7 +227,7 @@ def change_words(chance: random.Random, content: bytes) -> bytes:
 
 
 def change_xml(chance: random.Random, content: bytes) -> bytes:
-    """The form of the document."""
+    """Another structure of the document."""
     end = content.rindex(b"</fmiModelDescription>")
     return chance.choice(
         [
@@ -243,7 +243,7 @@ def change_xml(chance: random.Random, content: bytes) -> bytes:
 
 
 def changes_of(name: str) -> tuple[Callable[[random.Random, bytes], bytes], ...]:
-    """What can be done to a member."""
+    """The changes that apply to a member."""
     by_end = {
         ".json": (change_json,) * 4,
         ".npz": (change_npz,) * 4,
@@ -255,7 +255,7 @@ def changes_of(name: str) -> tuple[Callable[[random.Random, bytes], bytes], ...]
 
 
 def damaged(members: Mapping[str, bytes], chance: random.Random) -> tuple[str, dict[str, bytes]]:
-    """What was done, and the members after it."""
+    """A description of the damage, and the members with it."""
     wanted = (
         "modelDescription.xml",
         "resources/model.toml",
@@ -273,7 +273,7 @@ def damaged(members: Mapping[str, bytes], chance: random.Random) -> tuple[str, d
 
 
 def findings(bases: Mapping[str, Mapping[str, bytes]], seed: int, count: int, folder: Path) -> list[Finding]:
-    """`count` damaged FMUs, the same for the same seed, and what was wrong with the answers."""
+    """`count` damaged FMUs, the same for the same seed, and the errors in the answers."""
     found: list[Finding] = []
     path = folder / "damaged.fmu"
     for case in range(count):
@@ -304,7 +304,7 @@ def make_bases(model: DriveModel, folder: Path) -> dict[str, dict[str, bytes]]:
 
 
 def main() -> int:
-    """Make the FMUs, damage them, print what was found."""
+    """Make the FMUs, damage them, and print the findings."""
     parser = argparse.ArgumentParser(description="Damaged FMUs for `reefmu check`")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--count", type=int, default=1000)

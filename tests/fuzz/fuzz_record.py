@@ -1,7 +1,7 @@
-"""Hostile records for `reefmu diagnose`: every one ends with a verdict, or with one line and status 2.
+"""Invalid records for `reefmu diagnose`: each must end with a verdict, or with one line and status 2.
 
 Run as `python -m tests.fuzz.fuzz_record --seed 1 --count 200` from the root of the repository. Prints every case that
-gives a traceback, a warning, more than one line on stderr, or another status.
+ends with a traceback, a warning, more than one line on stderr, or another status.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ PIECES = (b"\x00", b'"', b"\xff", b",", b"\n", b"e", b"-", b"1" * 400, b'"' + b"
 
 
 def table(rng: np.random.Generator) -> Table:
-    """A record of a gear that somebody could have measured: loops of twist, with the angles or without."""
+    """A plausible record of a gear: loops of twist, with or without the angles."""
     n = int(rng.choice([2, 3, 7, 30, 99, 100, 130, 400, 900]))
     time = np.arange(n) * float(10 ** rng.uniform(-5, 1))
     cycles = float(rng.choice([0.3, 1, 2, 5, 40]))
@@ -107,7 +107,7 @@ def table(rng: np.random.Generator) -> Table:
     return found
 
 
-# What is done to a table; each gives back what was done, in words.
+# Changes of a table; each returns a description of the change.
 
 
 def scale(rng: np.random.Generator, t: Table) -> str:
@@ -201,32 +201,32 @@ MUTATIONS: tuple[Callable[[np.random.Generator, Table], str], ...] = (
 
 
 def written(rng: np.random.Generator, t: Table) -> tuple[bytes, str]:
-    """The file, and what is odd about its text."""
+    """The content of the file, and a description of the error in its text."""
     names = list(t)
     titles = {
         n: n + (f" [{u}]" if (u := str(rng.choice(UNITS[n])) if rng.random() < 0.3 else UNITS[n][0]) else "")
         for n in names
     }
-    said = ""
+    error = ""
     kind = rng.random()
     if kind < 0.1:
         name = str(rng.choice(names))
         titles[name] = f"{name} [{rng.choice(NONSENSE)}]"
-        said = f"title {titles[name]!r}"
+        error = f"title {titles[name]!r}"
     rows = [",".join(titles[n] for n in names)]
     rows += [",".join(f"{t[n][k]:.17g}" for n in names) for k in range(len(t["time"]))]
     text = "\n".join(rows).encode()
     if 0.1 < kind < 0.2:
         k, piece = int(rng.integers(len(text))), PIECES[int(rng.integers(len(PIECES)))]
-        text, said = text[:k] + piece + text[k:], f"{piece[:10]!r} at byte {k}"
+        text, error = text[:k] + piece + text[k:], f"{piece[:10]!r} at byte {k}"
     elif 0.2 < kind < 0.25:
         k = int(rng.integers(len(text)))
-        text, said = text[:k], f"cut at byte {k}"
-    return text, said
+        text, error = text[:k], f"cut at byte {k}"
+    return text, error
 
 
 def cases(seed: int, count: int) -> Iterator[tuple[str, bytes, list[str]]]:
-    """What was done, the record's file, and the options of `diagnose`, for each case."""
+    """Description, record and options of `diagnose` of each case."""
     for number in range(count):
         rng = np.random.default_rng([seed, number])
         t = table(rng)
@@ -248,7 +248,7 @@ CURVE = "twist [arcmin],torque [N.m]\n0,0\n1,10\n2,30\n4,80\n8,250\n"
 
 
 def run_case(text: bytes, options: list[str], folder: Path) -> str:
-    """What is wrong with how `diagnose` ends on this record; empty if nothing is."""
+    """Errors in the way `diagnose` ends on this record; empty if there are none."""
     (folder / "record.csv").write_bytes(text)
     (folder / "curve.csv").write_text(CURVE, "utf-8")
     out, err = io.StringIO(), io.StringIO()
@@ -266,19 +266,19 @@ def run_case(text: bytes, options: list[str], folder: Path) -> str:
         return traceback.format_exc()
     finally:
         os.chdir(before)
-    said = [line for line in err.getvalue().splitlines() if not re.search(r"^note: |: \d+ %", line)]
+    lines = [line for line in err.getvalue().splitlines() if not re.search(r"^note: |: \d+ %", line)]
     warned = [f"{x.category.__name__}: {x.message} ({Path(x.filename).name}:{x.lineno})" for x in caught]
     wrong = [f"status {status}"] if status not in LEGAL else []
     wrong += warned
-    if status == 2 and (len(said) != 1 or not said[0].startswith("reefmu: ") or (folder / "out").exists()):
-        wrong.append(f"status 2, {len(said)} lines, out {(folder / 'out').exists()}: {said[:2]}")
-    if status == 0 and (said or not (folder / "out" / "diagnosis.json").is_file()):
-        wrong.append(f"status 0 with {said[:2]}")
+    if status == 2 and (len(lines) != 1 or not lines[0].startswith("reefmu: ") or (folder / "out").exists()):
+        wrong.append(f"status 2, {len(lines)} lines, out {(folder / 'out').exists()}: {lines[:2]}")
+    if status == 0 and (lines or not (folder / "out" / "diagnosis.json").is_file()):
+        wrong.append(f"status 0 with {lines[:2]}")
     return "\n".join(wrong)
 
 
-def attack(seed: int, count: int, quick: bool = False, say: Callable[[str], None] = show) -> int:
-    """Number of cases that do not end well; each is said. quick: without long records and the tables of a drive."""
+def attack(seed: int, count: int, quick: bool = False, report: Callable[[str], None] = show) -> int:
+    """Number of cases that end wrongly; each is reported. quick: without long records and without drawings."""
     bad = 0
     for what, text, options in cases(seed, count):
         if quick and ("--drive" in options or text.count(b"\n") > 150):
@@ -287,8 +287,8 @@ def attack(seed: int, count: int, quick: bool = False, say: Callable[[str], None
             wrong = run_case(text, options, Path(folder))
         if wrong:
             bad += 1
-            say(f"--- {what} {' '.join(options)}\n{wrong}")
-    say(f"{bad} of {count} records do not end well")
+            report(f"--- {what} {' '.join(options)}\n{wrong}")
+    report(f"{bad} of {count} records end wrongly")
     return bad
 
 

@@ -1,9 +1,9 @@
-"""Commands that are stopped in the middle, by SIGINT, SIGTERM and SIGKILL, alone or with their whole group.
+"""Commands that are stopped while they work, by SIGINT, SIGTERM and SIGKILL, alone or with their process group.
 
 Run as `python -m tests.fuzz.kill_commands --seed 1 --count 30` from the root of the repository. Prints every case that
 ends with another status than 0 or 128 + the signal's number (SIGKILL: -9), with a traceback or more than one line on
-stderr, with temporary files left behind or with a worker that lives on. What SIGKILL leaves the same command has to
-clear away when it runs again. Linux only: processes are looked up in /proc.
+stderr, with temporary files or with a worker that still runs. After SIGKILL the next run of the command must remove the
+temporary files. Linux only: processes are looked up in /proc.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ from tests.subprocesses import TIMEOUT
 
 ROOT = Path(__file__).parents[2]
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
-"""Seconds to wait for a process; no figure of what is tested."""
 COMMANDS: dict[str, tuple[str, ...]] = {
     "curve": ("curve", "drive_1", "--drives", "400", "--out", "out"),
     "individual": ("curve", "drive_2", "--drives", "50", "--individual", "7", "--out", "out"),
@@ -40,8 +39,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 }
 
 
-def lay_out(folder: Path) -> None:
-    """What the commands read, and empty folders for what they write."""
+def make_files(folder: Path) -> None:
+    """Make the files that the commands read and empty folders for their results."""
     for name in ("tmp", "work", "work/out", "cache"):
         (folder / name).mkdir()
     (folder / "work" / "study.toml").write_text(tomli_w.dumps(tables(designs=64, drives=12)), "utf-8")
@@ -59,7 +58,7 @@ def lay_out(folder: Path) -> None:
 
 
 def start(folder: Path, name: str) -> subprocess.Popen[str]:
-    """The command, in a session of its own, with a place for temporary files of its own."""
+    """Start the command in its own session, with its own folder for temporary files."""
     environment = {
         **os.environ,
         "TMPDIR": str(folder / "tmp"),
@@ -78,7 +77,7 @@ def start(folder: Path, name: str) -> subprocess.Popen[str]:
 
 
 def left(folder: Path) -> list[str]:
-    """Temporary files and folders that are still there."""
+    """Temporary files and folders that still exist."""
     tmp = folder / "tmp"
     return sorted(
         str(path.relative_to(folder))
@@ -102,7 +101,7 @@ def living(session: int) -> list[int]:
 
 
 def kill_case(folder: Path, name: str, number: signal.Signals, group: bool, after: float) -> str:
-    """What is wrong with how a command ends that gets a signal after so many seconds; empty if nothing is."""
+    """Errors in the way a command ends after a signal; empty if there are none. after: s from start to signal."""
     before = left(folder)
     running = start(folder, name)
     time.sleep(after)
@@ -110,14 +109,14 @@ def kill_case(folder: Path, name: str, number: signal.Signals, group: bool, afte
     if not early:
         (os.killpg if group else os.kill)(running.pid, number)
     try:
-        _, said = running.communicate(timeout=TIMEOUT)
+        _, errors = running.communicate(timeout=TIMEOUT)
     except subprocess.TimeoutExpired:
         os.killpg(running.pid, signal.SIGKILL)
         running.communicate()
-        return f"still there after {TIMEOUT:g} s"
+        return f"still running after {TIMEOUT:g} s"
     status = running.returncode
     wrong: list[str] = []
-    lines = [line for line in said.splitlines() if line.strip() and not re.search(r"^note: |: \d+ %", line)]
+    lines = [line for line in errors.splitlines() if line.strip() and not re.search(r"^note: |: \d+ %", line)]
     if number == signal.SIGKILL:
         if status not in (0, -9):
             wrong.append(f"status {status}")
@@ -131,7 +130,7 @@ def kill_case(folder: Path, name: str, number: signal.Signals, group: bool, afte
     while living(running.pid) and time.monotonic() < end:
         time.sleep(0.02)
     if living(running.pid):
-        wrong.append(f"processes live on: {living(running.pid)}")
+        wrong.append(f"processes still run: {living(running.pid)}")
         for process in living(running.pid):
             os.kill(process, signal.SIGKILL)
     more = sorted(set(left(folder)) - set(before))
@@ -141,24 +140,26 @@ def kill_case(folder: Path, name: str, number: signal.Signals, group: bool, afte
 
 
 def run_again(folder: Path, name: str) -> str:
-    """What is wrong with the same command after all the kills; empty if nothing is."""
-    _, said = (running := start(folder, name)).communicate(timeout=TIMEOUT)
-    wrong = [] if running.returncode == 0 else [f"status {running.returncode}: {said[-300:]}"]
-    return "\n".join([*wrong, *([f"never cleared away: {left(folder)}"] if left(folder) else [])])
+    """Errors of the next run of the command after the signals; empty if there are none."""
+    _, errors = (running := start(folder, name)).communicate(timeout=TIMEOUT)
+    wrong = [] if running.returncode == 0 else [f"status {running.returncode}: {errors[-300:]}"]
+    return "\n".join([*wrong, *([f"never removed: {left(folder)}"] if left(folder) else [])])
 
 
-def attack(seed: int, count: int, names: tuple[str, ...] = tuple(COMMANDS), say: Callable[[str], None] = show) -> int:
-    """Number of cases that do not end well; each is said. A command is killed `count` times, then run to its end."""
+def attack(
+    seed: int, count: int, names: tuple[str, ...] = tuple(COMMANDS), report: Callable[[str], None] = show
+) -> int:
+    """Number of cases that end wrongly; each is reported. Each command gets `count` signals, then runs to its end."""
     bad = 0
     for name in names:
         rng = np.random.default_rng([seed, list(COMMANDS).index(name)])
         with tempfile.TemporaryDirectory(prefix="fuzz-kill-") as place:
             folder = Path(place)
-            lay_out(folder)
+            make_files(folder)
             whole = time.monotonic()
             wrong = run_again(folder, name)
             whole = time.monotonic() - whole
-            results = [f"{name}, undisturbed: {wrong}"] if wrong else []
+            results = [f"{name}, without signals: {wrong}"] if wrong else []
             for _ in range(count):
                 number, group = SIGNALS[int(rng.integers(3))], bool(rng.random() < 0.5)
                 after = 0.15 + float(rng.random()) * whole
@@ -166,11 +167,11 @@ def attack(seed: int, count: int, names: tuple[str, ...] = tuple(COMMANDS), say:
                 if wrong:
                     results.append(f"{name}, {number.name} {'to all ' if group else ''}after {after:.2f} s: {wrong}")
             if wrong := run_again(folder, name):
-                results.append(f"{name}, at last: {wrong}")
+                results.append(f"{name}, after the signals: {wrong}")
         bad += len(results)
         for line in results:
-            say(f"--- {line}")
-    say(f"{bad} of {len(names) * (count + 2)} runs do not end well")
+            report(f"--- {line}")
+    report(f"{bad} of {len(names) * (count + 2)} runs end wrongly")
     return bad
 
 

@@ -33,6 +33,7 @@ def test_files_have_the_canonical_columns_and_no_label(tmp_path):
     assert headers == {"time [s],run,crank_angle [rad],output_angle [rad],output_torque [N.m],temperature [degC]"}
 
 
+@pytest.mark.slow
 def test_missing_columns_are_left_out(tmp_path):
     record, _ = make(Case(3, "missing", protocol="locked", missing=("crank_angle", "run"))).write(tmp_path)
     assert record.read_text("utf-8").splitlines()[0] == "time [s],twist [arcmin],output_torque [N.m],temperature [degC]"

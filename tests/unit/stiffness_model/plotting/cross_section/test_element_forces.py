@@ -58,6 +58,7 @@ def test_elements_reach_their_next_lobe_after_a_turn_of_the_crank() -> None:
     np.testing.assert_allclose(whole.gear, now.gear)
 
 
+@pytest.mark.slow
 def test_draw_prints_the_torque_of_the_turning_map(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["draw", "drive_1", "--individual", "7", "--angle", "70", "--twist", "5", "--out", str(tmp_path)]) == 0
     torque = float(capsys.readouterr().out.split("at 5 arcmin ")[1].split()[0])
