@@ -23,7 +23,7 @@ PARTNERS = ("gear", "crank", "cage")
 """The parts that an element touches."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Contacts:
     """Constants of the contacts C1 (gear), C2 (crank), C3 and C4 (cage walls t+ and t-) of n elements.
 

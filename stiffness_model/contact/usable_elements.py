@@ -14,7 +14,7 @@ from ..numerics.arrays import Array
 from .element_contacts import Contacts, build_contacts
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class UsableElements:
     """Some elements of `n_drives` virtual drives, drive after drive, and their contacts.
 

@@ -9,8 +9,8 @@ busy machine only the ratios to the bare closed form for the same elements and t
 
 from __future__ import annotations
 
+import argparse
 import resource
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -125,9 +125,12 @@ def _warm(_: int) -> None:
 
 def main() -> None:
     """Print all tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("designs", nargs="?", type=int, default=1000, help="for the speed-up (default 1000)")
+    designs = parser.parse_args().designs
     for name in STUDIES:
         per_design(load_study(name))
-    speed_up(int(sys.argv[1]) if len(sys.argv) > 1 else 1000)
+    speed_up(designs)
 
 
 if __name__ == "__main__":

@@ -115,7 +115,7 @@ def _sentence(name: str, diagnosis: Diagnosis) -> str:
     figures = f"gap {gap.before:.3g} -> {gap.after:.3g} {gap.unit}, noise {gap.noise:.3g}"
     lines = [verdict, f"  {figures}"]
     if diagnosis.alternatives:
-        head = "or" if diagnosis.verdict == "ambiguous" else "tolerances may hide"
+        head = "or" if diagnosis.verdict == "ambiguous" else "tolerances may mask"
         lines.append(f"  {head}: " + "; ".join(" + ".join(names) for names in diagnosis.alternatives))
     lines += [f"  next: {step}" for step in diagnosis.next_experiment[:3]]
     return "\n".join(lines)

@@ -130,9 +130,9 @@ def _profile(parts: IndividualContacts) -> tuple[Axis, Array]:
     nodes = gear.axis.nodes
     normal_r, normal_t = drive.path.normal(nodes, drive.orientation)
     # In radial direction the gear is more compliant, by the inclination of the normal.
-    give = gear.values * (normal_r ** (-1 - 1 / gear.exponent))[:, None]
+    compliance = gear.values * (normal_r ** (-1 - 1 / gear.exponent))[:, None]
     path = np.stack([drive.path.radius(nodes), normal_t / normal_r, 1 / normal_r], axis=1)
-    return gear.axis, fit(gear.axis, np.hstack([path, give]), 0)
+    return gear.axis, fit(gear.axis, np.hstack([path, compliance]), 0)
 
 
 def _element(parts: IndividualContacts) -> ca.Function:
@@ -152,12 +152,14 @@ def _element(parts: IndividualContacts) -> ca.Function:
         )
     )
     basis = weights(f, f)
-    path, slope, per_n_r, *give = (sum(w * cell[a * COLUMNS + k] for a, w in enumerate(basis)) for k in range(COLUMNS))
-    radius, reach, bore, crank_stiffness, crank_root, cage_give = (sizes[k] for k in range(6))
+    path, slope, per_n_r, *gear_terms = (
+        sum(w * cell[a * COLUMNS + k] for a, w in enumerate(basis)) for k in range(COLUMNS)
+    )
+    radius, reach, bore, crank_stiffness, crank_root, cage_compliance = (sizes[k] for k in range(6))
     q = lobe + clearance
     off = q - gear.middle
     slope = ca.if_else(beta < 0, -1, 1) * slope
-    gear_give = crank_root * (give[0] + off * (give[1] + off * give[2]))
+    gear_compliance = crank_root * (gear_terms[0] + off * (gear_terms[1] + off * gear_terms[2]))
     lead = beta + drive.ratio * twist
     centre_r, centre_t = drive.eccentricity * ca.cos(lead), drive.eccentricity * ca.sin(lead)
     wall = ca.if_else(centre_t / (path - centre_r) + slope > 0, -1, 1)
@@ -165,24 +167,24 @@ def _element(parts: IndividualContacts) -> ca.Function:
     touch = (q - radius) * per_n_r - slope * bore
     d_r, d_t = path - centre_r + touch, bore - wall * centre_t
 
-    def squeezed(t: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX]:
+    def one_pass(t: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX]:
         """Root s of the force at an inclination t of the crank's contact, cage force per radial force, 1/u_r, and the
         displacement of the element along the radius and towards its wall."""
         w = ca.fmax(t - slope, MINIMUM_SHARE)
-        cage = _power(w, 1 / p) * cage_give
+        cage = _power(w, 1 / p) * cage_compliance
         per_u_r = ca.sqrt(1 + t * t)
-        compliance = _power_near_one(t * t, (1 + 1 / p) / 2) + gear_give + w * cage
+        compliance = _power_near_one(t * t, (1 + 1 / p) / 2) + gear_compliance + w * cage
         s = ca.fmax((per_u_r * reach - d_r - t * d_t) / compliance, MINIMUM_SHARE * reach)
-        return s, w, per_u_r, s * (gear_give - slope * cage), s * cage
+        return s, w, per_u_r, s * (gear_compliance - slope * cage), s * cage
 
-    s, w, per_u_r, x_r, x_t = squeezed(d_t / d_r)
+    s, w, per_u_r, x_r, x_t = one_pass(d_t / d_r)
     for _ in range(LEAN_ITERATIONS - 1):
-        s, w, per_u_r, x_r, x_t = squeezed((d_t + x_t) / (d_r + x_r))
+        s, w, per_u_r, x_r, x_t = one_pass((d_t + x_t) / (d_r + x_r))
     radial = crank_stiffness * s * (ca.sqrt(s) if p == 1.5 else _power(s, p - 1))
     edge = (window.limit - ca.fabs(beta)) / (2 * FADE_HALF_WIDTH) + 0.5 if window.reach < math.pi else ca.SX(1)
-    left = ca.fmax(ca.fmin(edge, 1), 0)
-    torque = left * wall * w * radial * (path + x_r + touch)
-    force = (left > 0) * radial * ca.fmax(per_n_r, ca.fmax(per_u_r, w))
+    inside = ca.fmax(ca.fmin(edge, 1), 0)
+    torque = inside * wall * w * radial * (path + x_r + touch)
+    force = (inside > 0) * radial * ca.fmax(per_n_r, ca.fmax(per_u_r, w))
     return ca.Function(
         "element",
         [cell, f, beta, sizes, lobe, twist, clearance],
