@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
+import time
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import hypothesis
@@ -21,6 +24,8 @@ hypothesis.settings.register_profile("any machine", deadline=None)  # no limit o
 hypothesis.settings.load_profile("any machine")
 
 
+LONGEST_SOLUTION = 120.0
+"""s, for which a worker waits for the lookup of another before it solves its own; five times what it takes."""
 OUTSIDE = ("foreign host", "not part of this repository")
 """Reasons of skips that are permitted in CI: hosts (wine, ecospy, libcosimpy) and records that it cannot have."""
 
@@ -74,9 +79,23 @@ def drive() -> sm.Drive:
 
 
 @pytest.fixture(scope="session")
-def lookup(drive: sm.Drive) -> Lookup:
-    """The lookup that commands use by default: solved once, it serves all tests and workers."""
-    return cached_lookup(drive)
+def lookup(drive: sm.Drive, _own_cache: Path) -> Lookup:
+    """The lookup that commands use by default: solved once, it serves all tests and workers.
+
+    The first worker of pytest-xdist that needs it solves it on all cores while the others wait for the cache.
+    """
+    started, done = _own_cache / "lookup started", _own_cache / "lookup done"
+    try:
+        started.touch(exist_ok=False)
+    except FileExistsError:
+        deadline = time.monotonic() + LONGEST_SOLUTION
+        while not done.exists() and time.monotonic() < deadline:
+            time.sleep(0.1)
+        return cached_lookup(drive)
+    with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as executor:
+        solved = cached_lookup(drive, executor=executor)
+    done.touch()
+    return solved
 
 
 @pytest.fixture(scope="session")
