@@ -182,6 +182,7 @@ def test_model_file_keeps_the_seed(one: DriveModel, lookup: Lookup, tmp_path: Pa
             load_model(tmp_path / "model.toml", lookup=tmp_path / "lookup.npz")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["python", "native"])
 def test_fmus_of_an_individual(one: DriveModel, backend: str, tmp_path: Path) -> None:
     if backend == "native" and not any(shutil.which(name) for name in ("cc", "gcc", "clang")):

@@ -52,6 +52,7 @@ def turned_through(drive: sm.Drive, seed: int, twist: float, angles: int) -> np.
     return np.max(found, axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "lobes"), [("drive_1", 30), ("drive_2", 28)])
 def test_peak_pressures_are_those_of_a_whole_turn(name: str, lobes: int) -> None:
     drive = sm.load_drive(name, lobes=lobes)
@@ -100,6 +101,7 @@ def test_no_drive_at_rest_exceeds_its_peak_pressure(name: str, extra: dict[str, 
     assert (turning[:, -1, 1] > 1.01 * standing[:, -1, 1]).mean() > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["drive_1", "drive_3"])
 def test_the_number_of_positions_and_twists_matters_little(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     drive = sm.load_drive(name)

@@ -112,6 +112,7 @@ def polyline(document: Any, layer: str) -> np.ndarray:
     return 1e-3 * np.array(line.get_points("xy"))
 
 
+@pytest.mark.slow
 def test_dxf_reads_back(drawn: sm.Drive, tmp_path: Path) -> None:
     """Units, layers, and every row's profile against `geometry.ball_path` to the stated error."""
     chord = 1e-7
