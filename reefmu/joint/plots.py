@@ -107,7 +107,7 @@ def damping_over_torque(joint: JointModel, designs: Sequence[Design], ax: Axes) 
     ax.set_xticks([0, *decades], [f"{d:g}" for d in (0, *decades)])
     ax.minorticks_off()
     ax.set_ylim(low, 1.15)
-    ax.legend(frameon=False, loc="upper right", fontsize="small")
+    ax.legend(frameon=False, loc="best", fontsize="small")
     ax.set_title("Constant gains, other torques", loc="left", fontsize="medium")
     return ax
 
