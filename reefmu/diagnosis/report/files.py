@@ -19,7 +19,7 @@ def write_results(found: Analysis | Diagnosis, out: str | os.PathLike[str]) -> N
     `InputError` if the folder cannot be written.
     """
     # Drawing the page loads matplotlib.
-    from .page import report_html
+    from .html.page import report_html
 
     diagnosis = found.diagnosis if isinstance(found, Analysis) else found
     with staged_folder(out) as stage:

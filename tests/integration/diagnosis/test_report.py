@@ -12,7 +12,7 @@ from reefmu.diagnosis import Diagnosis, Gap, Location, NamedEffect, Value
 from reefmu.diagnosis.analysis import Analysis
 from reefmu.diagnosis.pipeline import analyse
 from reefmu.diagnosis.preparation import BaseCurveSource
-from reefmu.diagnosis.report.page import report_html
+from reefmu.diagnosis.report.html.page import report_html
 from reefmu.diagnosis.report.text import MEANING, cautions, file_name
 from reefmu.diagnosis.schema import VERDICTS
 from tests import diagnosis_rig as rig

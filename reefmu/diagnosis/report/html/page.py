@@ -2,40 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from html import escape
 
-from ...effects import find_effect
-from ..analysis import Analysis
-from ..schema import Diagnosis, Location, NamedEffect
-from .text import MEANING, cautions, file_name, interval_text, location_text, main_parameter_text, quantity_text
-
-_STYLE = """
-*{box-sizing:border-box}
-body{font:15px/1.45 system-ui,"DejaVu Sans",sans-serif;color:#222;max-width:1120px;margin:20px auto;padding:0 16px}
-h1{font-size:15px;font-weight:400;color:#555;margin:0 0 6px;overflow-wrap:anywhere}
-h2{font-size:16px;margin:22px 0 6px;border-bottom:1px solid #ddd}
-.verdict{display:inline-block;padding:2px 12px;border-radius:4px;color:#fff;font-weight:600;font-size:17px}
-.named,.none{background:#2a7f49}.partly,.ambiguous{background:#9a6200}.unknown{background:#b2382a}
-.insufficient{background:#5c5c5c}.meaning{color:#555;margin-left:8px}
-.lead{font-size:18px;line-height:1.4;margin:8px 0 14px;overflow-wrap:anywhere}
-.cards,.row{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(300px,100%),1fr));gap:12px}
-.row{grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));margin-top:14px}
-.card{border:1px solid #ddd;border-radius:6px;padding:8px 12px}
-.card h3{font-size:12px;letter-spacing:.04em;text-transform:uppercase;color:#555;margin:0 0 4px}
-.card p{margin:2px 0}.big{font-size:20px;font-weight:600}
-svg{max-width:100%;height:auto;display:block}figure{margin:0}figcaption{font-size:13px;color:#555}
-.table{overflow-x:auto}table{border-collapse:collapse;font-size:14px}
-td,th{padding:3px 14px 3px 0;text-align:left;vertical-align:top;overflow-wrap:anywhere}
-th{font-weight:600;border-bottom:1px solid #bbb;overflow-wrap:normal}
-code{background:#f3f3f3;padding:1px 4px;overflow-wrap:anywhere}
-.warn{color:#b2382a}.caution{border-left:4px solid #b2382a;background:#fbf1ef;padding:4px 12px;margin:12px 0}
-.caution ul{margin:2px 0;padding-left:18px}.small{font-size:13px;color:#555;font-weight:400}ul{padding-left:22px}
-@page{size:A4;margin:14mm}
-@media print{body{margin:0;max-width:none;font-size:11px;padding:0}.lead{font-size:14px}h2{break-after:avoid}
-figure,.card,tr,.caution{break-inside:avoid}.cards{grid-template-columns:repeat(3,1fr)}
-.row{grid-template-columns:repeat(2,1fr)}table{font-size:10px}*{print-color-adjust:exact}}
-"""
+from ....effects import find_effect
+from ...analysis import Analysis
+from ...schema import Diagnosis, Location, NamedEffect
+from ..text import MEANING, cautions, file_name, interval_text, location_text, main_parameter_text, quantity_text
+from .elements import figure, section_list, table
+from .style import STYLE
 
 
 def report_html(found: Analysis | Diagnosis) -> str:
@@ -56,14 +31,14 @@ def report_html(found: Analysis | Diagnosis) -> str:
     if diagnosis.alternatives:
         titles = {"ambiguous": "Other explanations", "unknown": "Explanations together with this drive's tolerances"}
         title = titles.get(diagnosis.verdict, "Effects that this drive's tolerances may mask")
-        parts += _list(title, [_names(a) for a in diagnosis.alternatives])
-    parts += _list("What to measure next", diagnosis.next_experiment)
+        parts += section_list(title, [_names(a) for a in diagnosis.alternatives])
+    parts += section_list("What to measure next", diagnosis.next_experiment)
     parts += _details(diagnosis)
     if isinstance(found, Analysis):
         parts += _method(found)
     return (
         "<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>"
-        f"<title>Diagnosis: {diagnosis.verdict}</title><style>{_STYLE}</style></head>"
+        f"<title>Diagnosis: {diagnosis.verdict}</title><style>{STYLE}</style></head>"
         f"<body>{''.join(parts)}</body></html>\n"
     )
 
@@ -123,26 +98,22 @@ def _figures(found: Analysis) -> list[str]:
         coordinate, place = first.coordinate, f", {100 * first.share:.0f} % of it over the {location_text(first)}"
     return [
         "<div class=row>",
-        _figure(
+        figure(
             figures.curve_figure(problem, base, chosen),
             f"Torque over twist in run {figures.widest_run(problem)[0]}, the widest.",
         ),
-        _figure(
+        figure(
             figures.loop_figure(problem, base, chosen),
             "The same run less the model without effects.",
         ),
-        _figure(figures.residual_figure(problem, base, chosen, coordinate), f"Where the gap lies{escape(place)}."),
-        _figure(
+        figure(figures.residual_figure(problem, base, chosen, coordinate), f"Where the gap lies{escape(place)}."),
+        figure(
             figures.gap_figure(diagnosis.gap, bool(chosen.names)),
             "The gap beside the noise. Held out: runs that a second fit left out.",
         ),
         "</div>",
-        _figure(figures.time_figure(problem, base, chosen), "Residual over the record, run after run."),
+        figure(figures.time_figure(problem, base, chosen), "Residual over the record, run after run."),
     ]
-
-
-def _figure(picture: str, caption: str) -> str:
-    return f"<figure>{picture}<figcaption>{caption}</figcaption></figure>"
 
 
 # -- effects --------------------------------------------------------------------------------------------------------
@@ -162,7 +133,7 @@ def _effect(effect: NamedEffect) -> str:
     return (
         f"<h2>{escape(e.title)} <span class=small>({effect.name}; removes {100 * effect.share:.0f} % "
         f"of the gap)</span></h2><p><code>{escape(e.equation)}</code></p>"
-        + _table(["parameter", "value", "95 % interval", ""], rows)
+        + table(["parameter", "value", "95 % interval", ""], rows)
         + f"<p class=small>{escape(e.source)}</p>"
     )
 
@@ -182,35 +153,24 @@ def _details(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.not_candidates:
         parts += [
             "<h2>Effects that this record cannot show</h2>",
-            _table(["effect", "reason"], [[n, escape(t)] for n, t in diagnosis.not_candidates.items()]),
+            table(["effect", "reason"], [[n, escape(t)] for n, t in diagnosis.not_candidates.items()]),
         ]
     if diagnosis.indistinguishable:
         parts += [
             "<h2>Effects that this record cannot tell apart</h2>",
-            _table(
+            table(
                 ["effect", "other effect", "test that tells them apart"],
                 [[a, b, escape(t)] for a, b, t in diagnosis.indistinguishable],
             ),
         ]
-    return parts + _list("Notes", diagnosis.notes)
+    return parts + section_list("Notes", diagnosis.notes)
 
 
 def _locations(locations: Sequence[Location]) -> str:
-    return _table(
+    return table(
         ["coordinate", "strongest at", "share of the gap"],
         [[p.coordinate.replace("_", " "), escape(p.region), f"{100 * p.share:.0f} %"] for p in locations],
     )
-
-
-def _list(title: str, lines: Iterable[str]) -> list[str]:
-    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
-    return [f"<h2>{title}</h2><ul>{items}</ul>"] if items else []
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    top = "".join(f"<th>{h}</th>" for h in head)
-    body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<div class=table><table><tr>{top}</tr>{body}</table></div>"
 
 
 def _method(found: Analysis) -> list[str]:
@@ -238,7 +198,7 @@ def _method(found: Analysis) -> list[str]:
         for name, reason in test.reasons.items()
     ]
     return [
-        *_list("Method", lines),
-        _table(["set of effects", "gain (-2 log likelihood)", "excess left"], rows),
-        *_list("Sets that are not significant", reasons),
+        *section_list("Method", lines),
+        table(["set of effects", "gain (-2 log likelihood)", "excess left"], rows),
+        *section_list("Sets that are not significant", reasons),
     ]

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import ARCMIN
 
-from ..estimation.held_out import held_out_blocks
-from ..estimation.least_squares import Fit
-from ..estimation.problem import Problem
-from ..estimation.residuals import predicted_scatter
-from ..schema import Gap
-from .location import block_coordinates
+from ...estimation.held_out import held_out_blocks
+from ...estimation.least_squares import Fit
+from ...estimation.problem import Problem
+from ...estimation.residuals import predicted_scatter
+from ...schema import Gap
+from ..location import block_coordinates
 
 MEASURED, BEFORE, AFTER, NOISE, SCATTER = "#333333", "#c2452d", "#1f6fb2", "#bbbbbb", "#55a868"
 """Colours of measured values, of the model without and with effects, of the noise and of the tolerance scatter."""

@@ -1,0 +1,28 @@
+"""Style sheet of report.html: on screens, on phones and on paper."""
+
+STYLE = """
+*{box-sizing:border-box}
+body{font:15px/1.45 system-ui,"DejaVu Sans",sans-serif;color:#222;max-width:1120px;margin:20px auto;padding:0 16px}
+h1{font-size:15px;font-weight:400;color:#555;margin:0 0 6px;overflow-wrap:anywhere}
+h2{font-size:16px;margin:22px 0 6px;border-bottom:1px solid #ddd}
+.verdict{display:inline-block;padding:2px 12px;border-radius:4px;color:#fff;font-weight:600;font-size:17px}
+.named,.none{background:#2a7f49}.partly,.ambiguous{background:#9a6200}.unknown{background:#b2382a}
+.insufficient{background:#5c5c5c}.meaning{color:#555;margin-left:8px}
+.lead{font-size:18px;line-height:1.4;margin:8px 0 14px;overflow-wrap:anywhere}
+.cards,.row{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(300px,100%),1fr));gap:12px}
+.row{grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));margin-top:14px}
+.card{border:1px solid #ddd;border-radius:6px;padding:8px 12px}
+.card h3{font-size:12px;letter-spacing:.04em;text-transform:uppercase;color:#555;margin:0 0 4px}
+.card p{margin:2px 0}.big{font-size:20px;font-weight:600}
+svg{max-width:100%;height:auto;display:block}figure{margin:0}figcaption{font-size:13px;color:#555}
+.table{overflow-x:auto}table{border-collapse:collapse;font-size:14px}
+td,th{padding:3px 14px 3px 0;text-align:left;vertical-align:top;overflow-wrap:anywhere}
+th{font-weight:600;border-bottom:1px solid #bbb;overflow-wrap:normal}
+code{background:#f3f3f3;padding:1px 4px;overflow-wrap:anywhere}
+.warn{color:#b2382a}.caution{border-left:4px solid #b2382a;background:#fbf1ef;padding:4px 12px;margin:12px 0}
+.caution ul{margin:2px 0;padding-left:18px}.small{font-size:13px;color:#555;font-weight:400}ul{padding-left:22px}
+@page{size:A4;margin:14mm}
+@media print{body{margin:0;max-width:none;font-size:11px;padding:0}.lead{font-size:14px}h2{break-after:avoid}
+figure,.card,tr,.caution{break-inside:avoid}.cards{grid-template-columns:repeat(3,1fr)}
+.row{grid-template-columns:repeat(2,1fr)}table{font-size:10px}*{print-color-adjust:exact}}
+"""
