@@ -3,11 +3,22 @@
     preprocessing -> forward -> random_effects -> estimation -> inference -> report
 
 `pipeline` runs them in this order for one record, on the problem that `preparation` sets up. `api` has the public
-functions (`diagnose_record`), `schema` what they return, `analysis` that together with the evidence behind it.
-`shared_exponent` fits one power law to several records.
+functions (`diagnose_record`), `schema` and `hypotheses` what they return, `analysis` that together with the evidence
+behind it. `shared_exponent` fits one power law to several records.
 """
 
 from .api import diagnose_record, diagnose_records
+from .hypotheses import Hypothesis, IsolabilityMatrix
 from .schema import Diagnosis, Gap, Location, NamedEffect, Value
 
-__all__ = ["Diagnosis", "Gap", "Location", "NamedEffect", "Value", "diagnose_record", "diagnose_records"]
+__all__ = [
+    "Diagnosis",
+    "Gap",
+    "Hypothesis",
+    "IsolabilityMatrix",
+    "Location",
+    "NamedEffect",
+    "Value",
+    "diagnose_record",
+    "diagnose_records",
+]

@@ -3,16 +3,30 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from math import nan
 from typing import TYPE_CHECKING, Any
 
 from stiffness_model.display import dataframe, html_table
 
+from .hypotheses import (
+    PROBABILITY_DIGITS,
+    Hypothesis,
+    IsolabilityMatrix,
+    effect_probability,
+    hypothesis_text,
+    likeliest,
+    probability_text,
+    ranked,
+    reported_hypotheses,
+)
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SCHEMA = 1
-"""Version of the schema; it changes when a key is removed or changes its meaning."""
+SCHEMA = 2
+"""Version of the schema; it changes with its keys and their meaning. Schema 2 adds probabilities to schema 1."""
 VERDICTS = ("named", "partly", "ambiguous", "none", "unknown", "insufficient")
 """Every verdict that a diagnosis can have; `reefmu.diagnosis.report.text.MEANING` says what they mean."""
 
@@ -30,11 +44,13 @@ class Value:
 
 @dataclass(frozen=True)
 class NamedEffect:
-    """An effect that is missing in the model; share: part of the systematic gap that it removes."""
+    """An effect that is missing in the model; share: part of the systematic gap that it removes; probability: sum over
+    the hypotheses that contain it, 0 where none were compared."""
 
     name: str
     parameters: dict[str, Value]
     share: float
+    probability: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -73,7 +89,9 @@ class Diagnosis:
     tests that would tell more. remainder: N.m rms, left beside the effects, and remainder_where its locations.
     not_candidates: effects that this record cannot show, with the reason. indistinguishable: pairs of effects with the
     test that tells them apart. notes: on the quality of the record. base: kind, source and parameters of the base
-    curve. seconds: computing time.
+    curve. seconds: computing time. hypotheses: every explanation with its probability, of sum 1; empty where none were
+    compared. global_p: p-value of the chosen model, whether it explains the record. isolability: which effects this
+    record tells apart.
     """
 
     verdict: str
@@ -90,17 +108,32 @@ class Diagnosis:
     notes: tuple[str, ...] = ()
     base: dict[str, Any] = field(default_factory=dict)
     seconds: float = 0.0
+    hypotheses: tuple[Hypothesis, ...] = ()
+    global_p: float | None = None
+    isolability: IsolabilityMatrix | None = None
+
+    def with_probabilities(
+        self, hypotheses: Sequence[Hypothesis], global_p: float | None, isolability: IsolabilityMatrix | None
+    ) -> Diagnosis:
+        """The same diagnosis with probabilities; every effect gets the sum over the hypotheses that contain it."""
+        effects = tuple(replace(e, probability=effect_probability(e.name, hypotheses)) for e in self.effects)
+        return replace(self, effects=effects, hypotheses=ranked(hypotheses), global_p=global_p, isolability=isolability)
 
     def __repr__(self) -> str:
-        names = ", ".join(effect.name for effect in self.effects) or "no effect"
+        chance = {e.name: f" {probability_text(e.probability)}" if self.hypotheses else "" for e in self.effects}
+        names = ", ".join(f"{name}{text}" for name, text in chance.items()) or "no effect"
         return (
             f"Diagnosis({self.verdict!r}, {names}, gap {self.gap.before:.3g} -> {self.gap.after:.3g} {self.gap.unit}, "
             f"noise {self.gap.noise:.3g})"
         )
 
     def _repr_html_(self) -> str:
+        chances = {f"hypothesis: {hypothesis_text(h)}": h.probability for h in likeliest(self.hypotheses)}
+        if self.hypotheses:
+            chances |= {f"{effect.name} is missing": effect.probability for effect in self.effects}
         rows = {
             "verdict": self.verdict,
+            **{label: probability_text(p) for label, p in chances.items()},
             **{
                 f"{effect.name}.{name} [{p.unit}]": f"{p.value:.4g} ({p.low:.4g} ... {p.high:.4g})"
                 for effect in self.effects
@@ -113,10 +146,17 @@ class Diagnosis:
         return html_table(self.sentence, rows)
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """RMS gap without and with the effects beside the noise, on `ax` or on new axes, which are returned."""
+        """Probabilities of the likeliest hypotheses, or where there are none the RMS gap without and with the effects
+        beside the noise, on `ax` or on new axes, which are returned."""
         from stiffness_model.plotting.style import BLUE, FAINT, caption, format_axes, new_axes
 
         ax = new_axes(height=2.4) if ax is None else ax
+        if self.hypotheses:
+            shown = likeliest(self.hypotheses)[::-1]
+            bars = ax.barh([hypothesis_text(h) for h in shown], [h.probability for h in shown], color=BLUE)
+            ax.bar_label(bars, [probability_text(h.probability) for h in shown], padding=3)
+            ax.set_xlim(0, 1.15)
+            return caption(format_axes(ax, "probability [1]", ""), self.sentence)
         ax.barh(
             ["noise", "with effects", "without effects"],
             [self.gap.noise, self.gap.after, self.gap.before],
@@ -125,8 +165,8 @@ class Diagnosis:
         return caption(format_axes(ax, f"gap, rms [{self.gap.unit}]", ""), self.sentence)
 
     def to_dataframe(self) -> Any:
-        """A `pandas.DataFrame` with a row for each fitted parameter: value, 95 % interval, unit, and the share of the
-        gap that its effect removes. Raises `InputError` without pandas.
+        """A `pandas.DataFrame` with a row for each fitted parameter: value, 95 % interval, unit, and of its
+        effect the share of the gap that it removes and the probability. Raises `InputError` without pandas.
         """
         rows = [(effect, name, p) for effect in self.effects for name, p in effect.parameters.items()]
         return dataframe(
@@ -138,6 +178,7 @@ class Diagnosis:
                 "high": [p.high for _, _, p in rows],
                 "unit": [p.unit for _, _, p in rows],
                 "share [1]": [effect.share for effect, _, _ in rows],
+                "probability [1]": [effect.probability if self.hypotheses else nan for effect, _, _ in rows],
             }
         )
 
@@ -147,6 +188,7 @@ class Diagnosis:
             {
                 "name": e.name,
                 "share": _round(e.share),
+                "probability": round(float(e.probability), PROBABILITY_DIGITS) if self.hypotheses else None,
                 "parameters": {
                     name: {k: v for k, v in asdict(p).items() if k != "warning" or v}
                     for name, p in e.parameters.items()
@@ -158,6 +200,8 @@ class Diagnosis:
             "schema": SCHEMA,
             "verdict": self.verdict,
             "sentence": self.sentence,
+            "hypotheses": reported_hypotheses(self.hypotheses),
+            "global_p": None if self.global_p is None else float(self.global_p),
             "effects": effects,
             "alternatives": [list(a) for a in self.alternatives],
             "where": [_location(p) for p in self.where],
@@ -166,6 +210,7 @@ class Diagnosis:
             "remainder": {"unit": "N.m", "rms": self.remainder, "where": [_location(p) for p in self.remainder_where]},
             "not_candidates": self.not_candidates,
             "twins": [list(t) for t in self.indistinguishable],
+            "isolability": (self.isolability or IsolabilityMatrix((), ())).to_dict(),
             "notes": list(self.notes),
             "base": self.base,
             "seconds": round(self.seconds, 2),

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
+from reefmu.diagnosis.hypotheses import hypothesis_text, likeliest, probability_text
 from reefmu.diagnosis.report.text import quantity_text
 from reefmu.diagnosis.shared_exponent import PLAY, shared_exponent
 from reefmu.model.contacts.tables import cached_lookup
@@ -60,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
                 )
     show_notes(notes)
     for name, diagnosis in found.items():
-        print(_sentence(name, diagnosis))
+        print(diagnosis_text(name, diagnosis))
     if not single:
         print("\n" + _table(found))
     print(
@@ -108,12 +109,14 @@ def _stem(record: Path) -> str:
     return record.name.removesuffix(".gz").removesuffix(".csv")
 
 
-def _sentence(name: str, diagnosis: Diagnosis) -> str:
+def diagnosis_text(name: str, diagnosis: Diagnosis) -> str:
+    """What the command prints for the record `name`: verdict, likeliest hypotheses, gap, alternatives, next steps."""
     names = ", ".join(effect.name for effect in diagnosis.effects)
     gap = diagnosis.gap
     verdict = f"{name}: {diagnosis.verdict}" + (f": {names}" if names else "")
     figures = f"gap {gap.before:.3g} -> {gap.after:.3g} {gap.unit}, noise {gap.noise:.3g}"
-    lines = [verdict, f"  {figures}"]
+    chances = [f"  {probability_text(h.probability):>6}  {hypothesis_text(h)}" for h in likeliest(diagnosis.hypotheses)]
+    lines = [verdict, *chances, f"  {figures}"]
     if diagnosis.alternatives:
         head = "or" if diagnosis.verdict == "ambiguous" else "tolerances may mask"
         lines.append(f"  {head}: " + "; ".join(" + ".join(names) for names in diagnosis.alternatives))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
-from reefmu.diagnosis.schema import VERDICTS
+from reefmu.diagnosis.schema import SCHEMA, VERDICTS
 from reefmu.model.model_file import load_model
 from reefmu.record import Record, make_record
 from stiffness_model.errors import InputError
@@ -50,7 +50,7 @@ def test_two_effects_are_named_and_the_files_written(tmp_path: Path) -> None:
     assert (found.verdict, names(found)) == ("named", {"backlash", "hysteresis"})
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["diagnosis.json", "model.toml", "report.html"]
     answer = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
-    assert answer["schema"] == 1
+    assert answer["schema"] == SCHEMA
     assert answer["verdict"] in VERDICTS
     assert set(answer["gap"]) >= {"unit", "before", "after", "noise", "held_out_before", "held_out_after"}
     page = (tmp_path / "out" / "report.html").read_text()
