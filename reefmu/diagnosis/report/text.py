@@ -23,6 +23,13 @@ _DISPLAY_UNITS = {
     "rad/(N.m)": (ARCMIN, "arcmin/(N.m)"),
     "rad/K": (ARCMIN, "arcmin/K"),
 }
+CALIBRATION = (
+    "Probabilities are meant as frequencies: of 100 verdicts with a probability of 95 %, about 95 should be right. How "
+    "far this holds was measured on simulated drives; see docs/validation.md."
+)
+"""What the probabilities mean, and where their calibration is measured."""
+POOR_FIT = 0.01
+"""p-value below which the chosen model does not explain the record: the usual level of 1 %."""
 LARGE_GAP_RATIO = 1.5
 """Gap that is left, over the noise, from which a caution is given; chosen by judgement."""
 OWN_SCATTER_RATIO = 0.9
@@ -57,6 +64,18 @@ def main_parameter_text(effect: NamedEffect) -> str:
     return f"{name.replace('_', ' ')} {quantity_text(value.value, value.unit)} (95 %: {interval_text(value)})"
 
 
+def global_p_text(p: float) -> str:
+    """The p-value of the chosen model in words.
+
+    >>> global_p_text(0.31)
+    'The chosen model explains the record: p = 0.31.'
+    >>> global_p_text(0.0001)
+    'The chosen model does not explain the record: p < 0.001.'
+    """
+    explains = "does not explain" if p < POOR_FIT else "explains"
+    return f"The chosen model {explains} the record: p {'< 0.001' if p < 0.001 else f'= {p:.2g}'}."
+
+
 def location_text(location: Location) -> str:
     """A location in words."""
     name = location.coordinate.replace("_", " ")
@@ -81,6 +100,11 @@ def cautions(diagnosis: Diagnosis) -> list[str]:
         for name, value in effect.parameters.items()
         if value.warning
     ]
+    if diagnosis.global_p is not None and diagnosis.global_p < POOR_FIT:
+        lines.append(
+            "a record that the chosen model describes would hardly deviate as much as this one: probabilities and "
+            "intervals assume that the model is right"
+        )
     gap = diagnosis.gap
     if diagnosis.effects and gap.after >= gap.before:
         lines.append(

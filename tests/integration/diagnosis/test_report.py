@@ -8,13 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from reefmu.diagnosis import Diagnosis, Gap, Location, NamedEffect, Value
+from reefmu.diagnosis import Diagnosis, Gap, Hypothesis, IsolabilityMatrix, Location, NamedEffect, Value
 from reefmu.diagnosis.analysis import Analysis
 from reefmu.diagnosis.pipeline import analyse
 from reefmu.diagnosis.preparation import BaseCurveSource
 from reefmu.diagnosis.report.html.page import report_html
 from reefmu.diagnosis.report.text import MEANING, cautions, file_name
 from reefmu.diagnosis.schema import VERDICTS
+from reefmu.effects import EFFECTS
 from tests import diagnosis_rig as rig
 from tests.integration.diagnosis import browser
 
@@ -64,6 +65,29 @@ def test_the_page_in_a_browser(page: Path, tmp_path: Path, width: int, height: i
     if width == 1280:
         assert seen.cards[3] < 0.6 * height
     assert seen.asked == []
+
+
+@BROWSER
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (500, 800)])
+def test_the_page_with_probabilities_in_a_browser(found: Analysis, tmp_path: Path, width: int, height: int) -> None:
+    """With the largest matrix that is shown nothing overflows, and on a screen the cards are at most one page down."""
+    names = tuple(EFFECTS)
+    rows = tuple(tuple(0.6 if a == b else 0.025 for b in names) for a in names)
+    hypotheses = [
+        Hypothesis(("hysteresis",), False, 0.9),
+        Hypothesis(("load_dependent_hysteresis", "structural_compliance", "torque_sensor_offset"), True, 0.06),
+        Hypothesis((), False, 0.04),
+    ]
+    diagnosis = replace(found.diagnosis, verdict="none", effects=())
+    diagnosis = diagnosis.with_probabilities(hypotheses, 0.004, IsolabilityMatrix(names, rows))
+    path = tmp_path / "report.html"
+    path.write_text(report_html(replace(found, diagnosis=diagnosis)), "utf-8")
+    seen = browser.look(path, width, height, tmp_path)
+    assert path.read_text("utf-8").count("<th scope=row>") == 10
+    assert seen.page <= seen.width
+    assert seen.wide == []
+    if width == 1280:
+        assert seen.cards[1] < height
 
 
 @BROWSER

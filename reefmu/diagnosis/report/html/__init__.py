@@ -1,5 +1,5 @@
 """report.html.
 
 * `figures`: diagrams as SVG; `elements`: tables, lists and figures; `style`: the style sheet.
-* `page`: the page.
+* `probabilities`: the part of the page on hypotheses; `page`: the page.
 """

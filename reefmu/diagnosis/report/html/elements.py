@@ -11,10 +11,15 @@ def figure(picture: str, caption: str) -> str:
     return f"<figure>{picture}<figcaption>{caption}</figcaption></figure>"
 
 
+def bulleted(lines: Iterable[str]) -> str:
+    """A list of lines, which are escaped."""
+    return f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
+
+
 def section_list(title: str, lines: Iterable[str]) -> list[str]:
     """A heading and a list of lines, which are escaped; nothing where there are no lines."""
-    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
-    return [f"<h2>{title}</h2><ul>{items}</ul>"] if items else []
+    lines = list(lines)
+    return [f"<h2>{title}</h2>{bulleted(lines)}"] if lines else []
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

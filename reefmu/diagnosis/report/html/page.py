@@ -10,6 +10,7 @@ from ...analysis import Analysis
 from ...schema import Diagnosis, Location, NamedEffect
 from ..text import MEANING, cautions, file_name, interval_text, location_text, main_parameter_text, quantity_text
 from .elements import figure, section_list, table
+from .probabilities import probability_overview
 from .style import STYLE
 
 
@@ -22,6 +23,7 @@ def report_html(found: Analysis | Diagnosis) -> str:
         f"<div><span class='verdict {diagnosis.verdict}'>{diagnosis.verdict}</span>"
         f"<span class=meaning>{MEANING[diagnosis.verdict]}</span></div>",
         f"<p class=lead>{escape(diagnosis.sentence)}</p>",
+        probability_overview(diagnosis),
         _cards(diagnosis),
         _cautions(diagnosis),
     ]
@@ -32,7 +34,8 @@ def report_html(found: Analysis | Diagnosis) -> str:
         titles = {"ambiguous": "Other explanations", "unknown": "Explanations together with this drive's tolerances"}
         title = titles.get(diagnosis.verdict, "Effects that this drive's tolerances may mask")
         parts += section_list(title, [_names(a) for a in diagnosis.alternatives])
-    parts += section_list("What to measure next", diagnosis.next_experiment)
+    if not diagnosis.hypotheses:
+        parts += section_list("What to measure next", diagnosis.next_experiment)
     parts += _details(diagnosis)
     if isinstance(found, Analysis):
         parts += _method(found)
@@ -72,7 +75,7 @@ def _cards(diagnosis: Diagnosis) -> str:
         lines = [f"<p class=big>{diagnosis.remainder:.3g} N.m</p>"]
         lines += [f"<p>mostly over {escape(location_text(location))}</p>" for location in diagnosis.remainder_where[:1]]
         cards.append(("Explained by no known effect", lines))
-    if diagnosis.next_experiment and diagnosis.verdict != "insufficient":
+    if diagnosis.next_experiment and diagnosis.verdict != "insufficient" and not diagnosis.hypotheses:
         cards.append(("Measure next", [f"<p>{escape(diagnosis.next_experiment[0])}</p>"]))
     return (
         "<div class=cards>"

@@ -21,8 +21,23 @@ th{font-weight:600;border-bottom:1px solid #bbb;overflow-wrap:normal}
 code{background:#f3f3f3;padding:1px 4px;overflow-wrap:anywhere}
 .warn{color:#b2382a}.caution{border-left:4px solid #b2382a;background:#fbf1ef;padding:4px 12px;margin:12px 0}
 .caution ul{margin:2px 0;padding-left:18px}.small{font-size:13px;color:#555;font-weight:400}ul{padding-left:22px}
+.overview{columns:400px 2;column-gap:28px}.overview section{break-inside:avoid;padding:6px 0 10px}
+.overview ul{margin:6px 0}.overview h2{margin-top:0}.overview p{margin:6px 0}
+.bars{list-style:none;padding:0;margin:8px 0}
+.bars li{display:grid;grid-template-columns:minmax(0,5fr) minmax(0,6fr) 46px;gap:10px;align-items:center;padding:3px 0}
+.track{background:#f1f1f1;height:18px}.track span{display:block;height:100%;background:#a9b7c4}
+.said .track span{background:#1f6fb2}.bars b{text-align:right;font-weight:400}.said b,.said>span{font-weight:600}
+.heat{font-size:13px}.heat td{width:34px;min-width:24px;height:26px;padding:0;text-align:center;vertical-align:middle;
+border:1px solid #fff;overflow-wrap:normal}.heat .zero{background:#f1f1f1;color:#767676}
+.heat th{border:0;font-weight:400;padding:0 6px 0 0;text-align:right;vertical-align:middle}
+.heat th[scope=col]{padding:0 0 4px;text-align:center;vertical-align:bottom}
+.heat th[scope=row]{position:sticky;left:0;background:#fff}
+.heat th span{display:inline-block;writing-mode:vertical-rl;transform:rotate(180deg);text-align:left;max-height:120px;
+line-height:1.1}
+@media (max-width:420px){.heat{font-size:10.5px}.heat td{width:20px;min-width:20px;height:22px}
+.heat th{padding-right:4px}}
 @page{size:A4;margin:14mm}
 @media print{body{margin:0;max-width:none;font-size:11px;padding:0}.lead{font-size:14px}h2{break-after:avoid}
-figure,.card,tr,.caution{break-inside:avoid}.cards{grid-template-columns:repeat(3,1fr)}
+figure,section,.card,tr,.caution{break-inside:avoid}.cards{grid-template-columns:repeat(3,1fr)}
 .row{grid-template-columns:repeat(2,1fr)}table{font-size:10px}*{print-color-adjust:exact}}
 """
