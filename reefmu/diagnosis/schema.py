@@ -6,6 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from math import nan
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from stiffness_model.display import dataframe, html_table
@@ -29,6 +30,8 @@ SCHEMA = 2
 """Version of the schema; it changes with its keys and their meaning. Schema 2 adds probabilities to schema 1."""
 VERDICTS = ("named", "partly", "ambiguous", "none", "unknown", "insufficient")
 """Every verdict that a diagnosis can have; `reefmu.diagnosis.report.text.MEANING` says what they mean."""
+LABEL_WIDTH, CAPTION_WIDTH = 28, 52
+"""Characters of a line of a bar's label and of the caption, which fit a figure of 6.4 inches side by side."""
 
 
 @dataclass(frozen=True)
@@ -150,19 +153,23 @@ class Diagnosis:
         beside the noise, on `ax` or on new axes, which are returned."""
         from stiffness_model.plotting.style import BLUE, FAINT, caption, format_axes, new_axes
 
-        ax = new_axes(height=2.4) if ax is None else ax
+        ax = new_axes(height=3.0) if ax is None else ax
         if self.hypotheses:
             shown = likeliest(self.hypotheses)[::-1]
-            bars = ax.barh([hypothesis_text(h) for h in shown], [h.probability for h in shown], color=BLUE)
-            ax.bar_label(bars, [probability_text(h.probability) for h in shown], padding=3)
+            labels = [fill(hypothesis_text(h), LABEL_WIDTH) for h in shown]
+            bars = ax.barh(labels, [h.probability for h in shown], color=BLUE)
+            ax.bar_label(bars, [probability_text(h.probability) for h in shown], padding=3, fontsize="small")
             ax.set_xlim(0, 1.15)
-            return caption(format_axes(ax, "probability [1]", ""), self.sentence)
-        ax.barh(
-            ["noise", "with effects", "without effects"],
-            [self.gap.noise, self.gap.after, self.gap.before],
-            color=[FAINT, BLUE, BLUE],
-        )
-        return caption(format_axes(ax, f"gap, rms [{self.gap.unit}]", ""), self.sentence)
+            ax.tick_params(axis="y", labelsize="small")
+            format_axes(ax, "probability [1]", "")
+        else:
+            ax.barh(
+                ["noise", "with effects", "without effects"],
+                [self.gap.noise, self.gap.after, self.gap.before],
+                color=[FAINT, BLUE, BLUE],
+            )
+            format_axes(ax, f"gap, rms [{self.gap.unit}]", "")
+        return caption(ax, fill(self.sentence, CAPTION_WIDTH))
 
     def to_dataframe(self) -> Any:
         """A `pandas.DataFrame` with a row for each fitted parameter: value, 95 % interval, unit, and of its
