@@ -29,9 +29,9 @@ def _triangle(cycles: int, samples: int) -> Array:
     return 2 / np.pi * np.arcsin(np.sin(2 * np.pi * phase))
 
 
-def protocol(full: bool = True) -> Record:
+def protocol(full: bool = True, oversampling: int = 1) -> Record:
     """A record without torque: loops of two amplitudes at four crank angles, fast and slow loops, a hold and rotation
-    in both senses; or, unless `full`, one loop.
+    in both senses; or, unless `full`, one loop. oversampling: samples for each sample of the usual record of 4240.
     """
     top = drive().max_twist
     parts: list[tuple[Array, Array, float, float]] = []
@@ -51,6 +51,9 @@ def protocol(full: bool = True) -> Record:
     data: dict[str, list[Array]] = {name: [] for name in ("time", "run", "crank_angle", "output_angle", "temperature")}
     clock = 0.0
     for number, (crank, twist, temperature, step) in enumerate(parts):
+        fine, coarse = np.arange(len(twist) * oversampling) / oversampling, np.arange(len(twist))
+        crank, twist = (np.asarray(np.interp(fine, coarse, values), float) for values in (crank, twist))
+        step = step / oversampling
         data["time"].append(clock + step * np.arange(len(twist)))
         data["run"].append(np.full(len(twist), float(number)))
         data["crank_angle"].append(crank)

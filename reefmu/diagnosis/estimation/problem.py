@@ -14,6 +14,7 @@ from ...effects import EFFECTS, Requirement
 from ..forward.base_curve import BaseCurve
 from ..forward.parameter_layout import ParameterLayout
 from ..forward.predictor import Predictor
+from ..forward.thinning import thin_trace
 from ..preprocessing.noise import Noise
 from ..preprocessing.trace import Blocks, Trace, make_blocks
 from ..random_effects.scatter import Scatter
@@ -65,9 +66,15 @@ class Problem:
         """Positions of the parameters of a set of effects in the vector of a fit."""
         return ParameterLayout(self.base.shape.size, tuple(names))
 
-    def predictor(self, names: Sequence[str]) -> Predictor:
-        """The predictor of a set of effects, averaged over the blocks."""
-        return Predictor(self.trace, self.base, names, self.blocks)
+    @cached_property
+    def thinned(self) -> tuple[Trace, Blocks]:
+        """The trace on which sets are ranked, with its blocks: with fewer samples where the record is long."""
+        return thin_trace(self.trace, self.blocks)
+
+    def predictor(self, names: Sequence[str], *, thinned: bool = False) -> Predictor:
+        """The predictor of a set of effects, averaged over the blocks; thinned: on the thinned trace."""
+        trace, blocks = self.thinned if thinned else (self.trace, self.blocks)
+        return Predictor(trace, self.base, names, blocks)
 
     def bounds(self, names: Sequence[str]) -> ParameterBounds:
         """Bounds of the zero, the base shape and a set of effects."""
@@ -103,7 +110,8 @@ class Problem:
     ) -> Fit:
         """Fit a set of effects from `start` (k,), under the problem's weights unless others are given."""
         weights = self.weights if weights is None else weights
-        return fit(self.predictor(names), self.torque, weights, self.bounds(names), start, options)
+        predictor = self.predictor(names, thinned=options is not None and options.thinned)
+        return fit(predictor, self.torque, weights, self.bounds(names), start, options)
 
     def without_weights(self, found: Fit) -> Fit:
         """A fit to send to another process, whose problem has the same weights; others are sent along."""

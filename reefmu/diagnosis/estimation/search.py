@@ -30,9 +30,9 @@ MAX_EXCHANGES = 3
 """Greatest number of exchange rounds. Chosen by judgement to bound the time of a search."""
 MIN_GAIN = 6.0
 """Gain in -2 log likelihood below which a further effect is not tried. Chosen by judgement, below significance."""
-RANKING = FitOptions(steps=12, tolerance=0.1)
+RANKING = FitOptions(steps=12, tolerance=0.1, thinned=True)
 """A fit good enough to rank sets. Chosen by judgement, well below the gains that decide."""
-FIRST_STEPS = FitOptions(steps=6, tolerance=0.1, estimate_size=False)
+FIRST_STEPS = FitOptions(steps=6, tolerance=0.1, estimate_size=False, thinned=True)
 """The first steps under the least scatter. Chosen by judgement."""
 NEAR_ZERO = 0.05
 """Torque, over full torque, below which the middle of the twist is a start of its zero. Chosen by judgement."""
@@ -226,10 +226,11 @@ def _best_by_set(fits: Sequence[Fit]) -> dict[frozenset[str], Fit]:
 
 
 def refine(problem: Problem, fit: Fit) -> Fit:
-    """The set fitted to the full tolerance, with the scatter at the twist that its contacts have."""
+    """The set fitted to all samples and to the full tolerance, with the scatter at the twist that its contacts have."""
     weights = problem.weights_at(fit)
     better = problem.fit_from(fit.names, fit.parameters, weights if weights is not problem.weights else None)
-    return better if better.cost < fit.cost else fit
+    is_thinned = problem.thinned[0] is not problem.trace
+    return better if is_thinned or better.cost < fit.cost else fit
 
 
 def is_degenerate(problem: Problem, fit: Fit) -> bool:
