@@ -5,7 +5,7 @@
 * `effects`: what the contact model leaves out, one file each; `model`: lookup and effects as CasADi functions.
 * `record`, `speed`: measured data; `simulate`: a model over a record or a signal.
 * `fmu`: export, import and validation; `joint`: motor, drive and load under control.
-* `diagnosis`: where a measured record and the model disagree, and why.
+* `diagnosis`: where a measured record and the model disagree, and why; `planning`: the test that would tell.
 * `commands`, `cli`: the command line; `progress`, `interrupt`, `source_date`: what its commands share.
 """
 

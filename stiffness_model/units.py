@@ -1,7 +1,7 @@
-"""Units in drawings and command lines: "41 mm" becomes 0.041 and back. Internally, everything is in SI units.
+"""Units in drawings, rig files and command lines: "41 mm" becomes 0.041 and back. Internally, everything is in SI.
 
-The table is short on purpose: these are the units of gear drawings. Measured records, which come in any unit, are
-converted with a units library (`reefmu.record`).
+The table is short on purpose: these are the units of gear drawings and test rigs. Measured records, which come in any
+unit, are converted with a units library (`reefmu.record`).
 """
 
 from __future__ import annotations
@@ -35,6 +35,10 @@ UNITS: dict[str, dict[str, float]] = {
     "stiffness": {"N/m": 1.0, "N/mm": 1e3, "kN/mm": 1e6, "N/um": 1e6, "N/µm": 1e6, "N/μm": 1e6},
     "speed": {"rad/s": 1.0, "rpm": math.pi / 30, "1/min": math.pi / 30},
     "force": {"N": 1.0, "kN": 1e3},
+    "time": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
+    "frequency": {"Hz": 1.0, "kHz": 1e3},
+    "temperature": {"degC": 1.0},
+    "heating rate": {"K/s": 1.0, "K/min": 1 / 60, "K/h": 1 / 3600},
 }
 _SI = {
     "length": "m",
@@ -46,8 +50,12 @@ _SI = {
     "stiffness": "N/m",
     "speed": "rad/s",
     "force": "N",
+    "time": "s",
+    "frequency": "Hz",
+    "temperature": "degC",
+    "heating rate": "K/s",
 }
-"""The SI unit of each quantity, whose factor is 1."""
+"""The SI unit of each quantity, whose factor is 1; temperatures are in degC."""
 _PREFERRED = {
     "length": ("mm", "um"),
     "pressure": ("GPa",),
@@ -58,6 +66,10 @@ _PREFERRED = {
     "stiffness": ("N/um",),
     "speed": ("rpm",),
     "force": ("N",),
+    "time": ("s",),
+    "frequency": ("Hz",),
+    "temperature": ("degC",),
+    "heating rate": ("K/min",),
 }
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S*)\s*")
 

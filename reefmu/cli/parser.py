@@ -8,6 +8,7 @@ from typing import NoReturn
 from .drawing_options import add_compare, add_curve, add_demo, add_draw
 from .exit_status import WRONG_INPUT, report_error
 from .fmu_options import add_check, add_export
+from .plan_options import add_plan
 from .record_options import add_diagnose
 from .study_options import add_explore
 
@@ -21,7 +22,17 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=PrintVersion, nargs=0, help="print the version and exit")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (add_demo, add_curve, add_compare, add_export, add_check, add_diagnose, add_draw, add_explore):
+    for add in (
+        add_demo,
+        add_curve,
+        add_compare,
+        add_export,
+        add_check,
+        add_diagnose,
+        add_plan,
+        add_draw,
+        add_explore,
+    ):
         add(commands)
     return parser
 

@@ -1,0 +1,29 @@
+"""Planning of tests: from a drawing, a rig and the effects of interest, the shortest protocol that separates them.
+
+    rig -> motion_pieces -> schedule -> diagnosis_link -> information -> hypotheses -> isolability -> design -> remedies
+    -> plan -> next_experiment | report
+
+`diagnosis_link` alone imports the computations of the diagnosis, whose predictor and covariance a plan uses; `sizes`
+are the typical sizes of the effects; `report` writes the files.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stiffness_model.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from .next_experiment import NextProtocol, next_protocol, rig_of_record
+    from .plan import Plan, make_plan
+    from .rig import Rig, load_rig
+
+__all__ = ["NextProtocol", "Plan", "Rig", "load_rig", "make_plan", "next_protocol", "rig_of_record"]
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        ".next_experiment": ("NextProtocol", "next_protocol", "rig_of_record"),
+        ".plan": ("Plan", "make_plan"),
+        ".rig": ("Rig", "load_rig"),
+    },
+)

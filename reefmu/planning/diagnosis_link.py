@@ -1,0 +1,240 @@
+"""What a plan takes from the diagnosis: its problem, its predictor and its covariance. No other module of this package
+imports the diagnosis.
+
+Sensitivities are those of a record of a drive of the population along a schedule, linearised by the diagnosis about its
+fit without effects, in units of the effects' typical sizes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffness_model.drawing.drive import Drive
+from stiffness_model.numerics.arrays import Array
+
+from ..diagnosis.estimation.least_squares import Fit
+from ..diagnosis.estimation.problem import Problem
+from ..diagnosis.estimation.score_test import Direction, linearise, orthonormal_basis
+from ..diagnosis.preparation import BaseCurveSource, prepare_problem
+from ..diagnosis.preprocessing.trace import make_trace
+from ..effects import EFFECTS, find_effect
+from ..record import Record
+
+INDIVIDUAL = 1.0
+"""Size of the scatter of an individual drive of the population, which every real drive is."""
+N_PROBES = 16
+"""Random signs from which the precision of single blocks is estimated; one is exact for independent noise, 16 give it
+within a few percent for autocorrelated noise."""
+
+
+SHAPE_STEP = 0.7
+"""Change of the logarithm of a time, length or speed that its column stands for. Chosen by judgement: the values from
+which the diagnosis starts are about 2 apart, so that no true one is farther than 1 from one of them."""
+ACCUMULATING = {"torque_sensor_drift": "torque_sensor_offset", "wear": "backlash"}
+"""Effects that accumulate over the whole record, with the effect that an earlier start adds: an offset, a clearance."""
+
+
+@dataclass(frozen=True)
+class RigNoise:
+    """Standard deviations of single samples: torque, N.m; twist, rad; correlation: of successive samples of torque."""
+
+    torque: float
+    twist: float
+    correlation: float
+
+    def variances(self, slope: Array) -> tuple[Array, Array]:
+        """(n,) (N.m)^2 each, of torque and of twist times the stiffness `slope` (n,), N.m/rad, for white noise that
+        gives sums over many samples the same variance."""
+        inflation = (1 + self.correlation) / (1 - self.correlation)
+        return np.full(len(slope), inflation * self.torque**2), (self.twist * slope) ** 2
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One variant of an effect, linearised in its amplitudes and in the logarithms of its times, lengths and speeds.
+
+    columns: indices of its columns; n_amplitudes: those of the first of them, the others vary a shape parameter by
+    `SHAPE_STEP`; one_sided: whether amplitudes cannot be negative; size: of an amplitude, SI, signed.
+    """
+
+    effect: str
+    columns: tuple[int, ...]
+    n_amplitudes: int
+    one_sided: bool
+    size: float
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """The effects' columns along one record of n blocks, N.m for one typical size.
+
+    variants: of all candidates, linearised; truths: traces of single effects of typical size that are not linearised,
+    with random shape parameters, one column each; columns: (n, k) of both; base: (n, b), columns of the base model, the
+    zero of the twist; run: (n,) index of the run of each block, from 0; problem, fit: of the diagnosis; sizes: typical
+    sizes, SI, by `effect.parameter`.
+    """
+
+    variants: tuple[Variant, ...]
+    truths: tuple[Variant, ...]
+    columns: Array
+    base: Array
+    run: NDArray[np.int64]
+    problem: Problem
+    fit: Fit
+    sizes: Mapping[str, float]
+
+    @property
+    def candidates(self) -> tuple[str, ...]:
+        """Effects that the record's columns allow."""
+        return self.problem.candidates
+
+    @property
+    def excluded(self) -> Mapping[str, str]:
+        """Effects that they do not allow, with the reason."""
+        return self.problem.excluded
+
+
+def record_problem(drive: Drive, record: Record) -> tuple[Problem, Fit]:
+    """The diagnosis' problem for a record and its fit without effects."""
+    trace = make_trace(record, drive.ratio)
+    problem = prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace))
+    return problem, problem.fit_from((), np.concatenate([[0.0], problem.base.shape.start]))
+
+
+def sensitivities(
+    problem: Problem, fit: Fit, sizes: Mapping[str, float], names: Sequence[str] | None = None, n_truths: int = 4
+) -> Sensitivities:
+    """The columns of all variants of the candidates, or of those among `names`, and `n_truths` traces of each.
+
+    Effects that accumulate over the record are linear in time or travel, so that their columns along other records with
+    the same runs follow from these: a drift has no settling time.
+    """
+    streams = dict(zip(EFFECTS, np.random.SeedSequence(n_truths).spawn(len(EFFECTS)), strict=True))
+    chosen = [name for name in problem.candidates if names is None or name in names]
+    directions = {name: linearise(problem, name, fit) for name in chosen}
+    # The last variant of a drift has the longest settling time.
+    directions |= {name: directions[name][-1:] for name in ACCUMULATING if name in directions}
+    variants: list[Variant] = []
+    truths: list[Variant] = []
+    columns: list[Array] = []
+    count = 0
+    for name, of_effect in directions.items():
+        for direction in of_effect:
+            scales = _scales(direction, sizes)
+            found = [direction.columns * scales, *_shape_columns(problem, fit, direction, float(scales[0]))]
+            columns += found
+            width = sum(part.shape[1] for part in found)
+            inside = tuple(range(count, count + width))
+            variants.append(Variant(name, inside, len(scales), direction.one_sided, float(scales[0])))
+            count += width
+    for name, of_effect in directions.items():
+        rng = np.random.default_rng(streams[name])
+        for draw in range(n_truths):
+            parameters, size = draw_parameters(of_effect, sizes, 1 - 2 * (draw % 2), rng)
+            if name in ACCUMULATING:
+                columns.append(of_effect[0].columns * size)
+            else:
+                trace = problem.predictor((name,))(np.concatenate([fit.parameters, parameters])).torque
+                columns.append((trace - fit.prediction.torque)[:, None])
+            truths.append(Variant(name, (count,), 1, of_effect[0].one_sided, size))
+            count += 1
+    run = np.cumsum(np.diff(problem.trace.run[problem.blocks.first], prepend=problem.trace.run[0]) != 0)
+    return Sensitivities(
+        tuple(variants),
+        tuple(truths),
+        np.concatenate(columns, axis=1),
+        fit.prediction.sensitivities,
+        run.astype(np.int64),
+        problem,
+        fit,
+        sizes,
+    )
+
+
+def _scales(direction: Direction, sizes: Mapping[str, float]) -> Array:
+    """Typical size of each column; sine and cosine of one amplitude share its variance."""
+    effect = find_effect(direction.name)
+    scales = [sizes[f"{direction.name}.{effect.parameters[k].name}"] for k in direction.sizes]
+    return np.array(scales * 2) / np.sqrt(2) if direction.paired else np.array(scales)
+
+
+def _shape_columns(problem: Problem, fit: Fit, direction: Direction, size: float) -> list[Array]:
+    """(n, 1) N.m each, half the change of the torque between both sides of every time, length and speed of a variant.
+
+    A diagnosis fits them, so that a rival's trace follows a true one between the values of its variants.
+    """
+    if direction.name in ACCUMULATING:
+        return []
+    predict = problem.predictor((direction.name,))
+    found: list[Array] = []
+    for k, p in enumerate(find_effect(direction.name).parameters):
+        if p.minimum <= 0 or k in direction.sizes:
+            continue
+        torques: list[Array] = []
+        for factor in (np.exp(SHAPE_STEP), np.exp(-SHAPE_STEP)):
+            parameters = direction.start.copy()
+            parameters[list(direction.sizes)] = size
+            parameters[k] = np.clip(parameters[k] * factor, p.minimum, p.maximum)
+            torques.append(predict(np.concatenate([fit.parameters, parameters])).torque)
+        found.append(((torques[0] - torques[1]) / 2)[:, None])
+    return found
+
+
+def draw_parameters(
+    variants: Sequence[Direction], sizes: Mapping[str, float], sign: float, rng: np.random.Generator
+) -> tuple[Array, float]:
+    """Parameters (q,) of an effect of its typical size with random shape parameters, and the signed size.
+
+    sign: of the amplitude, where it may have either.
+
+    Lengths, times and speeds are log-uniform between the values at which the variants were linearised, phases uniform.
+    Of several amplitudes (orders of the crank) one is drawn.
+    """
+    name = variants[0].name
+    effect, starts = find_effect(name), np.array([d.start for d in variants])
+    values = np.zeros(len(effect.parameters))
+    amplitudes = variants[0].sizes
+    for k, p in enumerate(effect.parameters):
+        low, high = float(starts[:, k].min()), float(starts[:, k].max())
+        if k in amplitudes:
+            continue
+        if p.name.startswith("phase"):
+            values[k] = rng.uniform(-np.pi, np.pi)
+        else:
+            values[k] = np.exp(rng.uniform(np.log(low), np.log(high))) if low > 0 else rng.uniform(low, high)
+    chosen = amplitudes[int(rng.integers(len(amplitudes)))]
+    p = effect.parameters[chosen]
+    sign = sign if p.minimum < p.neutral else 1.0
+    values[chosen] = np.clip(sign * sizes[f"{name}.{p.name}"], p.minimum, p.maximum)
+    return values, float(values[chosen])
+
+
+def whitened(s: Sensitivities, columns: Array) -> Array:
+    """Columns (n, k), N.m, under the diagnosis' whole covariance of an individual, orthogonal to the base model."""
+    weights = s.problem.weights.with_size(INDIVIDUAL)
+    basis = orthonormal_basis(weights, s.base)
+    white = weights.whiten(columns)
+    return white - basis @ (basis.T @ white)
+
+
+def noise_whitened(s: Sensitivities, noise: RigNoise) -> tuple[Array, Array, Array]:
+    """Rows that are independent between the runs: columns (n, k), base (n, b) and scatter (n, m), whitened by the noise
+    and by what the columns of the scatter do not span.
+
+    The covariance of any of the runs is then that of their rows, with the columns of the scatter shared by all of them.
+    The whitening is the diagnosis', scaled from the noise that it estimated in one random record to that of the rig.
+    """
+    problem = s.problem
+    weights = problem.weights.with_size(0.0)
+    scatter, rest = np.zeros((0, len(problem.torque))), np.zeros(len(problem.torque))
+    if problem.scatter is not None:
+        scatter, rest = problem.scatter.columns_at(problem.scatter.twist)
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], (len(problem.torque), N_PROBES))
+    precision = (weights.whiten(signs) ** 2).mean(axis=1)
+    variance = sum(noise.variances(s.fit.prediction.slope)) / problem.blocks.count
+    scale = (1 / np.sqrt((variance + rest) * precision))[:, None]
+    return weights.whiten(s.columns) * scale, weights.whiten(s.base) * scale, weights.whiten(scatter.T) * scale

@@ -1,0 +1,122 @@
+"""Fisher information of the effects along any choice of motion pieces, from one record of the whole library.
+
+The covariance of a record is N + U U^T: noise, which is independent between runs, and the scatter of the individual
+drive, whose random effects all runs share. With A the whitened columns of effects, base model and random effects, the
+products A^T A of the runs add up, and information about the effects is the Schur complement of the rest in their sum,
+with the identity as the prior information on the random effects (Harville, Maximum Likelihood Approaches to Variance
+Component Estimation, 1977). Adding a piece therefore costs one sum of small matrices, and no covariance of a record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+from stiffness_model.numerics.arrays import Array
+
+from .diagnosis_link import ACCUMULATING, RigNoise, Sensitivities, noise_whitened
+from .schedule import Schedule
+
+MIN_EIGENVALUE = 0.3
+"""Least variance of a principal component of the scatter over the whole library, in units of the noise, that is kept.
+Chosen by judgement, as in the diagnosis: a component well below the noise changes no decision."""
+MIN_BASE_EIGENVALUE = 1e-9
+"""Relative size of an eigenvalue of the base model's information below which it counts as zero: rounding."""
+
+
+@dataclass(frozen=True)
+class PieceInformation:
+    """Products of the whitened columns by run of the library.
+
+    products: (r, t, t) of the columns of effects, base model and scatter, t = n_effects + n_base + m; library: the
+    schedule of the runs; continued: columns of effects that accumulate over the record, as (column, column of the
+    effect that a later start adds, ratio of their sizes, name of the effect).
+    """
+
+    products: Array
+    n_effects: int
+    n_base: int
+    library: Schedule
+    continued: tuple[tuple[int, int, float, str], ...]
+
+
+def piece_information(s: Sensitivities, library: Schedule, noise: RigNoise) -> PieceInformation:
+    """The products of all runs of a record along the schedule `library`, measured with this noise."""
+    rows = _whitened_rows(s, noise)
+    added = {v.effect: v for v in s.variants if v.effect in ACCUMULATING.values()}
+    continued = tuple(
+        (v.columns[0], added[ACCUMULATING[v.effect]].columns[0], v.size / added[ACCUMULATING[v.effect]].size, v.effect)
+        for v in (*s.variants, *s.truths)
+        if ACCUMULATING.get(v.effect) in added
+    )
+    products = _products(rows, s.run, len(library))
+    return PieceInformation(products, s.columns.shape[1], s.base.shape[1], library, continued)
+
+
+def record_information(s: Sensitivities, noise: RigNoise) -> Array:
+    """(k, k) information of the effects' columns along a whole record, measured with this noise."""
+    rows = _whitened_rows(s, noise)
+    return _eliminated(rows.T @ rows, s.columns.shape[1], s.base.shape[1])
+
+
+def _whitened_rows(s: Sensitivities, noise: RigNoise) -> Array:
+    """(n, t) whitened columns of effects, base model and the principal components of the scatter."""
+    columns, base, scatter = noise_whitened(s, noise)
+    if scatter.shape[1]:
+        values, vectors = np.linalg.eigh(scatter.T @ scatter)
+        scatter = scatter @ vectors[:, values > MIN_EIGENVALUE]
+    return np.concatenate([columns, base, scatter], axis=1)
+
+
+def _products(rows: Array, run: NDArray[np.int64], count: int) -> Array:
+    return np.stack([rows[run == number].T @ rows[run == number] for number in range(count)])
+
+
+def total_information(pieces: PieceInformation, schedule: Schedule) -> Array:
+    """(k, k) information of the effects' columns along a schedule; base model and scatter are eliminated.
+
+    Drift and wear go on over the whole record: a run that starts later than in the library's record, or after more
+    turns, adds an offset or a clearance to their columns.
+    """
+    places = _places(pieces.library, schedule.chosen)
+    m = pieces.products[places]
+    total = m.sum(axis=0)
+    shift = {
+        "torque_sensor_drift": schedule.begin - pieces.library.begin[places],
+        "wear": schedule.travelled - pieces.library.travelled[places],
+    }
+    # The columns become A (I + s E), with the shift s of a run and E, which has one entry for each continued column.
+    entries = [(to, source, ratio * shift[name]) for to, source, ratio, name in pieces.continued]
+    for to, source, by in entries:
+        moved = np.tensordot(by, m[:, source, :], 1)
+        total[to, :] += moved
+        total[:, to] += moved
+    for to, source, by in entries:
+        for other, other_source, other_by in entries:
+            total[to, other] += float((by * other_by) @ m[:, source, other_source])
+    return _eliminated(total, pieces.n_effects, pieces.n_base)
+
+
+def _places(library: Schedule, chosen: Sequence[int]) -> list[int]:
+    """Positions of pieces, by their index in the library, in the library's own schedule."""
+    where = {index: place for place, index in enumerate(library.chosen)}
+    return [where[index] for index in chosen]
+
+
+def _eliminated(total: Array, n_effects: int, n_base: int) -> Array:
+    """The Schur complement of scatter, with unit prior information, and of the base model without any."""
+    k, inner = n_effects, n_effects + n_base
+    with_scatter = total[:inner, :inner]
+    if total.shape[0] > inner:
+        across = total[inner:, :inner]
+        lower = np.linalg.cholesky(total[inner:, inner:] + np.eye(total.shape[0] - inner))
+        half = solve_triangular(lower, across, lower=True, check_finite=False)
+        with_scatter = with_scatter - half.T @ half
+    values, vectors = np.linalg.eigh(with_scatter[k:, k:])
+    keep = values > MIN_BASE_EIGENVALUE * max(float(values.max(initial=0.0)), 1e-300)
+    half = (vectors[:, keep] / np.sqrt(values[keep])).T @ with_scatter[k:, :k]
+    return with_scatter[:k, :k] - half.T @ half

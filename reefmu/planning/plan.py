@@ -1,0 +1,206 @@
+"""The plan: from a drawing, a rig and the effects of interest to the shortest protocol that separates them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffness_model.drawing.drive import Drive
+from stiffness_model.errors import InputError
+from stiffness_model.numerics.arrays import Array
+
+from ..effects import EFFECTS, find_effect
+from ..model.contacts.tables import cached_lookup
+from .design import Candidates, Design, design, make_targets, potential, wanted_separations
+from .diagnosis_link import RigNoise, Sensitivities, record_problem, sensitivities
+from .hypotheses import make_hypotheses
+from .information import piece_information, record_information, total_information
+from .isolability import Isolability, isolability
+from .motion_pieces import Piece, feasible, motion_library
+from .remedies import Remedy, find_remedies
+from .rig import Rig
+from .schedule import Schedule, make_schedule, measured_record
+from .sizes import typical_sizes
+
+POWER = 0.9
+"""Probability of the right name that a plan aims at. Chosen by judgement, usual for the power of a test."""
+MARGINS = (1.0, 1.3, 1.7)
+"""Factors on the wanted separations, tried in turn until the predicted probabilities reach `POWER`: the separations are
+pairwise, a name must beat all rivals at once. Chosen by judgement."""
+LIBRARY_SEED, PROTOCOL_SEED = 1, 2
+"""Seeds of the individual drive and the noise of the library's record and of the protocol's."""
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A planned protocol and what it would tell.
+
+    drive: name; rig: with torque and noise stated; schedule; isolability: under the diagnosis' whole covariance along
+    the protocol; sizes: typical sizes, SI, by `effect.parameter`; interest: effects of interest; excluded: those that
+    the rig's columns do not allow, with the reason; remedies: what cannot be told; torque: (n,) N.m, mean torque at the
+    set points; power: probability that was aimed at.
+    """
+
+    drive: Drive
+    rig: Rig
+    schedule: Schedule
+    isolability: Isolability
+    sizes: Mapping[str, float]
+    interest: tuple[str, ...]
+    excluded: Mapping[str, str]
+    remedies: tuple[Remedy, ...]
+    torque: Array
+    power: float = POWER
+
+    @property
+    def seconds(self) -> float:
+        """Duration of the protocol, s."""
+        return self.schedule.seconds
+
+
+@dataclass(frozen=True)
+class Setting:
+    """The library of a drive on a rig, and the sensitivities along all of it."""
+
+    drive: Drive
+    rig: Rig
+    library: list[Piece]
+    whole: Schedule
+    columns: Sensitivities
+    sizes: Mapping[str, float]
+
+    def candidates(self, rig: Rig, true: Sequence[Sequence[str]], rivals: Sequence[Sequence[str]]) -> Candidates:
+        """The candidates with the noise of a rig that performs the same motions."""
+        information = piece_information(self.columns, self.whole, rig_noise(rig, self.drive.ratio))
+        return Candidates(
+            information,
+            self.library,
+            rig,
+            make_hypotheses(self.columns, true),
+            make_hypotheses(self.columns, rivals),
+        )
+
+
+def rig_noise(rig: Rig, ratio: float) -> RigNoise:
+    """The noise of single samples, with the rounding errors of the readings, of a gear with this ratio."""
+    assert rig.torque_noise is not None
+
+    def both(noise: float, resolution: float) -> float:
+        return noise**2 + resolution**2 / 12  # variance of a uniformly distributed rounding error
+
+    crank = both(rig.crank_noise, rig.crank_resolution) if rig.can_set_angles else 0.0
+    correlation = float(np.exp(-1 / (rig.sample_rate * rig.correlation_time))) if rig.correlation_time > 0 else 0.0
+    return RigNoise(
+        both(rig.torque_noise, rig.torque_resolution) ** 0.5,
+        (both(rig.output_noise, rig.output_resolution) + crank / ratio**2) ** 0.5,
+        correlation,
+    )
+
+
+def prepare_setting(drive: Drive, rig: Rig, names: Sequence[str] | None, report: Progress) -> Setting:
+    """The library of the drive on the rig, linearised for the effects `names` or for all."""
+    lookup = cached_lookup(drive)
+    rig = rig.for_drive(lookup.full_torque)
+    assert rig.torque is not None
+    twist = np.linspace(0, drive.max_twist, 400)
+    top = float(np.interp(rig.torque, lookup.torque(twist), twist))
+    library = motion_library(rig, top, drive.max_twist)
+    whole = make_schedule(library, range(len(library)), rig)
+    report("record of all motions", 0.05)
+    sizes = typical_sizes(drive, lookup.full_torque, drive.max_twist, 60 * rig.minutes)
+    # All columns are present: what a rig does not measure only excludes effects from its candidates.
+    complete = replace(rig, crank="turns", crank_measured=True, temperature_measured=True)
+    problem, fit = record_problem(drive, measured_record(drive, complete, whole, LIBRARY_SEED))
+    report("sensitivities", 0.2)
+    return Setting(drive, rig, library, whole, sensitivities(problem, fit, sizes, names), sizes)
+
+
+def make_plan(
+    drive: Drive,
+    rig: Rig | None = None,
+    effects: Sequence[str] | None = None,
+    progress: Progress | None = None,
+) -> Plan:
+    """Plan a protocol.
+
+    rig: what the rig can do, a usual one if None; effects: of interest, all if None; progress: called with the present
+    stage and the share done. Raises `UnknownNameError` for an unknown effect, and `InputError` where none of the
+    effects can be shown with the columns that the rig measures.
+    """
+    report: Progress = progress or (lambda stage, share: None)
+    for name in effects or ():
+        find_effect(name, "--effects")
+    setting = prepare_setting(drive, rig or Rig(), None, report)
+    rig = setting.rig
+    excluded = excluded_effects(rig)
+    rivals = [(name,) for name in EFFECTS if name not in excluded]
+    interest = tuple(name for name in EFFECTS if (effects is None or name in effects) and name not in excluded)
+    if not interest:
+        reasons = "; ".join(f"{name}: {excluded[name]}" for name in effects or ())
+        raise InputError(f"--effects: expected an effect that the rig's columns can show, got {reasons}")
+    sets = [(name,) for name in interest]
+    candidates = setting.candidates(rig, sets, rivals)
+    chosen = choose_pieces(candidates, report)
+    report("predicted probabilities", 0.6)
+    problem, fit = record_problem(drive, measured_record(drive, rig, chosen.schedule, PROTOCOL_SEED))
+    columns = sensitivities(problem, fit, setting.sizes)
+    information = record_information(columns, rig_noise(rig, drive.ratio))
+    found = isolability(information, make_hypotheses(columns, sets), make_hypotheses(columns, rivals))
+    report("sensors and motions that are missing", 0.9)
+    other = partial(setting.candidates, true=sets, rivals=rivals)
+    remedies = find_remedies(candidates, other, found, chosen.schedule, POWER)
+    torque = cached_lookup(drive).torque(np.concatenate([p.twist for p in chosen.schedule.pieces]))
+    return Plan(
+        drive, rig, chosen.schedule, found, setting.sizes, interest, excluded, tuple(remedies), np.asarray(torque)
+    )
+
+
+def excluded_effects(rig: Rig) -> dict[str, str]:
+    """Effects that records of the rig cannot show, with the reason."""
+    return {
+        name: requirement.value
+        for name, effect in EFFECTS.items()
+        for requirement in effect.identification.requirements
+        if requirement.name.lower() in rig.missing
+    }
+
+
+def choose_pieces(candidates: Candidates, report: Progress) -> Design:
+    """The design whose predicted probabilities reach `POWER` for what all pieces together separate."""
+    allowed = feasible(candidates.library)
+    everything = potential(candidates, allowed)
+    seconds, chosen = 60 * candidates.rig.minutes, None
+    for k, margin in enumerate(MARGINS):
+        targets = make_targets(everything, wanted_separations(POWER, margin))
+        done = 0.25 + 0.1 * k
+        chosen = design(
+            candidates,
+            allowed,
+            targets,
+            seconds,
+            start=chosen.schedule.chosen if chosen else (),
+            progress=lambda share, start=done: report("choice of motions", start + 0.1 * share),
+        )
+        information = total_information(candidates.pieces, chosen.schedule)
+        predicted = isolability(information, candidates.true, candidates.rivals, sizes=(), draws=(100, 0))
+        separable = [bool(part.mean(axis=0).min() > 0.99) for part in _apart(chosen, candidates)]
+        named = [predicted.named_right(h.label) for h in candidates.true]
+        if all(right >= POWER for right, apart in zip(named, separable, strict=True) if apart):
+            break
+    assert chosen is not None
+    return chosen
+
+
+def _apart(chosen: Design, candidates: Candidates) -> list[NDArray[np.bool_]]:
+    """(d, r) whether the pairs of every true hypothesis are possible, without its own column."""
+    rivals = [None, *(h.names for h in candidates.rivals)]
+    return [
+        np.delete(part, [j for j, names in enumerate(rivals) if names == h.names], axis=1)
+        for part, h in zip(chosen.targets.possible, candidates.true, strict=True)
+    ]

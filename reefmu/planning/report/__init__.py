@@ -1,0 +1,1 @@
+"""What a plan writes: `protocol` (protocol.csv), `result` (plan.json), `figures` and `page` (plan.html), `files`."""
