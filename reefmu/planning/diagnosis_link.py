@@ -21,7 +21,7 @@ from ..diagnosis.estimation.problem import Problem
 from ..diagnosis.estimation.score_test import Direction, linearise, orthonormal_basis
 from ..diagnosis.preparation import BaseCurveSource, prepare_problem
 from ..diagnosis.preprocessing.trace import make_trace
-from ..effects import EFFECTS, find_effect
+from ..effects import find_effect
 from ..record import Record
 
 INDIVIDUAL = 1.0
@@ -113,7 +113,6 @@ def sensitivities(
     Effects that accumulate over the record are linear in time or travel, so that their columns along other records with
     the same runs follow from these: a drift has no settling time.
     """
-    streams = dict(zip(EFFECTS, np.random.SeedSequence(n_truths).spawn(len(EFFECTS)), strict=True))
     chosen = [name for name in problem.candidates if names is None or name in names]
     directions = {name: linearise(problem, name, fit) for name in chosen}
     # The last variant of a drift has the longest settling time.
@@ -132,9 +131,8 @@ def sensitivities(
             variants.append(Variant(name, inside, len(scales), direction.one_sided, float(scales[0])))
             count += width
     for name, of_effect in directions.items():
-        rng = np.random.default_rng(streams[name])
         for draw in range(n_truths):
-            parameters, size = draw_parameters(of_effect, sizes, 1 - 2 * (draw % 2), rng)
+            parameters, size = draw_parameters(of_effect, sizes, draw)
             if name in ACCUMULATING:
                 columns.append(of_effect[0].columns * size)
             else:
@@ -184,18 +182,19 @@ def _shape_columns(problem: Problem, fit: Fit, direction: Direction, size: float
     return found
 
 
-def draw_parameters(
-    variants: Sequence[Direction], sizes: Mapping[str, float], sign: float, rng: np.random.Generator
-) -> tuple[Array, float]:
+def draw_parameters(variants: Sequence[Direction], sizes: Mapping[str, float], draw: int) -> tuple[Array, float]:
     """Parameters (q,) of an effect of its typical size with random shape parameters, and the signed size.
 
-    sign: of the amplitude, where it may have either.
-
-    Lengths, times and speeds are log-uniform between the values at which the variants were linearised, phases uniform.
-    Of several amplitudes (orders of the crank) one is drawn.
+    draw: number of the draw; amplitudes that may have either sign alternate. Lengths, times and speeds are log-uniform
+    between the values at which the variants were linearised, phases uniform. Parameters of one unit have the same
+    quantile in all effects: where two effects are one for some motion, their traces then coincide too, as those of fits
+    would. Of several amplitudes (orders of the crank) one is drawn.
     """
     name = variants[0].name
     effect, starts = find_effect(name), np.array([d.start for d in variants])
+    rng = np.random.default_rng(np.random.SeedSequence(draw))
+    quantile = {unit: float(rng.uniform()) for unit in ("rad", "s", "rad/s")}
+    phase, windup, order = (float(rng.uniform()) for _ in range(3))
     values = np.zeros(len(effect.parameters))
     amplitudes = variants[0].sizes
     for k, p in enumerate(effect.parameters):
@@ -203,12 +202,14 @@ def draw_parameters(
         if k in amplitudes:
             continue
         if p.name.startswith("phase"):
-            values[k] = rng.uniform(-np.pi, np.pi)
+            values[k] = np.pi * (2 * phase - 1)
+        elif low > 0:
+            values[k] = np.exp(np.log(low) + quantile.get(p.unit, 0.5) * (np.log(high) - np.log(low)))
         else:
-            values[k] = np.exp(rng.uniform(np.log(low), np.log(high))) if low > 0 else rng.uniform(low, high)
-    chosen = amplitudes[int(rng.integers(len(amplitudes)))]
+            values[k] = low + windup * (high - low)
+    chosen = amplitudes[int(order * len(amplitudes))]
     p = effect.parameters[chosen]
-    sign = sign if p.minimum < p.neutral else 1.0
+    sign = 1.0 - 2.0 * (draw % 2) if p.minimum < p.neutral else 1.0
     values[chosen] = np.clip(sign * sizes[f"{name}.{p.name}"], p.minimum, p.maximum)
     return values, float(values[chosen])
 

@@ -27,7 +27,7 @@ NAMED = 0.95
 PRIOR_OF_PRESENCE = {"missing_ball": (1.0, 0.1)}
 """Mean and standard deviation of the amplitude, in typical sizes, of effects that are present or absent, as in the
 diagnosis; all others have mean 0 and standard deviation 1."""
-SIZES = tuple(float(x) for x in 10.0 ** np.linspace(-1.5, 1.0, 11))
+SIZES = tuple(float(x) for x in 10.0 ** np.linspace(-2.0, 1.0, 13))
 """Sizes, over the typical ones, at which the probability of a name is computed: a factor of 1.8 apart, interpolated."""
 DRAWS, DRAWS_BY_SIZE = 150, 60
 """Draws of the noise for each true trace, at the typical size and at the others. With four traces the standard errors
@@ -118,11 +118,7 @@ class _Evidence:
 
     def __init__(self, information: Array, hypothesis: Hypothesis) -> None:
         self._prior = len(hypothesis.names) * float(np.log(PRIOR_ODDS))
-        single = len(hypothesis.names) == 1 and len(hypothesis.variants) > 1
-        # The traces of other shape parameters stand for the shapes between those of the variants.
-        sign = any(v.one_sided for parts in hypothesis.variants for v in parts)
-        more = [(Variant(hypothesis.names[0], c, 1, sign, 1.0),) for c in hypothesis.truths if single]
-        self._parts = [_Marginal.of(information, parts) for parts in (*hypothesis.variants, *more)]
+        self._parts = [_Marginal.of(information, parts) for parts in hypothesis.variants]
 
     def log_posterior_odds(self, scores: Array) -> Array:
         """(d,) for scores (d, k)."""

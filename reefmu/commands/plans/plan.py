@@ -10,7 +10,7 @@ from reefmu.effects import find_effect
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.planning.plan import Plan, make_plan
 from reefmu.planning.report.files import write_plan
-from reefmu.planning.report.page import summary
+from reefmu.planning.report.result import summary
 from reefmu.planning.rig import Rig, expect_minutes, load_rig
 from reefmu.progress import Progress
 

@@ -2,35 +2,16 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
 from html import escape
 
+from ...diagnosis.report.html.elements import figure, table
+from ...diagnosis.report.html.style import STYLE
 from ...diagnosis.report.text import quantity_text
 from ...effects import find_effect
 from ..plan import Plan
 from ..remedies import NOTHING
 from . import figures
-from .result import limits
-
-_STYLE = """
-*{box-sizing:border-box}
-body{font:15px/1.45 system-ui,"DejaVu Sans",sans-serif;color:#222;max-width:1120px;margin:20px auto;padding:0 16px}
-h1{font-size:15px;font-weight:400;color:#555;margin:0 0 6px;overflow-wrap:anywhere}
-h2{font-size:16px;margin:22px 0 6px;border-bottom:1px solid #ddd}
-.lead{font-size:18px;line-height:1.4;margin:8px 0 14px;overflow-wrap:anywhere}
-.cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(300px,100%),1fr));gap:12px}
-.card{border:1px solid #ddd;border-radius:6px;padding:8px 12px}
-.card h3{font-size:12px;letter-spacing:.04em;text-transform:uppercase;color:#555;margin:0 0 4px}
-.card p{margin:2px 0}.big{font-size:20px;font-weight:600}
-svg{max-width:100%;height:auto;display:block}figure{margin:14px 0 0}figcaption{font-size:13px;color:#555}
-.table{overflow-x:auto}table{border-collapse:collapse;font-size:14px}
-td,th{padding:3px 14px 3px 0;text-align:left;vertical-align:top;overflow-wrap:anywhere}
-th{font-weight:600;border-bottom:1px solid #bbb;overflow-wrap:normal}.small{font-size:13px;color:#555}
-@page{size:A4;margin:14mm}
-@media print{body{margin:0;max-width:none;font-size:11px;padding:0}.lead{font-size:14px}h2{break-after:avoid}
-figure,.card,tr{break-inside:avoid}table{font-size:10px}*{print-color-adjust:exact}}
-"""
+from .result import limits, summary
 
 
 def plan_html(plan: Plan) -> str:
@@ -39,15 +20,15 @@ def plan_html(plan: Plan) -> str:
         f"<h1>Test plan for {escape(plan.drive.name)} on {escape(plan.rig.name)}</h1>",
         f"<p class=lead>{escape(summary(plan))}</p>",
         _cards(plan),
-        _figure(figures.protocol_figure(plan), "Set points of protocol.csv. Shaded: crank turning, or warm."),
+        figure(figures.protocol_figure(plan), "Set points of protocol.csv. Shaded: crank turning, or warm."),
         "<h2>Predicted isolability</h2>",
-        _figure(
+        figure(
             figures.matrix_figure(plan),
             "Probability, %, that the diagnosis names the effect of a column while that of a row is true at its "
             "typical size, with random shape parameters, on an individual drive of the population.",
         ),
         "<h2>Detection limits</h2>",
-        _figure(
+        figure(
             figures.power_figure(plan),
             f"Sizes from which an effect is detected (95 %) beside noise and tolerance scatter, and named "
             f"({100 * plan.power:.0f} %) among all rivals.",
@@ -61,21 +42,9 @@ def plan_html(plan: Plan) -> str:
     ]
     return (
         "<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>"
-        f"<title>Test plan: {escape(plan.drive.name)}</title><style>{_STYLE}</style></head>"
+        f"<title>Test plan: {escape(plan.drive.name)}</title><style>{STYLE}</style></head>"
         f"<body>{''.join(parts)}</body></html>\n"
     )
-
-
-def summary(plan: Plan) -> str:
-    """The result in one or two sentences."""
-    told = [name for name in plan.isolability.true if plan.isolability.named_right(name) >= plan.power]
-    total, minutes = len(plan.isolability.true), math.ceil(plan.seconds / 60)
-    text = (
-        f"{len(plan.schedule)} runs in {minutes} min name {len(told)} of {total} effects of typical size with a "
-        f"probability of {100 * plan.power:.0f} % or more."
-    )
-    others = [name for name in plan.isolability.true if name not in told]
-    return text + (f" Less probable: {', '.join(others)}." if others else "")
 
 
 def _cards(plan: Plan) -> str:
@@ -96,10 +65,6 @@ def _cards(plan: Plan) -> str:
     )
 
 
-def _figure(picture: str, caption: str) -> str:
-    return f"<figure>{picture}<figcaption>{caption}</figcaption></figure>"
-
-
 def _limits(plan: Plan) -> str:
     rows = [
         [
@@ -112,7 +77,7 @@ def _limits(plan: Plan) -> str:
         ]
         for limit in limits(plan)
     ]
-    return _table(["effect", "parameter", "typical size", "detected from", "named from", "named at typical size"], rows)
+    return table(["effect", "parameter", "typical size", "detected from", "named from", "named at typical size"], rows)
 
 
 def _untold(plan: Plan) -> list[str]:
@@ -130,7 +95,7 @@ def _untold(plan: Plan) -> list[str]:
     ]
     if not rows:
         return []
-    return ["<h2>What it does not tell</h2>", _table(["effect", "not told from", "what would tell"], rows)]
+    return ["<h2>What it does not tell</h2>", table(["effect", "not told from", "what would tell"], rows)]
 
 
 def _runs(plan: Plan) -> str:
@@ -138,7 +103,7 @@ def _runs(plan: Plan) -> str:
         [str(k + 1), f"{begin / 60:.1f}", f"{piece.seconds:.3g}", str(len(piece)), escape(piece.label)]
         for k, (begin, piece) in enumerate(zip(plan.schedule.begin, plan.schedule.pieces, strict=True))
     ]
-    return _table(["run", "begins [min]", "lasts [s]", "samples", "motion"], rows)
+    return table(["run", "begins [min]", "lasts [s]", "samples", "motion"], rows)
 
 
 def _rig(plan: Plan) -> str:
@@ -157,10 +122,4 @@ def _rig(plan: Plan) -> str:
         ["crank encoder, noise of a sample", quantity_text(rig.crank_noise, "rad")],
         ["sampling rate, greatest", f"{rig.sample_rate:g} Hz"],
     ]
-    return _table(["rig", ""], rows)
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    top = "".join(f"<th>{h}</th>" for h in head)
-    body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<div class=table><table><tr>{top}</tr>{body}</table></div>"
+    return table(["rig", ""], rows)

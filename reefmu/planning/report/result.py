@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -49,6 +50,18 @@ def limits(plan: Plan) -> list[Limit]:
             )
         )
     return found
+
+
+def summary(plan: Plan) -> str:
+    """The result in one or two sentences."""
+    told = [name for name in plan.isolability.true if plan.isolability.named_right(name) >= plan.power]
+    total, minutes = len(plan.isolability.true), math.ceil(plan.seconds / 60)
+    text = (
+        f"{len(plan.schedule)} runs in {minutes} min name {len(told)} of {total} effects of typical size with a "
+        f"probability of {100 * plan.power:.0f} % or more."
+    )
+    others = [name for name in plan.isolability.true if name not in told]
+    return text + (f" Less probable: {', '.join(others)}." if others else "")
 
 
 def plan_to_dict(plan: Plan) -> dict[str, Any]:
