@@ -114,8 +114,18 @@ def prepare_setting(drive: Drive, rig: Rig, names: Sequence[str] | None, report:
     whole = make_schedule(library, range(len(library)), rig)
     report("record of all motions", 0.05)
     sizes = typical_sizes(drive, lookup.full_torque, drive.max_twist, 60 * rig.minutes)
-    # All columns are present: what a rig does not measure only excludes effects from its candidates.
-    complete = replace(rig, crank="turns", crank_measured=True, temperature_measured=True)
+    # All columns are present: what a rig does not measure only excludes effects from its candidates. Without noise of
+    # the angles, effects that a motion makes equal have equal traces; information counts the noise of the rig.
+    complete = replace(
+        rig,
+        crank="turns",
+        crank_measured=True,
+        temperature_measured=True,
+        output_noise=0.0,
+        output_resolution=0.0,
+        crank_noise=0.0,
+        crank_resolution=0.0,
+    )
     problem, fit = record_problem(drive, measured_record(drive, complete, whole, LIBRARY_SEED))
     report("sensitivities", 0.2)
     return Setting(drive, rig, library, whole, sensitivities(problem, fit, sizes, names), sizes)

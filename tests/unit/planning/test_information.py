@@ -1,0 +1,123 @@
+"""Information along motion pieces: additive over runs, never falling, and none where a motion cannot show an effect."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from reefmu.planning.design import Candidates
+from reefmu.planning.diagnosis_link import whitened
+from reefmu.planning.hypotheses import make_hypotheses, separations
+from reefmu.planning.information import piece_information, record_information, total_information
+from reefmu.planning.motion_pieces import feasible
+from reefmu.planning.plan import Setting, rig_noise
+from reefmu.planning.schedule import make_schedule
+from stiffness_model.numerics.arrays import Array
+
+
+@pytest.fixture(scope="module")
+def candidates(setting: Setting) -> Candidates:
+    names = [(name,) for name in setting.columns.candidates]
+    return setting.candidates(setting.rig, names, names)
+
+
+def of_effect(setting: Setting, information: Array, name: str) -> float:
+    """Information about the amplitude of an effect's first variant."""
+    k = next(v.columns[0] for v in setting.columns.variants if v.effect == name)
+    return float(information[k, k])
+
+
+def along(setting: Setting, candidates: Candidates, chosen: list[int]) -> Array:
+    return total_information(candidates.pieces, make_schedule(setting.library, chosen, setting.rig))
+
+
+def pieces_with(setting: Setting, word: str) -> list[int]:
+    return [k for k, piece in enumerate(setting.library) if word in piece.label]
+
+
+def test_runs_add_up_to_the_record(setting: Setting, candidates: Candidates) -> None:
+    noise = rig_noise(setting.rig, setting.drive.ratio)
+    whole = record_information(setting.columns, noise)
+    sums = total_information(candidates.pieces, setting.whole)
+    assert np.abs(sums - whole).max() < 1e-6 * np.abs(whole).max()
+
+
+def test_the_covariance_is_that_of_the_diagnosis(setting: Setting) -> None:
+    """The information of the whole record is that of the diagnosis' own whitening, up to the noise that the diagnosis
+    estimates in this record."""
+    s = setting.columns
+    white = whitened(s, s.columns)
+    of_diagnosis = np.diag(white.T @ white)
+    # Angles without noise, and the noise of the torque as the diagnosis estimates it.
+    noise = replace(
+        rig_noise(setting.rig, setting.drive.ratio),
+        twist=0.0,
+        torque=float(s.problem.noise.torque * np.sqrt(s.problem.noise.correlation_time)),
+    )
+    ours = np.diag(record_information(s, noise))
+    big = of_diagnosis > 1.0
+    assert big.sum() > 20
+    assert np.median(np.abs(np.log(ours[big] / of_diagnosis[big]))) < 0.15
+
+
+def test_information_grows_with_every_piece(setting: Setting, candidates: Candidates) -> None:
+    chosen = [k for k in feasible(setting.library) if setting.library[k].stage in ("cold", "holds")][:8]
+    # Drift and wear depend on when a run begins; without them a further run can only add.
+    held = [
+        v.columns[0]
+        for v in setting.columns.variants
+        if v.effect not in ("torque_sensor_drift", "wear") and len(v.columns) == 1
+    ]
+    before = np.zeros((len(held), len(held)))
+    for count in range(1, len(chosen) + 1):
+        now = along(setting, candidates, chosen[:count])[np.ix_(held, held)]
+        scale = max(float(np.abs(now).max()), 1.0)
+        assert np.linalg.eigvalsh(now - before).min() > -1e-7 * scale
+        before = now
+
+
+def test_motions_without_the_cause_hold_no_information(setting: Setting, candidates: Candidates) -> None:
+    cold = [k for k, piece in enumerate(setting.library) if piece.stage == "cold" and " 17 deg" in piece.label]
+    information = along(setting, candidates, cold)
+    # At 20 degC there is no thermal clearance, and a locked crank shows no order of its turn, only a shifted zero.
+    assert of_effect(setting, information, "thermal_clearance") == pytest.approx(0.0, abs=1e-9)
+    assert of_effect(setting, information, "kinematic_error") == pytest.approx(0.0, abs=1e-3)
+    assert of_effect(setting, information, "viscous_friction") < 0.05
+    assert of_effect(setting, information, "backlash") > 1
+    warm = along(setting, candidates, [*cold, *pieces_with(setting, "at 60 degC")])
+    assert of_effect(setting, warm, "thermal_clearance") > 100
+    turning = along(setting, candidates, [*cold, *pieces_with(setting, "there and back")])
+    assert of_effect(setting, turning, "kinematic_error") > 1
+    assert of_effect(setting, turning, "viscous_friction") > 1
+
+
+def test_a_later_loop_shows_drift(setting: Setting, candidates: Candidates) -> None:
+    """The same loops apart in time show a drift; at once they hardly do."""
+    loop = pieces_with(setting, "loops to 100 %")[0]
+    hold = pieces_with(setting, "hold for 120 s")[0]
+    near = of_effect(setting, along(setting, candidates, [loop, loop]), "torque_sensor_drift")
+    far = of_effect(setting, along(setting, candidates, [loop, hold, loop]), "torque_sensor_drift")
+    assert far > 3 * near
+
+
+def test_effects_that_a_motion_makes_equal_are_not_separated(setting: Setting, candidates: Candidates) -> None:
+    """With a locked crank, friction at the output and hysteresis are one; a turning crank separates them."""
+    pair = make_hypotheses(setting.columns, [("hysteresis",), ("coulomb_friction",)])
+    locked = [k for k, piece in enumerate(setting.library) if np.ptp(piece.crank) == 0 and " 17 deg" in piece.label]
+    same = separations(along(setting, candidates, locked), pair, pair)
+    assert same[0][:, 0].min() > 1000
+    assert same[0][:, 2].max() < 1e-3 * same[0][:, 0].min()
+    turning = separations(along(setting, candidates, [*locked, *pieces_with(setting, "there and back")]), pair, pair)
+    assert turning[0][:, 2].min() > 100
+
+
+def test_more_noise_leaves_less_information(setting: Setting) -> None:
+    noise = rig_noise(setting.rig, setting.drive.ratio)
+    quiet = piece_information(setting.columns, setting.whole, noise)
+    noisy = piece_information(setting.columns, setting.whole, replace(noise, torque=3 * noise.torque))
+    for name in ("hysteresis", "torque_sensor_offset", "creep"):
+        assert of_effect(setting, total_information(noisy, setting.whole), name) < of_effect(
+            setting, total_information(quiet, setting.whole), name
+        )
