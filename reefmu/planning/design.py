@@ -62,7 +62,7 @@ def wanted_separations(power: float, margin: float = 1.0) -> tuple[float, float]
     must exceed the threshold, with its prior odds, with the probability `power`. margin: factor on both.
 
     >>> [round(q, 1) for q in wanted_separations(0.9)]
-    [28.3, 16.1]
+    [29.9, 16.2]
     """
     z = float(ndtri(power))
     odds = NAMED / (1 - NAMED)

@@ -95,7 +95,7 @@ class _Field(NamedTuple):
     high: float = math.inf
 
 
-_SECTIONS: Mapping[str, Mapping[str, _Field | str]] = {
+KEYS: Mapping[str, Mapping[str, _Field | str]] = {
     "motion": {
         "crank": "choice",
         "torque": _Field("torque", "torque", 1e-6, 1e9),
@@ -124,7 +124,7 @@ _SECTIONS: Mapping[str, Mapping[str, _Field | str]] = {
         "measured": "crank_measured",
     },
 }
-"""Sections and keys of RIG.toml. A text instead of a field is the attribute of a yes-or-no value, or the choice of the
+"""Keys of RIG.toml by section. A text instead of a field is the attribute of a yes-or-no value, or the choice of the
 crank. The ranges refuse slips of the keyboard and were chosen by judgement."""
 
 
@@ -143,13 +143,13 @@ def rig_from_dict(table: Mapping[str, Any], where: str = "rig") -> Rig:
     ...
     stiffness_model.errors.UnknownNameError: rig [motion]: unknown key 'torqe'; did you mean 'torque'?
     """
-    refuse_unknown("section or key", table, ("name", "minutes", *_SECTIONS), where)
+    refuse_unknown("section or key", table, ("name", "minutes", *KEYS), where)
     name = table.get("name", Path(where).stem)
     expect(isinstance(name, str), "a text", name, f"{where}: name")
     values: dict[str, Any] = {"name": name}
     if "minutes" in table:
         values["minutes"] = expect_minutes(table["minutes"], f"{where}: minutes")
-    for section, keys in _SECTIONS.items():
+    for section, keys in KEYS.items():
         given = table.get(section, {})
         expect(isinstance(given, Mapping), f"a table [{section}]", given, where)
         refuse_unknown("key", given, keys, f"{where} [{section}]")

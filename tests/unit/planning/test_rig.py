@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from reefmu.planning import load_rig, rig_of_record
-from reefmu.planning.rig import Rig, rig_from_dict
+from reefmu.planning.rig import KEYS, Rig, rig_from_dict
 from stiffness_model.errors import InputError, UnknownNameError
 from stiffness_model.units import ARCMIN
 from tests.diagnosis_rig import drive, protocol
@@ -96,3 +98,14 @@ def test_the_rig_of_a_record_moves_as_the_record_does() -> None:
     assert full.speed == pytest.approx(6.0, rel=0.2)
     single = rig_of_record(protocol(full=False), drive().ratio, 0.6, 1e-6)
     assert (single.crank, single.can_heat) == ("locked", False)
+
+
+def test_the_example_of_the_documentation_is_a_rig() -> None:
+    text = (Path(__file__).parents[3] / "docs" / "plan.md").read_text("utf-8")
+    block = re.search(r"^```toml\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    assert block is not None
+    table = tomllib.loads(block[1])
+    rig = rig_from_dict(table)
+    assert (rig.name, rig.torque, rig.missing) == ("bench 3", 200.0, ())
+    # It shows every key, so that a reader needs no other list.
+    assert {key: set(keys) for key, keys in KEYS.items()} == {k: set(v) for k, v in table.items() if k in KEYS}
