@@ -77,12 +77,12 @@ class DeadBandTorque:
     inner: ElasticTorque
     lever: float
 
-    def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
+    def evaluate(
+        self, twist: Array, clearance: Number, shape: Array, *, by_clearance: bool = True
+    ) -> tuple[Array, Array, Number, list[Array]]:
         """See `ElasticTorque`; shape: that of the inner torque, then the play."""
-        value, by_twist, by_clearance, by_shape = self.inner.evaluate(
-            twist, clearance + self.lever * shape[-1], shape[:-1]
-        )
-        return value, by_twist, by_clearance, [*by_shape, self.lever * by_clearance]
+        value, by_twist, slope, by_shape = self.inner.evaluate(twist, clearance + self.lever * shape[-1], shape[:-1])
+        return value, by_twist, slope, [*by_shape, self.lever * slope]
 
 
 def fixed_exponent_base(exponent: float) -> Callable[[Trace], BaseCurve]:

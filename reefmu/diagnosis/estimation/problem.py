@@ -73,8 +73,17 @@ class Problem:
 
     def predictor(self, names: Sequence[str], *, thinned: bool = False) -> Predictor:
         """The predictor of a set of effects, averaged over the blocks; thinned: on the thinned trace."""
-        trace, blocks = self.thinned if thinned else (self.trace, self.blocks)
-        return Predictor(trace, self.base, names, blocks)
+        key = tuple(names), thinned
+        if key not in self._last_predictor:
+            trace, blocks = self.thinned if thinned else (self.trace, self.blocks)
+            self._last_predictor.clear()
+            self._last_predictor[key] = Predictor(trace, self.base, names, blocks)
+        return self._last_predictor[key]
+
+    @cached_property
+    def _last_predictor(self) -> dict[tuple[tuple[str, ...], bool], Predictor]:
+        """The predictor that was asked for last: a fit often continues where another ended."""
+        return {}
 
     def bounds(self, names: Sequence[str]) -> ParameterBounds:
         """Bounds of the zero, the base shape and a set of effects."""

@@ -20,6 +20,7 @@ from scipy.fft import dct
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import find_effect
+from ..forward.predictor import Predictor
 from ..preprocessing.noise import matching_cycles
 from .least_squares import Fit
 from .problem import Problem
@@ -76,8 +77,7 @@ def torque_without(problem: Problem, fit: Fit, name: str) -> Array:
 
 def is_repeatable(problem: Problem, fit: Fit) -> bool:
     """Whether the residual of a fit repeats significantly with the cycles; true where no cycles repeat."""
-    predictor = problem.predictor(fit.names)
-    predictor.blocks = None
+    predictor = Predictor(problem.trace, problem.base, fit.names)
     residual = problem.trace.torque - predictor(fit.parameters).torque
     scatter = predicted_scatter(problem, fit, problem.torque - fit.prediction.torque)
     residual = residual - np.repeat(scatter, problem.blocks.count.astype(int))

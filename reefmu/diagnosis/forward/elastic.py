@@ -22,10 +22,13 @@ from .vectorised import Number
 class ElasticTorque(Protocol):
     """Torque over twist and clearance; `shape` holds parameters that are fitted together with the effects."""
 
-    def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
+    def evaluate(
+        self, twist: Array, clearance: Number, shape: Array, *, by_clearance: bool = True
+    ) -> tuple[Array, Array, Number, list[Array]]:
         """Torque (n,), N.m, and its derivatives (n,) by twist, by clearance and by each of the shape parameters.
 
-        twist: (n,) rad; clearance: m, a number or (n,); shape: (k,).
+        twist: (n,) rad; clearance: m, a number or (n,); shape: (k,); by_clearance: whether that derivative is needed,
+        which may else be 0.
         """
         ...
 
@@ -40,20 +43,23 @@ class SplineTable:
     axes: tuple[Axis, Axis]
     coefficients: Array
 
-    def evaluate(self, x: Array, y: Number) -> tuple[Array, Array, Array]:
-        """Value and derivatives by x and y, (n,) each, at x (n,) and y, a number or (n,)."""
+    def evaluate(self, x: Array, y: Number, *, by_second: bool = True) -> tuple[Array, Array, Number]:
+        """Value and derivatives by x and y, (n,) each, at x (n,) and y, a number or (n,).
+
+        Unless `by_second`, the derivative by a single y is left out and 0.
+        """
         first, second = self.axes
         i, f = locate(first, x)
         if not isinstance(y, np.ndarray):
             # A single y: one spline along x, and one for the derivative by y.
-            j, along_y, slope_y = _across(second, np.array([float(y)]))
-            strip = self.coefficients[:, j[0] : j[0] + 4]
-            value, by_x = _along(strip @ along_y[:, 0], i, f)
-            by_y, _ = _along(strip @ slope_y[:, 0], i, f)
+            j, along_y, slope_y = across_one(second, float(y))
+            strip = self.coefficients[:, j : j + 4]
+            value, by_x = _along(strip @ along_y, i, f)
+            by_y = _along(strip @ slope_y, i, f)[0] if by_second else 0.0
             return value, by_x / first.step, by_y
         inside = np.clip(f, 0.0, 1.0)
         along_x, slope_x = weights(f, inside), slope_weights(inside)
-        j, along_y, slope_y = _across(second, y)
+        j, along_y, slope_y = across(second, y)
         flat, width = self.coefficients.ravel(), self.coefficients.shape[1]
         value, by_x, by_y = np.zeros((3, len(x)))
         for a in range(4):
@@ -81,11 +87,19 @@ def _along(curve: Array, i: NDArray[np.intp], f: Array) -> tuple[Array, Array]:
     return ((d * inside + c) * inside + b) * inside + a + (f - inside) * slope, slope
 
 
-def _across(axis: Axis, y: Array) -> tuple[NDArray[np.intp], Array, Array]:
+def across(axis: Axis, y: Array) -> tuple[NDArray[np.intp], Array, Array]:
     """Cells, weights (4, m) and weights of the derivative (4, m) along the second axis, held beyond its ends."""
     j, g = locate(axis, y)
     held = np.clip(g, 0.0, 1.0)
     return j, np.stack(weights(held, held)), np.stack(slope_weights(held)) * ((g >= 0) & (g <= 1)) / axis.step
+
+
+def across_one(axis: Axis, y: float) -> tuple[int, Array, Array]:
+    """The same for one number, without the overhead of arrays."""
+    u = (y - axis.start) / axis.step
+    j = int(min(max(u, 0.0), axis.cells - 1.0))
+    held = min(max(u - j, 0.0), 1.0)
+    return j, np.array(weights(held, held)), np.array(slope_weights(held)) * (0 <= u - j <= 1) / axis.step
 
 
 @dataclass(frozen=True)
@@ -99,9 +113,11 @@ class LookupTorque:
         """The mean torque of a lookup."""
         return LookupTorque(SplineTable(lookup.axes, np.ascontiguousarray(lookup.coefficients[0])))
 
-    def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
+    def evaluate(
+        self, twist: Array, clearance: Number, shape: Array, *, by_clearance: bool = True
+    ) -> tuple[Array, Array, Number, list[Array]]:
         """See `ElasticTorque`; shape is empty."""
-        return (*self.table.evaluate(twist, clearance), [])
+        return (*self.table.evaluate(twist, clearance, by_second=by_clearance), [])
 
 
 @dataclass(frozen=True)
@@ -110,11 +126,13 @@ class ScaledTorque:
 
     inner: ElasticTorque
 
-    def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
+    def evaluate(
+        self, twist: Array, clearance: Number, shape: Array, *, by_clearance: bool = True
+    ) -> tuple[Array, Array, Number, list[Array]]:
         """See `ElasticTorque`; shape is (relative error of the scale,)."""
-        value, by_twist, by_clearance, _ = self.inner.evaluate(twist, clearance, np.zeros(0))
+        value, by_twist, slope, _ = self.inner.evaluate(twist, clearance, np.zeros(0), by_clearance=by_clearance)
         factor = 1 + float(shape[0])
-        return factor * value, factor * by_twist, factor * by_clearance, [value]
+        return factor * value, factor * by_twist, factor * slope, [value]
 
 
 @dataclass(frozen=True)
@@ -130,7 +148,9 @@ class PowerLawTorque:
     lever: float
     corner: float
 
-    def evaluate(self, twist: Array, clearance: Number, shape: Array) -> tuple[Array, Array, Array, list[Array]]:
+    def evaluate(
+        self, twist: Array, clearance: Number, shape: Array, *, by_clearance: bool = True
+    ) -> tuple[Array, Array, Number, list[Array]]:
         """See `ElasticTorque`; shape is (log of the scale in N.m, exponent)."""
         play = clearance / self.lever
         right, right_slope, right_log = self._flank(twist - play, shape)

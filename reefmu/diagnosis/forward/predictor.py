@@ -47,9 +47,15 @@ class Predictor:
         self.size = self.layout.size
         contacts = RecordContacts(base, self.layout.shape.start, float(np.abs(trace.twist).max()))
         self._stages = RecordStages(trace, contacts, self.functions, self.slices, self.layout.shape)
+        self._last: tuple[Array, Prediction] | None = None
 
     def __call__(self, parameters: Array) -> Prediction:
         """Torque and sensitivities for a parameter vector (size,): zero, base shape, effects' parameters."""
+        if self._last is None or not np.array_equal(self._last[0], parameters):
+            self._last = np.array(parameters, float), self._predict(parameters)
+        return self._last[1]
+
+    def _predict(self, parameters: Array) -> Prediction:
         torque, c = self._stages.run(np.asarray(parameters, float).tolist())
         elastic = np.asarray(c.elastic.value)
         n = len(self.trace)

@@ -13,7 +13,7 @@ from stiffness_model.numerics.bspline import locate, slope_weights, weights
 
 from .base_curve import BaseCurve
 from .effect_functions import Dual, Tangent, accumulate, is_zero, scaled
-from .elastic import SplineTable
+from .elastic import SplineTable, across
 from .vectorised import Number
 
 NEWTON_STEPS = 12
@@ -90,11 +90,14 @@ class RecordContacts:
     ) -> tuple[Dual, Array]:
         """Torque and stiffness at a twist (n,) of the contacts themselves; no tangents if twist_tangent is None."""
         clearance = q.clearance
-        torque, stiffness, by_clearance, by_shape = self.base.elastic.evaluate(at, clearance.value, r.shape)
+        moves = twist_tangent is not None and bool(clearance.tangent)
+        torque, stiffness, by_clearance, by_shape = self.base.elastic.evaluate(
+            at, clearance.value, r.shape, by_clearance=moves
+        )
         elements: list[tuple[Dual, Dual, Array, Array]] = []
         for missing, position in zip(r.missing, q.positions, strict=True):
             assert self.base.element is not None
-            t, k, c, b = element_torque(self.base.element, at, clearance.value, position.value)
+            t, k, c, b = element_torque(self.base.element, at, clearance.value, position.value, by_clearance=moves)
             elements.append((missing, position, t, b))
             torque, stiffness = torque - missing.value * t, stiffness - missing.value * k
             by_clearance = by_clearance - missing.value * c
@@ -123,29 +126,34 @@ class RecordContacts:
 
 
 def element_torque(
-    table: ElementTable, twist: Array, clearance: Number, position: Number
+    table: ElementTable, twist: Array, clearance: Number, position: Number, *, by_clearance: bool = True
 ) -> tuple[Array, Array, Array, Array]:
     """Torque, N.m, and its derivatives by twist, clearance and position, (n,) each, as `ElementTable.evaluate`.
 
-    twist: (n,) rad; clearance: m; position: rad, of the element; numbers or (n,). A single clearance is evaluated only
-    where the element carries load, which takes a fraction of the time.
+    twist: (n,) rad; clearance: m; position: rad, of the element; numbers or (n,). Only where the element carries load
+    anything is evaluated, and the derivative by a single clearance only if `by_clearance`; else it is 0.
     """
-    if isinstance(clearance, np.ndarray) and clearance.ndim:
-        return table.evaluate(twist, clearance, position)
     beta = np.broadcast_to(np.asarray(position, float), twist.shape)
     beta = beta - 2 * np.pi * np.floor(beta / (2 * np.pi) + 0.5)
     loaded = np.flatnonzero(np.abs(beta) < table.limit + FADE_HALF_WIDTH)
     side = np.where(beta[loaded] < 0, -1.0, 1.0)
     distance = np.abs(beta[loaded])
-    cell, g = (v[0] for v in locate(table.clearance, np.array([float(clearance)])))
-    held = float(np.clip(g, 0.0, 1.0))
-    strip = np.moveaxis(table.coefficients[:, int(cell) : int(cell) + 4], 1, 2)
-    axes = (table.twist, table.position)
-    value, by_twist, by_position = SplineTable(axes, strip @ np.array(weights(held, held), float)).evaluate(
-        side * twist[loaded], distance
-    )
-    slope = np.array(slope_weights(held), float) / table.clearance.step * (0 <= g <= 1)
-    by_clearance = SplineTable(axes, strip @ slope).evaluate(side * twist[loaded], distance)[0]
+    if isinstance(clearance, np.ndarray) and clearance.ndim:
+        value, by_twist, slope_by_clearance, by_position = _element_splines(
+            table, side * twist[loaded], clearance[loaded], distance
+        )
+    else:
+        cell, g = (v[0] for v in locate(table.clearance, np.array([float(clearance)])))
+        held = float(np.clip(g, 0.0, 1.0))
+        strip = np.moveaxis(table.coefficients[:, int(cell) : int(cell) + 4], 1, 2)
+        axes = (table.twist, table.position)
+        value, by_twist, by_position = SplineTable(axes, strip @ np.array(weights(held, held), float)).evaluate(
+            side * twist[loaded], distance
+        )
+        slope_by_clearance: Number = 0.0
+        if by_clearance:
+            slope = np.array(slope_weights(held), float) / table.clearance.step * (0 <= g <= 1)
+            slope_by_clearance = SplineTable(axes, strip @ slope).evaluate(side * twist[loaded], distance)[0]
     fade = (table.limit - distance) / (2 * FADE_HALF_WIDTH) + 0.5
     inside = np.clip(fade, 0.0, 1.0)
     inside_slope = np.where((fade > 0) & (fade < 1), -1 / (2 * FADE_HALF_WIDTH), 0.0)
@@ -153,7 +161,35 @@ def element_torque(
     results[:, loaded] = (
         side * inside * value,
         inside * by_twist,
-        side * inside * by_clearance,
+        side * inside * slope_by_clearance,
         inside * by_position + inside_slope * value,
     )
     return results[0], results[1], results[2], results[3]
+
+
+def _element_splines(
+    table: ElementTable, twist: Array, clearance: Array, distance: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Splines of one element and their derivatives by twist, clearance and distance, (n,) each, at arguments (n,)."""
+    i, f = locate(table.twist, twist)
+    k, h = locate(table.position, distance)
+    j, along_clearance, slope_clearance = across(table.clearance, clearance)
+    inside_f, inside_h = np.clip(f, 0.0, 1.0), np.clip(h, 0.0, 1.0)
+    along_twist, slope_twist = weights(f, inside_f), slope_weights(inside_f)
+    along_distance, slope_distance = weights(h, inside_h), slope_weights(inside_h)
+    flat, (_, n_clearance, n_distance) = table.coefficients.ravel(), table.coefficients.shape
+    value, by_twist, by_clearance, by_distance = np.zeros((4, len(twist)))
+    for a in range(4):
+        layer, layer_by_clearance, layer_by_distance = np.zeros((3, len(twist)))
+        for b in range(4):
+            at = ((i + a) * n_clearance + j + b) * n_distance + k
+            cells = [np.take(flat, at + d, mode="clip") for d in range(4)]
+            row = sum(along_distance[d] * cells[d] for d in range(4))
+            layer += along_clearance[b] * row
+            layer_by_clearance += slope_clearance[b] * row
+            layer_by_distance += along_clearance[b] * sum(slope_distance[d] * cells[d] for d in range(4))
+        value += along_twist[a] * layer
+        by_twist += slope_twist[a] * layer
+        by_clearance += along_twist[a] * layer_by_clearance
+        by_distance += along_twist[a] * layer_by_distance
+    return value, by_twist / table.twist.step, by_clearance, by_distance / table.position.step

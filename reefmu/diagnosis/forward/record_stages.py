@@ -39,10 +39,11 @@ class RecordStages:
     ) -> None:
         self.trace, self.functions, self.slices, self.shape = trace, functions, slices, shape
         self.record_contacts, self.states = contacts, RecordStates(trace, functions, slices)
+        # The torque that states depend on follows from a whole trajectory: `advance_time` asks for it.
         advance = advance_order(
             angles=bool(self.states.along_angles),
             time=bool(self.states.in_time or self.states.by_torque),
-            torque=bool(self.states.by_torque),
+            torque=False,
         )
         self._order = (KINEMATICS, *advance, *CONTACT_EQUILIBRIUM, OUTPUT)
         self._inputs: dict[str, Number] = {
@@ -117,15 +118,13 @@ class RecordStages:
         """See `RecordContacts`."""
         return self.record_contacts(q, r)
 
-    def advance_time(
-        self, x: States, u: Signals, k: Kinematics, _dt: object, p: Sequence[float], c: ContactOutputs | None
-    ) -> States:
+    def advance_time(self, x: States, u: Signals, k: Kinematics, _dt: object, p: Sequence[float], _c: object) -> States:
         """See `RecordStates`."""
 
         def contacts(states: States) -> ContactOutputs:
             return self._chain(CONTACT_EQUILIBRIUM, {"x": states, "u": u, "k": k, "p": p})["c"]
 
-        return self.states.advance_time(x, k, p, c, contacts)
+        return self.states.advance_time(x, k, p, contacts)
 
     def output(self, x: States, _u: Signals, k: Kinematics, p: Sequence[float], c: ContactOutputs) -> Dual:
         """The torque at the end of the chain, as the sensor reads it."""

@@ -55,6 +55,7 @@ class RecordStates:
         self.along_angles = self._evolving(in_time=False)
         self.in_time = self._evolving(in_time=True)
         self.by_torque = self._evolving(in_time=True, by_torque=True)
+        self._last: tuple[Sequence[float], dict[tuple[int, int], Dual]] = ((), {})
 
     def _evolving(self, *, in_time: bool, by_torque: bool = False) -> list[tuple[int, int]]:
         return [
@@ -94,10 +95,9 @@ class RecordStates:
         x: States,
         k: Kinematics,
         p: Sequence[float],
-        c: ContactOutputs | None,
         contacts: Callable[[States], ContactOutputs],
     ) -> States:
-        """Trajectories of the states that evolve in time. c: contact outputs at x; contacts: those at other states."""
+        """Trajectories of the states that evolve in time. contacts: contact outputs at given states."""
         independent = {
             at: self._advance(x, k, p, at, np.where(begin, 0.0, self.trace.step), {})
             for at, begin in self._with_begin(self.in_time)
@@ -106,19 +106,39 @@ class RecordStates:
         dependent = list(self._with_begin(self.by_torque))
         if not dependent:
             return x
-        assert c is not None
-        for done in range(RELAXATIONS):
+        x, is_converged = self._extrapolated(x, p), True
+        for _ in range(RELAXATIONS):
             last = [x[i][s].value for (i, s), _ in dependent]
             before = self._shifted(x, dependent)
-            if done:
-                c = contacts(before)
-            x = self._relaxed(x, before, k, p, c, tangents=False)
+            x = self._relaxed(x, before, k, p, contacts(before), tangents=False)
             now = [x[i][s].value for (i, s), _ in dependent]
             moved = max(float(np.abs(a - b).max()) for a, b in zip(now, last, strict=True))
-            if done and moved <= RELAXATION_TOLERANCE * max(float(np.abs(a).max()) for a in now):
+            if moved <= RELAXATION_TOLERANCE * max(float(np.abs(a).max()) for a in now):
                 break
+        else:
+            is_converged = False
         before = self._shifted(x, dependent)
-        return self._relaxed(x, before, k, p, contacts(before), tangents=True)
+        x = self._relaxed(x, before, k, p, contacts(before), tangents=True)
+        self._last = (list(p), {at: x[at[0]][at[1]] for at in self.by_torque}) if is_converged else ((), {})
+        return x
+
+    def _extrapolated(self, x: States, p: Sequence[float]) -> States:
+        """The states with a first guess of those that depend on the torque: to first order about the last result.
+
+        The Newton steps converge to the same trajectory from any guess; fits move in small steps, and from a near one
+        fewer are needed.
+        """
+        changed: dict[tuple[int, int], Dual] = {}
+        for at, found in self._last[1].items():
+            guess = found.value + sum(v * (p[k] - self._last[0][k]) for k, v in found.tangent.items())
+            if np.isfinite(guess).all():
+                changed[at] = Dual(self._held(guess), {})
+        return _replaced(x, changed)
+
+    def _held(self, trajectory: Array) -> Array:
+        """A trajectory (n,), rad, within bounds from which a fit can return."""
+        held = RUNAWAY * float(np.abs(self.trace.twist).max())
+        return np.clip(trajectory, -held, held)
 
     def _shifted(self, x: States, dependent: Sequence[tuple[tuple[int, int], NDArray[np.bool_]]]) -> States:
         """The states whose torque they depend on is that under the offset of the sample before, as in the model."""
@@ -136,7 +156,6 @@ class RecordStates:
     ) -> States:
         """One Newton step on the trajectories that depend on the torque; with tangents at last."""
         signals = {**k.signals, "elastic_torque": c.elastic.value}
-        held = RUNAWAY * float(np.abs(self.trace.twist).max())
         changed: dict[tuple[int, int], Dual] = {}
         for (i, s), begin in self._with_begin(self.by_torque):
             function, parameters, first = self.functions[i], p[self.slices[i]], self.slices[i].start
@@ -162,7 +181,7 @@ class RecordStates:
                     if not is_zero(v.by_twist):
                         accumulate(tangent, k.twist.tangent, by * v.by_twist)
                 tangent = propagate_tangent(rate, tangent, begin)
-            changed[i, s] = Dual(np.clip(trajectory, -held, held), tangent)
+            changed[i, s] = Dual(self._held(trajectory), tangent)
         return _replaced(x, changed)
 
     def _advance(

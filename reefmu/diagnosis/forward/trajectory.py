@@ -27,10 +27,10 @@ def exponentials(z: Array) -> tuple[Array, Array, Array]:
     """exp(z), its mean (exp(z) - 1)/z over a step, and the derivative of that mean by z, (n,) each; z: (n,)."""
     small = np.abs(z) < 1e-4
     safe = np.where(small, 1.0, z)
-    decay = np.exp(z)
-    mean = np.where(small, 1 + z / 2 + z * z / 6, np.expm1(safe) / safe)
-    slope = np.where(small, 0.5 + z / 3, (decay - mean) / safe)
-    return decay, mean, slope
+    change = np.expm1(z)
+    mean = np.where(small, 1 + z / 2 + z * z / 6, change / safe)
+    slope = np.where(small, 0.5 + z / 3, (1 + change - mean) / safe)
+    return 1 + change, mean, slope
 
 
 def recurrence(decay: Array, gains: Sequence[Array], begin: NDArray[np.bool_]) -> list[Array]:
