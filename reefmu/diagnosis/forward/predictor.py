@@ -59,9 +59,9 @@ class Predictor:
         torque, c = self._stages.run(np.asarray(parameters, float).tolist())
         elastic = np.asarray(c.elastic.value)
         n = len(self.trace)
-        clearance = np.broadcast_to(np.asarray(c.clearance, float), n)
         blocks = self.blocks
         width = n if blocks is None else len(blocks.count)
+        clearance = c.clearance if isinstance(c.clearance, np.ndarray) else np.full(width, float(c.clearance))
         columns = np.zeros((self.size, width))
         for k, value in torque.tangent.items():
             columns[k] = blocks.mean(value) if blocks is not None and isinstance(value, np.ndarray) else value
@@ -74,5 +74,5 @@ class Predictor:
             mean(elastic),
             mean(c.stiffness),
             mean(c.contact),
-            mean(clearance),
+            clearance if len(clearance) == width else mean(clearance),
         )

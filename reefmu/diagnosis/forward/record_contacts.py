@@ -57,6 +57,7 @@ class RecordContacts:
 
     def __init__(self, base: BaseCurve, first: int, reach: float) -> None:
         self.base, self.first, self.reach = base, first, reach
+        self._solution: Array | None = None
 
     def __call__(self, q: ContactPoint, r: Coefficients) -> ContactOutputs:
         """The contacts in equilibrium with the compliance in series, with exact sensitivities."""
@@ -67,12 +68,16 @@ class RecordContacts:
             return ContactOutputs(torque, stiffness, at, clearance.value)
         compliance, at = r.compliance, np.asarray(q.twist.value - q.offset.value)
         if not is_zero(compliance.value):
+            # From the last solution, which a fit or a search for states changes little, fewer steps are needed.
+            at = at if self._solution is None else self._solution
+            self._solution = None
             for _ in range(NEWTON_STEPS):
                 torque, stiffness = self._contacts(at, None, q, r)
                 gap = at + compliance.value * torque.value + q.offset.value - q.twist.value
                 step = gap / (1 + compliance.value * stiffness)
                 at = at - step
                 if np.abs(step).max() <= NEWTON_TOLERANCE * self.reach:
+                    self._solution = at
                     break
         torque, stiffness = self._contacts(at, {}, q, r)
         # dT = dT|contact + K (d twist - d offset - T dC - C dT)

@@ -63,6 +63,7 @@ class RecordStages:
             place: [index for index, k in enumerate(functions) if k.effect.place is place]
             for place in {k.effect.place for k in functions}
         }
+        self._direction = np.sign(increments(trace.smooth_twist, trace.start))
         self._known: dict[int, tuple[tuple[Dual, ...], list[Dual]]] = {}
 
     def run(self, p: Sequence[float]) -> tuple[Dual, ContactOutputs]:
@@ -88,7 +89,9 @@ class RecordStages:
         none = Kinematics(Dual(self.trace.twist, {}), self.trace.smooth_twist, {**u, "twist": self.trace.twist})
         shift = Dual(p[0], {0: 1.0}).plus(self._total(Place.KINEMATIC, self.states.start, none, p))
         twist, path = none.twist.plus(shift, -1.0), none.path - shift.value
-        direction = np.sign(increments(path, self.trace.start))
+        # Only a kinematic effect changes the direction; the zero of the twist does not.
+        moved = isinstance(shift.value, np.ndarray)
+        direction = np.sign(increments(path, self.trace.start)) if moved else self._direction
         return Kinematics(twist, path, {**u, "twist": twist.value, "twist_direction": direction})
 
     def advance_angles(self, x: States, _u: Signals, k: Kinematics, p: Sequence[float]) -> States:

@@ -56,6 +56,7 @@ class RecordStates:
         self.in_time = self._evolving(in_time=True)
         self.by_torque = self._evolving(in_time=True, by_torque=True)
         self._last: tuple[Sequence[float], dict[tuple[int, int], Dual]] = ((), {})
+        self._steps: dict[tuple[int, int], tuple[Number, tuple[Array, Array, Array, Array]]] = {}
 
     def _evolving(self, *, in_time: bool, by_torque: bool = False) -> list[tuple[int, int]]:
         return [
@@ -135,6 +136,15 @@ class RecordStates:
                 changed[at] = Dual(self._held(guess), {})
         return _replaced(x, changed)
 
+    def _time_steps(
+        self, at: tuple[int, int], rate: Number, begin: NDArray[np.bool_]
+    ) -> tuple[Array, Array, Array, Array]:
+        """Lengths (n,) of the steps in time, s, and `exponentials` of `rate` times these; kept while it is the same."""
+        if at not in self._steps or not np.array_equal(self._steps[at][0], rate):
+            length = np.where(begin, 0.0, self.trace.step)
+            self._steps[at] = rate, (length, *exponentials(rate * length))
+        return self._steps[at][1]
+
     def _held(self, trajectory: Array) -> Array:
         """A trajectory (n,), rad, within bounds from which a fit can return."""
         held = RUNAWAY * float(np.abs(self.trace.twist).max())
@@ -161,8 +171,7 @@ class RecordStates:
             function, parameters, first = self.functions[i], p[self.slices[i]], self.slices[i].start
             values = [state.value for state in before[i]]
             a, b = function.equations[s](signals, parameters, values)
-            length = np.where(begin, 0.0, self.trace.step)
-            decay, mean, mean_slope = exponentials(a.value * length)
+            length, decay, mean, mean_slope = self._time_steps((i, s), a.value, begin)
             by_a = length * decay * values[s] + b.value * length**2 * mean_slope
             by_b = length * mean
             by_torque = by_a * a.by_elastic + by_b * b.by_elastic
