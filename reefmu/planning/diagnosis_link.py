@@ -1,7 +1,7 @@
 """What a plan takes from the diagnosis: its problem, its predictor and its covariance. No other module of this package
 imports the diagnosis.
 
-Sensitivities are those of a record of a drive of the population along a schedule, linearised by the diagnosis about its
+Sensitivities are those of a simulated record along a schedule, linearised by the diagnosis about its
 fit without effects, in units of the effects' typical sizes.
 """
 

@@ -16,14 +16,14 @@ from stiffness_model.numerics.arrays import Array
 from ..effects import EFFECTS, find_effect
 from ..model.contacts.tables import cached_lookup
 from .design import Candidates, Design, design, make_targets, potential, wanted_separations
-from .diagnosis_link import RigNoise, Sensitivities, record_problem, sensitivities
+from .diagnosis_link import RigNoise, Sensitivities, record_problem, sensitivities, whitened
 from .hypotheses import make_hypotheses
 from .information import piece_information, record_information, total_information
-from .isolability import Isolability, isolability
+from .isolability import Isolability, isolability, mean_isolability
 from .motion_pieces import Piece, feasible, motion_library
 from .remedies import Remedy, find_remedies
 from .rig import Rig
-from .schedule import Schedule, make_schedule, measured_record
+from .schedule import Schedule, has_individuals, make_schedule, measured_record
 from .sizes import typical_sizes
 
 POWER = 0.9
@@ -31,8 +31,9 @@ POWER = 0.9
 MARGINS = (1.0, 1.3, 1.7)
 """Factors on the wanted separations, tried in turn until the predicted probabilities reach `POWER`: the separations are
 pairwise, a name must beat all rivals at once. Chosen by judgement."""
-LIBRARY_SEED, PROTOCOL_SEED = 1, 2
-"""Seeds of the individual drive and the noise of the library's record and of the protocol's."""
+LIBRARY_SEED, PROTOCOL_SEEDS = 1, (2, 3)
+"""Seeds of the library's record, which is one of the mean drive, and of the protocol's records, which are of individual
+drives. The diagnosis estimates noise and scatter in each; chosen by judgement for a time of some seconds."""
 
 Progress = Callable[[str, float], None]
 
@@ -158,10 +159,7 @@ def make_plan(
     candidates = setting.candidates(rig, sets, rivals)
     chosen = choose_pieces(candidates, report)
     report("predicted probabilities", 0.6)
-    problem, fit = record_problem(drive, measured_record(drive, rig, chosen.schedule, PROTOCOL_SEED))
-    columns = sensitivities(problem, fit, setting.sizes)
-    information = record_information(columns, rig_noise(rig, drive.ratio))
-    found = isolability(information, make_hypotheses(columns, sets), make_hypotheses(columns, rivals))
+    found = _predict(setting, chosen.schedule, sets, rivals)
     report("sensors and motions that are missing", 0.9)
     other = partial(setting.candidates, true=sets, rivals=rivals)
     remedies = find_remedies(candidates, other, found, chosen.schedule, POWER)
@@ -169,6 +167,32 @@ def make_plan(
     return Plan(
         drive, rig, chosen.schedule, found, setting.sizes, interest, excluded, tuple(remedies), np.asarray(torque)
     )
+
+
+def _predict(
+    setting: Setting, schedule: Schedule, true: Sequence[Sequence[str]], rivals: Sequence[Sequence[str]]
+) -> Isolability:
+    """The isolability along a schedule, mean over `PROTOCOL_SEEDS` records of individual drives, each under the whole
+    covariance that the diagnosis has for it.
+
+    A drawing of compliant bodies has no individuals; its record is one of the mean drive, with the scatter of the
+    diagnosis and the noise of the rig.
+    """
+    drive, rig = setting.drive, setting.rig
+    found: list[Isolability] = []
+    for seed in PROTOCOL_SEEDS:
+        own = has_individuals(drive)
+        columns = sensitivities(
+            *record_problem(drive, measured_record(drive, rig, schedule, seed, individual=own)), setting.sizes
+        )
+        information = record_information(columns, rig_noise(rig, drive.ratio))
+        if own:
+            white = whitened(columns, columns.columns)
+            information = white.T @ white
+        found.append(
+            isolability(information, make_hypotheses(columns, true), make_hypotheses(columns, rivals), seed=seed)
+        )
+    return mean_isolability(found)
 
 
 def excluded_effects(rig: Rig) -> dict[str, str]:

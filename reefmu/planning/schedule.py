@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from stiffness_model.drawing.drive import Drive
+from stiffness_model.errors import InputError
 from stiffness_model.numerics.arrays import Array
+from stiffness_model.rotation import draw_individual
 from stiffness_model.units import REFERENCE_TEMPERATURE
 
 from ..model.drive_model import build_model
@@ -96,11 +98,11 @@ def measured_record(
     schedule: Schedule,
     seed: int,
     effects: Mapping[str, Mapping[str, float]] | None = None,
-    individual: bool = True,
+    individual: bool = False,
 ) -> Record:
-    """The record that a drive of the population gives on this rig, with effects of these parameter values.
+    """The record that the mean drive, or an individual drive, gives on this rig with effects of these parameter values.
 
-    seed: of the drive's deviations and of the noise. The rig states torque_noise (`Rig.for_drive`).
+    seed: of an individual's deviations and of the noise. The rig states torque_noise (`Rig.for_drive`).
     """
     assert rig.torque_noise is not None
     streams = np.random.SeedSequence([seed, len(schedule)]).spawn(4)
@@ -125,6 +127,15 @@ def measured_record(
         crank_angle=angles[0],
         output_angle=angles[1],
     )
+
+
+def has_individuals(drive: Drive) -> bool:
+    """Whether individual drives of a drawing can be simulated: between rigid bodies, element by element."""
+    try:
+        draw_individual(drive, 0)
+    except InputError:
+        return False
+    return True
 
 
 def autocorrelated(rng: np.random.Generator, step: Array, correlation_time: float) -> Array:

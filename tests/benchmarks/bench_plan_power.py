@@ -28,12 +28,10 @@ from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.score_test import linearise
 from reefmu.effects import EFFECTS
 from reefmu.planning import Plan, Rig, load_rig, make_plan
-from reefmu.planning.diagnosis_link import draw_parameters, record_problem, sensitivities
+from reefmu.planning.diagnosis_link import draw_parameters, record_problem, sensitivities, whitened
 from reefmu.planning.hypotheses import make_hypotheses
-from reefmu.planning.information import record_information
 from reefmu.planning.isolability import Isolability, isolability
 from reefmu.planning.motion_pieces import Piece
-from reefmu.planning.plan import rig_noise
 from reefmu.planning.schedule import Schedule, make_schedule, measured_record
 from stiffness_model import DoesNotFitWarning, Drive, load_drive
 from tests.validation.blind.protocols import full
@@ -47,7 +45,7 @@ def case(job: tuple[Plan, str, dict[str, float], int]) -> tuple[str, str, tuple[
     plan, name, parameters, seed = job
     warnings.simplefilter("ignore", DoesNotFitWarning)
     started = time.perf_counter()
-    record = measured_record(plan.drive, plan.rig, plan.schedule, seed, {name: parameters} if name else {})
+    record = measured_record(plan.drive, plan.rig, plan.schedule, seed, {name: parameters} if name else {}, True)
     found = diagnose_record(record, drive=plan.drive)
     return name, found.verdict, tuple(e.name for e in found.effects), time.perf_counter() - started
 
@@ -122,13 +120,13 @@ def hand_made(drive: Drive, plan: Plan) -> Schedule:
 
 
 def predicted(drive: Drive, plan: Plan, schedule: Schedule) -> Isolability:
-    """The isolability of the plan's effects along another schedule."""
-    problem, fit = record_problem(drive, measured_record(drive, plan.rig, schedule, 2))
+    """The isolability of the plan's effects along another schedule, as that of the plan along its own."""
+    problem, fit = record_problem(drive, measured_record(drive, plan.rig, schedule, 2, individual=True))
     columns = sensitivities(problem, fit, plan.sizes)
+    white = whitened(columns, columns.columns)
     sets = [(name,) for name in plan.interest]
     rivals = [(name,) for name in plan.isolability.names]
-    information = record_information(columns, rig_noise(plan.rig, drive.ratio))
-    return isolability(information, make_hypotheses(columns, sets), make_hypotheses(columns, rivals))
+    return isolability(white.T @ white, make_hypotheses(columns, sets), make_hypotheses(columns, rivals))
 
 
 def compare_time(drive: Drive, plan: Plan) -> None:

@@ -27,7 +27,7 @@ def test_help_loads_no_other_package_and_none_of_the_rooms(tmp_path: Path) -> No
     assert packages == {"reefmu", "reefmu.cli", "stiffness_model", "stiffness_model.lazy_names"}
     done = run_program("--help", folder=tmp_path)
     assert done.returncode == 0
-    for command in ("demo", "curve", "compare", "export", "check", "diagnose", "draw", "explore"):
+    for command in ("demo", "curve", "compare", "export", "check", "diagnose", "plan", "draw", "explore"):
         assert command in done.stdout
 
 
@@ -44,6 +44,8 @@ WRONG_CALLS = [
     ([], "the following arguments are required: COMMAND"),
     (["curv", "drive_1"], "invalid choice: 'curv'"),
     (["curve"], "the following arguments are required: DRIVE"),
+    (["plan", "drive_1", "--minutes", "ten", "--out", "o"], "expected a number of minutes, got 'ten'"),
+    (["plan", "drive_1", "--effects", "creep,,wear", "--out", "o"], "expected names separated by commas"),
     (["curve", "drive_1", "--drivers", "3"], "unrecognized arguments: --drivers"),
     (["curve", "drive_1", "--drives", "0"], "argument --drives: expected a whole number from 1 to"),
     (["curve", "drive_1", "--drives", "many"], "got 'many'"),

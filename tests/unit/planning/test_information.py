@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from reefmu.planning.design import Candidates
-from reefmu.planning.diagnosis_link import whitened
+from reefmu.planning.diagnosis_link import RigNoise, record_problem, sensitivities, whitened
 from reefmu.planning.hypotheses import make_hypotheses, separations
 from reefmu.planning.information import piece_information, record_information, total_information
 from reefmu.planning.motion_pieces import feasible
 from reefmu.planning.plan import Setting, rig_noise
-from reefmu.planning.schedule import make_schedule
+from reefmu.planning.schedule import make_schedule, measured_record
 from stiffness_model.numerics.arrays import Array
 
 
@@ -45,21 +45,20 @@ def test_runs_add_up_to_the_record(setting: Setting, candidates: Candidates) -> 
 
 
 def test_the_covariance_is_that_of_the_diagnosis(setting: Setting) -> None:
-    """The information of the whole record is that of the diagnosis' own whitening, up to the noise that the diagnosis
-    estimates in this record."""
-    s = setting.columns
+    """The information of a record of an individual is that of the diagnosis' own whitening, up to the noise that the
+    diagnosis estimates in this record."""
+    record = measured_record(setting.drive, setting.rig, setting.whole, 1, individual=True)
+    s = sensitivities(*record_problem(setting.drive, record), setting.sizes)
     white = whitened(s, s.columns)
     of_diagnosis = np.diag(white.T @ white)
-    # Angles without noise, and the noise of the torque as the diagnosis estimates it.
-    noise = replace(
-        rig_noise(setting.rig, setting.drive.ratio),
-        twist=0.0,
-        torque=float(s.problem.noise.torque * np.sqrt(s.problem.noise.correlation_time)),
-    )
-    ours = np.diag(record_information(s, noise))
+    noise = s.problem.noise
+    ours = np.diag(record_information(s, RigNoise(noise.torque, noise.twist, correlation=0.0)))
     big = of_diagnosis > 1.0
     assert big.sum() > 20
-    assert np.median(np.abs(np.log(ours[big] / of_diagnosis[big]))) < 0.15
+    # The diagnosis may count the noise as correlated; shares of scatter and noise are then the same to a third.
+    ratio = ours[big] / of_diagnosis[big]
+    assert np.median(np.abs(np.log(ratio / noise.correlation_time))) < 0.3
+    assert np.log(ratio).std() < 0.2
 
 
 def test_information_grows_with_every_piece(setting: Setting, candidates: Candidates) -> None:
