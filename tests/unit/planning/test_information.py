@@ -44,6 +44,19 @@ def test_runs_add_up_to_the_record(setting: Setting, candidates: Candidates) -> 
     assert np.abs(sums - whole).max() < 1e-6 * np.abs(whole).max()
 
 
+def test_a_choice_of_pieces_is_as_informative_as_its_own_record(setting: Setting, candidates: Candidates) -> None:
+    """Drift and wear go on over a record: along another schedule they are those of a record simulated along it."""
+    loop, turns = pieces_with(setting, "loops to 100 %")[0], pieces_with(setting, "then loops")[1]
+    schedule = make_schedule(setting.library, [loop, turns, loop], setting.rig)
+    still = replace(setting.rig, output_noise=0.0, crank_noise=0.0)
+    record = measured_record(setting.drive, still, schedule, 5)
+    s = sensitivities(*record_problem(setting.drive, record), setting.sizes)
+    own = record_information(s, rig_noise(setting.rig, setting.drive.ratio))
+    chosen = total_information(candidates.pieces, schedule)
+    for name in ("torque_sensor_drift", "wear", "backlash", "hysteresis"):
+        assert of_effect(setting, chosen, name) == pytest.approx(of_effect(setting, own, name), rel=0.15), name
+
+
 def test_the_covariance_is_that_of_the_diagnosis(setting: Setting) -> None:
     """The information of a record of an individual is that of the diagnosis' own whitening, up to the noise that the
     diagnosis estimates in this record."""
