@@ -26,8 +26,8 @@ from .hypotheses import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SCHEMA = 2
-"""Version of the schema; it changes with its keys and their meaning. Schema 2 adds probabilities to schema 1."""
+SCHEMA, PROBABILITY_SCHEMA = 1, 2
+"""Versions of the schema without and with probabilities; a version changes with its keys and their meaning."""
 VERDICTS = ("named", "partly", "ambiguous", "none", "unknown", "insufficient")
 """Every verdict that a diagnosis can have; `reefmu.diagnosis.report.text.MEANING` says what they mean."""
 LABEL_WIDTH, CAPTION_WIDTH = 28, 52
@@ -190,12 +190,13 @@ class Diagnosis:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """The content of diagnosis.json, by the keys of its schema."""
+        """The content of diagnosis.json, by the keys of its schema: 2 with hypotheses, else 1."""
+        compared = bool(self.hypotheses)
         effects = [
             {
                 "name": e.name,
                 "share": _round(e.share),
-                "probability": round(float(e.probability), PROBABILITY_DIGITS) if self.hypotheses else None,
+                **({"probability": round(float(e.probability), PROBABILITY_DIGITS)} if compared else {}),
                 "parameters": {
                     name: {k: v for k, v in asdict(p).items() if k != "warning" or v}
                     for name, p in e.parameters.items()
@@ -203,12 +204,16 @@ class Diagnosis:
             }
             for e in self.effects
         ]
-        return {
-            "schema": SCHEMA,
-            "verdict": self.verdict,
-            "sentence": self.sentence,
+        probabilities = {
             "hypotheses": reported_hypotheses(self.hypotheses),
             "global_p": None if self.global_p is None else float(self.global_p),
+            "isolability": (self.isolability or IsolabilityMatrix((), ())).to_dict(),
+        }
+        return {
+            "schema": PROBABILITY_SCHEMA if compared else SCHEMA,
+            "verdict": self.verdict,
+            "sentence": self.sentence,
+            **(probabilities if compared else {}),
             "effects": effects,
             "alternatives": [list(a) for a in self.alternatives],
             "where": [_location(p) for p in self.where],
@@ -217,7 +222,6 @@ class Diagnosis:
             "remainder": {"unit": "N.m", "rms": self.remainder, "where": [_location(p) for p in self.remainder_where]},
             "not_candidates": self.not_candidates,
             "twins": [list(t) for t in self.indistinguishable],
-            "isolability": (self.isolability or IsolabilityMatrix((), ())).to_dict(),
             "notes": list(self.notes),
             "base": self.base,
             "seconds": round(self.seconds, 2),

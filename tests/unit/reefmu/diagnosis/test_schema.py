@@ -104,14 +104,15 @@ def test_any_distribution_is_written_with_a_sum_of_one(count: int, concentration
 
 def test_a_record_without_a_diagnosis_has_no_probabilities() -> None:
     found = written(insufficient_diagnosis(Audit(400, 1, 100.0, 0.0, (), ()), ["the twist never changes"]))
-    assert (found["schema"], found["verdict"]) == (2, "insufficient")
-    assert (found["hypotheses"], found["global_p"], found["effects"]) == ([], None, [])
-    assert found["isolability"] == {"names": [], "matrix": []}
+    assert (found["schema"], found["verdict"], found["effects"]) == (1, "insufficient", [])
+    assert not {"hypotheses", "global_p", "isolability"} & set(found)
 
 
 def test_an_effect_without_hypotheses_has_no_probability() -> None:
     """Zero would claim that it is not there."""
-    assert written(PLAIN)["effects"][0]["probability"] is None
+    found = written(PLAIN)
+    assert found["schema"] == 1
+    assert "probability" not in found["effects"][0]
 
 
 def test_every_key_is_documented_and_every_documented_key_written() -> None:
