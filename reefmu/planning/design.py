@@ -17,12 +17,12 @@ from scipy.special import ndtri
 
 from stiffness_model.numerics.arrays import Array
 
-from .hypotheses import Hypothesis, separations
 from .information import PieceInformation, total_information
-from .isolability import NAMED, PRIOR_ODDS
-from .motion_pieces import Piece
-from .rig import Rig
-from .schedule import Schedule, make_schedule
+from .predicted_isolability import NAMED, PRIOR_ODDS
+from .protocols.motion_pieces import Piece
+from .protocols.rig import Rig
+from .protocols.schedule import Schedule, make_schedule
+from .rival_hypotheses import RivalHypothesis, separations
 
 MAX_COPIES = 3
 """Copies of one piece that a protocol may hold. Chosen by judgement: further ones bring the same scatter."""
@@ -72,7 +72,7 @@ def wanted_separations(power: float, margin: float = 1.0) -> tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Design:
+class ProtocolDesign:
     """schedule: of the chosen pieces; share: criterion that it reaches, 1 for all possible pairs; targets."""
 
     schedule: Schedule
@@ -87,8 +87,8 @@ class Candidates:
     pieces: PieceInformation
     library: Sequence[Piece]
     rig: Rig
-    true: Sequence[Hypothesis]
-    rivals: Sequence[Hypothesis]
+    true: Sequence[RivalHypothesis]
+    rivals: Sequence[RivalHypothesis]
 
     def found(self, chosen: Sequence[int]) -> tuple[Schedule, list[Array]]:
         """The schedule of the pieces and the separations along it."""
@@ -114,7 +114,7 @@ def design(
     seconds: float,
     start: Sequence[int] = (),
     progress: Callable[[float], None] | None = None,
-) -> Design:
+) -> ProtocolDesign:
     """A short protocol of the pieces `allowed` that reaches the targets as far as `seconds` allow.
 
     start: pieces to begin with; progress: called with the share of the criterion that is reached.
@@ -134,7 +134,7 @@ def design(
         # Nothing is separable: the shortest reading keeps the protocol valid.
         chosen = [min(allowed, key=lambda k: candidates.library[k].seconds)]
     schedule, found = candidates.found(chosen)
-    return Design(schedule, targets.share(found), targets)
+    return ProtocolDesign(schedule, targets.share(found), targets)
 
 
 def _best_addition(

@@ -19,7 +19,7 @@ from scipy.linalg import solve_triangular
 from stiffness_model.numerics.arrays import Array
 
 from .diagnosis_link import ACCUMULATING, RigNoise, Sensitivities, noise_whitened
-from .schedule import Schedule
+from .protocols.schedule import Schedule
 
 MIN_EIGENVALUE = 0.3
 """Least variance of a principal component of the scatter over the whole library, in units of the noise, that is kept.

@@ -14,10 +14,10 @@ from stiffness_model.numerics.arrays import Array
 
 from ..record import Record
 from .information import total_information
-from .isolability import isolability
-from .plan import choose_pieces, excluded_effects, prepare_setting
-from .rig import Rig
-from .schedule import Schedule
+from .predicted_isolability import isolability
+from .protocols.rig import Rig
+from .protocols.schedule import Schedule
+from .shortest_plan import choose_pieces, excluded_effects, prepare_setting
 
 MIN_TURN = 0.1
 """rad, range of the crank angle within a run from which the crank turns, and between runs from which its angle can be

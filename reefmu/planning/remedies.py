@@ -10,10 +10,10 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from .design import Candidates, potential, wanted_separations
-from .isolability import Isolability
-from .motion_pieces import feasible
-from .rig import Rig
-from .schedule import Schedule
+from .predicted_isolability import PredictedIsolability
+from .protocols.motion_pieces import feasible
+from .protocols.rig import Rig
+from .protocols.schedule import Schedule
 
 QUIETER = 1 / 3
 """Factor on the noise of a better sensor. Chosen by judgement: the next accuracy class of torque sensors and encoders
@@ -84,7 +84,11 @@ def upgrades(rig: Rig) -> list[Upgrade]:
 
 
 def find_remedies(
-    candidates: Candidates, with_rig: Callable[[Rig], Candidates], found: Isolability, schedule: Schedule, power: float
+    candidates: Candidates,
+    with_rig: Callable[[Rig], Candidates],
+    found: PredictedIsolability,
+    schedule: Schedule,
+    power: float,
 ) -> list[Remedy]:
     """What would tell every effect from its nearest rival that the protocol `schedule` names too rarely.
 

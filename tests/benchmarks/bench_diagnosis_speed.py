@@ -23,7 +23,7 @@ from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.problem import search_blocks
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.forward.predictor import Predictor
-from reefmu.diagnosis.forward.thinning import thin_trace
+from reefmu.diagnosis.preprocessing.thinning import thin_trace
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.effects import EFFECTS
 from reefmu.model.contacts.tables import cached_lookup

@@ -29,10 +29,10 @@ from reefmu.diagnosis.estimation.score_test import linearise
 from reefmu.effects import EFFECTS
 from reefmu.planning import Plan, Rig, load_rig, make_plan
 from reefmu.planning.diagnosis_link import draw_parameters, record_problem, sensitivities, whitened
-from reefmu.planning.hypotheses import make_hypotheses
-from reefmu.planning.isolability import Isolability, isolability
-from reefmu.planning.motion_pieces import Piece
-from reefmu.planning.schedule import Schedule, make_schedule, measured_record
+from reefmu.planning.predicted_isolability import PredictedIsolability, isolability
+from reefmu.planning.protocols.motion_pieces import Piece
+from reefmu.planning.protocols.schedule import Schedule, make_schedule, measured_record
+from reefmu.planning.rival_hypotheses import make_hypotheses
 from stiffness_model import DoesNotFitWarning, Drive, load_drive
 from tests.validation.blind.protocols import full
 
@@ -119,7 +119,7 @@ def hand_made(drive: Drive, plan: Plan) -> Schedule:
     return make_schedule(pieces, range(len(pieces)), plan.rig)
 
 
-def predicted(drive: Drive, plan: Plan, schedule: Schedule) -> Isolability:
+def predicted(drive: Drive, plan: Plan, schedule: Schedule) -> PredictedIsolability:
     """The isolability of the plan's effects along another schedule, as that of the plan along its own."""
     problem, fit = record_problem(drive, measured_record(drive, plan.rig, schedule, 2, individual=True))
     columns = sensitivities(problem, fit, plan.sizes)

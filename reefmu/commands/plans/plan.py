@@ -8,10 +8,10 @@ from pathlib import Path
 
 from reefmu.effects import find_effect
 from reefmu.model.contacts.tables import cached_lookup
-from reefmu.planning.plan import Plan, make_plan
-from reefmu.planning.report.files import write_plan
-from reefmu.planning.report.result import summary
-from reefmu.planning.rig import Rig, expect_minutes, load_rig
+from reefmu.planning.plan_report.plan_files import write_plan
+from reefmu.planning.plan_report.result import summary
+from reefmu.planning.protocols.rig import Rig, expect_minutes, load_rig
+from reefmu.planning.shortest_plan import Plan, make_plan
 from reefmu.progress import Progress
 
 from ..terminal.drawing_input import drawing_with_fields

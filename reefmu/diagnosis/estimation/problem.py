@@ -14,8 +14,8 @@ from ...effects import EFFECTS, Requirement
 from ..forward.base_curve import BaseCurve
 from ..forward.parameter_layout import ParameterLayout
 from ..forward.predictor import Predictor
-from ..forward.thinning import thin_trace
 from ..preprocessing.noise import Noise
+from ..preprocessing.thinning import thin_trace
 from ..preprocessing.trace import Blocks, Trace, make_blocks
 from ..random_effects.scatter import Scatter
 from .least_squares import Fit, FitOptions, ParameterBounds, fit, make_bounds

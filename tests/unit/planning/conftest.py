@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import stiffness_model as sm
-from reefmu.planning.plan import Plan, Setting, make_plan, prepare_setting
-from reefmu.planning.rig import Rig
+from reefmu.planning.protocols.rig import Rig
+from reefmu.planning.shortest_plan import Plan, Setting, make_plan, prepare_setting
 from stiffness_model.lookup.table import Lookup
 
 

@@ -9,11 +9,11 @@ import pytest
 
 from reefmu.planning.design import Candidates
 from reefmu.planning.diagnosis_link import RigNoise, record_problem, sensitivities, whitened
-from reefmu.planning.hypotheses import make_hypotheses, separations
 from reefmu.planning.information import piece_information, record_information, total_information
-from reefmu.planning.motion_pieces import feasible
-from reefmu.planning.plan import Setting, rig_noise
-from reefmu.planning.schedule import make_schedule, measured_record
+from reefmu.planning.protocols.motion_pieces import feasible
+from reefmu.planning.protocols.schedule import make_schedule, measured_record
+from reefmu.planning.rival_hypotheses import make_hypotheses, separations
+from reefmu.planning.shortest_plan import Setting, rig_noise
 from stiffness_model.numerics.arrays import Array
 
 

@@ -8,16 +8,16 @@ import pytest
 from reefmu.planning import Plan, Rig, make_plan, next_protocol
 from reefmu.planning.design import design, make_targets, potential, wanted_separations
 from reefmu.planning.diagnosis_link import Variant
-from reefmu.planning.hypotheses import Hypothesis
-from reefmu.planning.isolability import isolability
-from reefmu.planning.motion_pieces import feasible
-from reefmu.planning.plan import Setting
+from reefmu.planning.predicted_isolability import isolability
+from reefmu.planning.protocols.motion_pieces import feasible
+from reefmu.planning.rival_hypotheses import RivalHypothesis
+from reefmu.planning.shortest_plan import Setting
 from stiffness_model import Drive
 from stiffness_model.errors import InputError, UnknownNameError
 
 
-def single(name: str, column: int) -> Hypothesis:
-    return Hypothesis((name,), ((Variant(name, (column,), 1, False, 1.0),),), ((column,),))
+def single(name: str, column: int) -> RivalHypothesis:
+    return RivalHypothesis((name,), ((Variant(name, (column,), 1, False, 1.0),),), ((column,),))
 
 
 PAIR = [single("creep", 0), single("structural_compliance", 1)]
@@ -43,7 +43,7 @@ def test_the_limit_falls_with_the_root_of_time(runs: int) -> None:
 def test_white_noise_runs_add_without_scatter(setting: Setting) -> None:
     """Copies of one run, with the random effects left out, multiply the information by their number."""
     from reefmu.planning.information import PieceInformation, total_information
-    from reefmu.planning.schedule import make_schedule
+    from reefmu.planning.protocols.schedule import make_schedule
 
     pieces = setting.candidates(setting.rig, [("creep",)], [("creep",)]).pieces
     inner = pieces.n_effects + pieces.n_base

@@ -10,11 +10,11 @@ import pytest
 
 from reefmu.model.drive_model import build_model
 from reefmu.planning import Plan
-from reefmu.planning.motion_pieces import motion_library
-from reefmu.planning.report.files import write_plan
-from reefmu.planning.report.protocol import COLUMNS
-from reefmu.planning.rig import Rig
-from reefmu.planning.schedule import make_schedule, motion_record
+from reefmu.planning.plan_report.plan_files import write_plan
+from reefmu.planning.plan_report.protocol_table import COLUMNS
+from reefmu.planning.protocols.motion_pieces import motion_library
+from reefmu.planning.protocols.rig import Rig
+from reefmu.planning.protocols.schedule import make_schedule, motion_record
 from reefmu.record import read_record
 from reefmu.simulate import simulate_record
 from stiffness_model.lookup.table import Lookup

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from reefmu.planning import load_rig, rig_of_record
-from reefmu.planning.rig import KEYS, Rig, rig_from_dict
+from reefmu.planning.protocols.rig import KEYS, Rig, rig_from_dict
 from stiffness_model.errors import InputError, UnknownNameError
 from stiffness_model.units import ARCMIN
 from tests.diagnosis_rig import drive, protocol

@@ -8,9 +8,9 @@ from ...diagnosis.report.html.elements import figure, table
 from ...diagnosis.report.html.style import STYLE
 from ...diagnosis.report.text import quantity_text
 from ...effects import find_effect
-from ..plan import Plan
 from ..remedies import NOTHING
-from . import figures
+from ..shortest_plan import Plan
+from . import plan_figures
 from .result import limits, summary
 
 
@@ -20,16 +20,16 @@ def plan_html(plan: Plan) -> str:
         f"<h1>Test plan for {escape(plan.drive.name)} on {escape(plan.rig.name)}</h1>",
         f"<p class=lead>{escape(summary(plan))}</p>",
         _cards(plan),
-        figure(figures.protocol_figure(plan), "Set points of protocol.csv. Shaded: crank turning, or warm."),
+        figure(plan_figures.protocol_figure(plan), "Set points of protocol.csv. Shaded: crank turning, or warm."),
         "<h2>Predicted isolability</h2>",
         figure(
-            figures.matrix_figure(plan),
+            plan_figures.matrix_figure(plan),
             "Probability, %, that the diagnosis names the effect of a column while that of a row is true at its "
             "typical size, with random shape parameters, on an individual drive of the population.",
         ),
         "<h2>Detection limits</h2>",
         figure(
-            figures.power_figure(plan),
+            plan_figures.power_figure(plan),
             f"Sizes from which an effect is detected (95 %) beside noise and tolerance scatter, and named "
             f"({100 * plan.power:.0f} %) among all rivals.",
         ),

@@ -9,7 +9,7 @@ from stiffness_model.plotting.style import BLUE, FAINT, INK, ORANGE, PURPLE, RED
 from stiffness_model.units import ARCMIN
 
 from ...diagnosis.report.html.figures import svg
-from ..plan import Plan
+from ..shortest_plan import Plan
 from .result import limits
 
 MATRIX_SIZE = 0.36

@@ -15,9 +15,9 @@ from stiffness_model.numerics.arrays import Array
 from stiffness_model.rotation import draw_individual
 from stiffness_model.units import REFERENCE_TEMPERATURE
 
-from ..model.drive_model import build_model
-from ..record import Record, make_record
-from ..simulate import simulate_record
+from ...model.drive_model import build_model
+from ...record import Record, make_record
+from ...simulate import simulate_record
 from .motion_pieces import SETTING_TIME, STAGES, Piece
 from .rig import Rig
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from stiffness_model.units import ARCMIN
 
-from ..plan import Plan
-from ..schedule import motion_record, run_numbers
+from ..protocols.schedule import motion_record, run_numbers
+from ..shortest_plan import Plan
 
 COLUMNS = (
     "time [s]",

@@ -22,7 +22,7 @@ SINGULAR = 1e-9
 
 
 @dataclass(frozen=True)
-class Hypothesis:
+class RivalHypothesis:
     """A set of effects. variants: combinations of variants of its effects; truths: columns of random traces, whose sum
     is the trace of the set, one tuple for each draw.
     """
@@ -37,9 +37,9 @@ class Hypothesis:
         return " + ".join(self.names)
 
 
-def make_hypotheses(s: Sensitivities, sets: Sequence[Sequence[str]]) -> list[Hypothesis]:
+def make_hypotheses(s: Sensitivities, sets: Sequence[Sequence[str]]) -> list[RivalHypothesis]:
     """The hypotheses of sets of candidates; sets with an effect that is no candidate are left out."""
-    found: list[Hypothesis] = []
+    found: list[RivalHypothesis] = []
     for names in sets:
         if not all(name in s.candidates for name in names):
             continue
@@ -49,7 +49,7 @@ def make_hypotheses(s: Sensitivities, sets: Sequence[Sequence[str]]) -> list[Hyp
             by_effect[0] += [v for v in s.truths if v.effect == names[0]]
         draws = [[v.columns[0] for v in s.truths if v.effect == name] for name in names]
         found.append(
-            Hypothesis(
+            RivalHypothesis(
                 tuple(names),
                 tuple(_evenly(list(itertools.product(*by_effect)))),
                 tuple(zip(*draws, strict=True)),
@@ -64,7 +64,7 @@ def _evenly(items: list[tuple[Variant, ...]]) -> list[tuple[Variant, ...]]:
     return [items[k] for k in np.linspace(0, len(items) - 1, MAX_COMBINATIONS).round().astype(int).tolist()]
 
 
-def separations(information: Array, true: Sequence[Hypothesis], rivals: Sequence[Hypothesis]) -> list[Array]:
+def separations(information: Array, true: Sequence[RivalHypothesis], rivals: Sequence[RivalHypothesis]) -> list[Array]:
     """Squared distances, in standard deviations, of the traces of hypotheses from the nearest of each rival.
 
     information: (k, k) of the effects' columns. For every hypothesis of `true` an array (d, r + 1): of each of its

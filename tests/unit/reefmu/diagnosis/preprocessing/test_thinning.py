@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.forward.predictor import Predictor
-from reefmu.diagnosis.forward.thinning import thin_trace
+from reefmu.diagnosis.preprocessing.thinning import thin_trace
 from reefmu.diagnosis.preprocessing.trace import Blocks, Trace, make_blocks, make_trace
 from reefmu.effects import EFFECTS
 from reefmu.model.contacts.tables import cached_lookup

@@ -15,15 +15,15 @@ from stiffness_model.numerics.arrays import Array
 
 from ..effects import EFFECTS, find_effect
 from ..model.contacts.tables import cached_lookup
-from .design import Candidates, Design, design, make_targets, potential, wanted_separations
+from .design import Candidates, ProtocolDesign, design, make_targets, potential, wanted_separations
 from .diagnosis_link import RigNoise, Sensitivities, record_problem, sensitivities, whitened
-from .hypotheses import make_hypotheses
 from .information import piece_information, record_information, total_information
-from .isolability import Isolability, isolability, mean_isolability
-from .motion_pieces import Piece, feasible, motion_library
+from .predicted_isolability import PredictedIsolability, isolability, mean_isolability
+from .protocols.motion_pieces import Piece, feasible, motion_library
+from .protocols.rig import Rig
+from .protocols.schedule import Schedule, has_individuals, make_schedule, measured_record
 from .remedies import Remedy, find_remedies
-from .rig import Rig
-from .schedule import Schedule, has_individuals, make_schedule, measured_record
+from .rival_hypotheses import make_hypotheses
 from .sizes import typical_sizes
 
 POWER = 0.9
@@ -51,7 +51,7 @@ class Plan:
     drive: Drive
     rig: Rig
     schedule: Schedule
-    isolability: Isolability
+    isolability: PredictedIsolability
     sizes: Mapping[str, float]
     interest: tuple[str, ...]
     excluded: Mapping[str, str]
@@ -171,7 +171,7 @@ def make_plan(
 
 def _predict(
     setting: Setting, schedule: Schedule, true: Sequence[Sequence[str]], rivals: Sequence[Sequence[str]]
-) -> Isolability:
+) -> PredictedIsolability:
     """The isolability along a schedule, mean over `PROTOCOL_SEEDS` records of individual drives, each under the whole
     covariance that the diagnosis has for it.
 
@@ -179,7 +179,7 @@ def _predict(
     diagnosis and the noise of the rig.
     """
     drive, rig = setting.drive, setting.rig
-    found: list[Isolability] = []
+    found: list[PredictedIsolability] = []
     for seed in PROTOCOL_SEEDS:
         own = has_individuals(drive)
         columns = sensitivities(
@@ -205,7 +205,7 @@ def excluded_effects(rig: Rig) -> dict[str, str]:
     }
 
 
-def choose_pieces(candidates: Candidates, report: Progress) -> Design:
+def choose_pieces(candidates: Candidates, report: Progress) -> ProtocolDesign:
     """The design whose predicted probabilities reach `POWER` for what all pieces together separate."""
     allowed = feasible(candidates.library)
     everything = potential(candidates, allowed)
@@ -231,7 +231,7 @@ def choose_pieces(candidates: Candidates, report: Progress) -> Design:
     return chosen
 
 
-def _apart(chosen: Design, candidates: Candidates) -> list[NDArray[np.bool_]]:
+def _apart(chosen: ProtocolDesign, candidates: Candidates) -> list[NDArray[np.bool_]]:
     """(d, r) whether the pairs of every true hypothesis are possible, without its own column."""
     rivals = [None, *(h.names for h in candidates.rivals)]
     return [

@@ -6,8 +6,8 @@ import os
 
 from stiffness_model.io.atomic_files import staged_folder
 
-from ..plan import Plan
-from .protocol import protocol_csv
+from ..shortest_plan import Plan
+from .protocol_table import protocol_csv
 from .result import plan_json
 
 
@@ -15,7 +15,7 @@ def write_plan(plan: Plan, out: str | os.PathLike[str]) -> None:
     """Write the files into the folder `out`, which is created if necessary. Raises `InputError` if it cannot be
     written."""
     # Drawing the page loads matplotlib.
-    from .page import plan_html
+    from .plan_page import plan_html
 
     with staged_folder(out) as stage:
         (stage / "protocol.csv").write_text(protocol_csv(plan), encoding="utf-8")

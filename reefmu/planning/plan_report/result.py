@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from ...effects import find_effect
-from ..plan import Plan
+from ..shortest_plan import Plan
 
 SCHEMA = 1
 DETECTION_ERRORS = 5.0

@@ -18,7 +18,7 @@ from scipy.special import log_ndtr, logsumexp
 from stiffness_model.numerics.arrays import Array
 
 from .diagnosis_link import Variant
-from .hypotheses import Hypothesis
+from .rival_hypotheses import RivalHypothesis
 
 PRIOR_ODDS = 1 / 20
 """Prior odds of each effect against its absence: of some 17 effects about one is expected in a drive that is tested."""
@@ -35,7 +35,7 @@ standard errors of a probability are below 1.8 and 2.8 percentage points."""
 
 
 @dataclass(frozen=True)
-class Isolability:
+class PredictedIsolability:
     """names: of the hypotheses that are named, columns of the matrix before the last; true: of those that are true,
     rows of the matrix after the first; matrix: (1 + t, h + 1), probability of each name (last column: of none) while
     nothing (first row) or a hypothesis is true; sizes: (f,); power: (t, f), probability of the right name by size, in
@@ -68,12 +68,12 @@ class Isolability:
 
 def isolability(
     information: Array,
-    true: Sequence[Hypothesis],
-    candidates: Sequence[Hypothesis],
+    true: Sequence[RivalHypothesis],
+    candidates: Sequence[RivalHypothesis],
     sizes: Sequence[float] = SIZES,
     draws: tuple[int, int] = (DRAWS, DRAWS_BY_SIZE),
     seed: int = 0,
-) -> Isolability:
+) -> PredictedIsolability:
     """The probabilities for hypotheses `true`, each of which is among the `candidates`.
 
     information: (k, k) of the effects' columns, orthogonal to the base model. draws: of the noise, at the typical size
@@ -110,10 +110,12 @@ def isolability(
         matrix.append(shares(found[0]))
         own = labels.index(h.label)
         power[row] = [float(np.mean(part == own)) for part in found[1:]]
-    return Isolability(tuple(labels), tuple(h.label for h in true), np.array(matrix), np.array(sizes), power, errors)
+    return PredictedIsolability(
+        tuple(labels), tuple(h.label for h in true), np.array(matrix), np.array(sizes), power, errors
+    )
 
 
-def mean_isolability(found: Sequence[Isolability]) -> Isolability:
+def mean_isolability(found: Sequence[PredictedIsolability]) -> PredictedIsolability:
     """The mean over several records with the same hypotheses."""
     return replace(
         found[0],
@@ -126,7 +128,7 @@ def mean_isolability(found: Sequence[Isolability]) -> Isolability:
 class _Evidence:
     """Log posterior odds of one hypothesis against nothing, for many draws of the scores."""
 
-    def __init__(self, information: Array, hypothesis: Hypothesis) -> None:
+    def __init__(self, information: Array, hypothesis: RivalHypothesis) -> None:
         self._prior = len(hypothesis.names) * float(np.log(PRIOR_ODDS))
         self._parts = [_Marginal.of(information, parts) for parts in hypothesis.variants]
 

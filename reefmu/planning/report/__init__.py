@@ -1,1 +1,0 @@
-"""What a plan writes: `protocol` (protocol.csv), `result` (plan.json), `figures` and `page` (plan.html), `files`."""
