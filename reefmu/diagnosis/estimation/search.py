@@ -229,8 +229,7 @@ def refine(problem: Problem, fit: Fit) -> Fit:
     """The set fitted to all samples and to the full tolerance, with the scatter at the twist that its contacts have."""
     weights = problem.weights_at(fit)
     better = problem.fit_from(fit.names, fit.parameters, weights if weights is not problem.weights else None)
-    is_thinned = problem.thinned[0] is not problem.trace
-    return better if is_thinned or better.cost < fit.cost else fit
+    return better if problem.thinned[0] is not problem.trace or better.cost < fit.cost else fit
 
 
 def is_degenerate(problem: Problem, fit: Fit) -> bool:

@@ -23,6 +23,7 @@ def single(name: str, column: int) -> RivalHypothesis:
 PAIR = [single("creep", 0), single("structural_compliance", 1)]
 
 
+@pytest.mark.slow
 def test_rows_are_probabilities(plan: Plan) -> None:
     found = plan.isolability
     assert found.matrix.shape == (len(found.true) + 1, len(found.names) + 1)
@@ -84,6 +85,7 @@ def test_a_design_reaches_what_all_pieces_reach(setting: Setting) -> None:
     assert short.share < found.share
 
 
+@pytest.mark.slow
 def test_what_cannot_be_told_is_said(plan: Plan) -> None:
     """Viscous friction needs an output that turns, and a locked crank cannot tell hysteresis from friction there."""
     assert plan.isolability.named_right("creep") > 0.9

@@ -36,6 +36,7 @@ def folder(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_the_protocol_is_read_and_simulated_within_the_rig(folder: Path, plan: Plan, lookup: Lookup) -> None:
     assert (folder / "protocol.csv").read_text("utf-8").splitlines()[0] == ",".join(COLUMNS)
     record = read_record(folder / "protocol.csv", MAP)
@@ -63,6 +64,7 @@ def test_a_weak_rig_is_not_asked_for_more() -> None:
         assert piece.temperature == 20.0
 
 
+@pytest.mark.slow
 def test_runs_follow_each_other(plan: Plan) -> None:
     """Time, crank and order: nothing overlaps, and what changes the drive comes late."""
     library = motion_library(Rig(), 8 * ARCMIN, 8 * ARCMIN)
@@ -78,6 +80,7 @@ def test_runs_follow_each_other(plan: Plan) -> None:
     assert (np.diff(record.time) > 0).all()
 
 
+@pytest.mark.slow
 def test_the_result_holds_everything(folder: Path, plan: Plan) -> None:
     result = json.loads((folder / "plan.json").read_text("utf-8"))
     assert result["isolability"]["true"] == ["", *plan.isolability.true]
@@ -89,6 +92,7 @@ def test_the_result_holds_everything(folder: Path, plan: Plan) -> None:
     assert len(result["runs"]) == len(plan.schedule)
 
 
+@pytest.mark.slow
 def test_the_page_needs_no_network(folder: Path, plan: Plan) -> None:
     text = (folder / "plan.html").read_text("utf-8")
     assert text.count("<svg ") == 3
