@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -55,7 +54,7 @@ def limits(plan: Plan) -> list[Limit]:
 def summary(plan: Plan) -> str:
     """The result in one or two sentences."""
     told = [name for name in plan.isolability.true if plan.isolability.named_right(name) >= plan.power]
-    total, minutes = len(plan.isolability.true), math.ceil(plan.seconds / 60)
+    total, minutes = len(plan.isolability.true), f"{plan.seconds / 60:.0f}"
     text = (
         f"{len(plan.schedule)} runs in {minutes} min name {len(told)} of {total} effects of typical size with a "
         f"probability of {100 * plan.power:.0f} % or more."
