@@ -111,7 +111,7 @@ class FitOptions:
 
     steps: at most; tolerance: change of the cost, predicted or achieved, at which it ends; estimate_size: whether the
     size of the scatter is estimated with the parameters or held; thinned: whether the torque is that of the thinned
-    trace, see `forward.thinning`.
+    trace, see `preprocessing.thinning`.
     """
 
     steps: int = 25
