@@ -70,7 +70,7 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
             blocks.mean(trace.twist) - _zero(trace, base),
         )
         individuals = simulate_individuals(scatter)
-    candidates, excluded = select_candidates(record.missing, base)
+    candidates, excluded = select_candidates(record.missing, base.kind)
     weights = make_weights(variance, scatter, variance if scatter is None else scatter.twist)
     problem = Problem(
         base,

@@ -29,6 +29,9 @@ MAX_COPIES = 3
 MIN_GAIN = 3e-4
 """Gain of the criterion, over its greatest value, below which no further piece is added. Chosen by judgement: a tenth
 of what one pair of 17 effects contributes."""
+MARGINS = (1.0, 1.3, 1.7)
+"""Factors on the wanted separations, tried in turn until the predicted probabilities reach the wanted power: the
+separations are pairwise, a name must beat all rivals at once. Chosen by judgement."""
 OCCAM = 2.0
 """Expected logarithm of prior over posterior width of one amplitude at the limit of detection, ln(5.4) rounded up."""
 

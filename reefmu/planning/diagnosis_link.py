@@ -16,21 +16,21 @@ from numpy.typing import NDArray
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.numerics.arrays import Array
 
-from ..diagnosis.estimation.least_squares import Fit
-from ..diagnosis.estimation.problem import Problem
+from ..diagnosis.estimation.least_squares import PRIORS, Fit
+from ..diagnosis.estimation.problem import Problem, select_candidates
 from ..diagnosis.estimation.score_test import Direction, linearise, orthonormal_basis
+from ..diagnosis.estimation.weighting import MIN_EIGENVALUE
 from ..diagnosis.preparation import BaseCurveSource, prepare_problem
 from ..diagnosis.preprocessing.trace import make_trace
 from ..effects import find_effect
 from ..record import Record
+from .protocols.rig import RigNoise
 
 INDIVIDUAL = 1.0
 """Size of the scatter of an individual drive of the population, which every real drive is."""
 N_PROBES = 16
 """Random signs from which the precision of single blocks is estimated; one is exact for independent noise, 16 give it
 within a few percent for autocorrelated noise."""
-
-
 SHAPE_STEP = 0.7
 """Change of the logarithm of a time, length or speed that its column stands for. Chosen by judgement: the values from
 which the diagnosis starts are about 2 apart, so that no true one is farther than 1 from one of them."""
@@ -39,33 +39,30 @@ ACCUMULATING = {"torque_sensor_drift": "torque_sensor_offset", "wear": "backlash
 
 
 @dataclass(frozen=True)
-class RigNoise:
-    """Standard deviations of single samples: torque, N.m; twist, rad; correlation: of successive samples of torque."""
-
-    torque: float
-    twist: float
-    correlation: float
-
-    def variances(self, slope: Array) -> tuple[Array, Array]:
-        """(n,) (N.m)^2 each, of torque and of twist times the stiffness `slope` (n,), N.m/rad, for white noise that
-        gives sums over many samples the same variance."""
-        inflation = (1 + self.correlation) / (1 - self.correlation)
-        return np.full(len(slope), inflation * self.torque**2), (self.twist * slope) ** 2
-
-
-@dataclass(frozen=True)
 class Variant:
     """One variant of an effect, linearised in its amplitudes and in the logarithms of its times, lengths and speeds.
 
     columns: indices of its columns; n_amplitudes: those of the first of them, the others vary a shape parameter by
-    `SHAPE_STEP`; one_sided: whether amplitudes cannot be negative; size: of an amplitude, SI, signed.
+    `SHAPE_STEP`; one_sided: whether amplitudes cannot be negative; paired: whether the columns are sines and cosines,
+    which span all traces of the effect; size: of an amplitude, SI, signed.
     """
 
     effect: str
     columns: tuple[int, ...]
     n_amplitudes: int
     one_sided: bool
+    paired: bool
     size: float
+
+    def prior(self, column: int) -> tuple[float, float]:
+        """Mean and standard deviation of the prior of a column, in typical sizes: those of the diagnosis for an effect
+        that is present or absent, else 0 and 1."""
+        keys = [key for key in PRIORS if key.startswith(self.effect + ".")]
+        return PRIORS[keys[0]] if keys and column < self.n_amplitudes else (0.0, 1.0)
+
+    def is_one_sided(self, column: int) -> bool:
+        """Whether the prior of a column is cut at zero; one about another mean hardly reaches zero."""
+        return self.one_sided and column < self.n_amplitudes and self.prior(column)[0] == 0
 
 
 @dataclass(frozen=True)
@@ -98,6 +95,12 @@ class Sensitivities:
         return self.problem.excluded
 
 
+def excluded_effects(missing: Sequence[str]) -> dict[str, str]:
+    """Effects that the diagnosis of a drawing cannot name from records without the columns `missing`, with the
+    reason."""
+    return select_candidates(missing, "drawing")[1]
+
+
 def record_problem(drive: Drive, record: Record) -> tuple[Problem, Fit]:
     """The diagnosis' problem for a record and its fit without effects."""
     trace = make_trace(record, drive.ratio)
@@ -128,7 +131,7 @@ def sensitivities(
             columns += found
             width = sum(part.shape[1] for part in found)
             inside = tuple(range(count, count + width))
-            variants.append(Variant(name, inside, len(scales), direction.one_sided, float(scales[0])))
+            variants.append(Variant(name, inside, len(scales), direction.one_sided, direction.paired, float(scales[0])))
             count += width
     for name, of_effect in directions.items():
         for draw in range(n_truths):
@@ -138,7 +141,7 @@ def sensitivities(
             else:
                 trace = problem.predictor((name,))(np.concatenate([fit.parameters, parameters])).torque
                 columns.append((trace - fit.prediction.torque)[:, None])
-            truths.append(Variant(name, (count,), 1, of_effect[0].one_sided, size))
+            truths.append(Variant(name, (count,), 1, of_effect[0].one_sided, False, size))
             count += 1
     run = np.cumsum(np.diff(problem.trace.run[problem.blocks.first], prepend=problem.trace.run[0]) != 0)
     return Sensitivities(
@@ -223,8 +226,8 @@ def whitened(s: Sensitivities, columns: Array) -> Array:
 
 
 def noise_whitened(s: Sensitivities, noise: RigNoise) -> tuple[Array, Array, Array]:
-    """Rows that are independent between the runs: columns (n, k), base (n, b) and scatter (n, m), whitened by the noise
-    and by what the columns of the scatter do not span.
+    """Rows that are independent between the runs: columns (n, k), base (n, b) and principal components of
+    the scatter (n, m), whitened by the noise and by what the columns of the scatter do not span.
 
     The covariance of any of the runs is then that of their rows, with the columns of the scatter shared by all of them.
     The whitening is the diagnosis', scaled from the noise that it estimated in one random record to that of the rig.
@@ -238,4 +241,7 @@ def noise_whitened(s: Sensitivities, noise: RigNoise) -> tuple[Array, Array, Arr
     precision = (weights.whiten(signs) ** 2).mean(axis=1)
     variance = sum(noise.variances(s.fit.prediction.slope)) / problem.blocks.count
     scale = (1 / np.sqrt((variance + rest) * precision))[:, None]
-    return weights.whiten(s.columns) * scale, weights.whiten(s.base) * scale, weights.whiten(scatter.T) * scale
+    effects, random = weights.whiten(s.columns) * scale, weights.whiten(scatter.T) * scale
+    # As in the diagnosis, principal components well below the noise are left out.
+    values, vectors = np.linalg.eigh(random.T @ random)
+    return effects, weights.whiten(s.base) * scale, random @ vectors[:, values > MIN_EIGENVALUE]

@@ -18,12 +18,10 @@ from scipy.linalg import solve_triangular
 
 from stiffness_model.numerics.arrays import Array
 
-from .diagnosis_link import ACCUMULATING, RigNoise, Sensitivities, noise_whitened
+from .diagnosis_link import ACCUMULATING, Sensitivities, noise_whitened
+from .protocols.rig import RigNoise
 from .protocols.schedule import Schedule
 
-MIN_EIGENVALUE = 0.3
-"""Least variance of a principal component of the scatter over the whole library, in units of the noise, that is kept.
-Chosen by judgement, as in the diagnosis: a component well below the noise changes no decision."""
 MIN_BASE_EIGENVALUE = 1e-9
 """Relative size of an eigenvalue of the base model's information below which it counts as zero: rounding."""
 
@@ -46,7 +44,7 @@ class PieceInformation:
 
 def piece_information(s: Sensitivities, library: Schedule, noise: RigNoise) -> PieceInformation:
     """The products of all runs of a record along the schedule `library`, measured with this noise."""
-    rows = _whitened_rows(s, noise)
+    rows = np.concatenate(noise_whitened(s, noise), axis=1)
     added = {v.effect: v for v in s.variants if v.effect in ACCUMULATING.values()}
     continued = tuple(
         (v.columns[0], added[ACCUMULATING[v.effect]].columns[0], v.size / added[ACCUMULATING[v.effect]].size, v.effect)
@@ -59,17 +57,8 @@ def piece_information(s: Sensitivities, library: Schedule, noise: RigNoise) -> P
 
 def record_information(s: Sensitivities, noise: RigNoise) -> Array:
     """(k, k) information of the effects' columns along a whole record, measured with this noise."""
-    rows = _whitened_rows(s, noise)
+    rows = np.concatenate(noise_whitened(s, noise), axis=1)
     return _eliminated(rows.T @ rows, s.columns.shape[1], s.base.shape[1])
-
-
-def _whitened_rows(s: Sensitivities, noise: RigNoise) -> Array:
-    """(n, t) whitened columns of effects, base model and the principal components of the scatter."""
-    columns, base, scatter = noise_whitened(s, noise)
-    if scatter.shape[1]:
-        values, vectors = np.linalg.eigh(scatter.T @ scatter)
-        scatter = scatter @ vectors[:, values > MIN_EIGENVALUE]
-    return np.concatenate([columns, base, scatter], axis=1)
 
 
 def _products(rows: Array, run: NDArray[np.int64], count: int) -> Array:

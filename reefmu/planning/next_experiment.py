@@ -13,11 +13,12 @@ from stiffness_model.errors import InputError
 from stiffness_model.numerics.arrays import Array
 
 from ..record import Record
+from .diagnosis_link import ACCUMULATING, excluded_effects
 from .information import total_information
 from .predicted_isolability import isolability
 from .protocols.rig import Rig
 from .protocols.schedule import Schedule
-from .shortest_plan import choose_pieces, excluded_effects, prepare_setting
+from .shortest_plan import choose_pieces, prepare_setting
 
 MIN_TURN = 0.1
 """rad, range of the crank angle within a run from which the crank turns, and between runs from which its angle can be
@@ -26,8 +27,6 @@ MIN_WARMING = 5.0
 """K, range of the temperature from which a rig heats the drive. Chosen by judgement, above the changes of a room."""
 MINUTES = 60.0
 """Minutes that a next experiment may take. Chosen by judgement."""
-ADDED = ("backlash", "torque_sensor_offset")
-"""Effects whose columns a later start of wear and drift adds."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +51,12 @@ def next_protocol(drive: Drive, rig: Rig, rival_sets: Sequence[Sequence[str]]) -
     def silent(_stage: str, _share: float) -> None:
         """No progress is shown."""
 
-    excluded = excluded_effects(rig)
+    excluded = excluded_effects(rig.missing)
     shown = [tuple(names) for names in rival_sets if names and not set(names) & set(excluded)]
     if len(shown) < 2:
         raise InputError(f"next protocol: expected two sets of effects that the rig can show, got {rival_sets!r}")
-    setting = prepare_setting(drive, rig, sorted({name for names in shown for name in names} | set(ADDED)), silent)
+    names = {name for names in shown for name in names} | set(ACCUMULATING.values())
+    setting = prepare_setting(drive, rig, sorted(names), silent)
     candidates = setting.candidates(setting.rig, shown, shown)
     chosen = choose_pieces(candidates, silent)
     information = total_information(candidates.pieces, chosen.schedule)

@@ -24,9 +24,6 @@ PRIOR_ODDS = 1 / 20
 """Prior odds of each effect against its absence: of some 17 effects about one is expected in a drive that is tested."""
 NAMED = 0.95
 """Posterior probability from which the diagnosis names a hypothesis, as in its verdict."""
-PRIOR_OF_PRESENCE = {"missing_ball": (1.0, 0.1)}
-"""Mean and standard deviation of the amplitude, in typical sizes, of effects that are present or absent, as in the
-diagnosis; all others have mean 0 and standard deviation 1."""
 SIZES = tuple(float(x) for x in 10.0 ** np.linspace(-2.0, 1.0, 13))
 """Sizes, over the typical ones, at which the probability of a name is computed: a factor of 1.8 apart, interpolated."""
 DRAWS, DRAWS_BY_SIZE = 100, 40
@@ -152,18 +149,8 @@ class _Marginal:
     def of(cls, information: Array, parts: tuple[Variant, ...]) -> _Marginal:
         columns = [k for v in parts for k in v.columns]
         # Changes of shape have standard deviation 1 too, in `SHAPE_STEP`, as the amplitude that they are products with.
-        prior = [
-            PRIOR_OF_PRESENCE.get(v.effect, (0.0, 1.0)) if k < v.n_amplitudes else (0.0, 1.0)
-            for v in parts
-            for k in range(len(v.columns))
-        ]
-        one_sided = np.array(
-            [
-                v.one_sided and k < v.n_amplitudes and v.effect not in PRIOR_OF_PRESENCE
-                for v in parts
-                for k in range(len(v.columns))
-            ]
-        )
+        prior = [v.prior(k) for v in parts for k in range(len(v.columns))]
+        one_sided = np.array([v.is_one_sided(k) for v in parts for k in range(len(v.columns))])
         mean, precision = np.array([m for m, _ in prior]), np.array([1 / s**2 for _, s in prior])
         covariance = np.asarray(np.linalg.inv(information[np.ix_(columns, columns)] + np.diag(precision)), float)
         constant = 0.5 * float(np.linalg.slogdet(covariance)[1] + np.log(precision).sum() - precision @ mean**2)

@@ -9,7 +9,7 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from .design import Candidates, potential, wanted_separations
+from .design import MARGINS, Candidates, potential, wanted_separations
 from .predicted_isolability import PredictedIsolability
 from .protocols.motion_pieces import feasible
 from .protocols.rig import Rig
@@ -18,9 +18,6 @@ from .protocols.schedule import Schedule
 QUIETER = 1 / 3
 """Factor on the noise of a better sensor. Chosen by judgement: the next accuracy class of torque sensors and encoders
 differs by two to four."""
-MARGIN = 1.7
-"""Factor on the wanted separations that counts as separated, the greatest margin of a plan: a name must beat all rivals
-at once."""
 MAX_RIVALS = 3
 """Rivals of one effect that are listed at most, the nearest first, for a reader's sake."""
 NOTHING = "no effect"
@@ -96,7 +93,7 @@ def find_remedies(
     An effect is told where a longer protocol or an upgrade separates it from all of its rivals; rivals that are as near
     as the nearest within a factor of 2 are listed too.
     """
-    nothing, rival = wanted_separations(power, MARGIN)
+    nothing, rival = wanted_separations(power, MARGINS[-1])
 
     def ratios(over: Sequence[Array]) -> Array:
         """(t, r + 1) separation of each true hypothesis over the wanted one, lower quartile of its traces: amplitudes

@@ -15,8 +15,6 @@ from .diagnosis_link import Sensitivities, Variant
 MAX_COMBINATIONS = 32
 """Combinations of the variants of a set's effects that are examined, evenly chosen. Chosen by judgement to bound the
 time; single effects have at most 28 variants."""
-PAIRED = ("kinematic_error",)
-"""Effects whose columns, sines and cosines of all orders, span all of their traces."""
 SINGULAR = 1e-9
 """Relative size of an eigenvalue below which columns are linearly dependent: rounding."""
 
@@ -44,7 +42,7 @@ def make_hypotheses(s: Sensitivities, sets: Sequence[Sequence[str]]) -> list[Riv
         if not all(name in s.candidates for name in names):
             continue
         by_effect = [[v for v in s.variants if v.effect == name] for name in names]
-        if len(names) == 1 and names[0] not in PAIRED:
+        if len(names) == 1 and not any(v.paired for v in by_effect[0]):
             # A fit follows the trace of a large effect and of shapes between those of the variants.
             by_effect[0] += [v for v in s.truths if v.effect == names[0]]
         draws = [[v.columns[0] for v in s.truths if v.effect == name] for name in names]

@@ -15,12 +15,12 @@ from stiffness_model.numerics.arrays import Array
 
 from ..effects import EFFECTS, find_effect
 from ..model.contacts.tables import cached_lookup
-from .design import Candidates, ProtocolDesign, design, make_targets, potential, wanted_separations
-from .diagnosis_link import RigNoise, Sensitivities, record_problem, sensitivities, whitened
+from .design import MARGINS, Candidates, ProtocolDesign, design, make_targets, potential, wanted_separations
+from .diagnosis_link import Sensitivities, excluded_effects, record_problem, sensitivities, whitened
 from .information import piece_information, record_information, total_information
 from .predicted_isolability import PredictedIsolability, isolability, mean_isolability
 from .protocols.motion_pieces import Piece, feasible, motion_library
-from .protocols.rig import Rig
+from .protocols.rig import Rig, rig_noise
 from .protocols.schedule import Schedule, has_individuals, make_schedule, measured_record
 from .remedies import Remedy, find_remedies
 from .rival_hypotheses import make_hypotheses
@@ -28,9 +28,6 @@ from .sizes import typical_sizes
 
 POWER = 0.9
 """Probability of the right name that a plan aims at. Chosen by judgement, usual for the power of a test."""
-MARGINS = (1.0, 1.3, 1.7)
-"""Factors on the wanted separations, tried in turn until the predicted probabilities reach `POWER`: the separations are
-pairwise, a name must beat all rivals at once. Chosen by judgement."""
 LIBRARY_SEED, PROTOCOL_SEEDS = 1, (2, 3)
 """Seeds of the library's record, which is one of the mean drive, and of the protocol's records, which are of individual
 drives. The diagnosis estimates noise and scatter in each; chosen by judgement for a time of some seconds."""
@@ -88,22 +85,6 @@ class Setting:
         )
 
 
-def rig_noise(rig: Rig, ratio: float) -> RigNoise:
-    """The noise of single samples, with the rounding errors of the readings, of a gear with this ratio."""
-    assert rig.torque_noise is not None
-
-    def both(noise: float, resolution: float) -> float:
-        return noise**2 + resolution**2 / 12  # variance of a uniformly distributed rounding error
-
-    crank = both(rig.crank_noise, rig.crank_resolution) if rig.can_set_angles else 0.0
-    correlation = float(np.exp(-1 / (rig.sample_rate * rig.correlation_time))) if rig.correlation_time > 0 else 0.0
-    return RigNoise(
-        both(rig.torque_noise, rig.torque_resolution) ** 0.5,
-        (both(rig.output_noise, rig.output_resolution) + crank / ratio**2) ** 0.5,
-        correlation,
-    )
-
-
 def prepare_setting(drive: Drive, rig: Rig, names: Sequence[str] | None, report: Progress) -> Setting:
     """The library of the drive on the rig, linearised for the effects `names` or for all."""
     lookup = cached_lookup(drive)
@@ -149,7 +130,7 @@ def make_plan(
         find_effect(name, "--effects")
     setting = prepare_setting(drive, rig or Rig(), None, report)
     rig = setting.rig
-    excluded = excluded_effects(rig)
+    excluded = excluded_effects(rig.missing)
     rivals = [(name,) for name in EFFECTS if name not in excluded]
     interest = tuple(name for name in EFFECTS if (effects is None or name in effects) and name not in excluded)
     if not interest:
@@ -193,16 +174,6 @@ def _predict(
             isolability(information, make_hypotheses(columns, true), make_hypotheses(columns, rivals), seed=seed)
         )
     return mean_isolability(found)
-
-
-def excluded_effects(rig: Rig) -> dict[str, str]:
-    """Effects that records of the rig cannot show, with the reason."""
-    return {
-        name: requirement.value
-        for name, effect in EFFECTS.items()
-        for requirement in effect.identification.requirements
-        if requirement.name.lower() in rig.missing
-    }
 
 
 def choose_pieces(candidates: Candidates, report: Progress) -> ProtocolDesign:

@@ -110,14 +110,12 @@ class FitOptions:
     """How far a fit goes.
 
     steps: at most; tolerance: change of the cost, predicted or achieved, at which it ends; estimate_size: whether the
-    size of the scatter is estimated with the parameters or held; thinned: whether the torque is that of the thinned
-    trace, see `preprocessing.thinning`.
+    size of the scatter is estimated with the parameters or held.
     """
 
     steps: int = 25
     tolerance: float = 1e-3
     estimate_size: bool = True
-    thinned: bool = False
 
 
 HELD_SIZE = FitOptions(estimate_size=False)

@@ -67,21 +67,21 @@ class Problem:
         return ParameterLayout(self.base.shape.size, tuple(names))
 
     @cached_property
-    def thinned(self) -> tuple[Trace, Blocks]:
-        """The trace on which sets are ranked, with its blocks: with fewer samples where the record is long."""
-        return thin_trace(self.trace, self.blocks)
+    def for_ranking(self) -> Problem:
+        """The problem on which sets are ranked: with fewer samples where the record is long, else this one."""
+        trace, blocks = thin_trace(self.trace, self.blocks)
+        return self if trace is self.trace else replace(self, trace=trace, blocks=blocks)
 
-    def predictor(self, names: Sequence[str], *, thinned: bool = False) -> Predictor:
-        """The predictor of a set of effects, averaged over the blocks; thinned: on the thinned trace."""
-        key = tuple(names), thinned
+    def predictor(self, names: Sequence[str]) -> Predictor:
+        """The predictor of a set of effects, averaged over the blocks."""
+        key = tuple(names)
         if key not in self._last_predictor:
-            trace, blocks = self.thinned if thinned else (self.trace, self.blocks)
             self._last_predictor.clear()
-            self._last_predictor[key] = Predictor(trace, self.base, names, blocks)
+            self._last_predictor[key] = Predictor(self.trace, self.base, names, self.blocks)
         return self._last_predictor[key]
 
     @cached_property
-    def _last_predictor(self) -> dict[tuple[tuple[str, ...], bool], Predictor]:
+    def _last_predictor(self) -> dict[tuple[str, ...], Predictor]:
         """The predictor that was asked for last: a fit often continues where another ended."""
         return {}
 
@@ -119,8 +119,7 @@ class Problem:
     ) -> Fit:
         """Fit a set of effects from `start` (k,), under the problem's weights unless others are given."""
         weights = self.weights if weights is None else weights
-        predictor = self.predictor(names, thinned=options is not None and options.thinned)
-        return fit(predictor, self.torque, weights, self.bounds(names), start, options)
+        return fit(self.predictor(names), self.torque, weights, self.bounds(names), start, options)
 
     def without_weights(self, found: Fit) -> Fit:
         """A fit to send to another process, whose problem has the same weights; others are sent along."""
@@ -171,12 +170,13 @@ def block_variances(noise: Noise, slope: Array, count: Array) -> tuple[Array, Ar
     return weighting_variance, single * inside / count
 
 
-def select_candidates(missing: Sequence[str], base: BaseCurve) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Effects that a record without the columns `missing` can show, and the excluded ones with the reason."""
+def select_candidates(missing: Sequence[str], base_kind: str) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Effects that a record without the columns `missing` can show beside a base curve of this kind, and the excluded
+    ones with the reason."""
     lacks = {
         Requirement.TEMPERATURE: "temperature" in missing,
         Requirement.CRANK_ANGLE: "crank_angle" in missing,
-        Requirement.DRAWING: base.kind != "drawing",
+        Requirement.DRAWING: base_kind != "drawing",
     }
     excluded = {
         name: requirement.value

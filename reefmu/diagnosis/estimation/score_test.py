@@ -95,7 +95,7 @@ def linearise(problem: Problem, name: str, at: Fit) -> list[Direction]:
     """All variants of a candidate, linearised about a fit."""
     effect = find_effect(name)
     sizes = amplitudes(effect)
-    predictor = problem.predictor((*at.names, name), thinned=True)
+    predictor = problem.for_ranking.predictor((*at.names, name))
     paired = any(p.name.startswith("phase_") for p in effect.parameters)
     found = []
     for start in start_variants(effect, problem.trace, problem.base.max_twist):

@@ -30,9 +30,9 @@ MAX_EXCHANGES = 3
 """Greatest number of exchange rounds. Chosen by judgement to bound the time of a search."""
 MIN_GAIN = 6.0
 """Gain in -2 log likelihood below which a further effect is not tried. Chosen by judgement, below significance."""
-RANKING = FitOptions(steps=12, tolerance=0.1, thinned=True)
+RANKING = FitOptions(steps=12, tolerance=0.1)
 """A fit good enough to rank sets. Chosen by judgement, well below the gains that decide."""
-FIRST_STEPS = FitOptions(steps=6, tolerance=0.1, estimate_size=False, thinned=True)
+FIRST_STEPS = FitOptions(steps=6, tolerance=0.1, estimate_size=False)
 """The first steps under the least scatter. Chosen by judgement."""
 NEAR_ZERO = 0.05
 """Torque, over full torque, below which the middle of the twist is a start of its zero. Chosen by judgement."""
@@ -211,10 +211,10 @@ def fit_starts(pool: WorkerPool, starts: Sequence[Start], report: Callable[[floa
 
 def _fit_start(problem: Problem, start: Start) -> Fit:
     """A fit whose first steps keep the scatter least: a large scatter would absorb the effect before it is found."""
-    at = start.parameters
+    at, ranking = start.parameters, problem.for_ranking
     if start.size == SCATTER_SIZES[0]:
-        at = problem.fit_from(start.names, at, problem.weights.with_size(start.size), FIRST_STEPS).parameters
-    return problem.without_weights(problem.fit_from(start.names, at, options=RANKING))
+        at = ranking.fit_from(start.names, at, problem.weights.with_size(start.size), FIRST_STEPS).parameters
+    return problem.without_weights(ranking.fit_from(start.names, at, options=RANKING))
 
 
 def _best_by_set(fits: Sequence[Fit]) -> dict[frozenset[str], Fit]:
@@ -229,7 +229,7 @@ def refine(problem: Problem, fit: Fit) -> Fit:
     """The set fitted to all samples and to the full tolerance, with the scatter at the twist that its contacts have."""
     weights = problem.weights_at(fit)
     better = problem.fit_from(fit.names, fit.parameters, weights if weights is not problem.weights else None)
-    return better if problem.thinned[0] is not problem.trace or better.cost < fit.cost else fit
+    return better if problem.for_ranking is not problem or better.cost < fit.cost else fit
 
 
 def is_degenerate(problem: Problem, fit: Fit) -> bool:

@@ -4,5 +4,4 @@
 * `effect_functions`, `vectorised`, `trajectory`: equations and states of the effects over arrays.
 * `record_contacts`, `record_states`, `record_stages`: the stages of `reefmu.model.stages.order` over a record.
 * `parameter_layout`, `predictor`: the vector of all parameters, torque and sensitivities.
-* `thinning`: fewer samples of a long record, on which sets of effects are ranked.
 """

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
 from stiffness_model.numerics.arrays import Array
 
-from ..preprocessing.trace import Blocks, Trace
+from .trace import Blocks, Trace
 
 PARTS = 5
 """Least parts of a block: a record of 12 000 samples remains as it is. Measured error of the torque, rms over a record

@@ -24,10 +24,9 @@ _DISPLAY_UNITS = {
     "rad/K": (ARCMIN, "arcmin/K"),
 }
 CALIBRATION = (
-    "Probabilities are meant as frequencies: of 100 verdicts with a probability of 95 %, about 95 should be right. How "
-    "far this holds was measured on simulated drives; see docs/validation.md."
+    "Probabilities are meant as frequencies: of 100 verdicts with a probability of 95 %, about 95 should be right."
 )
-"""What the probabilities mean, and where their calibration is measured."""
+"""What the probabilities mean."""
 POOR_FIT = 0.01
 """p-value below which the chosen model does not explain the record: the usual level of 1 %."""
 LARGE_GAP_RATIO = 1.5

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from scipy.special import ndtri
+
 from ...effects import find_effect
+from ..predicted_isolability import NAMED, PRIOR_ODDS
 from ..shortest_plan import Plan
 
 SCHEMA = 1
-DETECTION_ERRORS = 5.0
-"""Standard errors from which an effect is detected with a probability of 0.95 where it has no rival: 3.4 from its prior
-odds of 1/20 to a posterior probability of 0.95, sqrt(2 ln 380), and 1.6 for the probability."""
+DETECTION_ERRORS = math.sqrt(2 * math.log(NAMED / (1 - NAMED) / PRIOR_ODDS)) + float(ndtri(NAMED))
+"""Standard errors from which an effect is detected with the probability `NAMED` where it has no rival: 3.4 from its
+prior odds to the posterior probability at which it is named, and 1.6 for the probability."""
 
 
 @dataclass(frozen=True)
 class Limit:
     """Sizes of one effect, SI: typical, from which it is detected beside noise and scatter, and from which it is named
-    with the plan's power; None where no size is, or where the size has no meaning (a missing ball).
+    with the plan's power; None where it is named from none.
     """
 
     effect: str

@@ -79,11 +79,11 @@ def motion_library(rig: Rig, top_twist: float, full_twist: float) -> list[Piece]
     pieces = [_reading(home, rig)]
     for k, angle in enumerate(angles.tolist()):
         needs = at_angle if k else frozenset[str]()
-        pieces += [_loops(angle, (share,), top_twist, rig, needs) for share in (1.0, 0.5, 0.2)]
+        pieces += [_loops(angle, share, top_twist, rig, needs) for share in (1.0, 0.5, 0.2)]
         if top_twist < 0.98 * full_twist:
-            pieces.append(_loops(angle, (1.0,), full_twist, rig, needs | {"torque"}))
+            pieces.append(_loops(angle, 1.0, full_twist, rig, needs | {"torque"}))
     periods = [60.0, math.sqrt(60 * rig.shortest_loop), rig.shortest_loop]
-    pieces += [_loops(home, (0.8,), top_twist, rig, stage="rates", period=period) for period in periods]
+    pieces += [_loops(home, 0.8, top_twist, rig, stage="rates", period=period) for period in periods]
     pieces += [_hold(home, sign * 0.8 * top_twist, dwell, rig) for dwell in DWELLS for sign in (1, -1)]
     for speed in CRANK_SPEEDS:
         for share in (0.5, -0.5) if speed > CRANK_SPEEDS[0] else (0.5, -0.5, 0.9, 0.0):
@@ -92,8 +92,8 @@ def motion_library(rig: Rig, top_twist: float, full_twist: float) -> list[Piece]
     warm = REFERENCE_TEMPERATURE + 25.0 if not rig.can_heat else rig.highest
     needs = frozenset[str]() if rig.can_heat else frozenset({"temperature"})
     middle = (REFERENCE_TEMPERATURE + warm) / 2
-    pieces += [_loops(home, (1.0,), top_twist, rig, needs, "warm", temperature=t) for t in (middle, warm)]
-    pieces.append(_loops(float(angles[2]), (1.0,), top_twist, rig, needs | at_angle, "warm", temperature=warm))
+    pieces += [_loops(home, 1.0, top_twist, rig, needs, "warm", temperature=t) for t in (middle, warm)]
+    pieces.append(_loops(float(angles[2]), 1.0, top_twist, rig, needs | at_angle, "warm", temperature=warm))
     return pieces
 
 
@@ -113,7 +113,7 @@ def _temperature_text(temperature: float) -> str:
 
 def _loops(
     crank: float,
-    shares: tuple[float, ...],
+    share: float,
     twist: float,
     rig: Rig,
     needs: frozenset[str] = frozenset(),
@@ -125,10 +125,9 @@ def _loops(
     samples = _count(period, LOOP_SAMPLES, rig)
     phase = np.arange(1, LOOP_CYCLES * samples + 1) / samples
     triangle = 2 / np.pi * np.arcsin(np.sin(2 * np.pi * phase))
-    path = np.concatenate([share * twist * triangle for share in shares])
+    path = share * twist * triangle
     rate = f", {period:.3g} s a loop" if stage == "rates" else ""
-    amplitude = " and ".join(f"{100 * share:.0f} %" for share in shares)
-    label = f"loops to {amplitude} of {'the greatest' if 'torque' not in needs else 'full'} twist at crank "
+    label = f"loops to {100 * share:.0f} % of {'the greatest' if 'torque' not in needs else 'full'} twist at crank "
     label += f"{math.degrees(crank) % 360:.0f} deg{rate}{_temperature_text(temperature)}"
     return Piece(
         label, stage, np.full(len(path), period / samples), np.full(len(path), crank), path, temperature, needs
@@ -198,7 +197,7 @@ def _many_turns(crank: float, top_twist: float, seconds: float, rig: Rig) -> Pie
     turns = max(1.0, round(0.9 * seconds * speed / (2 * np.pi)))
     up = _ramp(0.0, 0.3 * top_twist, 4.0, _count(4.0, 20, rig))
     step, way = _turn(crank, turns, turns * 2 * np.pi / speed / 0.9, 40)
-    loops = _loops(float(way[-1]), (1.0,), top_twist, rig)
+    loops = _loops(float(way[-1]), 1.0, top_twist, rig)
     down = _ramp(0.3 * top_twist, 0.0, 4.0, _count(4.0, 20, rig))
     return Piece(
         f"{turns:.0f} turns of the crank at {speed:g} rad/s, then loops to the greatest twist",

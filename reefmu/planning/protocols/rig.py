@@ -9,8 +9,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from stiffness_model.errors import expect, expect_number, refuse_unknown
 from stiffness_model.io.toml_files import parse_toml, read_text
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import ARCMIN, REFERENCE_TEMPERATURE, parse_quantity
 
 CRANKS = ("turns", "angles", "locked")
@@ -84,6 +87,37 @@ class Rig:
             )
             if not measured
         )
+
+
+@dataclass(frozen=True)
+class RigNoise:
+    """Standard deviations of single samples: torque, N.m; twist, rad; correlation: of successive samples of torque."""
+
+    torque: float
+    twist: float
+    correlation: float
+
+    def variances(self, slope: Array) -> tuple[Array, Array]:
+        """(n,) (N.m)^2 each, of torque and of twist times the stiffness `slope` (n,), N.m/rad, for white noise that
+        gives sums over many samples the same variance."""
+        inflation = (1 + self.correlation) / (1 - self.correlation)
+        return np.full(len(slope), inflation * self.torque**2), (self.twist * slope) ** 2
+
+
+def rig_noise(rig: Rig, ratio: float) -> RigNoise:
+    """The noise of single samples, with the rounding errors of the readings, of a gear with this ratio."""
+    assert rig.torque_noise is not None
+
+    def both(noise: float, resolution: float) -> float:
+        return noise**2 + resolution**2 / 12  # variance of a uniformly distributed rounding error
+
+    crank = both(rig.crank_noise, rig.crank_resolution) if rig.can_set_angles else 0.0
+    correlation = float(np.exp(-1 / (rig.sample_rate * rig.correlation_time))) if rig.correlation_time > 0 else 0.0
+    return RigNoise(
+        both(rig.torque_noise, rig.torque_resolution) ** 0.5,
+        (both(rig.output_noise, rig.output_resolution) + crank / ratio**2) ** 0.5,
+        correlation,
+    )
 
 
 class _Field(NamedTuple):

@@ -17,7 +17,7 @@ from stiffness_model.errors import InputError, UnknownNameError
 
 
 def single(name: str, column: int) -> RivalHypothesis:
-    return RivalHypothesis((name,), ((Variant(name, (column,), 1, False, 1.0),),), ((column,),))
+    return RivalHypothesis((name,), ((Variant(name, (column,), 1, False, False, 1.0),),), ((column,),))
 
 
 PAIR = [single("creep", 0), single("structural_compliance", 1)]
