@@ -56,8 +56,14 @@ def _cards(plan: Plan) -> str:
     ]
     cards = [
         ("Duration", [f"<p class=big>{plan.seconds / 60:.1f} min</p>", f"<p>of {plan.rig.minutes:g} min</p>"]),
-        ("False alarm", [f"<p class=big>{100 * false_alarm:.1f} %</p>", "<p>of drives with nothing missing</p>"]),
-        ("Wrong name", [f"<p class=big>{100 * max(0.0, *wrong):.1f} %</p>", "<p>at most, over the true effects</p>"]),
+        (
+            "False alarms",
+            [f"<p class=big>{100 * false_alarm:.1f} %</p>", "<p>predicted, of drives that lack nothing</p>"],
+        ),
+        (
+            "Wrong names",
+            [f"<p class=big>{100 * max(0.0, *wrong):.1f} %</p>", "<p>predicted at most, over the effects</p>"],
+        ),
     ]
     return (
         "<div class=cards>"
