@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffness_model.display import dataframe, html_table, view
-from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
-from stiffness_model.io.drawing_toml import DriveLike, as_drive, drive_from_dict
+from stiffness_model.io.drawing_toml import DriveLike, as_any_drive, as_drive, drive_from_dict
+from stiffness_model.kinds import CONTACT_RESPONSES, INDIVIDUALS, AnyDrive, expect_has, kind_of
 from stiffness_model.lookup.build_lookup import N_DRIVES, Lookup
 from stiffness_model.rotation import Individual, draw_individual
 
@@ -85,8 +85,8 @@ class DriveModel:
         return dataframe(view("reefmu.torque_loop:torque_loop")(self))
 
     @property
-    def drive(self) -> Drive:
-        """The drawing that the lookup was computed from. Raises `InputError` for a lookup of a curve."""
+    def drive(self) -> Any:
+        """The drive, of any kind, that the lookup was computed from. Raises `InputError` for a lookup of a curve."""
         if source_curve(self.lookup) is not None:
             raise InputError(f"{self.name}: expected a model with a drawing, got one of a curve")
         return drive_from_dict(self.lookup.drawing)
@@ -169,25 +169,41 @@ def build_model(
     seed: int = 0,
     executor: Executor | None = None,
     individual: int | None = None,
+    inherent: bool = True,
 ) -> DriveModel:
-    """The model of a drawing with some effects inside.
+    """The model of a drive with some effects inside.
 
-    drive: a `Drive`, a preset's name or the path of a drawing. effects: parameter values by effect and parameter name;
-    an empty mapping for an effect that starts neutral. lookup: ready tables; else they come from the cache, or are
+    drive: a drive of any kind, its name or the path of a drawing. effects: parameter values by effect and parameter
+    name; an empty mapping for an effect that starts neutral. inherent: whether the effects that the drawing itself
+    states, such as the hysteresis loss of a catalogue gear, are inside with the drawing's values where `effects` does
+    not name them. lookup: ready tables; else they come from the cache, or are
     built from `n_drives` drives drawn with `seed`, by `executor` if given. individual: the seed of one drive of the
     drawing (`stiffness_model.rotation`), modelled instead of the mean of all.
 
-    Raises `UnknownNameError` for an effect or a parameter that does not exist, `InputError` for a value out of bounds.
+    Raises `UnknownNameError` for an effect or a parameter that does not exist, `InputError` for a value out of bounds,
+    and for an individual or an effect that the drive's kind lacks.
     """
-    drive = as_drive(drive)
-    chosen = dict(effects or {})
+    drive = as_any_drive(drive)
+    chosen = {**(inherent_effects(drive) if inherent else {}), **(effects or {})}
     ordered = _in_order(chosen)
-    one = None if individual is None else draw_individual(drive, individual)
+    for effect in ordered:
+        if effect.place in (Place.MODULUS, Place.ELEMENT):
+            expect_has(drive, CONTACT_RESPONSES, effect.name)
+    one = None
+    if individual is not None:
+        expect_has(drive, INDIVIDUALS, "individual")
+        one = draw_individual(as_drive(drive, "individual"), individual)
     name = drive.name if one is None else f"{drive.name} individual {one.seed}"
     # Checked before the tables are built, which may take some seconds.
     parameters = model_parameters(name, drive.ratio, ordered, chosen, individual=one is not None)
     table = lookup if lookup is not None else cached_lookup(drive, n_drives, seed, executor)
     return DriveModel(name, with_contact_tables(table, drive, ordered), ordered, parameters, one)
+
+
+def inherent_effects(drive: AnyDrive) -> dict[str, dict[str, float]]:
+    """Parameter values of the effects that the drive's own data state, by effect and parameter name."""
+    kind = kind_of(drive)
+    return kind.call("inherent_effects", drive) if kind.inherent_effects else {}
 
 
 def build_curve_model(table: Lookup, effects: Mapping[str, Mapping[str, float]] | None = None) -> DriveModel:

@@ -113,6 +113,7 @@ def load_model(
             seed=settings.get("seed", 0),
             executor=executor,
             individual=model.get("individual"),
+            inherent=False,
         )
     return built.with_parameters(band=model.get("band", 0.0))
 

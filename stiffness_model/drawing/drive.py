@@ -201,6 +201,11 @@ class Drive:
         return dataframe(view("stiffness_model.plotting.drive_tables:part_columns")(self))
 
     @property
+    def kind(self) -> str:
+        """The kind that a drawing states (`stiffness_model.kinds`)."""
+        return "rolling element eccentric"
+
+    @property
     def orientation(self) -> int:
         """+1 where crank and cage turn together, -1 where they reverse."""
         return 1 if self.lobes < self.transmission_ratio else -1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.resources
 import os
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -51,17 +52,19 @@ def read_text(path: Path, what: str) -> str:
         raise InputError(f"{path}: expected a readable {what}, got: {reason}") from None
 
 
-def read_named(source: str | os.PathLike[str], folder: str, kind: str, what: str) -> tuple[dict[str, Any], str, Path]:
+def read_named(
+    source: str | os.PathLike[str], folder: str, kind: str, what: str, others: Iterable[str] = ()
+) -> tuple[dict[str, Any], str, Path]:
     """The table of a file, or of one that comes with the package; what messages call it; its folder.
 
     source: a name in `folder` of this package, or a path; kind: what such a name stands for, such as "drive"; what: as
-    for `read_text`. Raises `InputError`.
+    for `read_text`; others: further names that an unknown one may have meant. Raises `InputError`.
     """
     if isinstance(source, str) and source in packaged_names(folder):
         return parse_toml(read_packaged(folder, source), source, f"a {what}"), source, Path()
     path = Path(source)
     if not path.is_file():
         if path.suffix == "" and path.parent == Path():
-            raise unknown_name(kind, str(source), packaged_names(folder))
+            raise unknown_name(kind, str(source), [*packaged_names(folder), *others])
         raise InputError(f"{path}: expected a {what}, got no such file")
     return parse_toml(read_text(path, what), str(path), f"a {what}"), str(path), path.parent

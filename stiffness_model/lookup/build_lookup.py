@@ -22,7 +22,8 @@ from ..drawing.sampling import quasi_random_drives, quasi_random_elements
 from ..drawing.twist_limits import expect_twists
 from ..equilibrium.closed_form import solve
 from ..errors import expect
-from ..io.drawing_toml import DriveLike, as_drive, drive_to_dict
+from ..io.drawing_toml import DriveLike, as_any_drive, drive_to_dict
+from ..kinds import kind_of
 from ..montecarlo.population import Population, simulate
 from ..montecarlo.twist_torque_curve import BAND
 from ..numerics.arrays import Array
@@ -53,7 +54,18 @@ N_QUADRATURE_DRIVES = 256
 
 
 def build_lookup(drive: DriveLike, n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> Lookup:
-    """The lookup of a drawing: its mean torque over twist and clearance, and the percentiles of `n_drives` drives.
+    """The lookup of a drive of any kind: mean torque over twist and clearance, and percentiles of `n_drives` drives.
+
+    executor: shares the work; the numbers do not depend on it. Raises `InputError` for a drive without a lookup.
+    """
+    found = as_any_drive(drive)
+    return kind_of(found).call("lookup", found, n_drives, seed, executor)
+
+
+def build_drawing_lookup(
+    drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None
+) -> Lookup:
+    """`build_lookup` for a rolling element eccentric drive.
 
     The twist axis reaches to twice the drawing's max_twist, the clearance axis to half of the clearance that max_twist
     closes. The grid spacing follows the scatter of the contact clearances, over which the contacts set in smoothly; the
@@ -61,7 +73,6 @@ def build_lookup(drive: DriveLike, n_drives: int = N_DRIVES, seed: int = 0, exec
     numbers do not depend on it. Raises `InputError` for a drawing with inertia switched on, whose forces depend on the
     crank's speed, which is no axis of the tables.
     """
-    drive = as_drive(drive)
     expect(
         not drive.beyond.has_inertia_forces,
         "inertia 'off', since the crank's speed is no axis of the tables",

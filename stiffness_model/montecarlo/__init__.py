@@ -1,5 +1,6 @@
 """Many virtual drives at once.
 
 * `population`: torque, contact forces and load shares over the twist; `twist_torque_curve`: their mean and band.
-* `solved_blocks`: the equilibrium of every element, a block of drives at a time.
+* `drive_blocks`: torques and forces of a block of drives; `solved_blocks`: the equilibrium of every element, a block of
+  drives at a time.
 """

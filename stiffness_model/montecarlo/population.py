@@ -6,25 +6,26 @@ from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
 from ..contact.element_contacts import CONTACTS
-from ..contact.usable_elements import UsableElements, usable_elements
 from ..display import dataframe, html_table
 from ..drawing import sampling
 from ..drawing.drive import Drive
 from ..drawing.twist_limits import expect_twists
-from ..equilibrium.closed_form import MAX_PAIRS, Equilibrium, Status, solve_chunks
+from ..equilibrium.closed_form import MAX_PAIRS, Status
 from ..errors import expect, expect_integer, expect_number, warn_not_converged
 from ..frozen_mapping import FrozenMapping
-from ..io.drawing_toml import DriveLike, as_drive
+from ..io.drawing_toml import DriveLike, as_any_drive
+from ..kinds import kind_of
 from ..memory import expect_memory
 from ..numerics.arrays import Array, ArrayValue
 from ..units import ARCMIN
+from .drive_blocks import simulate_block
 from .twist_torque_curve import BAND, TwistTorqueCurve, force_column
 
 if TYPE_CHECKING:
@@ -115,6 +116,10 @@ class Population(ArrayValue):
             }
         )
 
+    def lines(self) -> list[str]:
+        """Further results in words; none, because the command rates the loads (`reefmu curve`)."""
+        return []
+
     def curve(self) -> TwistTorqueCurve:
         """Mean, band (10th and 90th percentile) and stiffness over the sorted twists.
 
@@ -150,18 +155,33 @@ def simulate(
 ) -> Population:
     """Torque and forces of `n_drives` virtual drives with cage and gear fixed and the crank twisted.
 
-    drive: a drive, a preset's name or a drawing's path. twist: (n_twist,) rad at the output. seed: of the tolerances;
-    the same seed gives the same drives. clearance: m, added to the gear's clearance in all drives (positive: backlash).
-    executor: a concurrent.futures executor that computes the blocks of drives; the numbers do not depend on it. Raises
-    `InputError` for twists that are not finite or far beyond the drawing's max_twist (`twist_limits`), and for less
-    than one drive. Warns with `NotConvergedWarning` of elements without an equilibrium (`status_counts`).
+    drive: a drive of any kind, its name or a drawing's path; the population of another kind than rolling element
+    eccentric has the results of that kind (`stiffness_model.kinds`). twist: (n_twist,) rad at the output. seed: of the
+    tolerances; the same seed gives the same drives. clearance: m, added to the gear's clearance in all drives
+    (positive: backlash). executor: a concurrent.futures executor that computes the blocks of drives; the numbers do not
+    depend on it. Raises `InputError` for twists that are not finite or far beyond the drawing's max_twist
+    (`twist_limits`), and for less than one drive. Warns with `NotConvergedWarning` of elements without an equilibrium
+    (`status_counts`).
 
     >>> from stiffness_model import load_drive
     >>> population = simulate(load_drive("drive_1"), [0.0, 0.002], n_drives=50)
     >>> population.torque.shape, population.contact_force.shape
     ((50, 2), (50, 2, 4))
     """
-    drive = as_drive(drive)
+    found = as_any_drive(drive)
+    return kind_of(found).call("simulate", found, twist, n_drives, seed, clearance=clearance, executor=executor)
+
+
+def simulate_drawing(
+    drive: Drive,
+    twist: ArrayLike,
+    n_drives: int = 1000,
+    seed: int = 0,
+    *,
+    clearance: float = 0.0,
+    executor: Executor | None = None,
+) -> Population:
+    """`simulate` for a rolling element eccentric drive."""
     angles = expect_twists(drive, twist)
     expect_integer(n_drives, "at least one drive", "n_drives")
     expect_number(clearance, "a finite clearance in m", "clearance")
@@ -171,7 +191,7 @@ def simulate(
         f"{n_drives} virtual drives at {len(angles)} twists",
         "take fewer drives or twists, or allow more memory",
     )
-    work = partial(_simulate_block, drive, angles, int(seed), float(clearance))
+    work = partial(simulate_block, drive, angles, int(seed), float(clearance))
     tasks = list(sampling.blocks(int(n_drives)))
     shape = (int(n_drives), len(angles))
     torque, crank_torque, share, force = np.empty(shape), np.empty(shape), np.empty(shape), np.empty((*shape, 4))
@@ -208,43 +228,3 @@ def memory_needed(drive: Drive, n_drives: int, n_twist: int) -> float:
     results = 8.0 * (3 + len(CONTACTS)) * n_drives * n_twist
     pairs = min(sampling.BLOCK * drive.elements * n_twist, MAX_PAIRS)
     return (1 + _COPIED_SHARE) * results + _BYTES_PER_PAIR * pairs
-
-
-class _BlockResult(NamedTuple):
-    """Results of one block of drives."""
-
-    torque: Array
-    crank_torque: Array
-    force: Array
-    share: Array
-    counts: NDArray[np.int64]
-    capped_count: int
-    interference_count: int
-
-
-def _simulate_block(drive: Drive, twist: Array, seed: int, clearance: float, task: tuple[int, int]) -> _BlockResult:
-    block, n_drives = task
-    deviations = sampling.draw(drive, block, n_drives, seed)
-    elements = usable_elements(drive, deviations, clearance)
-    shape = (n_drives, len(twist))
-    torque, crank_torque, greatest, force = np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros((*shape, 4))
-    counts = np.zeros(len(Status), np.int64)
-    counts[Status.EXCLUDED] = elements.n_excluded * len(twist)
-    for part, result in solve_chunks(elements.contacts, twist * drive.ratio):
-        torque[:, part], crank_torque[:, part], greatest[:, part] = _torques(result, elements)
-        for k, values in enumerate((result.gear, result.crank, result.cage_plus, result.cage_minus)):
-            force[:, part, k] = elements.reduce_per_drive(np.maximum, values).T
-        counts += np.bincount(result.status.ravel(), minlength=len(Status))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.where(torque != 0, greatest / np.abs(torque), np.nan)
-    interfering = int((deviations.cage < deviations.element).sum())
-    return _BlockResult(torque, crank_torque, force, share, counts, int(elements.contacts.capped.sum()), interfering)
-
-
-def _torques(result: Equilibrium, elements: UsableElements) -> tuple[Array, Array, Array]:
-    """Sums of output and crank torque, and the greatest contribution in the sum's direction, (n_drives, m) N.m."""
-    torque = elements.reduce_per_drive(np.add, result.output_torque).T
-    crank_torque = elements.reduce_per_drive(np.add, result.crank_torque).T
-    highest = elements.reduce_per_drive(np.maximum, result.output_torque).T
-    lowest = elements.reduce_per_drive(np.minimum, result.output_torque).T
-    return torque, crank_torque, np.where(torque >= 0, highest, -lowest)

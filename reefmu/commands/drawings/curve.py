@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 
+from stiffness_model.drawing.drive import Drive
 from stiffness_model.drawing.tolerances import clearance_offset
 from stiffness_model.io.atomic_files import staged_folder
+from stiffness_model.kinds import CONTACT_FORCES, INDIVIDUALS, TOLERANCES, AnyDrive, expect_has, kind_of, lacking
 from stiffness_model.montecarlo.population import Population
 from stiffness_model.montecarlo.twist_torque_curve import BACKLASH_SHARE, LOST_MOTION_SHARE, TwistTorqueCurve
 from stiffness_model.plotting import curves as plots
@@ -23,39 +25,48 @@ ROWS = 13
 
 
 def run(args: argparse.Namespace) -> int:
-    """Simulate, print, and write curve.csv, curve.png, forces.png and load_share.png."""
+    """Simulate, print, and write curve.csv, curve.png and, of a drive with contacts, forces.png and load_share.png."""
     drive, notes = drawing_with_fields(args.drive, args.fields)
+    if args.individual is not None:
+        expect_has(drive, INDIVIDUALS, "curve --individual")
     folder = output_folder(args, "curve")
     with staged_folder(folder) as stage:
         population = run_population(drive, args)
         curve = population.curve()
-        ratings = rate_loads(population)
-        curve.write_csv(stage / "curve.csv", ratings.columns())
-        for name, ax in {
-            "curve.png": plots.twist_over_torque(curve),
-            "forces.png": plots.contact_forces(population),
-            "load_share.png": plots.load_share(population),
-        }.items():
-            plots.save(ax, stage / name)
-        written = ["curve.csv", "curve.png", "forces.png", "load_share.png"]
+        ratings = rate_loads(population) if isinstance(drive, Drive) else None
+        curve.write_csv(stage / "curve.csv", None if ratings is None else ratings.columns())
+        plots.save(plots.twist_over_torque(curve), stage / "curve.png")
+        written = ["curve.csv", "curve.png"]
+        if not lacking(drive, CONTACT_FORCES):
+            plots.save(plots.contact_forces(population), stage / "forces.png")
+            plots.save(plots.load_share(population), stage / "load_share.png")
+            written += ["forces.png", "load_share.png"]
         turned = None if args.individual is None else turning_individual.turn_individual(drive, args.individual)
         if turned is not None:
             turning_files.write_files(turned, stage)
             written += turning_files.FILES
-    show_notes(notes)
-    print(f"{drive.name}: {population.n_drives} virtual drives, seed {population.seed}\n")
+    missing = [lacking(drive, what) for what in (TOLERANCES, CONTACT_FORCES)]
+    show_notes([*notes, *(reason for reason in missing if reason)])
+    print(f"{drive.name}: {_population_text(drive, population)}\n")
     print(_twist_table(curve))
     print()
     print(_motion(curve))
     print()
-    print("\n".join(ratings.lines()))
-    print()
-    print(_elements(population))
+    if ratings is None:
+        print("\n".join(population.lines()))
+    else:
+        print("\n".join([*ratings.lines(), "", _elements(population)]))
     if turned is not None:
         print()
         print(turning_individual.summary(turned))
     print(f"\nwritten to {folder}: {', '.join(written)}")
     return 0
+
+
+def _population_text(drive: AnyDrive, population: Population) -> str:
+    if lacking(drive, TOLERANCES):
+        return kind_of(drive).noun
+    return f"{population.n_drives} virtual drives, seed {population.seed}"
 
 
 def _twist_table(curve: TwistTorqueCurve) -> str:

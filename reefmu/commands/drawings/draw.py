@@ -14,6 +14,7 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.drawing.twist_limits import expect_crank_angle, expect_twists
 from stiffness_model.errors import expect, expect_number
 from stiffness_model.io.atomic_files import staged_folder
+from stiffness_model.kinds import DIMENSIONS
 from stiffness_model.plotting.cross_section.animation import write_animation
 from stiffness_model.plotting.cross_section.drive_figures import drawing_figure, forces_figure
 from stiffness_model.plotting.cross_section.dxf import write_dxf
@@ -22,13 +23,13 @@ from stiffness_model.plotting.cross_section.layout import period_turns
 from stiffness_model.plotting.cross_section.row_outlines import max_exaggeration
 from stiffness_model.units import ARCMIN, MICROMETRE
 
-from ..terminal.drawing_input import drawing_with_fields, output_folder
+from ..terminal.drawing_input import output_folder, ree_drawing_with_fields
 from ..terminal.notes import show_notes
 
 
 def run(args: argparse.Namespace) -> int:
     """Draw, print the sizes and the forces, and write the files that were asked for."""
-    drive, notes = drawing_with_fields(args.drive, args.fields)
+    drive, notes = ree_drawing_with_fields(args.drive, args.fields, "draw", DIMENSIONS)
     twist = drive.max_twist
     if args.twist is not None:
         twist = float(expect_twists(drive, args.twist * ARCMIN, "--twist", in_rad=False)[0])

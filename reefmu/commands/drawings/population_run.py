@@ -7,8 +7,8 @@ import argparse
 import numpy as np
 
 from reefmu.progress import CountingExecutor
-from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import expect
+from stiffness_model.kinds import AnyDrive
 from stiffness_model.montecarlo.population import Population, simulate
 from stiffness_model.units import format_quantity
 
@@ -16,7 +16,7 @@ TWISTS = 61
 """Twists from zero to the drawing's max_twist; chosen by judgement."""
 
 
-def run_population(drive: Drive, args: argparse.Namespace) -> Population:
+def run_population(drive: AnyDrive, args: argparse.Namespace) -> Population:
     """The virtual drives that `--drives` and `--seed` ask for, over the drawing's range of twists.
 
     Raises `InputError` if they carry no torque, because the range of twists lies within the backlash.

@@ -13,8 +13,9 @@ from reefmu.planning.plan_report.result import summary
 from reefmu.planning.protocols.rig import Rig, expect_minutes, load_rig
 from reefmu.planning.shortest_plan import Plan, make_plan
 from reefmu.progress import Progress
+from stiffness_model.kinds import CONTACT_RESPONSES
 
-from ..terminal.drawing_input import drawing_with_fields
+from ..terminal.drawing_input import ree_drawing_with_fields
 from ..terminal.notes import show_notes
 from ..terminal.worker_processes import pool_with_progress
 
@@ -26,7 +27,7 @@ def run(args: argparse.Namespace) -> int:
         rig = replace(rig, minutes=expect_minutes(args.minutes, "--minutes"))
     for name in args.effects or ():
         find_effect(name, "--effects")
-    drive, notes = drawing_with_fields(args.drive, args.fields)
+    drive, notes = ree_drawing_with_fields(args.drive, args.fields, "plan", CONTACT_RESPONSES)
     folder = Path(args.out)
     with pool_with_progress("solving the lookup (once: it is cached)") as executor:
         cached_lookup(drive, executor=executor)

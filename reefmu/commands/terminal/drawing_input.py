@@ -6,18 +6,34 @@ import argparse
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-from stiffness_model.drawing.drive import FIELDS, Drive
-from stiffness_model.io.drawing_toml import load_drive
-
-
-def drawing_with_fields(source: str, fields: Sequence[tuple[str, str]]) -> tuple[Drive, list[str]]:
-    """The drawing with the fields of `--set`, and notes on it, such as that its elements do not fit."""
-    return read_drawing(source, **{name: FIELDS[name].parse(text) if name in FIELDS else text for name, text in fields})
+from stiffness_model.drawing.drive import Drive
+from stiffness_model.io.drawing_toml import as_drive, load_drive, read_table
+from stiffness_model.kinds import expect_has, kind_of_table
 
 
-def read_drawing(source: str, **fields: object) -> tuple[Drive, list[str]]:
-    """The drawing, and the warnings of `load_drive` as notes."""
+def drawing_with_fields(source: str, fields: Sequence[tuple[str, str]]) -> tuple[Any, list[str]]:
+    """The drive of any kind with the fields of `--set`, and notes on it, such as that its elements do not fit."""
+    known = kind_of_table(*read_table(source)).fields if fields else {}
+    return read_drawing(source, **{name: known[name].parse(text) if name in known else text for name, text in fields})
+
+
+def ree_drawing_with_fields(
+    source: str, fields: Sequence[tuple[str, str]], command: str, needs: str
+) -> tuple[Drive, list[str]]:
+    """The same for a command that serves rolling element eccentric drives only.
+
+    needs: what of `stiffness_model.kinds` the command needs of the drive. Raises `InputError` for a drive of another
+    kind.
+    """
+    drive, notes = drawing_with_fields(source, fields)
+    expect_has(drive, needs, command)
+    return as_drive(drive, command), notes
+
+
+def read_drawing(source: str, **fields: object) -> tuple[Any, list[str]]:
+    """The drive of any kind, and the warnings of `load_drive` as notes."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         drive = load_drive(source, **fields)

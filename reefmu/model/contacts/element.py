@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import casadi as ca
 
-from stiffness_model.drawing.drive import Drive
+from stiffness_model.io.drawing_toml import as_drive
+from stiffness_model.kinds import AnyDrive
 from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.lookup.element_table import FADE_HALF_WIDTH, ElementTable
 from stiffness_model.lookup.modulus import modulus_shares
@@ -17,13 +18,13 @@ from ...effects import Effect, Place
 from .tables import cached_element_table, clamped, clamped_to_unit, expanded, spline_function
 
 
-def with_contact_tables(lookup: Lookup, drive: Drive, effects: Iterable[Effect]) -> Lookup:
+def with_contact_tables(lookup: Lookup, drive: AnyDrive, effects: Iterable[Effect]) -> Lookup:
     """The lookup with the further tables that these effects need, from the cache or computed within a second."""
     places = {effect.place for effect in effects}
     if Place.MODULUS in places and lookup.modulus is None:
-        lookup = replace(lookup, modulus=modulus_shares(drive))
+        lookup = replace(lookup, modulus=modulus_shares(as_drive(drive)))
     if Place.ELEMENT in places and lookup.element is None:
-        lookup = replace(lookup, element=cached_element_table(drive))
+        lookup = replace(lookup, element=cached_element_table(as_drive(drive)))
     return lookup
 
 

@@ -20,6 +20,7 @@ import stiffness_model
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
 from stiffness_model.io.drawing_toml import drive_to_dict
+from stiffness_model.kinds import AnyDrive, kind_of
 from stiffness_model.lookup.build_lookup import N_DRIVES, QUANTITIES, Lookup, build_lookup
 from stiffness_model.lookup.element_table import ElementTable, build_element_table
 from stiffness_model.numerics.bspline import Axis
@@ -123,11 +124,14 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "reefmu"
 
 
-def cached_lookup(drive: Drive, n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> Lookup:
-    """The drawing's lookup, from the cache if the same code built it before, else built (some seconds).
+def cached_lookup(drive: AnyDrive, n_drives: int = N_DRIVES, seed: int = 0, executor: Executor | None = None) -> Lookup:
+    """The drive's lookup, from the cache if the same code built it before, else built (some seconds).
 
-    If the cache cannot be written, the tables are built every time; that is no error.
+    If the cache cannot be written, the tables are built every time; that is no error. A kind whose lookup needs no
+    solving is not cached.
     """
+    if not kind_of(drive).is_cached:
+        return build_lookup(drive, n_drives, seed, executor)
     return _cached(
         f"lookup-{fingerprint(drive, n_drives, seed)}.npz",
         Lookup.load,
@@ -151,7 +155,7 @@ def _cached(name: str, load: Callable[[Path], Table], build: Callable[[], Table]
     return table
 
 
-def fingerprint(drive: Drive, n_drives: int = 0, seed: int = 0) -> str:
+def fingerprint(drive: AnyDrive, n_drives: int = 0, seed: int = 0) -> str:
     """A name for the tables that this code computes from this drawing; it changes with either."""
     drawing: dict[str, Any] = drive_to_dict(drive)
     text = json.dumps([drawing, n_drives, seed, np.lib.NumpyVersion(np.__version__).major], sort_keys=True)

@@ -10,7 +10,8 @@ from ...drawing.drive import Drive
 from ...drawing.fields import COUNT, fields_of
 from ...errors import InputError
 from ...geometry.ball_path import max_elements_on_circle
-from ...io.drawing_toml import drive_from_dict
+from ...io.ree_drawing import read_drawing
+from ...kinds import DIMENSIONS, kind_of_table
 from .parameters import FIELDS, FILL, Value
 
 BESIDE, SEATS = "beside", "seats"
@@ -57,7 +58,10 @@ _KNOWN = {field.attribute for field in fields_of(Drive).values()} | {"where"}
 
 def base_drive(table: Mapping[str, Any], where: str) -> Drive:
     """The base drawing as a drive. Raises `InputError`, also for physics that `sweep.sweep` leaves out."""
-    drive = drive_from_dict(table, where)
+    kind = kind_of_table(table, where)
+    if DIMENSIONS in kind.lacks:
+        raise InputError(f"{where}: {kind.noun} has no {DIMENSIONS} for a design study: {kind.lacks[DIMENSIONS]}")
+    drive = read_drawing(table, where)
     require_plain_model(drive, where)
     return drive
 
@@ -102,7 +106,5 @@ def design_drive(
     # One element in a row until the sizes are read, which determine how many fit.
     first = rows if per_row == FILL else rows * int(per_row)
     plain = {name: value for name, value in values.items() if FIELDS[name].quantity != COUNT}
-    drive = drive_from_dict(
-        table, where, **plain, lobes=lobes, eccentrics=rows, transmission_ratio=ratio, elements=first
-    )
+    drive = read_drawing(table, where, **plain, lobes=lobes, eccentrics=rows, transmission_ratio=ratio, elements=first)
     return replace(drive, elements=rows * packing.most_per_row(drive)) if per_row == FILL and check else drive

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ...frozen_mapping import freeze
-from ...io.drawing_toml import drive_to_dict
+from ...io.ree_drawing import write_drawing
 from ...units import UNITS
 from ...version import __version__
 from .design import Packing, base_drive
@@ -107,7 +107,7 @@ def study_to_dict(study: Study) -> dict[str, Any]:
         "name": study.name,
         "description": study.description,
         "identity": study.identity,
-        "base": drive_to_dict(base_drive(study.base, study.name)),
+        "base": write_drawing(base_drive(study.base, study.name)),
         "fixed": dict(study.fixed),
         "parameters": {p.name: list(p.values) or [p.low, p.high] for p in study.parameters},
         "packing": vars(study.packing),

@@ -1,0 +1,124 @@
+"""The drawing of a rolling element eccentric drive as TOML tables: in, with every field checked, and out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from ..drawing.drive import FIELDS, HOLES, Drive
+from ..drawing.fields import PARTS, REQUIRED, fields_of
+from ..drawing.fits import read_zone, tolerance_from_zone, zone_text
+from ..drawing.materials import material_labels
+from ..drawing.options import ModelOptions, write_options
+from ..drawing.tolerances import Tolerance, clearance_offset, diameters
+from ..errors import InputError, expect, refuse_unknown
+from ..kinds import ROLLING_ELEMENT_ECCENTRIC, kind_of_table
+from ..units import format_quantity
+from .material_tables import material_named, read_materials, write_materials
+
+_OWN, _OPTIONS = fields_of(Drive), fields_of(ModelOptions)
+
+
+def read_drawing(table: Mapping[str, Any], where: str = "drawing", **fields: Any) -> Drive:
+    """A drive from a drawing's nested tables; keywords override its fields.
+
+    table: as TOML gives it. where: the name of the drawing in messages. Raises `InputError` with the field, what was
+    expected and what came, and for a drawing of another kind.
+    """
+    kind = kind_of_table(table, where)
+    if kind.name != ROLLING_ELEMENT_ECCENTRIC:
+        raise InputError(f"{where}: expected kind {ROLLING_ELEMENT_ECCENTRIC!r} here, got {kind.name!r}")
+    stated = _flatten({name: value for name, value in table.items() if name != "kind"}, where)
+    own = read_materials(table.get("material", {}), where)
+    refuse_unknown("field", fields, FIELDS, where)
+    stated.update(fields)
+    missing = [name for name, field in FIELDS.items() if field.default is REQUIRED and name not in stated]
+    expect(not missing, f"the field {missing[0]!r}" if missing else "", "none", where)
+    values = {
+        name: FIELDS[name].read(value, where, from_code=name in fields)
+        for name, value in stated.items()
+        if FIELDS[name].attribute == name
+    }
+    options = {name: values.pop(name) for name in _OPTIONS if name in values}
+    materials = {part: material_named(stated[f"{part}_material"], own, f"{where}: {part}_material") for part in PARTS}
+    return Drive(
+        **values,
+        materials=materials,
+        tolerances=_read_tolerances(stated, fields, values["element_radius"], values["crank_radius"], where),
+        beyond=ModelOptions(**options),
+        where=where,
+    )
+
+
+def _flatten(table: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """The stated fields by name. Raises `InputError` for a section or field that does not exist or stands elsewhere."""
+    sections = dict.fromkeys(field.section for field in FIELDS.values() if field.section)
+    head = [name for name, field in FIELDS.items() if not field.section]
+    refuse_unknown("section or field", table, (*head, *sections, "material"), where)
+    stated = {name: table[name] for name in head if name in table}
+    for section in sections:
+        part = table.get(section, {})
+        expect(isinstance(part, Mapping), f"a table [{section}]", part, where)
+        at, names = f"{where} [{section}]", [name for name, field in FIELDS.items() if field.section == section]
+        for name in part:
+            place = FIELDS[name].section if name in FIELDS else section
+            if place != section:
+                expected = f"under [{place}]" if place else "before all tables"
+                raise InputError(f"{at}: expected {name} {expected}, got it here")
+        refuse_unknown("field", part, names, at)
+        stated.update(part)
+    for name, value in stated.items():
+        if isinstance(value, float) and math.isnan(value):
+            raise InputError(f"{where}: {name}: expected a value, got nan")
+    return stated
+
+
+def _read_tolerances(
+    stated: Mapping[str, Any], overrides: Mapping[str, Any], element_radius: float, crank_radius: float, where: str
+) -> dict[str, Tolerance]:
+    """The tolerance of every part, whose grades and fits depend on its nominal size."""
+    tolerances: dict[str, Tolerance] = {}
+    for part, size in diameters(element_radius, crank_radius).items():
+        zone_name, offset_name = f"{part}_tolerance", f"{part}_offset"
+        text, offset = stated[zone_name], stated.get(offset_name)
+        for name, value in ((zone_name, text), (offset_name, offset)):
+            if name not in overrides:
+                FIELDS[name].require_unit(value, where)
+        zone = read_zone(text, size, part in HOLES, f"{where}: {zone_name}")
+        if zone_name in overrides and offset_name not in overrides and zone.offset is not None:
+            offset = None  # A fit that overrides the drawing's zone overrides its offset too.
+        # Bores for which nothing states an offset clear their elements.
+        default = clearance_offset(zone.window, tolerances["element"]) if part == "cage" else 0.0
+        tolerances[part] = tolerance_from_zone(zone, offset, text, f"{where}: {part}", default)
+    return tolerances
+
+
+def write_drawing(drive: Drive) -> dict[str, Any]:
+    """The drawing of `drive` as nested tables, which `read_drawing` reads back; without its kind, the default."""
+    labels = material_labels(drive.materials[part] for part in PARTS)
+    written = {
+        **{name: field.write(getattr(drive, name)) for name, field in _OWN.items() if field.attribute == name},
+        **{f"{part}_material": labels[drive.materials[part]] for part in PARTS},
+        **_tolerance_texts(drive),
+        # Only what is switched on: a plain drawing stays as it was.
+        **write_options(drive.beyond),
+    }
+    values: dict[str, Any] = {name: written[name] for name, field in FIELDS.items() if not field.section}
+    materials = write_materials(labels)
+    if materials:
+        values["material"] = materials
+    for name, field in FIELDS.items():
+        if field.section and name in written:
+            values.setdefault(field.section, {})[name] = written[name]
+    return values
+
+
+def _tolerance_texts(drive: Drive) -> dict[str, str]:
+    """The fields of the tolerances; no offset where a fit or limits state it."""
+    texts: dict[str, str] = {}
+    for part, tolerance in drive.tolerances.items():
+        texts[f"{part}_tolerance"], states_offset = zone_text(tolerance, drive.size(part), part in HOLES)
+        if not states_offset:
+            texts[f"{part}_offset"] = format_quantity(tolerance.offset, "length")
+    return texts

@@ -1,0 +1,140 @@
+"""The kinds of drives: what each provides to the functions that take any drive, and what it lacks.
+
+A drawing states its kind (`kind = "catalogue"`; without that line it is a rolling element eccentric drive). Reader,
+writer, `--set`, `simulate`, lookup, models, FMUs and commands look the kind up here, so that a further kind is one
+entry of `KINDS` and the functions that the entry names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+from .display import view
+from .errors import InputError, expect, unknown_name
+from .frozen_mapping import FrozenMapping
+
+if TYPE_CHECKING:
+    from .drawing.fields import Field
+
+ROLLING_ELEMENT_ECCENTRIC = "rolling element eccentric"
+
+CONTACT_FORCES = "contact forces"
+"""What `Kind.lacks` may name: contact forces and load shares of population, lookup, model and FMU; ..."""
+TOLERANCES = "tolerances"
+"""... a scatter of virtual drives, without which the band is the mean; ..."""
+INDIVIDUALS = "individual drives"
+"""... one drive with its own deviations, as it turns (`--individual`); ..."""
+DIMENSIONS = "dimensions"
+"""... what `reefmu draw` draws and `reefmu explore` varies; ..."""
+CONTACT_RESPONSES = "responses of single contacts"
+"""... and what `reefmu plan` and the effects modulus_error and missing_ball are computed from."""
+
+
+class AnyDrive(Protocol):
+    """What drives of every kind have: name, kind, signed ratio from crank to output, greatest twist in use (rad)."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def kind(self) -> str: ...
+    @property
+    def ratio(self) -> float: ...
+    @property
+    def max_twist(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of drives. Functions are texts "module:function", imported when they are first called.
+
+    name: as a drawing states it. noun: with its article, for messages. drive_fields: the mapping from names to `Field`
+    that `--set` reads. read: (table of the drawing, its name in messages, **overriding fields) -> drive, where an
+    unknown field raises `UnknownNameError`. write: drive -> table, which `read` reads back. simulate: (drive, twist,
+    n_drives, seed, *, clearance, executor) -> population with twist, torque, crank_torque, `curve()` and `lines()`
+    (further results in words) as `montecarlo.population.Population`. lookup: (drive, n_drives, seed, executor) ->
+    `Lookup`; is_cached: whether it takes so long that it is kept in the cache. inherent_effects: drive -> values of the
+    effects that a model of the drive has by default, by effect and parameter name. packaged: name -> table of a drive
+    that comes with the package, or None; packaged_names: () -> the names of those drives. lacks: for what of
+    `CONTACT_FORCES`, ... a drive of this kind does not have, the reason, as the end of a sentence.
+    """
+
+    name: str
+    noun: str
+    drive_fields: str
+    read: str
+    write: str
+    simulate: str
+    lookup: str
+    is_cached: bool = True
+    inherent_effects: str = ""
+    packaged: str = ""
+    packaged_names: str = ""
+    lacks: Mapping[str, str] = field(default_factory=lambda: FrozenMapping({}))
+
+    def call(self, function: str, *arguments: Any, **keywords: Any) -> Any:
+        """The result of one of the functions by the name of its attribute, such as "read"."""
+        return view(getattr(self, function))(*arguments, **keywords)
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        """The declared fields of a drawing of this kind, by name."""
+        return view(self.drive_fields)
+
+
+KINDS: Mapping[str, Kind] = {
+    kind.name: kind
+    for kind in (
+        Kind(
+            name=ROLLING_ELEMENT_ECCENTRIC,
+            noun="a rolling element eccentric drive",
+            drive_fields="stiffness_model.drawing.drive:FIELDS",
+            read="stiffness_model.io.ree_drawing:read_drawing",
+            write="stiffness_model.io.ree_drawing:write_drawing",
+            simulate="stiffness_model.montecarlo.population:simulate_drawing",
+            lookup="stiffness_model.lookup.build_lookup:build_drawing_lookup",
+        ),
+    )
+}
+"""Every kind by its name."""
+
+
+def kind_of_table(table: Mapping[str, Any], where: str) -> Kind:
+    """The kind that a drawing states; a rolling element eccentric drive if it states none.
+
+    Raises `InputError` for a kind that is no text, `UnknownNameError` for an unknown one.
+
+    >>> kind_of_table({"kind": "rolling element"}, "mine.toml")
+    Traceback (most recent call last):
+    ...
+    stiffness_model.errors.UnknownNameError: mine.toml: unknown kind 'rolling element'; did you mean 'rolling element \
+eccentric'?
+    """
+    name = table.get("kind", ROLLING_ELEMENT_ECCENTRIC)
+    expect(isinstance(name, str), "the kind of the drive as a text", name, f"{where}: kind")
+    if name not in KINDS:
+        raise unknown_name("kind", name, KINDS, where)
+    return KINDS[name]
+
+
+def kind_of(drive: AnyDrive) -> Kind:
+    """The kind of a drive."""
+    return KINDS[drive.kind]
+
+
+def is_drive(value: object) -> bool:
+    """Whether a value is a drive of some kind."""
+    return isinstance(getattr(value, "kind", None), str) and getattr(value, "kind", None) in KINDS
+
+
+def lacking(drive: AnyDrive, what: str) -> str:
+    """One line on why a drive does not have `what` of `CONTACT_FORCES`, ...; empty if it has it."""
+    kind = kind_of(drive)
+    return f"{drive.name} is {kind.noun} without {what}: {kind.lacks[what]}" if what in kind.lacks else ""
+
+
+def expect_has(drive: AnyDrive, what: str, where: str) -> None:
+    """Raise `InputError` if the drive's kind lacks `what`. where: the command or function that needs it."""
+    if reason := lacking(drive, what):
+        raise InputError(f"{where}: {reason}")
