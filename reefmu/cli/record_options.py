@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from typing import TYPE_CHECKING
 
 from .argument_types import add_command, assignment, file_name
@@ -43,7 +44,16 @@ def add_diagnose(commands: Commands) -> None:
         help="the shaft that the rig locks, for records that state the twist alone (default crank)",
     )
     parser.add_argument("--out", metavar="DIR", type=file_name, required=True, help="folder for the results")
-    parser.add_argument("--columns", metavar="FILE", help='TOML file that maps other column names: TIME = "time [s]"')
+    _add_columns(parser)
+
+
+def _add_columns(parser: argparse.ArgumentParser) -> None:
+    """`--columns` and `--column`, for files with other column names."""
+    parser.add_argument(
+        "--columns",
+        metavar="MAP.toml",
+        help='TOML file that maps other column names: TIME = "time [s]"; also ratio, torque_constant, motor_inertia',
+    )
     parser.add_argument(
         "--column",
         metavar="FOREIGN=NAME",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from stiffness_model import load_drive
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import expect
 
-from ..record import Record, join_records, read_record, with_output_locked
+from ..record import Columns, Record, join_records, read_record, with_output_locked
 from .analysis import Analysis
 from .estimation.worker_pool import ignore_overflow
 from .pipeline import analyse
@@ -27,7 +27,7 @@ def diagnose_record(
     drive: PathLike | Drive | None = None,
     curve: PathLike | None = None,
     out: PathLike | None = None,
-    columns: Mapping[str, str] | None = None,
+    columns: Columns | None = None,
     progress: Callable[[str, float], None] | None = None,
     exponent: float | None = None,
     output_locked: bool = False,
@@ -72,7 +72,7 @@ def diagnose_record(
     return found.diagnosis if isinstance(found, Analysis) else found
 
 
-def _read(paths: PathLike | Sequence[PathLike], columns: Mapping[str, str] | None) -> Record:
+def _read(paths: PathLike | Sequence[PathLike], columns: Columns | None) -> Record:
     if isinstance(paths, str | os.PathLike):
         return read_record(paths, columns)
     return join_records([read_record(path, columns) for path in paths])
@@ -82,7 +82,7 @@ def diagnose_records(
     paths: Sequence[PathLike],
     drive: PathLike | Drive | None = None,
     curve: PathLike | None = None,
-    columns: Mapping[str, str] | None = None,
+    columns: Columns | None = None,
 ) -> dict[str, Diagnosis]:
     """Diagnose several separate records, such as states of the same drive, and return the diagnoses by path.
 

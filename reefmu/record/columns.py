@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import functools
-import re
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
-from stiffness_model.errors import InputError, expect
+from stiffness_model.errors import InputError
 from stiffness_model.frozen_mapping import FrozenMapping
 from stiffness_model.numerics.arrays import Array
 
@@ -21,10 +18,22 @@ COLUMNS: Mapping[str, str] = FrozenMapping(
         "output_angle": "rad",
         "twist": "rad",
         "output_torque": "N.m",
+        "referred_motor_torque": "N.m",
+        "motor_torque": "N.m",
+        "motor_current": "A",
         "temperature": "degC",
     }
 )
 """Canonical columns and the unit that each is converted to."""
+REPLACED_BY: Mapping[str, str] = FrozenMapping(
+    {
+        "twist": "output_angle",
+        "referred_motor_torque": "output_torque",
+        "motor_torque": "output_torque",
+        "motor_current": "output_torque",
+    }
+)
+"""Columns that a file may state instead of another: the column of a `Record` that they become."""
 ANGLE_LIMIT = 1e-6 / float(np.finfo(float).eps)
 """rad, 4.5e9: beyond it double precision no longer resolves 1 urad, and a twist is hundreds of these. A crank at
 3000 rpm takes 166 days to get there."""
@@ -39,6 +48,10 @@ RANGES: Mapping[str, tuple[float, float]] = FrozenMapping(
         "twist": (-ANGLE_LIMIT, ANGLE_LIMIT),
         # A hundred times the main gears of the largest wind turbines, which carry some 1e7 N.m.
         "output_torque": (-1e9, 1e9),
+        "referred_motor_torque": (-1e9, 1e9),
+        "motor_torque": (-1e9, 1e9),
+        # Far beyond the currents of the largest motors.
+        "motor_current": (-1e6, 1e6),
         # From absolute zero to the melting point of iron.
         "temperature": (-273.15, 1538.0),
     }
@@ -63,32 +76,3 @@ def check_range(name: str, values: Array, where: str) -> None:
             f"{where}: expected column {name!r} within {low:.4g} ... {high:.4g} {COLUMNS[name]}".rstrip()
             + f", got {values[outside[0]]:.4g} in data row {outside[0] + 1}; check its unit"
         )
-
-
-_POWER = r"(?<=[^\W\d_])\s*(?:\*\*|\^)\s*-?\d(?![\w.]|\s*(?:\*\*|\^))"
-"""A power of a unit with one digit, such as m**2. Others are refused unread: evaluating 9**9**9**9 would never end."""
-
-
-@functools.cache
-def _registry() -> Any:
-    import pint
-
-    registry = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
-    registry.define("rev = turn")
-    return registry
-
-
-def convert_units(values: Array, unit: str, name: str, where: str) -> Array:
-    """Values (n,) of a canonical column in its canonical unit. Raises `InputError` for a unit of another quantity."""
-    if name == "run" or unit == COLUMNS[name]:
-        return values  # without the unit registry, which takes a second to load
-    # "N.m" is a product, but pint reads the point as the start of a number.
-    text = re.sub(r"(?<=[A-Za-z])\.(?=[A-Za-z])", "*", unit)
-    target = COLUMNS[name].replace(".", "*")
-    powers, registry = re.sub(_POWER, "", text), _registry()
-    try:
-        expect("**" not in powers and "^" not in powers, "powers of a digit", unit, where)
-        with np.errstate(over="ignore"):  # an overflow gives infinity, which the range check refuses
-            return np.asarray(registry.Quantity(values, text).to(target).magnitude, float)
-    except Exception:  # pint parses the unit as an expression, which can raise any error
-        raise InputError(f"{where}: expected a unit of {name} such as [{COLUMNS[name]}], got [{unit}]") from None

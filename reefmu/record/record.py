@@ -14,10 +14,16 @@ from stiffness_model.errors import InputError, expect, unknown_name
 from stiffness_model.numerics.arrays import Array, ArrayValue
 from stiffness_model.units import ARCMIN, REFERENCE_TEMPERATURE
 
-from .columns import COLUMNS, check_range
+from .columns import COLUMNS, REPLACED_BY, check_range
+from .motor_side import TorqueConstants, TorqueSide, torque_at_output, torque_source
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+_TORQUE_LABELS: dict[TorqueSide, str] = {
+    "output": "torque at the output [N.m]",
+    "motor": "motor torque, referred to the output [N.m]",
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -27,7 +33,9 @@ class Record(ArrayValue):
     time: s, not decreasing within a run; run: integers, where a new number is a new test; crank_angle, output_angle:
     rad; output_torque: N.m exerted by the drive on the output; temperature: degC. missing: canonical columns that
     were not measured (the crank is then locked at 0, the temperature 20 degC). speeds: (n, 2) rad/s of crank and
-    output, where they are known more accurately than as differences of the angles.
+    output, where they are known more accurately than as differences of the angles. torque_side: where the torque was
+    measured; "motor" says that output_torque is the motor's, referred to the output, with the friction of motor and
+    crank in it (see `motor_side`).
     """
 
     time: Array
@@ -39,6 +47,7 @@ class Record(ArrayValue):
     missing: tuple[str, ...] = ()
     source: str = ""
     speeds: Array | None = None
+    torque_side: TorqueSide = "output"
 
     def __len__(self) -> int:
         return len(self.time)
@@ -60,7 +69,7 @@ class Record(ArrayValue):
             "samples": len(self),
             "runs": len(self.starts),
             "time [s]": f"{self.time.min():.4g} ... {self.time.max():.4g}",
-            "output_torque [N.m]": f"{self.output_torque.min():.4g} ... {self.output_torque.max():.4g}",
+            f"{self._torque_column} [N.m]": f"{self.output_torque.min():.4g} ... {self.output_torque.max():.4g}",
             "temperature [degC]": f"{self.temperature.min():.4g} ... {self.temperature.max():.4g}",
             "missing columns": ", ".join(self.missing) or "none",
         }
@@ -79,14 +88,20 @@ class Record(ArrayValue):
         x = self.twist(ratio or 1.0) / ARCMIN if over_twist else self.time
         for k, run in enumerate(np.split(np.arange(len(self)), self.starts[1:])):
             ax.plot(x[run], self.output_torque[run], color=DRIVES[k % len(DRIVES)].colour, linewidth=1.0)
-        return format_axes(ax, "twist [arcmin]" if over_twist else "time [s]", "torque at the output [N.m]")
+        return format_axes(ax, "twist [arcmin]" if over_twist else "time [s]", _TORQUE_LABELS[self.torque_side])
 
     def to_dataframe(self) -> Any:
         """A `pandas.DataFrame` with the canonical columns, as `read_record` takes them from a file. Raises `InputError`
         without pandas.
         """
-        units = {name: f"{name} [{unit}]" if unit else name for name, unit in COLUMNS.items() if name != "twist"}
+        columns = {"output_torque": self._torque_column}
+        units = {n: f"{columns.get(n, n)} [{u}]" if u else n for n, u in COLUMNS.items() if n not in REPLACED_BY}
         return dataframe({header: getattr(self, name) for name, header in units.items()})
+
+    @property
+    def _torque_column(self) -> str:
+        """The column in which a file states this torque."""
+        return "output_torque" if self.torque_side == "output" else "referred_motor_torque"
 
     @property
     def starts(self) -> NDArray[np.intp]:
@@ -113,18 +128,50 @@ def with_output_locked(record: Record, ratio: float = 1.0) -> Record:
     return replace(record, crank_angle=-record.output_angle * ratio, output_angle=np.zeros(len(record)))
 
 
-def make_record(data: Mapping[str, Any], where: str = "record") -> Record:
+def make_record(data: Mapping[str, Any], where: str = "record", constants: TorqueConstants | None = None) -> Record:
     """A record from arrays (n,) in SI units, temperature in degC, by canonical column name.
 
-    where: source of the data, for errors. Raises `InputError` for unknown, missing or contradictory columns, for values
-    that are not finite or out of range, and for time that decreases within a run.
+    where: source of the data, for errors. constants: for a torque that was not measured at the output (see
+    `motor_side`). Raises `InputError` for unknown, missing or contradictory columns, for values that are not finite or
+    out of range, and for time that decreases within a run.
     """
     for name in data:
         if name not in COLUMNS:
             raise unknown_name("column", name, COLUMNS, where)
-    for name in ("time", "output_torque"):
-        expect(name in data, f"a column {name!r}", sorted(data), where)
+    expect("time" in data, "a column 'time'", sorted(data), where)
+    constants = constants or TorqueConstants()
+    torque_source(data, constants, where)
     expect("twist" in data or "output_angle" in data, "a column 'twist' or 'output_angle'", sorted(data), where)
+    if "twist" in data:
+        angles = "output_angle" in data or "crank_angle" in data
+        expect(not angles, "either 'twist' or the angles", sorted(data), where)
+    values = _checked_values(data, where)
+    n = len(values["time"])
+    run = values.get("run", np.zeros(n))
+    expect(bool((run == np.round(run)).all()), "whole numbers in column 'run'", run[run != np.round(run)][:1], where)
+    back = np.flatnonzero((np.diff(values["time"]) < 0) & (np.diff(run) == 0))
+    if back.size:
+        raise InputError(
+            f"{where}: expected time that does not run backwards within a run, got a step back "
+            f"at data row {back[0] + 2}"
+        )
+    torque, side = torque_at_output(values, values["time"], run, constants, where)
+    check_range("output_torque", torque, where)
+    return Record(
+        values["time"],
+        run.astype(np.int64),
+        values.get("crank_angle", np.zeros(n)),
+        -values["twist"] if "twist" in values else values["output_angle"],
+        torque,
+        values.get("temperature", np.full(n, REFERENCE_TEMPERATURE)),
+        tuple(name for name in ("run", "crank_angle", "temperature") if name not in values),
+        where,
+        torque_side=side,
+    )
+
+
+def _checked_values(data: Mapping[str, Any], where: str) -> dict[str, Array]:
+    """The columns as arrays of one length, finite and within their ranges."""
     values = {name: np.asarray(v, float) for name, v in data.items()}
     n = len(values["time"])
     expect(n >= 2, "at least two samples", n, where)
@@ -136,45 +183,18 @@ def make_record(data: Mapping[str, Any], where: str = "record") -> Record:
                 f"{where}: expected finite numbers in column {name!r}, got {value[bad[0]]} in data row {bad[0] + 1}"
             )
         check_range(name, value, where)
-    run = values.get("run", np.zeros(n))
-    expect(bool((run == np.round(run)).all()), "whole numbers in column 'run'", run[run != np.round(run)][:1], where)
-    back = np.flatnonzero((np.diff(values["time"]) < 0) & (np.diff(run) == 0))
-    if back.size:
-        raise InputError(
-            f"{where}: expected time that does not run backwards within a run, got a step back "
-            f"at data row {back[0] + 2}"
-        )
-    crank = values.get("crank_angle", np.zeros(n))
-    if "twist" in values:
-        expect(
-            "output_angle" not in values and "crank_angle" not in values,
-            "either 'twist' or the angles",
-            sorted(values),
-            where,
-        )
-        output = -values["twist"]
-    else:
-        output = values["output_angle"]
-    missing = tuple(name for name in ("run", "crank_angle", "temperature") if name not in values)
-    return Record(
-        values["time"],
-        run.astype(np.int64),
-        crank,
-        output,
-        values["output_torque"],
-        values.get("temperature", np.full(n, REFERENCE_TEMPERATURE)),
-        missing,
-        where,
-    )
+    return values
 
 
 def join_records(records: Sequence[Record]) -> Record:
     """Several records as one: runs keep their order and are renumbered.
 
     The time of a record whose clock starts again is shifted to follow the one before. A column missing in one record
-    counts as missing in all. Raises `InputError` for no records.
+    counts as missing in all. Raises `InputError` for no records, and for torques that were measured at different sides.
     """
     expect(len(records) > 0, "at least one record", "none", "records")
+    sides = {record.torque_side for record in records}
+    expect(len(sides) == 1, "torques measured at one side", " and ".join(sorted(sides)), "records")
     parts: list[list[Array]] = []
     runs: list[NDArray[np.int64]] = []
     last_time, last_run = -np.inf, -1
@@ -188,6 +208,15 @@ def join_records(records: Sequence[Record]) -> Record:
         last_time, last_run = float(parts[-1][0].max()), int(run[-1])
     time, crank, output, torque, temperature = (np.concatenate([p[k] for p in parts]) for k in range(5))
     missing = tuple(name for name in COLUMNS if any(name in r.missing for r in records) and name != "run")
+    source = ", ".join(record.source for record in records)
     return Record(
-        time, np.concatenate(runs), crank, output, torque, temperature, missing, ", ".join(r.source for r in records)
+        time,
+        np.concatenate(runs),
+        crank,
+        output,
+        torque,
+        temperature,
+        missing,
+        source,
+        torque_side=records[0].torque_side,
     )

@@ -12,9 +12,8 @@ from reefmu.diagnosis.report.text import quantity_text
 from reefmu.diagnosis.shared_exponent import PLAY, shared_exponent
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.progress import Progress
-from reefmu.record import Record, read_record, with_output_locked
+from reefmu.record import Record, read_column_map, read_record, with_output_locked
 from stiffness_model.errors import InputError, expect
-from stiffness_model.io.toml_files import parse_toml
 from stiffness_model.units import ARCMIN
 
 from ..terminal.drawing_input import read_drawing
@@ -25,7 +24,7 @@ from ..terminal.worker_processes import pool_with_progress, process_pool
 
 def run(args: argparse.Namespace) -> int:
     """Diagnose each record, print the verdicts, and write the results into the folder."""
-    columns = _columns(args)
+    columns = read_column_map(args.columns, dict(args.column))
     drive, notes = (None, []) if args.drive is None else read_drawing(args.drive)
     folder = Path(args.out)
     paths = [Path(record) for record in args.records]
@@ -69,21 +68,6 @@ def run(args: argparse.Namespace) -> int:
         + ("" if single else " in a folder for each record")
     )
     return 0
-
-
-def _columns(args: argparse.Namespace) -> dict[str, str] | None:
-    """The column map of `--columns FILE.toml` (a table of texts) and of `--column FOREIGN=NAME [UNIT]`."""
-    columns: dict[str, str] = dict(args.column)
-    if args.columns is not None:
-        try:
-            text = Path(args.columns).read_text("utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"{args.columns}: expected a column map in TOML, got {error}") from None
-        table = parse_toml(text, args.columns, "a column map in TOML")
-        for foreign, name in table.items():
-            expect(isinstance(name, str), 'a text such as TIME = "time [s]"', name, f"{args.columns}: {foreign}")
-        columns = {**table, **columns}
-    return columns or None
 
 
 def _exponent(args: argparse.Namespace, records: Sequence[Record], locked: bool) -> float | None:
