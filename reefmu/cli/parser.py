@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import NoReturn
 
-from .drawing_options import add_compare, add_curve, add_demo, add_draw
+from .drawing_options import add_compare, add_curve, add_demo, add_draw, add_gears
 from .exit_status import WRONG_INPUT, report_error
 from .fmu_options import add_check, add_export
 from .plan_options import add_plan
@@ -26,6 +26,7 @@ def build_parser() -> argparse.ArgumentParser:
         add_demo,
         add_curve,
         add_compare,
+        add_gears,
         add_export,
         add_check,
         add_diagnose,

@@ -28,7 +28,7 @@ def add_diagnose(commands: Commands) -> None:
         help="measured records, .csv or .csv.gz with `name [unit]` headers; several give a table of their effects",
     )
     base = parser.add_mutually_exclusive_group(required=True)
-    base.add_argument("--drive", metavar="DRIVE", help="the drive's drawing: a preset or a TOML file")
+    base.add_argument("--drive", metavar="DRIVE", help="the drive: a preset, a gear of `reefmu gears` or a TOML file")
     base.add_argument("--curve", metavar="CURVE.csv", help="a twist-torque curve, for a gear without a drawing")
     base.add_argument("--power-law", action="store_true", help="for a gear without either: fit a power law")
     parser.add_argument(
