@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,7 +11,6 @@ from numpy.typing import ArrayLike
 from ..errors import InputError, expect
 from ..numerics.arrays import Array
 from ..units import ARCMIN
-from .drive import Drive
 
 MAX_TWIST_FACTOR = 4.0
 """Greatest twist over the drawing's max_twist; chosen by judgement. A contact's indentation grows with the twist, its
@@ -23,7 +23,18 @@ MAX_OUTPUT_ANGLE = 1e12
 """Greatest output angle, rad, beyond which floating-point numbers no longer resolve the elements' places."""
 
 
-def twist_limit(drive: Drive) -> float:
+class TwistedDrive(Protocol):
+    """What the limits need of a drive: name, greatest twist in use (rad) and magnitude of the ratio."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def max_twist(self) -> float: ...
+    @property
+    def transmission_ratio(self) -> float: ...
+
+
+def twist_limit(drive: TwistedDrive) -> float:
     """Greatest twist that is computed, rad at the output: `MAX_TWIST_FACTOR` max_twist, at most a `QUARTER_TURN`.
 
     >>> from stiffness_model.io.drawing_toml import load_drive
@@ -33,7 +44,7 @@ def twist_limit(drive: Drive) -> float:
     return min(MAX_TWIST_FACTOR * drive.max_twist, QUARTER_TURN / drive.transmission_ratio)
 
 
-def expect_twists(drive: Drive, twist: ArrayLike, where: str = "twist", *, in_rad: bool = True) -> Array:
+def expect_twists(drive: TwistedDrive, twist: ArrayLike, where: str = "twist", *, in_rad: bool = True) -> Array:
     """Twists at the output as an array (n,), rad; a single number becomes an array of one.
 
     where: what messages call them; in_rad: whether the caller passes rad, so that a missing factor `ARCMIN` is a
@@ -78,7 +89,7 @@ got 2.75e+04 arcmin; twists are in rad: did you mean 8 * ARCMIN?
     return angles
 
 
-def expect_crank_angle(drive: Drive, angle: float, where: str = "angle") -> None:
+def expect_crank_angle(drive: TwistedDrive, angle: float, where: str = "angle") -> None:
     """Raise `InputError` for a crank angle, rad, at which the output's angle is beyond `MAX_OUTPUT_ANGLE`."""
     limit = MAX_OUTPUT_ANGLE * drive.transmission_ratio
     expect(

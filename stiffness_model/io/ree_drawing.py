@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -15,6 +14,7 @@ from ..drawing.tolerances import Tolerance, clearance_offset, diameters
 from ..errors import InputError, expect, refuse_unknown
 from ..kinds import ROLLING_ELEMENT_ECCENTRIC, kind_of_table
 from ..units import format_quantity
+from .field_tables import nested_tables, stated_fields
 from .material_tables import material_named, read_materials, write_materials
 
 _OWN, _OPTIONS = fields_of(Drive), fields_of(ModelOptions)
@@ -29,7 +29,7 @@ def read_drawing(table: Mapping[str, Any], where: str = "drawing", **fields: Any
     kind = kind_of_table(table, where)
     if kind.name != ROLLING_ELEMENT_ECCENTRIC:
         raise InputError(f"{where}: expected kind {ROLLING_ELEMENT_ECCENTRIC!r} here, got {kind.name!r}")
-    stated = _flatten({name: value for name, value in table.items() if name != "kind"}, where)
+    stated = stated_fields(table, FIELDS, where)
     own = read_materials(table.get("material", {}), where)
     refuse_unknown("field", fields, FIELDS, where)
     stated.update(fields)
@@ -49,29 +49,6 @@ def read_drawing(table: Mapping[str, Any], where: str = "drawing", **fields: Any
         beyond=ModelOptions(**options),
         where=where,
     )
-
-
-def _flatten(table: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """The stated fields by name. Raises `InputError` for a section or field that does not exist or stands elsewhere."""
-    sections = dict.fromkeys(field.section for field in FIELDS.values() if field.section)
-    head = [name for name, field in FIELDS.items() if not field.section]
-    refuse_unknown("section or field", table, (*head, *sections, "material"), where)
-    stated = {name: table[name] for name in head if name in table}
-    for section in sections:
-        part = table.get(section, {})
-        expect(isinstance(part, Mapping), f"a table [{section}]", part, where)
-        at, names = f"{where} [{section}]", [name for name, field in FIELDS.items() if field.section == section]
-        for name in part:
-            place = FIELDS[name].section if name in FIELDS else section
-            if place != section:
-                expected = f"under [{place}]" if place else "before all tables"
-                raise InputError(f"{at}: expected {name} {expected}, got it here")
-        refuse_unknown("field", part, names, at)
-        stated.update(part)
-    for name, value in stated.items():
-        if isinstance(value, float) and math.isnan(value):
-            raise InputError(f"{where}: {name}: expected a value, got nan")
-    return stated
 
 
 def _read_tolerances(
@@ -104,14 +81,7 @@ def write_drawing(drive: Drive) -> dict[str, Any]:
         # Only what is switched on: a plain drawing stays as it was.
         **write_options(drive.beyond),
     }
-    values: dict[str, Any] = {name: written[name] for name, field in FIELDS.items() if not field.section}
-    materials = write_materials(labels)
-    if materials:
-        values["material"] = materials
-    for name, field in FIELDS.items():
-        if field.section and name in written:
-            values.setdefault(field.section, {})[name] = written[name]
-    return values
+    return nested_tables(written, FIELDS, write_materials(labels))
 
 
 def _tolerance_texts(drive: Drive) -> dict[str, str]:

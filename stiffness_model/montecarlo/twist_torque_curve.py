@@ -48,7 +48,8 @@ class TwistTorqueCurve(ArrayValue):
 
     twist: (n,) rad, rising; torque, torque_p10, torque_p90, stiffness: (n,) N.m and N.m/rad. contact_force:
     (n, 4) N, mean of the drives' greatest at gear, crank, cage t+ and cage t-; load_share: (n,), NaN where it is not
-    representative. name: of the drive; notes: how the curve was computed. Between the points the mean is interpolated
+    representative. name: of the drive; notes: how the curve was computed; contacts: names along the last axis of the
+    contact forces. Between the points the mean is interpolated
     by a monotone cubic (PCHIP), whose slope is the stiffness.
     """
 
@@ -61,6 +62,7 @@ class TwistTorqueCurve(ArrayValue):
     load_share: Array
     name: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
+    contacts: tuple[str, ...] = CONTACTS
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "notes", FrozenMapping(self.notes))
@@ -163,7 +165,7 @@ class TwistTorqueCurve(ArrayValue):
             "torque_p90 [N.m]": self.torque_p90,
             "stiffness [N.m/arcmin]": self.stiffness * ARCMIN,
             "load_share [1]": self.load_share,
-            **{force_column(contact): self.contact_force[:, k] for k, contact in enumerate(CONTACTS)},
+            **{force_column(contact): self.contact_force[:, k] for k, contact in enumerate(self.contacts)},
         }
 
     def __repr__(self) -> str:

@@ -61,7 +61,7 @@ typedef struct {
 
 /* Decoded tables: the lookup over quantity, twist and clearance; a missing element over twist, clearance, position. */
 typedef struct {
-#if HAS_CONTACT_FUNCTION
+#if IS_INDIVIDUAL
     char none; /* the generated functions contain the contacts */
 #else
     double lookup[LOOKUP_QUANTITIES * LOOKUP_ROWS * LOOKUP_COLUMNS];

@@ -1,0 +1,1 @@
+"""Single discs between pins, rollers and crank: contacts -> energy -> its minimum -> forces and torques there."""
