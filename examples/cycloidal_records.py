@@ -26,11 +26,11 @@ from matplotlib.figure import Figure
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.diagnosis.shared_exponent import PLAY, shared_exponent
-from reefmu.record import Record, read_record, with_output_locked
+from reefmu.record import Record, read_column_map, read_record, with_output_locked
 from stiffness_model.plotting.style import BLUE, GREEN, ORANGE, RED, format_axes
 from stiffness_model.units import ARCMIN
 
-COLUMNS = {"TIME": "time [s]", "POSITION": "twist [rev]", "TORQUE": "output_torque [N.m]", "test_nr": "run"}
+COLUMNS = read_column_map(Path(__file__).with_name("cycloidal_columns.toml"))
 LARGE_CYCLES = 100
 """Number of the first run with large cycles."""
 

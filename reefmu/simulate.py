@@ -3,33 +3,41 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stiffness_model.errors import expect
+from stiffness_model.errors import InputError, expect, unknown_name
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import REFERENCE_TEMPERATURE
 
 from .model.drive_model import DriveModel
-from .model.signals import INPUTS, OUTPUTS
+from .model.signals import CONTACT_LOADS, INPUTS
 from .record import Record
 from .speed import central_speed
 
 
 @dataclass(frozen=True)
 class Response:
-    """Response of a model over n samples: time (n,) s, outputs (n, n_outputs) as `OUTPUTS`, states (n, n_states)."""
+    """Response of a model over n samples: time (n,) s, outputs (n, n_outputs) in the order of `names`, those of
+    `DriveModel.outputs`, states (n, n_states). lacks: `DriveModel.lacks`."""
 
     time: Array
     outputs: Array
     states: Array
+    names: tuple[str, ...]
+    lacks: str = ""
 
     def __getitem__(self, name: str) -> Array:
-        """One output over time, (n,), by its name ("output.tau")."""
-        return self.outputs[:, [s.name for s in OUTPUTS].index(name)]
+        """One output over time, (n,), by its name ("output.tau"). Raises `UnknownNameError`, or `InputError` for an
+        output that the model lacks."""
+        if name not in self.names:
+            if self.lacks and name in CONTACT_LOADS:
+                raise InputError(self.lacks)
+            raise unknown_name("output", name, self.names)
+        return self.outputs[:, self.names.index(name)]
 
 
 def simulate_signal(model: DriveModel, time: ArrayLike, inputs: ArrayLike, start: ArrayLike | None = None) -> Response:
@@ -52,7 +60,7 @@ def simulate_signal(model: DriveModel, time: ArrayLike, inputs: ArrayLike, start
         first = np.array(model.initial(u[0], p)) if start is None else np.asarray(start, float)
         states = np.array(_trajectory(model, len(t))(first, u.T, steps, p)).T.reshape(len(t), n_states)
     outputs = np.array(model.output.map(len(t))(states.T, u.T, ca.repmat(ca.DM(p), 1, len(t)))).T
-    return Response(t, outputs, states)
+    return Response(t, outputs, states, tuple(signal.name for signal in model.outputs), model.lacks)
 
 
 def _trajectory(model: DriveModel, n: int) -> ca.Function:
@@ -99,7 +107,12 @@ def simulate_record(model: DriveModel, record: Record) -> Response:
             pause = max(record.time[first] - record.time[first - 1], 0.0)
             start = _next_start(model, parts[-1].states[-1], inputs[first], pause)
         parts.append(simulate_signal(model, record.time[first:last], inputs[first:last], start))
-    return Response(record.time, np.concatenate([p.outputs for p in parts]), np.concatenate([p.states for p in parts]))
+    return replace(
+        parts[0],
+        time=record.time,
+        outputs=np.concatenate([p.outputs for p in parts]),
+        states=np.concatenate([p.states for p in parts]),
+    )
 
 
 def _next_start(model: DriveModel, states: Array, inputs: Array, pause: float) -> Array:

@@ -9,9 +9,8 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import ARCMIN, REFERENCE_TEMPERATURE
 
-from .model.contacts.curve_table import source_curve
 from .model.drive_model import DriveModel
-from .model.signals import INPUTS
+from .model.signals import CONTACT_LOADS, INPUTS
 from .simulate import simulate_signal
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ def torque_loop(model: DriveModel) -> dict[str, Array]:
     The loop reaches to the drawing's max_twist, half of the lookup's range, or to the end of a curve.
     """
     reach = model.lookup.twist.stop
-    greatest = reach / 2 if source_curve(model.lookup) is None else reach
+    greatest = reach / 2 if model.lookup.has_contacts else reach
     # From 0 to the positive end, to the negative one and back: a triangle of 5/4 periods.
     phase = np.linspace(0.0, 1.25, SAMPLES)
     twist = greatest * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * phase))
@@ -45,8 +44,7 @@ def torque_loop(model: DriveModel) -> dict[str, Array]:
         "twist [arcmin]": twist / ARCMIN,
         "torque [N.m]": response["output.tau"],
         "stiffness [N.m/arcmin]": response["stiffness"] * ARCMIN,
-        "max_contact_force [N]": response["max_contact_force"],
-        "load_share [1]": response["load_share"],
+        **{f"{s.name} [{s.unit}]": response[s.name] for s in model.outputs if s.name in CONTACT_LOADS},
     }
 
 

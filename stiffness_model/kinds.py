@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .drawing.fields import Field
 
 ROLLING_ELEMENT_ECCENTRIC = "rolling element eccentric"
+CATALOGUE = "catalogue"
 
 CONTACT_FORCES = "contact forces"
 """What `Kind.lacks` may name: contact forces and load shares of population, lookup, model and FMU; ..."""
@@ -94,6 +95,26 @@ KINDS: Mapping[str, Kind] = {
             write="stiffness_model.io.ree_drawing:write_drawing",
             simulate="stiffness_model.montecarlo.population:simulate_drawing",
             lookup="stiffness_model.lookup.build_lookup:build_drawing_lookup",
+        ),
+        Kind(
+            name=CATALOGUE,
+            noun="a catalogue gear",
+            drive_fields="stiffness_model.catalog.catalogue_drive:FIELDS",
+            read="stiffness_model.catalog.catalogue_toml:read_catalogue",
+            write="stiffness_model.catalog.catalogue_toml:write_catalogue",
+            simulate="stiffness_model.catalog.catalogue_population:simulate_catalogue",
+            lookup="stiffness_model.catalog.catalogue_population:catalogue_lookup",
+            is_cached=False,
+            inherent_effects="stiffness_model.catalog.catalogue_population:catalogue_effects",
+            packaged="stiffness_model.catalog.catalogue_toml:packaged_gear",
+            packaged_names="stiffness_model.catalog.catalogue_toml:packaged_gear_names",
+            lacks={
+                CONTACT_FORCES: "its data sheet states nothing of contacts",
+                TOLERANCES: "its data sheet states one curve",
+                INDIVIDUALS: "its data sheet states one curve",
+                DIMENSIONS: "its data sheet states none",
+                CONTACT_RESPONSES: "its data sheet states nothing of contacts",
+            },
         ),
     )
 }

@@ -32,6 +32,7 @@ UNITS: dict[str, dict[str, float]] = {
         "N.m/arcmin": 1 / ARCMIN,
         "Nm/arcmin": 1 / ARCMIN,
     },
+    "moment of inertia": {"kg.m2": 1.0, "kg.cm2": 1e-4},
     "stiffness": {"N/m": 1.0, "N/mm": 1e3, "kN/mm": 1e6, "N/um": 1e6, "N/µm": 1e6, "N/μm": 1e6},
     "speed": {"rad/s": 1.0, "rpm": math.pi / 30, "1/min": math.pi / 30},
     "force": {"N": 1.0, "kN": 1e3},
@@ -47,6 +48,7 @@ _SI = {
     "density": "kg/m3",
     "torque": "N.m",
     "torsional stiffness": "N.m/rad",
+    "moment of inertia": "kg.m2",
     "stiffness": "N/m",
     "speed": "rad/s",
     "force": "N",
@@ -63,6 +65,7 @@ _PREFERRED = {
     "density": ("kg/m3",),
     "torque": ("N.m",),
     "torsional stiffness": ("kN.m/rad",),
+    "moment of inertia": ("kg.cm2",),
     "stiffness": ("N/um",),
     "speed": ("rpm",),
     "force": ("N",),
@@ -71,6 +74,8 @@ _PREFERRED = {
     "temperature": ("degC",),
     "heating rate": ("K/min",),
 }
+_ALTERNATIVE = {"torsional stiffness": "N.m/arcmin"}
+"""A second unit of drawings, which is written where it gives the shorter text."""
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S*)\s*")
 
 
@@ -131,12 +136,22 @@ def format_quantity(value: float, quantity: str) -> str:
     names = _PREFERRED[quantity]
     small = len(names) > 1 and value != 0 and abs(value) < 0.1 * UNITS[quantity][names[0]]
     unit = names[-1] if small else names[0]
-    number = value / UNITS[quantity][unit]
-    for digits in range(6, 18):
-        text = f"{number:.{digits}g}"
-        if float(text) * UNITS[quantity][unit] == value:
-            break
-    else:
+    text = _shortest(value, UNITS[quantity][unit])
+    other = _ALTERNATIVE.get(quantity, "")
+    if other:
+        shorter = _shortest(value, UNITS[quantity][other])
+        if shorter and (not text or len(shorter) < len(text)):
+            text, unit = shorter, other
+    if not text:
         # No decimal number of the preferred unit gives exactly this value; in SI every value has one.
         text, unit = repr(float(value)), _SI[quantity]
     return f"{text} {unit}"
+
+
+def _shortest(value: float, factor: float) -> str:
+    """The shortest number that gives exactly `value` when multiplied by the factor of a unit; empty if none does."""
+    for digits in range(6, 18):
+        text = f"{value / factor:.{digits}g}"
+        if float(text) * factor == value:
+            return text
+    return ""

@@ -38,7 +38,9 @@ def add_command(commands: Commands, room: str, name: str, summary: str, writes: 
 def add_drawing(parser: argparse.ArgumentParser, command: str) -> None:
     """Options of the commands that work on one drawing: DRIVE, `--set` and `--out`."""
     parser.add_argument(
-        "drive", metavar="DRIVE", help="a preset (drive_1, drive_2, drive_3, workshop) or a TOML drawing"
+        "drive",
+        metavar="DRIVE",
+        help="a preset (drive_1, drive_2, drive_3, workshop), a gear of `reefmu gears`, or a TOML drawing",
     )
     add_fields(parser)
     parser.add_argument("--out", metavar="DIR", type=file_name, help=f"folder for the files (default DRIVE-{command})")

@@ -1,4 +1,4 @@
-"""Options of the commands that take a drawing: demo, curve, compare, draw."""
+"""Options of the commands that take a drawing: demo, curve, compare, draw; and gears, which lists those of makers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def add_curve(commands: Commands) -> None:
         "drawings",
         "curve",
         "twist over torque, contact forces and load shares of a drawing",
-        "Writes curve.csv, curve.png, forces.png and load_share.png.",
+        "Writes curve.csv, curve.png and, where the drive has contacts, forces.png and load_share.png.",
     )
     _add_population(parser, "curve")
     parser.add_argument(
@@ -54,6 +54,17 @@ def add_compare(commands: Commands) -> None:
     _add_population(parser, "compare")
     parser.add_argument(
         "--catalog", metavar="FILE", help="TOML file with further gears, in the form of the included catalog.toml"
+    )
+
+
+def add_gears(commands: Commands) -> None:
+    """`reefmu gears`."""
+    add_command(
+        commands,
+        "drawings",
+        "gears",
+        "the gears whose data sheets come with the package, with their sources",
+        "Every command that takes a DRIVE takes their names.",
     )
 
 

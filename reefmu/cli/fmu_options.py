@@ -19,7 +19,9 @@ def add_export(commands: Commands) -> None:
         "a drawing or a model as an FMU",
         "Solves the lookup (some seconds, then cached) and writes an FMU.",
     )
-    parser.add_argument("source", metavar="DRIVE|MODEL.toml", help="a preset, a TOML drawing or a TOML model")
+    parser.add_argument(
+        "source", metavar="DRIVE|MODEL.toml", help="a preset, a gear of `reefmu gears`, a TOML drawing or a TOML model"
+    )
     parser.add_argument("-o", "--output", metavar="FILE.fmu", type=file_name, required=True, help="the FMU to write")
     parser.add_argument(
         "--kind",

@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from typing import NoReturn
 
-from .drawing_options import add_compare, add_curve, add_demo, add_draw
+from .drawing_options import add_compare, add_curve, add_demo, add_draw, add_gears
 from .exit_status import WRONG_INPUT, report_error
 from .fmu_options import add_check, add_export
 from .plan_options import add_plan
-from .record_options import add_diagnose
+from .record_options import add_diagnose, add_record
 from .study_options import add_explore
 
 
@@ -26,9 +26,11 @@ def build_parser() -> argparse.ArgumentParser:
         add_demo,
         add_curve,
         add_compare,
+        add_gears,
         add_export,
         add_check,
         add_diagnose,
+        add_record,
         add_plan,
         add_draw,
         add_explore,

@@ -2,6 +2,7 @@
 
 The rooms are named after what their commands take:
 
-* `drawings`: curve, compare, draw; `fmus`: export, check; `records`: diagnose; `plans`: plan; `studies`: explore.
+* `drawings`: curve, compare, draw; `fmus`: export, check; `records`: record, diagnose; `plans`: plan;
+  `studies`: explore.
 * `demo`: all steps for one drive; `terminal`: reading drawings, notes, tables and worker processes, for all of them.
 """

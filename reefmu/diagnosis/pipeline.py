@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..record import Record
+from ..record import TORQUE_SIDES, Record
 from .analysis import Analysis
 from .estimation.held_out import fits_without_held_out, is_refuted
 from .estimation.problem import Problem
@@ -20,7 +20,7 @@ from .inference.isolability import Isolability, isolability
 from .inference.thresholds import calibrate_thresholds
 from .inference.verdict import decide, select_effects, withdraw_effects
 from .preparation import BaseCurveSource, prepare_problem
-from .preprocessing.audit import audit
+from .preprocessing.audit import Audit, audit
 from .preprocessing.trace import make_trace
 from .report.assemble import assemble_diagnosis, insufficient_diagnosis
 from .report.gap import measure_gap
@@ -51,7 +51,7 @@ def analyse(
     report: Progress = progress or (lambda stage, share: None)
     source = source or BaseCurveSource()
     ratio = source.ratio(record)
-    audited = audit(record, ratio)
+    audited = _with_torque_side(audit(record, ratio), record)
     if audited.defects:
         return _timed(insufficient_diagnosis(audited, audited.defects), started)
     report("base curve", 0.0)
@@ -98,6 +98,13 @@ def _excessive_noise(problem: Problem) -> str:
     if problem.noise.torque <= MAX_NOISE_SHARE * span:
         return ""
     return f"the noise, {problem.noise.torque:.3g} N.m, is too large for a torque that spans {span:.3g} N.m"
+
+
+def _with_torque_side(audited: Audit, record: Record) -> Audit:
+    """The audit with a note where the torque was not measured at the output."""
+    if record.torque_side == "output":
+        return audited
+    return replace(audited, notes=(*audited.notes, TORQUE_SIDES[record.torque_side]))
 
 
 def _timed(diagnosis: Diagnosis, started: float) -> Diagnosis:

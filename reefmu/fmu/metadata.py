@@ -74,7 +74,7 @@ def export_info(
     return ExportInfo(
         guid=f"{{{guid}}}",
         model_identifier=model_identifier(component),
-        description=_description(interface, version, backend),
+        description=_description(component, interface, version, backend),
         generation_tool=f"reefmu {version} with {tool}",
         generated=date.strftime("%Y-%m-%dT%H:%M:%SZ"),
         author=AUTHOR,
@@ -90,7 +90,10 @@ def export_info(
     )
 
 
-def _description(interface: Interface, version: str, backend: str) -> str:
+def _description(component: Component, interface: Interface, version: str, backend: str) -> str:
+    has_contacts = component.model.lookup.has_contacts
+    drive = f"{'Rolling element eccentric drive' if has_contacts else 'Gear'} {interface.name}"
+    results = "torque, stiffness and contact load" if has_contacts else "torque and stiffness"
     remark = (
         f"the host needs Python with reefmu {version} installed, and a host in C must have loaded libpython: "
         "documentation/externalDependencies.txt"
@@ -100,12 +103,12 @@ def _description(interface: Interface, version: str, backend: str) -> str:
     made_by = f"Made by reefmu {version} ({LICENCE}); {remark}."
     if interface.kind == "joint":
         return (
-            f"Rolling element eccentric drive {interface.name} between the inertias of motor and load: torques in, "
+            f"{drive} between the inertias of motor and load: torques in, "
             "angles out. Inputs are held constant over a communication step, which may have any length: the "
             f"joint divides it into as many substeps as it needs. {made_by}"
         )
     return (
-        f"Rolling element eccentric drive {interface.name}: torque, stiffness and contact load over twist. Inputs are "
+        f"{drive}: {results} over twist. Inputs are "
         "held constant over a communication step: after it the outputs are those of the inputs set before it, with "
         f"the states advanced exactly over the step, so a step may have any length. {made_by}"
     )

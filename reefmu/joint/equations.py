@@ -18,14 +18,12 @@ import numpy as np
 
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import STATES, Masses
-from reefmu.model.signals import INPUTS, OUTPUTS
+from reefmu.model.signals import INPUTS
 from stiffness_model.errors import InputError, expect_number
 from stiffness_model.numerics.arrays import Array
 
 JOINT_INPUTS = ("motor.tau", "load.tau")
 DRIVE_INPUTS = tuple(signal.name for signal in INPUTS)
-DRIVE_OUTPUTS = tuple(signal.name for signal in OUTPUTS)
-JOINT_OUTPUTS = (*STATES, *DRIVE_OUTPUTS)
 _SMALL_SPEED = 1e-9
 """rad/s: a speed that has a sign and no other influence; far below those of a joint, chosen by judgement."""
 
@@ -91,7 +89,7 @@ def drive_equations(model: DriveModel) -> SystemEquations:
     return SystemEquations(
         tuple(s.name for s in model.states[len(model.states) - count_effect_states(model) :]),
         DRIVE_INPUTS,
-        DRIVE_OUTPUTS,
+        tuple(signal.name for signal in model.outputs),
         {q.name: q.value for q in model.parameters},
         ca.Function("rate", [x, u, p], [model.rate(full, u, p)[full.numel() - x.numel() :]]),
         ca.Function("output", [x, u, p], [model.output(full, u, p)]),
@@ -140,7 +138,7 @@ class JointModel:
         rest = p[len(own) :]
         drive_inputs = ca.vertcat(x[:4], temperature)
         outputs = inner.output(x[4:], drive_inputs, rest)
-        drive = dict(zip(DRIVE_OUTPUTS, ca.vertsplit(outputs), strict=True))
+        drive = dict(zip(inner.outputs, ca.vertsplit(outputs), strict=True))
         rate = ca.vertcat(
             x[1],
             (u[0] - motor_damping * x[1] + drive["crank.tau"]) / motor_inertia,
@@ -153,7 +151,7 @@ class JointModel:
         return SystemEquations(
             (*STATES, *inner.states),
             JOINT_INPUTS,
-            JOINT_OUTPUTS,
+            (*STATES, *inner.outputs),
             own | inner.parameters,
             ca.Function("rate", [x, u, p], [rate]),
             ca.Function("output", [x, u, p], [ca.vertcat(x[:4], outputs)]),

@@ -14,7 +14,7 @@ from reefmu.model.buffered import Buffered
 from stiffness_model.errors import InputError, expect, expect_number
 from stiffness_model.numerics.arrays import Array
 
-from .equations import JOINT_OUTPUTS, JointModel
+from .equations import JointModel
 
 Controller = Callable[[float, Array], tuple[float, float]]
 """(time s, [crank.phi, crank.w, output.phi, output.w]) -> (motor.tau, load.tau), N.m, held until the next sample.
@@ -33,7 +33,7 @@ class Motion:
     time: Array
     values: Array
     torques: Array
-    names: tuple[str, ...] = JOINT_OUTPUTS
+    names: tuple[str, ...]
 
     def __getitem__(self, name: str) -> Array:
         """One output over time, (n + 1,), by its name ("output.phi")."""
@@ -105,7 +105,7 @@ def simulate_joint(
             )
     held = np.vstack([torques, torques[-1]])
     values = joint.equations.output.map(n + 1)(states.T, held.T, ca.repmat(ca.DM(p), 1, n + 1))
-    return Motion(step * np.arange(n + 1.0), np.asarray(values).T, torques)
+    return Motion(step * np.arange(n + 1.0), np.asarray(values).T, torques, joint.equations.outputs)
 
 
 def runge_kutta(joint: JointModel, substeps: int) -> ca.Function:

@@ -2,7 +2,8 @@
 
 * `contacts`: the torque of the contacts as functions, from a drawing, an individual's parts or a curve.
 * `stages`: the stages along the drive and their order, as expressions, as the model's functions and in scalars.
-* `signals`, `parameters`: inputs, outputs and parameters; `drive_model`: the model; `model_file`: model.toml.
+* `signals`, `parameters`, `chosen_effects`: inputs, outputs, parameters and effects inside; `drive_model`: the model;
+  `model_file`: model.toml.
 * `masses`: motor and load of a joint; `buffered`: fast calls of CasADi functions.
 
 Names are loaded when they are first used: a running FMU needs no solver.

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -26,16 +26,18 @@ from numpy.typing import NDArray
 from stiffness_model.display import dataframe, html_table, view
 from stiffness_model.errors import InputError
 from stiffness_model.io.drawing_toml import DriveLike, as_any_drive, as_drive, drive_from_dict
-from stiffness_model.kinds import CONTACT_RESPONSES, INDIVIDUALS, AnyDrive, expect_has, kind_of
+from stiffness_model.kinds import CONTACT_RESPONSES, INDIVIDUALS, TOLERANCES, expect_has, kind_of
 from stiffness_model.lookup.build_lookup import N_DRIVES, Lookup
+from stiffness_model.lookup.curve_lookup import CurveLookup
+from stiffness_model.numerics.arrays import equal_values
 from stiffness_model.rotation import Individual, draw_individual
 
-from ..effects import Effect, Place, find_effect
-from .contacts.curve_table import source_curve
+from ..effects import Effect
+from .chosen_effects import NEED_PARTS, in_order, inherent_effects
 from .contacts.element import with_contact_tables
 from .contacts.tables import cached_lookup
 from .parameters import ModelParameter, model_parameters, with_values
-from .signals import Signal
+from .signals import CONTACT_LOADS, Signal, outputs_of
 from .stages.composition import Composition
 from .stages.order import stored_angles
 
@@ -48,7 +50,7 @@ class DriveModel:
     """A drive as a component: its lookup, the effects inside and their parameters.
 
     name: as of its drawing. parameters: "ratio", "band", then "<effect>.<parameter>". The vectors p, u, x and y are in
-    the order of `parameters`, `INPUTS`, `states` and `OUTPUTS`. individual: one drive with its own parts, whose torque
+    the order of `parameters`, `INPUTS`, `states` and `outputs`. individual: one drive with its own parts, whose torque
     changes as it turns, instead of the mean of all; its lookup then gives the range and the drawing.
 
     Models are equal if all of these are.
@@ -66,7 +68,7 @@ class DriveModel:
         return f"DriveModel({self.name!r}, {inside}, {self.full_torque:.4g} N.m at full twist)"
 
     def __eq__(self, other: object) -> bool:
-        return _equal(self, other) if isinstance(other, DriveModel) else NotImplemented
+        return equal_values(self, other) if isinstance(other, DriveModel) else NotImplemented
 
     def __hash__(self) -> int:
         return hash((self.name, self.effects, self.parameters, self.full_torque))
@@ -74,6 +76,7 @@ class DriveModel:
     def _repr_html_(self) -> str:
         rows = {"effects": ", ".join(effect.name for effect in self.effects) or "none"}
         rows |= {f"{p.name} [{p.unit}]": f"{p.value:.6g}" for p in self.parameters}
+        rows |= {"lacks": self.lacks} if self.lacks else {}
         return html_table(self.name, rows)
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -87,9 +90,24 @@ class DriveModel:
     @property
     def drive(self) -> Any:
         """The drive, of any kind, that the lookup was computed from. Raises `InputError` for a lookup of a curve."""
-        if source_curve(self.lookup) is not None:
+        if not isinstance(self.lookup, CurveLookup):
+            return drive_from_dict(self.lookup.drawing)
+        if "drive" not in self.lookup.drawing:
             raise InputError(f"{self.name}: expected a model with a drawing, got one of a curve")
-        return drive_from_dict(self.lookup.drawing)
+        return drive_from_dict(self.lookup.drawing["drive"])
+
+    @property
+    def outputs(self) -> tuple[Signal, ...]:
+        """The outputs: `OUTPUTS`, without those of contacts where the model has none."""
+        return outputs_of(has_contacts=self.lookup.has_contacts)
+
+    @property
+    def lacks(self) -> str:
+        """One line on the outputs that this model does not have; empty if it has all."""
+        if self.lookup.has_contacts:
+            return ""
+        names = " and ".join(CONTACT_LOADS)
+        return f"{self.name} has no {names}: it is a curve of torque over twist, which states nothing of contacts"
 
     @property
     def full_torque(self) -> float:
@@ -185,9 +203,9 @@ def build_model(
     """
     drive = as_any_drive(drive)
     chosen = {**(inherent_effects(drive) if inherent else {}), **(effects or {})}
-    ordered = _in_order(chosen)
+    ordered = in_order(chosen)
     for effect in ordered:
-        if effect.place in (Place.MODULUS, Place.ELEMENT):
+        if effect.place in NEED_PARTS:
             expect_has(drive, CONTACT_RESPONSES, effect.name)
     one = None
     if individual is not None:
@@ -195,51 +213,36 @@ def build_model(
         one = draw_individual(as_drive(drive, "individual"), individual)
     name = drive.name if one is None else f"{drive.name} individual {one.seed}"
     # Checked before the tables are built, which may take some seconds.
-    parameters = model_parameters(name, drive.ratio, ordered, chosen, individual=one is not None)
+    has_band = one is None and TOLERANCES not in kind_of(drive).lacks
+    parameters = model_parameters(name, drive.ratio, ordered, chosen, has_band=has_band)
     table = lookup if lookup is not None else cached_lookup(drive, n_drives, seed, executor)
     return DriveModel(name, with_contact_tables(table, drive, ordered), ordered, parameters, one)
 
 
-def inherent_effects(drive: AnyDrive) -> dict[str, dict[str, float]]:
-    """Parameter values of the effects that the drive's own data state, by effect and parameter name."""
-    kind = kind_of(drive)
-    return kind.call("inherent_effects", drive) if kind.inherent_effects else {}
+def build_curve_model(
+    table: CurveLookup,
+    effects: Mapping[str, Mapping[str, float]] | None = None,
+    *,
+    assumed_ratio: float | None = None,
+) -> DriveModel:
+    """The model of a curve (`stiffness_model.lookup.curve_lookup`) with some effects inside.
 
-
-def build_curve_model(table: Lookup, effects: Mapping[str, Mapping[str, float]] | None = None) -> DriveModel:
-    """The model of a lookup made of a curve (`contacts.curve_table.curve_lookup`) with some effects inside.
-
-    Raises the errors of `build_model`, and `InputError` for effects that need a drawing.
+    assumed_ratio: for simulations of a curve whose ratio is unknown, because the crank was locked; it is not saved.
+    Raises the errors of `build_model`, and `InputError` for effects that need a drawing and for an unknown ratio.
     """
     chosen = dict(effects or {})
-    ordered = _in_order(chosen)
-    curve = source_curve(table)
-    assert curve is not None
+    ordered = in_order(chosen)
+    name = table.curve["name"]
     for effect in ordered:
-        if effect.place in (Place.MODULUS, Place.ELEMENT):
-            raise InputError(f"{curve['name']}: expected effects that do without a drawing, got {effect.name}")
-    parameters = model_parameters(curve["name"], curve["ratio"], ordered, chosen)
-    return DriveModel(curve["name"], table, ordered, parameters)
-
-
-def _in_order(names: Mapping[str, Any]) -> tuple[Effect, ...]:
-    """The effects of these names in the order of their places along the drive."""
-    places = list(Place)
-    return tuple(sorted((find_effect(name) for name in names), key=lambda e: (places.index(e.place), e.name)))
+        if effect.place in NEED_PARTS:
+            raise InputError(f"{name}: expected effects that do without a drawing, got {effect.name}")
+    ratio = table.curve.get("ratio", assumed_ratio)
+    if ratio is None:
+        raise InputError(f"{name}: expected a curve with its ratio, crank to output with its sign, got none")
+    return DriveModel(name, table, ordered, model_parameters(name, ratio, ordered, chosen, has_band=False))
 
 
 def describe_effects(model: DriveModel) -> dict[str, dict[str, Any]]:
     """Parameter values of the effects inside, by effect and parameter name."""
     values = {p.name: p.value for p in model.parameters}
     return {e.name: {p.name: values[f"{e.name}.{p.name}"] for p in e.parameters} for e in model.effects}
-
-
-def _equal(a: Any, b: Any) -> bool:
-    """Equality by value of dataclasses with arrays inside, whose generated comparison fails."""
-    if a is b:
-        return True
-    if is_dataclass(a):
-        return type(a) is type(b) and all(_equal(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
-    if isinstance(a, np.ndarray):
-        return isinstance(b, np.ndarray) and np.array_equal(a, b)
-    return bool(a == b)

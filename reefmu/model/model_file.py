@@ -3,7 +3,8 @@
 schema = 1
 [drawing]            the drawing, as in its own TOML file
 [lookup]             number of virtual drives and seed of the tables
-[curve]              instead of both, for a gear without a drawing: its ratio and twist-torque curve
+[curve]              instead of both, for a gear without a drawing: its twist-torque curve and its ratio, which is
+                     missing where a diagnosis did not find it, because the crank was locked
 [model]              band, or the seed of an individual drive instead of the mean of all
 [effects.NAME]       parameters with units, such as clearance = "5 um"
 """
@@ -22,13 +23,14 @@ import tomli_w
 from stiffness_model.drawing.sampling import check_seed
 from stiffness_model.errors import InputError, expect, expect_number, refuse_unknown, unknown_name
 from stiffness_model.io.atomic_files import atomic_file
-from stiffness_model.io.drawing_toml import drive_from_dict
+from stiffness_model.io.drawing_toml import drive_from_dict, drive_to_dict
 from stiffness_model.io.toml_files import parse_toml
 from stiffness_model.lookup.build_lookup import N_DRIVES, Lookup
+from stiffness_model.lookup.curve_lookup import CurveLookup, curve_lookup_from_dict
 from stiffness_model.units import parse_quantity
 
 from ..effects import Parameter, find_effect
-from .contacts.curve_table import curve_lookup_from_dict, source_curve
+from .contacts.curve_contacts import source_curve
 from .drive_model import DriveModel, build_curve_model, build_model, describe_effects
 
 SCHEMA = 1
@@ -50,7 +52,7 @@ def model_text(model: DriveModel) -> str:
         {"curve": dict(curve)}
         if curve is not None
         else {
-            "drawing": dict(model.lookup.drawing),
+            "drawing": drive_to_dict(model.drive),
             "lookup": {"drives": model.lookup.n_drives, "seed": model.lookup.seed},
         }
     )
@@ -70,10 +72,12 @@ def load_model(
     path: str | os.PathLike[str],
     lookup: Lookup | str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
+    ratio: float | None = None,
 ) -> DriveModel:
     """The model of the file model.toml at `path`.
 
     lookup: a `Lookup` or the path of one; else the tables come from the cache or are built, by `executor` if given.
+    ratio: of a curve, signed, crank to output, in place of the file's.
     Raises `InputError` for a file that is not a model, `UnknownNameError` for unknown sections, fields and effects.
     """
     where = str(path)
@@ -99,9 +103,11 @@ def load_model(
             where,
         )
         expect("individual" not in model, "no individual of a curve", model.get("individual"), f"{where} [model]")
-        curve = curve_lookup_from_dict(_section(table, "curve", where), f"{where} [curve]")
-        built = build_curve_model(curve if ready is None else ready, effects)
+        stated = {**_section(table, "curve", where), **({} if ratio is None else {"ratio": ratio})}
+        curve = curve_lookup_from_dict(stated, f"{where} [curve]")
+        built = build_curve_model(ready if isinstance(ready, CurveLookup) else curve, effects)
     else:
+        expect(ratio is None, "a ratio for a [curve] only, since a [drawing] states its own", ratio, where)
         drive = drive_from_dict(_section(table, "drawing", where), where)
         settings = _section(table, "lookup", where)
         refuse_unknown("field", settings, ("drives", "seed"), f"{where} [lookup]")

@@ -35,7 +35,7 @@ BAND = ModelParameter(
     True,
     1.0,
 )
-INDIVIDUAL_BAND = ModelParameter("band", 0.0, 0.0, 0.0, "1", "Has no meaning for an individual drive", False, 1.0)
+NO_BAND = ModelParameter("band", 0.0, 0.0, 0.0, "1", "Without meaning: there is one curve, no population", False, 1.0)
 
 
 def model_parameters(
@@ -44,17 +44,18 @@ def model_parameters(
     effects: tuple[Effect, ...],
     values: Mapping[str, Mapping[str, float]],
     *,
-    individual: bool = False,
+    has_band: bool = True,
 ) -> tuple[ModelParameter, ...]:
     """Ratio (signed, crank to output), band and the effects' parameters.
 
-    name: of the model, for errors. values: by effect and parameter name; others are neutral. Raises as `with_values`.
+    name: of the model, for errors. has_band: whether there is a population with percentiles. values: by effect and
+    parameter name; others are neutral. Raises as `with_values`.
     """
     parameters = (
         ModelParameter(
             "ratio", ratio, None, None, "1", "Transmission ratio, crank to output, signed", False, abs(ratio)
         ),
-        INDIVIDUAL_BAND if individual else BAND,
+        BAND if has_band else NO_BAND,
         *(
             ModelParameter(
                 f"{e.name}.{p.name}", p.neutral, p.minimum, p.maximum, p.unit, p.description, True, p.nominal

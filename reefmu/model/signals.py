@@ -52,5 +52,14 @@ OUTPUTS = (
     ),
     Signal("measured.tau", "N.m", "output.tau as the rig's torque sensor reads it"),
 )
+CONTACT_LOADS = ("max_contact_force", "load_share")
+"""Outputs that a model without contacts does not have."""
+
+
+def outputs_of(*, has_contacts: bool) -> tuple[Signal, ...]:
+    """The outputs of a model, `OUTPUTS` or those without `CONTACT_LOADS`."""
+    return tuple(signal for signal in OUTPUTS if has_contacts or signal.name not in CONTACT_LOADS)
+
+
 INPUT_NAMES = tuple(signal.name for signal in INPUTS)
 OUTPUT_NAMES = tuple(signal.name for signal in OUTPUTS)

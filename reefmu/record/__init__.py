@@ -4,6 +4,7 @@
 * `file_text`, `table_layout`, `number_format`: from a file to a table of numbers; `column_map`: what its columns mean.
 * `motor_side`: torque at the output from a motor's torque or current, or from a pendulum.
 * `record`: the record; `reading`: records from files.
+* `torque_cycles`: cycles that repeat in torque, and their spread.
 """
 
 from .column_map import ColumnMap, make_column_map, read_column_map
@@ -11,6 +12,7 @@ from .columns import ANGLE_LIMIT, COLUMNS, RANGES, REPLACED_BY, check_range
 from .motor_side import TORQUE_SIDES, Pendulum, TorqueConstants
 from .reading import ColumnReading, Columns, FileReading, read_file, read_record
 from .record import Record, join_records, make_record, with_output_locked
+from .torque_cycles import CycleSpread, torque_cycle_spread
 from .unit_conversion import convert_units
 
 __all__ = [
@@ -19,6 +21,7 @@ __all__ = [
     "ColumnMap",
     "ColumnReading",
     "Columns",
+    "CycleSpread",
     "FileReading",
     "Pendulum",
     "RANGES",
@@ -34,5 +37,6 @@ __all__ = [
     "read_column_map",
     "read_file",
     "read_record",
+    "torque_cycle_spread",
     "with_output_locked",
 ]

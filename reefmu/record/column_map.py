@@ -129,6 +129,7 @@ def unknown_column(title: str, titles: Sequence[str], where: str) -> InputError:
 
 def missing_title(title: str, titles: Sequence[str], where: str) -> InputError:
     """An error for a title of a column map that the file does not have."""
-    close = difflib.get_close_matches(title, titles, n=3, cutoff=0.6)
+    by_lower = {known.lower(): known for known in titles}
+    close = [by_lower[name] for name in difflib.get_close_matches(title.lower(), by_lower, n=3, cutoff=0.6)]
     hint = "did you mean " + " or ".join(map(repr, close)) + "?" if close else "it has " + ", ".join(titles)
     return UnknownNameError(f"{where}: the column map names {title!r}, which the file does not have; {hint}")

@@ -170,7 +170,8 @@ def _check_constants(source: str, values: Mapping[str, Array], constants: Torque
 def acceleration(angle: Array, time: Array, run: NDArray[Any]) -> Array:
     """Acceleration (n,), rad/s^2, of an angle (n,), rad: parabolas over `WINDOW` within the runs.
 
-    time: (n,) s, whose equal stamps are merged; run: (n,). Zero in runs of fewer than `MIN_WINDOW` stamps.
+    time: (n,) s; where most samples share their stamp with another, as of a coarse clock, samples count as evenly
+    spaced in a run. run: (n,). Zero in runs of fewer than `MIN_WINDOW` stamps.
     """
     from scipy.signal import savgol_filter
 
@@ -180,11 +181,13 @@ def acceleration(angle: Array, time: Array, run: NDArray[Any]) -> Array:
         stamps, index = np.unique(time[a:b], return_inverse=True)
         if len(stamps) < MIN_WINDOW:
             continue
+        coarse = 2 * len(stamps) < b - a
+        # Evenly spaced values allow one filter for the run.
+        even = np.linspace(stamps[0], stamps[-1], b - a if coarse else len(stamps))
         mean = np.bincount(index, angle[a:b]) / np.bincount(index)
-        # Evenly spaced stamps allow one filter for the run.
-        even = np.linspace(stamps[0], stamps[-1], len(stamps))
-        step = even[1] - even[0]
-        window = min(max(MIN_WINDOW, 2 * round(WINDOW / step / 2) + 1), len(stamps) - 1 + len(stamps) % 2)
-        second = savgol_filter(np.interp(even, stamps, mean), window, 2, deriv=2, delta=step)
-        found[a:b] = np.interp(time[a:b], even, np.asarray(second, float))
+        values = angle[a:b] if coarse else np.interp(even, stamps, mean)
+        step = float(even[1] - even[0])
+        window = min(max(MIN_WINDOW, 2 * round(WINDOW / step / 2) + 1), len(even) - 1 + len(even) % 2)
+        second = np.asarray(savgol_filter(values, window, 2, deriv=2, delta=step), float)
+        found[a:b] = second if coarse else np.interp(time[a:b], even, second)
     return found

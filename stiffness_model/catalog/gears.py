@@ -6,6 +6,7 @@ where they would be found, and has no curve.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -104,6 +105,15 @@ class CatalogGear:
             expect(self.t1 < self.t2, "t1 below t2", f"{self.t1:g} and {self.t2:g} N.m", at)
 
     @property
+    def name(self) -> str:
+        """The name under which commands take the gear: its type, and its ratio where the row states one.
+
+        >>> [gear.name for gear in catalog()][:2]
+        ['CHA-40A-50', 'CHA-40A']
+        """
+        return f"{self.type}-{self.ratio}" if _is_number(self.ratio) else self.type
+
+    @property
     def label(self) -> str:
         """Maker, type and ratio in one text.
 
@@ -175,6 +185,13 @@ def read_rows(text: str, where: str) -> tuple[CatalogGear, ...]:
         where,
     )
     return tuple(_row(row, f"{where}: gear {number}") for number, row in enumerate(rows, 1))
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
 
 
 def _row(row: Mapping[str, Any], where: str) -> CatalogGear:

@@ -56,6 +56,11 @@ class Lookup:
     modulus: ModulusShares | None = None
     element: ElementTable | None = None
 
+    @property
+    def has_contacts(self) -> bool:
+        """Whether contact forces, load shares and a band of the population are known."""
+        return True
+
     def torque(self, twist: ArrayLike, clearance: ArrayLike = 0.0, band: ArrayLike = 0.0) -> Array:
         """Torque, N.m, at twists (rad) and gear clearances (m).
 
@@ -200,6 +205,8 @@ class Lookup:
         twist, clearance = (parse_axis(header[name], f"{where}: {name}") for name in ("twist", "clearance"))
         if coefficients.size:
             expect_table(coefficients, (len(QUANTITIES), twist.size, clearance.size), where)
+        if isinstance(header["drawing"], Mapping) and "curve" in header["drawing"]:
+            return view("stiffness_model.lookup.curve_lookup:curve_lookup_from_drawing")(header["drawing"], where)
         error = require_keys(header["error"], QUANTITIES, f"{where}: error")
         expect(isinstance(header["version"], str), "a text as version", header["version"], where)
         return Lookup(

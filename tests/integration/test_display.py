@@ -18,9 +18,9 @@ from matplotlib.figure import Figure
 import stiffness_model as sm
 from reefmu.diagnosis.schema import Diagnosis, Gap, NamedEffect, Value
 from reefmu.model import DriveModel, build_curve_model, build_model
-from reefmu.model.contacts.curve_table import curve_lookup
 from reefmu.record import COLUMNS, REPLACED_BY, Record, make_record, read_record
 from reefmu.torque_loop import torque_loop
+from stiffness_model.lookup.curve_lookup import curve_lookup
 from stiffness_model.lookup.table import Lookup
 from stiffness_model.ratings.bearing_life import bearing_life
 from stiffness_model.ratings.efficiency import friction_losses
@@ -201,7 +201,7 @@ def test_a_model_s_loop_shows_its_hysteresis(drive: sm.Drive, lookup: Lookup) ->
 
 
 def test_a_curve_s_model_is_drawn_to_its_end() -> None:
-    table = curve_lookup(np.array([0.0, 1e-3, 2e-3]), np.array([0.0, 5.0, 12.0]), 0.01, "spring")
+    table = curve_lookup(np.array([0.0, 1e-3, 2e-3]), np.array([0.0, 5.0, 12.0]), 0.01, "spring", -50)
     loop = torque_loop(build_curve_model(table))
     assert loop["torque [N.m]"].max() == pytest.approx(12.0, rel=1e-2)
 

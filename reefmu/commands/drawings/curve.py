@@ -73,7 +73,8 @@ def _twist_table(curve: TwistTorqueCurve) -> str:
     step = max(1, (len(curve.twist) - 1) // (ROWS - 1))
     columns = (curve.twist / ARCMIN, curve.torque, curve.torque_p10, curve.torque_p90, curve.stiffness * ARCMIN)
     # Adding zero turns a rounded "-0.00" into "0.00".
-    rows = [[f"{round(float(column[i]), 2) + 0.0:.2f}" for column in columns] for i in range(0, len(curve.twist), step)]
+    shown = sorted({*range(0, len(curve.twist), step), len(curve.twist) - 1})
+    rows = [[f"{round(float(column[i]), 2) + 0.0:.2f}" for column in columns] for i in shown]
     return aligned_table(
         ["twist", "mean torque", "P10", "P90", "stiffness"],
         ["[arcmin]", "[N.m]", "[N.m]", "[N.m]", "[N.m/arcmin]"],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 from reefmu.fmu.codegen.compile import select_platforms
@@ -11,11 +12,10 @@ from reefmu.fmu.model.component import drive_component
 from reefmu.fmu.model.joint_component import joint_component
 from reefmu.fmu.python_backend.real_time import real_time_note
 from reefmu.fmu.xml.archive import read_archive
-from reefmu.model.contacts.curve_table import source_curve
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import TYPICAL_MASSES, Masses, expect_step
 from reefmu.model.model_file import is_model_file, load_model
-from stiffness_model.errors import expect
+from stiffness_model.errors import InputError, expect
 from stiffness_model.lookup.build_lookup import N_DRIVES, describe
 from stiffness_model.units import ARCMIN
 
@@ -53,10 +53,12 @@ def run(args: argparse.Namespace) -> int:
         f"{model.name}: "
         + (
             f"lookup over {describe(model.lookup)}"
-            if source_curve(model.lookup) is None
-            else f"curve over twist +-{model.lookup.twist.stop / ARCMIN:.3g} arcmin, no drawing"
+            if model.lookup.has_contacts
+            else f"curve over twist +-{model.lookup.twist.stop / ARCMIN:.3g} arcmin"
         )
     )
+    if model.lacks:
+        print(model.lacks)
     if model.individual is not None:
         print("one virtual drive with its own balls, bores and lobes; the lookup limits its range of twists")
     inside = ", ".join(effect.name for effect in model.effects) or "none"
@@ -89,6 +91,21 @@ def _masses(args: argparse.Namespace) -> Masses | None:
     )
 
 
+def _ratio_of_curve(fields: Sequence[tuple[str, str]]) -> float | None:
+    """The ratio that `--set ratio=...` gives a model file of a curve, the only field that it may lack."""
+    others = [f"{name}={value}" for name, value in fields if name != "ratio"]
+    expect(
+        not others, "no --set beside a model file, which contains its drawing, but ratio of a [curve]", others, "--set"
+    )
+    if not fields:
+        return None
+    text = fields[-1][1]
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"--set ratio: expected a number, crank to output with its sign, got {text!r}") from None
+
+
 def _model(args: argparse.Namespace) -> tuple[DriveModel, list[str]]:
     """The model of a drawing with the effects of `--effect`, or that of a model.toml, and notes on it."""
     with pool_with_progress("solving the lookup") as executor:
@@ -102,8 +119,7 @@ def _model(args: argparse.Namespace) -> tuple[DriveModel, list[str]]:
                 args.individual,
                 "--individual",
             )
-            expect(not args.fields, "no --set beside a model file, which contains its drawing", args.fields, "--set")
-            return load_model(args.source, executor=executor), []
+            return load_model(args.source, executor=executor, ratio=_ratio_of_curve(args.fields)), []
         effects = effect_values(args.effect)
         drive, notes = drawing_with_fields(args.source, args.fields)
         return build_model(

@@ -1,1 +1,1 @@
-"""Commands that take measured records: `diagnose`."""
+"""Commands that take measured records: `diagnose`, `record`."""

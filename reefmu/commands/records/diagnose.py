@@ -20,6 +20,7 @@ from ..terminal.drawing_input import read_drawing
 from ..terminal.notes import show_notes
 from ..terminal.text_table import aligned_table
 from ..terminal.worker_processes import pool_with_progress, process_pool
+from .record_names import record_stem
 
 
 def run(args: argparse.Namespace) -> int:
@@ -30,9 +31,9 @@ def run(args: argparse.Namespace) -> int:
     paths = [Path(record) for record in args.records]
     single = len(paths) == 1
     expect(
-        single or len({_stem(path) for path in paths}) == len(paths),
+        single or len({record_stem(path) for path in paths}) == len(paths),
         "records with different names",
-        ", ".join(_stem(path) for path in paths),
+        ", ".join(record_stem(path) for path in paths),
         "diagnose",
     )
     records = {path: read_record(path, columns) for path in paths}
@@ -45,9 +46,9 @@ def run(args: argparse.Namespace) -> int:
     found: dict[str, Diagnosis] = {}
     with process_pool() as pool:
         for path, record in records.items():
-            out = folder if single else folder / _stem(path)
+            out = folder if single else folder / record_stem(path)
             with Progress(f"diagnosing {path.name}", 100) as progress:
-                found[_stem(path)] = diagnose_record(
+                found[record_stem(path)] = diagnose_record(
                     record,
                     drive,
                     args.curve,
@@ -87,10 +88,6 @@ def _exponent(args: argparse.Namespace, records: Sequence[Record], locked: bool)
         )
     print(shared)
     return shared.value
-
-
-def _stem(record: Path) -> str:
-    return record.name.removesuffix(".gz").removesuffix(".csv")
 
 
 def diagnosis_text(name: str, diagnosis: Diagnosis) -> str:

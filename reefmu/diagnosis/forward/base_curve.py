@@ -19,19 +19,18 @@ import numpy as np
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError, expect
 from stiffness_model.lookup.build_lookup import Lookup
+from stiffness_model.lookup.curve_lookup import NOMINAL_LEVER, CurveLookup, curve_lookup
 from stiffness_model.lookup.element_table import ElementTable
 from stiffness_model.lookup.modulus import ModulusShares
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import EFFECTS
-from ...model.contacts.curve_table import curve_lookup
 from ...model.contacts.element import with_contact_tables
 from ...record import check_range, convert_units
+from ..preprocessing.audit import UNKNOWN_RATIO
 from ..preprocessing.trace import Trace
-from .elastic import ElasticTorque, LookupTorque, PowerLawTorque, ScaledTorque
+from .elastic import CurveTorque, ElasticTorque, LookupTorque, PowerLawTorque, ScaledTorque
 
-NOMINAL_LEVER = 0.01
-"""m/rad, lever where no drawing gives it. A convention: results are stated as play, which does not depend on it."""
 SCALE_DEVIATION = 0.05
 """Relative standard deviation of a curve file's scale where the file states no band. Chosen by judgement."""
 MIN_SCALE_DEVIATION = 0.002
@@ -77,7 +76,8 @@ NO_SHAPE = ShapeParameters((), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0
 
 @dataclass(frozen=True)
 class BaseCurve:
-    """kind: "drawing", "curve" or "power law"; ratio: signed, 1 for a locked crank; lever: m/rad, clearance over the
+    """kind: "drawing", "curve" or "power law"; ratio: signed, `UNKNOWN_RATIO` where a record without a drawing has a
+    locked shaft; lever: m/rad, clearance over the
     twist that it frees; full_torque: N.m; max_twist: rad; lookup: tables of the curve, None for a power law; element,
     modulus: tables of a drawing for the effects that need them; source: name or path.
     """
@@ -115,7 +115,7 @@ def drawing_base(drive: Drive, lookup: Lookup) -> BaseCurve:
     )
 
 
-def curve_base(path: str | os.PathLike[str], ratio: float = 1.0) -> BaseCurve:
+def curve_base(path: str | os.PathLike[str], ratio: float) -> BaseCurve:
     """The curve of a CSV file with the columns `twist [unit]` and `torque_mean [N.m]`, as `reefmu curve` writes it, or
     `torque` or `output_torque`.
 
@@ -123,19 +123,29 @@ def curve_base(path: str | os.PathLike[str], ratio: float = 1.0) -> BaseCurve:
     columns or with twists that do not increase.
     """
     twist, torque, spread = _read_curve(Path(path))
-    lookup = curve_lookup(twist, torque, NOMINAL_LEVER, Path(path).stem, ratio)
+    return scaled_curve_base(
+        curve_lookup(twist, torque, NOMINAL_LEVER, Path(path).stem, _known(ratio)), ratio, spread, str(path)
+    )
+
+
+def scaled_curve_base(lookup: CurveLookup, ratio: float, deviation: float, source: str) -> BaseCurve:
+    """A base curve whose scale is uncertain by a relative standard deviation: that of a curve file or a data sheet."""
     one = np.ones(1)
     return BaseCurve(
         kind="curve",
-        elastic=ScaledTorque(LookupTorque.of(lookup)),
+        elastic=ScaledTorque(CurveTorque(lookup)),
         ratio=ratio,
-        lever=NOMINAL_LEVER,
-        full_torque=float(np.abs(torque).max()),
-        max_twist=float(np.abs(twist).max()),
-        shape=ShapeParameters(("scale",), 0 * one, -0.5 * one, one, spread * one),
+        lever=lookup.lever,
+        full_torque=lookup.full_torque,
+        max_twist=lookup.twist.stop,
+        shape=ShapeParameters(("scale",), 0 * one, -0.5 * one, one, deviation * one),
         lookup=lookup,
-        source=str(path),
+        source=source,
     )
+
+
+def _known(ratio: float) -> float | None:
+    return None if ratio == UNKNOWN_RATIO else ratio
 
 
 def power_base(trace: Trace) -> BaseCurve:
@@ -166,9 +176,13 @@ def tabulate_base(base: BaseCurve, shape: Array) -> Lookup:
     if base.kind == "drawing":
         assert base.lookup is not None
         return base.lookup
+    if isinstance(base.lookup, CurveLookup):
+        # The same points, so that the corners stay where they are.
+        line, factor = base.lookup.line, 1 + float(shape[0])
+        return curve_lookup(line.twist, factor * line.torque, base.lever, base.lookup.curve["name"], _known(base.ratio))
     twist = np.linspace(-TABLE_RANGE, TABLE_RANGE, TABLE_NODES) * base.max_twist
     torque = base.elastic.evaluate(twist, np.zeros_like(twist), shape)[0]
-    return curve_lookup(twist, torque, base.lever, Path(base.source).stem, base.ratio)
+    return curve_lookup(twist, torque, base.lever, Path(base.source).stem, _known(base.ratio))
 
 
 def _read_curve(path: Path) -> tuple[Array, Array, float]:

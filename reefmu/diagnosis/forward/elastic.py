@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffness_model.lookup.build_lookup import Lookup
+from stiffness_model.lookup.curve_lookup import CurveLookup
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.bspline import Axis, locate, slope_weights, weights
 
@@ -118,6 +119,19 @@ class LookupTorque:
     ) -> tuple[Array, Array, Number, list[Array]]:
         """See `ElasticTorque`; shape is empty."""
         return (*self.table.evaluate(twist, clearance, by_second=by_clearance), [])
+
+
+@dataclass(frozen=True)
+class CurveTorque:
+    """The torque of a curve without a drawing, without shape parameters."""
+
+    lookup: CurveLookup
+
+    def evaluate(
+        self, twist: Array, clearance: Number, shape: Array, *, by_clearance: bool = True
+    ) -> tuple[Array, Array, Number, list[Array]]:
+        """See `ElasticTorque`; shape is empty."""
+        return (*self.lookup.evaluate(twist, clearance), [])
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,9 @@ ratio. Chosen by judgement: no gear of this kind has a lower ratio, and a twist 
 LOCKED_SHARE = 0.002
 """Range of the crank angle, over that of the output angle, below which the crank is locked and its encoder shows noise.
 Chosen by judgement: a crank that turns moves farther than the output, and a twist that is off by this share is none."""
+UNKNOWN_RATIO = 1.0
+"""Stands for the ratio where the record's crank is locked: twist and torque at the output do not depend on it. No gear
+has it (`MIN_RATIO`), and model.toml then has no ratio."""
 WHOLE_RATIO = 0.02
 """Relative distance to an integer within which a ratio is that integer. Chosen by judgement: play and twist shift the
 slope by less."""
@@ -131,14 +134,14 @@ def count_gaps(record: Record) -> int:
 
 
 def ratio_from_angles(record: Record) -> float:
-    """The signed transmission ratio from the angles of a record; 1 where the crank is locked.
+    """The signed transmission ratio from the angles of a record; `UNKNOWN_RATIO` where the crank is locked.
 
     The crank angle over the output angle is a straight line except for the twist. Its slope is the ratio, rounded to
     the nearest integer within `WHOLE_RATIO`. Raises `InputError` where the angles show no ratio.
     """
     crank, output = record.crank_angle, record.output_angle
     if np.ptp(crank) <= LOCKED_SHARE * np.ptp(output) or "crank_angle" in record.missing:
-        return 1.0
+        return UNKNOWN_RATIO
     where = record.source or "record"
     expected = (
         "expected a crank that turns with the output or is locked, or a twist [rad] in place of the angles, for a gear "

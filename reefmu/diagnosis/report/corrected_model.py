@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stiffness_model.lookup.curve_lookup import CurveLookup
 from stiffness_model.numerics.arrays import Array
 
 from ...model.drive_model import DriveModel, build_curve_model, build_model
@@ -22,9 +23,10 @@ def corrected_model(problem: Problem, chosen: Fit) -> DriveModel:
     base, layout = problem.base, problem.layout(chosen.names)
     effects = layout.by_effect(chosen.parameters)
     table = tabulate_base(base, chosen.parameters[layout.shape])
-    if base.drive is None:
-        return build_curve_model(table, effects)
-    return build_model(base.drive, effects, lookup=table)
+    if isinstance(table, CurveLookup):
+        return build_curve_model(table, effects, assumed_ratio=base.ratio)
+    assert base.drive is not None
+    return build_model(base.drive, effects, lookup=table, inherent=False)
 
 
 def denoised_record(trace: Trace, zero: float) -> tuple[Record, Array]:

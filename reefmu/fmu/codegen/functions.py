@@ -15,10 +15,10 @@ for a joint, which integrates its own motion,
     probe_states(p) -> (x, x)                      the states at which `max_step` is evaluated
     max_step(p, added) -> dt                       longest substep; added: stiffness that the states add, N.m/rad
 
-and for an individual, not expanded to scalars,
+and for an individual or a curve, not expanded to scalars,
 
-    individual_contacts(q) -> c                    see `reefmu.model.stages.scalar`
-    individual_jvp(q, dq) -> dc
+    contact_function(q) -> c                    see `reefmu.model.stages.scalar`
+    contact_function_jvp(q, dq) -> dc
 """
 
 from __future__ import annotations
@@ -103,9 +103,9 @@ def make_functions(component: Component) -> GeneratedFunctions:
         functions[f"{name}_jvp"] = scalar_function(f"{name}_jvp", [*arguments, d], jvp)
     functions["contact_point_jvp"] = scalar_function("contact_point_jvp", [x, u, p, d], point_jvp)
     functions["result_jvp"] = scalar_function("result_jvp", [x, u, p, d, c, dc], result_jvp)
-    if stages.individual_contacts is not None:
+    if stages.contact_function is not None:
         q, dq = ca.MX.sym("q", 3), ca.MX.sym("dq", 3)
-        contacts_jvp = stages.individual_contacts.forward(1)(q, ca.MX(len(CONTACT_OUTPUTS), 1), dq)
-        functions["individual_contacts"] = stages.individual_contacts
-        functions["individual_jvp"] = ca.Function("individual_jvp", [q, dq], [ca.densify(contacts_jvp)])
+        contacts_jvp = stages.contact_function.forward(1)(q, ca.MX(len(CONTACT_OUTPUTS), 1), dq)
+        functions["contact_function"] = stages.contact_function
+        functions["contact_function_jvp"] = ca.Function("contact_function_jvp", [q, dq], [ca.densify(contacts_jvp)])
     return GeneratedFunctions(functions, stages, reads, drift_angles, n_motion)

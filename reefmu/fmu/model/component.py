@@ -122,8 +122,8 @@ def load_component(folder: Path) -> Component:
     encoded = (folder / METADATA_FILE).exists()
     model = load_model(folder / MODEL_FILE, lookup=_encoded_lookup(folder) if encoded else folder / LOOKUP_FILE)
     expect(
-        model.individual is not None or model.lookup.coefficients.size > 0,
-        "an individual where there are no tables",
+        model.individual is not None or not model.lookup.has_contacts or model.lookup.coefficients.size > 0,
+        "an individual or a curve where there are no tables",
         "none",
         str(folder / MODEL_FILE),
     )
@@ -162,14 +162,14 @@ def save_component(model: DriveModel, masses: Masses | None, folder: Path) -> No
 
 def drive_component(model: DriveModel) -> Component:
     """Kind `drive`: the model itself, with angles and speeds as inputs and torques as outputs."""
-    from reefmu.model.signals import INPUTS, OUTPUTS
+    from reefmu.model.signals import INPUTS
     from reefmu.model.stages.order import stored_angles
 
     return Component(
         "drive",
         model.name,
         INPUTS,
-        OUTPUTS,
+        model.outputs,
         model.states,
         model.parameters,
         model.initial,

@@ -21,7 +21,7 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
     import casadi as ca
 
     from reefmu.model.parameters import ModelParameter
-    from reefmu.model.signals import OUTPUTS, Signal
+    from reefmu.model.signals import Signal
     from reefmu.model.stages.order import stored_angles
 
     motion = (
@@ -50,7 +50,7 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
         "joint",
         model.name,
         inputs,
-        (*motion, *OUTPUTS),
+        (*motion, *model.outputs),
         (*states, *model.states),
         parameters,
         ca.Function("initial", [u, p], [system.initial()], ["u", "p"], ["x"]),

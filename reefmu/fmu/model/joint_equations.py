@@ -215,13 +215,20 @@ class JointStages(JointEquations):
 
 
 def maximum_stiffness(model: DriveModel) -> float:
-    """The greatest torsional stiffness, N.m/rad: of an individual, or of mean and percentiles of the population."""
+    """The greatest torsional stiffness, N.m/rad: of an individual, of a curve, or of mean and percentiles of the
+    population."""
     import numpy as np
+
+    from reefmu.effects import Place
+    from stiffness_model.lookup.curve_lookup import CurveLookup
 
     lookup = model.lookup
     if model.individual is not None:
         from reefmu.model.contacts import individual
 
         return individual.maximum_stiffness(model.individual, lookup)
+    if isinstance(lookup, CurveLookup):
+        # An interference, which an effect on the clearance may be, loads both flanks.
+        return lookup.maximum_stiffness * (2 if any(e.place is Place.CLEARANCE for e in model.effects) else 1)
     # The slope of a cubic B-spline is a weighted mean of the differences of its coefficients, so these bound it.
     return float(np.abs(np.diff(lookup.coefficients[:3], axis=1)).max() / lookup.twist.step)

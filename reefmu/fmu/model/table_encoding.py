@@ -44,7 +44,7 @@ _SYMMETRY = 1e-9
 
 
 def embedded_lookup(model: DriveModel) -> Lookup:
-    """The lookup that the C of a model contains: without the tables over twist and clearance for an individual."""
+    """The lookup that the C of a model contains: for an individual without the tables over twist and clearance."""
     if model.individual is None:
         return model.lookup
     return replace(model.lookup, coefficients=np.zeros((len(QUANTITIES), 0, 0)))

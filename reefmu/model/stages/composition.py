@@ -9,9 +9,11 @@ from functools import cached_property
 import casadi as ca
 
 from stiffness_model.lookup.build_lookup import Lookup
+from stiffness_model.lookup.curve_lookup import CurveLookup
 from stiffness_model.rotation import Individual
 
 from ...effects import Effect, Place
+from ..contacts.curve_contacts import curve_function
 from ..contacts.element import element_function
 from ..contacts.equilibrium import ContactEquilibrium
 from ..contacts.individual import individual_function
@@ -65,6 +67,8 @@ class Composition:
         """The contacts at a twist of their own, without effects."""
         if self.individual is not None:
             return individual_function(self.individual, self.lookup)
+        if isinstance(self.lookup, CurveLookup):
+            return curve_function(self.lookup)
         return lookup_function(self.lookup)
 
     @cached_property

@@ -12,7 +12,7 @@ import casadi as ca
 from stiffness_model.lookup.build_lookup import Lookup
 
 from ...effects import Effect, IndependentVariable, Place, Signals
-from ..signals import INPUT_NAMES, OUTPUT_NAMES
+from ..signals import INPUT_NAMES, outputs_of
 from .order import CONTACT_OUTPUTS, TORQUE_CHAIN, coefficient_names, contact_point_names, stored_angles
 
 
@@ -22,6 +22,7 @@ class DriveExpressions:
     def __init__(self, lookup: Lookup, effects: Sequence[Effect], *, individual: bool) -> None:
         self.effects, self.individual = tuple(effects), individual
         places = [effect.place for effect in effects]
+        self.outputs = outputs_of(has_contacts=lookup.has_contacts)
         self.modulus = lookup.modulus if Place.MODULUS in places else None
         self.angles = stored_angles(effects)
         elements = max(1, places.count(Place.ELEMENT))
@@ -160,4 +161,4 @@ class DriveExpressions:
             "in_range": in_range,
             "measured.tau": after[Place.SENSOR],
         }
-        return ca.vertcat(*(outputs[name] for name in OUTPUT_NAMES))
+        return ca.vertcat(*(outputs[signal.name] for signal in self.outputs))

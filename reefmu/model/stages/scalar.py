@@ -1,9 +1,9 @@
 """The stages as functions in scalars, for programs that read the tables by code of their own: the native FMU.
 
-They are made of the same expressions as the model's functions, without tables. An individual has no table; its contacts
-are a function too, which is not in scalars:
+They are made of the same expressions as the model's functions, without tables. An individual and a curve have no
+table; their contacts are a function too, which is not in scalars:
 
-    individual_contacts(q) -> c      q: twist of the contacts alone, clearance, output angle
+    contact_function(q) -> c         q: twist of the contacts alone, clearance, output angle (0 for a curve)
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from types import MappingProxyType
 import casadi as ca
 
 from stiffness_model.lookup.build_lookup import Lookup
+from stiffness_model.lookup.curve_lookup import CurveLookup
 from stiffness_model.rotation import Individual
 
 from ...effects import Effect, Place
@@ -34,7 +35,7 @@ class ScalarStages:
 
     functions: of `SCALAR_STAGES`, by name. advance_order: the stages that advance the states. has_angle_states,
     has_time_states: whether states evolve along angles, and in time. has_series_compliance: whether a compliance may
-    act in series with the contacts. point_names, coefficient_names: entries of q and r. individual_contacts: None for a
+    act in series with the contacts. point_names, coefficient_names: entries of q and r. contact_function: None for a
     model with tables.
     """
 
@@ -45,7 +46,7 @@ class ScalarStages:
     has_series_compliance: bool
     point_names: tuple[str, ...]
     coefficient_names: tuple[str, ...]
-    individual_contacts: ca.Function | None
+    contact_function: ca.Function | None
 
 
 def make_scalar_stages(lookup: Lookup, effects: Sequence[Effect], individual: Individual | None = None) -> ScalarStages:
@@ -58,9 +59,9 @@ def make_scalar_stages(lookup: Lookup, effects: Sequence[Effect], individual: In
         raise NotImplementedError("expected one effect that takes an element away, got several")
     whole = Composition(lookup, tuple(effects), individual)
     contacts = None
-    if individual is not None:
+    if individual is not None or isinstance(lookup, CurveLookup):
         q = ca.MX.sym("q", 3)
-        contacts = ca.Function("individual_contacts", [q], [ca.vertcat(*whole.table(q[0], q[1], q[2]))])
+        contacts = ca.Function("contact_function", [q], [ca.vertcat(*whole.table(q[0], q[1], q[2]))])
     symbols = whole.drive.symbols
     functions = {
         stage.name: scalar_function(stage.name, [symbols[n] for n in stage.reads], whole.expressions[stage.name])

@@ -1,5 +1,5 @@
 /* The outputs of the contacts at a contact point: torque, stiffness, force, load share. They come from the decoded
-   tables, as in reefmu/model/contacts, or, for an individual, from a generated function. */
+   tables, as in reefmu/model/contacts, or, for an individual and a curve, from a generated function. */
 
 /* The tables at one clearance and position, as functions of the twist alone. The coefficients of the cell that was used
    last are kept, because Newton's method and successive steps mostly stay within a cell. */
@@ -7,7 +7,7 @@ typedef struct {
     const Tables *tables; /* NULL: not set yet */
     const double *coefficients;
     double point[N_CONTACT_POINT];
-#if IS_INDIVIDUAL
+#if HAS_CONTACT_FUNCTION
     int *integers; /* work space of the generated functions */
     double *work;
 #else
@@ -77,7 +77,7 @@ static void subtract_missing_element(Slice *slice, double twist, double *torque,
 }
 #endif
 
-#if !IS_INDIVIDUAL
+#if !HAS_CONTACT_FUNCTION
 static const Axis TWIST_AXIS = {0.0, 1.0 / LOOKUP_TWIST_STEP, LOOKUP_TWIST_CELLS};
 static const Axis CLEARANCE_AXIS = {LOOKUP_CLEARANCE_START, 1.0 / LOOKUP_CLEARANCE_STEP, LOOKUP_CLEARANCE_CELLS};
 #endif
@@ -85,13 +85,13 @@ static const Axis CLEARANCE_AXIS = {LOOKUP_CLEARANCE_START, 1.0 / LOOKUP_CLEARAN
 /* Sets the slice to a contact point, unless it is there already. The tables and coefficients of an instance are the
    same for all calls with one slice. */
 static void update_slice(Slice *slice, const Tables *tables, const double *coefficients, const double *q) {
-#if IS_INDIVIDUAL
+#if HAS_ANGLE
     slice->point[ANGLE] = q[ANGLE];
 #endif
     if (slice->tables && slice->point[CLEARANCE] == q[CLEARANCE] && slice->point[POSITION] == q[POSITION]) return;
     slice->tables = tables, slice->coefficients = coefficients;
     slice->point[CLEARANCE] = q[CLEARANCE], slice->point[POSITION] = q[POSITION];
-#if !IS_INDIVIDUAL
+#if !HAS_CONTACT_FUNCTION
     slice->column = find_cell(CLEARANCE_AXIS, q[CLEARANCE], &slice->clearance_offset);
     cubic(clamped(slice->clearance_offset), slice->clearance_weights);
     slice->cell = -1, slice->sign = 0.0;
@@ -101,16 +101,21 @@ static void update_slice(Slice *slice, const Tables *tables, const double *coeff
 #endif
 }
 
-#if IS_INDIVIDUAL
-/* Runs a generated function of an individual at a twist. Beyond max_angle, rad, the output angle is too coarse to
-   locate the elements. */
-static void evaluate_individual(int (*function)(const double **, double **, int *, double *, int), const Slice *slice,
+#if HAS_CONTACT_FUNCTION
+/* Runs a generated function of the contacts at a twist. Beyond max_angle, rad, the output angle is too coarse to locate
+   the elements of an individual. */
+static void evaluate_contact_function(int (*function)(const double **, double **, int *, double *, int), const Slice *slice,
                                 double twist, const double *along, double *result) {
     static const double max_angle = 1e12;
-    double point[3] = {twist, slice->point[CLEARANCE], slice->point[ANGLE]};
+#if HAS_ANGLE
+    double angle = slice->point[ANGLE];
+#else
+    double angle = 0.0;
+#endif
+    double point[3] = {twist, slice->point[CLEARANCE], angle};
     const double *arguments[N_ARGUMENTS] = {point, along};
     double *results[N_RESULTS] = {result};
-    if (fabs(slice->point[ANGLE]) < max_angle) function(arguments, results, slice->integers, slice->work, 0);
+    if (fabs(angle) < max_angle) function(arguments, results, slice->integers, slice->work, 0);
     else for (int k = 0; k < N_CONTACT; k++) result[k] = NAN;
 }
 
@@ -119,7 +124,7 @@ typedef struct { double torque, stiffness, outputs[N_CONTACT]; } AtTwist;
 
 static AtTwist tabulated(Slice *slice, double twist) {
     AtTwist at;
-    evaluate_individual(individual_contacts, slice, twist, NULL, at.outputs);
+    evaluate_contact_function(contact_function, slice, twist, NULL, at.outputs);
     at.torque = at.outputs[TORQUE], at.stiffness = at.outputs[STIFFNESS];
     return at;
 }

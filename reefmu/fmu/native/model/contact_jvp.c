@@ -27,7 +27,7 @@ static void set_weights(Weights *weights, double f, double g, double twist_step,
     }
 }
 
-#if !IS_INDIVIDUAL
+#if !HAS_CONTACT_FUNCTION
 static Slopes lookup_slopes(const Slice *slice, const Weights *w, int quantity) {
     const double *from =
         slice->tables->lookup + (quantity * LOOKUP_ROWS + slice->cell) * LOOKUP_COLUMNS + slice->column;
@@ -89,13 +89,16 @@ static void contact_jvp(const Slice *at, const Contact *contact, const double *d
     double value, slope, series_factor, twist_change;
     double scale = coefficients[SCALE], compliance = coefficients[COMPLIANCE];
     double relative_scale_change = dr[SCALE] / scale;
-#if IS_INDIVIDUAL
+#if HAS_CONTACT_FUNCTION
     /* Change of the outputs with clearance and angle at a fixed twist, and per radian of twist. */
     double at_fixed_twist[N_CONTACT], per_twist[N_CONTACT];
-    double along_point[3] = {0.0, dq[CLEARANCE], dq[ANGLE]}, along_twist[3] = {1.0, 0.0, 0.0};
+    double along_point[3] = {0.0, dq[CLEARANCE], 0.0}, along_twist[3] = {1.0, 0.0, 0.0};
+#if HAS_ANGLE
+    along_point[2] = dq[ANGLE];
+#endif
     at_twist = contacts_at_twist(&slice, contact->twist);
-    evaluate_individual(individual_jvp, &slice, contact->twist, along_point, at_fixed_twist);
-    evaluate_individual(individual_jvp, &slice, contact->twist, along_twist, per_twist);
+    evaluate_contact_function(contact_function_jvp, &slice, contact->twist, along_point, at_fixed_twist);
+    evaluate_contact_function(contact_function_jvp, &slice, contact->twist, along_twist, per_twist);
     torque.by_t = per_twist[TORQUE], torque.by_tt = per_twist[STIFFNESS];
 #else
     Weights w;
@@ -131,7 +134,7 @@ static void contact_jvp(const Slice *at, const Contact *contact, const double *d
             relative_scale_change * at_twist.torque;
     slope = scale * (torque.by_tc * dq[CLEARANCE] + torque.by_tp * dq[POSITION] + by_coefficients.by_t) +
             relative_scale_change * at_twist.stiffness;
-#if IS_INDIVIDUAL
+#if HAS_CONTACT_FUNCTION
     value += scale * at_fixed_twist[TORQUE];
     slope += scale * at_fixed_twist[STIFFNESS];
 #endif
@@ -139,7 +142,7 @@ static void contact_jvp(const Slice *at, const Contact *contact, const double *d
     change[TORQUE] = scale * torque.by_t * twist_change + value;
     change[STIFFNESS] = series_factor * series_factor * (scale * torque.by_tt * twist_change + slope -
                                            at_twist.stiffness * at_twist.stiffness * dr[COMPLIANCE]);
-#if IS_INDIVIDUAL
+#if HAS_CONTACT_FUNCTION
     change[MAX_CONTACT_FORCE] =
         scale * (per_twist[MAX_CONTACT_FORCE] * twist_change + at_fixed_twist[MAX_CONTACT_FORCE]);
     change[LOAD_SHARE] = per_twist[LOAD_SHARE] * twist_change + at_fixed_twist[LOAD_SHARE];

@@ -61,7 +61,7 @@ typedef struct {
 
 /* Decoded tables: the lookup over quantity, twist and clearance; a missing element over twist, clearance, position. */
 typedef struct {
-#if IS_INDIVIDUAL
+#if HAS_CONTACT_FUNCTION
     char none; /* the generated functions contain the contacts */
 #else
     double lookup[LOOKUP_QUANTITIES * LOOKUP_ROWS * LOOKUP_COLUMNS];

@@ -56,7 +56,7 @@ static void begin_evaluation(Instance *instance, Evaluation *at, const double *x
     at->x = x, at->u = v + AT_INPUTS, at->p = v + AT_PARAMETERS;
     at->buffer = 0;
     at->slice.tables = NULL;
-#if IS_INDIVIDUAL
+#if HAS_CONTACT_FUNCTION
     at->slice.integers = instance->integers, at->slice.work = instance->work;
 #endif
     at->contact.known = 0;

@@ -27,7 +27,7 @@ static void decode(const uint32_t *words, int planes, const double *quanta, int 
 }
 
 static void decode_tables(Tables *tables) {
-#if !IS_INDIVIDUAL
+#if !HAS_CONTACT_FUNCTION
     static const double quanta[] = LOOKUP_QUANTA;
     decode(LOOKUP_WORDS, LOOKUP_PLANES, quanta, LOOKUP_QUANTITIES, LOOKUP_ROWS, LOOKUP_COLUMNS, 1, tables->lookup);
 #endif

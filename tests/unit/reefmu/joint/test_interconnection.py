@@ -9,7 +9,7 @@ import pytest
 import stiffness_model as sm
 from reefmu.fmu.model.joint_component import joint_component
 from reefmu.joint import JointModel, Masses, drive_system, joint_system, masses_block
-from reefmu.joint.equations import JOINT_INPUTS, JOINT_OUTPUTS
+from reefmu.joint.equations import JOINT_INPUTS
 from reefmu.model.drive_model import DriveModel, build_model
 from stiffness_model.errors import InputError, UnknownNameError
 from stiffness_model.lookup.build_lookup import Lookup
@@ -150,9 +150,9 @@ def test_outputs_equal_those_of_the_joint_fmu(soft: JointModel) -> None:
     """In names and values."""
     component = joint_component(soft.drive, soft.masses)
     system = joint_system(soft)
-    assert tuple(s.name for s in component.outputs) == JOINT_OUTPUTS
+    assert tuple(s.name for s in component.outputs) == soft.equations.outputs
     assert tuple(s.name for s in component.inputs) == JOINT_INPUTS
-    assert system.output_labels == [name.replace(".", "_") for name in JOINT_OUTPUTS]
+    assert system.output_labels == [name.replace(".", "_") for name in soft.equations.outputs]
     x, u = soft.equilibrium(-80.0, crank_angle=0.4)
     x[1], x[3] = -20.0, 0.9
     parameters = np.array([p.value for p in component.parameters])

@@ -1,0 +1,49 @@
+"""What a record can be diagnosed for, by the rules of the diagnosis itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from stiffness_model.drawing.drive import Drive
+from stiffness_model.errors import InputError
+
+from ..diagnosis.estimation.problem import select_candidates
+from ..diagnosis.preprocessing.audit import audit, ratio_from_angles
+from ..diagnosis.preprocessing.noise import matching_cycles
+from ..diagnosis.preprocessing.trace import make_trace
+from ..record import Record
+
+BASES = ("drawing", "power law")
+"""Kinds of base curves, by which the effects that can be named differ."""
+
+
+@dataclass(frozen=True)
+class Diagnosability:
+    """ratio: signed, crank to output, None where the record does not show it; candidates: effects that can be named, by
+    the kind of the base curve; excluded: the others with the reason; defects: each of them prevents a diagnosis; notes:
+    on the record's quality; pairs_in_time: pairs of cycles of the twist that repeat in time."""
+
+    ratio: float | None
+    candidates: Mapping[str, tuple[str, ...]]
+    excluded: Mapping[str, Mapping[str, str]]
+    defects: tuple[str, ...]
+    notes: tuple[str, ...]
+    pairs_in_time: int
+
+
+def diagnosability(record: Record, drive: Drive | None = None) -> Diagnosability:
+    """What a record can be diagnosed for; drive: gives the ratio where there is a drawing."""
+    candidates: dict[str, tuple[str, ...]] = {}
+    excluded: dict[str, dict[str, str]] = {}
+    for base in BASES:
+        candidates[base], excluded[base] = select_candidates(record.missing, base)
+    try:
+        ratio = ratio_from_angles(record) if drive is None else drive.ratio
+    except InputError as error:
+        where = f"{record.source or 'record'}: "
+        defect = f"without a drawing: {str(error).removeprefix(where)}"
+        return Diagnosability(None, candidates, excluded, (defect,), (), 0)
+    audited = audit(record, ratio)
+    pairs = 0 if audited.defects else len(matching_cycles(make_trace(record, ratio)))
+    return Diagnosability(ratio, candidates, excluded, audited.defects, audited.notes, pairs)

@@ -1,0 +1,28 @@
+"""The effects inside a model: those that the caller names and those that the drive's own data state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from stiffness_model.kinds import AnyDrive, kind_of
+
+from ..effects import Effect, Place, find_effect
+
+NEED_PARTS = (Place.MODULUS, Place.ELEMENT)
+"""Places of effects that are computed from the parts of a drawing."""
+
+
+def in_order(names: Iterable[str]) -> tuple[Effect, ...]:
+    """The effects of these names in the order of their places along the drive. Raises `UnknownNameError`.
+
+    >>> [effect.name for effect in in_order(["hysteresis", "backlash"])]
+    ['backlash', 'hysteresis']
+    """
+    places = list(Place)
+    return tuple(sorted((find_effect(name) for name in names), key=lambda e: (places.index(e.place), e.name)))
+
+
+def inherent_effects(drive: AnyDrive) -> dict[str, dict[str, float]]:
+    """Parameter values of the effects that the drive's own data state, by effect and parameter name."""
+    kind = kind_of(drive)
+    return kind.call("inherent_effects", drive) if kind.inherent_effects else {}

@@ -1,0 +1,160 @@
+"""What functions for any drive get of a catalogue drive: population, curve, lookup and inherent effects."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import PPoly
+
+from ..display import dataframe
+from ..drawing import sampling
+from ..errors import InputError, expect, expect_integer, expect_number
+from ..kinds import CONTACT_FORCES, lacking
+from ..lookup.curve_lookup import NOMINAL_LEVER, CurveLookup, curve_lookup
+from ..montecarlo.twist_torque_curve import TwistTorqueCurve
+from ..numerics.arrays import Array, ArrayValue
+from ..units import ARCMIN, format_quantity
+from .catalogue_drive import CatalogueDrive, stated_values
+from .catalogue_toml import write_catalogue
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+class MissingResultError(InputError, AttributeError):
+    """A result that a kind of drives does not have."""
+
+
+@dataclass(frozen=True, eq=False)
+class SheetCurve(TwistTorqueCurve):
+    """A curve of straight lines between its points, without contact forces and load shares."""
+
+    @cached_property
+    def _mean(self) -> Any:
+        lines = np.zeros((4, len(self.twist) - 1))
+        lines[2], lines[3] = np.diff(self.torque) / np.diff(self.twist), self.torque[:-1]
+        return PPoly(lines, self.twist, extrapolate=False)
+
+    def columns(self) -> dict[str, Array]:
+        """The columns of `curve.csv`, (n,) each, by their headers; twist in arcmin."""
+        known = ("twist", "torque", "stiffness")
+        return {head: values for head, values in super().columns().items() if head.startswith(known)}
+
+
+@dataclass(frozen=True, eq=False)
+class CataloguePopulation(ArrayValue):
+    """The torque of a catalogue drive; its `n_drives` drives are all alike, since a sheet states one curve.
+
+    twist: (n_twist,) rad at the output. torque, crank_torque: (n_drives, n_twist) N.m, without losses. Contact forces
+    and load shares raise `MissingResultError`.
+    """
+
+    drive: CatalogueDrive
+    twist: Array
+    seed: int
+    torque: Array
+    crank_torque: Array
+
+    def __getattr__(self, name: str) -> NoReturn:
+        if name in ("contact_force", "load_share", "status_counts", "representative"):
+            raise MissingResultError(f"{name}: {lacking(self.drive, CONTACT_FORCES)}")
+        raise AttributeError(name)
+
+    @property
+    def n_drives(self) -> int:
+        """Number of drives."""
+        return len(self.torque)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Twist over torque on `ax` or on new axes, which are returned."""
+        return self.curve().plot(ax)
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with a row for each drive and twist. Raises `InputError` without pandas."""
+        n_drives, n_twist = self.torque.shape
+        return dataframe(
+            {
+                "drive": np.repeat(np.arange(n_drives), n_twist),
+                "twist [arcmin]": np.tile(self.twist / ARCMIN, n_drives),
+                "torque [N.m]": self.torque.ravel(),
+                "crank_torque [N.m]": self.crank_torque.ravel(),
+            }
+        )
+
+    def curve(self) -> TwistTorqueCurve:
+        """The sheet's curve at the sorted twists and, between them, at its corners; the band is the curve itself.
+
+        Raises `InputError` for fewer than two different twists.
+        """
+        twist = np.sort(self.twist)
+        distinct = len(twist) >= 2 and bool((np.diff(twist) > 0).all())
+        expect(distinct, "at least two different twists", self.twist, "twist")
+        corners = self.drive.line.twist
+        twist = np.union1d(twist, corners[(corners > twist[0]) & (corners < twist[-1])])
+        torque = self.drive.line.at(twist)
+        nothing = np.full((len(twist), 4), np.nan)
+        stiffness = self.drive.line.slope_at(twist)
+        notes = {"source": self.drive.source}
+        return SheetCurve(twist, torque, torque, torque, stiffness, nothing, nothing[:, 0], self.drive.name, notes)
+
+    def lines(self) -> list[str]:
+        """What the sheet states, with its sources, line by line."""
+        drive = self.drive
+        title = " ".join(text for text in (drive.maker, drive.type, drive.gear_type) if text)
+        lines = [f"{title or drive.name}, ratio {drive.ratio:g}; source: {drive.source}"]
+        for name, text in stated_values(drive).items():
+            own = f"  ({drive.sources[name]})" if name in drive.sources else ""
+            lines.append(f"  {name.replace('_', ' '):22} {text}{own}")
+        if drive.hysteresis_loss is not None:
+            limit = ", an upper limit" if "hysteresis_loss" in drive.upper_limits else ""
+            torque = format_quantity(round(drive.hysteresis_torque, 3), "torque")
+            lines.append(f"models contain the effect hysteresis of {torque}, the width of the sheet's loop{limit}")
+        if drive.efficiency is not None:
+            low, high = (f(value for row in drive.efficiency.value for value in row) for f in (min, max))
+            lines.append(f"  efficiency             {low:g} ... {high:g} over speed and load")
+        return [*lines, drive.note] if drive.note else lines
+
+
+def simulate_catalogue(
+    drive: CatalogueDrive,
+    twist: ArrayLike,
+    n_drives: int = 1000,
+    seed: int = 0,
+    *,
+    clearance: float = 0.0,
+    executor: Executor | None = None,
+) -> CataloguePopulation:
+    """`stiffness_model.simulate` for a catalogue drive.
+
+    clearance: m, as an effect `backlash` of the model (`NOMINAL_LEVER`). Raises `InputError` for twists that are not
+    finite or one-dimensional, and for less than one drive.
+    """
+    expect_integer(n_drives, "at least one drive", "n_drives")
+    expect_number(clearance, "a finite clearance in m", "clearance")
+    sampling.check_seed(seed)
+    angles = np.atleast_1d(np.asarray(twist, float))
+    finite = angles.ndim == 1 and angles.size > 0 and bool(np.isfinite(angles).all())
+    expect(finite, "a one-dimensional array of finite twists in rad", twist, "twist")
+    torque = drive.line.at(angles)
+    if clearance:
+        torque = catalogue_lookup(drive).torque(angles, clearance)
+    torque = np.broadcast_to(torque, (int(n_drives), len(angles)))
+    return CataloguePopulation(drive, angles, int(seed), torque, torque / drive.ratio)
+
+
+def catalogue_lookup(
+    drive: CatalogueDrive, n_drives: int = 1, seed: int = 0, executor: Executor | None = None
+) -> CurveLookup:
+    """The lookup of a catalogue drive: its lines with rounded corners, exact elsewhere; it needs no other argument."""
+    line = drive.line
+    return curve_lookup(line.twist, line.torque, NOMINAL_LEVER, drive.name, drive.ratio, write_catalogue(drive))
+
+
+def catalogue_effects(drive: CatalogueDrive) -> dict[str, dict[str, float]]:
+    """The sheet's hysteresis loss as parameters of the effect `hysteresis`; empty without one."""
+    return {"hysteresis": {"torque": drive.hysteresis_torque}} if drive.hysteresis_loss is not None else {}
