@@ -17,6 +17,8 @@ _READINGS = {
 }
 """A number by its decimal mark; the other mark may group its thousands."""
 _NUMBER = re.compile(rf"[+-]?(?:\d[\d.,]*|[.,]\d+){_EXPONENT}|[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
+MAX_SHOWN = 60
+"""Characters of a text that a message shows. Chosen by judgement."""
 _CLOCK = re.compile(r".*\d:\d\d.*|\d{4}-\d\d-\d\d.*|\d\d?\.\d\d?\.\d{4}.*")
 
 
@@ -50,16 +52,14 @@ def decimal_mark(columns: Sequence[Sequence[str]], where: str) -> str:
     if len(fits) == 1:
         return fits[0]
     if fits:
-        text = _plain(with_comma[0])
+        text = _plain(with_comma[0])[:MAX_SHOWN]
         raise InputError(
             f"{where}: expected numbers with one decimal mark, got {text!r}, which may be {text.replace(',', '.')} or "
             f'{text.replace(",", "")}; state which with decimal = "," or decimal = "." in the file of --columns'
         )
     other = next((text for text in doubtful if not _READINGS[","].fullmatch(_plain(text))), doubtful[-1])
-    raise InputError(
-        f"{where}: expected numbers with one decimal mark, got {with_comma[0]!r} and {other!r}; write all with "
-        "decimal points"
-    )
+    both = " and ".join(repr(text[:MAX_SHOWN]) for text in (with_comma[0], other))
+    raise InputError(f"{where}: expected numbers with one decimal mark, got {both}; write all with decimal points")
 
 
 def parse_numbers(texts: Sequence[str], mark: str, column: str, lines: Sequence[int], where: str) -> Array:
@@ -75,7 +75,7 @@ def parse_numbers(texts: Sequence[str], mark: str, column: str, lines: Sequence[
         pass
     rewritten = _rewritten(texts, mark)
     bad = next(k for k, text in enumerate(rewritten) if not _is_float(text))
-    text, line = rewritten[bad], lines[bad]
+    text, line = rewritten[bad][:MAX_SHOWN], lines[bad]
     if not text.strip():
         raise InputError(
             f"{where}: expected numbers in column {column!r}, got an empty field in line {line}; fill it or remove "

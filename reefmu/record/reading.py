@@ -27,7 +27,7 @@ from .file_text import read_text_file
 from .number_format import decimal_mark, parse_numbers
 from .record import Record, make_record
 from .table_layout import Table, find_table
-from .unit_conversion import convert_units
+from .unit_conversion import convert_units, plain_unit
 
 Columns = ColumnMap | Mapping[str, Any]
 """A column map, or the table of which `make_column_map` makes one."""
@@ -124,6 +124,11 @@ def _wanted(table: Table, chosen: ColumnMap, where: str) -> dict[int, ColumnRead
     readings: dict[int, ColumnReading] = {}
     for index, (name, unit, source, sign) in sorted(wanted.items()):
         stated = [(unit, source), (split_title(titles[index])[1], "header"), (table.units[index], "units row")]
+        _, header, row = (text for text, _ in stated)
+        if header and row and plain_unit(header, COLUMNS[name]) != plain_unit(row, COLUMNS[name]):
+            raise InputError(
+                f"{where}: expected one unit of {titles[index]!r}, got [{row}] in the row below the header"
+            )
         unit, source = next(((u, s) for u, s in stated if u), ("", ""))
         if unit == "" and name != "run":
             example = f"{name} [{COLUMNS[name]}]"

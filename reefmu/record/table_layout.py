@@ -16,6 +16,8 @@ SEPARATORS = {"\t": "tab", ";": "semicolon", "|": "vertical bar", ",": "comma", 
 """Separators in the order in which they are tried; the comma late, because it may be a decimal mark."""
 SAMPLE_ROWS = 200
 """Rows from which the separator is found. Chosen by judgement, far more than a preamble has."""
+MAX_TITLE = 200
+"""Characters of a title. Chosen by judgement, to refuse text that is no table."""
 _COMMENT = ("#", "%", "//")
 _TOKEN = re.compile(r"\S+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?")
 """A field between spaces, with the unit that may follow it."""
@@ -60,6 +62,10 @@ def find_table(text: str, where: str, separator: str | None = None) -> Table:
     width = Counter(len(fields) for _, fields in rows).most_common(1)[0][0] if rows else 0
     head = next((k for k, (_, fields) in enumerate(rows) if len(fields) >= width), 0)
     titles, first, in_comment = _header(rows, head, comments, separator, where)
+    # A title of several lines is one of several words.
+    titles = [" ".join(title.split()) for title in titles]
+    longest = max(titles, key=len)
+    expect(len(longest) <= MAX_TITLE, f"titles of at most {MAX_TITLE} characters", longest[:40] + "...", where)
     skipped = (rows[head][0] - 1 if rows else 0) - in_comment
     units = [""] * len(titles)
     data = rows[first:]

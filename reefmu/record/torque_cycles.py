@@ -151,8 +151,7 @@ def _repeats(record: Record, first: TorqueBranch, second: TorqueBranch) -> bool:
     tolerance = AMPLITUDE_TOLERANCE * abs(first.swing)
     turned = record.crank_angle[second.first : second.past].mean() - record.crank_angle[first.first : first.past].mean()
     return (
-        first.swing * second.swing > 0
-        and abs(first.start - second.start) <= tolerance
+        abs(first.start - second.start) <= tolerance
         and abs(first.end - second.end) <= tolerance
         and ("crank_angle" in record.missing or abs(float(turned)) <= CRANK_TOLERANCE)
     )

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import stiffness_model as sm
-from reefmu.record import read_column_map, read_file, read_record
+from reefmu.record import make_column_map, read_column_map, read_file, read_record
 
 FOREIGN = "TIME,POSITION,TORQUE [kNm],test_nr,STATE\n0,0,0,3,ok\n1,0.5,5,3,ok\n2,1,9,4,ok\n"
 COLUMNS = {"TIME": "time [s]", "POSITION": "twist [rev]", "TORQUE": "output_torque", "test_nr": "run"}
@@ -69,3 +71,14 @@ def test_wrong_maps_are_refused_in_one_line(foreign: Path, columns: dict[str, st
         read_record(foreign, columns)
     assert message in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_the_maps_of_the_documentation_are_valid() -> None:
+    page = (Path(__file__).parents[4] / "docs/record.md").read_text("utf-8")
+    blocks = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    maps = [make_column_map(tomllib.loads(block)) for block in blocks]
+    assert len(maps) == 3
+    assert maps[1].constants.torque_constant == pytest.approx(0.095)
+    assert maps[1].constants.motor_inertia == pytest.approx(4e-5)
+    assert maps[2].constants.pendulum is not None
+    assert maps[2].constants.pendulum.length == pytest.approx(0.4)

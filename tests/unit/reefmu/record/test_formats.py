@@ -161,6 +161,8 @@ COMMAS = "time [s],twist [rad],output_torque [N.m]\n"
         (COMMAS + "0,,0\n1,1,1\n", "got an empty field in line 2; fill it or remove the row"),
         ("0,0,0\n1,1,1\n", "expected a header row of `name [unit]` above the numbers, got 0, 0, 0 in line 1"),
         ("time,twist [rad],output_torque [N.m]\n0,0,0\n1,1,1\n", "or in a row below it, got 'time'; or state it with"),
+        (COMMAS + "n/a,n/a,n/a\n0,0,0\n1,1,1\n", "expected one unit of 'time [s]', got [n/a] in the row below"),
+        ("x" * 300 + ",twist [rad]\n0,0\n1,1\n", "expected titles of at most 200 characters"),
         (COMMAS.replace("rad", "counts") + "0,0,0\n1,1,1\n", "write its resolution, such as [rev/4096]"),
         (COMMAS.replace("rad", "Grad") + "0,0,0\n1,1,1\n", "write [deg] or [gon]"),
         (COMMAS.replace("rad", "%") + "0,0,0\n1,1,1\n", "expected a unit of twist such as [rad], got [%]"),
@@ -201,3 +203,21 @@ def test_a_stated_decimal_mark_decides(tmp_path: Path) -> None:
     assert read_record(path, {"decimal": "."}).output_torque == pytest.approx([1234, 2345])
     with pytest.raises(sm.InputError, match=r"decimal = '\.' or ','"):
         read_record(path, {"decimal": "comma"})
+
+
+HEADS = ("time [s]", "twist [rad]", "output_torque [N.m]", "run")
+SNIPPETS = (*HEADS, ",", ";", "\t", "\n", '"', "#", "1", "-2,5", "1e9", "nan", "[")
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(content=st.one_of(st.binary(max_size=300), st.lists(st.sampled_from(SNIPPETS), max_size=60).map("".join)))
+def test_any_file_is_read_or_refused_in_one_line(tmp_path: Path, content: bytes | str) -> None:
+    path = tmp_path / "record.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    said = ""
+    try:
+        read_record(path)
+    except sm.InputError as error:
+        said = str(error)
+    assert len(said.splitlines()) <= 1
+    assert len(said) < 1500
