@@ -5,17 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from pathlib import Path
 
-from stiffness_model import load_drive
-from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import expect
+from stiffness_model.io.drawing_toml import DriveLike, as_any_drive
 
 from ..record import Columns, Record, join_records, read_record, with_output_locked
 from .analysis import Analysis
 from .estimation.worker_pool import ignore_overflow
 from .pipeline import analyse
 from .preparation import BaseCurveSource
+from .preprocessing.audit import UNKNOWN_RATIO
 from .schema import Diagnosis
 from .shared_exponent import fixed_exponent_base
 
@@ -24,7 +23,7 @@ PathLike = str | os.PathLike[str]
 
 def diagnose_record(
     paths: PathLike | Record | Sequence[PathLike],
-    drive: PathLike | Drive | None = None,
+    drive: DriveLike | None = None,
     curve: PathLike | None = None,
     out: PathLike | None = None,
     columns: Columns | None = None,
@@ -36,7 +35,7 @@ def diagnose_record(
     """Diagnose one record.
 
     paths: of a record file (see `reefmu.record.read_record`), of several files of one record, or a `Record`.
-    drive: a preset's name, the path of a drawing or a `Drive`. curve: path of a curve file, for a gear without a
+    drive: a drive of any kind, its name or the path of its drawing. curve: path of a curve file, for a gear without a
     drawing. With neither, the base curve is a power law that is fitted to the record. out: folder for diagnosis.json,
     report.html and model.toml, the last only if the record allows a diagnosis; without it nothing is written. columns:
     map from foreign column names to `name [unit]`. progress: called with the present stage and the share done.
@@ -55,12 +54,9 @@ def diagnose_record(
         "diagnose",
     )
     record = paths if isinstance(paths, Record) else _read(paths, columns)
-    drawn = drive
-    if drive is not None and not isinstance(drive, Drive):
-        drawn = load_drive(drive if isinstance(drive, str) else Path(drive))
-    assert drawn is None or isinstance(drawn, Drive)
+    drawn = None if drive is None else as_any_drive(drive)
     if output_locked:
-        record = with_output_locked(record, 1.0 if drawn is None else drawn.ratio)
+        record = with_output_locked(record, UNKNOWN_RATIO if drawn is None else drawn.ratio)
     source = BaseCurveSource(drawn, curve, None if exponent is None else fixed_exponent_base(exponent))
     with ignore_overflow():
         found = analyse(record, source, progress, executor)
@@ -80,7 +76,7 @@ def _read(paths: PathLike | Sequence[PathLike], columns: Columns | None) -> Reco
 
 def diagnose_records(
     paths: Sequence[PathLike],
-    drive: PathLike | Drive | None = None,
+    drive: DriveLike | None = None,
     curve: PathLike | None = None,
     columns: Columns | None = None,
 ) -> dict[str, Diagnosis]:

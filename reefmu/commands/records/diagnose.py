@@ -10,6 +10,7 @@ from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.diagnosis.hypotheses import hypothesis_text, likeliest, probability_text
 from reefmu.diagnosis.report.text import quantity_text
 from reefmu.diagnosis.shared_exponent import PLAY, shared_exponent
+from reefmu.model.chosen_effects import inherent_effects
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.progress import Progress
 from reefmu.record import Record, read_column_map, read_record, with_output_locked
@@ -27,6 +28,8 @@ def run(args: argparse.Namespace) -> int:
     """Diagnose each record, print the verdicts, and write the results into the folder."""
     columns = read_column_map(args.columns, dict(args.column))
     drive, notes = (None, []) if args.drive is None else read_drawing(args.drive)
+    if drive is not None and (inherent := inherent_effects(drive)):
+        notes.append(f"the base curve of {drive.name} is without its sheet's {', '.join(inherent)}: the record decides")
     folder = Path(args.out)
     paths = [Path(record) for record in args.records]
     single = len(paths) == 1

@@ -18,6 +18,7 @@ import numpy as np
 
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError, expect
+from stiffness_model.kinds import AnyDrive
 from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.lookup.curve_lookup import NOMINAL_LEVER, CurveLookup, curve_lookup
 from stiffness_model.lookup.element_table import ElementTable
@@ -123,13 +124,21 @@ def curve_base(path: str | os.PathLike[str], ratio: float) -> BaseCurve:
     columns or with twists that do not increase.
     """
     twist, torque, spread = _read_curve(Path(path))
-    return scaled_curve_base(
+    return _scaled_curve(
         curve_lookup(twist, torque, NOMINAL_LEVER, Path(path).stem, _known(ratio)), ratio, spread, str(path)
     )
 
 
-def scaled_curve_base(lookup: CurveLookup, ratio: float, deviation: float, source: str) -> BaseCurve:
-    """A base curve whose scale is uncertain by a relative standard deviation: that of a curve file or a data sheet."""
+def lookup_base(drive: AnyDrive, lookup: CurveLookup) -> BaseCurve:
+    """The curve of a data sheet, whose scale is as uncertain as that of a curve file without a band.
+
+    The hysteresis loss of the sheet, which is an upper limit for most gears, is not in it: the record decides.
+    """
+    return _scaled_curve(lookup, drive.ratio, SCALE_DEVIATION, drive.name)
+
+
+def _scaled_curve(lookup: CurveLookup, ratio: float, deviation: float, source: str) -> BaseCurve:
+    """A base curve whose scale is uncertain by a relative standard deviation."""
     one = np.ones(1)
     return BaseCurve(
         kind="curve",
