@@ -137,12 +137,11 @@ def curve_lookup(
 def curve_lookup_from_dict(curve: Mapping[str, Any], where: str, drive: Mapping[str, Any] | None = None) -> CurveLookup:
     """The lookup of a section [curve]. Raises `InputError` for other fields and values that are no curve."""
     refuse_unknown("field", curve, CURVE_FIELDS, where)
-    expect(
-        "ratio" in curve,
-        "the field 'ratio', crank to output with its sign (the record showed none, because its crank was locked)",
-        "none; add it to the file, or export with --set ratio=...",
-        where,
-    )
+    if "ratio" not in curve:
+        raise InputError(
+            f"{where}: expected the field 'ratio', crank to output with its sign, got none, since the diagnosed record "
+            "does not show it; add it to the file, or export with --set ratio=..."
+        )
     for name in CURVE_FIELDS:
         expect(name in curve, f"a field {name!r}", sorted(curve), where)
     expect(isinstance(curve["name"], str), "a name", curve["name"], where)
