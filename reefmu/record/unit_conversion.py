@@ -116,6 +116,8 @@ def _converted(values: Array, text: str, target: str) -> Array:
     if not hasattr(one, "units") or str(one.units) in _PURE_NUMBERS:
         raise InputError("no unit")
     magnitude = float(one.magnitude)
+    if not math.isfinite(magnitude):
+        raise InputError("no scale")
     # A scale such as in rev/4096 belongs to the numbers; a unit with an offset, such as degC, has none.
     scaled = values if magnitude == 1.0 else values * magnitude
     return np.asarray(registry.Quantity(scaled, one.units).to(registry.Unit(target)).magnitude, float)
