@@ -10,6 +10,7 @@ import numpy as np
 from stiffness_model.units import ARCMIN
 
 from ..record import COLUMNS, TORQUE_SIDES, ColumnReading
+from ..record.motor_side import TORQUE_COLUMNS
 from ..record.table_layout import SEPARATORS
 from .record_inspection import RecordInspection
 
@@ -34,7 +35,7 @@ def inspection_text(found: RecordInspection, command: str) -> str:
     lines = [f"{record.source}: {len(record)} samples, {runs}, {found.duration:.4g} s"]
     lines += _labelled("file", [_file(found)])
     lines += _labelled("columns", _columns(found))
-    lines += _labelled("torque", [TORQUE_SIDES[record.torque_side]])
+    lines += _labelled("torque", [TORQUE_SIDES[record.torque_side], *_conversion(found)])
     lines += _labelled("sampling", _sampling(found))
     lines += _labelled("ranges", _ranges(found))
     lines += _labelled("runs", _runs(found))
@@ -102,6 +103,28 @@ def _sampling(found: RecordInspection) -> list[str]:
     elif sampled.irregular:
         text += f" on average, irregular: the median step is {_duration(sampled.step)}"
     return [text + f"; longest step {_duration(sampled.longest_step)}"]
+
+
+def _conversion(found: RecordInspection) -> list[str]:
+    """How the torque follows from other columns, in a sentence, or nothing."""
+    constants = found.reading.column_map.constants
+    names = [column.name for column in found.reading.columns]
+    hanging = constants.pendulum
+    weight = (
+        "" if hanging is None else f"a pendulum of {hanging.mass:g} kg at {hanging.length:g} m on the {hanging.shaft}"
+    )
+    if hanging is not None and hanging.shaft == "output":
+        return [f"that of {weight}"]
+    source = next(name for name in TORQUE_COLUMNS if name in names)
+    factors = [source]
+    if constants.torque_constant is not None:
+        factors.append(f"torque constant {constants.torque_constant:g} N.m/A")
+    if constants.ratio is not None and source != "referred_motor_torque":
+        factors.append(f"ratio {constants.ratio:g}")
+    less = [f"motor inertia {constants.motor_inertia:g} kg.m2"] if constants.motor_inertia is not None else []
+    less += [weight] if weight else []
+    text = " x ".join(factors) + (f", less {' and '.join(less)}" if less else "")
+    return [text] if len(factors) > 1 or less else []
 
 
 def _duration(seconds: float) -> str:

@@ -68,6 +68,7 @@ class RecordInspection:
                 "ignored": list(reading.ignored),
                 "missing": list(record.missing),
                 "torque_side": record.torque_side,
+                "torque_constants": asdict(reading.column_map.constants),
                 "torque_contains": TORQUE_SIDES[record.torque_side],
                 "samples": len(record),
                 "duration": self.duration,

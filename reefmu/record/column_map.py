@@ -66,8 +66,10 @@ def make_column_map(table: Mapping[str, Any], where: str = "columns") -> ColumnM
     Other keys: `ratio`, `torque_constant`, `motor_inertia` and `pendulum` (see `motor_side`), `decimal`, `separator`.
     Raises `InputError` for other values.
     """
+    inner = table.get("columns", {})
+    expect(isinstance(inner, Mapping), 'a table [columns] with texts such as TIME = "time [s]"', inner, where)
     columns: dict[str, str] = {}
-    for title, name in {**table.get("columns", {}), **{k: v for k, v in table.items() if k not in _RESERVED}}.items():
+    for title, name in {**inner, **{k: v for k, v in table.items() if k not in _RESERVED}}.items():
         expect(isinstance(name, str), 'a text such as TIME = "time [s]"', name, f"{where}: {title}")
         columns[title] = name
     for key, allowed in FORMAT_KEYS.items():

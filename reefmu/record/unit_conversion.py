@@ -67,7 +67,7 @@ _AMBIGUOUS = {
     "ticks": "which is a tick of an encoder; write its resolution, such as [rev/4096]",
 }
 _QUANTITIES = {"s": "time", "rad": "angle", "degC": "temperature", "A": "current"}
-_CONSTANT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*")
+_CONSTANT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(|\S.*?)\s*")
 
 
 @functools.cache
@@ -124,14 +124,20 @@ def _converted(values: Array, text: str, target: str) -> Array:
 
 
 def parse_constant(value: object, unit: str, where: str) -> float:
-    """A finite constant in `unit`, from a number in this unit or a text with a unit of its own, such as "95 mN.m/A"."""
-    example = f"a number or a text with its unit, such as '1 {unit}'"
+    """A finite constant in `unit`, from a number in this unit or a text with a unit of its own, such as "95 mN.m/A".
+
+    >>> parse_constant("95 mN.m/A", "N.m/A", "torque_constant"), parse_constant("-29", "", "ratio")
+    (0.095, -29.0)
+    """
+    example = f"a number or a text with its unit, such as '1 {unit}'" if unit else "a number, such as -29"
     if isinstance(value, int | float) and not isinstance(value, bool):
         expect(math.isfinite(value), example, value, where)
         return float(value)
     match = _CONSTANT.fullmatch(value) if isinstance(value, str) else None
-    if match is None:
+    if match is None or (match[2] == "") != (unit == ""):
         raise InputError(f"{where}: expected {example}, got {value!r}")
+    if unit == "":
+        return float(match[1])
     found = float(convert(np.array([float(match[1])]), match[2], unit, where.rpartition(": ")[2], where)[0])
     expect(math.isfinite(found), example, value, where)
     return found

@@ -110,3 +110,26 @@ def test_a_torque_of_the_motor_is_said_here_and_by_the_diagnosis(tmp_path: Path)
     assert TORQUE_SIDES["motor"] in diagnose_record(few).notes
     at_output = make_record({"time": TIME[:50], "twist": np.sin(TIME[:50]), "output_torque": TIME[:50]})
     assert TORQUE_SIDES["motor"] not in diagnose_record(at_output).notes
+
+
+def test_the_conversion_of_a_current_is_stated(tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    head = "time [s],crank_angle [rad],output_angle [rad],motor_current [A]"
+    table = np.stack([TIME, 5 * np.sin(TIME), 5 * np.sin(TIME) / -29, np.cos(TIME)], axis=1)
+    np.savetxt(path, table, fmt="%.12g", delimiter=",", header=head, comments="")
+    columns = {"ratio": -29, "torque_constant": "95 mN.m/A", "motor_inertia": "0.4 kg.cm2"}
+    found = inspect_record(read_file(path, columns))
+    text = " ".join(inspection_text(found, "").split())
+    assert "motor_current x torque constant 0.095 N.m/A x ratio -29, less motor inertia 4e-05 kg.m2" in text
+    assert found.to_dict()["torque_constants"]["torque_constant"] == pytest.approx(0.095)
+    hanging = inspect_record(
+        read_file(
+            path,
+            {
+                "time": "time",
+                "output_angle": "output_angle",
+                "pendulum": {"mass": 3, "length": 0.4},
+            },
+        )
+    )
+    assert "that of a pendulum of 3 kg at 0.4 m on the output" in inspection_text(hanging, "")

@@ -62,7 +62,9 @@ def test_a_file_and_entries_make_one_map(tmp_path: Path, foreign: Path) -> None:
         ({**COLUMNS, "TIME": "tme [s]"}, "columns: TIME: unknown column 'tme'; did you mean 'time'?"),
         ({**COLUMNS, "TIME": 3}, "columns: TIME: expected a text such as TIME ="),
         ({**COLUMNS, "POSITION": "twist"}, "expected a unit in the header, such as 'twist [rad]'"),
-        ({**COLUMNS, "ratio": "much"}, "columns: ratio: expected a number"),
+        ({**COLUMNS, "ratio": "much"}, "columns: ratio: expected a number, such as -29, got 'much'"),
+        ({**COLUMNS, "torque_constant": "95"}, "with its unit, such as '1 N.m/A', got '95'"),
+        ({**COLUMNS, "columns": "run"}, "expected a table [columns]"),
         ({**COLUMNS, "separator": "x"}, "expected separator ="),
     ],
 )
