@@ -58,7 +58,8 @@ class Kind:
     `Lookup`; is_cached: whether it takes so long that it is kept in the cache. inherent_effects: drive -> values of the
     effects that a model of the drive has by default, by effect and parameter name. packaged: name -> table of a drive
     that comes with the package, or None; packaged_names: () -> the names of those drives. lacks: for what of
-    `CONTACT_FORCES`, ... a drive of this kind does not have, the reason, as the end of a sentence.
+    `CONTACT_FORCES`, ... a drive of this kind does not have, the reason, as the end of a sentence. documentation: a
+    paragraph on the fields, for docs/drawing_format.md.
     """
 
     name: str
@@ -73,6 +74,7 @@ class Kind:
     packaged: str = ""
     packaged_names: str = ""
     lacks: Mapping[str, str] = field(default_factory=lambda: FrozenMapping({}))
+    documentation: str = ""
 
     def call(self, function: str, *arguments: Any, **keywords: Any) -> Any:
         """The result of one of the functions by the name of its attribute, such as "read"."""
@@ -83,6 +85,16 @@ class Kind:
         """The declared fields of a drawing of this kind, by name."""
         return view(self.drive_fields)
 
+
+_CATALOGUE_FIELDS = """\
+A gear of which a data sheet is known; all its fields stand at the head of the file, k1 also as K1. The curve is given
+by k1, t1, k2, t2 and k3, by k1 alone or k1, t1 and k2, by one `stiffness`, or by the points of a table: `twist` and
+`torque`, two lists of texts with units. It is linear between its corners, to the digit; models round each corner over
+1e-4 of the distance to the next one. `hysteresis_loss` is the width of the loop of the effect `hysteresis` that every
+model contains, unless the caller gives that effect other values. `upper_limits` lists the fields whose value is an
+upper limit, the table [sources] the sources of single fields, and the table [efficiency] has the lists `speed` and
+`torque` and the rows `value`. `reefmu gears` lists the gears that come with the package.
+"""
 
 KINDS: Mapping[str, Kind] = {
     kind.name: kind
@@ -115,6 +127,7 @@ KINDS: Mapping[str, Kind] = {
                 DIMENSIONS: "its data sheet states none",
                 CONTACT_RESPONSES: "its data sheet states nothing of contacts",
             },
+            documentation=_CATALOGUE_FIELDS,
         ),
     )
 }

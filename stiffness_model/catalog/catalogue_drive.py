@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -89,9 +90,8 @@ class CatalogueDrive:
         object.__setattr__(self, "sources", FrozenMapping(self.sources))
         at = self.where or self.name
         expect(bool(self.source.strip()), "the document from which the numbers are", self.source, f"{at}: source")
-        words = self.ratio_range.split()
-        if len(words) == 2 and words[0] == "above":
-            inside = abs(self.ratio) > float(words[1])
+        if limit := re.fullmatch(r"above (\d+\.?\d*)", self.ratio_range):
+            inside = abs(self.ratio) > float(limit[1])
             expect(inside, f"a ratio {self.ratio_range}, for which the numbers hold", self.ratio, f"{at}: ratio")
         corners = self._corners(at)
         if self.max_twist == 0:
@@ -101,6 +101,11 @@ class CatalogueDrive:
     def kind(self) -> str:
         """The kind that a drawing states (`stiffness_model.kinds`)."""
         return CATALOGUE
+
+    @property
+    def transmission_ratio(self) -> float:
+        """Magnitude of the ratio."""
+        return abs(self.ratio)
 
     @cached_property
     def line(self) -> PiecewiseLine:

@@ -13,6 +13,7 @@ from scipy.interpolate import PPoly
 
 from ..display import dataframe
 from ..drawing import sampling
+from ..drawing.twist_limits import expect_twists
 from ..errors import InputError, expect, expect_integer, expect_number
 from ..kinds import CONTACT_FORCES, lacking
 from ..lookup.curve_lookup import NOMINAL_LEVER, CurveLookup, curve_lookup
@@ -132,14 +133,12 @@ def simulate_catalogue(
     """`stiffness_model.simulate` for a catalogue drive.
 
     clearance: m, as an effect `backlash` of the model (`NOMINAL_LEVER`). Raises `InputError` for twists that are not
-    finite or one-dimensional, and for less than one drive.
+    finite or far beyond max_twist (`twist_limits`), and for less than one drive.
     """
     expect_integer(n_drives, "at least one drive", "n_drives")
     expect_number(clearance, "a finite clearance in m", "clearance")
     sampling.check_seed(seed)
-    angles = np.atleast_1d(np.asarray(twist, float))
-    finite = angles.ndim == 1 and angles.size > 0 and bool(np.isfinite(angles).all())
-    expect(finite, "a one-dimensional array of finite twists in rad", twist, "twist")
+    angles = expect_twists(drive, twist)
     torque = drive.line.at(angles)
     if clearance:
         torque = catalogue_lookup(drive).torque(angles, clearance)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from ..drawing.drive import FIELDS
 from ..drawing.fields import COUNT, NUMBER, REQUIRED, Field
 from ..drawing.materials import MATERIAL_TABLE
+from ..kinds import KINDS, ROLLING_ELEMENT_ECCENTRIC
 from ..units import UNITS
 from .material_tables import FIELDS as MATERIAL_FIELDS
 
@@ -20,8 +21,9 @@ _INTRODUCTION = """\
 
 A drawing is a TOML file. Every field of it is also a keyword of `stiffness_model.load_drive` and a name for `--set
 FIELD=VALUE`. Quantities are texts with their units; in Python a bare number is SI. `drive_1.toml` among the presets is
-a complete example. This page is generated from the declarations of the fields:
-`python -m stiffness_model.io.drawing_format > docs/drawing_format.md`.
+a complete example. The line `kind = "catalogue"` at the head makes it the drawing of a drive of another kind, whose
+fields stand below; without it, it is a rolling element eccentric drive. This page is generated from the declarations of
+the fields: `python -m stiffness_model.io.drawing_format > docs/drawing_format.md`.
 """
 _TOLERANCES = """
 A tolerance is that of a diameter: a width ("13 um"), a grade ("IT5", "ISO 492 Normal", "ISO 3290 G10"), a fit of ISO
@@ -90,7 +92,13 @@ def markdown() -> str:
     varied = ", ".join(f"`{name}`" for name, field in FIELDS.items() if field.varies)
     studies = f"A study varies {varied} and, in place of `elements`, `elements_per_row`."
     parts.append(f"\n## Design studies\n\n{textwrap.fill(studies, 120, break_on_hyphens=False)}\n")
-    used = {field.quantity for field in (*FIELDS.values(), *MATERIAL_FIELDS.values())}
+    others = [kind for kind in KINDS.values() if kind.name != ROLLING_ELEMENT_ECCENTRIC]
+    for kind in others:
+        text = textwrap.fill(kind.documentation, 120, break_on_hyphens=False, break_long_words=False)
+        parts.append(f'\n## Kind "{kind.name}"\n\nFields of a drawing with `kind = "{kind.name}"`.\n')
+        parts += [f"\n{text}\n" if text else "", _fields(kind.fields)]
+    all_fields = [*FIELDS.values(), *MATERIAL_FIELDS.values(), *(f for kind in others for f in kind.fields.values())]
+    used = {field.quantity for field in all_fields}
     units = [(quantity, ", ".join(f"`{unit}`" for unit in UNITS[quantity])) for quantity in UNITS if quantity in used]
     parts += ["\n## Units\n", _lines(("quantity", "units"), units)]
     return "".join(parts)
