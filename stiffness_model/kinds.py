@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .drawing.fields import Field
 
 ROLLING_ELEMENT_ECCENTRIC = "rolling element eccentric"
+CYCLOIDAL = "cycloidal"
 CATALOGUE = "catalogue"
 
 CONTACT_FORCES = "contact forces"
@@ -107,6 +108,20 @@ KINDS: Mapping[str, Kind] = {
             write="stiffness_model.io.ree_drawing:write_drawing",
             simulate="stiffness_model.montecarlo.population:simulate_drawing",
             lookup="stiffness_model.lookup.build_lookup:build_drawing_lookup",
+        ),
+        Kind(
+            name=CYCLOIDAL,
+            noun="a cycloidal drive",
+            drive_fields="stiffness_model.cycloidal.cycloidal_drive:CYCLOIDAL_FIELDS",
+            read="stiffness_model.cycloidal.cycloidal_drawing:read_cycloidal",
+            write="stiffness_model.cycloidal.cycloidal_drawing:write_cycloidal",
+            simulate="stiffness_model.cycloidal.cycloidal_population:simulate_cycloidal",
+            lookup="stiffness_model.cycloidal.cycloidal_lookup:cycloidal_lookup",
+            lacks={
+                INDIVIDUALS: "its individuals are in `stiffness_model.cycloidal.gear_turn`, not yet in models",
+                DIMENSIONS: "pictures and design studies are those of rolling element eccentric drives",
+                CONTACT_RESPONSES: "its contacts act together in one equilibrium of the disc",
+            },
         ),
         Kind(
             name=CATALOGUE,

@@ -10,7 +10,8 @@ from ..drawing.materials import material_labels
 from ..errors import InputError, expect, refuse_unknown
 from ..io.field_tables import nested_tables, stated_fields
 from ..io.material_tables import material_named, read_materials, write_materials
-from .cycloidal_drive import CYCLOIDAL_FIELDS, CYCLOIDAL_PARTS, KIND, CycloidalDrive
+from ..kinds import CYCLOIDAL
+from .cycloidal_drive import CYCLOIDAL_FIELDS, CYCLOIDAL_PARTS, CycloidalDrive
 
 
 def read_cycloidal(table: Mapping[str, Any], where: str = "drawing", **fields: Any) -> CycloidalDrive:
@@ -19,8 +20,8 @@ def read_cycloidal(table: Mapping[str, Any], where: str = "drawing", **fields: A
     table: as TOML gives it, with `kind = "cycloidal"`. Raises `InputError` with the field, what was expected and what
     came, and for a drawing of another kind.
     """
-    if table.get("kind") != KIND:
-        raise InputError(f"{where}: expected kind {KIND!r} here, got {table.get('kind')!r}")
+    if table.get("kind") != CYCLOIDAL:
+        raise InputError(f"{where}: expected kind {CYCLOIDAL!r} here, got {table.get('kind')!r}")
     stated = stated_fields(table, CYCLOIDAL_FIELDS, where)
     own = read_materials(table.get("material", {}), where)
     refuse_unknown("field", fields, CYCLOIDAL_FIELDS, where)
@@ -48,4 +49,4 @@ def write_cycloidal(drive: CycloidalDrive) -> dict[str, Any]:
     }
     written |= {"description": drive.description}
     written |= {f"{part}_material": labels[drive.materials[part]] for part in CYCLOIDAL_PARTS}
-    return {"kind": KIND, **nested_tables(written, CYCLOIDAL_FIELDS, write_materials(labels))}
+    return {"kind": CYCLOIDAL, **nested_tables(written, CYCLOIDAL_FIELDS, write_materials(labels))}

@@ -22,11 +22,10 @@ from ..drawing.materials import Material
 from ..drawing.options import RIGID
 from ..errors import expect, expect_integer, expect_number
 from ..frozen_mapping import FrozenMapping
+from ..kinds import CYCLOIDAL
 from ..units import format_quantity
 from .pin_trochoid import PinTrochoid
 
-KIND = "cycloidal"
-"""The `kind` that a drawing of such a reducer states."""
 CYCLOIDAL_PARTS = ("disc", "ring", "roller")
 """Parts with a material: the discs, the ring's pins or lobes, and the output rollers."""
 _SIZE = "Width of the tolerance zone of {}, six standard deviations."
@@ -119,6 +118,12 @@ class CycloidalDrive:
             number_between(-math.ulp(0.0), 2.0, "a standard deviation from 0 to below 2"),
         ),
     ] = 0.0
+    profile_clearance_tolerance: Annotated[
+        float, _length("tolerances", _SIZE.format("the profile clearance of a drive, common to its pins"), "60 um")
+    ] = 0.0
+    hole_clearance_tolerance: Annotated[
+        float, _length("tolerances", _SIZE.format("the hole clearance of a drive, common to its holes"), "60 um")
+    ] = 0.0
     pin_tolerance: Annotated[float, _length("tolerances", _SIZE.format("a pin's diameter"), "20 um")] = 0.0
     pin_position_tolerance: Annotated[float, _length("tolerances", _POSITION.format("the pins"), "40 um")] = 0.0
     profile_tolerance: Annotated[
@@ -178,36 +183,23 @@ class CycloidalDrive:
     def _check_geometry(self, at: str) -> None:
         """Check what single fields do not show. at: what precedes the field's name in a message."""
         path, hole = self.path, self.hole_radius
-        expect(
-            path.shortening < 1,
-            f"an eccentricity below pin_circle_radius/pins = "
-            f"{format_quantity(self.pin_circle_radius / self.pins, 'length')}, beyond which the flank has loops",
-            format_quantity(self.eccentricity, "length"),
-            at + "eccentricity",
-        )
         widest = min(path.least_convex_radius(), self.pin_circle_radius * math.sin(math.pi / self.pins))
-        expect(
-            self.pin_radius < widest,
-            f"a pin_radius below {format_quantity(widest, 'length')}, beyond which the flank is undercut or pins touch",
-            format_quantity(self.pin_radius, "length"),
-            at + "pin_radius",
-        )
         spacing = self.roller_circle_radius * math.sin(math.pi / self.output_rollers)
-        expect(
-            hole < spacing,
-            f"holes that leave a wall: roller_radius + eccentricity + hole_clearance below half their spacing, "
-            f"{format_quantity(spacing, 'length')}",
-            format_quantity(hole, "length"),
-            at + "roller_radius",
-        )
-        edge = self.pin_circle_radius - self.eccentricity - self.pin_radius
-        expect(
-            self.roller_circle_radius + hole < edge,
-            f"holes inside the flank: roller_circle_radius plus the hole's {format_quantity(hole, 'length')} below "
-            f"{format_quantity(edge, 'length')}",
-            format_quantity(self.roller_circle_radius, "length"),
-            at + "roller_circle_radius",
-        )
+        edge = self.pin_circle_radius - self.eccentricity - self.pin_radius - hole
+        for name, limit, reason in (
+            ("eccentricity", self.pin_circle_radius / self.pins, "pin_circle_radius/pins, where the flank gets loops"),
+            ("pin_radius", widest, "where the flank is undercut or pins touch"),
+            ("roller_radius", spacing - hole + self.roller_radius, "where the holes of neighbouring rollers touch"),
+            ("roller_circle_radius", edge, "where holes reach the flank"),
+        ):
+            value = getattr(self, name)
+            expected = f"less than {format_quantity(limit, 'length')}, {reason}"
+            expect(value < limit, expected, format_quantity(value, "length"), at + name)
+
+    @property
+    def kind(self) -> str:
+        """The kind of drive that a drawing states."""
+        return CYCLOIDAL
 
     @property
     def path(self) -> PinTrochoid:

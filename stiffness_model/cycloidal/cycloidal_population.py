@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -59,6 +59,8 @@ class CycloidalPopulation(ArrayValue):
     contact_force: Array
     load_share: Array
     status_counts: Mapping[str, int]
+    contact_names: ClassVar[tuple[str, ...]] = ("ring", "crank bearing", "rollers forwards", "rollers backwards")
+    """Labels of the contacts in pictures."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "status_counts", FrozenMapping(self.status_counts))

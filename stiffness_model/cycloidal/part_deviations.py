@@ -6,11 +6,11 @@ nor on the process that computes a block.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from ..drawing.sampling import BLOCK, check_seed
+from ..drawing.sampling import BLOCK, blocks, check_seed
 from ..drawing.tolerances import SIGMAS_IN_WINDOW
 from ..numerics.arrays import Array, ArrayValue, Index
 from .cycloidal_drive import CycloidalDrive
@@ -83,16 +83,37 @@ def draw_deviations(drive: CycloidalDrive, block: int, n_drives: int, seed: int)
         return width / SIGMAS_IN_WINDOW * rng.standard_normal((BLOCK, *shape))
 
     discs, rollers = drive.discs, drive.output_rollers
+    angle, factor = rng.uniform(0.0, 2 * np.pi, BLOCK), np.exp(drive.stiffness_scatter * rng.standard_normal(BLOCK))
+    profile = normal(drive.profile_clearance_tolerance, 1, 1)
+    holes = normal(drive.hole_clearance_tolerance, 1, 1)
     drawn = PartDeviations(
-        crank_angle=rng.uniform(0.0, 2 * np.pi, BLOCK),
-        stiffness=np.exp(drive.stiffness_scatter * rng.standard_normal(BLOCK)),
+        crank_angle=angle,
+        stiffness=factor,
         # Half of the widths that are diameters: these are deviations of radii.
         pin=normal(drive.pin_tolerance / 2, drive.pins),
         pin_position=normal(drive.pin_position_tolerance, drive.pins, 2),
-        lobe=normal(drive.profile_tolerance, discs, drive.lobes),
-        hole=normal(drive.hole_tolerance / 2, discs, rollers),
+        lobe=normal(drive.profile_tolerance, discs, drive.lobes) - profile,
+        hole=normal(drive.hole_tolerance / 2, discs, rollers) + holes,
         hole_position=normal(drive.hole_position_tolerance, discs, rollers, 2),
         roller=normal(drive.roller_tolerance / 2, rollers),
         roller_position=normal(drive.roller_position_tolerance, rollers, 2),
     )
     return drawn[:n_drives]
+
+
+def spread_deviations(drive: CycloidalDrive, count: int) -> PartDeviations:
+    """`count` virtual drives for means over all that the drawing allows; `count` is best a power of 2.
+
+    Crank angles and factors of stiffness, of which all contacts of a drive depend, are spread evenly by Sobol's
+    sequence; the deviations of the many parts, which average out within a drive, are drawn.
+    """
+    from scipy.special import ndtri
+    from scipy.stats import qmc
+
+    drawn = joined([draw_deviations(drive, block, n, 0) for block, n in blocks(count)])
+    points = qmc.Sobol(2, scramble=False).random(count) + 0.5 / count
+    return replace(
+        drawn,
+        crank_angle=2 * np.pi * points[:, 0],
+        stiffness=np.exp(drive.stiffness_scatter * ndtri(points[:, 1])),
+    )

@@ -22,7 +22,7 @@ def presets() -> list[str]:
     """Names of the drawings that come with the package.
 
     >>> presets()
-    ['drive_1', 'drive_2', 'drive_3', 'workshop']
+    ['drive_1', 'drive_2', 'drive_3', 'printed_cycloidal', 'workshop']
     """
     return packaged_names("presets")
 

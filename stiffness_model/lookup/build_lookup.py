@@ -9,8 +9,10 @@ force and load share are even functions; the tables are symmetrised, which avera
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +25,7 @@ from ..drawing.twist_limits import expect_twists
 from ..equilibrium.closed_form import solve
 from ..errors import expect
 from ..io.drawing_toml import DriveLike, as_any_drive, drive_to_dict
-from ..kinds import kind_of
+from ..kinds import AnyDrive, kind_of
 from ..montecarlo.population import Population, simulate
 from ..montecarlo.twist_torque_curve import BAND
 from ..numerics.arrays import Array
@@ -42,6 +44,8 @@ __all__ = [
     "mean_torque",
 ]
 
+MeanTorque = Callable[[Any, Array, float], Array]
+"""From a drive, twists (n_twist,), rad, and a clearance, m, to the mean torque, (n_twist,) N.m."""
 ERROR_BOUND = 1e-4
 """Target error of the mean torque as a share of the full torque; chosen by judgement, far below the scatter of drives.
 """
@@ -87,45 +91,54 @@ def build_drawing_lookup(
     refinements = (1.0, 1.5, 2.25)
     for finer in refinements:
         axes = (
-            _symmetric_axis(2 * drive.max_twist, twist_step / finer),
-            _symmetric_axis(widest, clearance_step / finer),
+            symmetric_axis(2 * drive.max_twist, twist_step / finer),
+            symmetric_axis(widest, clearance_step / finer),
         )
-        lookup = _build_on(drive, axes, n_drives, seed, executor)
+        lookup = fitted_lookup(drive, axes, mean_torque, n_drives, seed, executor)
         if lookup.error["torque_mean"] <= 0.8 * ERROR_BOUND or finer == refinements[-1]:
             return lookup
     raise AssertionError("the last refinement returns")
 
 
-def _build_on(drive: Drive, axes: tuple[Axis, Axis], n_drives: int, seed: int, executor: Executor | None) -> Lookup:
-    """The lookup on given axes, with its interpolation error."""
-    solved = _solve(drive, axes[0].nodes, axes[1].nodes, n_drives, seed, executor)
+def fitted_lookup(
+    drive: AnyDrive, axes: tuple[Axis, Axis], mean: MeanTorque, n_drives: int, seed: int, executor: Executor | None
+) -> Lookup:
+    """The lookup of a drive on given axes of twist and clearance, with its interpolation error.
+
+    mean: (drive, twist, clearance) -> mean torque, (n_twist,) N.m, of all drives that the drawing allows.
+    """
+    work = partial(_tables, drive, mean, n_drives, seed)
+    solved = _solve(work, axes[0].nodes, axes[1].nodes, executor)
     tables = np.stack([table for table, _ in solved], -1)
     coefficients = fit(axes[1], fit(axes[0], tables, 1), 2)
     coefficients[:3] = _monotone(coefficients[:3])
     full_torque = float(evaluate(axes, coefficients[0], drive.max_twist, 0.0))
-    error = _measured_error(drive, axes, coefficients, n_drives, seed, executor)
+    error = _measured_error(work, axes, coefficients, drive.max_twist, executor)
     return Lookup(axes[0], axes[1], coefficients, full_torque, error, drive_to_dict(drive), n_drives, seed, __version__)
 
 
-def _symmetric_axis(reach: float, step: float) -> Axis:
+def symmetric_axis(reach: float, step: float) -> Axis:
+    """An axis from -reach to reach in an even number of cells no wider than `step`."""
     cells = 2 * int(np.ceil(reach / step))
     return Axis(-reach, 2 * reach / cells, cells)
 
 
+_Tables = tuple[Array, NDArray[np.bool_]]
+
+
 def _solve(
-    drive: Drive, twist: Array, clearances: Array, n_drives: int, seed: int, executor: Executor | None
-) -> list[tuple[Array, NDArray[np.bool_]]]:
+    work: Callable[[Array, float], _Tables], twist: Array, clearances: Array, executor: Executor | None
+) -> list[_Tables]:
     """`_tables` at every clearance, distributed over the executor's workers."""
-    work = partial(_tables, drive, twist, n_drives, seed)
-    return list((map if executor is None else executor.map)(work, clearances.tolist()))
+    return list((map if executor is None else executor.map)(partial(work, twist), clearances.tolist()))
 
 
-def _tables(drive: Drive, twist: Array, n_drives: int, seed: int, clearance: float) -> tuple[Array, NDArray[np.bool_]]:
+def _tables(drive: AnyDrive, mean_of: MeanTorque, n_drives: int, seed: int, twist: Array, clearance: float) -> _Tables:
     """The five quantities over a symmetric twist grid at one clearance, (5, n_twist), and where the load share is
     representative, (n_twist,).
     """
     population = simulate(drive, twist, n_drives, seed, clearance=clearance)
-    mean = mean_torque(drive, twist, clearance)
+    mean = mean_of(drive, twist, clearance)
     low, high = np.percentile(population.torque, BAND, axis=0) - population.torque.mean(axis=0) + mean
     force = population.contact_force.max(axis=2).mean(axis=0)
     share = _extended_load_share(population)
@@ -182,7 +195,11 @@ def _monotone(coefficients: Array) -> Array:
 
 
 def _measured_error(
-    drive: Drive, axes: tuple[Axis, Axis], coefficients: Array, n_drives: int, seed: int, executor: Executor | None
+    work: Callable[[Array, float], _Tables],
+    axes: tuple[Axis, Axis],
+    coefficients: Array,
+    max_twist: float,
+    executor: Executor | None,
 ) -> dict[str, float]:
     """Maximum error of each quantity at the cells' midpoints, relative to its maximum within max_twist."""
     twist, clearance = axes
@@ -196,14 +213,12 @@ def _measured_error(
         )
     )
     between = clearance.start + clearance.step * (around + 0.5)
-    for c, (solved, representative) in zip(
-        between, _solve(drive, middles, between, n_drives, seed, executor), strict=True
-    ):
+    for c, (solved, representative) in zip(between, _solve(work, middles, between, executor), strict=True):
         difference = np.abs(evaluate(axes, coefficients, middles, c) - solved)
         # Next to the range where the load share is representative, a cell interpolates towards an extended value.
         inner = representative & np.roll(representative, 1) & np.roll(representative, -1)
         difference[4, ~inner] = 0.0
         worst = np.maximum(worst, difference.max(axis=1))
-    scale = np.abs(evaluate(axes, coefficients, np.linspace(-1, 1, 41) * drive.max_twist, 0.0)).max(axis=1)
+    scale = np.abs(evaluate(axes, coefficients, np.linspace(-1, 1, 41) * max_twist, 0.0)).max(axis=1)
     scale[:3] = scale[0]
     return dict(zip(QUANTITIES, (float(v) for v in worst / scale), strict=True))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -63,6 +63,8 @@ class Population(ArrayValue):
     status_counts: Mapping[str, int]
     capped_count: int
     interference_count: int
+    contact_names: ClassVar[tuple[str, ...]] = ("gear", "crank", "cage, loaded wall", "cage, other wall")
+    """Labels of the contacts in pictures."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "status_counts", FrozenMapping(self.status_counts))

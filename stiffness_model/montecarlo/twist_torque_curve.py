@@ -49,8 +49,8 @@ class TwistTorqueCurve(ArrayValue):
     twist: (n,) rad, rising; torque, torque_p10, torque_p90, stiffness: (n,) N.m and N.m/rad. contact_force:
     (n, 4) N, mean of the drives' greatest at gear, crank, cage t+ and cage t-; load_share: (n,), NaN where it is not
     representative. name: of the drive; notes: how the curve was computed; contacts: names along the last axis of the
-    contact forces. Between the points the mean is interpolated
-    by a monotone cubic (PCHIP), whose slope is the stiffness.
+    contact forces. Between the points the mean is interpolated by a monotone cubic (PCHIP), whose slope is the
+    stiffness.
     """
 
     twist: Array

@@ -54,7 +54,7 @@ __all__ = [
 
 TORQUE, TWIST = "torque at the output [N.m]", "twist at the output [arcmin]"
 BAND_TEXT = "shaded: 10th to 90th percentile of the drives"
-CONTACT_NAMES = ("gear", "crank", "cage, loaded wall", "cage, other wall")
+CONTACT_NAMES = Population.contact_names
 
 
 def twist_over_torque(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve], ax: Axes | None = None) -> Axes:
@@ -130,7 +130,7 @@ def contact_forces(population: Population, ax: Axes | None = None) -> Axes:
     force = population.contact_force[:, order]
     low, high = np.percentile(force, BAND, axis=0)
     mean = force.mean(axis=0)
-    for k, (line, name) in enumerate(zip(CONTACTS, CONTACT_NAMES, strict=True)):
+    for k, (line, name) in enumerate(zip(CONTACTS, population.contact_names, strict=True)):
         _band(ax, torque, mean[:, k], low[:, k], high[:, k], line, name)
     format_axes(ax, TORQUE, "greatest contact force [N]")
     start_axes_at_zero(ax)
@@ -142,7 +142,7 @@ def contact_forces(population: Population, ax: Axes | None = None) -> Axes:
         ax,
         [
             (torque[-1], mean[-1, k], name, line.colour)
-            for k, (line, name) in enumerate(zip(CONTACTS, CONTACT_NAMES, strict=True))
+            for k, (line, name) in enumerate(zip(CONTACTS, population.contact_names, strict=True))
         ],
     )
     return ax
@@ -154,7 +154,7 @@ def load_share(populations: Population | Sequence[Population], ax: Axes | None =
     The low torque region, below `LOW_TORQUE_SHARE` of the greatest mean torque, is excluded.
     """
     ax = new_axes() if ax is None else ax
-    several = [populations] if isinstance(populations, Population) else list(populations)
+    several = list(populations) if isinstance(populations, Sequence) else [populations]
     expect(len(several) > 0, "at least one population", populations, "populations")
     for population, line in zip(several, _lines(len(several)), strict=True):
         order, torque = _by_torque(population)

@@ -199,7 +199,7 @@ def block_sizes(drive: sm.Drive, repeats: int = 20) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("--drive", nargs="*", default=sm.presets())
+    parser.add_argument("--drive", nargs="*", default=["drive_1", "drive_2", "drive_3", "workshop"])
     parser.add_argument("--elements", type=int, default=700)
     parser.add_argument("--twists", type=int, default=24)
     options = parser.parse_args()

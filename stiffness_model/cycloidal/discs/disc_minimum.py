@@ -32,6 +32,9 @@ LEAST_APPROACH = 1e-10
 roughness (an atom is 1e-10 wide)."""
 COARSE_STEP = 10
 """Distance of the twists that are solved first, so that the others start between solutions; chosen by measurement."""
+LONGEST_STEP = 1e-4
+"""Greatest displacement, m, in a direction in which the energy is not convex; chosen by judgement, above the usual
+clearances."""
 TYPICAL_APPROACH = 1e-5
 """Approach, m, at which the first poses take the contacts' stiffness, which hardly depends on it (by its ninth root);
 chosen by judgement."""
@@ -136,7 +139,7 @@ def _minimise(contacts: DiscContacts, field: DiscEnergy, centre: Array, pose: Ar
         # A step below the rounding of the pose that improves nothing is the last: damping would not help.
         stalled |= ~better & (np.abs(step).max(-1) <= ROUNDING * contacts.radius)
         pose, state = np.where(better[..., None], moved, pose), candidate.where(better, state)
-        damping = np.where(better, damping / 16, np.maximum(8 * damping, 1e-4))
+        damping = np.where(better, damping / 16, np.clip(8 * damping, 1e-4, 1e12))
         damping[damping < 1e-8] = 0.0
     return replace(result, steps=steps)
 
@@ -165,6 +168,22 @@ def _step(state: DiscStates, damping: Array, rigid: bool) -> Array:
     scale = 1.0 / np.where(usable, determinant, 1.0)
     gx, gy, gs = g[..., 0], g[..., 1], g[..., 2]
     newton = np.stack([a * gx + b * gy + c * gs, b * gx + d * gy + e * gs, c * gx + e * gy + f * gs], -1)
-    # Where the matrix is not positive definite, a step along the force takes its place; damping shortens it.
-    downhill = g[..., :3] / np.maximum(np.abs(xx) + np.abs(yy) + np.abs(ss), 1e-300)[..., None]
-    return np.where(usable[..., None], newton * scale[..., None], downhill)
+    step = newton * scale[..., None]
+    if not usable.all():
+        matrices = np.stack([xx, xy, xs, xy, yy, ys, xs, ys, ss], -1)[~usable].reshape(-1, 3, 3)
+        step[~usable] = _bounded_step(matrices, g[..., :3][~usable])
+    return step
+
+
+def _bounded_step(matrix: Array, gradient: Array) -> Array:
+    """Steps (k, 3), against their sign, of k models whose matrices (k, 3, 3) are not positive definite.
+
+    Negative eigenvalues, of directions in which normals turn under load or the disc rolls within its clearances, are
+    reversed; the step is at most `LONGEST_STEP`, and damping shortens it.
+    """
+    values, vectors = np.linalg.eigh(matrix)
+    size = np.maximum(np.abs(values), 1e-9 * np.abs(values).max(-1, keepdims=True) + 1e-300)
+    along = (vectors * gradient[..., None]).sum(-2) / size
+    step = (vectors * along[:, None]).sum(-1)
+    length = np.sqrt((step * step).sum(-1, keepdims=True))
+    return step * np.minimum(1.0, LONGEST_STEP / np.maximum(length, LONGEST_STEP))
