@@ -28,7 +28,7 @@ TOLERANCES = "tolerances"
 """... a scatter of virtual drives, without which the band is the mean; ..."""
 INDIVIDUALS = "individual drives"
 """... one drive with its own deviations, as it turns (`--individual`); ..."""
-DIMENSIONS = "dimensions"
+DIMENSIONS = "dimensions for pictures and design studies"
 """... what `reefmu draw` draws and `reefmu explore` varies; ..."""
 CONTACT_RESPONSES = "responses of single contacts"
 """... and what `reefmu plan` and the effects modulus_error and missing_ball are computed from."""
@@ -119,7 +119,7 @@ KINDS: Mapping[str, Kind] = {
             lookup="stiffness_model.cycloidal.cycloidal_lookup:cycloidal_lookup",
             lacks={
                 INDIVIDUALS: "its individuals are in `stiffness_model.cycloidal.gear_turn`, not yet in models",
-                DIMENSIONS: "pictures and design studies are those of rolling element eccentric drives",
+                DIMENSIONS: "these take rolling element eccentric drives only",
                 CONTACT_RESPONSES: "its contacts act together in one equilibrium of the disc",
             },
         ),

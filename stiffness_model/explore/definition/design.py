@@ -60,7 +60,7 @@ def base_drive(table: Mapping[str, Any], where: str) -> Drive:
     """The base drawing as a drive. Raises `InputError`, also for physics that `sweep.sweep` leaves out."""
     kind = kind_of_table(table, where)
     if DIMENSIONS in kind.lacks:
-        raise InputError(f"{where}: {kind.noun} has no {DIMENSIONS} for a design study: {kind.lacks[DIMENSIONS]}")
+        raise InputError(f"{where}: {kind.noun} has no {DIMENSIONS}: {kind.lacks[DIMENSIONS]}")
     drive = read_drawing(table, where)
     require_plain_model(drive, where)
     return drive
