@@ -40,7 +40,7 @@ def add_drawing(parser: argparse.ArgumentParser, command: str) -> None:
     parser.add_argument(
         "drive",
         metavar="DRIVE",
-        help="a preset (drive_1, drive_2, drive_3, workshop, printed_cycloidal), a gear of `reefmu gears`, or a TOML drawing",
+        help="a preset (drive_1 ... drive_3, workshop, printed_cycloidal), a gear of `reefmu gears`, or a TOML drawing",
     )
     add_fields(parser)
     parser.add_argument("--out", metavar="DIR", type=file_name, help=f"folder for the files (default DRIVE-{command})")
