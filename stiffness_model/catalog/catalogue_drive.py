@@ -6,10 +6,11 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
+from ..display import dataframe, html_table, view
 from ..drawing.fields import NUMBER, TEXT, Field, check_attributes, fields_of, optional, positive
 from ..errors import InputError, expect, expect_number
 from ..frozen_mapping import FrozenMapping
@@ -18,6 +19,9 @@ from ..numerics.arrays import Array
 from ..numerics.piecewise_line import PiecewiseLine
 from ..units import ARCMIN, format_quantity
 from .efficiency_table import EfficiencyTable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 BEYOND_T2 = 2.0
 """Range of a curve over its last torque limit where a sheet states no permissible torque: chosen by judgement, since
@@ -138,6 +142,20 @@ class CatalogueDrive:
     def __repr__(self) -> str:
         size = f"{float(self.line.at(self.max_twist)):.4g} N.m at {self.max_twist / ARCMIN:.4g} arcmin"
         return f"CatalogueDrive({self.name!r}, ratio {self.ratio:g}, {size})"
+
+    def _repr_html_(self) -> str:
+        return html_table(self.name, {"ratio": f"{self.ratio:g}", **stated_values(self), "source": self.source})
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The curve to max_twist, on `ax` or on new axes, which are returned."""
+        simulate = view("stiffness_model.catalog.catalogue_population:simulate_catalogue")
+        return simulate(self, np.linspace(0.0, self.max_twist, 61), 1).plot(ax)
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` of what the sheet states, each with its source. Raises `InputError` without pandas."""
+        values = stated_values(self)
+        columns = {"field": list(values), "value": list(values.values()), "source": [*map(self.source_of, values)]}
+        return dataframe(columns)
 
     @property
     def _stiffnesses(self) -> list[float]:

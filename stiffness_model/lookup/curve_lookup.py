@@ -16,10 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..display import dataframe, html_table
 from ..errors import InputError, expect, expect_number, refuse_unknown
 from ..numerics.arrays import Array
 from ..numerics.bspline import Axis
 from ..numerics.piecewise_line import PiecewiseLine, QuadraticSpline
+from ..units import ARCMIN
 from .table import QUANTITIES, Lookup
 
 NOMINAL_LEVER = 0.01
@@ -83,6 +85,17 @@ class CurveLookup(Lookup):
 
     def load_share(self, twist: ArrayLike, clearance: ArrayLike = 0.0) -> Array:
         raise InputError(f"{self.curve['name']}: expected a drive with contacts, got a curve, which has no load share")
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with a row for each point of the curve. Raises `InputError` without pandas."""
+        return dataframe({"twist [arcmin]": self.line.twist / ARCMIN, "torque [N.m]": self.line.torque})
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "twist [arcmin]": f"+-{self.twist.stop / ARCMIN:.4g}, {len(self.line.twist)} points",
+            "full torque [N.m]": f"{self.full_torque:.4g}",
+        }
+        return html_table(self.curve["name"], rows)
 
     @property
     def maximum_stiffness(self) -> float:

@@ -17,6 +17,7 @@ from reefmu.model.masses import TYPICAL_MASSES, Masses, expect_step
 from reefmu.model.model_file import is_model_file, load_model
 from stiffness_model.errors import InputError, expect
 from stiffness_model.lookup.build_lookup import N_DRIVES, describe
+from stiffness_model.lookup.curve_lookup import CurveLookup
 from stiffness_model.units import ARCMIN
 
 from ..terminal.drawing_input import drawing_with_fields
@@ -48,6 +49,12 @@ def run(args: argparse.Namespace) -> int:
     if not native:
         component = joint_component(model, masses) if joint and masses is not None else drive_component(model)
         notes += ([] if args.backend else [NO_COMPILER]) + real_time_note(component, args.step)
+    if (
+        joint
+        and isinstance(model.lookup, CurveLookup)
+        and (inertia := model.lookup.drawing.get("drive", {}).get("inertia"))
+    ):
+        notes.append(f"motor.inertia does not include the inertia at the input that the data sheet states, {inertia}")
     show_notes(notes)
     print(
         f"{model.name}: "

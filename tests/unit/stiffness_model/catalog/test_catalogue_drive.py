@@ -191,3 +191,17 @@ def test_every_kind_s_functions_exist() -> None:
 
             assert callable(view(name)), name
     assert KINDS[CATALOGUE].noun == "a catalogue gear"
+
+
+def test_it_shows_itself_with_its_sources(tmp_path: Path) -> None:
+    pytest.importorskip("pandas")
+    drive = from_text(SHEET, tmp_path)
+    assert "ratio -100" in repr(drive)
+    assert "4.5 kg.cm2" in drive._repr_html_()
+    frame = drive.to_dataframe().set_index("field")
+    assert frame.loc["inertia", "source"] == "own sheet, page 5"
+    assert frame.loc["k1", "value"] == "100 kN.m/rad"
+    lookup = build_lookup(drive)
+    assert lookup.to_dataframe()["torque [N.m]"].max() == pytest.approx(686.0)
+    for shown in (drive, lookup, sm.simulate(drive, [0.0, 1e-3], 2)):
+        assert shown.plot().get_xlabel()
