@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import PPoly
 
-from ..display import dataframe
+from ..display import dataframe, one_line
 from ..drawing import sampling
 from ..drawing.twist_limits import expect_twists
 from ..errors import InputError, expect, expect_integer, expect_number
@@ -31,7 +31,7 @@ class MissingResultError(InputError, AttributeError):
     """A result that a kind of drives does not have."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SheetCurve(TwistTorqueCurve):
     """A curve of straight lines between its points, without contact forces and load shares."""
 
@@ -65,6 +65,9 @@ class CataloguePopulation(ArrayValue):
         if name in ("contact_force", "load_share", "status_counts", "representative"):
             raise MissingResultError(f"{name}: {lacking(self.drive, CONTACT_FORCES)}")
         raise AttributeError(name)
+
+    def __repr__(self) -> str:
+        return one_line(self)
 
     @property
     def n_drives(self) -> int:

@@ -203,5 +203,8 @@ def test_it_shows_itself_with_its_sources(tmp_path: Path) -> None:
     assert frame.loc["k1", "value"] == "100 kN.m/rad"
     lookup = build_lookup(drive)
     assert lookup.to_dataframe()["torque [N.m]"].max() == pytest.approx(686.0)
-    for shown in (drive, lookup, sm.simulate(drive, [0.0, 1e-3], 2)):
+    population = sm.simulate(drive, np.linspace(0, 1e-3, 200), 2)
+    for shown in (drive, lookup, population, population.curve()):
         assert shown.plot().get_xlabel()
+        assert "\n" not in repr(shown)
+        assert len(repr(shown)) < 200
