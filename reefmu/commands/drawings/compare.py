@@ -11,6 +11,7 @@ from pathlib import Path
 
 from stiffness_model.catalog.gears import CatalogGear, catalog
 from stiffness_model.io.atomic_files import staged_folder
+from stiffness_model.kinds import TOLERANCES, lacking
 from stiffness_model.montecarlo.twist_torque_curve import TwistTorqueCurve
 from stiffness_model.plotting import curves as plots
 from stiffness_model.units import ARCMIN
@@ -35,7 +36,8 @@ def run(args: argparse.Namespace) -> int:
         plots.save(plots.against_catalog(curve, gears), stage / "compare.png")
     show_notes(notes)
     letters = [chr(ord("a") + k) if k < 26 else str(k) for k in range(len(drawn))]
-    print(f"twist at the output: {drive.name}, mean of {args.drives} virtual drives, and published gears\n")
+    drives = "" if lacking(drive, TOLERANCES) else f", mean of {args.drives} virtual drives,"
+    print(f"twist at the output: {drive.name}{drives} and published gears\n")
     rows = [
         [f"{torque:g}", *("-" if math.isnan(twist) else f"{twist:.2f}" for twist in line)]
         for torque, line in zip(torques, twists, strict=True)
