@@ -10,7 +10,7 @@ for Use in Robotic Drive Systems" (the paper; equation numbers are its).
 * `geometry`, `elasticity`, `contact`: the path of the elements, two bodies pressed together, every element's contacts.
 * `equilibrium`: forces and displacements of every element; `montecarlo`: thousands of virtual drives and their curve.
 * `lookup`: the mean drive as tables; `ratings`: pressure, safety, life, losses; `rotation`: one drive as it turns;
-  `explore`: design studies; `catalog`: published gears; `plotting`: pictures.
+  `explore`: design studies; `catalog`: published gears; `cycloidal`: pin-cycloid reducers; `plotting`: pictures.
 * `kinds`: the kinds of drives and what each provides; `numerics`, `memory`, `units`, `errors`, `frozen_mapping`: used
   by all; `display`: reprs, notebook tables, DataFrames; `lazy_names`: names imported on first use; `version`: of the
   distribution; `turning`: an alias of `rotation`.

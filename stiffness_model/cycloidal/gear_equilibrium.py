@@ -19,7 +19,7 @@ from .part_deviations import PartDeviations
 
 HOUSING_STEPS = 40
 """Newton steps for the housing's angle; chosen by judgement, some five are usual."""
-HOUSING_TOLERANCE = 1e-9
+HOUSING_TOLERANCE = 1e-8
 """Error of the housing's angle relative to the greatest twist; chosen by judgement, far below any measurement."""
 
 
@@ -95,21 +95,30 @@ def _with_housing(
     Newton's method on gamma - torque(gamma)/k, which rises with gamma; a bracket catches steps that go too far.
     """
     n, discs, _ = shape
-    gamma, start = np.zeros((n, shape[2])), None
+    gamma, settled = np.zeros((n, shape[2])), np.zeros((n, shape[2]), bool)
     low, high = np.full(gamma.shape, -np.inf), np.full(gamma.shape, np.inf)
     scale = HOUSING_TOLERANCE * max(float(np.abs(twist).max()), 1e-6)
-    for step in range(HOUSING_STEPS):
-        found = solve_discs(contacts, twist, -np.repeat(gamma, discs, axis=0), start)
-        torque = found.torque.reshape(shape).sum(1)
-        excess = gamma - torque / k
-        settled = np.abs(excess) <= scale
-        if settled.all() or step == HOUSING_STEPS - 1:
+    found = solve_discs(contacts, twist)
+    drives, part = np.arange(n), found
+    for _ in range(HOUSING_STEPS):
+        inner = (len(drives), discs, shape[2])
+        torque, stiffness = part.torque.reshape(inner).sum(1), part.stiffness.reshape(inner).sum(1)
+        excess = gamma[drives] - torque / k[drives]
+        settled[drives] = np.abs(excess) <= scale
+        unsettled = ~settled[drives].all(1)
+        if not unsettled.any():
             break
-        low, high = np.where(excess < 0, gamma, low), np.where(excess > 0, gamma, high)
-        newton = gamma - excess / (1.0 + np.maximum(found.stiffness.reshape(shape).sum(1), 0.0) / k)
-        inside = (newton > low) & (newton < high)
-        with np.errstate(invalid="ignore"):
-            halved = np.where(np.isfinite(low) & np.isfinite(high), (low + high) / 2, newton)
-        gamma = np.where(settled, gamma, np.where(inside, newton, halved))
-        start = found.pose[..., :3]
-    return found, gamma, settled  # pyright: ignore[reportPossiblyUnboundVariable]
+        drives, excess, stiffness = drives[unsettled], excess[unsettled], stiffness[unsettled]
+        at = gamma[drives]
+        low[drives], high[drives] = np.where(excess < 0, at, low[drives]), np.where(excess > 0, at, high[drives])
+        below, above = low[drives], high[drives]
+        newton = at - excess / (1.0 + np.maximum(stiffness, 0.0) / k[drives])
+        bounded = np.isfinite(below) & np.isfinite(above)
+        middle = np.where(bounded, np.where(bounded, below, 0.0) / 2 + np.where(bounded, above, 0.0) / 2, newton)
+        new = np.where((newton > below) & (newton < above), newton, middle)
+        gamma[drives] = np.where(settled[drives], at, new)
+        rows = (drives[:, None] * discs + np.arange(discs)).ravel()
+        output = -np.repeat(gamma[drives], discs, axis=0)
+        part = solve_discs(contacts[rows], twist[rows], output, found.pose[rows, :, :3])
+        found = found.replaced(rows, part)
+    return found, gamma, settled

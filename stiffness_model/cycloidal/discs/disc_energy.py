@@ -40,13 +40,12 @@ class DiscStates:
         """States with arrays of their own."""
         return DiscStates(self.energy.copy(), self.gradient.copy(), self.hessian.copy(), self.total_force.copy())
 
-    def taken(self, rows: Index, twists: Index) -> DiscStates:
-        """The states of some rows, (D',) indices, at some twists of each, (D', T') indices."""
-        place = rows[:, None], twists
+    def at(self, place: tuple[Index, Index]) -> DiscStates:
+        """The states at `place`, indices of rows (D', 1) and twists (D', T')."""
         return DiscStates(self.energy[place], self.gradient[place], self.hessian[place], self.total_force[place])
 
     def put(self, place: tuple[Index, Index], states: DiscStates) -> None:
-        """Overwrite the states at `place`, indices of rows (D', 1) and twists (D', T')."""
+        """Overwrite the states at `place`, as for `at`."""
         self.energy[place], self.gradient[place] = states.energy, states.gradient
         self.hessian[place], self.total_force[place] = states.hessian, states.total_force
 

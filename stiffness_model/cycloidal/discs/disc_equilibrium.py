@@ -51,6 +51,12 @@ class DiscEquilibrium:
     status: NDArray[np.int8]
     steps: int
 
+    def replaced(self, rows: NDArray[np.intp], others: DiscEquilibrium) -> DiscEquilibrium:
+        """These results, in place, with those of some rows, (k,) indices, from others."""
+        for name in _ARRAYS:
+            getattr(self, name)[rows] = getattr(others, name)
+        return self
+
 
 _ARRAYS = (
     "pose",
@@ -122,12 +128,27 @@ def _bearing_force(contacts: DiscContacts, offset: Array, state: DiscStates) -> 
 
 
 def _stiffness(state: DiscStates, rigid: bool) -> Array:
-    """Second derivative of the least energy by the twist's coordinate, (D, T) N/m: the Schur complement."""
-    matrix = np.empty((*state.energy.shape, 4, 4))
-    for k, (i, j) in enumerate(PAIRS):
-        matrix[..., i, j] = matrix[..., j, i] = state.hessian[..., k]
-    unknown = matrix[..., 2:3, 2:3] if rigid else matrix[..., :3, :3]
-    column = matrix[..., 2:3, 3] if rigid else matrix[..., :3, 3]
-    scale = np.trace(unknown, axis1=-2, axis2=-1)[..., None, None]
-    regular = unknown + (1e-11 * scale + 1e-300) * np.eye(unknown.shape[-1])
-    return matrix[..., 3, 3] - (column * np.linalg.solve(regular, column[..., None])[..., 0]).sum(-1)
+    """Second derivative of the least energy by the output's coordinate, (D, T) N/m: the Schur complement."""
+    h = state.hessian
+    (xx, xy, xs, xo), (yy, ys, yo), (ss, so), oo = (
+        [h[..., k] for k in group] for group in ((0, 1, 2, 3), (4, 5, 6), (7, 8), (9,))
+    )
+    if rigid:
+        return oo[0] - so * so / np.where(ss > 0, ss, np.inf)
+    a, b, c = yy * ss - ys * ys, xs * ys - xy * ss, xy * ys - yy * xs
+    d, e, f = xx * ss - xs * xs, xy * xs - xx * ys, xx * yy - xy * xy
+    determinant, trace = xx * a + xy * b + xs * c, xx + yy + ss
+    regular = determinant > 1e-9 * trace**3
+    given = a * xo * xo + d * yo * yo + f * so * so + 2 * (b * xo * yo + c * xo * so + e * yo * so)
+    result = oo[0] - given / np.where(regular, determinant, np.inf)
+    # Discs that may move freely in some direction; without any contact the stiffness is zero.
+    loose = ~regular & (trace > 0)
+    if loose.any():
+        matrix = np.empty((int(loose.sum()), 4, 4))
+        for k, (i, j) in enumerate(PAIRS):
+            matrix[:, i, j] = matrix[:, j, i] = h[loose, k]
+        ridge = 1e-11 * trace[loose][:, None, None] * np.eye(3)
+        column = matrix[:, :3, 3]
+        solved = np.linalg.solve(matrix[:, :3, :3] + ridge, column[..., None])[..., 0]
+        result[loose] = matrix[:, 3, 3] - (column * solved).sum(-1)
+    return result

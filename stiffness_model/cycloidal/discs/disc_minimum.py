@@ -38,7 +38,7 @@ clearances."""
 TYPICAL_APPROACH = 1e-5
 """Approach, m, at which the first poses take the contacts' stiffness, which hardly depends on it (by its ninth root);
 chosen by judgement."""
-FEWER_ROWS, FEWER_TWISTS = 0.5, 0.8
+FEWER_ROWS, FEWER_TWISTS = 0.8, 0.9
 """Shares of the iterated rows, and of twists in the slowest row, below which the finished ones are left out; chosen by
 measurement."""
 
@@ -125,10 +125,9 @@ def _minimise(contacts: DiscContacts, field: DiscEnergy, centre: Array, pose: Ar
                 kept = np.arange(len(rows))
             # The unfinished twists of every row come first; rows with fewer of them keep some that are finished.
             index = np.argsort(done[kept], axis=1, kind="stable")[:, :remaining]
-            twists, state = np.take_along_axis(twists[kept], index, 1), state.taken(kept, index)
-            pose, centre = (np.take_along_axis(array[kept], index[..., None], 1) for array in (pose, centre))
-            done, stalled = (np.take_along_axis(flags[kept], index, 1) for flags in (done, stalled))
-            damping, residual = (np.take_along_axis(values[kept], index, 1) for values in (damping, residual))
+            place = kept[:, None], index
+            twists, state, pose, centre = twists[place], state.at(place), pose[place], centre[place]
+            done, stalled, damping, residual = done[place], stalled[place], damping[place], residual[place]
         step = _step(state, damping, rigid)
         moved = pose.copy()
         moved[..., :3] -= step
