@@ -5,10 +5,10 @@ e. In the disc's frame the centres of all pins move on one shortened epitrochoid
 
     q(t) = R exp(i t) - e exp(i N t),   shortening coefficient e N/R < 1,
 
-and the flank is its inner equidistant at the distance of the pin's radius. The disc rolls with its pitch circle, radius
-e z, inside the ring's, radius e N. They touch at the instantaneous centre P, at the distance e N from O in the direction
-of the eccentricity, through which the normals of all contacts pass. While the crank turns by phi, the disc turns by
--phi/z: with the ring fixed, the ratio from crank to disc is -(N - 1).
+and the flank is its inner equidistant at the distance of the pin's radius. The disc rolls with its pitch circle,
+radius e z, inside the ring's, radius e N. They touch at the instantaneous centre P, at the distance e N from O in the
+direction of the eccentricity, through which the normals of all contacts pass. While the crank turns by phi, the disc
+turns by -phi/z: with the ring fixed, the ratio from crank to disc is -(N - 1).
 
 The contacts are stated in the eccentric's frame: origin in C, x-axis in the direction of the eccentricity. There they
 depend only on the angle alpha of each pin from the eccentricity.
