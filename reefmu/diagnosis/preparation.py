@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffness_model.drawing.drive import Drive
-from stiffness_model.errors import expect
 from stiffness_model.kinds import AnyDrive
 from stiffness_model.lookup.curve_lookup import CurveLookup
 from stiffness_model.numerics.arrays import Array
@@ -17,7 +16,7 @@ from stiffness_model.numerics.arrays import Array
 from ..model.contacts.tables import cached_lookup
 from ..record import Record
 from .estimation.problem import Problem, block_variances, make_weights, search_blocks, select_candidates
-from .forward.base_curve import BaseCurve, curve_base, drawing_base, lookup_base, power_base
+from .forward.base_curve import BaseCurve, curve_base, drawing_base, lookup_base, power_base, table_base
 from .inference.mean_drive import lacks_ripple
 from .preprocessing.audit import ratio_from_angles
 from .preprocessing.noise import estimate_noise
@@ -53,11 +52,9 @@ class BaseCurveSource:
             return drawing_base(self.drive, cached_lookup(self.drive))
         if self.drive is not None:
             lookup = cached_lookup(self.drive)
-            expect(
-                isinstance(lookup, CurveLookup), "a drive whose kind can be diagnosed", self.drive.kind, self.drive.name
-            )
-            assert isinstance(lookup, CurveLookup)
-            return lookup_base(self.drive, lookup)
+            if isinstance(lookup, CurveLookup):
+                return lookup_base(self.drive, lookup)
+            return table_base(self.drive, lookup)
         return power_base(trace) if self.curve is None else curve_base(self.curve, trace.ratio)
 
 

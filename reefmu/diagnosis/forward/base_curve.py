@@ -36,6 +36,8 @@ SCALE_DEVIATION = 0.05
 """Relative standard deviation of a curve file's scale where the file states no band. Chosen by judgement."""
 MIN_SCALE_DEVIATION = 0.002
 """Least of it where the file states a band. Chosen by judgement."""
+SCALE_RANGE, WIDE_SCALE_RANGE = (-0.5, 1.0), (-0.9, 4.0)
+"""Bounds of the change of a curve's scale; the wide ones for drawings with wide tolerances. Chosen by judgement."""
 BAND_DEVIATIONS = 2.5631
 """Width of the band from the 10th to the 90th percentile of a normal distribution, in standard deviations."""
 
@@ -78,9 +80,8 @@ NO_SHAPE = ShapeParameters((), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0
 @dataclass(frozen=True)
 class BaseCurve:
     """kind: "drawing", "curve" or "power law"; ratio: signed, `UNKNOWN_RATIO` where a record without a drawing has a
-    locked shaft; lever: m/rad, clearance over the
-    twist that it frees; full_torque: N.m; max_twist: rad; lookup: tables of the curve, None for a power law; element,
-    modulus: tables of a drawing for the effects that need them; source: name or path.
+    locked shaft; lever: m/rad, clearance over the twist that it frees; full_torque: N.m; max_twist: rad; lookup: tables
+    of the curve, None for a power law; element, modulus: of a drawing, for the effects that need them; source: name.
     """
 
     kind: str
@@ -137,8 +138,19 @@ def lookup_base(drive: AnyDrive, lookup: CurveLookup) -> BaseCurve:
     return _scaled_curve(lookup, drive.ratio, SCALE_DEVIATION, drive.name)
 
 
-def _scaled_curve(lookup: CurveLookup, ratio: float, deviation: float, source: str) -> BaseCurve:
-    """A base curve whose scale is uncertain by a relative standard deviation."""
+def table_base(drive: AnyDrive, lookup: Lookup) -> BaseCurve:
+    """The mean curve of a drive's tables, its scale as uncertain as their band; for drives of interacting contacts."""
+    twist, lever = lookup.twist.nodes, 2 * lookup.clearance.stop / drive.max_twist
+    low, high = (float(lookup.torque(drive.max_twist, band=band)) for band in (-1, 1))
+    deviation = max(MIN_SCALE_DEVIATION, (high - low) / lookup.full_torque / BAND_DEVIATIONS)
+    curve = curve_lookup(twist, lookup.torque(twist), lever, drive.name, drive.ratio)
+    return _scaled_curve(curve, drive.ratio, deviation, drive.name, WIDE_SCALE_RANGE)
+
+
+def _scaled_curve(
+    lookup: CurveLookup, ratio: float, deviation: float, source: str, bounds: tuple[float, float] = SCALE_RANGE
+) -> BaseCurve:
+    """A base curve whose scale, relative to the curve's, is uncertain by a standard deviation within bounds."""
     one = np.ones(1)
     return BaseCurve(
         kind="curve",
@@ -147,7 +159,7 @@ def _scaled_curve(lookup: CurveLookup, ratio: float, deviation: float, source: s
         lever=lookup.lever,
         full_torque=lookup.full_torque,
         max_twist=lookup.twist.stop,
-        shape=ShapeParameters(("scale",), 0 * one, -0.5 * one, one, deviation * one),
+        shape=ShapeParameters(("scale",), 0 * one, bounds[0] * one, bounds[1] * one, deviation * one),
         lookup=lookup,
         source=source,
     )

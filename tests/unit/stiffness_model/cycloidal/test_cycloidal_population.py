@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+from stiffness_model.cycloidal.cycloidal_population import load_share as simulated_share
 from stiffness_model.cycloidal.cycloidal_population import simulate_cycloidal
 from stiffness_model.cycloidal.gear_equilibrium import solve_gears
 from stiffness_model.cycloidal.gear_turn import crank_angles_over_turn, draw_gear, gear_no_load, gear_turn
@@ -129,3 +130,30 @@ def test_interference_preloads() -> None:
     found = simulate_cycloidal(tight, [-1e-4, 0.0, 1e-4], 4)
     assert (np.diff(found.torque, axis=1) > 0.05).all()
     assert (found.contact_force[:, 1, 2:] > 1.0).all()
+
+
+def test_position_error_is_the_middle_of_the_play() -> None:
+    """It vanishes at the crank angle 0, where a drive without deviations is its own mirror image; not for others."""
+    drawn = draw_gear(cycloidal(bearing_stiffness=2e7, profile_clearance=40e-6), None)
+    found = gear_no_load(drawn, [0.0])
+    assert abs(float(found.position_error[0])) < 1e-3 * float(found.play[0])
+    one = gear_no_load(draw_gear(DRIVE, 7), [0.0])
+    assert float(-one.position_error[0]) == pytest.approx(float(one.backward[0] + one.play[0] / 2))
+
+
+def test_common_clearances_scatter_between_drives_and_not_within() -> None:
+    drive = cycloidal(profile_clearance_tolerance=60e-6, hole_clearance_tolerance=120e-6)
+    parts = [draw_deviations(drive, block, 16, seed=1) for block in range(20)]
+    lobes = np.concatenate([part.lobe[:, 0] for part in parts])
+    holes = np.concatenate([part.hole[:, 0] for part in parts])
+    for values, sigma in ((lobes, 10e-6), (holes, 20e-6)):
+        assert np.ptp(values, axis=1).max() == 0
+        assert float(values[:, 0].std()) == pytest.approx(sigma, rel=0.15)
+
+
+def test_load_share_is_that_of_the_greatest_moment_of_a_pin() -> None:
+    drive = cycloidal(bearing_stiffness=2e7)
+    found = solve_gears(drive, without_deviations(drive, np.array([0.3])), np.array([5e-3]))
+    share = float(simulated_share(found)[0, 0])
+    assert share == pytest.approx(float(found.pin_torque.max() / found.torque[0, 0]))
+    assert 2 / 14 < share < 5 / 14

@@ -54,6 +54,26 @@ def test_gaps_of_pins_agree_with_the_distance_from_the_exact_flank() -> None:
         assert np.ptp(exact) > 50e-6
 
 
+def test_gaps_contain_modifications_and_deviations() -> None:
+    """Exact flank with its shifts and the form of each lobe, pins off in radius and place."""
+    drive = cycloidal(profile_clearance=30e-6, profile_offset=-25e-6, profile_clearance_tolerance=60e-6, **TOLERANCES)
+    parts = draw_deviations(drive, 0, 1, seed=2)
+    contacts, crank = build_disc_contacts(drive, parts), float(parts.crank_angle[0])
+    t = np.linspace(0, 2 * np.pi, 200001)
+    shifted = replace(drive.path, circle_radius=drive.pin_circle_radius + drive.profile_offset)
+    lobe = np.floor(13 * t / (2 * np.pi)).astype(int) % 13
+    inwards = drive.path.profile(t, 1.0) - drive.path.profile(t, 0.0)
+    flank = shifted.profile(t, drive.pin_radius) + (drive.profile_clearance - parts.lobe[0, 0][lobe]) * inwards
+    flank = flank * np.exp(-1j * crank / 13) + drive.eccentricity * np.exp(1j * crank)
+    radial, tangential = parts.pin_position[0].T
+    pins = (drive.pin_circle_radius + radial + 1j * tangential) * np.exp(2j * np.pi * np.arange(14) / 14)
+    exact = np.abs(flank[:, None] - pins).min(0) - drive.pin_radius - parts.pin[0]
+    assert np.ptp(exact) > 30e-6
+    # The step between two lobes' forms in a valley is no part of the model.
+    inner = np.abs(np.angle(pins * np.exp(-1j * crank))) > 0.3
+    np.testing.assert_allclose(opening(contacts, np.zeros(4))[:14][inner], exact[inner], atol=1e-6)
+
+
 def test_gaps_of_rollers_are_those_of_circles() -> None:
     crank, drive = 0.7, cycloidal(hole_clearance=20e-6)
     contacts = build_disc_contacts(drive, without_deviations(drive, np.array([crank])))
