@@ -19,7 +19,7 @@ from .part_deviations import PartDeviations
 
 HOUSING_STEPS = 40
 """Newton steps for the housing's angle; chosen by judgement, some five are usual."""
-HOUSING_TOLERANCE = 1e-8
+HOUSING_TOLERANCE = 1e-6
 """Error of the housing's angle relative to the greatest twist; chosen by judgement, far below any measurement."""
 
 
