@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from scipy.interpolate import PchipInterpolator
 from ..display import dataframe, html_table
 from ..drawing.sampling import BLOCK, blocks, check_seed
 from ..drawing.twist_limits import expect_twists
-from ..errors import expect, expect_integer, expect_number, warn_not_converged
+from ..errors import NotConvergedWarning, expect, expect_integer, expect_number
 from ..frozen_mapping import FrozenMapping
 from ..memory import expect_memory
 from ..montecarlo.population import LOW_TORQUE_SHARE
@@ -184,7 +185,13 @@ def simulate_cycloidal(
         np.concatenate(arrays) for arrays in zip(*(part.arrays for part in parts), strict=True)
     )
     counts = sum((part.counts for part in parts), np.zeros(len(DiscStatus), np.int64))
-    warn_not_converged(int(counts[DiscStatus.NOT_CONVERGED]), int(counts.sum()), drive.name)
+    if counts[DiscStatus.NOT_CONVERGED]:
+        warnings.warn(
+            f"{drive.name}: {counts[DiscStatus.NOT_CONVERGED]} of {counts.sum()} states (a drive at a twist) found no "
+            "equilibrium; their torques are those of the last step; reduce twists, interferences or compliances",
+            NotConvergedWarning,
+            stacklevel=2,
+        )
     return CycloidalPopulation(
         drive=drive,
         twist=angles,

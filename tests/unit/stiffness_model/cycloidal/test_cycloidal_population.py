@@ -12,7 +12,7 @@ from stiffness_model.cycloidal.cycloidal_population import simulate_cycloidal
 from stiffness_model.cycloidal.gear_equilibrium import solve_gears
 from stiffness_model.cycloidal.gear_turn import crank_angles_over_turn, draw_gear, gear_no_load, gear_turn
 from stiffness_model.cycloidal.part_deviations import draw_deviations, without_deviations
-from stiffness_model.errors import InputError
+from stiffness_model.errors import InputError, NotConvergedWarning
 from tests.cycloidal_drives import TOLERANCES, cycloidal
 
 DRIVE = cycloidal(bearing_stiffness=2e7, profile_clearance=40e-6, hole_clearance=30e-6, **TOLERANCES)
@@ -157,3 +157,12 @@ def test_load_share_is_that_of_the_greatest_moment_of_a_pin() -> None:
     share = float(simulated_share(found)[0, 0])
     assert share == pytest.approx(float(found.pin_torque.max() / found.torque[0, 0]))
     assert 2 / 14 < share < 5 / 14
+
+
+def test_states_without_equilibrium_are_counted_and_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stiffness_model.cycloidal.discs.disc_minimum.MAX_STEPS", 1)
+    with pytest.warns(
+        NotConvergedWarning, match=r"tested: \d+ of 12 states \(a drive at a twist\) found no equilibrium"
+    ):
+        found = simulate_cycloidal(DRIVE, [-10e-3, 5e-3, 10e-3], 4)
+    assert found.status_counts["not_converged"] > 0
