@@ -7,8 +7,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    # In the type checker only: at run time the class is private to argparse.
+    # In the type checker only: at run time the classes are private to argparse.
     Commands = argparse._SubParsersAction[Any]  # pyright: ignore[reportPrivateUsage]
+    ExclusiveOptions = argparse._MutuallyExclusiveGroup  # pyright: ignore[reportPrivateUsage]
 
 MAX_DRIVES = 10_000_000
 """Most virtual drives of one call; chosen by judgement, to refuse a slip of the keyboard."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from .argument_types import add_command, assignment, file_name
 
 if TYPE_CHECKING:
-    from .argument_types import Commands
+    from .argument_types import Commands, ExclusiveOptions
 
 
 def add_diagnose(commands: Commands) -> None:
@@ -19,13 +19,15 @@ def add_diagnose(commands: Commands) -> None:
         "diagnose",
         "what is missing in the model of a drive, from a measured record",
         "Names and fits the missing effects, or says that the record does not decide. Writes diagnosis.json, "
-        "report.html and model.toml.",
+        "report.html and model.toml. With --compare: what changed between states of one drive; writes compare.json and "
+        "compare.html.",
     )
     parser.add_argument(
         "records",
         metavar="RECORD",
         nargs="+",
-        help="measured records, .csv or .csv.gz with `name [unit]` headers; several give a table of their effects",
+        help="measured records, .csv or .csv.gz with `name [unit]` headers; several give a table of their effects; "
+        "with --compare each is a state, as is NAME=FILE,FILE,... of several positions (patterns: 'cold=cold_*.csv')",
     )
     base = parser.add_mutually_exclusive_group(required=True)
     base.add_argument("--drive", metavar="DRIVE", help="the drive: a preset, a gear of `reefmu gears` or a TOML file")
@@ -40,6 +42,33 @@ def add_diagnose(commands: Commands) -> None:
     _add_locked(parser)
     parser.add_argument("--out", metavar="DIR", type=file_name, required=True, help="folder for the results")
     _add_columns(parser)
+    _add_compare(parser, base)
+
+
+def _add_compare(parser: argparse.ArgumentParser, base: ExclusiveOptions) -> None:
+    """`--compare` and its options. base: options of the base curve, one of which is required without it."""
+
+    class Compare(argparse.Action):
+        """Stores True, and makes the base curve optional."""
+
+        def __call__(self, _parser: object, namespace: argparse.Namespace, *_: object) -> None:
+            namespace.compare = True
+            base.required = False
+
+    group = parser.add_argument_group("comparison of states")
+    group.add_argument(
+        "--compare", action=Compare, nargs=0, default=False, help="what changed between the states; needs no base curve"
+    )
+    group.add_argument(
+        "--matched",
+        action="store_true",
+        help="the k-th file of every state is of the same position, whose own effect then cancels",
+    )
+    group.add_argument(
+        "--spread-from",
+        metavar="COMPARE.json",
+        help="an earlier comparison of such drives at several positions: what positions of one state differ by",
+    )
 
 
 def add_record(commands: Commands) -> None:

@@ -21,11 +21,16 @@ from ..terminal.drawing_input import read_drawing
 from ..terminal.notes import show_notes
 from ..terminal.text_table import aligned_table
 from ..terminal.worker_processes import pool_with_progress, process_pool
+from . import compare_states
 from .record_names import record_stem
 
 
 def run(args: argparse.Namespace) -> int:
     """Diagnose each record, print the verdicts, and write the results into the folder."""
+    if args.compare:
+        return compare_states.run(args)
+    expect(not args.matched, "--matched with --compare only", "no --compare", "--matched")
+    expect(args.spread_from is None, "--spread-from with --compare only", "no --compare", "--spread-from")
     columns = read_column_map(args.columns, dict(args.column))
     drive, notes = (None, []) if args.drive is None else read_drawing(args.drive)
     if drive is not None and (inherent := inherent_effects(drive)):
