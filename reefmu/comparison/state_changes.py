@@ -124,6 +124,7 @@ def compare_states(
     expect(len(set(names)) == len(names), "states with different names", ", ".join(names), "compare")
     sides = {record.torque_side for state in states for record in state.records}
     expect(len(sides) == 1, "torques measured at one side in all records", " and ".join(sorted(sides)), "compare")
+    same = _same_samples(states)
     positions = {state.name: state_positions(state, ratio) for state in states}
     numbers = {name: len(found) for name, found in positions.items()}
     equal = len(set(numbers.values())) == 1
@@ -149,8 +150,23 @@ def compare_states(
         {q: p.spread for q, p in found.items() if p.spread is not None},
         {q: p.cycle_spread for q, p in found.items() if p.cycle_spread is not None},
         matched,
-        tuple(_notes(positions, found, sides == {"motor"})),
+        (*same, *_notes(positions, found, sides == {"motor"})),
     )
+
+
+def _same_samples(states: Sequence[DriveState]) -> list[str]:
+    """Notes on records of two states that hold the same samples.
+
+    Raises `InputError` for two of one state: copies would count as positions without scatter.
+    """
+    notes: list[str] = []
+    every = [(state.name, record) for state in states for record in state.records]
+    for (name, record), (other_name, other) in itertools.combinations(every, 2):
+        if np.array_equal(record.output_torque, other.output_torque) and np.array_equal(record.time, other.time):
+            pair = f"{record.source} and {other.source}"
+            expect(name != other_name, "different measurements at the positions of a state", f"copies: {pair}", name)
+            notes.append(f"{pair} hold the same samples: they are one measurement, and no repeat")
+    return notes
 
 
 def _table(

@@ -127,6 +127,15 @@ def test_what_cannot_be_compared_is_refused() -> None:
         compare_states([one, state("b", Gear(), 2, 2)], matched=True)
 
 
+def test_copies_are_no_repeats() -> None:
+    one = state("a", Gear(), 1, 1)
+    found = compare_states([one, replace(one, name="b")])
+    assert any("hold the same samples" in note for note in found.notes)
+    assert change(found, "play").direction == "not decided"
+    with pytest.raises(InputError, match="expected different measurements at the positions of a state, got 'copies"):
+        compare_states([DriveState("a", one.records * 2), state("b", Gear(), 2, 2)])
+
+
 def test_the_same_records_give_the_same_numbers() -> None:
     states = [state("a", Gear(), 1), state("b", Gear(), 2)]
     assert compare_states(states).to_dict() == compare_states(states).to_dict()
