@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from .comparison_text import estimate_text, probability_up_text
+from .comparison_text import direction_text, estimate_text, probability_up_text
 from .loop_quantities import STIFFNESS_LOADS
 from .state_changes import StateComparison
 
@@ -37,7 +37,7 @@ def comparison_html(comparison: StateComparison) -> str:
             change.start,
             change.end,
             change.quantity,
-            change.direction,
+            direction_text(comparison, change),
             estimate_text(change.difference, signed=True),
             probability_up_text(change.probability_up),
         ]
@@ -56,12 +56,17 @@ def comparison_html(comparison: StateComparison) -> str:
     )
 
 
+def _style(cell: str) -> str:
+    """Class of a cell, by the direction that it states."""
+    if cell == "not decided":
+        return "decided"
+    return next((sign for sign in ("up", "down") if cell in (sign, f"{sign} at this position")), "")
+
+
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A table of texts, which are escaped; directions of changes are coloured."""
     top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
-    classes = {"up": "up", "down": "down", "not decided": "decided"}
     body = "".join(
-        "<tr>" + "".join(f"<td class='{classes.get(cell, '')}'>{escape(cell)}</td>" for cell in row) + "</tr>"
-        for row in rows
+        "<tr>" + "".join(f"<td class='{_style(cell)}'>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
     )
     return f"<div class=table><table><tr>{top}</tr>{body}</table></div>"

@@ -33,6 +33,12 @@ def probability_up_text(probability: float) -> str:
     return "< 0.001" if probability < 0.001 else f"{probability:.3g}"
 
 
+def direction_text(comparison: StateComparison, change: Change) -> str:
+    """The direction, with a reservation where the interval does not count what positions differ by."""
+    one_position = comparison.basis[change.quantity] == "cycles" and change.direction != "not decided"
+    return f"{change.direction}{' at this position' if one_position else ''}"
+
+
 def shown_changes(comparison: StateComparison) -> list[Change]:
     """Changes from each state to the next, and from the first state to the last."""
     names = [state.name for state in comparison.states]
@@ -45,6 +51,7 @@ def comparison_text(comparison: StateComparison) -> str:
     lines = [f"loads up to {comparison.load:.3g} N.m, which all cycles reach"]
     for state in comparison.states:
         lines.append(f"{state.name}: {_count(state.positions, 'position')}, {_count(state.cycles, 'cycle')}")
+    width = max((len(direction_text(comparison, change)) for change in comparison.changes), default=0)
     pair = ("", "")
     for change in shown_changes(comparison):
         if (change.start, change.end) != pair:
@@ -52,7 +59,8 @@ def comparison_text(comparison: StateComparison) -> str:
             lines += ["", f"{change.start} -> {change.end}"]
         size = estimate_text(change.difference, signed=True)
         up = probability_up_text(change.probability_up)
-        lines.append(f"  {change.quantity:<24}{change.direction:<12}  {size}, probability of up {up}")
+        direction = direction_text(comparison, change)
+        lines.append(f"  {change.quantity:<24}{direction:<{width}}  {size}, probability of up {up}")
     return "\n".join([*lines, "", *(f"note: {note}" for note in comparison.notes)]).rstrip()
 
 
