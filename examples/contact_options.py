@@ -100,8 +100,10 @@ def gear_and_bore(folder: Path) -> None:
     figure = Figure(figsize=(11.0, 4.2), dpi=130, layout="constrained")
     left, right = (figure.add_subplot(1, 2, k) for k in (1, 2))
     share = np.linspace(0.1, 1.0, 10)
-    for name, line in zip(sm.presets(), style.DRIVES, strict=False):
-        drive = sm.load_drive(name)
+    # A cycloidal drive, which is a preset too, has no bores.
+    drives = (drive for drive in map(sm.load_drive, sm.presets()) if isinstance(drive, sm.Drive))
+    for drive, line in zip(drives, style.DRIVES, strict=False):
+        name = drive.name
         plain, exact = (
             sm.simulate(sm.load_drive(name, gear_contact=kind), share * drive.max_twist, DRIVES).torque.mean(axis=0)
             for kind in ("linear", "exact")

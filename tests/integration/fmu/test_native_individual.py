@@ -133,7 +133,7 @@ def test_a_mean_drive_without_tables_is_refused(
     save_model(one, tmp_path / "model.toml")
     assert load_component(tmp_path).name == "drive_1 individual 3"
     save_model(build_model(drive, lookup=lookup), tmp_path / "model.toml")
-    with pytest.raises(InputError, match=r"model\.toml: expected an individual where there are no tables"):
+    with pytest.raises(InputError, match=r"model\.toml: expected an individual or a curve where there are no tables"):
         load_component(tmp_path)
 
 
