@@ -15,6 +15,8 @@ from reefmu.record import read_column_map, read_record
 from stiffness_model.cycloidal.gear_turn import draw_gear, gear_no_load
 from stiffness_model.units import ARCMIN
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 RECORDS = ROOT.parent / "shared/data/cycloidal/base_onyx"
 HAND_MEASURED_PLAY = 5e-3 / 275e-3

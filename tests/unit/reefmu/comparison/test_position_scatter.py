@@ -41,6 +41,7 @@ def outcomes(make: Callable[[np.random.Generator], list[list[Array]]], matched: 
     return np.array(covered), np.array(up)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "positions", "unequal", "common", "matched"),
     [
@@ -62,6 +63,7 @@ def test_intervals_and_probabilities_are_calibrated(
     assert (up > 0.9).mean() == pytest.approx(0.1, abs=0.065)
 
 
+@pytest.mark.slow
 def test_the_scatter_of_cycles_alone_is_no_interval_of_states() -> None:
     """At one position each, the interval counts cycles only and says so; a known spread widens it to the truth."""
     rng = np.random.default_rng(2)

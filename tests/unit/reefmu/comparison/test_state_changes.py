@@ -48,6 +48,7 @@ def test_preload_takes_play_and_adds_friction() -> None:
     assert found.position_spread["play"].degrees == 4
 
 
+@pytest.mark.slow
 def test_equal_states_rarely_differ_and_intervals_hold_the_change() -> None:
     """The whole way from records: 40 comparisons of two states, of which every other one has a change."""
     alarms, covered = [], []
