@@ -167,6 +167,13 @@ eccentric'?
     return KINDS[name]
 
 
+def expect_kind(table: Mapping[str, Any], name: str, where: str) -> None:
+    """Raise `InputError` for a drawing of another kind than `name`, as `kind_of_table` for one of no kind."""
+    found = kind_of_table(table, where).name
+    if found != name:
+        raise InputError(f"{where}: expected kind {name!r} here, got {found!r}")
+
+
 def kind_of(drive: AnyDrive) -> Kind:
     """The kind of a drive."""
     return KINDS[drive.kind]

@@ -5,17 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from ..diagnosis.report.html.style import STYLE
 from .comparison_text import direction_text, estimate_text, probability_up_text
 from .loop_quantities import STIFFNESS_LOADS
 from .state_changes import StateComparison
 
-STYLE = """
-body{font:15px/1.45 system-ui,"DejaVu Sans",sans-serif;color:#222;max-width:1120px;margin:20px auto;padding:0 16px}
-h1{font-size:22px}h2{font-size:17px;margin:22px 0 6px}.table{overflow-x:auto}
-table{border-collapse:collapse;font-size:14px}th{border-bottom:1px solid #bbb}
-td,th{padding:3px 14px 3px 0;text-align:left;vertical-align:top}
-.up,.down{font-weight:600}.up{color:#b2382a}.down{color:#1f6fb2}.decided{color:#555}
-"""
+DIRECTIONS = ".up,.down{font-weight:600}.up{color:#b2382a}.down{color:#1f6fb2}.decided{color:#555}"
+"""Style of the directions of changes, beside that of the reports."""
 METHOD = (
     "Values are posterior medians with 95 % intervals. Play is what is lost to either side, between straight lines "
     "through both flanks of the mean of both directions. Friction is half the width of the loop at small load; its "
@@ -47,7 +43,8 @@ def comparison_html(comparison: StateComparison) -> str:
     heads = ["from", "to", "quantity", "direction", "difference", "probability of up"]
     return (
         "<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>"
-        f"<title>Comparison</title><style>{STYLE}</style></head><body><h1>What changed between the states</h1>"
+        f"<title>Comparison</title><style>{STYLE}{DIRECTIONS}</style></head><body>"
+        "<h1>What changed between the states</h1>"
         f"{f'<ul>{notes}</ul>' if notes else ''}"
         f"<h2>Changes</h2>{_table(heads, changes)}"
         f"<h2>States</h2>{_table(['state', 'positions', 'cycles', *quantities], states)}"

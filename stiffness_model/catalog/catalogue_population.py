@@ -11,15 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import PPoly
 
-from ..display import dataframe, one_line
+from ..display import one_line
 from ..drawing import sampling
 from ..drawing.twist_limits import expect_twists
-from ..errors import InputError, expect, expect_integer, expect_number
+from ..errors import InputError, expect_integer, expect_number
 from ..kinds import CONTACT_FORCES, lacking
 from ..lookup.curve_lookup import NOMINAL_LEVER, CurveLookup, curve_lookup
 from ..montecarlo.twist_torque_curve import TwistTorqueCurve
+from ..montecarlo.virtual_drives import drives_dataframe, expect_curve_twists
 from ..numerics.arrays import Array, ArrayValue
-from ..units import ARCMIN, format_quantity
+from ..units import format_quantity
 from .catalogue_drive import CatalogueDrive, stated_values
 from .catalogue_toml import write_catalogue
 
@@ -80,24 +81,14 @@ class CataloguePopulation(ArrayValue):
 
     def to_dataframe(self) -> Any:
         """A `pandas.DataFrame` with a row for each drive and twist. Raises `InputError` without pandas."""
-        n_drives, n_twist = self.torque.shape
-        return dataframe(
-            {
-                "drive": np.repeat(np.arange(n_drives), n_twist),
-                "twist [arcmin]": np.tile(self.twist / ARCMIN, n_drives),
-                "torque [N.m]": self.torque.ravel(),
-                "crank_torque [N.m]": self.crank_torque.ravel(),
-            }
-        )
+        return drives_dataframe(self.twist, {"torque [N.m]": self.torque, "crank_torque [N.m]": self.crank_torque})
 
     def curve(self) -> TwistTorqueCurve:
         """The sheet's curve at the sorted twists and, between them, at its corners; the band is the curve itself.
 
         Raises `InputError` for fewer than two different twists.
         """
-        twist = np.sort(self.twist)
-        distinct = len(twist) >= 2 and bool((np.diff(twist) > 0).all())
-        expect(distinct, "at least two different twists", self.twist, "twist")
+        twist = expect_curve_twists(self.twist)
         corners = self.drive.line.twist
         twist = np.union1d(twist, corners[(corners > twist[0]) & (corners < twist[-1])])
         torque = self.drive.line.at(twist)

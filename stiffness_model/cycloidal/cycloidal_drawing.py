@@ -7,10 +7,9 @@ from typing import Any
 
 from ..drawing.fields import REQUIRED
 from ..drawing.materials import material_labels
-from ..errors import InputError, expect, refuse_unknown
-from ..io.field_tables import nested_tables, stated_fields
-from ..io.material_tables import material_named, read_materials, write_materials
-from ..kinds import CYCLOIDAL
+from ..io.field_tables import nested_tables, part_materials, read_fields
+from ..io.material_tables import write_materials
+from ..kinds import CYCLOIDAL, expect_kind
 from .cycloidal_drive import CYCLOIDAL_FIELDS, CYCLOIDAL_PARTS, CycloidalDrive
 
 
@@ -20,22 +19,9 @@ def read_cycloidal(table: Mapping[str, Any], where: str = "drawing", **fields: A
     table: as TOML gives it, with `kind = "cycloidal"`. Raises `InputError` with the field, what was expected and what
     came, and for a drawing of another kind.
     """
-    if table.get("kind") != CYCLOIDAL:
-        raise InputError(f"{where}: expected kind {CYCLOIDAL!r} here, got {table.get('kind')!r}")
-    stated = stated_fields(table, CYCLOIDAL_FIELDS, where)
-    own = read_materials(table.get("material", {}), where)
-    refuse_unknown("field", fields, CYCLOIDAL_FIELDS, where)
-    stated.update(fields)
-    missing = [n for n, field in CYCLOIDAL_FIELDS.items() if field.default is REQUIRED and n not in stated]
-    expect(not missing, f"the field {missing[0]!r}" if missing else "", "none", where)
-    values = {
-        name: CYCLOIDAL_FIELDS[name].read(value, where, from_code=name in fields)
-        for name, value in stated.items()
-        if CYCLOIDAL_FIELDS[name].attribute == name
-    }
-    materials = {
-        part: material_named(stated[f"{part}_material"], own, f"{where}: {part}_material") for part in CYCLOIDAL_PARTS
-    }
+    expect_kind(table, CYCLOIDAL, where)
+    stated, values = read_fields(table, CYCLOIDAL_FIELDS, fields, where)
+    materials = part_materials(table, stated, CYCLOIDAL_PARTS, where)
     return CycloidalDrive(**values, materials=materials, where=where)
 
 

@@ -3,33 +3,24 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import PchipInterpolator
 
-from ..display import dataframe, html_table
 from ..drawing.sampling import BLOCK, blocks, check_seed
 from ..drawing.twist_limits import expect_twists
-from ..errors import NotConvergedWarning, expect, expect_integer, expect_number
-from ..frozen_mapping import FrozenMapping
+from ..errors import NotConvergedWarning, expect_integer, expect_number
 from ..memory import expect_memory
-from ..montecarlo.population import LOW_TORQUE_SHARE
-from ..montecarlo.twist_torque_curve import BAND, TwistTorqueCurve, force_column
-from ..numerics.arrays import Array, ArrayValue
-from ..units import ARCMIN
+from ..montecarlo.virtual_drives import VirtualDrives
+from ..numerics.arrays import Array
 from .cycloidal_drive import CycloidalDrive
 from .discs.disc_equilibrium import DiscStatus
 from .gear_equilibrium import GearEquilibrium, solve_gears
 from .part_deviations import draw_deviations, joined
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 CYCLOIDAL_CONTACTS = ("ring", "crank", "roller t+", "roller t-")
 """Last axis of the contact forces: ring pins; crank bearings; output rollers that turn the output forwards, and those
@@ -41,77 +32,18 @@ _BYTES_PER_CONTACT = 400.0
 """Memory per contact and twist of the drives that are solved together: results, pose and scratch."""
 
 
-@dataclass(frozen=True, eq=False)
-class CycloidalPopulation(ArrayValue):
-    """Results of `simulate_cycloidal` for n_drives virtual drives at n_twist twists.
+@dataclass(frozen=True, eq=False, repr=False)
+class CycloidalPopulation(VirtualDrives):
+    """Results of `simulate_cycloidal`, as `VirtualDrives` describes them.
 
-    twist: (n_twist,) rad at the output. torque: (n_drives, n_twist) N.m on the output, positive for positive twist.
-    crank_torque: (n_drives, n_twist) N.m that holds the crank; torque/(ratio crank_torque) is 1 for small twists.
-    contact_force: (n_drives, n_twist, 4) N, the greatest of `CYCLOIDAL_CONTACTS`. load_share: (n_drives, n_twist),
-    greatest moment of one pin about its disc's centre relative to the drive's torque; NaN at zero torque.
-    status_counts: pairs of drive and twist by `DiscStatus` name.
+    load_share: greatest moment of one pin about its disc's centre relative to the drive's torque. status_counts: pairs
+    of drive and twist by `DiscStatus` name.
     """
 
     drive: CycloidalDrive
-    twist: Array
-    seed: int
-    torque: Array
-    crank_torque: Array
-    contact_force: Array
-    load_share: Array
-    status_counts: Mapping[str, int]
+    contacts: ClassVar[tuple[str, ...]] = CYCLOIDAL_CONTACTS
     contact_names: ClassVar[tuple[str, ...]] = ("ring", "crank bearing", "rollers forwards", "rollers backwards")
-    """Labels of the contacts in pictures."""
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "status_counts", FrozenMapping(self.status_counts))
-
-    @property
-    def n_drives(self) -> int:
-        """Number of virtual drives."""
-        return len(self.torque)
-
-    @property
-    def representative(self) -> NDArray[np.bool_]:
-        """Whether the load share is representative at each twist, (n_twist,), by `LOW_TORQUE_SHARE`."""
-        mean = np.abs(self.torque.mean(axis=0))
-        return mean >= LOW_TORQUE_SHARE * mean.max()
-
-    def __repr__(self) -> str:
-        return (
-            f"CycloidalPopulation({self.drive.name!r}, {self.n_drives} drives, {len(self.twist)} twists, seed "
-            f"{self.seed}, {float(self.torque.mean(axis=0).max()):.4g} N.m)"
-        )
-
-    def _repr_html_(self) -> str:
-        rows = {
-            "virtual drives": self.n_drives,
-            "seed": self.seed,
-            "twist [arcmin]": f"{self.twist.min() / ARCMIN:.4g} ... {self.twist.max() / ARCMIN:.4g}",
-            "greatest mean torque [N.m]": f"{float(self.torque.mean(axis=0).max()):.4g}",
-            "greatest contact force [N]": f"{float(self.contact_force.max()):.4g}",
-            **{f"drives at twists, {name}": count for name, count in self.status_counts.items() if count},
-        }
-        return html_table(self.drive.name, rows)
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Twist over torque, mean and band of the drives, on `ax` or on new axes, which are returned."""
-        return self.curve().plot(ax)
-
-    def to_dataframe(self) -> Any:
-        """A `pandas.DataFrame` with a row for each drive and twist. Raises `InputError` without pandas."""
-        n_drives, n_twist = self.torque.shape
-        forces = {force_column(n): self.contact_force[..., k].ravel() for k, n in enumerate(CYCLOIDAL_CONTACTS)}
-        return dataframe(
-            {
-                "drive": np.repeat(np.arange(n_drives), n_twist),
-                "twist [arcmin]": np.tile(self.twist / ARCMIN, n_drives),
-                "torque [N.m]": self.torque.ravel(),
-                "crank_torque [N.m]": self.crank_torque.ravel(),
-                "load_share [1]": self.load_share.ravel(),
-                **forces,
-            }
-        )
+    counted: ClassVar[str] = "drives"
 
     def lines(self) -> list[str]:
         """Further results in words, a line each."""
@@ -124,30 +56,6 @@ class CycloidalPopulation(ArrayValue):
                 "(a flank's normal turned by more than 27 deg)"
             )
         return lines
-
-    def curve(self) -> TwistTorqueCurve:
-        """Mean, band (10th and 90th percentile) and stiffness over the sorted twists.
-
-        Raises `InputError` for fewer than two different twists.
-        """
-        order = np.argsort(self.twist)
-        twist, torque = self.twist[order], self.torque[:, order]
-        distinct = len(twist) >= 2 and bool((np.diff(twist) > 0).all())
-        expect(distinct, "at least two different twists", self.twist, "twist")
-        mean = torque.mean(axis=0)
-        p10, p90 = np.percentile(torque, BAND, axis=0)
-        return TwistTorqueCurve(
-            twist=twist,
-            torque=mean,
-            torque_p10=p10,
-            torque_p90=p90,
-            stiffness=PchipInterpolator(twist, mean).derivative()(twist),
-            contact_force=self.contact_force[:, order].mean(axis=0),
-            load_share=np.where(self.representative, self.load_share, np.nan).mean(axis=0)[order],
-            name=self.drive.name,
-            notes={"drives": str(self.n_drives), "seed": str(self.seed)},
-            contacts=CYCLOIDAL_CONTACTS,
-        )
 
 
 def simulate_cycloidal(

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..drawing.fields import Field
+from ..drawing.fields import REQUIRED, Field
+from ..drawing.materials import Material
 from ..errors import InputError, expect, refuse_unknown
+from .material_tables import material_named, read_materials
 
 
 def stated_fields(table: Mapping[str, Any], fields: Mapping[str, Field], where: str) -> dict[str, Any]:
@@ -36,6 +38,38 @@ def stated_fields(table: Mapping[str, Any], fields: Mapping[str, Field], where: 
         if isinstance(value, float) and math.isnan(value):
             raise InputError(f"{where}: {name}: expected a value, got nan")
     return stated
+
+
+def read_fields(
+    table: Mapping[str, Any], fields: Mapping[str, Field], overrides: Mapping[str, Any], where: str
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What a drawing and the `overrides` of its fields state, by field name, and the values of the attributes in SI.
+
+    table, fields, where: as for `stated_fields`. Raises `InputError` for what does not exist, is missing or is no value
+    of its field.
+    """
+    stated = stated_fields(table, fields, where)
+    refuse_unknown("field", overrides, fields, where)
+    stated.update(overrides)
+    missing = [name for name, field in fields.items() if field.default is REQUIRED and name not in stated]
+    expect(not missing, f"the field {missing[0]!r}" if missing else "", "none", where)
+    values = {
+        name: fields[name].read(value, where, from_code=name in overrides)
+        for name, value in stated.items()
+        if fields[name].attribute == name
+    }
+    return stated, values
+
+
+def part_materials(
+    table: Mapping[str, Any], stated: Mapping[str, Any], parts: Sequence[str], where: str
+) -> dict[str, Material]:
+    """The material of every part that a drawing states, its own ([material.NAME]) or a known one.
+
+    Raises `InputError` for a material that is unknown or badly described.
+    """
+    own = read_materials(table.get("material", {}), where)
+    return {part: material_named(stated[f"{part}_material"], own, f"{where}: {part}_material") for part in parts}
 
 
 def nested_tables(written: Mapping[str, Any], fields: Mapping[str, Field], materials: Any) -> dict[str, Any]:

@@ -6,16 +6,15 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..drawing.drive import FIELDS, HOLES, Drive
-from ..drawing.fields import PARTS, REQUIRED, fields_of
+from ..drawing.fields import PARTS, fields_of
 from ..drawing.fits import read_zone, tolerance_from_zone, zone_text
 from ..drawing.materials import material_labels
 from ..drawing.options import ModelOptions, write_options
 from ..drawing.tolerances import Tolerance, clearance_offset, diameters
-from ..errors import InputError, expect, refuse_unknown
-from ..kinds import ROLLING_ELEMENT_ECCENTRIC, kind_of_table
+from ..kinds import ROLLING_ELEMENT_ECCENTRIC, expect_kind
 from ..units import format_quantity
-from .field_tables import nested_tables, stated_fields
-from .material_tables import material_named, read_materials, write_materials
+from .field_tables import nested_tables, part_materials, read_fields
+from .material_tables import write_materials
 
 _OWN, _OPTIONS = fields_of(Drive), fields_of(ModelOptions)
 
@@ -26,25 +25,12 @@ def read_drawing(table: Mapping[str, Any], where: str = "drawing", **fields: Any
     table: as TOML gives it. where: the name of the drawing in messages. Raises `InputError` with the field, what was
     expected and what came, and for a drawing of another kind.
     """
-    kind = kind_of_table(table, where)
-    if kind.name != ROLLING_ELEMENT_ECCENTRIC:
-        raise InputError(f"{where}: expected kind {ROLLING_ELEMENT_ECCENTRIC!r} here, got {kind.name!r}")
-    stated = stated_fields(table, FIELDS, where)
-    own = read_materials(table.get("material", {}), where)
-    refuse_unknown("field", fields, FIELDS, where)
-    stated.update(fields)
-    missing = [name for name, field in FIELDS.items() if field.default is REQUIRED and name not in stated]
-    expect(not missing, f"the field {missing[0]!r}" if missing else "", "none", where)
-    values = {
-        name: FIELDS[name].read(value, where, from_code=name in fields)
-        for name, value in stated.items()
-        if FIELDS[name].attribute == name
-    }
+    expect_kind(table, ROLLING_ELEMENT_ECCENTRIC, where)
+    stated, values = read_fields(table, FIELDS, fields, where)
     options = {name: values.pop(name) for name in _OPTIONS if name in values}
-    materials = {part: material_named(stated[f"{part}_material"], own, f"{where}: {part}_material") for part in PARTS}
     return Drive(
         **values,
-        materials=materials,
+        materials=part_materials(table, stated, PARTS, where),
         tolerances=_read_tolerances(stated, fields, values["element_radius"], values["crank_radius"], where),
         beyond=ModelOptions(**options),
         where=where,

@@ -28,28 +28,24 @@ class ArrayValue:
     """
 
     def __eq__(self, other: object) -> bool:
-        if type(other) is not type(self):
-            return NotImplemented
-        return all(_equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self))  # type: ignore[arg-type]
+        return equal_values(self, other) if type(other) is type(self) else NotImplemented
 
     def __hash__(self) -> int:
         values = (getattr(self, f.name) for f in fields(self))  # type: ignore[arg-type]
         return hash((type(self), *(v.shape if isinstance(v, np.ndarray) else v for v in values)))
 
 
-def _equal(a: Any, b: Any) -> bool:
+def equal_values(a: Any, b: Any) -> bool:
+    """Equality by value, of arrays and of dataclasses with arrays inside too; NaN equals NaN in arrays.
+
+    Fields of dataclasses that do not take part in a comparison (`compare=False`) do not here either.
+    """
+    if a is b:
+        return True
     if isinstance(a, np.ndarray):
         numeric = a.dtype.kind == "f"
         return isinstance(b, np.ndarray) and np.array_equal(a, b, equal_nan=numeric)
-    return bool(a == b)
-
-
-def equal_values(a: Any, b: Any) -> bool:
-    """Equality by value of dataclasses with arrays inside, whose generated comparison fails."""
-    if a is b:
-        return True
     if is_dataclass(a):
-        return type(a) is type(b) and all(equal_values(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
-    if isinstance(a, np.ndarray):
-        return isinstance(b, np.ndarray) and np.array_equal(a, b)
+        compared = (f.name for f in fields(a) if f.compare)
+        return type(a) is type(b) and all(equal_values(getattr(a, name), getattr(b, name)) for name in compared)
     return bool(a == b)

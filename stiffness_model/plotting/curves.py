@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from ..catalog.gears import CatalogGear
 from ..errors import expect
-from ..montecarlo.population import LOW_TORQUE_SHARE, Population
+from ..montecarlo.population import Population
 from ..montecarlo.twist_torque_curve import BAND, TwistTorqueCurve
+from ..montecarlo.virtual_drives import LOW_TORQUE_SHARE
 from ..numerics.arrays import Array
 from ..units import ARCMIN
 from .profile import gear_profile

@@ -18,6 +18,7 @@ from reefmu.simulate import inputs_at_twist, simulate_signal
 from reefmu.torque_loop import torque_loop
 from stiffness_model.lookup.curve_lookup import CurveLookup, curve_lookup
 from stiffness_model.lookup.table import Lookup
+from stiffness_model.numerics.arrays import equal_values
 
 POINTS = [5.4e-4, 1.55e-3, 3e-3], [54.0, 196.0, 420.0]
 
@@ -167,3 +168,13 @@ def test_a_joint_of_a_catalogue_gear_conserves_energy() -> None:
     total = stored + moving
     assert np.ptp(motion["twist"]) > 4e-3
     np.testing.assert_allclose(total, total[0], rtol=1e-5)
+
+
+def test_models_of_equal_drawings_are_equal_wherever_the_drawings_lie(tmp_path: Path) -> None:
+    drive = sm.load_drive("CHA-40A-50")
+    sm.save_drive(drive, tmp_path / "sheet.toml")
+    again = sm.load_drive(tmp_path / "sheet.toml")
+    assert again.where != drive.where
+    assert equal_values(again, drive)
+    assert build_model(again) == build_model(drive)
+    assert not equal_values(sm.load_drive("CHA-40A-50", k1="101 kN.m/rad"), drive)

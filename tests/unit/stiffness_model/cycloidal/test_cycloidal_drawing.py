@@ -54,5 +54,5 @@ def test_eight_rollers_of_the_stated_radius_would_overlap() -> None:
 
 
 def test_other_kinds_are_refused() -> None:
-    with pytest.raises(InputError, match="expected kind 'cycloidal' here, got None"):
+    with pytest.raises(InputError, match="expected kind 'cycloidal' here, got 'rolling element eccentric'"):
         read_cycloidal({}, "mine.toml")

@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 import stiffness_model as sm
 from stiffness_model import ARCMIN
 from stiffness_model.catalog.gears import CatalogGear, catalog
-from stiffness_model.montecarlo.population import LOW_TORQUE_SHARE, Population
+from stiffness_model.montecarlo.population import Population
+from stiffness_model.montecarlo.virtual_drives import LOW_TORQUE_SHARE
 from stiffness_model.plotting import curves as plots
 from stiffness_model.plotting.style import CONTACTS, DRIVES, Line, label_ends, new_axes
 
