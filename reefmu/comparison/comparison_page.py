@@ -10,8 +10,10 @@ from .comparison_text import direction_text, estimate_text, probability_up_text
 from .loop_quantities import STIFFNESS_LOADS
 from .state_changes import StateComparison
 
-DIRECTIONS = ".up,.down{font-weight:600}.up{color:#b2382a}.down{color:#1f6fb2}.decided{color:#555}"
-"""Style of the directions of changes, beside that of the reports."""
+DIRECTIONS = """
+.up,.down{font-weight:600}.up{color:#b2382a}.down{color:#1f6fb2}.decided{color:#555}td{overflow-wrap:normal}
+"""
+"""Style of the directions of changes and of names, which do not break, beside that of the reports."""
 METHOD = (
     "Values are posterior medians with 95 % intervals. Play is what is lost to either side, between straight lines "
     "through both flanks of the mean of both directions. Friction is half the width of the loop at small load; its "
