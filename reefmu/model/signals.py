@@ -62,4 +62,3 @@ def outputs_of(*, has_contacts: bool) -> tuple[Signal, ...]:
 
 
 INPUT_NAMES = tuple(signal.name for signal in INPUTS)
-OUTPUT_NAMES = tuple(signal.name for signal in OUTPUTS)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from stiffness_model.errors import InputError, UnknownNameError, expect
+from stiffness_model.errors import InputError, UnknownNameError, expect, unknown_name
 from stiffness_model.io.toml_files import parse_toml
 
 from .columns import COLUMNS
@@ -106,9 +106,7 @@ def mapped_name(value: str, where: str) -> tuple[str, str, float]:
     name, unit = split_title(text.removeprefix("-"))
     canonical = canonical_name(name)
     if canonical is None:
-        close = difflib.get_close_matches(name, COLUMNS, n=3, cutoff=0.6)
-        hint = "did you mean " + " or ".join(map(repr, close)) + "?" if close else "expected " + ", ".join(COLUMNS)
-        raise UnknownNameError(f"{where}: unknown column {name!r}; {hint}")
+        raise unknown_name("column", name, COLUMNS, where)
     return canonical, unit, sign
 
 

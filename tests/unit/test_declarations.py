@@ -20,7 +20,7 @@ from reefmu.fmu.model.declaration import declare
 from reefmu.fmu.model.joint_component import joint_component
 from reefmu.model import DriveModel, build_model
 from reefmu.model.masses import TYPICAL_MASSES
-from reefmu.model.signals import INPUT_NAMES, OUTPUT_NAMES
+from reefmu.model.signals import INPUT_NAMES, OUTPUTS
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
@@ -74,7 +74,7 @@ def test_the_variables_of_an_fmu_are_those_of_the_readme_and_the_effects(model: 
         kind: [v.name for v in drive.variables if v.causality == kind] for kind in ("input", "output", "parameter")
     }
     assert by_causality["input"] == drive_inputs == list(INPUT_NAMES)
-    assert by_causality["output"] == drive_outputs == list(OUTPUT_NAMES)
+    assert by_causality["output"] == drive_outputs == [signal.name for signal in OUTPUTS]
     assert set(by_causality["parameter"]) == {"ratio", "band", *parameters}
 
     joint = declare(joint_component(inside, TYPICAL_MASSES))

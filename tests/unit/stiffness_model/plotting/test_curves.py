@@ -109,7 +109,7 @@ def test_contact_forces_draw_mean_and_percentiles_of_the_drives(populations: lis
     population = populations[1]
     ax = plots.contact_forces(population)
     torque = population.torque.mean(axis=0)
-    for k, name in enumerate(plots.CONTACT_NAMES):
+    for k, name in enumerate(Population.contact_names):
         np.testing.assert_allclose(data(ax, name), [torque, population.contact_force[..., k].mean(axis=0)])
         shade = ax.collections[k].get_paths()[0].vertices
         low, high = np.percentile(population.contact_force[:, -1, k], (10, 90))
@@ -120,7 +120,7 @@ def test_contact_forces_draw_mean_and_percentiles_of_the_drives(populations: lis
     assert ax.get_ylim()[0] == 0
     assert is_inside_the_figure(ax)
     boxes = [text.get_window_extent() for text in ax.texts]
-    assert sorted(text.get_text() for text in ax.texts) == sorted(plots.CONTACT_NAMES)
+    assert sorted(text.get_text() for text in ax.texts) == sorted(Population.contact_names)
     for k, box in enumerate(boxes):
         assert box.x0 >= ax.get_window_extent().x1  # beside the data
         assert not any(box.overlaps(other) for other in boxes[k + 1 :])
