@@ -50,11 +50,11 @@ def drives_dataframe(twist: Array, columns: Mapping[str, Array]) -> Any:
 class VirtualDrives(ArrayValue):
     """Results for n_drives virtual drives with contacts at n_twist twists.
 
-    twist: (n_twist,) rad at the output. torque: (n_drives, n_twist) N.m exerted on the output, positive for positive
-    twist. crank_torque: (n_drives, n_twist) N.m that holds the crank; torque/(ratio crank_torque) is 1 for small
-    twists. contact_force: (n_drives, n_twist, 4) N, the greatest of `contacts`. load_share: (n_drives, n_twist),
-    greatest contribution of one element to the drive's torque, relative to it; NaN at zero torque. status_counts:
-    states by the name of their status.
+    twist: (n_twist,) rad at the output. seed: of the tolerances. torque: (n_drives, n_twist) N.m exerted on the output,
+    positive for positive twist. crank_torque: (n_drives, n_twist) N.m that holds the crank; torque/(ratio crank_torque)
+    is 1 for small twists. contact_force: (n_drives, n_twist, 4) N, the greatest of `contacts`. load_share: (n_drives,
+    n_twist), greatest contribution of one element to the drive's torque, relative to it; NaN at zero torque.
+    status_counts: states by the name of their status.
     """
 
     drive: AnyDrive

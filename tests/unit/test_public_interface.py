@@ -53,12 +53,19 @@ def documented_callables() -> Iterator[tuple[str, Callable[..., Any]]]:
 CALLABLES = dict(documented_callables())
 
 
+def docstrings(function: Callable[..., Any]) -> list[str]:
+    """The docstring of a function, or those of the classes that a class inherits from, then its own."""
+    parts = reversed(inspect.getmro(function)[:-1]) if inspect.isclass(function) else (function,)
+    return [part.__doc__ or "" for part in parts]
+
+
 def undocumented(function: Callable[..., Any]) -> list[str]:
     """Arguments that the docstring does not name, and quantities and arrays whose unit or shape it does not state.
 
-    A field of a drawing states its meaning and quantity in its declaration (`Field`).
+    A field of a drawing states its meaning and quantity in its declaration (`Field`); a class inherits fields with the
+    text that documents them.
     """
-    text = re.sub(r"\s+", " ", (inspect.getdoc(function) or "").split(">>>")[0])
+    text = " ".join(re.sub(r"\s+", " ", part.split(">>>")[0]) for part in docstrings(function))
     missing: list[str] = []
     for parameter in inspect.signature(function).parameters.values():
         kind = str(parameter.annotation)
