@@ -60,7 +60,7 @@ class Kind:
     effects that a model of the drive has by default, by effect and parameter name. packaged: name -> table of a drive
     that comes with the package, or None; packaged_names: () -> the names of those drives. lacks: for what of
     `CONTACT_FORCES`, ... a drive of this kind does not have, the reason, as the end of a sentence. documentation: a
-    paragraph on the fields, for docs/drawing_format.md.
+    paragraph on the fields, for docs/reference/drawing_format.md.
     """
 
     name: str

@@ -25,7 +25,9 @@ def add_plan(commands: Commands) -> None:
         "drive", metavar="DRIVE", help="a preset (drive_1, drive_2, drive_3, workshop) or a TOML drawing"
     )
     add_fields(parser)
-    parser.add_argument("--rig", metavar="RIG.toml", help="what the rig can do (default: a usual rig, docs/plan.md)")
+    parser.add_argument(
+        "--rig", metavar="RIG.toml", help="what the rig can do (default: a usual rig, docs/reference/plan.md)"
+    )
     parser.add_argument(
         "--effects", metavar="A,B", type=names, help="effects of interest (default: all that the rig can show)"
     )

@@ -1,6 +1,6 @@
 """The documentation of the effects, from their declarations: `python -m reefmu.effects.effects_page`.
 
-It prints docs/effects.md.
+It prints docs/reference/effects.md.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ _INTRODUCTION = """\
 What the contact model leaves out, in the order along the drive. Each effect can be a part of a drive model, an FMU
 (`--effect NAME.PARAMETER=VALUE`) and a diagnosis; its parameters are `NAME.PARAMETER` there. At the neutral value of
 its first parameter an effect changes nothing. This page is generated from the declarations in `reefmu/effects`:
-`python -m reefmu.effects.effects_page > docs/effects.md`.
+`python -m reefmu.effects.effects_page > docs/reference/effects.md`.
 """
 
 
 def markdown() -> str:
-    """The page docs/effects.md.
+    """The page docs/reference/effects.md.
 
     >>> markdown().splitlines()[0]
     '# The effects'

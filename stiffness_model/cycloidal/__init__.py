@@ -8,5 +8,5 @@
 * `gear_equilibrium`: the discs of a drive with its housing; `cycloidal_population`: `simulate`; `gear_turn`: one drive
   as it turns; `cycloidal_lookup`: tables for models.
 
-docs/cycloidal.md states the equations, assumptions and sources.
+docs/explanation/cycloidal.md states the equations, assumptions and sources.
 """

@@ -2,8 +2,8 @@
 
 `Drive`, `ModelOptions` and `Material` annotate each attribute that a drawing states with one `Field`; the attribute
 gives its name and default. `fields_of` collects the declarations into a table. The TOML reader and writer, `--set`, the
-design studies, the checks of single values, "did you mean" and docs/drawing_format.md read that table, so a new field
-is one annotated attribute.
+design studies, the checks of single values, "did you mean" and docs/reference/drawing_format.md read that table, so a
+new field is one annotated attribute.
 """
 
 from __future__ import annotations

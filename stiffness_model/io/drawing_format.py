@@ -1,6 +1,6 @@
 """The documentation of drawings, from the table of their fields: `python -m stiffness_model.io.drawing_format`.
 
-It prints docs/drawing_format.md.
+It prints docs/reference/drawing_format.md.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ A drawing is a TOML file. Every field of it is also a keyword of `stiffness_mode
 FIELD=VALUE`. Quantities are texts with their units; in Python a bare number is SI. `drive_1.toml` among the presets is
 a complete example. The line `kind = "catalogue"` at the head makes it the drawing of a drive of another kind, whose
 fields stand below; without it, it is a rolling element eccentric drive. This page is generated from the declarations of
-the fields: `python -m stiffness_model.io.drawing_format > docs/drawing_format.md`.
+the fields: `python -m stiffness_model.io.drawing_format > docs/reference/drawing_format.md`.
 """
 _TOLERANCES = """
 A tolerance is that of a diameter: a width ("13 um"), a grade ("IT5", "ISO 492 Normal", "ISO 3290 G10"), a fit of ISO
@@ -76,7 +76,7 @@ def _default_text(field: Field) -> str:
 
 
 def markdown() -> str:
-    """The page docs/drawing_format.md.
+    """The page docs/reference/drawing_format.md.
 
     >>> markdown().splitlines()[0]
     '# The drawing of a drive'

@@ -4,7 +4,7 @@
 
 FOLDER holds a folder for each prototype with records MOMENT_posK.csv.gz, and perhaps preload_K.csv.gz beside them: the
 prototype with moments preload1, preload2, ... at position 1 once more. The expectations apply to every prototype that
-has both moments. docs/interventions.md states them with their reasons and when they were written.
+has both moments. docs/explanation/interventions.md states them with their reasons and when they were written.
 """
 
 from __future__ import annotations

@@ -45,12 +45,12 @@ def test_every_file_of_an_effect_declares_one_effect_of_its_name() -> None:
 
 
 def test_the_page_of_the_effects_is_that_of_their_declarations() -> None:
-    page = (ROOT / "docs/effects.md").read_text("utf-8")
-    assert page == markdown(), "python -m reefmu.effects.effects_page > docs/effects.md"
+    page = (ROOT / "docs/reference/effects.md").read_text("utf-8")
+    assert page == markdown(), "python -m reefmu.effects.effects_page > docs/reference/effects.md"
 
 
 def test_the_verdicts_are_those_that_code_documentation_and_report_name() -> None:
-    page = (ROOT / "docs/diagnosis.md").read_text("utf-8")
+    page = (ROOT / "docs/explanation/diagnosis.md").read_text("utf-8")
     documented = re.findall(r"(?m)^\| `(\w+)` \|", page.split("| verdict | meaning |")[1].split("\n\n")[0])
     assert documented == list(MEANING)
     assert set(MEANING) == set(VERDICTS)

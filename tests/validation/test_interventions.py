@@ -1,6 +1,6 @@
 """Known interventions on measured gears, whose records are not part of this repository.
 
-docs/interventions.md has the table with its misses; a change of these figures belongs there.
+docs/explanation/interventions.md has the table with its misses; a change of these figures belongs there.
 """
 
 from __future__ import annotations

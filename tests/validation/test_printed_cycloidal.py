@@ -1,6 +1,7 @@
 """The drawing of the printed gear against the measured records of its baseline, which are not part of this repository.
 
-docs/cycloidal.md states the comparison with its misses. The bounds here are wide: they hold the order of magnitude.
+docs/explanation/cycloidal.md states the comparison with its misses. The bounds here are wide: they hold the order of
+magnitude.
 """
 
 from __future__ import annotations
@@ -83,6 +84,6 @@ def test_records_have_the_predicted_order_of_stiffness_and_play() -> None:
     drive = sm.load_drive("printed_cycloidal")
     population = sm.simulate(drive, np.linspace(-300, 300, 201) * ARCMIN, 200)
     predicted = [lines(population.twist, torque) for torque in population.torque]
-    # The prototype is softer than the median of the predictions (docs/cycloidal.md) and has more play.
+    # The prototype is softer than the median of the predictions (docs/explanation/cycloidal.md) and has more play.
     assert 1 / 5 < stiffness / np.median([k for k, _ in predicted]) < 1
     assert 1 < play / np.median([p for _, p in predicted]) < 5

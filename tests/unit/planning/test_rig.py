@@ -101,7 +101,7 @@ def test_the_rig_of_a_record_moves_as_the_record_does() -> None:
 
 
 def test_the_example_of_the_documentation_is_a_rig() -> None:
-    text = (Path(__file__).parents[3] / "docs" / "plan.md").read_text("utf-8")
+    text = (Path(__file__).parents[3] / "docs/reference/plan.md").read_text("utf-8")
     block = re.search(r"^```toml\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
     assert block is not None
     table = tomllib.loads(block[1])

@@ -17,7 +17,7 @@ from reefmu.diagnosis.hypotheses import effect_probability, likeliest, reported_
 from reefmu.diagnosis.preprocessing.audit import Audit
 from reefmu.diagnosis.report.assemble import insufficient_diagnosis
 
-DOCUMENT = Path(__file__).parents[4] / "docs" / "diagnosis.md"
+DOCUMENT = Path(__file__).parents[4] / "docs/explanation/diagnosis.md"
 HYPOTHESES = (
     Hypothesis((), True, 0.03),
     Hypothesis(("preload", "hysteresis"), False, 0.3),

@@ -76,7 +76,7 @@ def test_wrong_maps_are_refused_in_one_line(foreign: Path, columns: dict[str, st
 
 
 def test_the_maps_of_the_documentation_are_valid() -> None:
-    page = (Path(__file__).parents[4] / "docs/record.md").read_text("utf-8")
+    page = (Path(__file__).parents[4] / "docs/reference/record.md").read_text("utf-8")
     blocks = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
     maps = [make_column_map(tomllib.loads(block)) for block in blocks]
     assert len(maps) == 3

@@ -7,11 +7,11 @@ from pathlib import Path
 from stiffness_model.drawing.drive import FIELDS
 from stiffness_model.io.drawing_format import markdown, table
 
-PAGE = Path(__file__).parents[4] / "docs" / "drawing_format.md"
+PAGE = Path(__file__).parents[4] / "docs/reference/drawing_format.md"
 
 
 def test_the_page_is_not_stale() -> None:
-    remedy = "python -m stiffness_model.io.drawing_format > docs/drawing_format.md"
+    remedy = "python -m stiffness_model.io.drawing_format > docs/reference/drawing_format.md"
     assert PAGE.read_text("utf-8") == markdown(), remedy
 
 
