@@ -22,6 +22,7 @@ from reefmu.joint import JointModel, Masses, Motion, Scheme, cosimulate, growth_
 from reefmu.model.drive_model import build_model
 from stiffness_model.errors import InputError
 from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, RED, format_axes
+from stiffness_model.units import quantity_text
 
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0)
 LOAD = -100.0  # N.m: load about which the small oscillation takes place
@@ -166,7 +167,7 @@ def main() -> None:
         damped = [largest_step(k, inertia, growth=0.0, decay=ratio * omega) for ratio in (0.01, 0.05)]
         steps = [largest_step(k, inertia), *damped, largest_step(k, inertia, scheme="sequential")]
         print(
-            f"  {abs(load):3.0f} N.m  {k / 1e3:5.0f} kN.m/rad  {omega / 2 / np.pi:4.0f} Hz       "
+            f"  {abs(load):3.0f} N.m  {quantity_text(k, 'N.m/rad', 3):>15}  {omega / 2 / np.pi:4.0f} Hz       "
             + "   ".join(f"{1e6 * h:9.3g}" for h in steps)
         )
     print(f"small oscillation about {-LOAD:g} N.m, amplitude after {DURATION:g} s")

@@ -22,6 +22,7 @@ from reefmu.joint import JointModel, Masses
 from reefmu.joint.controller import design_lqr, minimum_damping_ratio
 from reefmu.joint.plots import picture_designs, picture_responses
 from reefmu.model.drive_model import build_model
+from stiffness_model.units import quantity_text
 
 MASSES = Masses(motor_inertia=1e-4, load_inertia=2.0, motor_damping=1e-3, load_damping=0.5)
 SAMPLE = 5e-4  # s
@@ -44,7 +45,7 @@ def main() -> None:
     inertia = MASSES.reduced_inertia(joint.ratio)
     for made in designs:
         print(
-            f"designed {made.name}: stiffness {made.stiffness / 1e3:.1f} kN.m/rad, eigenfrequency "
+            f"designed {made.name}: stiffness {quantity_text(made.stiffness, 'N.m/rad', 3)}, eigenfrequency "
             f"{np.sqrt(made.stiffness / inertia) / (2 * np.pi):.0f} Hz, "
             f"gains {np.array2string(made.gains, precision=3)}"
         )

@@ -76,6 +76,17 @@ _PREFERRED = {
 }
 _ALTERNATIVE = {"torsional stiffness": "N.m/arcmin"}
 """A second unit of drawings, which is written where it gives the shorter text."""
+DISPLAY_UNITS: dict[str, tuple[float, str]] = {
+    "m": (MICROMETRE, "um"),
+    "rad": (ARCMIN, "arcmin"),
+    "N.m/rad": (1 / ARCMIN, "N.m/arcmin"),
+    "rad/(N.m)": (ARCMIN, "arcmin/(N.m)"),
+    "rad/K": (ARCMIN, "arcmin/K"),
+    "m/K": (MICROMETRE, "um/K"),
+    "m/rad": (1e-9, "nm/rad"),
+}
+"""The unit in which outputs show a value in SI, by the SI unit, with its size in SI; other units are shown as they are.
+The variables of an FMU stay in SI."""
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S*)\s*")
 
 
@@ -146,6 +157,35 @@ def format_quantity(value: float, quantity: str) -> str:
         # No decimal number of the preferred unit gives exactly this value; in SI every value has one.
         text, unit = repr(float(value)), _SI[quantity]
     return f"{text} {unit}"
+
+
+def displayed(value: float, unit: str) -> tuple[float, str]:
+    """A value in SI in the unit in which outputs show it, and that unit's name.
+
+    >>> displayed(100e3, "N.m/rad")[1], displayed(5.0, "N.m")
+    ('N.m/arcmin', (5.0, 'N.m'))
+    """
+    size, name = DISPLAY_UNITS.get(unit, (1.0, unit))
+    return value / size, name
+
+
+def quantity_text(value: float, unit: str, digits: int = 4) -> str:
+    """A value in SI as text in the unit in which outputs show it, with so many significant digits.
+
+    >>> quantity_text(1.25e-6, "m"), quantity_text(0.059, "1"), quantity_text(100e3, "N.m/rad", 3)
+    ('1.25 um', '0.059', '29.1 N.m/arcmin')
+    """
+    shown, name = displayed(value, unit)
+    return f"{shown:.{digits}g}" + ("" if name == "1" else f" {name}")
+
+
+def interval_text(low: float, high: float, unit: str, digits: int = 4) -> str:
+    """An interval in SI as text in the unit in which outputs show it.
+
+    >>> interval_text(1e-6, 2e-6, "m")
+    '1 ... 2 um'
+    """
+    return f"{displayed(low, unit)[0]:.{digits}g} ... {quantity_text(high, unit, digits)}"
 
 
 def _shortest(value: float, factor: float) -> str:

@@ -21,7 +21,7 @@ from stiffness_model.lookup.build_lookup import describe
 from stiffness_model.montecarlo.population import simulate
 from stiffness_model.montecarlo.twist_torque_curve import TwistTorqueCurve
 from stiffness_model.plotting import curves as plots
-from stiffness_model.units import ARCMIN
+from stiffness_model.units import ARCMIN, quantity_text
 
 from .drawings.population_run import TWISTS
 from .terminal.drawing_input import read_drawing
@@ -97,8 +97,8 @@ def _model(drive: Drive, curve: TwistTorqueCurve) -> DriveModel:
     twist = 0.75 * drive.max_twist
     print(
         f"{describe(model.lookup)}\n"
-        f"stiffness {model.lookup.stiffness(0.0) / 1e3:.0f} kN.m/rad at rest, "
-        f"{model.lookup.stiffness(drive.max_twist) / 1e3:.0f} at full torque; "
+        f"stiffness {quantity_text(float(model.lookup.stiffness(0.0)), 'N.m/rad', 3)} at rest, "
+        f"{quantity_text(float(model.lookup.stiffness(drive.max_twist)), 'N.m/rad', 3)} at full torque; "
         f"torque at {twist / ARCMIN:g} arcmin {model.lookup.torque(twist):.1f} N.m "
         f"(curve: {curve.torque_at(twist):.1f})"
     )
@@ -131,9 +131,9 @@ def _joint(model: DriveModel, stage: Path) -> None:
     figure.savefig(stage / "5-joint.png")
     small = next(iter(oscillation.values()))
     print(
-        f"an LQR designed on {designs[0].stiffness / 1e3:.0f} kN.m/rad ({designs[0].name}) leaves an oscillation of "
-        f"{small[designs[0].name]:.2g} N.m in the drive after a small step;\n"
-        f"designed on {designs[1].stiffness / 1e3:.0f} kN.m/rad ({designs[1].name}) it settles: "
+        f"an LQR designed on {quantity_text(designs[0].stiffness, 'N.m/rad', 3)} ({designs[0].name}) leaves an "
+        f"oscillation of {small[designs[0].name]:.2g} N.m in the drive after a small step;\n"
+        f"designed on {quantity_text(designs[1].stiffness, 'N.m/rad', 3)} ({designs[1].name}) it settles: "
         f"{small[designs[1].name]:.1g} N.m"
     )
     _against_fmu(joint, designs[1], stage / f"{model.name}.fmu")

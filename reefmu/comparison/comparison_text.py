@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from stiffness_model.units import ARCMIN
+from stiffness_model.units import displayed
 
 from .state_changes import Change, Estimate, StateComparison
-
-DISPLAY = {"rad": (1 / ARCMIN, "arcmin"), "N.m/rad": (ARCMIN, "N.m/arcmin"), "1": (100.0, "%")}
-"""Factor and name of the units that readers see."""
 
 
 def estimate_text(estimate: Estimate, signed: bool = False) -> str:
@@ -16,10 +13,11 @@ def estimate_text(estimate: Estimate, signed: bool = False) -> str:
     >>> estimate_text(Estimate(1.25, 0.5, 2.0, "N.m"), signed=True)
     '+1.25 (+0.5 to +2) N.m'
     """
-    factor, unit = DISPLAY.get(estimate.unit, (1.0, estimate.unit))
-    form = "+.3g" if signed else ".3g"
-    value, low, high = (format(factor * x, form) for x in (estimate.value, estimate.low, estimate.high))
-    return f"{value} ({low} to {high}) {unit}"
+    form, unit = "+.3g" if signed else ".3g", displayed(0.0, estimate.unit)[1]
+    value, low, high = (
+        format(displayed(x, estimate.unit)[0], form) for x in (estimate.value, estimate.low, estimate.high)
+    )
+    return f"{value} ({low} to {high})" + ("" if unit == "1" else f" {unit}")
 
 
 def probability_up_text(probability: float) -> str:

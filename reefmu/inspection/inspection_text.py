@@ -7,7 +7,7 @@ from textwrap import wrap
 
 import numpy as np
 
-from stiffness_model.units import ARCMIN
+from stiffness_model.units import ARCMIN, DISPLAY_UNITS
 
 from ..record import COLUMNS, TORQUE_SIDES, ColumnReading
 from ..record.motor_side import TORQUE_COLUMNS
@@ -18,14 +18,6 @@ WIDTH, LABEL = 110, 14
 """Characters of a line, and of the label before it."""
 MAX_RUNS = 12
 """Runs that are listed; of more, the first and the last ones are."""
-_SHOWN = {
-    "twist": ("arcmin", ARCMIN),
-    "crank_angle": ("rad", 1.0),
-    "output_angle": ("rad", 1.0),
-    "output_torque": ("N.m", 1.0),
-    "temperature": ("degC", 1.0),
-}
-"""Unit of each signal in the text, and its size in the canonical unit."""
 
 
 def inspection_text(found: RecordInspection, command: str) -> str:
@@ -134,10 +126,12 @@ def _duration(seconds: float) -> str:
 def _ranges(found: RecordInspection) -> list[str]:
     texts: list[str] = []
     for name, (low, high) in found.ranges.items():
-        unit, size = _SHOWN[name]
-        text = f"{name} {low / size:.4g} ... {high / size:.4g} {unit}"
+        unit = COLUMNS[name]
+        # The crank's and the output's angle are turns, for which arcmin are too small.
+        size, shown = DISPLAY_UNITS.get(unit, (1.0, unit)) if name == "twist" else (1.0, unit)
+        text = f"{name} {low / size:.4g} ... {high / size:.4g} {shown}"
         if (step := found.quantisation.get(name)) is not None:
-            text += f", in steps of {step / size:.3g} {unit}"
+            text += f", in steps of {step / size:.3g} {shown}"
         texts.append(text)
     if found.diagnosis.ratio not in (None, 1.0):
         texts.append(f"ratio {found.diagnosis.ratio:g}, crank to output")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffness_model.plotting.style import BLUE, FAINT, INK, RED, format_axes
+from stiffness_model.units import quantity_text
 
 from .controller import Design, feedback, minimum_damping_ratio
 from .equations import JointModel
@@ -77,7 +78,7 @@ def tangents(joint: JointModel, designs: Sequence[Design], ax: Axes) -> Axes:
             color=colour,
             lw=1.6,
             dashes=dashes,
-            label=f"{design.stiffness / 1e3:.3g} kN.m/rad, {design.name}",
+            label=f"{quantity_text(design.stiffness, 'N.m/rad', 3)}, {design.name}",
         )
     ax.legend(frameon=False, loc="upper left", fontsize="small")
     ax.set_title("The drive's curve and the designs' linearisations", loc="left", fontsize="medium")
@@ -158,7 +159,7 @@ def response(
         color=INK,
         lw=1.3,
         dashes=(4, 2),
-        label=f"constant {first.stiffness / 1e3:.3g} kN.m/rad, designed {first.name}",
+        label=f"constant {quantity_text(first.stiffness, 'N.m/rad', 3)}, designed {first.name}",
     )
     if target:
         ax.axhline(1e3 * target, color=FAINT, lw=0.8)

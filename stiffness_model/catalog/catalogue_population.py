@@ -20,7 +20,7 @@ from ..lookup.curve_lookup import NOMINAL_LEVER, CurveLookup, curve_lookup
 from ..montecarlo.twist_torque_curve import TwistTorqueCurve
 from ..montecarlo.virtual_drives import drives_dataframe, expect_curve_twists
 from ..numerics.arrays import Array, ArrayValue
-from ..units import format_quantity
+from ..units import format_quantity, quantity_text
 from .catalogue_drive import CatalogueDrive, stated_values
 from .catalogue_toml import write_catalogue
 
@@ -104,7 +104,8 @@ class CataloguePopulation(ArrayValue):
         lines = [f"{title or drive.name}, ratio {drive.ratio:g}; source: {drive.source}"]
         for name, text in stated_values(drive).items():
             own = f"  ({drive.sources[name]})" if name in drive.sources else ""
-            lines.append(f"  {name.replace('_', ' '):22} {text}{own}")
+            same = f" = {quantity_text(getattr(drive, name), 'N.m/rad')}" if text.endswith("N.m/rad") else ""
+            lines.append(f"  {name.replace('_', ' '):22} {text}{same}{own}")
         if drive.hysteresis_loss is not None:
             limit = ", an upper limit" if "hysteresis_loss" in drive.upper_limits else ""
             torque = format_quantity(round(drive.hysteresis_torque, 3), "torque")

@@ -13,6 +13,7 @@ from reefmu.fmu.xml.archive import FmuFile, read_archive
 from reefmu.joint.step import growth_rate, largest_step, step_warning
 from reefmu.model.masses import Masses, expect_inertia, expect_step
 from stiffness_model.errors import expect
+from stiffness_model.units import quantity_text
 
 
 def step_notes(component: Component, masses: Masses, step: float) -> list[str]:
@@ -50,7 +51,7 @@ def check_coupling(path: Path, step: float | None, inertia: float) -> CheckResul
     rate = growth_rate(step, spring, inertia)
     in_turn = largest_step(spring, inertia, scheme="sequential")
     detail = (
-        f"s; {spring / 1e3:.3g} kN.m/rad and {inertia:.3g} kg.m2 oscillate at "
+        f"s; {quantity_text(spring, 'N.m/rad', 3)} and {inertia:.3g} kg.m2 oscillate at "
         f"{math.sqrt(spring / inertia) / (2 * math.pi):.3g} Hz, which a master that holds the torque over a step "
         f"lets grow by exp({rate:.3g} t/s). Stepping the masses first allows {in_turn:.2g} s, one that uses "
         "`stiffness` or directional derivatives stays stable at any step, kind joint stays right"

@@ -8,14 +8,13 @@ from pathlib import Path
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.diagnosis.hypotheses import hypothesis_text, likeliest, probability_text
-from reefmu.diagnosis.report.text import quantity_text
 from reefmu.diagnosis.shared_exponent import PLAY, shared_exponent
 from reefmu.model.chosen_effects import inherent_effects
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.progress import Progress
 from reefmu.record import Record, read_column_map, read_record, with_output_locked
 from stiffness_model.errors import InputError, expect
-from stiffness_model.units import ARCMIN
+from stiffness_model.units import ARCMIN, quantity_text
 
 from ..terminal.drawing_input import read_drawing
 from ..terminal.notes import show_notes

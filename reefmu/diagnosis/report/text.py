@@ -1,10 +1,10 @@
-"""Texts of the report: quantities in customary units, and cautions."""
+"""Texts of the report: verdicts, sizes, locations and cautions in words."""
 
 from __future__ import annotations
 
-from stiffness_model.units import ARCMIN, MICROMETRE
+from stiffness_model.units import interval_text, quantity_text
 
-from ..schema import Diagnosis, Location, NamedEffect, Value
+from ..schema import Diagnosis, Location, NamedEffect
 
 MEANING = {
     "named": "the missing effects are identified",
@@ -15,14 +15,6 @@ MEANING = {
     "insufficient": "the record does not allow a diagnosis",
 }
 """What each verdict means."""
-_DISPLAY_UNITS = {
-    "m": (MICROMETRE, "um"),
-    "rad": (ARCMIN, "arcmin"),
-    "m/K": (MICROMETRE, "um/K"),
-    "m/rad": (1e-9, "nm/rad"),
-    "rad/(N.m)": (ARCMIN, "arcmin/(N.m)"),
-    "rad/K": (ARCMIN, "arcmin/K"),
-}
 CALIBRATION = (
     "Probabilities are meant as frequencies: of 100 verdicts with a probability of 95 %, about 95 should be right."
 )
@@ -35,24 +27,6 @@ OWN_SCATTER_RATIO = 0.9
 """Gap without this drive's scatter, over the gap, below which the scatter explains part of it; chosen by judgement."""
 
 
-def quantity_text(value: float, unit: str) -> str:
-    """A value in SI as text in its customary unit.
-
-    >>> quantity_text(1.25e-6, "m"), quantity_text(0.059, "1")
-    ('1.25 um', '0.059')
-    """
-    factor, name = _DISPLAY_UNITS.get(unit, (1.0, unit))
-    return f"{value / factor:.4g}" + ("" if name == "1" else f" {name}")
-
-
-def interval_text(value: Value) -> str:
-    """The 95 % interval as text."""
-    return (
-        f"{quantity_text(value.low, '1' if value.unit not in _DISPLAY_UNITS else value.unit).split(' ')[0]} ... "
-        f"{quantity_text(value.high, value.unit)}"
-    )
-
-
 def main_parameter_text(effect: NamedEffect) -> str:
     """The parameter that is the size of an effect, with its interval; of a kinematic error the largest order."""
     sizes = {name: v for name, v in effect.parameters.items() if not name.startswith("phase")}
@@ -60,7 +34,8 @@ def main_parameter_text(effect: NamedEffect) -> str:
     if name.startswith("amplitude"):
         name = max((n for n in sizes if n.startswith("amplitude")), key=lambda n: abs(sizes[n].value))
     value = sizes[name]
-    return f"{name.replace('_', ' ')} {quantity_text(value.value, value.unit)} (95 %: {interval_text(value)})"
+    interval = interval_text(value.low, value.high, value.unit)
+    return f"{name.replace('_', ' ')} {quantity_text(value.value, value.unit)} (95 %: {interval})"
 
 
 def global_p_text(p: float) -> str:
@@ -93,7 +68,7 @@ def cautions(diagnosis: Diagnosis) -> list[str]:
         + (
             f" ({quantity_text(value.value, value.unit)}): the true value may lie beyond"
             if "bound" in value.warning
-            else f" ({interval_text(value)}): its size is uncertain"
+            else f" ({interval_text(value.low, value.high, value.unit)}): its size is uncertain"
         )
         for effect in diagnosis.effects
         for name, value in effect.parameters.items()

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from html import escape
 
+from stiffness_model.units import quantity_text
+
 from ...diagnosis.report.html.elements import figure, table
 from ...diagnosis.report.html.style import STYLE
-from ...diagnosis.report.text import quantity_text
 from ...effects import find_effect
 from ..remedies import NOTHING
 from ..shortest_plan import Plan

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
+from stiffness_model.units import interval_text, quantity_text
+
 from ....effects import find_effect
 from ...analysis import Analysis
 from ...schema import Diagnosis, Location, NamedEffect
-from ..text import MEANING, cautions, file_name, interval_text, location_text, main_parameter_text, quantity_text
+from ..text import MEANING, cautions, file_name, location_text, main_parameter_text
 from .elements import figure, section_list, table
 from .probabilities import probability_overview
 from .style import STYLE
@@ -128,7 +130,7 @@ def _effect(effect: NamedEffect) -> str:
         [
             name.replace("_", " "),
             quantity_text(value.value, value.unit),
-            interval_text(value),
+            interval_text(value.low, value.high, value.unit),
             f"<span class=warn>{escape(value.warning)}</span>",
         ]
         for name, value in effect.parameters.items()
