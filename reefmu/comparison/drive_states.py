@@ -62,7 +62,7 @@ class Position:
         return {name: value[np.isfinite(value)] for name, value in values.items()}
 
 
-def state_positions(state: DriveState, ratio: float) -> tuple[Position, ...]:
+def state_positions(state: DriveState, ratio: float | None) -> tuple[Position, ...]:
     """The positions of a state; a record whose cycles turn about several crank angles has several.
 
     ratio: signed, crank to output. Raises `InputError` for a record without a cycle that counts.
@@ -80,7 +80,7 @@ def _reach(loop: TorqueLoop) -> float:
     return min(reach for reach in loop.reach if reach >= ONE_SIDED * max(loop.reach))
 
 
-def _positions(record: Record, ratio: float) -> list[Position]:
+def _positions(record: Record, ratio: float | None) -> list[Position]:
     where = record.source or "record"
     loops, stuck = torque_loops(record, ratio)
     expect(

@@ -108,7 +108,7 @@ class StateComparison:
 
 def compare_states(
     states: Sequence[DriveState],
-    ratio: float = 1.0,
+    ratio: float | None = None,
     known_spread: Mapping[str, KnownSpread] | None = None,
     matched: bool = False,
 ) -> StateComparison:

@@ -66,7 +66,7 @@ class TorqueLoop:
         return float(np.nanmean(self.width[small] if np.isfinite(self.width[small]).any() else self.width))
 
 
-def torque_loops(record: Record, ratio: float = 1.0) -> tuple[list[TorqueLoop], int]:
+def torque_loops(record: Record, ratio: float | None = None) -> tuple[list[TorqueLoop], int]:
     """The full cycles of a record, in the order of time, and the number of those in which the twist sticks throughout.
 
     ratio: signed, crank to output. Raises `InputError` where the torque falls with growing twist: a column has the

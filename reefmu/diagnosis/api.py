@@ -14,7 +14,6 @@ from .analysis import Analysis
 from .estimation.worker_pool import ignore_overflow
 from .pipeline import analyse
 from .preparation import BaseCurveSource
-from .preprocessing.audit import UNKNOWN_RATIO
 from .schema import Diagnosis
 from .shared_exponent import fixed_exponent_base
 
@@ -56,7 +55,7 @@ def diagnose_record(
     record = paths if isinstance(paths, Record) else _read(paths, columns)
     drawn = None if drive is None else as_any_drive(drive)
     if output_locked:
-        record = with_output_locked(record, UNKNOWN_RATIO if drawn is None else drawn.ratio)
+        record = with_output_locked(record, None if drawn is None else drawn.ratio)
     source = BaseCurveSource(drawn, curve, None if exponent is None else fixed_exponent_base(exponent))
     with ignore_overflow():
         found = analyse(record, source, progress, executor)

@@ -40,8 +40,8 @@ class BaseCurveSource:
     curve: str | os.PathLike[str] | None = None
     make: Callable[[Trace], BaseCurve] | None = None
 
-    def ratio(self, record: Record) -> float:
-        """Signed transmission ratio of the drawing, else the one that the angles of the record show."""
+    def ratio(self, record: Record) -> float | None:
+        """Signed transmission ratio of the drawing, else the one that the angles of the record show, if any."""
         return ratio_from_angles(record) if self.drive is None else self.drive.ratio
 
     def base_curve(self, trace: Trace) -> BaseCurve:

@@ -20,11 +20,13 @@ BASES = ("drawing", "power law")
 
 @dataclass(frozen=True)
 class Diagnosability:
-    """ratio: signed, crank to output, None where the record does not show it; candidates: effects that can be named, by
-    the kind of the base curve; excluded: the others with the reason; defects: each of them prevents a diagnosis; notes:
-    on the record's quality; pairs_in_time: pairs of cycles of the twist that repeat in time."""
+    """ratio: signed, crank to output, None where the record does not show it; shows_twist: whether the twist is known
+    all the same, because a shaft is locked; candidates: effects that can be named, by the kind of the base curve;
+    excluded: the others with the reason; defects: each of them prevents a diagnosis; notes: on the record's quality;
+    pairs_in_time: pairs of cycles of the twist that repeat in time."""
 
     ratio: float | None
+    shows_twist: bool
     candidates: Mapping[str, tuple[str, ...]]
     excluded: Mapping[str, Mapping[str, str]]
     defects: tuple[str, ...]
@@ -43,7 +45,7 @@ def diagnosability(record: Record, drive: Drive | None = None) -> Diagnosability
     except InputError as error:
         where = f"{record.source or 'record'}: "
         defect = f"without a drawing: {str(error).removeprefix(where)}"
-        return Diagnosability(None, candidates, excluded, (defect,), (), 0)
+        return Diagnosability(None, False, candidates, excluded, (defect,), (), 0)
     audited = audit(record, ratio)
     pairs = 0 if audited.defects else len(matching_cycles(make_trace(record, ratio)))
-    return Diagnosability(ratio, candidates, excluded, audited.defects, audited.notes, pairs)
+    return Diagnosability(ratio, True, candidates, excluded, audited.defects, audited.notes, pairs)

@@ -133,7 +133,7 @@ def _ranges(found: RecordInspection) -> list[str]:
         if (step := found.quantisation.get(name)) is not None:
             text += f", in steps of {step / size:.3g} {shown}"
         texts.append(text)
-    if found.diagnosis.ratio not in (None, 1.0):
+    if found.diagnosis.ratio is not None:
         texts.append(f"ratio {found.diagnosis.ratio:g}, crank to output")
     return texts
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from stiffness_model.drawing.drive import Drive
 
-from ..record import TORQUE_SIDES, CycleSpread, FileReading, torque_cycle_spread
+from ..record import TORQUE_SIDES, CycleSpread, FileReading, torque_cycle_spread, with_output_locked
 from ..record.table_layout import SEPARATORS
 from .diagnosability import Diagnosability, diagnosability
 from .sampling import RunSummary, Sampling, quantisation_step, run_summaries, sampling, value_range
@@ -92,13 +92,22 @@ class RecordInspection:
         )
 
 
-def inspect_record(reading: FileReading, drive: Drive | None = None) -> RecordInspection:
-    """What the record of a file holds; drive: gives the ratio where there is a drawing."""
+def inspect_record(
+    reading: FileReading, drive: Drive | None = None, *, output_locked: bool = False
+) -> RecordInspection:
+    """What the record of a file holds.
+
+    drive: gives the ratio where there is a drawing; output_locked: for a record of a twist alone, that the crank turned
+    while the output was locked (see `reefmu.record.with_output_locked`).
+    """
     record = reading.record
+    if output_locked:
+        record = with_output_locked(record, None if drive is None else drive.ratio)
+        reading = replace(reading, record=record)
     able = diagnosability(record, drive)
-    # Without a ratio the twist of a record with two angles is not known, and its runs show the output's angle.
-    twist = -record.output_angle if able.ratio is None else record.twist(able.ratio)
-    signals = {"output_angle": record.output_angle} if able.ratio is None else {"twist": twist}
+    # Where the twist of a record with two angles is not known, its runs show the output's angle.
+    twist = record.twist(able.ratio) if able.shows_twist else -record.output_angle
+    signals = {"twist": twist} if able.shows_twist else {"output_angle": record.output_angle}
     signals["output_torque"] = record.output_torque
     if "crank_angle" not in record.missing:
         signals |= {"crank_angle": record.crank_angle, "output_angle": record.output_angle}
@@ -111,7 +120,7 @@ def inspect_record(reading: FileReading, drive: Drive | None = None) -> RecordIn
         sampling(record),
         {name: value_range(values) for name, values in signals.items()},
         {name: step for name, step in steps.items() if step is not None},
-        torque_cycle_spread(record, able.ratio or 1.0),
+        torque_cycle_spread(record, able.ratio),
         able,
     )
 

@@ -85,7 +85,7 @@ class Record(ArrayValue):
 
         ax = new_axes() if ax is None else ax
         over_twist = ratio is not None or "crank_angle" in self.missing
-        x = self.twist(ratio or 1.0) / ARCMIN if over_twist else self.time
+        x = self.twist(ratio) / ARCMIN if over_twist else self.time
         for k, run in enumerate(np.split(np.arange(len(self)), self.starts[1:])):
             ax.plot(x[run], self.output_torque[run], color=DRIVES[k % len(DRIVES)].colour, linewidth=1.0)
         return format_axes(ax, "twist [arcmin]" if over_twist else "time [s]", _TORQUE_LABELS[self.torque_side])
@@ -108,16 +108,25 @@ class Record(ArrayValue):
         """Indices at which runs start."""
         return np.flatnonzero(np.concatenate([[True], np.diff(self.run) != 0]))
 
-    def twist(self, ratio: float) -> Array:
-        """crank_angle/ratio - output_angle, rad."""
-        return self.crank_angle / ratio - self.output_angle
+    def twist(self, ratio: float | None) -> Array:
+        """crank_angle/ratio - output_angle, rad.
+
+        ratio: signed, crank to output; None where it is not known, because the crank stands still or its angle is
+        referred to the output (`with_output_locked`).
+        """
+        return (self.crank_angle if ratio is None else self.crank_angle / ratio) - self.output_angle
+
+    @property
+    def is_output_locked(self) -> bool:
+        """Whether the crank turns while the output stands still."""
+        return float(np.ptp(self.output_angle)) == 0 and float(np.ptp(self.crank_angle)) > 0
 
 
-def with_output_locked(record: Record, ratio: float = 1.0) -> Record:
+def with_output_locked(record: Record, ratio: float | None = None) -> Record:
     """A record of a twist without angles, read as one of a rig that locks the output and turns the crank.
 
-    ratio: signed, crank to output; 1 where it is not known. The angle of the crank remains unknown up to a constant.
-    Raises `InputError` for a record with a crank angle, which already tells what moves.
+    ratio: signed, crank to output; where it is None, the crank's angle is referred to the output. It remains unknown up
+    to a constant. Raises `InputError` for a record with a crank angle, which already tells what moves.
     """
     expect(
         "crank_angle" in record.missing,
@@ -125,7 +134,8 @@ def with_output_locked(record: Record, ratio: float = 1.0) -> Record:
         "a crank angle",
         record.source or "record",
     )
-    return replace(record, crank_angle=-record.output_angle * ratio, output_angle=np.zeros(len(record)))
+    factor = 1.0 if ratio is None else ratio
+    return replace(record, crank_angle=-record.output_angle * factor, output_angle=np.zeros(len(record)))
 
 
 def make_record(data: Mapping[str, Any], where: str = "record", constants: TorqueConstants | None = None) -> Record:

@@ -80,7 +80,7 @@ class CycleSpread:
     torque: float
 
 
-def torque_cycle_spread(record: Record, ratio: float = 1.0) -> CycleSpread:
+def torque_cycle_spread(record: Record, ratio: float | None = None) -> CycleSpread:
     """The spread between cycles of a record that repeat in torque.
 
     ratio: signed, crank to output, for the twist of a record with a crank angle.

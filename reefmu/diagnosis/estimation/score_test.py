@@ -71,7 +71,7 @@ def start_variants(effect: Effect, trace: Trace, max_twist: float) -> list[Array
         variants = [{"phase": float(phase)} for phase in 2 * np.pi * np.arange(N_PHASES) / N_PHASES - np.pi]
     if any(p.name == "windup" for p in effect.parameters):
         # Where the crank hardly winds up a fit converges from either end.
-        ends = (0.0, 1.0) if max_twist * abs(trace.ratio) > LARGE_CRANK_TWIST else (0.0,)
+        ends = (0.0, 1.0) if max_twist * abs(trace.crank_factor) > LARGE_CRANK_TWIST else (0.0,)
         variants = [{**v, "windup": share} for v in variants for share in ends]
     speeds = np.abs(trace.output_speed)
     moving = speeds[speeds > 0.02 * speeds.max()] if speeds.max() > 0 else np.array([0.05])

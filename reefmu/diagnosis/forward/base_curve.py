@@ -28,7 +28,6 @@ from stiffness_model.numerics.arrays import Array
 from ...effects import EFFECTS
 from ...model.contacts.element import with_contact_tables
 from ...record import check_range, convert_units
-from ..preprocessing.audit import UNKNOWN_RATIO
 from ..preprocessing.trace import Trace
 from .elastic import CurveTorque, ElasticTorque, LookupTorque, PowerLawTorque, ScaledTorque
 
@@ -79,14 +78,14 @@ NO_SHAPE = ShapeParameters((), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0
 
 @dataclass(frozen=True)
 class BaseCurve:
-    """kind: "drawing", "curve" or "power law"; ratio: signed, `UNKNOWN_RATIO` where a record without a drawing has a
-    locked shaft; lever: m/rad, clearance over the twist that it frees; full_torque: N.m; max_twist: rad; lookup: tables
-    of the curve, None for a power law; element, modulus: of a drawing, for the effects that need them; source: name.
+    """kind: "drawing", "curve" or "power law"; ratio: signed, None where a record without a drawing has a locked
+    shaft; lever: m/rad, clearance over the twist that it frees; full_torque: N.m; max_twist: rad; lookup: tables of the
+    curve, None for a power law; element, modulus: of a drawing, for the effects that need them; source: name.
     """
 
     kind: str
     elastic: ElasticTorque
-    ratio: float
+    ratio: float | None
     lever: float
     full_torque: float
     max_twist: float
@@ -117,7 +116,7 @@ def drawing_base(drive: Drive, lookup: Lookup) -> BaseCurve:
     )
 
 
-def curve_base(path: str | os.PathLike[str], ratio: float) -> BaseCurve:
+def curve_base(path: str | os.PathLike[str], ratio: float | None) -> BaseCurve:
     """The curve of a CSV file with the columns `twist [unit]` and `torque_mean [N.m]`, as `reefmu curve` writes it, or
     `torque` or `output_torque`.
 
@@ -125,9 +124,7 @@ def curve_base(path: str | os.PathLike[str], ratio: float) -> BaseCurve:
     columns or with twists that do not increase.
     """
     twist, torque, spread = _read_curve(Path(path))
-    return _scaled_curve(
-        curve_lookup(twist, torque, NOMINAL_LEVER, Path(path).stem, _known(ratio)), ratio, spread, str(path)
-    )
+    return _scaled_curve(curve_lookup(twist, torque, NOMINAL_LEVER, Path(path).stem, ratio), ratio, spread, str(path))
 
 
 def lookup_base(drive: AnyDrive, lookup: CurveLookup) -> BaseCurve:
@@ -148,7 +145,7 @@ def table_base(drive: AnyDrive, lookup: Lookup) -> BaseCurve:
 
 
 def _scaled_curve(
-    lookup: CurveLookup, ratio: float, deviation: float, source: str, bounds: tuple[float, float] = SCALE_RANGE
+    lookup: CurveLookup, ratio: float | None, deviation: float, source: str, bounds: tuple[float, float] = SCALE_RANGE
 ) -> BaseCurve:
     """A base curve whose scale, relative to the curve's, is uncertain by a standard deviation within bounds."""
     one = np.ones(1)
@@ -163,10 +160,6 @@ def _scaled_curve(
         lookup=lookup,
         source=source,
     )
-
-
-def _known(ratio: float) -> float | None:
-    return None if ratio == UNKNOWN_RATIO else ratio
 
 
 def power_base(trace: Trace) -> BaseCurve:
@@ -200,10 +193,10 @@ def tabulate_base(base: BaseCurve, shape: Array) -> Lookup:
     if isinstance(base.lookup, CurveLookup):
         # The same points, so that the corners stay where they are.
         line, factor = base.lookup.line, 1 + float(shape[0])
-        return curve_lookup(line.twist, factor * line.torque, base.lever, base.lookup.curve["name"], _known(base.ratio))
+        return curve_lookup(line.twist, factor * line.torque, base.lever, base.lookup.curve["name"], base.ratio)
     twist = np.linspace(-TABLE_RANGE, TABLE_RANGE, TABLE_NODES) * base.max_twist
     torque = base.elastic.evaluate(twist, np.zeros_like(twist), shape)[0]
-    return curve_lookup(twist, torque, base.lever, Path(base.source).stem, _known(base.ratio))
+    return curve_lookup(twist, torque, base.lever, Path(base.source).stem, base.ratio)
 
 
 def _read_curve(path: Path) -> tuple[Array, Array, float]:

@@ -55,7 +55,7 @@ class RecordStages:
             "twist_rate": trace.twist_rate,
             "crank_direction": trace.crank_direction,
             "output_direction": trace.output_direction,
-            "ratio": trace.ratio,
+            "ratio": trace.crank_factor,
             "twist_direction": 0.0,
             "elastic_torque": 0.0,
         }

@@ -37,9 +37,6 @@ ratio. Chosen by judgement: no gear of this kind has a lower ratio, and a twist 
 LOCKED_SHARE = 0.002
 """Range of the crank angle, over that of the output angle, below which the crank is locked and its encoder shows noise.
 Chosen by judgement: a crank that turns moves farther than the output, and a twist that is off by this share is none."""
-UNKNOWN_RATIO = 1.0
-"""Stands for the ratio where the record's crank is locked: twist and torque at the output do not depend on it. No gear
-has it (`MIN_RATIO`), and model.toml then has no ratio."""
 WHOLE_RATIO = 0.02
 """Relative distance to an integer within which a ratio is that integer. Chosen by judgement: play and twist shift the
 slope by less."""
@@ -59,8 +56,8 @@ class Audit:
     defects: tuple[str, ...]
 
 
-def audit(record: Record, ratio: float) -> Audit:
-    """Audit a record of a gear with a signed transmission ratio."""
+def audit(record: Record, ratio: float | None) -> Audit:
+    """Audit a record of a gear with a signed transmission ratio, None where the record does not show it."""
     n = len(record)
     inner = np.diff(record.run) == 0
     step = np.diff(record.time)[inner]
@@ -86,23 +83,27 @@ def audit(record: Record, ratio: float) -> Audit:
         notes.append(
             f"{100 * top:.0f} % of the samples lie at the extreme torque: a saturated sensor or a limited load"
         )
-    angles = float(np.abs(record.crank_angle / ratio).max() + np.abs(record.output_angle).max())
+    angles = float(np.abs(twist + record.output_angle).max() + np.abs(record.output_angle).max())
     if not exceeds_resolution(twist, ANGLE_RESOLUTION, angles):
         defects.append(f"the twist never changes by more than {ANGLE_RESOLUTION:.2g} rad or its rounding error")
     elif np.ptp(twist) > MAX_TWIST:
+        wrong = "a unit" if ratio is None else f"a unit or the ratio, {ratio:g},"
         defects.append(
-            f"the twist spans {np.ptp(twist):.3g} rad, and that of a gear no more than {MAX_TWIST:g}: a unit "
-            f"or the ratio, {ratio:g}, is wrong (twist = crank angle/ratio - output angle)"
+            f"the twist spans {np.ptp(twist):.3g} rad, and that of a gear no more than {MAX_TWIST:g}: {wrong} is wrong "
+            "(twist = crank angle/ratio - output angle)"
         )
     elif loaded and np.corrcoef(twist, torque)[0, 1] < WRONG_SIGN_CORRELATION:
         defects.append(
             "the torque falls as the twist grows: the twist, or the torque, has the wrong sign "
             "(twist = crank angle/ratio - output angle)"
         )
+    locked = (
+        "output is taken as locked while the crank turns" if record.is_output_locked else "crank is taken as locked"
+    )
     for name in record.missing:
         notes.append(
             {
-                "crank_angle": "no crank angle: the crank is taken as locked",
+                "crank_angle": f"no crank angle: the {locked}",
                 "run": "no run column: the record is taken as one run",
                 "temperature": "no temperature: taken as 20 degC throughout",
             }.get(name, f"no column {name}")
@@ -133,15 +134,16 @@ def count_gaps(record: Record) -> int:
     return gaps
 
 
-def ratio_from_angles(record: Record) -> float:
-    """The signed transmission ratio from the angles of a record; `UNKNOWN_RATIO` where the crank is locked.
+def ratio_from_angles(record: Record) -> float | None:
+    """The signed transmission ratio from the angles of a record; None where a shaft is locked.
 
+    Twist and torque at the output then do not depend on it.
     The crank angle over the output angle is a straight line except for the twist. Its slope is the ratio, rounded to
     the nearest integer within `WHOLE_RATIO`. Raises `InputError` where the angles show no ratio.
     """
     crank, output = record.crank_angle, record.output_angle
     if np.ptp(crank) <= LOCKED_SHARE * np.ptp(output) or "crank_angle" in record.missing:
-        return UNKNOWN_RATIO
+        return None
     where = record.source or "record"
     expected = (
         "expected a crank that turns with the output or is locked, or a twist [rad] in place of the angles, for a gear "

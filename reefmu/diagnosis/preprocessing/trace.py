@@ -25,7 +25,8 @@ class Trace:
 
     start: whether a sample is the first of its run; step: s, time since the sample before, never negative; twist: rad,
     as measured; smooth_twist, crank, output: rad, paths without noise (see `motion`); *_speed, twist_rate: rad/s;
-    torque: N.m, as measured; ratio: signed.
+    torque: N.m, as measured; ratio: signed, None where it is not known: the crank then stands still, or its angle and
+    speed are referred to the output.
     """
 
     time: Array
@@ -41,10 +42,15 @@ class Trace:
     smooth_twist: Array
     twist_rate: Array
     torque: Array
-    ratio: float
+    ratio: float | None
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def crank_factor(self) -> float:
+        """The crank's angle over the same angle referred to the output: the ratio, where it is known."""
+        return 1.0 if self.ratio is None else self.ratio
 
     @cached_property
     def first(self) -> NDArray[np.bool_]:
@@ -68,8 +74,8 @@ class Trace:
         return list(itertools.pairwise(edges))
 
 
-def make_trace(record: Record, ratio: float) -> Trace:
-    """The signals of a record of a gear with a signed transmission ratio."""
+def make_trace(record: Record, ratio: float | None) -> Trace:
+    """The signals of a record of a gear with a signed transmission ratio, None where it is not known."""
     start = np.zeros(len(record), bool)
     start[record.starts] = True
     run_ranges = list(itertools.pairwise([*record.starts.tolist(), len(record)]))

@@ -24,7 +24,7 @@ def corrected_model(problem: Problem, chosen: Fit) -> DriveModel:
     effects = layout.by_effect(chosen.parameters)
     table = tabulate_base(base, chosen.parameters[layout.shape])
     if isinstance(table, CurveLookup):
-        return build_curve_model(table, effects, assumed_ratio=base.ratio)
+        return build_curve_model(table, effects, assumed_ratio=problem.trace.crank_factor)
     assert base.drive is not None
     return build_model(base.drive, effects, lookup=table, inherent=False)
 
@@ -35,10 +35,10 @@ def denoised_record(trace: Trace, zero: float) -> tuple[Record, Array]:
     Angles and speeds are without their noise. zero: rad, arbitrary zero of the twist, which is removed at the output.
     The noise of the twist reaches the torque through the stiffness.
     """
-    crank, output = trace.crank, trace.crank / trace.ratio - trace.smooth_twist
+    crank, output = trace.crank, trace.crank / trace.crank_factor - trace.smooth_twist
     if np.ptp(trace.output) == 0 and np.ptp(crank) > 0:
         # A locked output stands still, whatever was removed from its twist as noise.
-        crank, output = trace.ratio * (trace.smooth_twist + trace.output), trace.output
+        crank, output = trace.crank_factor * (trace.smooth_twist + trace.output), trace.output
     record = make_record(
         {
             "time": trace.time,
@@ -51,7 +51,7 @@ def denoised_record(trace: Trace, zero: float) -> tuple[Record, Array]:
         "conditioned record",
     )
     # No effect depends on the speed of the crank alone, so that it follows from those of twist and output as fitted.
-    speeds = np.stack([trace.ratio * (trace.output_speed + trace.twist_rate), trace.output_speed], axis=1)
+    speeds = np.stack([trace.crank_factor * (trace.output_speed + trace.twist_rate), trace.output_speed], axis=1)
     return replace(record, speeds=speeds), trace.twist - trace.smooth_twist
 
 

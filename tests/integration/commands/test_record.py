@@ -43,6 +43,7 @@ def test_it_prints_what_was_understood(tmp_path: Path, capsys: pytest.CaptureFix
     assert "Position -> twist [rad], [°] by the units row (x 0.01745329)" in said.out
     assert "twist -1.2 ... 1.2 arcmin" in said.out
     assert "output_torque -20 ... 20 N.m" in said.out
+    assert "the output is taken as locked while the crank turns" in said.out
 
 
 def test_the_suggested_call_is_one_of_the_program(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -57,6 +58,7 @@ def test_the_suggested_call_is_one_of_the_program(tmp_path: Path, capsys: pytest
     assert args.locked == "output"
     record = read_record(args.records[0], read_column_map(args.columns, dict(args.column)))
     assert len(record) == found["samples"] == 3000
+    assert found["ratio"] is None, "a locked shaft shows no ratio"
     assert found["ranges"]["twist"] == pytest.approx([-1.2 * ARCMIN, 1.2 * ARCMIN], rel=1e-3)
     assert found["torque_side"] == "output"
     assert set(found["candidates"]["power law"]) < set(found["candidates"]["drawing"])
