@@ -1,6 +1,6 @@
 """The command line: the parsers of all commands, and the program that calls one of them.
 
-    argument_types -> drawing_options | fmu_options | plan_options | record_options | study_options -> parser -> program
+    argument_types -> options -> parser -> program
 
 Nothing here imports more than argparse, so that `reefmu --help` is quick: a command's module in `reefmu.commands` is
 imported when the command is called.

@@ -67,6 +67,11 @@ def add_seed(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """`--json`, for programs that read what a command prints."""
+    parser.add_argument("--json", action="store_true", help="print the same as JSON")
+
+
 def whole_number(low: int, high: int | None = None) -> Callable[[str], int]:
     """The type of an argument that is a whole number from `low` to `high`, or without an upper limit."""
     span = f"of at least {low}" if high is None else f"from {low} to {high}"

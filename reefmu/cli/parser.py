@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import NoReturn
 
-from .drawing_options import add_compare, add_curve, add_demo, add_draw, add_gears
 from .exit_status import WRONG_INPUT, report_error
-from .fmu_options import add_check, add_export
-from .plan_options import add_plan
-from .record_options import add_diagnose, add_record
-from .study_options import add_explore
+from .options.drawing_options import add_compare, add_curve, add_demo, add_draw
+from .options.fmu_options import add_check, add_export
+from .options.plan_options import add_plan
+from .options.record_options import add_diagnose, add_record
+from .options.reference_options import add_effects, add_gears
+from .options.study_options import add_explore
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -26,7 +27,6 @@ def build_parser() -> argparse.ArgumentParser:
         add_demo,
         add_curve,
         add_compare,
-        add_gears,
         add_export,
         add_check,
         add_diagnose,
@@ -34,6 +34,8 @@ def build_parser() -> argparse.ArgumentParser:
         add_plan,
         add_draw,
         add_explore,
+        add_effects,
+        add_gears,
     ):
         add(commands)
     return parser

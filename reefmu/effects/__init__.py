@@ -1,6 +1,6 @@
 """What the contact model leaves out: one effect, one short file. `EFFECTS` holds them by name.
 
-* `base`: the declaration of an effect.
+* `base`: the declaration of an effect; `effect_facts`: what follows from the declarations; `effects_page`: its page.
 * `twist`, `contact`, `friction`, `sensor`: the effects by what they act on, in the order along the drive.
 """
 
@@ -72,17 +72,26 @@ def find_effect(name: str, where: str = "") -> Effect:
     return EFFECTS[name]
 
 
-def separating_test(first: str, second: str) -> str:
-    """The test that tells two effects apart, as part of a sentence; without a declared one, the tests of both.
+def declared_test(first: str, second: str) -> str:
+    """The declared test that tells two effects apart, as part of a sentence; empty without one.
 
-    >>> separating_test("wear", "thermal_clearance")
+    >>> declared_test("wear", "thermal_clearance")
     'the same loops cold, warm and cold again'
     """
     for one, other in ((first, second), (second, first)):
         for name, test in find_effect(one).identification.separated_from:
             if name == other:
                 return test
-    return f"{find_effect(first).experiment}; and {find_effect(second).experiment}"
+    return ""
+
+
+def separating_test(first: str, second: str) -> str:
+    """The test that tells two effects apart, as part of a sentence; without a declared one, the tests of both.
+
+    >>> separating_test("damping", "viscous_friction")
+    'rotate at constant twist, and loop with the crank locked'
+    """
+    return declared_test(first, second) or f"{find_effect(first).experiment}; and {find_effect(second).experiment}"
 
 
 __all__ = [
@@ -97,6 +106,7 @@ __all__ = [
     "Place",
     "Signals",
     "State",
+    "declared_test",
     "find_effect",
     "separating_test",
 ]

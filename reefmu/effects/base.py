@@ -147,15 +147,17 @@ class Identification:
 class Effect:
     """One effect that the contact model leaves out.
 
-    contribution: (signals, parameters, states) -> expression in the unit of its `Place`; a series effect returns the
-    pair (compliance, offset), a missing element the pair (share, position). equation: the same as text, for reports.
-    excitation: what a test must do to show it. identification: what the diagnosis knows of it.
+    title: a few words. meaning: what the effect is and its sign, in sentences. contribution: (signals, parameters,
+    states) -> expression in the unit of its `Place`; a series effect returns the pair (compliance, offset), a missing
+    element the pair (share, position). equation: the same as text, for reports. excitation: what a test must do to show
+    it. identification: what the diagnosis knows of it.
 
     Two effects are equal if all fields are; functions are compared by identity.
     """
 
     name: str
     title: str
+    meaning: str
     place: Place
     parameters: tuple[Parameter, ...]
     contribution: Callable[[Signals, Values, Values], Expression]

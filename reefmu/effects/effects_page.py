@@ -8,6 +8,7 @@ from __future__ import annotations
 import textwrap
 
 from . import EFFECTS, Effect, Parameter
+from .effect_facts import confusion_lines, example_call
 
 _INTRODUCTION = """\
 # The effects
@@ -32,11 +33,18 @@ def _section(effect: Effect) -> str:
     head = ("parameter", "unit", "neutral", "from", "to", "typical", "meaning")
     rows = [head, ("---",) * len(head), *(_cells(parameter) for parameter in effect.parameters)]
     table = "\n".join("| " + " | ".join(row) + " |" for row in rows)
-    items = (f"acts: {effect.place.value}", f"shown by: {effect.excitation}", f"source: {effect.source}")
+    items = (
+        f"acts: {effect.place.value}",
+        f"shown by: {effect.excitation}",
+        *(f"may be confused with {line}" for line in confusion_lines(effect)),
+        f"source: {effect.source}",
+        f"example: `{example_call(effect)}`",
+    )
     facts = "\n".join(
         textwrap.fill(item, 120, initial_indent="* ", subsequent_indent="  ", break_on_hyphens=False) for item in items
     )
-    return f"## {effect.name}\n\n{effect.title}.\n\n    {effect.equation}\n\n{facts}\n\n{table}\n"
+    meaning = textwrap.fill(f"{effect.title}. {effect.meaning}", 120, break_on_hyphens=False)
+    return f"## {effect.name}\n\n{meaning}\n\n    {effect.equation}\n\n{facts}\n\n{table}\n"
 
 
 def _cells(parameter: Parameter) -> tuple[str, ...]:

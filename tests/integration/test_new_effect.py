@@ -22,6 +22,7 @@ COMPILER = pytest.mark.skipif(
 CUBIC_SPRING = Effect(
     name="cubic_spring",
     title="A spring beside the contacts that hardens",
+    meaning="A torque that grows with the cube of the twist; positive: in the direction of the twist.",
     place=Place.PARALLEL,
     parameters=(Parameter("rate", "N.m/rad", 0.0, 0.0, 1e8, 1e6, "Torque per cubed ratio of twist to 1 mrad"),),
     contribution=lambda signals, p, x: 1e-3 * p["rate"] * (signals.twist / 1e-3) ** 3,

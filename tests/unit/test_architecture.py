@@ -14,6 +14,7 @@ PACKAGES = ("stiffness_model", "reefmu")
 MAX_FILES, MAX_LINES = 10, 250
 SOURCES = (".py", ".c", ".h")
 REPEATED_MODULES = {
+    "effects": "the command is named after its word on the command line",
     "export": "the command is named after its word on the command line",
     "model": "the drive model, and the functions and variables of its FMU",
     "model_file": "reefmu.model_file is a published name of reefmu.model.model_file",

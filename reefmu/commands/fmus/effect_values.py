@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from reefmu.effects import find_effect
+from reefmu.effects.effect_facts import example_value
 from reefmu.model.model_file import parse_parameter
 from stiffness_model.errors import expect, unknown_name
 
@@ -28,7 +29,7 @@ def effect_values(words: Iterable[str], where: str = "--effect") -> dict[str, di
         if not dot and not equals:
             continue
         known = {p.name: p for p in effect.parameters}
-        example = f"{name}.{effect.parameters[0].name}='{effect.parameters[0].nominal:g} {effect.parameters[0].unit}'"
+        example = f"{name}.{effect.parameters[0].name}='{example_value(effect.parameters[0])}'"
         expect(bool(dot and equals and text), f"NAME or NAME.PARAMETER=VALUE, such as {example}", word, where)
         if parameter not in known:
             raise unknown_name("parameter", parameter, known, f"{where} {name}")

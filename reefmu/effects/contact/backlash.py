@@ -5,6 +5,8 @@ from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, T
 BACKLASH = Effect(
     name="backlash",
     title="Larger gear clearance",
+    meaning="The mean gear clearance is larger than drawn, the same everywhere; positive: more clearance. It is "
+    "the same quantity as preload, with the other sign.",
     place=Place.CLEARANCE,
     parameters=(Parameter("clearance", "m", 0.0, 0.0, 1e-3, 5e-6, "Gear clearance beyond the drawing's"),),
     contribution=lambda signals, p, x: p["clearance"],

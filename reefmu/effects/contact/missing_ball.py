@@ -5,6 +5,8 @@ from ..base import Effect, Identification, Parameter, Place, Requirement, Tolera
 MISSING_BALL = Effect(
     name="missing_ball",
     title="One element that carries nothing",
+    meaning="One element carries nothing. The dip in the torque turns with the cage past the crank, and the "
+    "torque is smaller in magnitude while that element would carry.",
     place=Place.ELEMENT,
     parameters=(
         Parameter("size", "1", 0.0, 0.0, 1.0, 1.0, "Share of the element's torque that is missing; 1: no ball"),

@@ -7,6 +7,8 @@ from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, R
 MODULUS_ERROR = Effect(
     name="modulus_error",
     title="Modulus of gear and cage other than drawn",
+    meaning="Gear and cage are softer or stiffer than drawn, by a factor on Young's modulus; positive: stiffer. "
+    "Crank and rolling elements stay as drawn.",
     place=Place.MODULUS,
     parameters=(
         Parameter("error", "1", 0.0, *BOUNDS, 0.1, "Young's modulus of gear and cage over the drawn one, less 1"),

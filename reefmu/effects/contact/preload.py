@@ -5,6 +5,8 @@ from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, T
 PRELOAD = Effect(
     name="preload",
     title="Smaller gear clearance",
+    meaning="The mean gear clearance is smaller than drawn, the same everywhere; positive: less clearance, down "
+    "to interference. It is the same quantity as backlash, with the other sign.",
     place=Place.CLEARANCE,
     parameters=(Parameter("clearance", "m", 0.0, 0.0, 1e-3, 5e-6, "Gear clearance less than the drawing's"),),
     contribution=lambda signals, p, x: -p["clearance"],

@@ -7,6 +7,8 @@ from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, R
 THERMAL_CLEARANCE = Effect(
     name="thermal_clearance",
     title="Gear clearance that follows the temperature",
+    meaning="The gear clearance changes in proportion to the temperature less 20 degC; positive: it grows as the "
+    "drive warms up.",
     place=Place.CLEARANCE,
     parameters=(Parameter("rate", "m/K", 0.0, -1e-4, 1e-4, 3e-7, "Gear clearance gained per kelvin above 20 degC"),),
     contribution=lambda signals, p, x: p["rate"] * (signals.temperature - REFERENCE_TEMPERATURE),

@@ -7,6 +7,8 @@ from ..base import ConfoundingGroup, Effect, Identification, IndependentVariable
 WEAR = Effect(
     name="wear",
     title="Gear clearance that grows with use",
+    meaning="The gear clearance grows in proportion to the crank's travel in either direction; positive: more "
+    "clearance.",
     place=Place.CLEARANCE,
     parameters=(Parameter("rate", "m/rad", 0.0, 0.0, 1e-4, 1e-8, "Gear clearance gained per radian of crank travel"),),
     states=(

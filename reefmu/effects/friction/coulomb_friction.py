@@ -6,6 +6,8 @@ from .presliding import OUTPUT_PRESLIDING, normalised_deflection
 COULOMB_FRICTION = Effect(
     name="coulomb_friction",
     title="Dry friction at the output shaft",
+    meaning="Dry friction of constant size at the output shaft, taken from the drive's torque in the direction of "
+    "the output's speed.",
     place=Place.OUTPUT,
     parameters=(
         Parameter("torque", "N.m", 0.0, 0.0, 1e4, 2.0, "Friction of the moving output"),

@@ -5,6 +5,7 @@ from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place
 DAMPING = Effect(
     name="damping",
     title="Viscous damping inside the drive",
+    meaning="A torque in proportion to the rate of the twist, positive while the twist grows.",
     place=Place.PARALLEL,
     parameters=(Parameter("coefficient", "N.m.s/rad", 0.0, 0.0, 1e7, 100.0, "Torque per rate of the twist"),),
     contribution=lambda signals, p, x: p["coefficient"] * signals.twist_rate,

@@ -6,6 +6,8 @@ from .presliding import TWIST_PRESLIDING, normalised_deflection
 HYSTERESIS = Effect(
     name="hysteresis",
     title="Rate-independent friction inside the drive",
+    meaning="A rate-independent torque of constant width that follows the direction of the twist, positive while "
+    "the twist grows, with a presliding twist after every reversal.",
     place=Place.PARALLEL,
     parameters=(
         Parameter("torque", "N.m", 0.0, 0.0, 1e4, 2.0, "Half the width of the loop"),

@@ -8,6 +8,8 @@ from .presliding import TWIST_PRESLIDING, normalised_deflection
 LOAD_DEPENDENT_HYSTERESIS = Effect(
     name="load_dependent_hysteresis",
     title="Rate-independent friction inside the drive that grows with the load",
+    meaning="A rate-independent torque that follows the direction of the twist, positive while the twist grows, "
+    "its width in proportion to the elastic torque, with a presliding twist after every reversal.",
     place=Place.PARALLEL,
     parameters=(
         Parameter("fraction", "1", 0.0, 0.0, 1.0, 0.03, "Half the width of the loop, as a share of the elastic torque"),

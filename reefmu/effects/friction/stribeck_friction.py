@@ -8,6 +8,8 @@ from .presliding import OUTPUT_PRESLIDING, normalised_deflection
 STRIBECK_FRICTION = Effect(
     name="stribeck_friction",
     title="Friction at the output shaft that falls from standstill with speed",
+    meaning="Friction at the output shaft that is greatest at standstill and falls with speed, taken from the "
+    "drive's torque in the direction of the output's speed.",
     place=Place.OUTPUT,
     parameters=(
         Parameter("torque", "N.m", 0.0, 0.0, 1e4, 2.0, "Friction at standstill beyond that at speed"),

@@ -5,6 +5,8 @@ from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place
 VISCOUS_FRICTION = Effect(
     name="viscous_friction",
     title="Viscous friction at the output shaft",
+    meaning="Friction in proportion to the output's speed at the output shaft, taken from the drive's torque in "
+    "the direction of that speed.",
     place=Place.OUTPUT,
     parameters=(Parameter("coefficient", "N.m.s/rad", 0.0, 0.0, 1e6, 5.0, "Friction per speed of the output"),),
     contribution=lambda signals, p, x: p["coefficient"] * signals.output_speed,

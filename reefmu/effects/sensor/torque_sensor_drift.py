@@ -5,6 +5,8 @@ from ..base import ConfoundingGroup, Effect, Identification, IndependentVariable
 TORQUE_SENSOR_DRIFT = Effect(
     name="torque_sensor_drift",
     title="Drifting zero of the torque sensor",
+    meaning="An error of the torque sensor that grows with time over the whole record, not with load; positive: "
+    "it reads more and more. The torque on the output is not changed.",
     place=Place.SENSOR,
     parameters=(
         Parameter("rate", "N.m/s", 0.0, -100.0, 100.0, 1e-3, "Initial rate of the drift"),

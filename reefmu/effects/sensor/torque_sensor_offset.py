@@ -5,6 +5,8 @@ from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, T
 TORQUE_SENSOR_OFFSET = Effect(
     name="torque_sensor_offset",
     title="Zero error of the torque sensor",
+    meaning="A constant added to the torque that the rig's sensor shows; positive: it reads too much. The torque "
+    "on the output is not changed.",
     place=Place.SENSOR,
     parameters=(Parameter("torque", "N.m", 0.0, -1e4, 1e4, 1.0, "Reading without torque"),),
     contribution=lambda signals, p, x: p["torque"],

@@ -5,6 +5,8 @@ from ..base import ConfoundingGroup, Effect, Identification, IndependentVariable
 CREEP = Effect(
     name="creep",
     title="Delayed twist under load",
+    meaning="Further twist that follows the elastic torque with a delay of seconds to minutes; positive: twist in "
+    "the direction of the torque.",
     place=Place.SERIES,
     parameters=(
         Parameter("compliance", "rad/(N.m)", 0.0, 0.0, 1e-3, 1e-6, "Further twist per torque after a long time"),

@@ -17,6 +17,8 @@ def _contribution(signals: Signals, p: Values, x: Values) -> Any:
 KINEMATIC_ERROR = Effect(
     name="kinematic_error",
     title="Transmission error of the crank's orders",
+    meaning="The twist of the contacts differs from the one that crank angle and output angle give, periodically "
+    "in the crank angle. A positive value of the sum of sines is subtracted from the twist.",
     place=Place.KINEMATIC,
     parameters=tuple(
         parameter

@@ -5,6 +5,8 @@ from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, T
 STRUCTURAL_COMPLIANCE = Effect(
     name="structural_compliance",
     title="Spring in series",
+    meaning="A further linear spring in series with the contacts, outside them (shafts, bearings, housing); "
+    "positive: more twist for the same torque.",
     place=Place.SERIES,
     parameters=(Parameter("compliance", "rad/(N.m)", 0.0, 0.0, 1e-3, 3e-6, "Twist outside the contacts per torque"),),
     contribution=lambda signals, p, x: (p["compliance"], 0.0),

@@ -31,7 +31,7 @@ def test_values_and_fields_are_those_of_the_fmu(tmp_path: Path) -> None:
         (["--effect", "backlsh.clearance=5 um"], "unknown effect 'backlsh'"),
         (["--effect", "backlash.clearence=5 um"], "did you mean 'clearance'?"),
         (["--effect", "backlash.clearance=5"], "--effect backlash.clearance: expected"),
-        (["--effect", "backlash.clearance"], "NAME or NAME.PARAMETER=VALUE, such as backlash.clearance='5e-06 m'"),
+        (["--effect", "backlash.clearance"], "NAME or NAME.PARAMETER=VALUE, such as backlash.clearance='5 um'"),
         (["--effect", "backlash=5 um"], "NAME or NAME.PARAMETER=VALUE"),
         (["--effect", "backlash.clearance=5 um", "--effect", "backlash.clearance=6 um"], "once"),
         (["--effect", "backlash.clearance=2 m"], "backlash.clearance: expected a value within"),

@@ -95,6 +95,7 @@ def test_an_effect_that_does_not_fit_the_stages_is_refused(lookup: Lookup) -> No
     soft = Effect(
         "soft",
         "",
+        "",
         Place.SERIES,
         (Parameter("c", "rad/(N.m)", 0.0, 0.0, 1.0, 1e-6, ""),),
         lambda signals, p, x: (p["c"] * signals.temperature, 0.0),

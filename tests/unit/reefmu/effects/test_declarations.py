@@ -57,6 +57,8 @@ def test_parameters_lie_within_their_bounds(effect: Effect) -> None:
 def test_texts_are_complete(effect: Effect) -> None:
     assert effect.name in EFFECTS
     assert effect.title[0].isupper()
+    assert effect.meaning[0].isupper()
+    assert effect.meaning.endswith(".")
     assert effect.excitation.endswith(".")
     assert effect.source.endswith(".")
     assert "=" in effect.equation

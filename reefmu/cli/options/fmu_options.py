@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .argument_types import MAX_DRIVES, add_command, add_fields, add_seed, file_name, whole_number
+from ..argument_types import MAX_DRIVES, add_command, add_fields, add_seed, file_name, whole_number
 
 if TYPE_CHECKING:
-    from .argument_types import Commands
+    from ..argument_types import Commands
 
 
 def add_export(commands: Commands) -> None:

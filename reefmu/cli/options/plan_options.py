@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from .argument_types import add_command, add_fields, file_name
+from ..argument_types import add_command, add_fields, file_name
 
 if TYPE_CHECKING:
-    from .argument_types import Commands
+    from ..argument_types import Commands
 
 
 def add_plan(commands: Commands) -> None:

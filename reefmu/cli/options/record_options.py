@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from .argument_types import add_command, assignment, file_name
+from ..argument_types import add_command, add_json, assignment, file_name
 
 if TYPE_CHECKING:
-    from .argument_types import Commands, ExclusiveOptions
+    from ..argument_types import Commands, ExclusiveOptions
 
 
 def add_diagnose(commands: Commands) -> None:
@@ -85,7 +85,7 @@ def add_record(commands: Commands) -> None:
     parser.add_argument("--drive", metavar="DRIVE", help="the drive's drawing, which states the ratio")
     _add_locked(parser)
     _add_columns(parser)
-    parser.add_argument("--json", action="store_true", help="print the same as JSON")
+    add_json(parser)
 
 
 def _add_locked(parser: argparse.ArgumentParser) -> None:

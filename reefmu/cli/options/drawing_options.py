@@ -1,14 +1,14 @@
-"""Options of the commands that take a drawing: demo, curve, compare, draw; and gears, which lists those of makers."""
+"""Options of the commands that take a drawing: demo, curve, compare, draw."""
 
 from __future__ import annotations
 
 import argparse
 from typing import TYPE_CHECKING
 
-from .argument_types import MAX_DRIVES, add_command, add_drawing, add_seed, file_name, whole_number
+from ..argument_types import MAX_DRIVES, add_command, add_drawing, add_seed, file_name, whole_number
 
 if TYPE_CHECKING:
-    from .argument_types import Commands
+    from ..argument_types import Commands
 
 
 def add_demo(commands: Commands) -> None:
@@ -54,17 +54,6 @@ def add_compare(commands: Commands) -> None:
     _add_population(parser, "compare")
     parser.add_argument(
         "--catalog", metavar="FILE", help="TOML file with further gears, in the form of the included catalog.toml"
-    )
-
-
-def add_gears(commands: Commands) -> None:
-    """`reefmu gears`."""
-    add_command(
-        commands,
-        "drawings",
-        "gears",
-        "the gears whose data sheets come with the package, with their sources",
-        "Every command that takes a DRIVE takes their names.",
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import textwrap
 
 from stiffness_model.catalog.catalogue_drive import stated_values
@@ -18,6 +19,10 @@ WIDTH = 100
 def run(args: argparse.Namespace) -> int:
     """Print every gear with what its sheet states, its source and what it lacks to be a drive."""
     gears = catalog()
+    if args.json:
+        tables = [{**table_of_row(gear), "has_curve": gear.has_curve} for gear in gears]
+        print(json.dumps(tables, indent=2, ensure_ascii=False))
+        return 0
     print("gears that commands take by their names (curve, export, diagnose --drive, ...):\n")
     usable = [gear for gear in gears if gear.has_curve]
     for gear in usable:

@@ -1,0 +1,1 @@
+"""Commands that list what comes with the package: `effects`, `gears`."""
