@@ -33,7 +33,8 @@ from .lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from .drawing.drive import Drive
-    from .drawing.materials import MATERIALS, Material
+    from .drawing.material_library import MATERIALS
+    from .drawing.materials import Material
     from .drawing.tolerances import Tolerance
     from .errors import DoesNotFitWarning, InputError, NotConvergedWarning, UnknownNameError
     from .io.drawing_toml import drive_from_dict, drive_to_dict, load_drive, presets, save_drive
@@ -72,7 +73,8 @@ __getattr__, __dir__ = lazy_names(
         ".io.drawing_toml": ("drive_from_dict", "drive_to_dict", "load_drive", "presets", "save_drive"),
         ".drawing.drive": ("Drive",),
         ".errors": ("DoesNotFitWarning", "InputError", "NotConvergedWarning", "UnknownNameError"),
-        ".drawing.materials": ("MATERIALS", "Material"),
+        ".drawing.material_library": ("MATERIALS",),
+        ".drawing.materials": ("Material",),
         ".montecarlo.population": ("Population", "simulate"),
         ".ratings.pressure": ("Pressures", "contact_pressures"),
         ".drawing.tolerances": ("Tolerance",),

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from stiffness_model.cycloidal.cycloidal_drive import CycloidalDrive
-from stiffness_model.drawing.materials import STEEL_100CR6, Material
+from stiffness_model.drawing.material_library import STEEL_100CR6
+from stiffness_model.drawing.materials import Material
 
 POLYMER = Material("polymer", 2e9, 0.35, 1200.0)
 TOLERANCES = {

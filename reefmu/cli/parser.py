@@ -10,7 +10,7 @@ from .options.drawing_options import add_compare, add_curve, add_demo, add_draw
 from .options.fmu_options import add_check, add_export
 from .options.plan_options import add_plan
 from .options.record_options import add_diagnose, add_record
-from .options.reference_options import add_effects, add_gears
+from .options.reference_options import add_effects, add_gears, add_materials
 from .options.study_options import add_explore
 
 
@@ -35,6 +35,7 @@ def build_parser() -> argparse.ArgumentParser:
         add_draw,
         add_explore,
         add_effects,
+        add_materials,
         add_gears,
     ):
         add(commands)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..drawing.fields import REQUIRED
-from ..drawing.materials import material_labels
+from ..drawing.material_library import material_labels
 from ..io.field_tables import nested_tables, part_materials, read_fields
 from ..io.material_tables import write_materials
 from ..kinds import CYCLOIDAL, expect_kind

@@ -33,7 +33,8 @@ offset stands beside them; beside a width or a grade it is 0 by default, and for
 element by three standard deviations.
 """
 _MATERIALS = """
-The parts name a material of the package or one of these tables, `NAME` standing for its name.
+The parts name a material of the package, which `reefmu materials` lists with its source, or one of these tables, `NAME`
+standing for its name.
 """
 
 

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ..drawing.fields import REQUIRED, fields_of
-from ..drawing.materials import MATERIALS, Material, find_material
+from ..drawing.material_library import MATERIALS, find_material
+from ..drawing.materials import Material
 from ..errors import InputError, UnknownNameError, expect, refuse_unknown
 
 FIELDS = fields_of(Material)

@@ -8,7 +8,7 @@ from typing import Any
 from ..drawing.drive import FIELDS, HOLES, Drive
 from ..drawing.fields import PARTS, fields_of
 from ..drawing.fits import read_zone, tolerance_from_zone, zone_text
-from ..drawing.materials import material_labels
+from ..drawing.material_library import material_labels
 from ..drawing.options import ModelOptions, write_options
 from ..drawing.tolerances import Tolerance, clearance_offset, diameters
 from ..kinds import ROLLING_ELEMENT_ECCENTRIC, expect_kind

@@ -1,4 +1,4 @@
-"""Options of the commands that list what comes with the package: effects, gears."""
+"""Options of the commands that list what comes with the package: effects, materials, gears."""
 
 from __future__ import annotations
 
@@ -21,6 +21,19 @@ def add_effects(commands: Commands) -> None:
         "equation, parameters, the test that shows it, what it may be confused with, and an example.",
     )
     parser.add_argument("name", metavar="NAME", nargs="?", help="an effect, such as hysteresis")
+    add_json(parser)
+
+
+def add_materials(commands: Commands) -> None:
+    """`reefmu materials`."""
+    parser = add_command(
+        commands,
+        "reference",
+        "materials",
+        "the materials that come with the package, with their sources",
+        "Young's modulus, Poisson's ratio, density and, where a standard states it, the allowable contact pressure. A "
+        "drawing defines others in a table [material.NAME].",
+    )
     add_json(parser)
 
 

@@ -1,1 +1,1 @@
-"""Commands that list what comes with the package: `effects`, `gears`."""
+"""Commands that list what comes with the package: `effects`, `materials`, `gears`."""

@@ -8,6 +8,7 @@ import shlex
 
 import pytest
 
+import stiffness_model as sm
 from reefmu.cli import build_parser, main
 from reefmu.effects import EFFECTS, Place
 from reefmu.effects.effect_facts import effect_to_dict
@@ -53,3 +54,22 @@ def test_gears_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     listed = json.loads(capsys.readouterr().out)
     assert [(gear["name"], gear["has_curve"]) for gear in listed] == [(gear.name, gear.has_curve) for gear in catalog()]
     assert listed[0]["k1"] == "100 kN.m/rad"
+
+
+def test_materials_are_listed_with_their_values_and_sources(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["materials"]) == 0
+    shown = capsys.readouterr().out
+    words = " ".join(shown.split())
+    for material in sm.MATERIALS.values():
+        assert f"{material.name} {material.youngs_modulus / 1e9:g} {material.poisson_ratio:.2f}" in words
+        assert material.source in words
+        assert material.description in words
+    assert "[material.NAME]" in shown
+
+
+def test_materials_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["materials", "--json"]) == 0
+    listed = {material["name"]: material for material in json.loads(capsys.readouterr().out)}
+    assert list(listed) == list(sm.MATERIALS)
+    assert listed["EN-GJL-250"]["youngs_modulus [Pa]"] == 110e9
+    assert listed["100Cr6"]["allowable_line_pressure [Pa]"] == 4e9

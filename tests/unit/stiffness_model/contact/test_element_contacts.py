@@ -12,7 +12,7 @@ import stiffness_model as sm
 from stiffness_model.contact.element_contacts import Contacts, build_contacts
 from stiffness_model.contact.usable_elements import is_usable, usable_elements
 from stiffness_model.drawing import sampling
-from stiffness_model.drawing.materials import PLA, STEEL_100CR6
+from stiffness_model.drawing.material_library import PLA, STEEL_100CR6
 from stiffness_model.elasticity import hertz
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from stiffness_model.drawing.materials import PLA, STEEL_100CR6
+from stiffness_model.drawing.material_library import PLA, STEEL_100CR6
 from stiffness_model.elasticity import hertz
 
 STEEL = 2 * STEEL_100CR6.compliance
