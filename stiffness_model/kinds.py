@@ -60,7 +60,9 @@ class Kind:
     effects that a model of the drive has by default, by effect and parameter name. packaged: name -> table of a drive
     that comes with the package, or None; packaged_names: () -> the names of those drives. lacks: for what of
     `CONTACT_FORCES`, ... a drive of this kind does not have, the reason, as the end of a sentence. documentation: a
-    paragraph on the fields, for docs/reference/drawing_format.md.
+    paragraph on the fields, for docs/reference/drawing_format.md. section_notes: paragraphs on sections of the drawing.
+    further_keys: a mapping from the keys of a drawing that are not single values to their meaning and an example in
+    TOML. example: name of the packaged drive whose values a new drawing has.
     """
 
     name: str
@@ -70,12 +72,15 @@ class Kind:
     write: str
     simulate: str
     lookup: str
+    example: str
     is_cached: bool = True
     inherent_effects: str = ""
     packaged: str = ""
     packaged_names: str = ""
     lacks: Mapping[str, str] = field(default_factory=lambda: FrozenMapping({}))
     documentation: str = ""
+    section_notes: Mapping[str, str] = field(default_factory=lambda: FrozenMapping({}))
+    further_keys: str = ""
 
     def call(self, function: str, *arguments: Any, **keywords: Any) -> Any:
         """The result of one of the functions by the name of its attribute, such as "read"."""
@@ -87,6 +92,13 @@ class Kind:
         return view(self.drive_fields)
 
 
+_TOLERANCES = """\
+A tolerance is that of a diameter: a width ("13 um"), a grade ("IT5", "ISO 492 Normal", "ISO 3290 G10"), a fit of ISO
+286 ("14 H7", "h6") or limits ("0/-15 um"), at three standard deviations. The nominal diameter of a bore is that of the
+element, that of the gear is the circle of the elements' centres. A fit and limits state the mean deviation, so that no
+offset stands beside them; beside a width or a grade it is 0 by default, and for the cage such that a bore clears its
+element by three standard deviations.
+"""
 _CATALOGUE_FIELDS = """\
 A gear of which a data sheet is known; all its fields stand at the head of the file, k1 also as K1. The curve is given
 by k1, t1, k2, t2 and k3, by k1 alone or k1, t1 and k2, by one `stiffness`, or by the points of a table: `twist` and
@@ -108,6 +120,8 @@ KINDS: Mapping[str, Kind] = {
             write="stiffness_model.io.ree_drawing:write_drawing",
             simulate="stiffness_model.montecarlo.population:simulate_drawing",
             lookup="stiffness_model.lookup.build_lookup:build_drawing_lookup",
+            example="workshop",
+            section_notes={"tolerances": _TOLERANCES},
         ),
         Kind(
             name=CYCLOIDAL,
@@ -117,6 +131,7 @@ KINDS: Mapping[str, Kind] = {
             write="stiffness_model.cycloidal.cycloidal_drawing:write_cycloidal",
             simulate="stiffness_model.cycloidal.cycloidal_population:simulate_cycloidal",
             lookup="stiffness_model.cycloidal.cycloidal_lookup:cycloidal_lookup",
+            example="printed_cycloidal",
             lacks={
                 INDIVIDUALS: "its individuals are in `stiffness_model.cycloidal.gear_turn`, not yet in models",
                 DIMENSIONS: "these take rolling element eccentric drives only",
@@ -131,6 +146,7 @@ KINDS: Mapping[str, Kind] = {
             write="stiffness_model.catalog.catalogue_toml:write_catalogue",
             simulate="stiffness_model.catalog.catalogue_population:simulate_catalogue",
             lookup="stiffness_model.catalog.catalogue_population:catalogue_lookup",
+            example="CHA-40A-50",
             is_cached=False,
             inherent_effects="stiffness_model.catalog.catalogue_population:catalogue_effects",
             packaged="stiffness_model.catalog.catalogue_toml:packaged_gear",
@@ -143,6 +159,7 @@ KINDS: Mapping[str, Kind] = {
                 CONTACT_RESPONSES: "its data sheet states nothing of contacts",
             },
             documentation=_CATALOGUE_FIELDS,
+            further_keys="stiffness_model.catalog.catalogue_toml:FURTHER_KEYS",
         ),
     )
 }

@@ -6,7 +6,7 @@ import argparse
 from typing import NoReturn
 
 from .exit_status import WRONG_INPUT, report_error
-from .options.drawing_options import add_compare, add_curve, add_demo, add_draw
+from .options.drawing_options import add_compare, add_curve, add_demo, add_draw, add_new
 from .options.fmu_options import add_check, add_export
 from .options.plan_options import add_plan
 from .options.record_options import add_diagnose, add_record
@@ -25,6 +25,7 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for add in (
         add_demo,
+        add_new,
         add_curve,
         add_compare,
         add_export,

@@ -2,7 +2,7 @@
 
 The rooms are named after what their commands take:
 
-* `drawings`: curve, compare, draw; `fmus`: export, check; `records`: record, diagnose; `plans`: plan;
+* `drawings`: new, curve, compare, draw; `fmus`: export, check; `records`: record, diagnose; `plans`: plan;
   `studies`: explore; `reference`: effects, materials, gears, which list what comes with the package.
 * `demo`: all steps for one drive; `terminal`: reading drawings, notes, tables and worker processes, for all of them.
 """

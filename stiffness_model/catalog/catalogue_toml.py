@@ -9,6 +9,7 @@ import numpy as np
 
 from ..drawing.fields import REQUIRED
 from ..errors import InputError, expect, refuse_unknown
+from ..frozen_mapping import FrozenMapping
 from ..kinds import CATALOGUE
 from ..lookup.curve_lookup import expect_curve
 from ..units import format_quantity
@@ -16,8 +17,21 @@ from .catalogue_drive import FIELDS, CatalogueDrive
 from .efficiency_table import quantities, read_efficiency, write_efficiency
 from .gears import CatalogGear, catalog
 
-TABLES = ("twist", "torque", "upper_limits", "sources", "efficiency")
-"""Keys of a drawing beside `FIELDS`: the points of a curve, which values are upper limits, sources of single values."""
+FURTHER_KEYS: Mapping[str, tuple[str, str]] = FrozenMapping(
+    {
+        "twist": ("Twists of the points of a curve, in place of stiffnesses.", 'twist = ["0 arcmin", "2 arcmin"]'),
+        "torque": ("Torques at these points.", 'torque = ["0 N.m", "60 N.m"]'),
+        "upper_limits": ("Fields whose value is an upper limit.", 'upper_limits = ["lost_motion"]'),
+        "sources": ("Sources of single fields, where they are not `source`.", '[sources]\nk1 = "own measurement"'),
+        "efficiency": (
+            "Efficiency over the crank's speed, one row for each, and the torque at the output.",
+            '[efficiency]\nspeed = ["500 rpm", "2000 rpm"]\ntorque = ["50 N.m", "265 N.m"]\n'
+            "value = [[0.5, 0.75], [0.4, 0.7]]",
+        ),
+    }
+)
+"""Keys of a drawing beside `FIELDS`, each with its meaning and an example in TOML."""
+TABLES = tuple(FURTHER_KEYS)
 _STIFFNESSES = ("k1", "k2", "k3", "t1", "t2", "stiffness")
 _OF_ROW = ("maker", "type", "source", *_STIFFNESSES, "rated_torque", "acceleration_torque", "momentary_torque")
 _BELOW = {

@@ -25,13 +25,6 @@ a complete example. The line `kind = "catalogue"` at the head makes it the drawi
 fields stand below; without it, it is a rolling element eccentric drive. This page is generated from the declarations of
 the fields: `python -m stiffness_model.io.drawing_format > docs/reference/drawing_format.md`.
 """
-_TOLERANCES = """
-A tolerance is that of a diameter: a width ("13 um"), a grade ("IT5", "ISO 492 Normal", "ISO 3290 G10"), a fit of ISO
-286 ("14 H7", "h6") or limits ("0/-15 um"), at three standard deviations. The nominal diameter of a bore is that of the
-element, that of the gear is the circle of the elements' centres. A fit and limits state the mean deviation, so that no
-offset stands beside them; beside a width or a grade it is 0 by default, and for the cage such that a bore clears its
-element by three standard deviations.
-"""
 _MATERIALS = """
 The parts name a material of the package, which `reefmu materials` lists with its source, or one of these tables, `NAME`
 standing for its name.
@@ -58,18 +51,20 @@ def table(fields: Mapping[str, Field]) -> list[Row]:
     """
     sections = list(dict.fromkeys(field.section for field in fields.values()))
     return [
-        Row(f.name, f.section, _value_text(f), f.unit, _default_text(f), f.example or str(f.default), f.doc)
+        Row(f.name, f.section, value_text(f), f.unit, default_text(f), f.example or str(f.default), f.doc)
         for f in sorted(fields.values(), key=lambda f: sections.index(f.section))
     ]
 
 
-def _value_text(field: Field) -> str:
+def value_text(field: Field) -> str:
+    """What a field takes: its quantity or kind of value, or the words that it may be."""
     alternatives = field.choices or ((field.infinite,) if field.infinite else ())
     words = [repr(word) for word in alternatives]
     return " or ".join(words if field.choices else [field.quantity, *words])
 
 
-def _default_text(field: Field) -> str:
+def default_text(field: Field) -> str:
+    """The default of a field as a drawing writes it; "required" for a field without one."""
     if field.default is REQUIRED:
         return "required"
     value = "" if field.default is None else field.write(field.default)
@@ -83,11 +78,12 @@ def markdown() -> str:
     '# The drawing of a drive'
     """
     sections = dict.fromkeys(field.section for field in FIELDS.values())
-    notes = {"tolerances": _TOLERANCES}
+    notes = KINDS[ROLLING_ELEMENT_ECCENTRIC].section_notes
     parts = [_INTRODUCTION]
     for section in sections:
         fields = {name: field for name, field in FIELDS.items() if field.section == section}
-        parts.append(f"\n## {f'[{section}]' if section else 'Head of the file'}\n{notes.get(section, '')}")
+        note = f"\n{notes[section]}" if section in notes else ""
+        parts.append(f"\n## {f'[{section}]' if section else 'Head of the file'}\n{note}")
         parts.append(_fields(fields))
     parts += [f"\n## [{MATERIAL_TABLE}]\n{_MATERIALS}", _fields(MATERIAL_FIELDS)]
     varied = ", ".join(f"`{name}`" for name, field in FIELDS.items() if field.varies)

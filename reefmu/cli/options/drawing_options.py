@@ -1,4 +1,4 @@
-"""Options of the commands that take a drawing: demo, curve, compare, draw."""
+"""Options of the commands that take or make a drawing: demo, new, curve, compare, draw."""
 
 from __future__ import annotations
 
@@ -55,6 +55,25 @@ def add_compare(commands: Commands) -> None:
     parser.add_argument(
         "--catalog", metavar="FILE", help="TOML file with further gears, in the form of the included catalog.toml"
     )
+
+
+def add_new(commands: Commands) -> None:
+    """`reefmu new`."""
+    parser = add_command(
+        commands,
+        "drawings",
+        "new",
+        "a new drawing to edit, every field in it with its meaning, unit and default",
+        "The drawing has the values of an example of its kind and runs at once: reefmu curve FILE.toml.",
+    )
+    parser.add_argument("file", metavar="FILE.toml", type=file_name, help="the drawing to write")
+    parser.add_argument(
+        "--kind",
+        metavar="KIND",
+        default="rolling element eccentric",
+        help='kind of the drive: "rolling element eccentric" (default), cycloidal or catalogue (a data sheet)',
+    )
+    parser.add_argument("--force", action="store_true", help="replace a file that exists")
 
 
 def add_draw(commands: Commands) -> None:
