@@ -14,7 +14,7 @@ import os
 import warnings
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from reefmu.source_date import source_date
 from stiffness_model.errors import InputError, expect, unknown_name
@@ -29,9 +29,10 @@ from .model.component import LOOKUP_FILE, METADATA_FILE, Component, drive_compon
 from .model.declaration import declare, declare_with_derivatives
 from .model.nominals import with_nominals
 from .model.table_encoding import embedded_lookup, lookup_metadata
-from .model.variables import FMI_VERSIONS
+from .model.variables import FMI_VERSIONS, Interface
 from .python_backend.equations_file import EQUATIONS_FILE, write_equations
 from .xml.archive import DESCRIPTION, SCRIPT_NAME, write_archive
+from .xml.description import ExportInfo
 from .xml.fmi2 import model_description
 
 if TYPE_CHECKING:
@@ -83,6 +84,28 @@ def export_fmu(
     Errors: `InputError` for a path that cannot be written, a unit that FMI cannot express, an unknown back end or
     platform, or a platform without a compiler.
     """
+    content = fmu_content(model, backend=backend, platform=platform, masses=masses, fmi=fmi)
+    return write_archive(path, content.members, source_date(RELEASE_DATE))
+
+
+class FmuContent(NamedTuple):
+    """An FMU before it is written. members: content by name in the archive."""
+
+    members: dict[str, bytes]
+    component: Component
+    interface: Interface
+    export: ExportInfo
+
+
+def fmu_content(
+    model: DriveModel,
+    *,
+    backend: str | None = None,
+    platform: str = "host",
+    masses: Masses | None = None,
+    fmi: str = "2.0",
+) -> FmuContent:
+    """The content of an FMU. Arguments and errors as of `export_fmu`."""
     if backend is None:
         backend = default_backend(platform, fmi)
         if backend == "python":
@@ -92,7 +115,7 @@ def export_fmu(
     if fmi not in FMI_VERSIONS:
         raise unknown_name("version of FMI", fmi, FMI_VERSIONS)
     expect(backend == "native" or fmi == "2.0", "FMI 3.0 with the native back end only", backend, "back end")
-    make = _python_members if backend == "python" else functools.partial(_native_members, platform=platform, fmi=fmi)
+    make = _python_content if backend == "python" else functools.partial(_native_content, platform=platform, fmi=fmi)
     date = source_date(RELEASE_DATE)
     resources = _resources(model, masses)
     if masses is None:
@@ -101,18 +124,19 @@ def export_fmu(
         from .model.joint_component import joint_component
 
         component = joint_component(model, masses)
-    return write_archive(path, make(with_nominals(component), resources, date), date)
+    component = with_nominals(component)
+    return make(component, resources, date)
 
 
-def _python_members(component: Component, resources: dict[str, bytes], date: datetime) -> dict[str, bytes]:
-    """The archive of an FMU that runs in the installed package."""
+def _python_content(component: Component, resources: dict[str, bytes], date: datetime) -> FmuContent:
+    """The content of an FMU that runs in the installed package."""
     interface = declare(component)
     resources = {**resources, EQUATIONS_FILE: write_equations(component, interface)}
     export = export_info(component, interface, resources, date, "python", _SLAVE_SCRIPT)
     # A process cannot load two scripts of the same name, so the name contains the hash of the content.
     module = f"{export.model_identifier}_{export.guid.strip('{}').replace('-', '')[:12]}"
     script = _SLAVE_SCRIPT.format(identifier=module, guid=export.guid)
-    return {
+    members = {
         DESCRIPTION: model_description(interface, export),
         f"resources/{module}.py": script.encode(),
         SCRIPT_NAME: module.encode(),
@@ -120,12 +144,13 @@ def _python_members(component: Component, resources: dict[str, bytes], date: dat
         **_pythonfmu_binaries(export.model_identifier),
         **documentation(interface, export),
     }
+    return FmuContent(members, component, interface, export)
 
 
-def _native_members(
+def _native_content(
     component: Component, resources: dict[str, bytes], date: datetime, *, platform: str, fmi: str
-) -> dict[str, bytes]:
-    """The archive of an FMU in C. Its resources serve `reefmu check` and readers; no binary uses them."""
+) -> FmuContent:
+    """The content of an FMU in C. Its resources serve `reefmu check` and readers; no binary uses them."""
     platforms = () if platform == "none" else select_platforms(platform)
     interface = declare_with_derivatives(component)
     # The sources contain the tables, so the lookup file is left out.
@@ -146,7 +171,8 @@ def _native_members(
         **compile_binaries(sources, export.model_identifier, platforms),
         **documentation(interface, export),
     }
-    return members if fmi == "2.0" else fmi3_members(members, interface, export)
+    members = members if fmi == "2.0" else fmi3_members(members, interface, export)
+    return FmuContent(members, component, interface, export)
 
 
 def _resources(model: DriveModel, masses: Masses | None) -> dict[str, bytes]:

@@ -24,6 +24,12 @@ def add_export(commands: Commands) -> None:
     )
     parser.add_argument("-o", "--output", metavar="FILE.fmu", type=file_name, required=True, help="the FMU to write")
     parser.add_argument(
+        "--ssp",
+        action="store_true",
+        help="write a system instead (FILE.ssp, SSP 1.0): the drive, or a joint connected with a controller of its "
+        "motor, with sets of parameters",
+    )
+    parser.add_argument(
         "--kind",
         choices=("drive", "joint"),
         default="drive",

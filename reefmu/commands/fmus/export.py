@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from reefmu.fmu.export import NO_COMPILER, default_backend, export_fmu
 from reefmu.fmu.model.component import drive_component
 from reefmu.fmu.model.joint_component import joint_component
 from reefmu.fmu.python_backend.real_time import real_time_note
+from reefmu.fmu.ssp.export_ssp import export_ssp
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import TYPICAL_MASSES, Masses, expect_step
@@ -30,7 +32,8 @@ from .effect_values import effect_values
 def run(args: argparse.Namespace) -> int:
     """Write the FMU and print what it contains."""
     target = Path(args.output)
-    expect(target.suffix == ".fmu", "a file name that ends in .fmu", str(target), "--output")
+    suffix = ".ssp" if args.ssp else ".fmu"
+    expect(target.suffix == suffix, f"a file name that ends in {suffix}", str(target), "--output")
     expect(target.parent.is_dir(), "an existing folder for the FMU", str(target.parent), "--output")
     expect_step(args.step, "--step")
     platform, fmi = args.platform or "host", f"{args.fmi}.0"
@@ -38,12 +41,18 @@ def run(args: argparse.Namespace) -> int:
     native = backend == "native"
     expect(native or args.platform is None, "--platform without --backend python", args.platform, "--platform")
     expect(native or args.fmi == "2", "--fmi 3 without --backend python", f"--backend {backend}", "--fmi")
+    expect(not args.ssp or args.fmi == "2", "--ssp without --fmi 3, which SSP 1.0 does not know", "--fmi 3", "--ssp")
     if args.platform not in (None, "none"):
         select_platforms(args.platform)  # an unknown name is refused before the lookup is solved
     masses = _masses(args)
     model, notes = _model(args)
     joint = args.kind == "joint"
-    export_fmu(model, target, backend=backend, platform=platform, masses=masses if joint else None, fmi=fmi)
+    inside = masses if joint else None
+    step = None
+    if args.ssp:
+        step = export_ssp(model, target, backend=backend, platform=platform, masses=inside)
+    else:
+        export_fmu(model, target, backend=backend, platform=platform, masses=inside, fmi=fmi)
     if masses is not None and not joint:
         notes += step_notes(drive_component(model), masses, args.step)
     if not native:
@@ -70,6 +79,9 @@ def run(args: argparse.Namespace) -> int:
         print("one virtual drive with its own balls, bores and lobes; the lookup limits its range of twists")
     inside = ", ".join(effect.name for effect in model.effects) or "none"
     print(f"effects inside: {inside}")
+    if step is not None:
+        print(f"written to {target}: {_system_text(target, args.kind, step)}")
+        return 0
     fmi_types = "co-simulation and model exchange" if native else "co-simulation"
     binaries = [name.split("/")[1] for name in read_archive(target).members if name.startswith("binaries/")]
     needs = (
@@ -82,6 +94,17 @@ def run(args: argparse.Namespace) -> int:
         f"{target.stat().st_size / 1024:.0f} kB; {needs}"
     )
     return 0
+
+
+def _system_text(path: Path, kind: str, step: float) -> str:
+    """What an SSP contains, and the communication step that suits it."""
+    with zipfile.ZipFile(path) as archive:
+        sets = [name.removeprefix("resources/")[:-4] for name in archive.namelist() if name.endswith(".ssv")]
+    inside = "the joint connected with a controller of its motor" if kind == "joint" else "the drive"
+    return (
+        f"SSP 1.0, {inside}, {path.stat().st_size / 1024:.0f} kB; communication step {step:g} s; "
+        f"parameter sets {', '.join(sets)}"
+    )
 
 
 def _masses(args: argparse.Namespace) -> Masses | None:

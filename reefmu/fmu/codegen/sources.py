@@ -21,7 +21,7 @@ from stiffness_model.lookup.build_lookup import QUANTITIES
 
 from ..model.component import Component
 from ..model.table_encoding import TABLES, embedded_lookup, encode_tables
-from ..model.variables import FMI2, FmiVersion, Interface, Variable
+from ..model.variables import FMI2, Causality, FmiVersion, Interface, Variable
 from .functions import GeneratedFunctions, make_functions
 from .stage_order import STAGE_ORDER, stage_order
 
@@ -115,16 +115,16 @@ def _without_introspection(text: str, functions: Iterable[str]) -> str:
     return re.sub(one, "", text, flags=re.MULTILINE | re.DOTALL)
 
 
-def _prefix(names: _Identity) -> str:
+def function_prefix(identifier: str, standard: FmiVersion) -> str:
     """The function prefix that the standard requires in sources (FMI 2.0.4, section 2.1.1; FMI 3.0.2, section 2.2.1).
 
     It is left out where the host defines it, and for a shared library built by CMake, which defines the macro
     <identifier>_EXPORTS.
     """
-    macro = f"FMI{names.standard.version[0]}"
+    macro = f"FMI{standard.version[0]}"
     return (
-        f"#if !defined({macro}_FUNCTION_PREFIX) && !defined({names.identifier}_EXPORTS)\n"
-        f"#define {macro}_FUNCTION_PREFIX {names.identifier}_\n#endif\n"
+        f"#if !defined({macro}_FUNCTION_PREFIX) && !defined({identifier}_EXPORTS)\n"
+        f"#define {macro}_FUNCTION_PREFIX {identifier}_\n#endif\n"
     )
 
 
@@ -169,21 +169,22 @@ def _header(
     enums = "".join(
         f"enum {{ {', '.join(name.upper() for name in names)}, N_{title} }};\n" for title, names in orders.items()
     )
-    rows = "".join(_variable_row(v, component, interface) for v in interface.variables)
+    counts: dict[Causality, int] = {"input": n_u, "output": n_y, "parameter": len(component.parameters), "local": n_x}
+    rows = "".join(variable_row(v, counts) for v in interface.variables)
     numbers["FIRST_REFERENCE"] = names.standard.first_reference
     defines = "".join(f"#define {name} {value}\n" for name, value in numbers.items())
     return (
         f"/* {interface.kind} {json.dumps(_ascii(interface.name))}: sizes and variables. Generated. */\n\n"
         '#ifndef MODEL_H\n#define MODEL_H\n\n#include "variable.h"\n\n'
-        f'{_prefix(names)}#define MODEL_GUID "{names.guid}"\n{defines}\n{enums}\n'
+        f'{function_prefix(names.identifier, names.standard)}#define MODEL_GUID "{names.guid}"\n{defines}\n{enums}\n'
         f"static const Variable VARIABLES[N_VALUES] = {{\n{rows}}};\n\n#endif\n"
     )
 
 
-def _variable_row(v: Variable, component: Component, interface: Interface) -> str:
-    """One row of the table of variables."""
-    n_u, n_y = len(component.inputs), len(component.outputs)
-    n_x, first_state = len(component.states), n_u + n_y + len(component.parameters)
+def variable_row(v: Variable, counts: Mapping[Causality, int]) -> str:
+    """One row of the table of variables. counts: number of variables in each block, derivatives excluded."""
+    n_u, n_y, n_x = counts["input"], counts["output"], counts["local"]
+    first_state = n_u + n_y + counts["parameter"]
     known = unknown = -1
     access, stale = "RESULT", "FRESH"
     if v.causality == "input":

@@ -62,7 +62,7 @@ def with_nominals(component: Component) -> Component:
     ratio = abs(_value(component, "ratio"))
     nominals = {name: abs(value) for name, value in _outputs_at(drive, twist).items()} | {"twist": twist}
     angles = {"crank": ratio * twist, "output": twist}
-    frequency = _frequency(component, _masses(component))
+    frequency = eigenfrequency(component, _masses(component))
     for side, inertia in (("crank", "motor"), ("output", "load")):
         angle, speed = angles[side], angles[side] * frequency
         nominals |= {
@@ -92,9 +92,9 @@ def propose_experiment(component: Component) -> Experiment:
     from overshooting the fastest state at the greatest speed of the oscillation. The experiment lasts `PERIODS` of the
     oscillation. Both times are rounded down to 1, 2 or 5 times a power of ten.
     """
-    frequency = _frequency(component, _masses(component))
+    frequency = eigenfrequency(component, _masses(component))
     step = min(4 * MAX_GROWTH_RATE / (3 * frequency**2), 1 / max(_fastest_rate(component, frequency), frequency))
-    return Experiment(_rounded(PERIODS * math.tau / frequency), _rounded(step), TOLERANCE)
+    return Experiment(rounded_down(PERIODS * math.tau / frequency), rounded_down(step), TOLERANCE)
 
 
 def _masses(component: Component) -> Masses:
@@ -103,8 +103,8 @@ def _masses(component: Component) -> Masses:
     return Masses(_value(component, "motor.inertia"), _value(component, "load.inertia"))
 
 
-def _frequency(component: Component, masses: Masses) -> float:
-    """Eigenfrequency at the greatest stiffness, rad/s."""
+def eigenfrequency(component: Component, masses: Masses) -> float:
+    """Eigenfrequency, rad/s, of the drive between these inertias at its greatest stiffness."""
     from .joint_equations import maximum_stiffness
 
     return math.sqrt(maximum_stiffness(component.model) / masses.reduced_inertia(_value(component, "ratio")))
@@ -128,7 +128,7 @@ def _fastest_rate(component: Component, frequency: float) -> float:
     return max((abs(float((rates(at + h) - rates(at))[k])) / 1e-6 for k, h in enumerate(steps)), default=0.0)
 
 
-def _rounded(value: float) -> float:
+def rounded_down(value: float) -> float:
     """The greatest number of the form 1, 2 or 5 times a power of ten that is not above `value`."""
     power = 10.0 ** math.floor(math.log10(value))
     return float(f"{max(m for m in (1, 2, 5) if m * power <= value * (1 + 1e-12)) * power:.0e}")
