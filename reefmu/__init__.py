@@ -7,7 +7,7 @@
 * `fmu`: export, import and validation; `joint`: motor, drive and load under control.
 * `diagnosis`: where a measured record and the model disagree, and why; `planning`: the test that would tell.
 * `inspection`: what a record holds, before it is diagnosed.
-* `commands`, `cli`: the command line; `progress`, `interrupt`, `source_date`: what its commands share.
+* `commands`, `cli`: the command line; `progress`, `verbosity`, `source_date`: what its commands share.
 """
 
 from __future__ import annotations

@@ -8,8 +8,11 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future
 from typing import Any, TextIO
 
-TERMINAL_PAUSE, PLAIN_PAUSE = 0.1, 5.0
-"""Seconds between two lines, on a terminal and elsewhere, so that short work leaves no line in a log; by judgement."""
+from .verbosity import Verbosity, verbosity
+
+TERMINAL_PAUSE, PLAIN_PAUSE, VERBOSE_PAUSE = 0.1, 5.0, 0.5
+"""Seconds between two lines, on a terminal, elsewhere, so that short work leaves no line in a log, and elsewhere in a
+verbose command; by judgement."""
 clock: Callable[[], float] = time.monotonic
 """The clock of these pauses, s; tests replace it."""
 
@@ -21,8 +24,9 @@ class Progress:
         self._what, self._total, self._done = what, total, 0
         self._stream = sys.stderr if stream is None else stream
         self._terminal = self._stream.isatty()
-        self._shown = clock()
+        self._start = self._shown = clock()
         self._now = ""
+        self._verbosity = verbosity()
 
     def advance_to(self, share: float, now: str = "") -> None:
         """Show this share of the work as done, and the present step `now`; the share never decreases."""
@@ -35,8 +39,11 @@ class Progress:
         self._show()
 
     def _show(self) -> None:
+        if self._verbosity is Verbosity.QUIET:
+            return
         now = clock()
-        if now - self._shown < (TERMINAL_PAUSE if self._terminal else PLAIN_PAUSE):
+        plain = VERBOSE_PAUSE if self._verbosity is Verbosity.VERBOSE else PLAIN_PAUSE
+        if now - self._shown < (TERMINAL_PAUSE if self._terminal else plain):
             return
         self._shown = now
         text = f"{self._what}: {100 * self._done // max(1, self._total)} %" + (f", {self._now}" if self._now else "")
@@ -48,8 +55,10 @@ class Progress:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._terminal:
+        if self._terminal and self._verbosity is not Verbosity.QUIET:
             print("\r\033[K", end="", file=self._stream, flush=True)
+        if self._verbosity is Verbosity.VERBOSE:
+            print(f"detail: {self._what} took {clock() - self._start:.2f} s", file=self._stream, flush=True)
 
 
 class CountingExecutor(Executor):

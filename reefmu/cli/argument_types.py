@@ -23,14 +23,15 @@ def add_command(commands: Commands, room: str, name: str, summary: str, writes: 
     sentences of the description, about files and exit status.
     """
     parser = commands.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}. {writes}")
+    add_verbosity(parser, argparse.SUPPRESS)
     module_name = ".".join(part for part in ("reefmu.commands", room, name) if part)
 
     def run(args: argparse.Namespace) -> int:
         from importlib import import_module
 
-        module = import_module(module_name)
-        with import_module("reefmu.commands.terminal.notes").convergence_notes():
-            return module.run(args)
+        levels = import_module("reefmu.verbosity")
+        with levels.verbosity_set(levels.Verbosity[args.verbosity.upper()]):
+            return import_module("reefmu.commands.terminal.call").call_command(module_name, args)
 
     parser.set_defaults(run=run)
     return parser
@@ -64,6 +65,23 @@ def add_seed(parser: argparse.ArgumentParser) -> None:
     """`--seed` of the virtual drives."""
     parser.add_argument(
         "--seed", metavar="S", type=whole_number(0), default=0, help="seed of the tolerances (default 0)"
+    )
+
+
+def add_verbosity(parser: argparse.ArgumentParser, default: str) -> None:
+    """`-v` and `-q`, which stand before or after the command. default: `argparse.SUPPRESS` after it."""
+    group = parser.add_mutually_exclusive_group()
+    for short, long, value, text in (
+        ("-v", "--verbose", "verbose", "say more on stderr: durations, and which tables come from the cache"),
+        ("-q", "--quiet", "quiet", "print results and errors only, without notes and progress"),
+    ):
+        group.add_argument(short, long, dest="verbosity", action="store_const", const=value, default=default, help=text)
+
+
+def add_format(parser: argparse.ArgumentParser) -> None:
+    """`--format` of the pictures."""
+    parser.add_argument(
+        "--format", choices=("png", "svg", "pdf"), default="png", help="format of the pictures (default png)"
     )
 
 

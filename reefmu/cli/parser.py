@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import NoReturn
 
+from .argument_types import add_verbosity
 from .exit_status import WRONG_INPUT, report_error
 from .options.drawing_options import add_compare, add_curve, add_demo, add_draw, add_new
 from .options.fmu_options import add_check, add_export
@@ -22,6 +23,7 @@ def build_parser() -> argparse.ArgumentParser:
         "curve, an FMU and a joint under control.",
     )
     parser.add_argument("--version", action=PrintVersion, nargs=0, help="print the version and exit")
+    add_verbosity(parser, "normal")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for add in (
         add_demo,

@@ -42,11 +42,11 @@ def run(args: argparse.Namespace) -> int:
     start = time.perf_counter()
     folder = Path("reefmu-demo" if args.out is None else args.out)
     with staged_folder(folder) as stage:
-        drive = _drawing(stage)
-        curve = _curve(drive, stage)
+        drive = _drawing(stage, args.format)
+        curve = _curve(drive, stage, args.format)
         model = _model(drive, curve)
         passed = _fmu(model, stage)
-        _joint(model, stage)
+        _joint(model, stage, args.format)
     print(
         f"\nDone in {time.perf_counter() - start:.0f} s. In {folder}: "
         + ", ".join(sorted(path.name for path in folder.iterdir() if not path.name.startswith(".")))
@@ -58,7 +58,7 @@ def _print_heading(title: str) -> None:
     print(f"\n{title}\n{'-' * len(title)}")
 
 
-def _drawing(stage: Path) -> Drive:
+def _drawing(stage: Path, suffix: str) -> Drive:
     _print_heading("1  The drawing")
     drive, notes = read_drawing(DRIVE)
     print(
@@ -68,11 +68,11 @@ def _drawing(stage: Path) -> Drive:
         f"{np.degrees(drive.usable_limit):.1f} deg"
     )
     show_notes(notes)
-    plots.save(plots.gear_profile(drive), stage / "1-gear.png")
+    plots.save(plots.gear_profile(drive), stage / f"1-gear.{suffix}")
     return drive
 
 
-def _curve(drive: Drive, stage: Path) -> TwistTorqueCurve:
+def _curve(drive: Drive, stage: Path, suffix: str) -> TwistTorqueCurve:
     _print_heading(f"2  {DRIVES} virtual drives")
     start = time.perf_counter()
     population = simulate(drive, np.linspace(0, drive.max_twist, TWISTS), DRIVES)
@@ -84,9 +84,9 @@ def _curve(drive: Drive, stage: Path) -> TwistTorqueCurve:
         f"lost motion {curve.lost_motion() / ARCMIN:.2f} arcmin"
     )
     curve.write_csv(stage / "curve.csv")
-    plots.save(plots.twist_over_torque(curve), stage / "2-curve.png")
-    plots.save(plots.contact_forces(population), stage / "2-forces.png")
-    plots.save(plots.against_catalog(curve, catalog()), stage / "2-compare.png")
+    plots.save(plots.twist_over_torque(curve), stage / f"2-curve.{suffix}")
+    plots.save(plots.contact_forces(population), stage / f"2-forces.{suffix}")
+    plots.save(plots.against_catalog(curve, catalog()), stage / f"2-compare.{suffix}")
     return curve
 
 
@@ -118,7 +118,7 @@ def _fmu(model: DriveModel, stage: Path) -> bool:
     return report.passed
 
 
-def _joint(model: DriveModel, stage: Path) -> None:
+def _joint(model: DriveModel, stage: Path, suffix: str) -> None:
     _print_heading("5  A robot joint under control")
     plain = build_model(model.drive, lookup=model.lookup)
     joint = JointModel(plain, MASSES)
@@ -126,9 +126,9 @@ def _joint(model: DriveModel, stage: Path) -> None:
         design_lqr(joint, STIFF_POINT, SAMPLE, f"at {STIFF_POINT:g} N.m"),
         design_lqr(joint, 0.0, SAMPLE, "at rest"),
     ]
-    picture_designs(joint, designs).savefig(stage / "5-design.png")
+    picture_designs(joint, designs).savefig(stage / f"5-design.{suffix}")
     figure, oscillation = picture_responses(joint, designs)
-    figure.savefig(stage / "5-joint.png")
+    figure.savefig(stage / f"5-joint.{suffix}")
     small = next(iter(oscillation.values()))
     print(
         f"an LQR designed on {quantity_text(designs[0].stiffness, 'N.m/rad', 3)} ({designs[0].name}) leaves an "

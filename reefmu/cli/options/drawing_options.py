@@ -5,7 +5,16 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from ..argument_types import MAX_DRIVES, add_command, add_drawing, add_seed, file_name, whole_number
+from ..argument_types import (
+    MAX_DRIVES,
+    add_command,
+    add_drawing,
+    add_format,
+    add_json,
+    add_seed,
+    file_name,
+    whole_number,
+)
 
 if TYPE_CHECKING:
     from ..argument_types import Commands
@@ -21,6 +30,7 @@ def add_demo(commands: Commands) -> None:
         "Writes pictures, curve.csv and an FMU.",
     )
     parser.add_argument("--out", metavar="DIR", type=file_name, help="folder for the files (default reefmu-demo)")
+    add_format(parser)
 
 
 def add_curve(commands: Commands) -> None:
@@ -30,15 +40,16 @@ def add_curve(commands: Commands) -> None:
         "drawings",
         "curve",
         "twist over torque, contact forces and load shares of a drawing",
-        "Writes curve.csv, curve.png and, where the drive has contacts, forces.png and load_share.png.",
+        "Writes curve.csv and pictures of the curve and, where the drive has contacts, of forces and load shares.",
     )
     _add_population(parser, "curve")
+    add_json(parser)
     parser.add_argument(
         "--individual",
         metavar="SEED",
         type=whole_number(0),
         help="one virtual drive turning, beside the population: torque over twist and angle, "
-        "transmission error, order spectra; writes individual_*.csv and .png",
+        "transmission error, order spectra; writes tables and pictures individual_*",
     )
 
 
@@ -49,7 +60,7 @@ def add_compare(commands: Commands) -> None:
         "drawings",
         "compare",
         "a drive's stiffness beside published gears",
-        "Writes compare.csv and compare.png.",
+        "Writes compare.csv and a picture.",
     )
     _add_population(parser, "compare")
     parser.add_argument(
@@ -83,9 +94,10 @@ def add_draw(commands: Commands) -> None:
         "drawings",
         "draw",
         "a drawing to scale: the drive, its contact forces, a turn, a DXF for the workshop",
-        "Writes drive.png and forces.png; turn.gif and profile.dxf where asked for.",
+        "Writes pictures of the drive and of its forces; turn.gif and profile.dxf where asked for.",
     )
     add_drawing(parser, "draw")
+    add_format(parser)
     parser.add_argument(
         "--twist",
         metavar="ARCMIN",
@@ -106,7 +118,7 @@ def add_draw(commands: Commands) -> None:
         metavar="N",
         type=float,
         default=1.0,
-        help="in forces.png, draw deviations and displacements N times as large (default 1: to scale)",
+        help="in the picture of the forces, draw deviations and displacements N times as large (default 1: to scale)",
     )
     parser.add_argument("--animate", action="store_true", help="write turn.gif: one period of the motion")
     parser.add_argument("--dxf", action="store_true", help="write profile.dxf: gear profile and bores in mm")
@@ -122,6 +134,7 @@ def add_draw(commands: Commands) -> None:
 def _add_population(parser: argparse.ArgumentParser, command: str) -> None:
     """Options of the commands that simulate a population of one drive."""
     add_drawing(parser, command)
+    add_format(parser)
     parser.add_argument(
         "--drives", metavar="N", type=whole_number(1, MAX_DRIVES), default=1000, help="virtual drives (default 1000)"
     )

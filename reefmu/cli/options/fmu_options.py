@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..argument_types import MAX_DRIVES, add_command, add_fields, add_seed, file_name, whole_number
+from ..argument_types import MAX_DRIVES, add_command, add_fields, add_json, add_seed, file_name, whole_number
 
 if TYPE_CHECKING:
     from ..argument_types import Commands
@@ -117,3 +117,4 @@ def add_check(commands: Commands) -> None:
     parser.add_argument(
         "--step", metavar="S", type=float, help="communication step, s (default: the one the FMU proposes)"
     )
+    add_json(parser)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..argument_types import add_command, file_name, whole_number
+from ..argument_types import add_command, add_format, file_name, whole_number
 
 if TYPE_CHECKING:
     from ..argument_types import Commands
@@ -17,12 +17,13 @@ def add_explore(commands: Commands) -> None:
         "studies",
         "explore",
         "a design study: from parameters with ranges to a Pareto front and a drawing",
-        "Writes designs.parquet, pareto.png, trade_off.png, effects.png and chosen.toml; the same "
-        "command continues a study that was stopped. Exit status 1 if no design can be chosen.",
+        "Writes designs.parquet, pictures of the front, the trade-off and the main effects, and "
+        "chosen.toml; the same command continues a study that was stopped. Exit status 1 if no design can be chosen.",
     )
     parser.add_argument(
         "study", metavar="STUDY.toml", help="a study, or one that is included: tolerance_field, geometry"
     )
+    add_format(parser)
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--workers", metavar="N", type=whole_number(1, 4096), help="processes (default: all cores)")
     where.add_argument("--scheduler", metavar="ADDRESS", help="address of a running dask scheduler, tcp://host:8786")

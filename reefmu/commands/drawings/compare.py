@@ -23,7 +23,7 @@ from .population_run import run_population
 
 
 def run(args: argparse.Namespace) -> int:
-    """Simulate, print the twists at several torques, and write compare.csv and compare.png."""
+    """Simulate, print the twists at several torques, and write compare.csv and a picture."""
     drive, notes = drawing_with_fields(args.drive, args.fields)
     gears = catalog(args.catalog)
     drawn = [gear for gear in gears if gear.has_curve]
@@ -33,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
         torques = torque_steps(curve.full_torque)
         twists = [_twists(curve, drawn, torque) for torque in torques]
         _write_csv(stage / "compare.csv", drive.name, drawn, torques, twists)
-        plots.save(plots.against_catalog(curve, gears), stage / "compare.png")
+        plots.save(plots.against_catalog(curve, gears), stage / f"compare.{args.format}")
     show_notes(notes)
     letters = [chr(ord("a") + k) if k < 26 else str(k) for k in range(len(drawn))]
     drives = "" if lacking(drive, TOLERANCES) else f", mean of {args.drives} virtual drives,"
@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
         print("\nwithout a curve:")
         for gear in without:
             print(_entry("-", gear))
-    print(f"\nwritten to {folder}: compare.csv, compare.png")
+    print(f"\nwritten to {folder}: compare.csv, compare.{args.format}")
     return 0
 
 

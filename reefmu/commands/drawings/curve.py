@@ -14,9 +14,11 @@ from stiffness_model.plotting import curves as plots
 from stiffness_model.units import ARCMIN
 
 from ..terminal.drawing_input import drawing_with_fields, output_folder
+from ..terminal.json_output import print_json
 from ..terminal.notes import show_notes
 from ..terminal.text_table import aligned_table
 from . import turning_files, turning_individual
+from .curve_summary import curve_summary
 from .load_ratings import rate_loads
 from .population_run import run_population
 
@@ -25,7 +27,7 @@ ROWS = 13
 
 
 def run(args: argparse.Namespace) -> int:
-    """Simulate, print, and write curve.csv, curve.png and, of a drive with contacts, forces.png and load_share.png."""
+    """Simulate, print, and write curve.csv and pictures: of the curve and, with contacts, of forces and load shares."""
     drive, notes = drawing_with_fields(args.drive, args.fields)
     if args.individual is not None:
         expect_has(drive, INDIVIDUALS, "curve --individual")
@@ -35,18 +37,21 @@ def run(args: argparse.Namespace) -> int:
         curve = population.curve()
         ratings = rate_loads(population) if isinstance(drive, Drive) else None
         curve.write_csv(stage / "curve.csv", None if ratings is None else ratings.columns())
-        plots.save(plots.twist_over_torque(curve), stage / "curve.png")
-        written = ["curve.csv", "curve.png"]
+        pictures = {f"curve.{args.format}": plots.twist_over_torque(curve)}
         if not lacking(drive, CONTACT_FORCES):
-            plots.save(plots.contact_forces(population), stage / "forces.png")
-            plots.save(plots.load_share(population), stage / "load_share.png")
-            written += ["forces.png", "load_share.png"]
+            pictures[f"forces.{args.format}"] = plots.contact_forces(population)
+            pictures[f"load_share.{args.format}"] = plots.load_share(population)
+        for name, axes in pictures.items():
+            plots.save(axes, stage / name)
+        written = ["curve.csv", *pictures]
         turned = None if args.individual is None else turning_individual.turn_individual(drive, args.individual)
         if turned is not None:
-            turning_files.write_files(turned, stage)
-            written += turning_files.FILES
+            written += turning_files.write_files(turned, stage, args.format)
     missing = [lacking(drive, what) for what in (TOLERANCES, CONTACT_FORCES)]
     show_notes([*notes, *(reason for reason in missing if reason)])
+    if args.json:
+        print_json(curve_summary(drive, curve, population, ratings) | {"folder": str(folder), "files": written})
+        return 0
     print(f"{drive.name}: {_population_text(drive, population)}\n")
     print(_twist_table(curve))
     print()

@@ -54,8 +54,8 @@ def run(args: argparse.Namespace) -> int:
             "--exaggerate",
         )
         at_rest = solve_element_forces(drive, sampling.nominal(drive), 0.0, angle)
-        drawing_figure(drive, at_rest).savefig(stage / "drive.png")
-        forces_figure(drive, loads, exaggeration).savefig(stage / "forces.png")
+        drawing_figure(drive, at_rest).savefig(stage / f"drive.{args.format}")
+        forces_figure(drive, loads, exaggeration).savefig(stage / f"forces.{args.format}")
         if args.dxf:
             profile = write_dxf(drive, stage / "profile.dxf", chord)
             lines.append(

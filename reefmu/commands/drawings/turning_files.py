@@ -16,19 +16,12 @@ from stiffness_model.units import ARCMIN
 
 from .turning_individual import TORQUE_SHARES, TurningResults
 
-FILES = (
-    "individual_map.csv",
-    "individual_turn.csv",
-    "individual_orders.csv",
-    "individual_map.png",
-    "individual_error.png",
-    "individual_orders.png",
-    "individual_fan.png",
-)
+TABLES = ("individual_map.csv", "individual_turn.csv", "individual_orders.csv")
+PICTURES = ("individual_map", "individual_error", "individual_orders", "individual_fan")
 
 
-def write_files(turned: TurningResults, folder: Path) -> None:
-    """Write the `FILES` into the folder."""
+def write_files(turned: TurningResults, folder: Path, suffix: str = "png") -> list[str]:
+    """Write the `TABLES` and `PICTURES` into the folder, and return their names. suffix: of the pictures."""
     from matplotlib.figure import Figure
 
     _write_map(turned.first_crank_turn, folder / "individual_map.csv")
@@ -42,8 +35,8 @@ def write_files(turned: TurningResults, folder: Path) -> None:
     plots.ripple_map(turned.first_crank_turn, below).set_title(
         "its first turn of the crank", loc="left", fontsize="small"
     )
-    save(below, folder / "individual_map.png")
-    save(plots.transmission_error_over_turn(turned.no_load, turned.loaded[-1:]), folder / "individual_error.png")
+    save(below, folder / f"individual_map.{suffix}")
+    save(plots.transmission_error_over_turn(turned.no_load, turned.loaded[-1:]), folder / f"individual_error.{suffix}")
     figure = Figure(figsize=(8.4, 7.2), dpi=150, layout="constrained")
     above, below = figure.subplots(2, sharex=True)
     names = list(turned.orders)
@@ -56,8 +49,9 @@ def write_files(turned: TurningResults, folder: Path) -> None:
     legend = below.get_legend()
     if legend is not None:
         legend.remove()
-    save(below, folder / "individual_orders.png")
-    save(plots.twists_of_individuals(turned.scatter), folder / "individual_fan.png")
+    save(below, folder / f"individual_orders.{suffix}")
+    save(plots.twists_of_individuals(turned.scatter), folder / f"individual_fan.{suffix}")
+    return [*TABLES, *(f"{name}.{suffix}" for name in PICTURES)]
 
 
 def _write_map(turned: rotation.TurningMap, path: Path) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from reefmu.fmu.validation.fmu_check import check_fmu
 from stiffness_model.errors import expect
+
+from ..terminal.json_output import print_json
 
 
 def run(args: argparse.Namespace) -> int:
@@ -25,5 +27,9 @@ def run(args: argparse.Namespace) -> int:
         coupling = (check_coupling(Path(args.fmu), args.step, args.inertia),)
     report = check_fmu(args.fmu)
     report = replace(report, results=(*report.results, *coupling))
-    print(report)
+    if args.json:
+        results = [asdict(result) for result in report.results]
+        print_json({"file": str(report.path), "passed": report.passed, "results": results})
+    else:
+        print(report)
     return 0 if report.passed else 1

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 import textwrap
 
 from reefmu.effects import EFFECTS, Effect, Place, find_effect
 from reefmu.effects.effect_facts import confusion_lines, effect_to_dict, example_call
 
+from ..terminal.json_output import print_json
 from ..terminal.text_table import aligned_table
 
 WIDTH = 100
@@ -20,7 +20,7 @@ def run(args: argparse.Namespace) -> int:
     chosen = list(EFFECTS.values()) if args.name is None else [find_effect(args.name)]
     if args.json:
         tables = [effect_to_dict(effect) for effect in chosen]
-        print(json.dumps(tables if args.name is None else tables[0], indent=2, ensure_ascii=False))
+        print_json(tables if args.name is None else tables[0])
     else:
         print(effects_by_place() if args.name is None else effect_text(chosen[0]))
     return 0

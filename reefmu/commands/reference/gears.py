@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import textwrap
 
 from stiffness_model.catalog.catalogue_drive import stated_values
@@ -11,6 +10,8 @@ from stiffness_model.catalog.catalogue_toml import table_of_row
 from stiffness_model.catalog.gears import CatalogGear, catalog
 from stiffness_model.errors import InputError
 from stiffness_model.io.drawing_toml import drive_from_dict
+
+from ..terminal.json_output import print_json
 
 WIDTH = 100
 """Characters of a line; chosen by judgement."""
@@ -21,7 +22,7 @@ def run(args: argparse.Namespace) -> int:
     gears = catalog()
     if args.json:
         tables = [{**table_of_row(gear), "has_curve": gear.has_curve} for gear in gears]
-        print(json.dumps(tables, indent=2, ensure_ascii=False))
+        print_json(tables)
         return 0
     print("gears that commands take by their names (curve, export, diagnose --drive, ...):\n")
     usable = [gear for gear in gears if gear.has_curve]

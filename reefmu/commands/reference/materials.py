@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 import textwrap
 from typing import Any
 
 from stiffness_model.drawing.material_library import MATERIALS
 from stiffness_model.drawing.materials import Material
 
+from ..terminal.json_output import print_json
 from ..terminal.text_table import aligned_table
 
 WIDTH = 100
@@ -26,7 +26,7 @@ A drawing defines others, and names them as it does these:
 def run(args: argparse.Namespace) -> int:
     """Print a table of the materials and a list of their sources; or all of it as JSON, in SI units."""
     if args.json:
-        print(json.dumps([_plain(material) for material in MATERIALS.values()], indent=2, ensure_ascii=False))
+        print_json([_plain(material) for material in MATERIALS.values()])
         return 0
     print('materials that a drawing names (gear_material = "100Cr6"), values at room temperature:\n')
     print(_table())

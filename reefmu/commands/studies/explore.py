@@ -35,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
     except (BrokenExecutor, KeyboardInterrupt) as error:
         raise _with_remedy(error, folder) from None
     results = assess_designs(study, found, generation)
-    files = _write(results, folder)
+    files = _write(results, folder, args.format)
     print(study_text(results))
     print(f"\nwritten to {folder}: {', '.join(files)}")
     return 0 if results.chosen is not None else 1
@@ -54,14 +54,15 @@ def _make_folder(folder: Path) -> None:
         raise InputError(f"{folder}: expected a folder that can be written, got {error.strerror or error}") from None
 
 
-def _write(results: Results, folder: Path) -> list[str]:
+def _write(results: Results, folder: Path, suffix: str) -> list[str]:
+    """Write tables, pictures with this suffix and the chosen drawing; returns the names of the files."""
     with staged_folder(folder) as stage:
         write_results(results, stage)
         if len(results.front):
-            plots.save(figures.pareto_front(results), stage / "pareto.png")
-            plots.save(figures.trade_off(results)[0], stage / "trade_off.png")
+            plots.save(figures.pareto_front(results), stage / f"pareto.{suffix}")
+            plots.save(figures.trade_off(results)[0], stage / f"trade_off.{suffix}")
         if len(sampled_designs(results)):
-            plots.save(figures.main_effects(results)[0], stage / "effects.png")
+            plots.save(figures.main_effects(results)[0], stage / f"effects.{suffix}")
         if results.chosen is not None:
             save_drive(chosen_drive(results), stage / "chosen.toml")
         return sorted(file.name for file in stage.iterdir())

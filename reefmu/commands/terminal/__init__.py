@@ -1,1 +1,1 @@
-"""What all commands share: drawings with overridden fields, notes, tables, worker processes."""
+"""What all commands share: drawings with overridden fields, notes, tables, JSON, worker processes."""

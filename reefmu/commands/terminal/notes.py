@@ -8,12 +8,13 @@ import warnings
 from collections.abc import Generator, Sequence
 from typing import TextIO
 
+from reefmu.verbosity import Verbosity, verbosity
 from stiffness_model.errors import NotConvergedWarning
 
 
 def show_notes(notes: Sequence[str]) -> None:
-    """Write each note to stderr as a line of its own."""
-    for note in notes:
+    """Write each note to stderr as a line of its own, unless the command is quiet."""
+    for note in notes if verbosity() > Verbosity.QUIET else ():
         print(f"note: {note}", file=sys.stderr)
 
 

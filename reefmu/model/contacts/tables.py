@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import stiffness_model
+from reefmu.verbosity import show_detail
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
 from stiffness_model.io.drawing_toml import drive_to_dict
@@ -147,7 +148,10 @@ def cached_element_table(drive: Drive) -> ElementTable:
 def _cached(name: str, load: Callable[[Path], Table], build: Callable[[], Table]) -> Table:
     path = cache_folder() / name
     with contextlib.suppress(InputError):  # missing, truncated, or no such table
-        return load(path)
+        table = load(path)
+        show_detail(f"tables from {path}")
+        return table
+    show_detail(f"no tables in {path}; solving them")
     table = build()
     with contextlib.suppress(OSError, InputError):
         path.parent.mkdir(parents=True, exist_ok=True)

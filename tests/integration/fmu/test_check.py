@@ -1,3 +1,4 @@
+import json
 import re
 import zipfile
 
@@ -20,6 +21,14 @@ def test_an_export_passes(fmu, soft_fmu):
         assert [result.name for result in report.results] == NAMES
         assert report["agreement"].value <= 1e-9
         assert str(path) in str(report)
+
+
+def test_the_results_as_json(fmu, capsys):
+    assert main(["check", str(fmu), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["passed"]
+    assert [result["name"] for result in found["results"]] == NAMES
+    assert found["results"][2]["value"] <= found["results"][2]["limit"]
 
 
 def test_a_wrong_torque_is_found(fmu, monkeypatch):
