@@ -84,6 +84,30 @@ def staged_folder(folder: str | os.PathLike[str]) -> Generator[Path]:
 
 
 @contextlib.contextmanager
+def replaced_folder(folder: str | os.PathLike[str], marker: str) -> Generator[Path]:
+    """A temporary folder that becomes `folder` when the block ends well, and is removed when it does not.
+
+    A folder that stands there is replaced as a whole, and only if it is empty or contains the file `marker`, by which
+    the writer knows its own results. Raises `InputError` for another one, and if the folder cannot be written.
+    """
+    target = Path(folder)
+    with _refuse_unwritable(target):
+        if target.exists() and not (target / marker).is_file() and (not target.is_dir() or any(target.iterdir())):
+            raise InputError(f"{target}: expected a new folder, an empty one or one with {marker}, got another")
+        target.parent.mkdir(parents=True, exist_ok=True)
+    with contextlib.ExitStack() as work:
+        with _refuse_unwritable(target):
+            place = work.enter_context(_work_folder(target.parent, STAGING_PREFIX))
+        new = place / "new"
+        new.mkdir()
+        yield new
+        with _refuse_unwritable(target):
+            if target.exists():
+                os.replace(target, place / "old")
+            os.replace(new, target)
+
+
+@contextlib.contextmanager
 def scratch_folder() -> Generator[Path]:
     """A folder among the system's temporary files, removed when the block ends."""
     with _work_folder(Path(tempfile.gettempdir()), SCRATCH_PREFIX) as folder:

@@ -16,13 +16,26 @@ def add_export(commands: Commands) -> None:
         commands,
         "fmus",
         "export",
-        "a drawing or a model as an FMU",
-        "Solves the lookup (some seconds, then cached) and writes an FMU.",
+        "a drawing or a model as an FMU, or as a plugin of the simulator MuJoCo",
+        "Solves the lookup (some seconds, then cached) and writes an FMU, or a folder with the plugin.",
     )
     parser.add_argument(
         "source", metavar="DRIVE|MODEL.toml", help="a preset, a gear of `reefmu gears`, a TOML drawing or a TOML model"
     )
-    parser.add_argument("-o", "--output", metavar="FILE.fmu", type=file_name, required=True, help="the FMU to write")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE.fmu|DIR",
+        type=file_name,
+        required=True,
+        help="the FMU to write; with --to mujoco the folder, whose name is the plugin's",
+    )
+    parser.add_argument(
+        "--to",
+        choices=("fmu", "mujoco"),
+        default="fmu",
+        help="fmu (default); mujoco: a plugin, with the model of one joint (MJCF); needs MuJoCo and a C compiler",
+    )
     parser.add_argument(
         "--ssp",
         action="store_true",
@@ -53,8 +66,8 @@ def add_export(commands: Commands) -> None:
         "--step",
         metavar="S",
         type=float,
-        default=1e-3,
-        help="communication step, s, that these warnings are about (default 0.001)",
+        help="communication step, s, that these warnings are about (default 0.001); with --to mujoco the time step for "
+        "which the joint is made stable (default 0.002)",
     )
     parser.add_argument(
         "--backend",

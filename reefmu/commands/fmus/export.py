@@ -1,4 +1,4 @@
-"""`reefmu export`: a drawing or a model becomes an FMU."""
+"""`reefmu export`: a drawing or a model becomes an FMU, or a plugin of a robot simulator."""
 
 from __future__ import annotations
 
@@ -28,9 +28,17 @@ from ..terminal.worker_processes import pool_with_progress
 from .coupling_step import step_notes
 from .effect_values import effect_values
 
+STEP = 1e-3
+"""s: communication step of an FMU that warnings are about, where none is given; chosen by judgement."""
+
 
 def run(args: argparse.Namespace) -> int:
     """Write the FMU and print what it contains."""
+    if args.to == "mujoco":
+        from .simulator_plugin import export_plugin
+
+        return export_plugin(args, lambda: _model(args))
+    args.step = STEP if args.step is None else args.step
     target = Path(args.output)
     suffix = ".ssp" if args.ssp else ".fmu"
     expect(target.suffix == suffix, f"a file name that ends in {suffix}", str(target), "--output")

@@ -16,6 +16,7 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from reefmu.progress import Progress
 from stiffness_model.errors import InputError, unknown_name
@@ -66,6 +67,8 @@ _SYMVER_HEADER = (
 """For libraries that the local compiler builds for Linux: newer versions of glibc give these functions a new symbol,
 but the oldest one is equivalent here and available everywhere. zig receives a version of glibc instead."""
 _ZIG = (sys.executable, "-m", "ziglang")
+_ZIG_NAMES = {"arm64": "aarch64", "amd64": "x86_64"}
+"""Names of processors in zig's targets, where `platform.machine` gives another."""
 _ZIG_FLAGS = ("-s", "-fno-sanitize=all", "-fno-stack-protector", "-g0")
 _LINKER_FLAGS = {"linux": ("-s", "-Wl,--build-id=none", "-lm"), "darwin": ("-Wl,-x", "-lm"), "win32": ("-s", "-lm")}
 
@@ -110,11 +113,31 @@ def compile_binaries(sources: Mapping[str, bytes], identifier: str, platforms: S
     return members
 
 
-def _compile_cached(sources: Mapping[str, bytes], identifier: str, p: Platform, target: str) -> bytes:
+def compile_for_host(sources: Mapping[str, bytes], name: str, include: Path, library: Path) -> bytes:
+    """A shared library for this machine, compiled or from the cache.
+
+    sources: C files by name; `MAIN_SOURCE` is compiled. name: of the library, without suffix. include: folder of
+    further headers; library: to link with. Errors: as of `compile_binaries`, and for an unknown machine.
+    """
+    (p,) = select_platforms("host")
+    machine = platform.machine().lower()
+    target = next((t for t in p.targets if t.startswith(_ZIG_NAMES.get(machine, machine))), p.targets[0])
+    return _compile_cached(sources, name, p, target, (f"-I{include}",), (str(library),))
+
+
+def _compile_cached(
+    sources: Mapping[str, bytes],
+    identifier: str,
+    p: Platform,
+    target: str,
+    options: tuple[str, ...] = (),
+    libraries: tuple[str, ...] = (),
+) -> bytes:
     from reefmu.model.contacts.tables import cache_folder
 
     command, version = _compiler(p, target)
-    digest = hashlib.sha256(repr((identifier, version, command)).encode())
+    command = (*command, *options)
+    digest = hashlib.sha256(repr((identifier, version, command, *libraries)).encode())
     for name in sorted(sources):
         digest.update(name.encode() + hashlib.sha256(sources[name]).digest())
     cached = cache_folder() / f"native-{digest.hexdigest()[:24]}{p.suffix}"
@@ -131,7 +154,7 @@ def _compile_cached(sources: Mapping[str, bytes], identifier: str, p: Platform, 
         )
         # File names are relative, so that the name of the temporary folder does not get into the binary.
         done = subprocess.run(
-            [*command, MAIN_SOURCE, "-o", output, *link],
+            [*command, MAIN_SOURCE, "-o", output, *libraries, *link],
             cwd=folder,
             capture_output=True,
             text=True,
