@@ -25,7 +25,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
-from reefmu.diagnosis.shared_exponent import PLAY, shared_exponent
+from reefmu.diagnosis.forward.base_curve import PLAY
+from reefmu.diagnosis.shared_exponent import shared_exponent
 from reefmu.record import Record, read_column_map, read_record, with_output_locked
 from stiffness_model.plotting.style import BLUE, GREEN, ORANGE, RED, format_axes
 from stiffness_model.units import ARCMIN
@@ -78,7 +79,7 @@ def main() -> None:
     print("\n" + " ".join(f"{head:>11s}" for head in heads) + "  effects")
     rows = []
     for k, record in enumerate(records):
-        found = diagnose_record(record, exponent=exponent.value, out=args.folder / f"preload_{k}")
+        found = diagnose_record(record, exponent=exponent, out=args.folder / f"preload_{k}")
         loose, play = lost_motion(whole[k]) / ARCMIN, found.base[PLAY] / ARCMIN
         constant, share = size(found, "hysteresis", "torque"), size(found, "load_dependent_hysteresis", "fraction")
         gap = found.gap

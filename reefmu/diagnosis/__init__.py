@@ -3,13 +3,14 @@
     preprocessing -> forward -> random_effects -> estimation -> inference -> report
 
 `pipeline` runs them in this order for one record, on the problem that `preparation` sets up. `api` has the public
-functions (`diagnose_record`), `schema` and `hypotheses` what they return, `analysis` that together with the evidence
-behind it. `shared_exponent` fits one power law to several records.
+functions (`diagnose_record`), `schema`, `fitted_values` and `hypotheses` what they return, `analysis` that together
+with the evidence behind it. `shared_exponent` fits one power law to several records.
 """
 
 from .api import diagnose_record, diagnose_records
+from .fitted_values import NamedEffect, Value
 from .hypotheses import Hypothesis, IsolabilityMatrix
-from .schema import Diagnosis, Gap, Location, NamedEffect, Value
+from .schema import Diagnosis, Gap, Location
 
 __all__ = [
     "Diagnosis",

@@ -15,7 +15,7 @@ from .estimation.worker_pool import ignore_overflow
 from .pipeline import analyse
 from .preparation import BaseCurveSource
 from .schema import Diagnosis
-from .shared_exponent import fixed_exponent_base
+from .shared_exponent import SharedExponent, fixed_exponent_base
 
 PathLike = str | os.PathLike[str]
 
@@ -27,7 +27,7 @@ def diagnose_record(
     out: PathLike | None = None,
     columns: Columns | None = None,
     progress: Callable[[str, float], None] | None = None,
-    exponent: float | None = None,
+    exponent: float | SharedExponent | None = None,
     output_locked: bool = False,
     executor: Executor | None = None,
 ) -> Diagnosis:
@@ -38,9 +38,10 @@ def diagnose_record(
     drawing. With neither, the base curve is a power law that is fitted to the record. out: folder for diagnosis.json,
     report.html and model.toml, the last only if the record allows a diagnosis; without it nothing is written. columns:
     map from foreign column names to `name [unit]`. progress: called with the present stage and the share done.
-    exponent: fixed exponent of the power law, within 0.3 ... 6; fitted if None. output_locked: for a record of a twist
-    alone, that the crank turned while the output was locked (see `reefmu.record.with_output_locked`). executor: of
-    processes on this machine that share the fits; the result is the same without it.
+    exponent: fixed exponent of the power law, within 0.3 ... 6, or one that several records share; fitted if None.
+    output_locked: for a record of a twist alone, that the crank turned while the output was locked (see
+    `reefmu.record.with_output_locked`). executor: of processes on this machine that share the fits; the result is the
+    same without it.
 
     Raises `InputError` for files that cannot be read or written, for both a drive and a curve, and for an exponent
     together with either.

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiffness_model.display import dataframe, html_table
 
+from .fitted_values import NamedEffect, ParameterAtBound
 from .hypotheses import (
     PROBABILITY_DIGITS,
     Hypothesis,
@@ -32,28 +33,6 @@ VERDICTS = ("named", "partly", "ambiguous", "none", "unknown", "insufficient")
 """Every verdict that a diagnosis can have; `reefmu.diagnosis.report.text.MEANING` says what they mean."""
 LABEL_WIDTH, CAPTION_WIDTH = 28, 52
 """Characters of a line of a bar's label and of the caption, which fit a figure of 6.4 inches side by side."""
-
-
-@dataclass(frozen=True)
-class Value:
-    """One fitted parameter with its 95 % interval low ... high; warning: why it is uncertain, "" if it is not."""
-
-    value: float
-    low: float
-    high: float
-    unit: str
-    warning: str = ""
-
-
-@dataclass(frozen=True)
-class NamedEffect:
-    """An effect that is missing in the model; share: part of the systematic gap that it removes; probability: sum over
-    the hypotheses that contain it, 0 where none were compared."""
-
-    name: str
-    parameters: dict[str, Value]
-    share: float
-    probability: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -92,9 +71,9 @@ class Diagnosis:
     tests that would tell more. remainder: N.m rms, left beside the effects, and remainder_where its locations.
     not_candidates: effects that this record cannot show, with the reason. indistinguishable: pairs of effects with the
     test that tells them apart. notes: on the quality of the record. base: kind, source and parameters of the base
-    curve. seconds: computing time. hypotheses: every explanation with its probability, of sum 1; empty where none were
-    compared. global_p: p-value of the chosen model, whether it explains the record. isolability: which effects this
-    record tells apart.
+    curve. at_bounds: parameters that stopped at a bound of their range. seconds: computing time. hypotheses: every
+    explanation with its probability, of sum 1; empty where none were compared. global_p: p-value of the chosen model,
+    whether it explains the record. isolability: which effects this record tells apart.
     """
 
     verdict: str
@@ -110,6 +89,7 @@ class Diagnosis:
     indistinguishable: tuple[tuple[str, str, str], ...] = ()
     notes: tuple[str, ...] = ()
     base: dict[str, Any] = field(default_factory=dict)
+    at_bounds: tuple[ParameterAtBound, ...] = ()
     seconds: float = 0.0
     hypotheses: tuple[Hypothesis, ...] = ()
     global_p: float | None = None
@@ -198,7 +178,7 @@ class Diagnosis:
                 "share": _round(e.share),
                 **({"probability": round(float(e.probability), PROBABILITY_DIGITS)} if compared else {}),
                 "parameters": {
-                    name: {k: v for k, v in asdict(p).items() if k != "warning" or v}
+                    name: {k: v for k, v in asdict(p).items() if k not in ("warning", "bound") or v}
                     for name, p in e.parameters.items()
                 },
             }
@@ -224,6 +204,7 @@ class Diagnosis:
             "twins": [list(t) for t in self.indistinguishable],
             "notes": list(self.notes),
             "base": self.base,
+            "at_bounds": [asdict(p) for p in self.at_bounds],
             "seconds": round(self.seconds, 2),
         }
 

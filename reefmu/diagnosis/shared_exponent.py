@@ -18,7 +18,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ..record import Record
 from .estimation.search import base_fit
-from .forward.base_curve import BaseCurve, ShapeParameters, power_base
+from .forward.base_curve import PLAY, BaseCurve, ShapeParameters, power_base
 from .forward.elastic import ElasticTorque
 from .forward.vectorised import Number
 from .preparation import prepare_problem
@@ -43,8 +43,6 @@ FRICTION_STARTS = (0.2, 0.05, 0.05, 0.01)
 over full torque, its presliding twist over the greatest twist; chosen by judgement."""
 MAX_PLAY = 0.9
 """Upper bound of the play, over the greatest twist; chosen by judgement, so that some loaded twist is left."""
-PLAY = "play [rad]"
-"""Name of the shape parameter that is the play to either side."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,12 @@ class SharedExponent:
     @property
     def at_bound(self) -> bool:
         """Whether the value is at `MIN_EXPONENT` or `MAX_EXPONENT`."""
-        return self.value in (MIN_EXPONENT, MAX_EXPONENT)
+        return bool(self.bound)
+
+    @property
+    def bound(self) -> str:
+        """ "low" at `MIN_EXPONENT`, "high" at `MAX_EXPONENT`, else ""."""
+        return "low" if self.value == MIN_EXPONENT else "high" if self.value == MAX_EXPONENT else ""
 
     def __str__(self) -> str:
         text = f"one exponent for all records: {self.value:.3g}"
@@ -85,11 +88,14 @@ class DeadBandTorque:
         return value, by_twist, slope, [*by_shape, self.lever * slope]
 
 
-def fixed_exponent_base(exponent: float) -> Callable[[Trace], BaseCurve]:
+def fixed_exponent_base(exponent: float | SharedExponent) -> Callable[[Trace], BaseCurve]:
     """A function that makes the power law with a dead band for a record's traces.
 
     Raises `InputError` for an exponent outside 0.3 ... 6.
     """
+    bound = ""
+    if isinstance(exponent, SharedExponent):
+        exponent, bound = exponent.value, exponent.bound
     expect(
         MIN_FIXED <= exponent <= MAX_FIXED,
         f"an exponent within {MIN_FIXED:g} ... {MAX_FIXED:g}",
@@ -112,6 +118,7 @@ def fixed_exponent_base(exponent: float) -> Callable[[Trace], BaseCurve]:
                 with_play(base.shape.low, 0.0),
                 with_play(base.shape.high, MAX_PLAY * base.max_twist),
                 np.full(3, np.inf),
+                exponent_bound=bound,
             ),
         )
 

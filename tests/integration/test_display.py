@@ -16,7 +16,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import stiffness_model as sm
-from reefmu.diagnosis.schema import Diagnosis, Gap, NamedEffect, Value
+from reefmu.diagnosis import Diagnosis, Gap, NamedEffect, Value
 from reefmu.model import DriveModel, build_curve_model, build_model
 from reefmu.record import COLUMNS, REPLACED_BY, Record, make_record, read_record
 from reefmu.torque_loop import torque_loop

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
+from reefmu.diagnosis.forward.base_curve import PLAY
 from reefmu.diagnosis.hypotheses import hypothesis_text, likeliest, probability_text
-from reefmu.diagnosis.shared_exponent import PLAY, shared_exponent
+from reefmu.diagnosis.report.text import bound_text
+from reefmu.diagnosis.shared_exponent import SharedExponent, shared_exponent
 from reefmu.model.chosen_effects import inherent_effects
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.progress import Progress
@@ -78,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _exponent(args: argparse.Namespace, records: Sequence[Record], locked: bool) -> float | None:
+def _exponent(args: argparse.Namespace, records: Sequence[Record], locked: bool) -> float | SharedExponent | None:
     """The exponent of `--exponent`: None for a free one, a number, or the one that all records share."""
     if args.exponent is None:
         return None
@@ -94,7 +96,7 @@ def _exponent(args: argparse.Namespace, records: Sequence[Record], locked: bool)
             lambda _stage, share: progress.advance_to(share),
         )
     print(shared)
-    return shared.value
+    return shared
 
 
 def diagnosis_text(name: str, diagnosis: Diagnosis) -> str:
@@ -108,6 +110,7 @@ def diagnosis_text(name: str, diagnosis: Diagnosis) -> str:
     if diagnosis.alternatives:
         head = "or" if diagnosis.verdict == "ambiguous" else "tolerances may mask"
         lines.append(f"  {head}: " + "; ".join(" + ".join(names) for names in diagnosis.alternatives))
+    lines += [f"  {bound_text(found)}" for found in diagnosis.at_bounds]
     lines += [f"  next: {step}" for step in diagnosis.next_experiment[:3]]
     return "\n".join(lines)
 

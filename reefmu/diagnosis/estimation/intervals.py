@@ -12,8 +12,8 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import find_effect
-from ..schema import NamedEffect, Value
+from ...effects import Parameter, find_effect
+from ..fitted_values import NamedEffect, Value
 from .least_squares import Fit
 from .problem import Problem
 from .residuals import segments, torque_without
@@ -22,6 +22,8 @@ FORM_UNCERTAINTY = 0.005
 """Standard deviation of a parameter, over its value, due to the form of the effect's law. Chosen by judgement."""
 NORMAL_QUANTILE = 1.96
 """Quantile of the normal distribution for 95 % confidence."""
+ONE_SIDED_QUANTILE = 1.645
+"""The same for an interval that is bounded on one side only."""
 
 
 def named_effect(problem: Problem, fit: Fit, name: str, base: Fit) -> NamedEffect:
@@ -42,12 +44,47 @@ def named_effect(problem: Problem, fit: Fit, name: str, base: Fit) -> NamedEffec
             half = NORMAL_QUANTILE * error * float(fit.bounds.scale[at + k])
             low, high = value - half, value + half
         low, high = max(low, p.minimum), min(high, p.maximum)
-        # A share of 0 or 1 is a result, not a bound that stopped the fit.
-        warning = "at its bound" if fit.at_bound[at + k] and (p.minimum, p.maximum) != (0.0, 1.0) else ""
+        bound = bound_reached(fit, at + k, p)
+        if bound:
+            limit = one_sided_limit(fit, at + k, error, bound)
+            low, high = (value, limit) if bound == "low" else (limit, value)
+        warning = "at its bound" if bound else ""
         if not warning and high - low > 1.0 * abs(value) and not p.name.startswith("phase"):
             warning = "wide interval"
-        values[p.name] = Value(value, low, high, p.unit, warning)
+        values[p.name] = Value(value, low, high, p.unit, warning, bound)
     return NamedEffect(name, values, float(np.clip(_share(problem, fit, name, base), 0.0, 1.0)))
+
+
+def bound_reached(fit: Fit, index: int, parameter: Parameter | None = None) -> str:
+    """The bound, "low" or "high", that stopped a parameter of a fit; "" if none did.
+
+    index: in the vector of the fit; parameter: its declaration, None for the base curve. A parameter that is held at
+    one value has no bound, and some bounds are results: a share of 0 or 1, an amplitude or a play of 0, an infinite
+    time.
+    """
+    low, high = float(fit.bounds.low[index]), float(fit.bounds.high[index])
+    if not fit.at_bound[index] or low == high:
+        return ""
+    bound = "low" if fit.parameters[index] - low < high - fit.parameters[index] else "high"
+    if parameter is None:
+        return "" if bound == "low" and low == 0 else bound
+    is_share = (parameter.minimum, parameter.maximum) == (0.0, 1.0)
+    is_neutral = parameter.neutral == (parameter.minimum if bound == "low" else parameter.maximum)
+    return "" if is_share or parameter.name.startswith("phase") or is_neutral else bound
+
+
+def one_sided_limit(fit: Fit, index: int, error: float, bound: str) -> float:
+    """The end, away from the bound, of the one-sided 95 % interval of a parameter at its bound.
+
+    error: standard error of the fitted variable, as of `standard_errors`. The end stays within the other bound.
+    """
+    step = ONE_SIDED_QUANTILE * error if bound == "low" else -ONE_SIDED_QUANTILE * error
+    value, low, high = (float(v[index]) for v in (fit.parameters, fit.bounds.low, fit.bounds.high))
+    logarithmic = fit.bounds.logarithmic[index]
+    end = (
+        value * float(np.exp(np.clip(step, -50, 50))) if logarithmic else value + step * float(fit.bounds.scale[index])
+    )
+    return float(np.clip(end, low, high))
 
 
 def standard_errors(problem: Problem, fit: Fit) -> Array:

@@ -48,6 +48,8 @@ LOG_SCALE_RANGE = 5.0
 CONTACT_RANGE = 1e-3
 """Twist over which the contact of a power law sets in smoothly, over its greatest twist. Chosen by judgement, below the
 resolution of a record."""
+PLAY = "play [rad]"
+"""Name of the shape parameter that is the play to either side."""
 TABLE_RANGE, TABLE_NODES = 1.6, 321
 """Twist over the greatest twist of a base curve to which it is tabulated, and nodes of that table. Chosen by judgement:
 the spacing is a hundredth of the greatest twist."""
@@ -58,6 +60,7 @@ class ShapeParameters:
     """Parameters of a base curve that are fitted with every set of effects, (k,) each.
 
     prior_deviation: standard deviations of Gaussian priors about `start`, infinite where nothing is known.
+    exponent_bound: "low" or "high" for an exponent that is held at a bound of the fit in which it was determined.
     """
 
     names: tuple[str, ...]
@@ -65,6 +68,7 @@ class ShapeParameters:
     low: Array
     high: Array
     prior_deviation: Array
+    exponent_bound: str = ""
 
     @property
     def size(self) -> int:

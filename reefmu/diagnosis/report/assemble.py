@@ -17,6 +17,7 @@ from ..inference.isolability import Isolability, separating_experiments
 from ..inference.verdict import Conclusion
 from ..preprocessing.audit import Audit
 from ..schema import Diagnosis, Gap, Location
+from .bounds import parameters_at_bounds
 from .location import locate_gap
 from .play import as_rotational_play
 from .summary import summarise
@@ -57,6 +58,7 @@ def assemble_diagnosis(
         tuple((a, b, separating_test(a, b)) for a, b in isolated.indistinguishable),
         tuple(notes),
         _base_parameters(problem, chosen),
+        parameters_at_bounds(problem, chosen),
     )
 
 

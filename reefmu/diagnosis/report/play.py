@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ..fitted_values import NamedEffect, Value
 from ..forward.base_curve import BaseCurve
-from ..schema import NamedEffect, Value
 
 _UNITS = {"m": "rad", "m/K": "rad/K", "m/rad": "1"}
 
@@ -15,14 +15,17 @@ def as_rotational_play(effect: NamedEffect, base: BaseCurve) -> NamedEffect:
 
     model.toml keeps the clearances and states the lever between the two.
     """
-    if base.kind == "drawing":
-        return effect
 
     def turned(v: Value) -> Value:
-        return replace(
-            v, value=v.value / base.lever, low=v.low / base.lever, high=v.high / base.lever, unit=_UNITS[v.unit]
-        )
+        factor, unit = rotational_play(v.unit, base)
+        return replace(v, value=factor * v.value, low=factor * v.low, high=factor * v.high, unit=unit)
 
-    return replace(
-        effect, parameters={name: turned(v) if v.unit in _UNITS else v for name, v in effect.parameters.items()}
-    )
+    return replace(effect, parameters={name: turned(v) for name, v in effect.parameters.items()})
+
+
+def rotational_play(unit: str, base: BaseCurve) -> tuple[float, str]:
+    """Factor and unit in which a parameter of this unit is given: those of an angle for a clearance without a
+    drawing."""
+    if base.kind == "drawing" or unit not in _UNITS:
+        return 1.0, unit
+    return 1 / base.lever, _UNITS[unit]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from stiffness_model.units import interval_text, quantity_text
 
-from ..schema import Diagnosis, Location, NamedEffect
+from ..fitted_values import NamedEffect, ParameterAtBound
+from ..schema import Diagnosis, Location
 
 MEANING = {
     "named": "the missing effects are identified",
@@ -61,18 +62,31 @@ def file_name(source: str) -> str:
     return ", ".join(part.replace("\\", "/").rsplit("/", 1)[-1] for part in source.split(", "))
 
 
+def bound_text(found: ParameterAtBound) -> str:
+    """A parameter at its bound in words.
+
+    >>> bound_text(ParameterAtBound("exponent", "high", 6.0, 5.2, None, "1", "play acts like a larger exponent"))
+    'exponent ended at its upper bound, 6 (95 %: at least 5.2): play acts like a larger exponent'
+    """
+    end = "lower" if found.bound == "low" else "upper"
+    name = found.parameter.split(" [")[0].replace("_", " ").replace(".", ": ")
+    limit = ""
+    if found.high is not None:
+        limit = f" (95 %: at most {quantity_text(found.high, found.unit)})"
+    elif found.low is not None:
+        limit = f" (95 %: at least {quantity_text(found.low, found.unit)})"
+    return f"{name} ended at its {end} bound, {quantity_text(found.value, found.unit)}{limit}: {found.meaning}"
+
+
 def cautions(diagnosis: Diagnosis) -> list[str]:
     """What a reader must know before relying on the numbers."""
-    lines = [
-        f"{effect.name}: {name.replace('_', ' ')} is {value.warning.replace('its bound', 'a bound of its range')}"
-        + (
-            f" ({quantity_text(value.value, value.unit)}): the true value may lie beyond"
-            if "bound" in value.warning
-            else f" ({interval_text(value.low, value.high, value.unit)}): its size is uncertain"
-        )
+    lines = [bound_text(found) for found in diagnosis.at_bounds]
+    lines += [
+        f"{effect.name}: {name.replace('_', ' ')} is {value.warning} "
+        f"({interval_text(value.low, value.high, value.unit)}): its size is uncertain"
         for effect in diagnosis.effects
         for name, value in effect.parameters.items()
-        if value.warning
+        if value.warning and not value.bound
     ]
     if diagnosis.global_p is not None and diagnosis.global_p < POOR_FIT:
         lines.append(

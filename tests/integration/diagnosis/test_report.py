@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 
 from reefmu.diagnosis import Diagnosis, Gap, Hypothesis, IsolabilityMatrix, Location, NamedEffect, Value
 from reefmu.diagnosis.analysis import Analysis
+from reefmu.diagnosis.fitted_values import ParameterAtBound
 from reefmu.diagnosis.pipeline import analyse
 from reefmu.diagnosis.preparation import BaseCurveSource
 from reefmu.diagnosis.report.html.page import report_html
@@ -24,9 +26,10 @@ pytestmark = pytest.mark.slow
 BROWSER = pytest.mark.skipif(browser.CHROMIUM is None, reason="no Chromium on the PATH")
 HYSTERESIS = NamedEffect(
     "hysteresis",
-    {"torque": Value(4.0, 3.9, 4.1, "N.m"), "presliding": Value(1e-7, 1e-7, 1e-4, "rad", "at its bound")},
+    {"torque": Value(4.0, 3.9, 4.1, "N.m"), "presliding": Value(1e-7, 1e-7, 1e-4, "rad", "at its bound", "low")},
     0.9,
 )
+AT_BOUND = ParameterAtBound("hysteresis.presliding", "low", 1e-7, None, 1e-4, "rad", "this record does not resolve it")
 MADE = Diagnosis(
     "named",
     "What is missing is friction.",
@@ -35,6 +38,7 @@ MADE = Diagnosis(
     (Location("direction", "growing", 0.9),),
     Gap(5.0, 1.0, 0.9, 5.1, 1.1),
     (),
+    at_bounds=(AT_BOUND,),
 )
 
 
@@ -117,10 +121,14 @@ def test_the_page_is_self_contained_and_shows_no_folder(found: Analysis) -> None
 def test_cautions_of_the_report() -> None:
     (bound,) = cautions(MADE)
     assert "presliding" in bound
-    assert "may lie beyond" in bound
+    assert "ended at its lower bound" in bound
+    assert "95 %: at most" in bound
+    assert bound in report_html(MADE)
+    assert json.loads(MADE.to_json())["at_bounds"][0]["low"] is None
     wide = replace(HYSTERESIS, parameters={"torque": Value(4.0, 0.0, 9.0, "N.m", "wide interval")})
-    assert "its size is uncertain" in cautions(replace(MADE, effects=(wide,)))[0]
-    sure = replace(MADE, effects=(replace(HYSTERESIS, parameters={"torque": Value(4.0, 3.9, 4.1, "N.m")}),))
+    free = replace(MADE, at_bounds=())
+    assert "its size is uncertain" in cautions(replace(free, effects=(wide,)))[0]
+    sure = replace(free, effects=(replace(HYSTERESIS, parameters={"torque": Value(4.0, 3.9, 4.1, "N.m")}),))
     assert cautions(sure) == []
     assert "does not shrink" in cautions(replace(sure, gap=Gap(5.0, 5.5, 5.4)))[0]
     assert "in runs that were not fitted" in cautions(replace(sure, gap=Gap(5.0, 1.0, 0.9, 5.0, 6.0)))[0]

@@ -9,7 +9,8 @@ from stiffness_model.units import interval_text, quantity_text
 
 from ....effects import find_effect
 from ...analysis import Analysis
-from ...schema import Diagnosis, Location, NamedEffect
+from ...fitted_values import NamedEffect
+from ...schema import Diagnosis, Location
 from ..text import MEANING, cautions, file_name, location_text, main_parameter_text
 from .elements import figure, section_list, table
 from .probabilities import probability_overview
