@@ -41,12 +41,15 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 WRONG_CALLS = [
-    ([], "the following arguments are required: COMMAND"),
-    (["curv", "drive_1"], "invalid choice: 'curv'"),
+    (["curv", "drive_1"], "unknown command 'curv'; did you mean curve?"),
+    (["-q", "xyz"], "unknown command 'xyz'; expected one of demo, new"),
+    (["--jsn"], "unrecognized arguments: --jsn"),
     (["curve"], "the following arguments are required: DRIVE"),
     (["plan", "drive_1", "--minutes", "ten", "--out", "o"], "expected a number of minutes, got 'ten'"),
     (["plan", "drive_1", "--effects", "creep,,wear", "--out", "o"], "expected names separated by commas"),
-    (["curve", "drive_1", "--drivers", "3"], "unrecognized arguments: --drivers"),
+    (["curve", "drive_1", "--drivers", "3"], "unrecognized arguments: --drivers 3; did you mean --drives?"),
+    (["curve", "drive_1", "--formt=svg"], "did you mean --format?"),
+    (["curve", "drive_1", "drive_2"], "unrecognized arguments: drive_2"),
     (["curve", "drive_1", "--drives", "0"], "argument --drives: expected a whole number from 1 to"),
     (["curve", "drive_1", "--drives", "many"], "got 'many'"),
     (["curve", "drive_1", "--drives", "1e3"], "got '1e3'"),
