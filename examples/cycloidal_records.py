@@ -22,13 +22,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.diagnosis.forward.base_curve import PLAY
 from reefmu.diagnosis.shared_exponent import shared_exponent
 from reefmu.record import Record, read_column_map, read_record, with_output_locked
-from stiffness_model.plotting.style import BLUE, GREEN, ORANGE, RED, format_axes
+from stiffness_model.plotting.style import BLUE, GREEN, ORANGE, RED, format_axes, legend_above, new_figure
 from stiffness_model.units import ARCMIN
 
 COLUMNS = read_column_map(Path(__file__).with_name("cycloidal_columns.toml"))
@@ -105,20 +104,20 @@ def main() -> None:
 
 def picture(rows: list[tuple[float, float, tuple[float, ...], tuple[float, ...], float, float]], path: Path) -> None:
     """Draw lost motion, friction and remainder over the preload."""
-    figure = Figure(figsize=(12, 3.6), layout="constrained")
+    figure = new_figure(12, 4.0)
     axes = figure.subplots(1, 3)
     k = np.arange(len(rows))
     axes[0].plot(k, [r[0] for r in rows], "o-", color=BLUE, label="lost motion, small cycles, no model")
     axes[0].plot(k, [2 * r[1] for r in rows], "s--", color=ORANGE, label="play fitted, both sides")
-    axes[1].plot(k, [r[2][0] for r in rows], "o-", color=BLUE, label="constant friction [N.m]")
-    axes[1].plot(k, [10 * r[3][0] for r in rows], "s--", color=GREEN, label="friction per load [10 %]")
+    axes[1].plot(k, [r[2][0] for r in rows], "o-", color=BLUE, label="constant friction")
+    axes[1].plot(k, [10 * r[3][0] for r in rows], "s--", color=GREEN, label="friction per load")
     axes[2].plot(k, [r[4] for r in rows], "o-", color=RED, label="repeatable remainder")
     axes[2].plot(k, [r[5] for r in rows], "s--", color=BLUE, label="noise")
-    for ax, unit in zip(axes, ("arcmin", "", "N.m"), strict=True):
-        format_axes(ax, "preload step", unit)
+    labels = ("angle [arcmin]", "friction [N.m]; per load [10 %]", "torque, rms [N.m]")
+    for ax, label in zip(axes, labels, strict=True):
+        legend_above(format_axes(ax, "preload step", label))
         ax.set_ylim(0)
-        ax.legend(frameon=False, fontsize=8)
-    figure.savefig(path, dpi=120)
+    figure.savefig(path)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,6 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from reefmu.cli import main as reefmu
 from reefmu.diagnosis.preprocessing.trace import make_trace
@@ -29,7 +28,7 @@ from reefmu.model.model_file import load_model
 from reefmu.record import Record, read_record
 from reefmu.simulate import Response, simulate_record
 from stiffness_model.numerics.arrays import Array
-from stiffness_model.plotting.style import BLUE, INK, RED, format_axes
+from stiffness_model.plotting.style import BLUE, INK, RED, format_axes, legend_above, new_figure
 from stiffness_model.units import ARCMIN
 
 
@@ -70,24 +69,21 @@ def picture(record: Record, ratio: float, found: Mapping[str, Array], path: Path
     twist = record.twist(ratio) / ARCMIN
     widest = max(range(len(starts) - 1), key=lambda k: float(np.ptp(twist[starts[k] : starts[k + 1]])))
     inside = slice(starts[widest], starts[widest + 1])
-    figure = Figure(figsize=(11, 4.2), layout="constrained")
+    figure = new_figure(11, 4.4)
     left, right = figure.subplots(1, 2, width_ratios=(1, 1.4))
     lines = list(found.items())
     drawn, last = lines[0], lines[-1]
     left.plot(twist[inside], record.output_torque[inside], ".", ms=3, color=INK, label="measured")
     left.plot(twist[inside], drawn[1][inside], "-", lw=1, color=RED, label=drawn[0])
     left.plot(twist[inside], last[1][inside], "-", lw=1, color=BLUE, label=last[0])
-    left.set_title(f"run {record.run[starts[widest]]}")
     for (name, torque), colour in zip((drawn, last), (RED, BLUE), strict=True):
         gap = record.output_torque - torque
         right.plot(gap, lw=0.6, color=colour, label=f"{name}: {rms(gap):.2f} N.m rms")
-    right.set_title("gap over the record")
-    for ax in (
-        format_axes(left, "twist [arcmin]", "torque [N.m]"),
-        format_axes(right, "sample", "measured - model [N.m]"),
-    ):
-        ax.legend(frameon=False, fontsize=8)
-    figure.savefig(path, dpi=120)
+    format_axes(left, "twist [arcmin]", "torque [N.m]")
+    format_axes(right, "sample", "measured - model [N.m]")
+    legend_above(left, f"run {record.run[starts[widest]]}, the widest")
+    legend_above(right, "gap over the record")
+    figure.savefig(path)
 
 
 def main(arguments: list[str] | None = None) -> dict[str, float]:

@@ -27,7 +27,20 @@ from reefmu.record import Record, make_record
 from reefmu.simulate import simulate_record
 from stiffness_model.lookup.build_lookup import Lookup
 from stiffness_model.numerics.arrays import Array
-from stiffness_model.plotting.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, format_axes
+from stiffness_model.plotting.style import (
+    BLUE,
+    FAINT,
+    GREEN,
+    INK,
+    ORANGE,
+    PURPLE,
+    RED,
+    format_axes,
+    headline,
+    new_figure,
+)
+from stiffness_model.plotting.text_fit import fit_text
+from stiffness_model.units import quantity_text
 
 ARCMIN = np.pi / 10800
 TURN = 2 * np.pi
@@ -197,7 +210,7 @@ def draw(name: str, plain: DriveModel, lookup: Lookup) -> Figure:
     record = record_of(runs)
     model = build_model(plain.drive, {name: shown.values}, lookup=lookup)
     before, after = (simulate_record(m, record)[shown.reads] for m in (plain, model))
-    figure = Figure(figsize=(9.2, 4.4), dpi=130, layout="constrained")
+    figure = new_figure(9.2, 4.6)
     left, right = figure.subplots(1, 2)
     for k, (run, first) in enumerate(zip(runs, record.starts, strict=True)):
         part = slice(first, first + len(run.time))
@@ -214,8 +227,9 @@ def draw(name: str, plain: DriveModel, lookup: Lookup) -> Figure:
     left.legend(
         loc="lower left", bbox_to_anchor=(-0.02, 1.0), ncols=5, frameon=False, fontsize="small", labelcolor=INK
     ).set_in_layout(False)
-    figure.suptitle(heading(name), x=0.01, ha="left", fontsize="medium", color=INK)
-    figure.supxlabel("excitation: " + effect.excitation, x=0.01, ha="left", fontsize="small", color=INK)
+    headline(figure, heading(name), "medium")
+    excitation = fit_text("excitation: " + effect.excitation.replace("`", ""), 9.0, "small")
+    figure.supxlabel(excitation, x=0.01, ha="left", fontsize="small", color=INK)
     return figure
 
 
@@ -228,10 +242,8 @@ def heading(name: str) -> str:
 
 
 def parameter_text(name: str, value: float, unit: str) -> str:
-    """A parameter with its value and unit, lengths in um."""
-    if unit == "m" or unit.startswith("m/"):
-        value, unit = 1e6 * value, "u" + unit
-    return f"{name} {value:g} {unit}".removesuffix(" 1")
+    """A parameter with its value and unit."""
+    return f"{name} {quantity_text(value, unit)}"
 
 
 def main() -> None:

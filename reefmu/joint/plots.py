@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffness_model.plotting.style import BLUE, FAINT, INK, RED, format_axes
+from stiffness_model.plotting.style import BLUE, FAINT, INK, RED, drive_name, format_axes, legend_above, new_figure
 from stiffness_model.units import quantity_text
 
 from .controller import Design, feedback, minimum_damping_ratio
@@ -29,9 +29,7 @@ LOADS = (1.0, 120.0)
 
 def picture_designs(joint: JointModel, designs: Sequence[Design]) -> Figure:
     """The curve with the linearisations of the designs, and the damping ratio of each loop over the torque."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9.6, 4.0), dpi=150, layout="constrained")
+    figure = new_figure(9.6, 4.0)
     left, right = figure.subplots(1, 2)
     tangents(joint, designs, left)
     damping_over_torque(joint, designs, right)
@@ -45,9 +43,7 @@ def picture_responses(
 
     Also returns the remaining oscillation of the drive's torque, N.m, by case and design (see `response`).
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9.6, 3.2 * len(steps)), dpi=150, layout="constrained")
+    figure = new_figure(9.6, 3.2 * len(steps))
     axes = figure.subplots(len(steps), 2, squeeze=False)
     left = {
         f"set point {1e3 * step:g} mrad": response(joint, designs, ax, target=step)
@@ -58,7 +54,7 @@ def picture_responses(
         for load, ax in zip(loads, axes[:, 1], strict=True)
     }
     handles, names = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside upper left", ncols=3, frameon=False, fontsize="small")
+    figure.legend(handles, names, loc="outside upper left", ncols=4, frameon=False, fontsize="small")
     return figure, left
 
 
@@ -69,7 +65,7 @@ def tangents(joint: JointModel, designs: Sequence[Design], ax: Axes) -> Axes:
     twist = np.linspace(-reach, reach, 400)
     torque = lookup.torque(twist)
     format_axes(ax, "twist at the output [mrad]", "torque [N.m]")
-    ax.plot(1e3 * twist, torque, color=INK, lw=2.2, label=joint.drive.name.replace("_", " "))
+    ax.plot(1e3 * twist, torque, color=INK, lw=2.2, label=drive_name(joint.drive.name))
     for design, colour, dashes in zip(designs, COLOURS, DASHES, strict=False):
         shown = np.abs(design.stiffness * twist) < 1.05 * torque.max()
         ax.plot(
@@ -80,9 +76,8 @@ def tangents(joint: JointModel, designs: Sequence[Design], ax: Axes) -> Axes:
             dashes=dashes,
             label=f"{quantity_text(design.stiffness, 'N.m/rad', 3)}, {design.name}",
         )
-    ax.legend(frameon=False, loc="upper left", fontsize="small")
-    ax.set_title("The drive's curve and the designs' linearisations", loc="left", fontsize="medium")
-    return ax
+    ax.locator_params(axis="x", nbins=6)
+    return legend_above(ax, "curve of the drive and linearisations of the designs")
 
 
 def damping_over_torque(joint: JointModel, designs: Sequence[Design], ax: Axes) -> Axes:
@@ -108,9 +103,7 @@ def damping_over_torque(joint: JointModel, designs: Sequence[Design], ax: Axes) 
     ax.set_xticks([0, *decades], [f"{d:g}" for d in (0, *decades)])
     ax.minorticks_off()
     ax.set_ylim(low, 1.15)
-    ax.legend(frameon=False, loc="best", fontsize="small")
-    ax.set_title("Constant gains, other torques", loc="left", fontsize="medium")
-    return ax
+    return legend_above(ax, "the same gains at other torques")
 
 
 def linear_response(joint: JointModel, design: Design, target: float, load: float, duration: float) -> np.ndarray:
@@ -162,7 +155,7 @@ def response(
         label=f"constant {quantity_text(first.stiffness, 'N.m/rad', 3)}, designed {first.name}",
     )
     if target:
-        ax.axhline(1e3 * target, color=FAINT, lw=0.8)
+        ax.axhline(1e3 * target, color=FAINT, lw=0.8, label="set point")
         ax.set_title(f"Set point step of {1e3 * target:g} mrad", loc="left", fontsize="medium")
     else:
         ax.set_title(f"Load step of {load:g} N.m", loc="left", fontsize="medium")

@@ -30,6 +30,7 @@ from .style import (
     SHADE,
     Line,
     caption,
+    drive_name,
     format_axes,
     label_ends,
     legend_above,
@@ -65,7 +66,7 @@ def twist_over_torque(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve], ax:
         _curve(ax, curve, line)
     format_axes(ax, TORQUE, TWIST)
     _start_at_zero(ax, several)
-    return legend_above(ax, BAND_TEXT)
+    return legend_above(ax, BAND_TEXT if any(map(_has_band, several)) else "")
 
 
 def twist_over_torque_band(
@@ -73,7 +74,7 @@ def twist_over_torque_band(
 ) -> Axes:
     """Twist, (n,) rad, over a mean torque and its band, (n,) N.m each."""
     ax = new_axes() if ax is None else ax
-    _sideways_band(ax, twist, torque, low, high, DRIVES[0], _name(name))
+    _sideways_band(ax, twist, torque, low, high, DRIVES[0], drive_name(name))
     format_axes(ax, TORQUE, TWIST)
     return legend_above(ax, BAND_TEXT)
 
@@ -102,7 +103,8 @@ def against_catalog(curve: TwistTorqueCurve, gears: Iterable[CatalogGear], ax: A
         )
     format_axes(ax, TORQUE, TWIST)
     _start_at_zero(ax, [curve])
-    return caption(legend_beside(ax), BAND_TEXT)
+    published = "published gears: without lost motion"
+    return caption(legend_beside(ax), f"{BAND_TEXT}; {published}" if _has_band(curve) else published)
 
 
 def stiffness_over_torque(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve], ax: Axes | None = None) -> Axes:
@@ -116,7 +118,7 @@ def stiffness_over_torque(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve],
             color=line.colour,
             linestyle=line.style,
             linewidth=1.8,
-            label=_name(curve.name),
+            label=drive_name(curve.name),
         )
     format_axes(ax, TORQUE, "stiffness [N.m/arcmin]")
     _start_at_zero(ax, several)
@@ -137,7 +139,7 @@ def contact_forces(population: Population, ax: Axes | None = None) -> Axes:
     if torque[-1] > 0:
         # The labels are at the ends of the curves.
         ax.set_xlim(0, torque[-1])
-    caption(ax, f"{_name(population.drive.name)}; shaded: P10 to P90")
+    caption(ax, f"{drive_name(population.drive.name)}; {BAND_TEXT}")
     label_ends(
         ax,
         [
@@ -162,7 +164,7 @@ def load_share(populations: Population | Sequence[Population], ax: Axes | None =
         order, torque = order[kept], torque[kept]
         share = 100 * population.load_share[:, order]
         low, high = np.percentile(share, BAND, axis=0)
-        _band(ax, torque, share.mean(axis=0), low, high, line, _name(population.drive.name))
+        _band(ax, torque, share.mean(axis=0), low, high, line, drive_name(population.drive.name))
     format_axes(ax, TORQUE, "greatest load share of an element [%]")
     start_axes_at_zero(ax)
     return legend_above(ax, f"{BAND_TEXT}; torques below {100 * LOW_TORQUE_SHARE:g} % of the greatest left out")
@@ -176,7 +178,7 @@ def save(ax: Axes, path: str | os.PathLike[str]) -> None:
 
 
 def _curve(ax: Axes, curve: TwistTorqueCurve, line: Line) -> None:
-    _sideways_band(ax, curve.twist, curve.torque, curve.torque_p10, curve.torque_p90, line, _name(curve.name))
+    _sideways_band(ax, curve.twist, curve.torque, curve.torque_p10, curve.torque_p90, line, drive_name(curve.name))
 
 
 def _sideways_band(ax: Axes, twist: Array, torque: Array, low: Array, high: Array, line: Line, name: str) -> None:
@@ -207,13 +209,13 @@ def _list(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve]) -> list[TwistTo
     return several
 
 
+def _has_band(curve: TwistTorqueCurve) -> bool:
+    """Whether the drives of a curve differ; those of a data sheet do not."""
+    return bool((curve.torque_p90 > curve.torque_p10).any())
+
+
 def _lines(count: int) -> list[Line]:
     return [DRIVES[k % len(DRIVES)] for k in range(count)]
-
-
-def _name(name: str) -> str:
-    """ "drive_1" as it is written in a legend."""
-    return name.replace("_", " ") or "drive"
 
 
 def _two_lines(gear: CatalogGear) -> str:

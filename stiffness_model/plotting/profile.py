@@ -8,7 +8,7 @@ import numpy as np
 
 from ..drawing.drive import Drive
 from ..numerics.arrays import Array
-from .style import BLUE, FAINT, INK, METAL, RED, format_axes, legend_above, new_axes
+from .style import BLUE, FAINT, INK, METAL, RED, drive_name, format_axes, legend_above, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,15 +46,18 @@ def gear_profile(drive: Drive, ax: Axes | None = None, lobes: int = 2) -> Axes:
                     label="cut away: carries nothing" if named else None,
                 )
     ax.plot(*gear, color=INK, linewidth=2.0, label="gear profile")
+    ax.plot([], [], "o", markersize=9, markerfacecolor="none", markeredgecolor=FAINT, label=f"{drive.element}s")
+    ax.plot([], [], "+", markersize=7, color=BLUE, label=f"centres of {drive.element}s")
     format_axes(ax, "across [mm]", "from the drive's axis [mm]")
     ax.set_aspect("equal")
     ax.set_ylim(bottom=1e3 * (drive.path.centre_distance - drive.eccentricity - 0.5 * q))
     ax.margins(x=0.02)
+    exists = "whole" if limit >= np.pi else f"it exists up to {np.degrees(limit):.1f} deg of 180 from a lobe's middle"
     return legend_above(
         ax,
-        f"{drive.lobes} lobes; the profile exists up to {np.degrees(limit):.1f} deg of 180 "
-        f"from a lobe's middle;\n{drive.elements_per_row} elements of {2e3 * q:g} mm on "
-        f"one eccentric, at most {drive.seats.max_elements()} fit",
+        f"{drive_name(drive.name)}: profile of {lobes} of {drive.lobes} lobes, {exists};\n"
+        f"{drive.elements_per_row} {drive.element}s of {2e3 * q:g} mm on one eccentric, at most "
+        f"{drive.seats.max_elements()} fit",
     )
 
 

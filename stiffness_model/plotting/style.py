@@ -11,13 +11,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from .text_fit import fit_text, legend_columns
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
     from matplotlib.text import Text
 
+Y_AXIS = 0.75
+"""Inches that ticks and label of a y axis take; measured on the pictures of the presets."""
 INK, FAINT, METAL = "#222222", "#9a9a9a", "#d9dce0"
 BLUE, ORANGE, PURPLE, GREEN, RED, SKY = "#0072B2", "#E69F00", "#7B2D8B", "#009E73", "#D55E00", "#56B4E9"
 
+DOTS_PER_INCH = 150
+EDGE = 0.07
+"""Inches that stay free around every axes and along the edges of a figure; chosen by judgement."""
 SHADE = 0.16
 """Opacity of bands; low enough that two overlapping ones remain visible."""
 
@@ -44,11 +52,38 @@ GEARS = {"strain wave": GREEN, "cycloidal": RED}
 GEAR_DASHES = ((6.0, 1.5), (6.0, 1.5, 1.0, 1.5), (1.0, 1.2), (3.0, 1.5))
 
 
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure, sizes in inches, that arranges its axes and texts without overlap."""
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    return Figure(figsize=(width, height), dpi=DOTS_PER_INCH, layout=ConstrainedLayoutEngine(w_pad=EDGE, h_pad=EDGE))
+
+
 def new_axes(width: float = 6.4, height: float = 4.2) -> Axes:
     """Empty axes in a new figure, sizes in inches; `axes.figure.savefig` saves it."""
-    from matplotlib.figure import Figure
+    return new_figure(width, height).add_subplot()
 
-    return Figure(figsize=(width, height), dpi=150, layout="constrained").add_subplot()
+
+def tint(colour: str, share: float = SHADE) -> str:
+    """A colour mixed with white, opaque: where it covers another area, it does not mix with it.
+
+    >>> tint("#0072B2", 0.5)
+    '#80b8d8'
+    """
+    from matplotlib.colors import to_hex, to_rgb
+
+    red, green, blue = (1 - share * (1 - part) for part in to_rgb(colour))
+    return str(to_hex((red, green, blue)))
+
+
+def drive_name(name: str) -> str:
+    """A drive's name as it is written in a picture.
+
+    >>> drive_name("drive_1"), drive_name("")
+    ('drive 1', 'drive')
+    """
+    return name.replace("_", " ") or "drive"
 
 
 def format_axes(ax: Axes, x_label: str, y_label: str) -> Axes:
@@ -73,17 +108,18 @@ def start_axes_at_zero(ax: Axes) -> Axes:
 
 
 def legend_above(ax: Axes, title: str = "") -> Axes:
-    """The legend in rows of three above the axes, away from the data; `title` explains the shaded areas."""
+    """The legend above the axes, away from the data, in rows of at most three; `title` explains the shaded areas."""
+    room = _width(ax)
     ax.legend(
         loc="lower left",
         bbox_to_anchor=(-0.01, 1.0),
-        ncols=3,
+        ncols=legend_columns(ax.get_legend_handles_labels()[1], room),
         frameon=False,
         handlelength=2.8,
         columnspacing=1.6,
         borderaxespad=0.2,
         labelcolor=INK,
-        title=title or None,
+        title=fit_text(title, room, "small") or None,
         alignment="left",
         title_fontproperties={"size": "small"},
     )
@@ -110,9 +146,23 @@ def legend_beside(ax: Axes) -> Axes:
 
 
 def caption(ax: Axes, text: str) -> Axes:
-    """A small line above the axes."""
-    ax.set_title(text, loc="left", fontsize="small", color=INK)
+    """A small line above the axes, broken where it would be wider than they are."""
+    ax.set_title(fit_text(text, _width(ax), "small"), loc="left", fontsize="small", color=INK)
     return ax
+
+
+def headline(figure: Figure, text: str, size: str = "small") -> None:
+    """A title over the whole figure, from its left edge, broken where it would be wider than the figure."""
+    width = float(figure.get_size_inches()[0])
+    figure.suptitle(fit_text(text, width - 2 * EDGE, size), x=EDGE / width, ha="left", fontsize=size, color=INK)
+
+
+def _width(ax: Axes) -> float:
+    """Width of axes in inches before the layout is known: their share of the figure, less room for the y axis."""
+    figure, place = ax.get_figure(root=True), ax.get_subplotspec()
+    assert figure is not None
+    share = ax.get_position().width if place is None else len(place.colspan) / place.get_gridspec().ncols
+    return share * float(figure.get_size_inches()[0]) - Y_AXIS
 
 
 def label_ends(ax: Axes, ends: Sequence[tuple[float, float, str, str]]) -> list[Text]:

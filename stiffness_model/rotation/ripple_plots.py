@@ -10,7 +10,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..plotting.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SHADE, format_axes, legend_above, new_axes
+from ..plotting.style import (
+    BLUE,
+    FAINT,
+    GREEN,
+    INK,
+    ORANGE,
+    PURPLE,
+    drive_name,
+    format_axes,
+    legend_above,
+    new_axes,
+    tint,
+)
 from ..units import ARCMIN
 from .loaded import LoadedTurn, NoLoad
 from .maps import TurningMap
@@ -18,9 +30,10 @@ from .orders import Spectrum
 from .twist_scatter import TwistScatter
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.axes import Axes
+
+    from ..drawing.drive import Drive
+    from .individual_drive import Individual
 
 TURNS = "turns of the crank"
 SOURCES = {
@@ -58,25 +71,42 @@ def ripple_map(turning: TurningMap, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def transmission_error_over_turn(free: NoLoad, loaded: Sequence[LoadedTurn], ax: Axes | None = None) -> Axes:
-    """Transmission error over one turn of the output: the backlash without load, and the error under torques minus the
-    mean wind-up.
+def play_over_turn(free: NoLoad, ax: Axes | None = None) -> Axes:
+    """The play without load over one turn of the output: the twists between which no element is pressed.
+
+    Within one passing of an element only the means of both ends are drawn.
+    """
+    ax = new_axes(width=7.6) if ax is None else ax
+    turns = _crank_turns(free.individual.drive, free.output_angle)
+    low, high = (_per_pass(part, len(turns))[1] / ARCMIN for part in (free.forward, free.backward))
+    ax.fill_between(turns, low, high, color=tint(INK, 0.4), linewidth=0, label="play, no load")
+    format_axes(ax, TURNS, "twist without load [arcmin]")
+    ax.set_xlim(0, free.individual.drive.transmission_ratio)
+    return legend_above(ax)
+
+
+def transmission_error_over_turn(loaded: LoadedTurn, ax: Axes | None = None) -> Axes:
+    """Transmission error over one turn of the output: the twist under a torque minus the mean wind-up.
 
     Within one passing of an element only mean and range are drawn.
     """
     ax = new_axes(width=7.6) if ax is None else ax
-    drive = free.individual.drive
-    turns = drive.transmission_ratio * _per_pass(free.output_angle, drive.lobes * drive.elements)[1] / (2 * np.pi)
-    low, high = (_per_pass(part, len(turns)) for part in (free.forward, free.backward))
-    ax.fill_between(turns, low[1] / ARCMIN, high[1] / ARCMIN, color=INK, alpha=0.35, linewidth=0, label="play, no load")
-    for turn, colour in zip(loaded, (RED, BLUE, GREEN), strict=False):
-        error = turn.transmission_error - turn.transmission_error.mean()
-        least, middle, most = _per_pass(error, len(turns))
-        ax.fill_between(turns, least / ARCMIN, most / ARCMIN, color=colour, alpha=SHADE, linewidth=0)
-        ax.plot(turns, middle / ARCMIN, color=colour, linewidth=0.9, label=f"{turn.torque:.3g} N.m")
+    drive = loaded.individual.drive
+    turns = _crank_turns(drive, loaded.output_angle)
+    error = loaded.transmission_error - loaded.transmission_error.mean()
+    least, middle, most = _per_pass(error, len(turns)) / ARCMIN
+    name = f"{loaded.torque:.3g} N.m, without the mean wind-up"
+    ax.fill_between(turns, least, most, color=tint(BLUE, 0.35), linewidth=0, label="range within a ball's passing")
+    ax.plot(turns, middle, color=BLUE, linewidth=0.9, label=name)
     format_axes(ax, TURNS, "transmission error [arcmin]")
     ax.set_xlim(0, drive.transmission_ratio)
-    return legend_above(ax, "under torque: without the mean wind-up; shaded: range within a ball's passing")
+    return legend_above(ax)
+
+
+def individual_text(individual: Individual) -> str:
+    """An individual in the titles of its pictures."""
+    which = "without deviations" if individual.seed is None else f"individual {individual.seed}"
+    return f"{drive_name(individual.drive.name)}, {which}"
 
 
 def order_spectrum(
@@ -123,11 +153,9 @@ def twists_of_individuals(individuals: TwistScatter, ax: Axes | None = None) -> 
     """Twist of individuals minus the mean drive's over the torque; the first in bold, with its range over a turn."""
     ax = new_axes(width=7.6) if ax is None else ax
     torque = individuals.torque
+    ax.fill_between(torque, individuals.low[0] / ARCMIN, individuals.high[0] / ARCMIN, color=tint(BLUE), linewidth=0)
     for k, middle in enumerate(individuals.mean[1:]):
         ax.plot(torque, middle / ARCMIN, color=FAINT, linewidth=1.0, label=None if k else "others of the drawing")
-    ax.fill_between(
-        torque, individuals.low[0] / ARCMIN, individuals.high[0] / ARCMIN, color=BLUE, alpha=SHADE, linewidth=0
-    )
     ax.plot(
         torque,
         individuals.mean[0] / ARCMIN,
@@ -135,9 +163,15 @@ def twists_of_individuals(individuals: TwistScatter, ax: Axes | None = None) -> 
         linewidth=2.0,
         label=f"individual {individuals.seeds[0]}, mean of its turn",
     )
-    ax.axhline(0, color=INK, linewidth=0.8)
+    ax.axhline(0, color=INK, linewidth=0.8, label="mean drive")
     format_axes(ax, "torque at the output [N.m]", "twist minus the mean drive's [arcmin]")
-    return legend_above(ax, "shaded: range of the first one over a turn")
+    name = drive_name(individuals.drive.name)
+    return legend_above(ax, f"{name}; shaded: range of individual {individuals.seeds[0]} over a turn of the output")
+
+
+def _crank_turns(drive: Drive, output_angle: np.ndarray) -> np.ndarray:
+    """Turns of the crank at the middle of every passing of an element."""
+    return drive.transmission_ratio * _per_pass(output_angle, drive.lobes * drive.elements)[1] / (2 * np.pi)
 
 
 def _per_pass(values: np.ndarray, passes: int) -> np.ndarray:
@@ -146,4 +180,11 @@ def _per_pass(values: np.ndarray, passes: int) -> np.ndarray:
     return np.stack([rows.min(axis=1), rows.mean(axis=1), rows.max(axis=1)])
 
 
-__all__ = ["order_spectrum", "ripple_map", "transmission_error_over_turn", "twists_of_individuals"]
+__all__ = [
+    "individual_text",
+    "order_spectrum",
+    "play_over_turn",
+    "ripple_map",
+    "transmission_error_over_turn",
+    "twists_of_individuals",
+]

@@ -1,4 +1,4 @@
-"""Every example runs as a program of its own and writes its pictures."""
+"""Every example runs as a program of its own and writes its pictures, whose texts do not collide."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ def test_example(example: Path, tmp_path: Path) -> None:
     if example.stem == "cycloidal_records" and not RECORDS.is_dir():
         pytest.skip(f"measured records, which are not part of this repository: none in {RECORDS}")
     run = subprocess.run(
-        [sys.executable, str(example), str(tmp_path / "out")],
+        [sys.executable, "-m", "tests.picture_layout", str(example), str(tmp_path / "out")],
         cwd=tmp_path,
         capture_output=True,
         text=True,
-        env={**os.environ, "MPLBACKEND": "Agg"},
+        env={**os.environ, "MPLBACKEND": "Agg", "PYTHONPATH": str(EXAMPLES.parent)},
         timeout=TIMEOUT,
     )
     assert run.returncode == 0, run.stderr

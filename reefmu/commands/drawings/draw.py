@@ -43,7 +43,8 @@ def run(args: argparse.Namespace) -> int:
         individual = rotation.draw_individual(drive, args.individual)
         # The crank stands at ratio times the output angle.
         start, (deviations, weight) = individual.start, rotation.elements_at(individual, angle / drive.ratio)
-    lines = []
+    who = "" if args.individual is None else f"individual {args.individual}"
+    lines: list[str] = []
     with staged_folder(folder) as stage:
         loads = solve_element_forces(drive, deviations, twist, angle, start, weight)
         maximum = max_exaggeration(drive, loads)
@@ -55,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
         )
         at_rest = solve_element_forces(drive, sampling.nominal(drive), 0.0, angle)
         drawing_figure(drive, at_rest).savefig(stage / f"drive.{args.format}")
-        forces_figure(drive, loads, exaggeration).savefig(stage / f"forces.{args.format}")
+        forces_figure(drive, loads, exaggeration, who).savefig(stage / f"forces.{args.format}")
         if args.dxf:
             profile = write_dxf(drive, stage / "profile.dxf", chord)
             lines.append(

@@ -6,15 +6,19 @@ import csv
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiffness_model import rotation
-from stiffness_model.plotting.curves import save
+from stiffness_model.plotting.style import caption, headline, new_figure
 from stiffness_model.rotation import ripple_plots as plots
 from stiffness_model.units import ARCMIN
 
 from .turning_individual import TORQUE_SHARES, TurningResults
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 TABLES = ("individual_map.csv", "individual_turn.csv", "individual_orders.csv")
 PICTURES = ("individual_map", "individual_error", "individual_orders", "individual_fan")
@@ -22,22 +26,46 @@ PICTURES = ("individual_map", "individual_error", "individual_orders", "individu
 
 def write_files(turned: TurningResults, folder: Path, suffix: str = "png") -> list[str]:
     """Write the `TABLES` and `PICTURES` into the folder, and return their names. suffix: of the pictures."""
-    from matplotlib.figure import Figure
-
     _write_map(turned.first_crank_turn, folder / "individual_map.csv")
     _write_turn(turned, folder / "individual_turn.csv")
     _write_orders(turned.orders, folder / "individual_orders.csv")
-    figure = Figure(figsize=(8.4, 6.6), dpi=150, layout="constrained")
+    figures = (
+        _map_figure(turned),
+        _error_figure(turned),
+        _orders_figure(turned),
+        plots.twists_of_individuals(turned.scatter).get_figure(root=True),
+    )
+    for name, figure in zip(PICTURES, figures, strict=True):
+        assert figure is not None
+        figure.savefig(folder / f"{name}.{suffix}")
+    return [*TABLES, *(f"{name}.{suffix}" for name in PICTURES)]
+
+
+def _map_figure(turned: TurningResults) -> Figure:
+    """Torque ripple over a whole turn of the output, and over the first turn of the crank."""
+    figure = new_figure(8.4, 6.8)
     above, below = figure.subplots(2)
-    plots.ripple_map(turned.whole_turn, above).set_title(
-        "a whole turn of the output, mean of every ball's passing", loc="left", fontsize="small"
+    who = plots.individual_text(turned.whole_turn.individual)
+    caption(
+        plots.ripple_map(turned.whole_turn, above), f"{who}: a whole turn of the output, mean of every ball's passing"
     )
-    plots.ripple_map(turned.first_crank_turn, below).set_title(
-        "its first turn of the crank", loc="left", fontsize="small"
-    )
-    save(below, folder / f"individual_map.{suffix}")
-    save(plots.transmission_error_over_turn(turned.no_load, turned.loaded[-1:]), folder / f"individual_error.{suffix}")
-    figure = Figure(figsize=(8.4, 7.2), dpi=150, layout="constrained")
+    caption(plots.ripple_map(turned.first_crank_turn, below), "its first turn of the crank")
+    return figure
+
+
+def _error_figure(turned: TurningResults) -> Figure:
+    """Play without load, and transmission error under the greatest torque, over a whole turn of the output."""
+    figure = new_figure(8.4, 6.8)
+    above, below = figure.subplots(2, sharex=True)
+    plots.play_over_turn(turned.no_load, above).set_xlabel("")
+    plots.transmission_error_over_turn(turned.loaded[-1], below)
+    headline(figure, f"{plots.individual_text(turned.no_load.individual)}: a whole turn of the output")
+    return figure
+
+
+def _orders_figure(turned: TurningResults) -> Figure:
+    """Order spectra of the position error without load and of the transmission error under the greatest torque."""
+    figure = new_figure(8.4, 7.4)
     above, below = figure.subplots(2, sharex=True)
     names = list(turned.orders)
     plots.order_spectrum(turned.orders[names[0]], "position error,\nno load [arcmin]", ax=above).set_xlabel("")
@@ -49,9 +77,8 @@ def write_files(turned: TurningResults, folder: Path, suffix: str = "png") -> li
     legend = below.get_legend()
     if legend is not None:
         legend.remove()
-    save(below, folder / f"individual_orders.{suffix}")
-    save(plots.twists_of_individuals(turned.scatter), folder / f"individual_fan.{suffix}")
-    return [*TABLES, *(f"{name}.{suffix}" for name in PICTURES)]
+    headline(figure, f"{plots.individual_text(turned.no_load.individual)}: what the orders can stem from")
+    return figure
 
 
 def _write_map(turned: rotation.TurningMap, path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,19 +13,27 @@ from ...drawing import sampling
 from ...drawing.drive import Drive
 from ...errors import expect
 from ...io.atomic_files import atomic_file
-from ..style import caption
+from ...units import ARCMIN
+from ..style import INK, drive_name
+from ..text_fit import text_width
 from .element_forces import ElementForces, solve_element_forces
 from .layout import period_turns
 from .row import ARROW_COLOURS, colour_elements, draw_arrows, draw_row
 from .row_outlines import row_outlines
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FRAMES = 48
 """Frames per turn of the crank; chosen by judgement."""
 MAX_FRAMES = 720
 FRAME_TIME = 60
 """Duration of a frame, ms."""
-SIZE, DOTS_PER_INCH = 4.6, 100
+WIDTH, HEIGHT, DOTS_PER_INCH = 4.6, 5.2, 100
 COLOURS = 64
+HAND = "#7a4a2f"
+"""Colour of the hand that shows the crank's angle."""
+PARTS = ("gear", "crank", "cage")
 
 
 def write_animation(drive: Drive, path: str | os.PathLike[str], twist: float = 0.0, frames: int = FRAMES) -> int:
@@ -64,22 +72,44 @@ def _pictures(drive: Drive, every: list[ElementForces]) -> Iterator[NDArray[np.u
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(SIZE, SIZE), dpi=DOTS_PER_INCH)
+    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DOTS_PER_INCH)
     canvas = FigureCanvasAgg(figure)
     greatest = max(float(forces.significant[0].max()) for forces in every)
     for forces in every:
         figure.clear()
-        ax = figure.add_axes((0.01, 0.01, 0.98, 0.93))
+        ax = figure.add_axes((0.01, 0.055, 0.98, 0.85))
         row = row_outlines(drive, forces, 0)
         draw_row(ax, drive, row)
         colour_elements(ax, forces, 0, greatest)
         draw_arrows(ax, drive, forces, 0, greatest)
         # A hand shows the crank's angle, since the eccentricity is too small to see.
         radius, angle = 0.8e3 * drive.crank_radius, forces.layout.crank[0]
-        ax.plot([0, radius * np.cos(angle)], [0, radius * np.sin(angle)], color="#7a4a2f", linewidth=2.5)
-        caption(ax, f"{drive.name}: {drive.lobes} lobes, ratio {drive.ratio:+g}")
+        ax.plot([0, radius * np.cos(angle)], [0, radius * np.sin(angle)], color=HAND, linewidth=2.5)
+        ax.set_title(_state(drive, forces), loc="left", fontsize="small", color=INK, linespacing=1.4)
+        _name_arrows(figure, greatest)
         canvas.draw()
         yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def _state(drive: Drive, forces: ElementForces) -> str:
+    """Drive, angles of crank and output, and torque of one frame."""
+    crank = forces.layout.crank[0]
+    load = f"{forces.torque.sum():.4g} N.m at {forces.twist / ARCMIN:g} arcmin" if forces.twist else "no load"
+    return (
+        f"{drive_name(drive.name)}: {drive.lobes} lobes, ratio {drive.ratio:+g}; {load}\n"
+        f"eccentric 1, crank at {np.degrees(crank):.0f} deg, output at {np.degrees(crank / drive.ratio):.1f} deg"
+    )
+
+
+def _name_arrows(figure: Figure, greatest: float) -> None:
+    """The colours of the arrows in words, and what the hand is, below the picture."""
+    words = [("hand: angle of the crank", HAND)]
+    if greatest > 0:
+        words += [(f"force of the {name}", colour) for name, colour in zip(PARTS, ARROW_COLOURS, strict=False)]
+    left = 0.02
+    for word, colour in words:
+        figure.text(left, 0.02, word, color=colour, fontsize="x-small")
+        left += (text_width(word, "x-small") + 0.14) / WIDTH
 
 
 def _palette(picture: NDArray[np.uint8]) -> Any:

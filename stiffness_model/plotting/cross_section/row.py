@@ -11,7 +11,7 @@ from ...drawing import sampling
 from ...drawing.drive import Drive
 from ...numerics.arrays import Array
 from ..style import CONTACTS as CONTACT_LINES
-from ..style import FAINT, GREEN, INK, METAL, RED, caption, new_axes
+from ..style import FAINT, GREEN, INK, METAL, RED, caption, drive_name, new_axes
 from .element_forces import ElementForces, solve_element_forces
 from .row_outlines import RowOutlines, row_outlines
 
@@ -64,9 +64,45 @@ def drive_row(drive: Drive, ax: Axes | None = None) -> Axes:
     unloaded = solve_element_forces(drive, sampling.nominal(drive), 0.0)
     draw_row(ax, drive, row_outlines(drive, unloaded, 0))
     colour_elements(ax, unloaded, 0, 0.0)
+    ax.legend(
+        handles=part_handles(drive, has_bars=drive.seats.wall > 0),
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0.03),
+        ncols=3,
+        frameon=False,
+        fontsize="small",
+        labelcolor=INK,
+    )
     wall = 1e3 * drive.seats.wall
     bars = f"cage bars of {wall:.3g} mm" if wall > 0 else f"bores overlap by {-wall:.3g} mm"
-    return caption(ax, f"{drive.name}: {drive.lobes} lobes, ratio {drive.ratio:+g}, {bars}")
+    return caption(ax, f"{drive_name(drive.name)}: {drive.lobes} lobes, ratio {drive.ratio:+g}, {bars}")
+
+
+def part_handles(drive: Drive, *, has_bars: bool) -> list[Any]:
+    """Entries of a legend that name the parts and marks of `draw_row`; has_bars: whether the cage has bars between its
+    bores, else only the walls of the bores are drawn."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    def mark(kind: str, size: float, label: str, **look: Any) -> Line2D:
+        return Line2D([], [], linestyle="none", marker=kind, markersize=size, label=label, **look)
+
+    cage = (
+        Patch(facecolor=CAGE_FILL, edgecolor=GREEN, label="cage")
+        if has_bars
+        else Line2D([], [], color=GREEN, linewidth=0.6, label="walls of the cage's bores")
+    )
+    handles = [
+        Patch(facecolor=GEAR_FILL, edgecolor=INK, label="gear"),
+        Patch(facecolor=CRANK_FILL, edgecolor=INK, label="crank"),
+        cage,
+        mark("+", 9, "axis of the drive", color=INK),
+        mark(".", 5, "centre of the eccentric", color=RED),
+    ]
+    if drive.usable_limit < np.pi:
+        text = f"{drive.element}, profile cut away"
+        handles.append(Line2D([], [], color=FAINT, linestyle="dotted", linewidth=0.9, label=text))
+    return handles
 
 
 def colour_elements(ax: Axes, forces: ElementForces, row: int, greatest: float) -> None:

@@ -156,7 +156,8 @@ def test_pictures(small: sm.Drive, tmp_path: object) -> None:
     loaded, free = loaded_turn(one, full, angle), no_load(one, angle)
     drawn = {
         "map": ripple_plots.ripple_map(turning_map(one, np.linspace(-1, 1, 9) * small.max_twist, angle[:40])),
-        "error": ripple_plots.transmission_error_over_turn(free, [loaded]),
+        "error": ripple_plots.transmission_error_over_turn(loaded),
+        "play": ripple_plots.play_over_turn(free),
         "orders": ripple_plots.order_spectrum(spectrum(small, loaded.transmission_error)),
         "fan": ripple_plots.twists_of_individuals(twist_scatter(small, range(2))),
     }

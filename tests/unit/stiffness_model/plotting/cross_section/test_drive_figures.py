@@ -15,6 +15,7 @@ from stiffness_model.errors import InputError
 from stiffness_model.plotting.cross_section.drive_figures import drawing_figure, forces_figure
 from stiffness_model.plotting.cross_section.element_forces import ElementForces, solve_element_forces
 from stiffness_model.plotting.cross_section.row_outlines import row_outlines
+from tests.picture_layout import layout_faults
 from tests.unit.stiffness_model.plotting.cross_section.polygons import crossings, distances
 
 
@@ -116,7 +117,7 @@ def test_parts_are_drawn_to_scale(roomy: sm.Drive) -> None:
     # One maximum of the radius per lobe.
     radius = np.hypot(*profile.T)
     assert ((radius > np.roll(radius, 1)) & (radius >= np.roll(radius, -1))).sum() == roomy.lobes
-    text = "\n".join(text.get_text() for text in ax.texts)
+    text = "\n".join(text.get_text() for text in figure.axes[2].texts)
     for size in (
         "ratio -29",
         "30 lobes",
@@ -168,8 +169,8 @@ def test_every_kind_of_drive_is_drawn(drawn: sm.Drive) -> None:
     figure = forces_figure(drawn, forces)
     rows = [ax for ax in figure.axes if any(p.get_gid() == "gear" for p in ax.patches)]
     assert len(rows) == drawn.eccentrics
-    figure.draw_without_rendering()
-    drawing_figure(drawn, forces).draw_without_rendering()
+    assert layout_faults(figure) == []
+    assert layout_faults(drawing_figure(drawn, forces)) == []
 
 
 def test_wrong_input_is_refused_in_one_line(drive: sm.Drive) -> None:
