@@ -73,7 +73,7 @@ def _force_handles(drive: Drive) -> list[Any]:
 
     names = {"gear": BLUE, "crank": RED, "cage": GREEN}
     arrows = [Line2D([], [], color=colour, marker=">", label=f"force of the {name}") for name, colour in names.items()]
-    empty = {"marker": "o", "markersize": 8, "markerfacecolor": "white", "markeredgecolor": FAINT}
+    empty: dict[str, Any] = {"marker": "o", "markersize": 8, "markerfacecolor": "white", "markeredgecolor": FAINT}
     return [*arrows, Line2D([], [], linestyle="none", label=f"{drive.element} that carries nothing", **empty)]
 
 
