@@ -11,9 +11,9 @@ for Use in Robotic Drive Systems" (the paper; equation numbers are its).
 * `equilibrium`: forces and displacements of every element; `montecarlo`: thousands of virtual drives and their curve.
 * `lookup`: the mean drive as tables; `ratings`: pressure, safety, life, losses; `rotation`: one drive as it turns;
   `explore`: design studies; `catalog`: published gears; `cycloidal`: pin-cycloid reducers; `plotting`: pictures.
-* `kinds`: the kinds of drives and what each provides; `numerics`, `memory`, `units`, `errors`, `frozen_mapping`: used
-  by all; `display`: reprs, notebook tables, DataFrames; `lazy_names`: names imported on first use; `version`: of the
-  distribution; `turning`: an alias of `rotation`.
+* `kinds`: the kinds of drives and what each provides; `transmission_losses`: losses as friction at the crank;
+  `numerics`, `memory`, `units`, `errors`, `frozen_mapping`: used by all; `display`: reprs, notebook tables, DataFrames;
+  `lazy_names`: names imported on first use; `version`: of the distribution; `turning`: an alias of `rotation`.
 
 Names are imported on first use: a drawing, or an FMU at run time, needs no solver and loads no SciPy.
 

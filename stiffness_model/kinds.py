@@ -104,7 +104,8 @@ A gear of which a data sheet is known; all its fields stand at the head of the f
 by k1, t1, k2, t2 and k3, by k1 alone or k1, t1 and k2, by one `stiffness`, or by the points of a table: `twist` and
 `torque`, two lists of texts with units. It is linear between its corners, to the digit; models round each corner over
 1e-4 of the distance to the next one. `hysteresis_loss` is the width of the loop of the effect `hysteresis` that every
-model contains, unless the caller gives that effect other values. `upper_limits` lists the fields whose value is an
+model contains, unless the caller gives that effect other values; likewise the table [efficiency] gives the parameters
+of the effect `crank_friction`, fitted to its entries. `upper_limits` lists the fields whose value is an
 upper limit, the table [sources] the sources of single fields, and the table [efficiency] has the lists `speed` and
 `torque` and the rows `value`. `reefmu gears` lists the gears that come with the package.
 """
@@ -120,6 +121,7 @@ KINDS: Mapping[str, Kind] = {
             write="stiffness_model.io.ree_drawing:write_drawing",
             simulate="stiffness_model.montecarlo.population:simulate_drawing",
             lookup="stiffness_model.lookup.build_lookup:build_drawing_lookup",
+            inherent_effects="stiffness_model.ratings.efficiency:contact_friction",
             example="workshop",
             section_notes={"tolerances": _TOLERANCES},
         ),

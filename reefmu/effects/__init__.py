@@ -28,7 +28,9 @@ from .contact.preload import PRELOAD
 from .contact.thermal_clearance import THERMAL_CLEARANCE
 from .contact.wear import WEAR
 from .friction.coulomb_friction import COULOMB_FRICTION
+from .friction.crank_friction import CRANK_FRICTION
 from .friction.damping import DAMPING
+from .friction.elastoplastic_friction import ELASTOPLASTIC_FRICTION
 from .friction.hysteresis import HYSTERESIS
 from .friction.load_dependent_hysteresis import LOAD_DEPENDENT_HYSTERESIS
 from .friction.stribeck_friction import STRIBECK_FRICTION
@@ -42,6 +44,7 @@ from .twist.structural_compliance import STRUCTURAL_COMPLIANCE
 _DECLARED: dict[str, Effect] = {
     effect.name: effect
     for effect in (
+        CRANK_FRICTION,
         KINEMATIC_ERROR,
         BACKLASH,
         PRELOAD,
@@ -57,6 +60,7 @@ _DECLARED: dict[str, Effect] = {
         COULOMB_FRICTION,
         VISCOUS_FRICTION,
         STRIBECK_FRICTION,
+        ELASTOPLASTIC_FRICTION,
         TORQUE_SENSOR_OFFSET,
         TORQUE_SENSOR_DRIFT,
     )

@@ -1,8 +1,8 @@
 """The declaration of an effect: parameters, states and equations, and the place along the drive where it acts.
 
 Equations are written once, as CasADi expressions. The same ones serve simulation, fits, generated C and linearisation.
-A state obeys dx/ds = a x + b over an independent variable s (time, or the path of an angle), so that it is advanced
-exactly, by the exponential, over a step of any length.
+A state obeys dx/ds = a x + b over an independent variable s (time, or the path of an angle), where it has an elastic
+range dx/ds = +-1 within it, so that it is advanced exactly over a step of any length.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ Values = Mapping[str, Expression]
 class Place(Enum):
     """Where an effect acts, and what its contribution is added to; in the order along the drive."""
 
+    CRANK = "torque subtracted at the crank, N.m"
     KINEMATIC = "subtracted from the twist that the two angles give, rad"
     CLEARANCE = "added to the gear clearance, m"
     MODULUS = "added to the relative error of the modulus of gear and cage, 1"
@@ -43,8 +44,8 @@ class Signals(NamedTuple):
     """What effects may read; angles rad, speeds rad/s, torque N.m, temperature degC.
 
     twist: after the kinematic effects. *_direction: sign of the change, -1, 0 or 1. elastic_torque: of the
-    contacts; known to parallel and output effects and to states that evolve in time, None before. ratio: of the
-    crank's angle to the output's, signed.
+    contacts; known to effects at the crank, inside the drive and at the output, to states that evolve in time and to
+    those that depend on the load, None before. ratio: of the crank's angle to the output's, signed.
     """
 
     crank_angle: Expression
@@ -83,7 +84,10 @@ class State:
     """One state, zero at the start. equation: (signals, parameters) -> (a, b) of dx/ds = a x + b.
 
     resets: whether every run of a record starts it anew; false for what accumulates over the whole record. nominal:
-    (parameters, full torque in N.m) -> a typical size, to which integrators relate their error.
+    (parameters, full torque in N.m) -> a typical size, to which integrators relate their error. elastic_range:
+    (signals, parameters) -> (direction, end) of a state along an angle that obeys dx/ds = direction until it has
+    reached `end` in that direction, and the equation beyond. depends_on_load: whether a state along an angle reads the
+    elastic torque, so that it is advanced after the contacts.
     """
 
     name: str
@@ -93,6 +97,8 @@ class State:
     equation: Callable[[Signals, Values], tuple[Expression, Expression]]
     resets: bool = True
     nominal: Callable[[Mapping[str, float], float], float] = lambda parameters, full_torque: 1.0
+    elastic_range: Callable[[Signals, Values], tuple[Expression, Expression]] | None = None
+    depends_on_load: bool = False
 
 
 class Requirement(Enum):
@@ -129,7 +135,8 @@ class Identification:
     one is a limit. contains_limit: whether a parameter may run to the limit of another effect, so that this one fits at
     least as well. relaxation_spectrum: whether real materials have several of the time constants of which the model has
     one. separated_from: names of other effects, each with the test that tells the two apart. shown_by: the test that
-    shows the effect alone, where it differs from its excitation.
+    shows the effect alone, where it differs from its excitation. not_a_candidate: why no record can show the effect,
+    as part of a sentence; empty for an effect that a diagnosis may name.
     """
 
     requirements: tuple[Requirement, ...] = ()
@@ -141,6 +148,7 @@ class Identification:
     relaxation_spectrum: bool = False
     separated_from: tuple[tuple[str, str], ...] = ()
     shown_by: str = ""
+    not_a_candidate: str = ""
 
 
 @dataclass(frozen=True, repr=False)
@@ -150,7 +158,8 @@ class Effect:
     title: a few words. meaning: what the effect is and its sign, in sentences. contribution: (signals, parameters,
     states) -> expression in the unit of its `Place`; a series effect returns the pair (compliance, offset), a missing
     element the pair (share, position). equation: the same as text, for reports. excitation: what a test must do to show
-    it. identification: what the diagnosis knows of it.
+    it. amplitudes: names of the parameters that must all be neutral for the effect to change nothing; the first
+    parameter alone where none are named. identification: what the diagnosis knows of it.
 
     Two effects are equal if all fields are; functions are compared by identity.
     """
@@ -165,7 +174,12 @@ class Effect:
     excitation: str
     source: str
     states: tuple[State, ...] = ()
+    amplitudes: tuple[str, ...] = ()
     identification: Identification = Identification()
+
+    def __post_init__(self) -> None:
+        if not self.amplitudes:
+            object.__setattr__(self, "amplitudes", (self.parameters[0].name,))
 
     def __repr__(self) -> str:
         """One line: name, place and parameters with their units."""

@@ -125,6 +125,7 @@ def effect_to_dict(effect: Effect) -> dict[str, Any]:
         ],
         "shown_by": effect.excitation,
         "not_diagnosed_if": [requirement.value for requirement in effect.identification.requirements],
+        "not_diagnosed_because": effect.identification.not_a_candidate,
         "confused_with": [found._asdict() for found in confusions(effect)],
         "like_tolerances": tolerance_trace(effect),
         "source": effect.source,

@@ -14,9 +14,9 @@ _INTRODUCTION = """\
 # The effects
 
 What the contact model leaves out, in the order along the drive. Each effect can be a part of a drive model, an FMU
-(`--effect NAME.PARAMETER=VALUE`) and a diagnosis; its parameters are `NAME.PARAMETER` there. At the neutral value of
-its first parameter an effect changes nothing. This page is generated from the declarations in `reefmu/effects`:
-`python -m reefmu.effects.effects_page > docs/reference/effects.md`.
+(`--effect NAME.PARAMETER=VALUE`) and, unless it says otherwise, a diagnosis; its parameters are `NAME.PARAMETER` there.
+While its amplitudes, the parameters in bold, are neutral, an effect changes nothing. This page is generated from the
+declarations in `reefmu/effects`: `python -m reefmu.effects.effects_page > docs/reference/effects.md`.
 """
 
 
@@ -31,12 +31,14 @@ def markdown() -> str:
 
 def _section(effect: Effect) -> str:
     head = ("parameter", "unit", "neutral", "from", "to", "typical", "meaning")
-    rows = [head, ("---",) * len(head), *(_cells(parameter) for parameter in effect.parameters)]
+    rows = [head, ("---",) * len(head), *(_cells(effect, parameter) for parameter in effect.parameters)]
     table = "\n".join("| " + " | ".join(row) + " |" for row in rows)
+    reason = effect.identification.not_a_candidate
     items = (
         f"acts: {effect.place.value}",
         f"shown by: {effect.excitation}",
         *(f"may be confused with {line}" for line in confusion_lines(effect)),
+        *([f"not diagnosed: {reason}"] if reason else []),
         f"source: {effect.source}",
         f"example: `{example_call(effect)}`",
     )
@@ -47,9 +49,10 @@ def _section(effect: Effect) -> str:
     return f"## {effect.name}\n\n{meaning}\n\n    {effect.equation}\n\n{facts}\n\n{table}\n"
 
 
-def _cells(parameter: Parameter) -> tuple[str, ...]:
+def _cells(effect: Effect, parameter: Parameter) -> tuple[str, ...]:
     values = (parameter.neutral, parameter.minimum, parameter.maximum, parameter.nominal)
-    return (f"`{parameter.name}`", parameter.unit, *(f"{value:g}" for value in values), parameter.description)
+    name = f"**`{parameter.name}`**" if parameter.name in effect.amplitudes else f"`{parameter.name}`"
+    return (name, parameter.unit, *(f"{value:g}" for value in values), parameter.description)
 
 
 if __name__ == "__main__":

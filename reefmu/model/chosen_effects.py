@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from stiffness_model.kinds import AnyDrive, kind_of
 
@@ -20,6 +20,20 @@ def in_order(names: Iterable[str]) -> tuple[Effect, ...]:
     """
     places = list(Place)
     return tuple(sorted((find_effect(name) for name in names), key=lambda e: (places.index(e.place), e.name)))
+
+
+def chosen_values(
+    inherent: Mapping[str, Mapping[str, float]], given: Mapping[str, Mapping[str, float]]
+) -> dict[str, Mapping[str, float]]:
+    """Parameter values of the effects inside: those given, and the inherent values of what is not given.
+
+    An effect that is given without any value is neutral.
+
+    >>> chosen_values({"crank_friction": {"fraction": 0.1}}, {"crank_friction": {"viscous": 1e-4}, "damping": {}})
+    {'crank_friction': {'fraction': 0.1, 'viscous': 0.0001}, 'damping': {}}
+    """
+    merged = {name: {**inherent.get(name, {}), **values} if values else values for name, values in given.items()}
+    return {**inherent, **merged}
 
 
 def inherent_effects(drive: AnyDrive) -> dict[str, dict[str, float]]:

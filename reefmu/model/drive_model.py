@@ -33,7 +33,7 @@ from stiffness_model.numerics.arrays import equal_values
 from stiffness_model.rotation import Individual, draw_individual
 
 from ..effects import Effect
-from .chosen_effects import NEED_PARTS, in_order, inherent_effects
+from .chosen_effects import NEED_PARTS, chosen_values, in_order, inherent_effects
 from .contacts.element import with_contact_tables
 from .contacts.tables import cached_lookup
 from .parameters import ModelParameter, model_parameters, with_values
@@ -193,16 +193,16 @@ def build_model(
 
     drive: a drive of any kind, its name or the path of a drawing. effects: parameter values by effect and parameter
     name; an empty mapping for an effect that starts neutral. inherent: whether the effects that the drawing itself
-    states, such as the hysteresis loss of a catalogue gear, are inside with the drawing's values where `effects` does
-    not name them. lookup: ready tables; else they come from the cache, or are
-    built from `n_drives` drives drawn with `seed`, by `executor` if given. individual: the seed of one drive of the
-    drawing (`stiffness_model.rotation`), modelled instead of the mean of all.
+    states, such as friction at the crank by `friction_coefficient` or the hysteresis loss of a catalogue gear, are
+    inside, with the drawing's values of the parameters that `effects` does not give. lookup: ready tables; else they
+    come from the cache, or are built from `n_drives` drives drawn with `seed`, by `executor` if given. individual: the
+    seed of one drive of the drawing (`stiffness_model.rotation`), modelled instead of the mean of all.
 
     Raises `UnknownNameError` for an effect or a parameter that does not exist, `InputError` for a value out of bounds,
     and for an individual or an effect that the drive's kind lacks.
     """
     drive = as_any_drive(drive)
-    chosen = {**(inherent_effects(drive) if inherent else {}), **(effects or {})}
+    chosen = chosen_values(inherent_effects(drive) if inherent else {}, effects or {})
     ordered = in_order(chosen)
     for effect in ordered:
         if effect.place in NEED_PARTS:

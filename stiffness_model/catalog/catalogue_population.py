@@ -20,6 +20,7 @@ from ..lookup.curve_lookup import NOMINAL_LEVER, CurveLookup, curve_lookup
 from ..montecarlo.twist_torque_curve import TwistTorqueCurve
 from ..montecarlo.virtual_drives import drives_dataframe, expect_curve_twists
 from ..numerics.arrays import Array, ArrayValue
+from ..transmission_losses import tabulated_efficiency, tabulated_friction
 from ..units import format_quantity, quantity_text
 from .catalogue_drive import CatalogueDrive, stated_values
 from .catalogue_toml import write_catalogue
@@ -113,6 +114,12 @@ class CataloguePopulation(ArrayValue):
         if drive.efficiency is not None:
             low, high = (f(value for row in drive.efficiency.value for value in row) for f in (min, max))
             lines.append(f"  efficiency             {low:g} ... {high:g} over speed and load")
+            parameters, deviation = fitted_friction(drive)
+            if parameters:
+                stated = ", ".join(f"{name} {value:.3g}" for name, value in parameters.items())
+                lines.append(
+                    f"models contain the effect crank_friction ({stated}), which meets these to {deviation:.3f}"
+                )
         return [*lines, drive.note] if drive.note else lines
 
 
@@ -150,5 +157,24 @@ def catalogue_lookup(
 
 
 def catalogue_effects(drive: CatalogueDrive) -> dict[str, dict[str, float]]:
-    """The sheet's hysteresis loss as parameters of the effect `hysteresis`; empty without one."""
-    return {"hysteresis": {"torque": drive.hysteresis_torque}} if drive.hysteresis_loss is not None else {}
+    """The sheet's hysteresis loss as parameters of the effect `hysteresis` and its efficiencies as those of
+    `crank_friction`, by effect and name; without what the sheet does not state."""
+    found = {} if drive.hysteresis_loss is None else {"hysteresis": {"torque": drive.hysteresis_torque}}
+    friction, _ = fitted_friction(drive)
+    return {**found, **({"crank_friction": friction} if friction else {})}
+
+
+def fitted_friction(drive: CatalogueDrive) -> tuple[dict[str, float], float]:
+    """Parameters of `crank_friction` by name, and the greatest difference of their efficiencies from the sheet's.
+
+    No parameters for a sheet without efficiencies under load.
+    """
+    table = drive.efficiency
+    if table is None or max(table.torque) <= 0:
+        return {}, 0.0
+    speed, torque = (a.ravel() for a in np.meshgrid(table.speed, table.torque, indexing="ij"))
+    loaded = torque > 0
+    speed, useful = speed[loaded], torque[loaded] / abs(drive.ratio)
+    efficiency = np.array(table.value).ravel()[loaded]
+    parameters = tabulated_friction(speed, useful, efficiency)
+    return parameters, float(np.abs(tabulated_efficiency(parameters, speed, useful) - efficiency).max())

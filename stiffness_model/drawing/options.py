@@ -94,7 +94,7 @@ class ModelOptions:
         Field(
             NUMBER,
             "contacts",
-            "Coefficient of friction of the elements' contacts, for losses alone (`ratings.efficiency`).",
+            "Friction of the elements' contacts, for losses (`ratings.efficiency`, effect `crank_friction`).",
             "0.05",
             _FRICTION,
         ),

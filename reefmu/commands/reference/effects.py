@@ -52,6 +52,8 @@ def effect_text(effect: Effect) -> str:
     if effect.identification.requirements:
         reasons = " or ".join(requirement.value for requirement in effect.identification.requirements)
         paragraphs.append(_fact("not diagnosed if", reasons))
+    if effect.identification.not_a_candidate:
+        paragraphs.append(_fact("not diagnosed", effect.identification.not_a_candidate))
     return "\n\n".join([*paragraphs, _fact("source", effect.source), f"example\n  {example_call(effect)}"])
 
 

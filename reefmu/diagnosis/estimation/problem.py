@@ -185,6 +185,11 @@ def select_candidates(missing: Sequence[str], base_kind: str) -> tuple[tuple[str
         for name, effect in EFFECTS.items()
         if requirement in effect.identification.requirements
     }
+    excluded |= {
+        name: effect.identification.not_a_candidate
+        for name, effect in EFFECTS.items()
+        if effect.identification.not_a_candidate
+    }
     return tuple(name for name in EFFECTS if name not in excluded), excluded
 
 

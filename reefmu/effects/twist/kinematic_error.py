@@ -32,6 +32,7 @@ KINEMATIC_ERROR = Effect(
     equation="contact twist = twist - sum_k amplitude_k sin(k crank angle + phase_k)",
     excitation="At least four crank angles over a turn, or rotation.",
     source="Fourier series of the transmission error over the crank's turn.",
+    amplitudes=tuple(f"amplitude_{k}" for k in ORDERS),
     identification=Identification(
         requirements=(Requirement.CRANK_ANGLE,),
         tolerance_signature=ToleranceSignature.RIPPLE,

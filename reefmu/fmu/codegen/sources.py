@@ -155,6 +155,7 @@ def _header(
         "N_MOTION": functions.n_motion,
         "DISCRETE_OUTPUT": [s.discrete for s in component.outputs].index(True),
         "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"),
+        "CRANK_TORQUE_OUTPUT": [s.name for s in component.outputs].index("crank.tau"),
         "MAX_SUBSTEPS": MAX_SUBSTEPS,
         "NEWTON_STEPS": NEWTON_STEPS,
         "NEWTON_TOLERANCE": NEWTON_TOLERANCE,

@@ -23,8 +23,9 @@ _READS = {"x": "at->x", "u": "at->u", "k": "at->k", "p": "at->p", "dt": "&dt", "
 
 def stage_order(functions: GeneratedFunctions) -> str:
     """The text of the file for one component."""
-    from reefmu.model.stages.order import CONTACT_EQUILIBRIUM, KINEMATICS, OUTPUT, RATE
+    from reefmu.model.stages.order import ADVANCE_TIME, CONTACT_EQUILIBRIUM, KINEMATICS, OUTPUT, RATE
 
+    follow = tuple(stage for stage in functions.stages.advance_order if stage is not ADVANCE_TIME)
     drift = (*functions.drift_angles, *functions.stages.advance_order)
     unused = "dt" if drift else "instance, (void)at, (void)dt"
     return (
@@ -40,6 +41,9 @@ def stage_order(functions: GeneratedFunctions) -> str:
         f"{_calls([OUTPUT], functions, contacts_known=True)}}}\n\n"
         "static void evaluate_rate(Instance *instance, Evaluation *at, double *dx) {\n"
         f"{_calls([RATE], functions, contacts_known=True)}}}\n\n"
+        "/* States that follow the angles, after a jump of these to the inputs. */\n"
+        "static inline void follow_angles(Instance *instance, Evaluation *at) {\n"
+        f"    (void)instance, (void)at;\n{_calls(follow, functions)}}}\n\n"
         "/* States after dt seconds at constant inputs. */\n"
         "static void apply_drift(Instance *instance, Evaluation *at, double dt) {\n"
         f"    (void){unused};\n{_calls(drift, functions)}}}\n"
@@ -69,6 +73,5 @@ def _lines(order: Sequence[Stage], functions: GeneratedFunctions, contacts_known
             yield f"RUN({stage.name}, q, {reads});"
         elif stage.writes == "x":
             yield f"at->x = RUN({stage.name}, next_states(instance, at), {reads});"
-            contacts_known = False
         else:
             yield f"RUN({stage.name}, {'at->k' if stage.writes == 'k' else stage.writes}, {reads});"

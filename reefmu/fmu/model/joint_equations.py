@@ -130,7 +130,7 @@ class JointEquations:
         """Longest substep, s: `SUBSTEP_PHASE` of the oscillation at the greatest stiffness.
 
         The states of the effects (friction in its presliding range) add to the stiffness of the contacts while they
-        follow the twist or the output, and add twice as much after a reversal.
+        follow the twist, the crank or the output, and add twice as much after a reversal.
         """
         ca = self.ca
         added = ca.MX(0)
@@ -138,8 +138,11 @@ class JointEquations:
             state = ca.MX.sym("state", len(self.model.states))
             for x in self.probe_states():
                 at = self.inputs(x)
-                torque = self.model.output.call([state, at, self.p_drive], True, False)[0][0]
-                follow = ca.jacobian(torque, state).T * self.model.rate(state, at, self.p_drive)
+                torques = self.model.output.call([state, at, self.p_drive], True, False)[0][:2]
+                # A torque at the crank acts with the square of the ratio: once here, once in the crank's speed.
+                weights = ca.horzcat(1, ca.fabs(self.ratio))
+                torques_by_state = ca.fabs(ca.jacobian(torques, state))
+                follow = (weights @ torques_by_state).T * self.model.rate(state, at, self.p_drive)
                 (part,) = ca.graph_substitute([ca.sum1(ca.fabs(follow))], [state], [ca.MX.zeros(state.numel())])
                 added = added + 2 * part
         return self.max_step_for(added)
@@ -194,6 +197,7 @@ class JointStages(JointEquations):
         return {
             **found,
             "advance_angles": vertcat(x[:4], found["advance_angles"]),
+            "advance_loaded": vertcat(x[:4], found["advance_loaded"]),
             "advance_time": vertcat(x[:4], found["advance_time"]),
             "rate": self.rate(),
             "output": vertcat(x[:4], self.drive(x)),

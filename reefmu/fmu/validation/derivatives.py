@@ -10,7 +10,7 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ..importer.instance import FmuDrive
-from ..model.nominals import twist_at_full_torque
+from ..model.nominals import twist_at_full_torque, with_nominals
 from .reference_run import Excitation
 
 if TYPE_CHECKING:
@@ -22,6 +22,9 @@ lookup's splines have an error of this size; elsewhere the two agree to 1e-8."""
 DIFFERENCE_STEPS = (1e-3, 1e-4, 1e-5)
 """Steps of a difference, relative to the scale of an input. A shorter one is used only where a longer one disagrees,
 because it crosses the onset of a contact of an individual, where the stiffness starts as a square root."""
+RATE_FLOOR = 1e-3
+"""1/s: a rate of change of this, times the state's nominal value, is the smallest reference for derivatives of rates.
+Near saturation friction has a rate that is a difference of almost equal numbers; chosen by judgement."""
 _SIXTH_ORDER = np.array([-1, 9, -45, 45, -9, 1]) / 60
 _OFFSETS = (-3, -2, -1, 1, 2, 3)
 
@@ -42,13 +45,14 @@ def differences(function: Callable[[Array], Array], at: Array, step: Array) -> A
     return np.array(columns).T
 
 
-def row_error(came: Array, expected: Array, value: Array) -> Array:
+def row_error(came: Array, expected: Array, value: Array, floor: Array | float = 0.0) -> Array:
     """Greatest deviation in every row, relative to the greatest derivative in it, shape (n_rows,).
 
-    came, expected: derivatives, shape (n_rows, n). value: of each function, shape (n_rows,); 1e-4 of it is the smallest
-    reference, so that rounding of a derivative near zero does not count as an error.
+    came, expected: derivatives, shape (n_rows, n). value: of each function, shape (n_rows,); 1e-4 of it and `floor` are
+    the smallest references, so that rounding of a derivative near zero does not count as an error.
     """
-    scale = np.maximum(np.abs(expected).max(axis=1), np.maximum(1e-4 * np.abs(value), 1e-12))
+    least = np.maximum(np.maximum(1e-4 * np.abs(value), 1e-12), floor)
+    scale = np.maximum(np.abs(expected).max(axis=1), least)
     return np.abs(came - expected).max(axis=1) / scale
 
 
@@ -62,6 +66,8 @@ def derivative_error(
     names = [signal.name for signal in component.outputs] + [f"der({signal.name})" for signal in component.states]
     states = [signal.name for signal in component.states]
     p = component.parameter_vector()
+    nominal = [signal.nominal or 1.0 for signal in with_nominals(component).states]
+    floor = np.concatenate([np.zeros(len(component.outputs)), RATE_FLOOR * np.array(nominal)])
     worst, where = 0.0, ""
     drive.initialize(excitation.at(0))
     for row in range(1, max(rows) + 1):
@@ -80,7 +86,7 @@ def derivative_error(
         error = np.full(len(names), np.inf)
         for step in DIFFERENCE_STEPS:
             if error.max() > TOLERANCE:
-                error = np.minimum(error, row_error(came, differences(values, u, step * size) * size, values(u)))
+                error = np.minimum(error, row_error(came, differences(values, u, step * size) * size, values(u), floor))
         if error.max() > worst:
             worst, where = float(error.max()), names[int(error.argmax())]
     return worst, where

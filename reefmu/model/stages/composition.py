@@ -22,6 +22,7 @@ from . import states
 from .expressions import DriveExpressions
 from .order import (
     ADVANCE_ANGLES,
+    ADVANCE_LOADED,
     ADVANCE_TIME,
     COEFFICIENTS,
     CONTACT_EQUILIBRIUM,
@@ -31,6 +32,7 @@ from .order import (
     RATE,
     Stage,
     advance_order,
+    angles_under_load,
     has_time_states,
 )
 
@@ -57,6 +59,7 @@ class Composition:
             ADVANCE_ANGLES.name: states.advance_angles(drive),
             COEFFICIENTS.name: drive.coefficients(),
             CONTACT_POINT.name: drive.contact_point(),
+            ADVANCE_LOADED.name: states.advance_loaded(drive),
             ADVANCE_TIME.name: states.advance_time(drive),
             RATE.name: states.rate(drive),
             OUTPUT.name: drive.output(),
@@ -99,7 +102,10 @@ class Composition:
     def advance_order(self) -> tuple[Stage, ...]:
         """The stages that advance the states of this model."""
         return advance_order(
-            angles=bool(self.drive.angles), time=has_time_states(self.effects), torque=self.time_states_need_torque
+            angles=bool(self.drive.angles),
+            time=has_time_states(self.effects),
+            torque=self.time_states_need_torque,
+            loaded=bool(angles_under_load(self.effects)),
         )
 
     def chain(self, order: Sequence[Stage], last: str) -> ca.MX:

@@ -152,8 +152,9 @@ class DriveExpressions:
             after[place] = after[before] + part if sign > 0 else after[before] - part
         outputs = {
             "output.tau": after[Place.OUTPUT],
-            # Virtual work: the crank carries the torque inside the drive times the twist's derivative by its angle.
-            "crank.tau": -inner * self.twist_by_crank,
+            # Virtual work: the crank carries the torque inside the drive times the twist's derivative by its angle, and
+            # overcomes the friction of the transmission.
+            "crank.tau": -inner * self.twist_by_crank - self.total(Place.CRANK, signals),
             "twist": signals.crank_angle / self.ratio - signals.output_angle,
             "stiffness": by_torque * stiffness + by_twist,
             "max_contact_force": force,

@@ -33,7 +33,8 @@ class Stage(NamedTuple):
 
 KINEMATICS = Stage("kinematics", ("u", "p"), "k", (Place.KINEMATIC,))
 ADVANCE_ANGLES = Stage("advance_angles", ("x", "u", "k", "p"), "x")
-"""States that evolve along an angle, after the angles have moved to those of the inputs."""
+"""States that evolve along an angle, after the angles have moved to those of the inputs; the contacts may depend on
+them."""
 COEFFICIENTS = Stage("coefficients", ("x", "u", "k", "p"), "r", (Place.SERIES, Place.ELEMENT, Place.MODULUS))
 """In C these depend on the parameters alone, and are kept until one of them changes."""
 CONTACT_POINT = Stage("contact_point", ("x", "u", "k", "p"), "q", (Place.CLEARANCE, Place.SERIES, Place.ELEMENT))
@@ -41,32 +42,37 @@ CONTACTS = Stage("contacts", ("q", "r"), "c")
 """The table, or an individual's own contacts, in series with the compliance."""
 ADVANCE_TIME = Stage("advance_time", ("x", "u", "k", "dt", "p", "c"), "x")
 """States that evolve in time, after a step with the angles held."""
+ADVANCE_LOADED = Stage("advance_loaded", ("x", "u", "k", "p", "c"), "x")
+"""States that evolve along an angle and depend on the load, likewise; the contacts do not depend on them."""
 RATE = Stage("rate", ("x", "u", "k", "p", "c"), "dx")
-OUTPUT = Stage("output", ("x", "u", "k", "p", "c"), "y", (Place.PARALLEL, Place.OUTPUT, Place.SENSOR))
+OUTPUT = Stage("output", ("x", "u", "k", "p", "c"), "y", (Place.CRANK, Place.PARALLEL, Place.OUTPUT, Place.SENSOR))
 
-STAGES = (KINEMATICS, ADVANCE_ANGLES, COEFFICIENTS, CONTACT_POINT, CONTACTS, ADVANCE_TIME, RATE, OUTPUT)
+STAGES = (KINEMATICS, ADVANCE_ANGLES, COEFFICIENTS, CONTACT_POINT, CONTACTS, ADVANCE_LOADED, ADVANCE_TIME, RATE, OUTPUT)
 CONTACT_EQUILIBRIUM = (COEFFICIENTS, CONTACT_POINT, CONTACTS)
 """The stages that lead to the contact outputs at given states and inputs."""
 TORQUE_CHAIN = ((Place.PARALLEL, 1), (Place.OUTPUT, -1), (Place.SENSOR, 1))
 """Torques that are added to the elastic torque, in this order and with these signs: after the first it is the torque
-inside the drive, after the second that on the output, after the third what the sensor reads."""
+inside the drive, after the second that on the output, after the third what the sensor reads. What acts at the crank is
+subtracted there from the torque inside the drive, over the ratio."""
 CONTACT_OUTPUTS = ("torque", "stiffness", "max_contact_force", "load_share", "in_range")
 """Elastic torque, N.m; its derivative by the target, N.m/rad; the table's further quantities."""
 
 _ANGLES = (IndependentVariable.TWIST, IndependentVariable.CRANK, IndependentVariable.OUTPUT)
 
 
-def advance_order(*, angles: bool, time: bool, torque: bool) -> tuple[Stage, ...]:
+def advance_order(*, angles: bool, time: bool, torque: bool, loaded: bool = False) -> tuple[Stage, ...]:
     """The stages that bring the states from one sample to the next, the kinematics being known.
 
-    angles, time: whether states evolve along angles, and in time; torque: whether the latter depend on the contacts.
+    angles, time: whether states evolve along angles, and in time; torque: whether the latter depend on the contacts;
+    loaded: whether states along angles do.
 
     >>> [stage.name for stage in advance_order(angles=True, time=True, torque=True)]
     ['advance_angles', 'coefficients', 'contact_point', 'contacts', 'advance_time']
     """
     return (
         *((ADVANCE_ANGLES,) if angles else ()),
-        *(CONTACT_EQUILIBRIUM if time and torque else ()),
+        *(CONTACT_EQUILIBRIUM if (time and torque) or loaded else ()),
+        *((ADVANCE_LOADED,) if loaded else ()),
         *((ADVANCE_TIME,) if time else ()),
     )
 
@@ -74,6 +80,12 @@ def advance_order(*, angles: bool, time: bool, torque: bool) -> tuple[Stage, ...
 def stored_angles(effects: Sequence[Effect]) -> tuple[IndependentVariable, ...]:
     """The angles whose last value is a state of the model, because another state evolves along them."""
     used = {state.independent_variable for effect in effects for state in effect.states}
+    return tuple(angle for angle in _ANGLES if angle in used)
+
+
+def angles_under_load(effects: Sequence[Effect]) -> tuple[IndependentVariable, ...]:
+    """The angles along which states that depend on the load evolve."""
+    used = {state.independent_variable for effect in effects for state in effect.states if state.depends_on_load}
     return tuple(angle for angle in _ANGLES if angle in used)
 
 

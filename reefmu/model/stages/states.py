@@ -1,6 +1,7 @@
 """The stages that advance the states, as CasADi expressions, and the states' rates in continuous time.
 
-A state obeys dx/ds = a x + b, and is advanced exactly by the exponential over a change of s of any length.
+A state obeys dx/ds = a x + b, and is advanced exactly by the exponential over a change of s of any length; through its
+elastic range, if it has one, by that length itself.
 """
 
 from __future__ import annotations
@@ -9,13 +10,24 @@ from collections.abc import Callable
 
 import casadi as ca
 
-from ...effects import Effect, IndependentVariable, State
+from ...effects import Effect, IndependentVariable, Signals, State
 from .expressions import DriveExpressions
+from .order import angles_under_load
 
 
 def advance_angles(drive: DriveExpressions) -> ca.MX:
-    """States after the angles have moved to those of the inputs."""
-    signals = drive.signals
+    """States after the angles have moved to those of the inputs; those that depend on the load, and the last values of
+    the angles that they follow, wait for `advance_loaded`."""
+    return _advance_along_angles(drive, drive.signals, under_load=False)
+
+
+def advance_loaded(drive: DriveExpressions) -> ca.MX:
+    """The remaining states along angles, once the elastic torque is known."""
+    return _advance_along_angles(drive, drive.signals._replace(elastic_torque=drive.c[0]), under_load=True)
+
+
+def _advance_along_angles(drive: DriveExpressions, signals: Signals, *, under_load: bool) -> ca.MX:
+    waiting = angles_under_load(drive.effects)
     change = {variable: drive.angle(variable, signals) - drive.x[k] for k, variable in enumerate(drive.angles)}
     signals = signals._replace(
         twist_direction=ca.sign(change.get(IndependentVariable.TWIST, ca.MX(0))),
@@ -24,13 +36,21 @@ def advance_angles(drive: DriveExpressions) -> ca.MX:
     )
 
     def advance(effect: Effect, state: State, value: ca.MX) -> ca.MX:
-        if state.independent_variable not in change:
+        if state.independent_variable not in change or state.depends_on_load is not under_load:
             return value
-        a, b = state.equation(signals, drive.values[effect.name])
+        p = drive.values[effect.name]
+        a, b = state.equation(signals, p)
         length = ca.fabs(change[state.independent_variable])
+        if state.elastic_range is not None:
+            direction, end = state.elastic_range(signals, p)
+            elastic = ca.fmin(ca.fmax(direction * (end - value), 0), length)
+            value, length = value + direction * elastic, length - elastic
         return value + (a * value + b) * length * _exponential_mean(ca.MX(a) * length)
 
-    return ca.vertcat(*(drive.angle(v, signals) for v in drive.angles), *_of_effects(drive, advance))
+    angles = (
+        drive.angle(v, signals) if (v in waiting) is under_load else drive.x[k] for k, v in enumerate(drive.angles)
+    )
+    return ca.vertcat(*angles, *_of_effects(drive, advance))
 
 
 def advance_time(drive: DriveExpressions) -> ca.MX:
@@ -70,8 +90,13 @@ def rate(drive: DriveExpressions) -> ca.MX:
     speeds = {IndependentVariable.TIME: ca.MX(1), **{v: ca.fabs(value) for v, value in rates.items()}}
 
     def change(effect: Effect, state: State, value: ca.MX) -> ca.MX:
-        a, b = state.equation(signals, drive.values[effect.name])
-        return (a * value + b) * speeds[state.independent_variable]
+        p = drive.values[effect.name]
+        a, b = state.equation(signals, p)
+        slope = a * value + b
+        if state.elastic_range is not None:
+            direction, end = state.elastic_range(signals, p)
+            slope = ca.if_else(direction * (end - value) > 0, direction, slope)
+        return slope * speeds[state.independent_variable]
 
     return ca.vertcat(*(rates[v] for v in drive.angles), *_of_effects(drive, change))
 

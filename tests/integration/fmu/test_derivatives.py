@@ -46,6 +46,8 @@ SIZES = {
     "last.output": 1e-4,
     "creep.twist": 1e-4,
     "wear.travel": 100.0,
+    "crank_friction.deflection": 1e-4,
+    "elastoplastic_friction.deflection": 2e-5,
 }
 """Range of each known in a run; 1 for the relative deflection of friction."""
 SHORT = 3e-4

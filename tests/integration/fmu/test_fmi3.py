@@ -157,7 +157,7 @@ def with_changed_description(path: Path, target: Path, pattern: str, by: str) ->
         (
             "unknowns",
             r'(<EventIndicator valueReference=)"\d+"(.*)(?=\s*</ModelStructure>)',
-            r'\1"68"\2',
+            r'\1"86"\2',
             "der(torque_sensor_drift.grown) is also an event indicator",
         ),
         ("unknowns", r'<InitialUnknown valueReference="6" .*/>', "", "output.tau is missing"),

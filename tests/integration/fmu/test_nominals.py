@@ -164,7 +164,10 @@ def test_friction_follows_angles_without_speeds(full_model: DriveModel, unpacked
             _, _, _, changed, _, _ = exchange.fmu.newDiscreteStates()
             assert changed
             exchange.fmu.enterContinuousTimeMode()
-            np.testing.assert_allclose(exchange.get(along), list(slave.read(along).values()), rtol=0, atol=1e-15)
+            # The limit of friction at the crank is that of the load, which other states change at the same time.
+            tolerance = [1e-8 if name == "crank_friction.deflection" else 1e-15 for name in along]
+            difference = np.abs(np.subtract(exchange.get(along), list(slave.read(along).values())))
+            assert (difference <= tolerance).all(), k
         # Without motion there is no event.
         assert exchange.completed() == (False, False)
 

@@ -16,19 +16,25 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2EnterEventMode)(fmi2Component component) {
 static int angle_is_ahead(Instance *instance) {
     int found = 0;
 #if HAS_ANGLE_STATES && !IS_JOINT
-    double *next = instance->next_states[0], *x = instance->next_states[1];
+    double next[N_STATES], x[N_STATES];
     Evaluation at;
     memcpy(x, instance->now.values + AT_STATES, N_STATES * sizeof(double));
+    update_coefficients(instance);
     begin_evaluation(instance, &at, x);
-    RUN(advance_angles, next, at.x, at.u, at.k, at.p);
+    follow_angles(instance, &at);
+    memcpy(next, at.x, N_STATES * sizeof(double));
     for (int k = 0; k < N_INDICATORS; k++) {
         int state = FIRST_INDICATOR + k;
         double lead = fabs(next[state] - x[state]);
         if (lead > fmax(1e-6 * VARIABLES[AT_STATES + state].nominal, instance->now.path_from_speeds[k])) found = 1;
         else x[state] = next[state];
     }
-    if (found) RUN(advance_angles, next, at.x, at.u, at.k, at.p);
-    found = found && all_finite(next, N_STATES);
+    if (found) {
+        begin_evaluation(instance, &at, x);
+        follow_angles(instance, &at);
+        found = all_finite(at.x, N_STATES);
+        memmove(instance->next_states[0], at.x, N_STATES * sizeof(double));
+    }
 #else
     (void)instance;
 #endif

@@ -107,6 +107,7 @@ static void update_max_step(Instance *instance) {
             evaluate_jvp(instance, &at, direction, change_of);
             direction[N_INPUTS + state] = 0.0;
             added += 2.0 * fabs(change_of[TORQUE_OUTPUT] * rates[state]);
+            added += 2.0 * fabs(change_of[CRANK_TORQUE_OUTPUT] * rates[state] * probes[1]);
         }
     }
     RUN(max_step, &instance->max_step, p, &added);

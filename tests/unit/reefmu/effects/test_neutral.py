@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reefmu.effects import EFFECTS
+from reefmu.effects import EFFECTS, Place
 from reefmu.model.drive_model import DriveModel
 from reefmu.simulate import simulate_signal
 
@@ -22,14 +22,11 @@ def test_neutral_effects_change_nothing(
 
 
 @pytest.mark.parametrize("name", EFFECTS)
-def test_only_the_first_parameter_must_be_neutral(
+def test_only_the_amplitudes_must_be_neutral(
     name: str, build: Build, model: DriveModel, trajectory: Trajectory
 ) -> None:
-    first = EFFECTS[name].parameters[0].name
-    values = {
-        p.name: p.neutral if p.name == first or p.name.startswith("amplitude") else p.nominal
-        for p in EFFECTS[name].parameters
-    }
+    amplitudes = EFFECTS[name].amplitudes
+    values = {p.name: p.neutral if p.name in amplitudes else p.nominal for p in EFFECTS[name].parameters}
     found = simulate_signal(build({name: values}), trajectory.time, trajectory.inputs).outputs
     assert np.array_equal(found, simulate_signal(model, trajectory.time, trajectory.inputs).outputs)
 
@@ -38,7 +35,8 @@ def test_only_the_first_parameter_must_be_neutral(
 def test_a_nominal_size_changes_the_torque(
     name: str, build: Build, model: DriveModel, trajectory: Trajectory, typical
 ) -> None:
-    found = simulate_signal(build({name: typical[name]}), trajectory.time, trajectory.inputs)["measured.tau"]
-    plain = simulate_signal(model, trajectory.time, trajectory.inputs)["measured.tau"]
+    output = "crank.tau" if EFFECTS[name].place is Place.CRANK else "measured.tau"
+    found = simulate_signal(build({name: typical[name]}), trajectory.time, trajectory.inputs)[output]
+    plain = simulate_signal(model, trajectory.time, trajectory.inputs)[output]
     assert np.isfinite(found).all()
     assert np.abs(found - plain).max() > 1e-3

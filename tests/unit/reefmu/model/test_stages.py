@@ -39,14 +39,19 @@ CASES = {
 
 def test_every_place_acts_in_a_stage() -> None:
     assert {place for stage in STAGES for place in stage.places} == set(Place)
-    assert tuple(place for place, _ in TORQUE_CHAIN) == OUTPUT.places
+    assert (Place.CRANK, *(place for place, _ in TORQUE_CHAIN)) == OUTPUT.places
 
 
-@pytest.mark.parametrize("case", list(itertools.product([True, False], repeat=3)))
-def test_a_stage_reads_what_stages_before_it_have_written(case: tuple[bool, bool, bool]) -> None:
-    angles, time, torque = case
+@pytest.mark.parametrize("case", list(itertools.product([True, False], repeat=4)))
+def test_a_stage_reads_what_stages_before_it_have_written(case: tuple[bool, bool, bool, bool]) -> None:
+    angles, time, torque, loaded = case
     known = {"x", "u", "p", "dt"}
-    for stage in (KINEMATICS, *advance_order(angles=angles, time=time, torque=torque), *CONTACT_EQUILIBRIUM, OUTPUT):
+    for stage in (
+        KINEMATICS,
+        *advance_order(angles=angles, time=time, torque=torque, loaded=loaded),
+        *CONTACT_EQUILIBRIUM,
+        OUTPUT,
+    ):
         needed = set(stage.reads) - ({"c"} if stage.name == "advance_time" and not torque else set())
         assert needed <= known, stage
         known.add(stage.writes)
@@ -73,8 +78,11 @@ def test_c_calls_the_stages_in_the_declared_order(kind: str, name: str, drive: o
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=lambda e: e.name)
 def test_only_states_that_depend_on_torque_need_the_contacts_to_advance(effect: Effect, lookup: Lookup) -> None:
     order = [stage.name for stage in make_scalar_stages(lookup, (effect,)).advance_order]
-    assert ("contacts" in order) == (effect.name == "creep")
+    assert ("contacts" in order) == (effect.name in ("creep", "crank_friction"))
+    assert ("advance_loaded" in order) == (effect.name == "crank_friction")
 
 
 def test_the_predictor_has_a_method_for_every_stage() -> None:
-    assert all(callable(getattr(RecordStages, stage.name, None)) for stage in STAGES if stage.name != "rate")
+    """But for rates, and for friction at the crank, which is not diagnosed."""
+    needed = [stage.name for stage in STAGES if stage.name not in ("rate", "advance_loaded")]
+    assert all(callable(getattr(RecordStages, name, None)) for name in needed)
