@@ -91,14 +91,14 @@ def start_variants(effect: Effect, trace: Trace, max_twist: float) -> list[Array
     return [np.array([v.get(p.name, p.neutral) for p in effect.parameters]) for v in variants]
 
 
-def linearise(problem: Problem, name: str, at: Fit) -> list[Direction]:
-    """All variants of a candidate, linearised about a fit."""
+def linearise(problem: Problem, name: str, at: Fit, further: Iterable[Array] = ()) -> list[Direction]:
+    """All variants of a candidate, and `further` ones (parameters (q,) each), linearised about a fit."""
     effect = find_effect(name)
     sizes = amplitudes(effect)
     predictor = problem.for_ranking.predictor((*at.names, name))
     paired = any(p.name.startswith("phase_") for p in effect.parameters)
     found = []
-    for start in start_variants(effect, problem.trace, problem.base.max_twist):
+    for start in (*start_variants(effect, problem.trace, problem.base.max_twist), *further):
         first = len(at.parameters)
         parts = []
         for phase in (0.0, np.pi / 2) if paired else (0.0,):

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...effects import find_effect
+from ..estimation.exchanges import exchanges
 from ..estimation.least_squares import Fit
+from ..estimation.problem import Problem
 from ..estimation.residuals import estimate_overdispersion
 from ..estimation.search import is_degenerate
 from ..estimation.weighting import INDIVIDUAL_SIZE, MEAN_DRIVE_SIZE
@@ -23,7 +25,31 @@ MAX_EQUIVALENT, MAX_MASKED = 5, 3
 
 
 def equivalent_sets(evidence: Evidence, chosen: Fit) -> tuple[tuple[str, ...], ...]:
-    """Sets of no more effects that explain the record as well as the chosen one, the best first."""
+    """Sets of no more effects that explain the record as well as the chosen one, the best first.
+
+    The search fits only some sets of each size; those that the record cannot tell from the chosen one by its
+    information are added, whether the search fitted them or not.
+    """
+    fitted, exchanged = _fitted_sets(evidence, chosen), indistinguishable_sets(evidence.problem, chosen)
+    return tuple(dict.fromkeys((*fitted, *exchanged)))[:MAX_EQUIVALENT]
+
+
+def indistinguishable_sets(problem: Problem, chosen: Fit) -> tuple[tuple[str, ...], ...]:
+    """Sets with one effect of the chosen set exchanged that the record cannot tell from it, and, where several effects
+    can be exchanged, with all of them exchanged, the best first."""
+    found = sorted((e for e in exchanges(problem, chosen) if e.is_indistinguishable), key=lambda e: e.fit.cost)
+    sets = [tuple(sorted(e.fit.names)) for e in found]
+    pairs = [(set(chosen.names) - set(names), set(names) - set(chosen.names)) for names in sets]
+    for first, (lost, gained) in enumerate(pairs):
+        for other_lost, other_gained in pairs[first + 1 :]:
+            if not lost & other_lost and not gained & other_gained:
+                both = (set(chosen.names) - lost - other_lost) | gained | other_gained
+                sets.append(tuple(sorted(both)))
+    return tuple(sets)
+
+
+def _fitted_sets(evidence: Evidence, chosen: Fit) -> tuple[tuple[str, ...], ...]:
+    """Sets that the search fitted and that explain the record as well as the chosen one, the best first."""
     problem, thresholds = evidence.problem, evidence.thresholds
     best = evidence.search.best
     fits: Sequence[Fit] = [fit for size, fits in best.items() if 0 < size <= len(chosen.names) for fit in fits]
@@ -40,7 +66,7 @@ def equivalent_sets(evidence: Evidence, chosen: Fit) -> tuple[tuple[str, ...], .
             allowance = GENERAL_COST
         if worse < allowance and not is_degenerate(problem, fit) and not _is_resolved_limit(evidence, fit, chosen):
             found.append(tuple(sorted(fit.names)))
-    return tuple(found[:MAX_EQUIVALENT])
+    return tuple(found)
 
 
 def _is_resolved_limit(evidence: Evidence, other: Fit, chosen: Fit) -> bool:

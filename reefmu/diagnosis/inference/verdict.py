@@ -9,7 +9,7 @@ from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import remainder
 from ..estimation.weighting import MEAN_DRIVE_SIZE
-from .alternatives import equivalent_sets, masked_sets
+from .alternatives import equivalent_sets, indistinguishable_sets, masked_sets
 from .evidence import (
     Evidence,
     is_significant_remainder,
@@ -117,6 +117,8 @@ def _conclude_within_tolerances(selection: Selection, kept: Fit, curve: TermFit)
     rest = remainder(evidence.problem, kept)
     if kept.names and curve.rms > visible_remainder(evidence.problem, kept):
         return Conclusion("partly", kept, shares, (), max(curve.rms, rest), selection.tests, curve, curve.rms)
+    if others := indistinguishable_sets(evidence.problem, kept):
+        return Conclusion("ambiguous", kept, shares, others, rest, selection.tests, curve_deviation=curve.rms)
     verdict = "named" if kept.names else "none"
     masked = masked_sets(evidence, kept)
     return Conclusion(verdict, kept, shares, masked, rest, selection.tests, curve_deviation=curve.rms)
@@ -128,7 +130,7 @@ def _conclude_unnamed(selection: Selection, kept: Fit, unnamed: TermFit) -> Conc
     gain = evidence.search.base.cost - kept.cost
     shares = selection.shares(kept, gain / (gain + unnamed.gain)) if kept.names else {}
     is_selected = kept.names and kept.names == selection.fit.names
-    alternatives = equivalent_sets(evidence, kept) if is_selected else ()
+    alternatives = equivalent_sets(evidence, kept) if is_selected else indistinguishable_sets(evidence.problem, kept)
     verdict = "ambiguous" if alternatives else "partly" if kept.names else "unknown"
     rest = remainder(evidence.problem, kept)
     return Conclusion(verdict, kept, shares, alternatives, rest, selection.tests, unnamed)
