@@ -137,6 +137,7 @@ def _parameter(effect: Effect, parameter: Parameter) -> Iterator[tuple[str, Any]
     yield "name", f"{effect.name}.{parameter.name}"
     yield "unit", parameter.unit
     yield "default", parameter.neutral
+    yield "neutral_at_default", parameter.name in effect.amplitudes
     yield "minimum", parameter.minimum
     yield "maximum", parameter.maximum
     yield "typical", parameter.nominal

@@ -15,8 +15,9 @@ _INTRODUCTION = """\
 
 What the contact model leaves out, in the order along the drive. Each effect can be a part of a drive model, an FMU
 (`--effect NAME.PARAMETER=VALUE`) and, unless it says otherwise, a diagnosis; its parameters are `NAME.PARAMETER` there.
-While its amplitudes, the parameters in bold, are neutral, an effect changes nothing. This page is generated from the
-declarations in `reefmu/effects`: `python -m reefmu.effects.effects_page > docs/reference/effects.md`.
+While its amplitudes, the parameters in bold, are neutral, an effect changes nothing. `reefmu effects NAME` prints one
+of them. This page is generated from the declarations in `reefmu/effects`: `python -m reefmu.effects.effects_page >
+docs/reference/effects.md`.
 """
 
 

@@ -20,10 +20,11 @@ _INTRODUCTION = """\
 # The drawing of a drive
 
 A drawing is a TOML file. Every field of it is also a keyword of `stiffness_model.load_drive` and a name for `--set
-FIELD=VALUE`. Quantities are texts with their units; in Python a bare number is SI. `drive_1.toml` among the presets is
-a complete example. The line `kind = "catalogue"` at the head makes it the drawing of a drive of another kind, whose
-fields stand below; without it, it is a rolling element eccentric drive. This page is generated from the declarations of
-the fields: `python -m stiffness_model.io.drawing_format > docs/reference/drawing_format.md`.
+FIELD=VALUE`. Quantities are texts with their units; in Python a bare number is SI. `reefmu new FILE.toml` writes a
+drawing with all fields, `drive_1.toml` among the presets is another example. The line `kind = "catalogue"` at the head
+makes it the drawing of a drive of another kind, whose fields stand below; without it, it is a rolling element eccentric
+drive. This page is generated from the declarations of the fields: `python -m stiffness_model.io.drawing_format >
+docs/reference/drawing_format.md`.
 """
 _MATERIALS = """
 The parts name a material of the package, which `reefmu materials` lists with its source, or one of these tables, `NAME`

@@ -44,6 +44,7 @@ def effect_text(effect: Effect) -> str:
         "\n".join(f"  {part.strip()}" for part in effect.equation.split(",  ")),
         _fact("place", f"{effect.place.name.lower()}, {effect.place.value}"),
         _parameters(effect),
+        _fact("neutral", f"at the default of {' and '.join(effect.amplitudes)} the effect changes nothing"),
         _fact("shown by", effect.excitation),
     ]
     lines = confusion_lines(effect)

@@ -9,6 +9,8 @@ import pytest
 from reefmu.cli import main
 from reefmu.fmu.importer.instance import FmuDrive
 from stiffness_model import load_drive
+from stiffness_model.errors import InputError
+from stiffness_model.kinds import KINDS
 
 
 @pytest.mark.slow
@@ -23,6 +25,34 @@ def test_values_and_fields_are_those_of_the_fmu(tmp_path: Path) -> None:
     assert read["hysteresis.torque"] == 2.0
     assert read["creep.compliance"] == 0.0
     assert read["ratio"] == load_drive("drive_1", lobes=28).ratio == 29
+
+
+FIELDS = {
+    "rolling element eccentric": ("gear_tolerance", "IT6"),
+    "cycloidal": ("disc_thickness", "30 mm"),
+    "catalogue": ("k3", "200 N.m/arcmin"),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("form", ["drive", "joint"])
+def test_fields_and_values_reach_the_model_of_every_kind(
+    kind: str, form: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without solving its lookup."""
+    asked: list[tuple[object, object]] = []
+
+    def build(drive: object, effects: object, **_: object) -> None:
+        asked.append((drive, effects))
+        raise InputError("asked for")
+
+    monkeypatch.setattr("reefmu.commands.fmus.export.build_model", build)
+    name, value = FIELDS[kind]
+    words = ["--set", f"{name}={value}", "--effect", "hysteresis.torque=2 N.m", "--effect", "creep"]
+    example = KINDS[kind].example
+    assert main(["export", example, "-o", str(tmp_path / "d.fmu"), "--kind", form, "--backend", "python", *words]) == 2
+    assert asked == [(load_drive(example, **{name: value}), {"hysteresis": {"torque": 2.0}, "creep": {}})]
+    assert asked[0][0] != load_drive(example)
 
 
 @pytest.mark.parametrize(
