@@ -53,7 +53,8 @@ def make_excitation(component: Component, scale: float = 1.0) -> Excitation:
     """
     corners = [0.0]
     for amplitude in _AMPLITUDES:
-        corners += [amplitude, -amplitude, 0.4 * amplitude]
+        # The amplitudes differ, so that no sample lies at zero torque, where load-dependent friction has no derivative.
+        corners += [amplitude, -0.97 * amplitude, 0.4 * amplitude]
     steps = _STEPS_PER_RAMP * (len(corners) - 1)
     shape = scale * np.interp(np.arange(steps + 1) / _STEPS_PER_RAMP, np.arange(len(corners)), corners)
     # A joint divides each step into many substeps; a tenth of the time tests it equally well.
