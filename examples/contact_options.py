@@ -1,4 +1,9 @@
-"""The contact options of a drawing, each compared with the plain contact model for drive 1, and ratings of the forces.
+"""Contact options
+===============
+
+The contact options of a drawing, each compared with the plain contact model for drive 1, and ratings of the forces.
+
+::
 
     python examples/contact_options.py [FOLDER]
 

@@ -1,7 +1,12 @@
-"""Growth of an oscillation through the one-step lag of a co-simulated spring, and the largest step of each scheme.
+"""Communication step of a co-simulation
+=====================================
+
+Growth of an oscillation through the one-step lag of a co-simulated spring, and the largest step of each scheme.
 
 The drive runs as an FMU; motor and load are integrated by the master around it, once in each scheme of
-`reefmu.joint.cosimulate`. There is no damping, so that every change of amplitude is an effect of the coupling.
+``reefmu.joint.cosimulate``. There is no damping, so that every change of amplitude is an effect of the coupling.
+
+::
 
     python examples/cosimulation_step.py [FOLDER] [--drives N]
 

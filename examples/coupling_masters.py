@@ -1,14 +1,19 @@
-"""A stiff spring in co-simulation: four ways to couple the same native FMU with motor and load.
+"""Four masters around one FMU
+===========================
 
-Jacobi               drive and masses step in parallel, each with the last result of the other (the usual default)
-sequential           the masses step first, then the drive; speeds take the mean of old and new torque (Verlet)
-linearly implicit    the same order, but the masses step with the trapezoidal rule on the torques and their
-                     directional derivatives, which the FMU provides
-kind joint           the masses are inside the FMU, which takes substeps
+A stiff spring in co-simulation: four ways to couple the same native FMU with motor and load.
+
+* Jacobi: drive and masses step in parallel, each with the last result of the other (the usual default).
+* Sequential: the masses step first, then the drive; speeds take the mean of old and new torque (Verlet).
+* Linearly implicit: the same order, but the masses step with the trapezoidal rule on the torques and their directional
+  derivatives, which the FMU provides.
+* Kind ``joint``: the masses are inside the FMU, which takes substeps.
 
 There is no damping, so that every change of amplitude is an effect of the coupling. Left: a small oscillation about
 100 N.m. Right: an oscillation released at 150 N.m, through the soft range around zero torque; its amplitude is the
 twist at which its energy would be potential.
+
+::
 
     python examples/coupling_masters.py [FOLDER] [--drives N]
 

@@ -1,4 +1,7 @@
-"""Diagnosis of measured records: a printed cycloidal actuator at six preloads, output locked, without a drawing.
+"""Measured records of a printed cycloidal actuator
+================================================
+
+Diagnosis of measured records: a printed cycloidal actuator at six preloads, output locked, without a drawing.
 
 The base curve is a power law with a dead band; one exponent is fitted to all records, because they are of one gear.
 Load-dependent friction is named in all of them, and a repeatable remainder several times the noise is reported. Beside
@@ -6,6 +9,8 @@ the diagnosis stands the lost motion that the small cycles show without any mode
 through zero torque. It decreases with the first two steps of preload and then remains. The fitted play, a part of the
 large cycles' curve, decreases with every step. The exponent reaches its lower bound, that of a spring; the remaining
 curvature between flanks and dead band is part of the remainder.
+
+::
 
     python examples/cycloidal_records.py [FOLDER] [--data DIR] [--every N]
 

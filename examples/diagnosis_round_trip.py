@@ -1,6 +1,13 @@
-"""From a measured record to an FMU with the missing effects, and back to the record.
+"""From a record to an FMU and back
+================================
+
+From a measured record to an FMU with the missing effects, and back to the record.
+
+::
 
     record -> reefmu diagnose -> model.toml -> reefmu export -> FMU -> simulation of the record -> the same gap
+
+::
 
     python examples/diagnosis_round_trip.py [FOLDER] [--record FILE --drive DRIVE]
 

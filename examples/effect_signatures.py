@@ -1,8 +1,13 @@
-"""The signature of every effect: the measured torque with it, and its difference from the model of the drawing.
+"""Signatures of the effects
+=========================
+
+The signature of every effect: the measured torque with it, and its difference from the model of the drawing.
 
 One picture for each effect. Left: the torque that a rig would measure, grey without the effect, in colour with it.
 Right: the difference, over the coordinate that shows the effect. The motions are those of a rig: loops with the crank
 locked, a hold, rotation in both senses, a warm run, a run after many turns.
+
+::
 
     python examples/effect_signatures.py [FOLDER] [--drives N]
 
@@ -250,7 +255,7 @@ def main() -> None:
     """Draw all pictures."""
     parser = argparse.ArgumentParser(description="The signature of every effect")
     parser.add_argument("folder", nargs="?", default="effect-signatures", type=Path)
-    parser.add_argument("--drives", type=int, default=64, help="virtual drives behind the curve (default 64)")
+    parser.add_argument("--drives", type=int, default=60, help="virtual drives behind the curve (default 60)")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     plain = build_model(sm.load_drive("drive_1"), n_drives=args.drives)

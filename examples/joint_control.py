@@ -1,9 +1,14 @@
-"""A controller for a robot joint, designed with a constant stiffness and simulated with the drive's curve.
+"""A joint under control
+=====================
+
+A controller for a robot joint, designed with a constant stiffness and simulated with the drive's curve.
 
 An REE drive is soft around zero torque and stiff under load. A discrete LQR with integral action, designed with the
 stiffness at 100 N.m, damps the joint's oscillation well there. Around zero torque the drive has a fifth of that
 stiffness, and the same controller leads to a limit cycle. Designed with the stiffness at zero torque, the same weights
 give a controller that damps the joint over the whole range.
+
+::
 
     python examples/joint_control.py [FOLDER] [--drives N]
 

@@ -1,4 +1,9 @@
-"""Figures 7 to 10 of the paper, for the presets (30 lobes) or for the other reading of |i| = 29 (28 lobes).
+"""Figures 7 to 10 of the paper
+============================
+
+Figures 7 to 10 of the paper, for the presets (30 lobes) or for the other reading of ``|i| = 29`` (28 lobes).
+
+::
 
     python examples/paper_figures.py [FOLDER] [--drives N] [--lobes 28]
 

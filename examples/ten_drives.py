@@ -1,9 +1,14 @@
-"""One controller on ten individual drives of one drawing.
+"""One controller on ten individual drives
+=======================================
+
+One controller on ten individual drives of one drawing.
 
 A controller is designed on the mean drive. Balls, bores and lobes of a real drive deviate, and as it turns, the twist
 at the same torque changes by an arc minute or two. A feedback of crank and output angle takes this for a change of
 torque, some 40 N.m per arc minute, and reacts. Two designs that perform alike on the mean drive differ on the
 individuals, here during one turn of the crank under load.
+
+::
 
     python examples/ten_drives.py [FOLDER] [--drive drive_2] [--individuals N]
 

@@ -9,8 +9,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
+GENERATED = ("docs/_build", "docs/gallery", "docs/reference/effects")
+"""Folders that a build of the site writes (.gitignore)."""
 PAGES = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")] + sorted(
-    (ROOT / "docs").rglob("*.md")
+    page
+    for page in (ROOT / "docs").rglob("*.md")
+    if not page.relative_to(ROOT).as_posix().startswith(tuple(f"{folder}/" for folder in GENERATED))
 )
 NAMES = [page.relative_to(ROOT).as_posix() for page in PAGES]
 MAX_LINE = 120
