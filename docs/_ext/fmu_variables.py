@@ -21,8 +21,7 @@ CAUSALITIES = {
     "parameter": "Parameters",
 }
 DRIVES = 60
-"""Virtual drives behind the tables of the model, as in the examples, which have solved them: the variables do not depend
-on it."""
+"""Virtual drives behind the tables, as in the examples, which have solved them: the variables do not depend on it."""
 
 
 def variables_text(kind: str) -> str:

@@ -63,7 +63,7 @@ def discretize(joint: JointModel, torque: float, sample: float) -> tuple[Array, 
 def design_lqr(joint: JointModel, torque: float, sample: float, name: str, weights: Weights | None = None) -> Design:
     """LQR for the joint linearised at a torque of the drive, N.m (Anderson, Moore, Optimal Control, 1990).
 
-    sample: sampling time, s; weights: default `Weights()`.
+    sample: sampling time, s; name: of the design, for pictures; weights: default `Weights()`.
     """
     import control as ct
 
@@ -76,7 +76,10 @@ def design_lqr(joint: JointModel, torque: float, sample: float, name: str, weigh
 
 
 def minimum_damping_ratio(joint: JointModel, design: Design, torque: float) -> float:
-    """Smallest damping ratio of the closed loop at a torque of the drive, N.m; negative if the loop is unstable."""
+    """Smallest damping ratio of the closed loop of joint and design; negative if the loop is unstable.
+
+    torque: of the drive, N.m, at which the joint is linearised.
+    """
     a, b, _ = discretize(joint, torque, design.sample)
     poles = np.log(np.linalg.eigvals(a - b @ design.gains[None, :]).astype(complex)) / design.sample
     return float((-poles.real / np.abs(poles)).min())
@@ -87,7 +90,8 @@ def feedback(
 ) -> Callable[[float, Array], tuple[float, float]]:
     """The controller as a callback (time, motion) -> (motor.tau, load.tau), which holds its integral.
 
-    target: set point of the output, rad; load: torque on the output, N.m; both from time 0 on. It serves one run.
+    design: from `design_lqr`; ratio: of the joint; target: set point of the output, rad; load: torque on the output,
+    N.m; both from time 0 on. It serves one run.
     """
     wanted = np.array([ratio * target, 0.0, target, 0.0])
     integral = 0.0

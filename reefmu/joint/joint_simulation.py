@@ -79,7 +79,7 @@ def simulate_joint(
 ) -> Motion:
     """The joint under a controller that is called every `step`, s; its torques are held in between.
 
-    duration: s, a multiple of the step. start: full state at time 0, as of `JointModel.equilibrium` or
+    duration: s, a multiple of the step. start: full state (n_states,) at time 0, as of `JointModel.equilibrium` or
     `JointModel.state`; default 0. substeps: Runge-Kutta steps (4th order) per step; by default one covers at most a
     tenth of a radian of the joint's fastest oscillation within the lookup's range.
 

@@ -49,7 +49,12 @@ def joint_system(joint: JointModel, *, name: str | None = None) -> ct.NonlinearI
 def linearize(
     system: JointModel | DriveModel, x: ArrayLike, u: ArrayLike, params: Mapping[str, float] | None = None
 ) -> ct.StateSpace:
-    """The linear system at state x and input u, exact by CasADi; signals as in `drive_system` and `joint_system`."""
+    """The linear system at a state and an input, exact by CasADi; signals as in `drive_system` and `joint_system`.
+
+    system: a joint or a drive model. x: state (n_states,), SI units (rad, rad/s, then those of the effects); u: input
+    (n_inputs,), SI units (N.m for a joint; rad, rad/s and degC for a drive); `JointModel.equilibrium` gives both.
+    params: values of parameters by name, SI units, which replace those of the system.
+    """
     made = joint_system(system) if isinstance(system, JointModel) else drive_system(system)
     return made.linearize(x, u, params=params, copy_names=True)
 

@@ -121,9 +121,9 @@ def make_plan(
 ) -> Plan:
     """Plan a protocol.
 
-    rig: what the rig can do, a usual one if None; effects: of interest, all if None; progress: called with the present
-    stage and the share done. Raises `UnknownNameError` for an unknown effect, and `InputError` where none of the
-    effects can be shown with the columns that the rig measures.
+    drive: the drawing of the drive; rig: what the rig can do, a usual one if None; effects: of interest, all if None;
+    progress: called with the present stage and the share done. Raises `UnknownNameError` for an unknown effect, and
+    `InputError` where none of the effects can be shown with the columns that the rig measures.
     """
     report: Progress = progress or (lambda stage, share: None)
     for name in effects or ():

@@ -86,13 +86,13 @@ def draw_gear(drive: CycloidalDrive, seed: int | None) -> CycloidalIndividual:
 
 
 def crank_angles_over_turn(drive: CycloidalDrive, per_crank_turn: int = 16) -> Array:
-    """Crank angles, rad, spread evenly over one turn of the output, (lobes * per_crank_turn,)."""
+    """Crank angles, rad, spread evenly over one turn of the output of a drive, (lobes * per_crank_turn,)."""
     count = drive.lobes * per_crank_turn
     return 2 * np.pi * drive.lobes * np.arange(count) / count
 
 
 def gear_turn(individual: CycloidalIndividual, torque: float, crank_angle: ArrayLike) -> GearTurn:
-    """Twist and stiffness of an individual under `torque`, N.m, at crank angles (n,), rad.
+    """Twist and stiffness of an individual under `torque`, N.m. crank_angle: (n,) rad.
 
     Raises `InputError` for a torque that no twist within `twist_limits.twist_limit` carries.
     """
@@ -129,7 +129,7 @@ def gear_turn(individual: CycloidalIndividual, torque: float, crank_angle: Array
 
 
 def gear_no_load(individual: CycloidalIndividual, crank_angle: ArrayLike) -> GearNoLoad:
-    """The individual at crank angles (n,), rad, under a drag torque of `BACKLASH_SHARE` of that at max_twist."""
+    """The individual under a drag torque of `BACKLASH_SHARE` of that at max_twist. crank_angle: (n,) rad."""
     angle = np.atleast_1d(np.asarray(crank_angle, float))
     full = float(individual.at(angle, np.array([individual.drive.max_twist])).torque.mean())
     expect(full > 0, "an individual that carries torque at max_twist", full, individual.drive.name)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -16,8 +15,8 @@ from reefmu.model import DriveModel, build_model
 from stiffness_model.drawing.fields import Field
 from stiffness_model.errors import UnknownNameError
 from stiffness_model.units import UNITS
+from tests.unit.test_docs import PAGES
 
-ROOT = Path(__file__).parents[2]
 UNIT_NAMES = {
     *(unit for units in UNITS.values() for unit in units),
     *("rad", "rad/s", "degC", "kg.m2", "N.m.s/rad", "N.m/rad", "N.m", "N", "Pa", "s", "m", "in SI"),
@@ -27,12 +26,12 @@ DIMENSIONLESS = re.compile(r"\b(exponent|factor|share|ratio|probability|number|r
 
 
 def public_objects() -> dict[str, Any]:
-    """Functions and classes by the names under which the README and the packages offer them."""
+    """Functions and classes by the names under which the packages and the pages of the documentation offer them."""
     found = {
         f"{package.__name__}.{name}": getattr(package, name) for package in (sm, reefmu) for name in package.__all__
     }
-    readme = (ROOT / "README.md").read_text("utf-8")
-    for module, names in re.findall(r"^from ([\w.]+) import (.+)$", readme, re.MULTILINE):
+    text = "\n".join(page.read_text("utf-8") for page in PAGES)
+    for module, names in re.findall(r"^from ((?:reefmu|stiffness_model)[\w.]*) import (.+)$", text, re.MULTILINE):
         imported = __import__(module, fromlist=["*"])
         found |= {f"{module}.{name}": getattr(imported, name) for name in names.split(", ")}
     return {name: thing for name, thing in found.items() if callable(thing)}

@@ -27,12 +27,13 @@ gauge shaft of class 0.1 whose range exceeds the drive's torque."""
 class Rig:
     """A test rig; SI units and degC.
 
-    minutes: greatest duration of a protocol; torque: N.m, the greatest at the output, None for the drive's full torque;
-    crank: one of `CRANKS`; speed: rad/s, the greatest of the crank; shortest_loop: s, period of the fastest loop;
-    lowest, highest: degC, and heating_rate: K/s; temperature_measured, crank_measured: whether records have these
-    columns; sample_rate: Hz; *_noise: standard deviation of one sample, torque_noise None for `TORQUE_NOISE_SHARE`;
-    *_resolution: smallest step of a reading, 0 for none; correlation_time: s, of the noise of the torque sensor, 0 for
-    white noise.
+    name: of the rig, for reports; minutes: greatest duration of a protocol; torque: N.m, the greatest at the output,
+    None for the drive's full torque; crank: one of `CRANKS`; speed: rad/s, the greatest of the crank; shortest_loop: s,
+    period of the fastest loop; lowest, highest: degC, and heating_rate: K/s; temperature_measured, crank_measured:
+    whether records have these columns; sample_rate: Hz; torque_noise, N.m, output_noise, crank_noise, rad: standard
+    deviations of one sample, torque_noise None for `TORQUE_NOISE_SHARE`; torque_resolution, N.m, output_resolution,
+    crank_resolution, rad: smallest step of a reading, 0 for none; correlation_time: s, of the noise of the torque
+    sensor, 0 for white noise.
     """
 
     name: str = "rig"
@@ -56,7 +57,7 @@ class Rig:
     crank_resolution: float = 0.0
 
     def for_drive(self, full_torque: float) -> Rig:
-        """The same with torque and torque noise stated, for a drive with this full torque, N.m."""
+        """The same with torque and torque noise stated, for a drive. full_torque: of the drive, N.m."""
         torque = full_torque if self.torque is None else min(self.torque, full_torque)
         noise = TORQUE_NOISE_SHARE * full_torque if self.torque_noise is None else self.torque_noise
         return replace(self, torque=torque, torque_noise=noise)
