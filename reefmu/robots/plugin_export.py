@@ -36,7 +36,7 @@ def plugin_name(folder: Path) -> str:
     """The name under which the drive of this folder is registered. Raises `InputError` for a folder without letters."""
     word = re.sub(r"[^A-Za-z0-9_]+", "_", folder.resolve().name).strip("_")
     expect(
-        bool(word), "a folder whose name has letters or digits, by which the plugin is called", str(folder), "plugin"
+        bool(word), "a folder whose name has letters or digits, after which the plugin is named", str(folder), "plugin"
     )
     return f"reefmu.{word}"
 
