@@ -22,7 +22,7 @@ from stiffness_model.io.atomic_files import scratch_folder
 
 from .codegen.compile import compile_binaries, has_compiler, select_platforms
 from .codegen.sources import make_sources, with_guid
-from .documentation import documentation
+from .documentation.members import documentation
 from .export_fmi3 import fmi3_members, fmi3_sources
 from .metadata import RELEASE_DATE, export_info, model_identifier
 from .model.component import LOOKUP_FILE, METADATA_FILE, Component, drive_component, save_component
@@ -72,6 +72,7 @@ def export_fmu(
     platform: str = "host",
     masses: Masses | None = None,
     fmi: str = "2.0",
+    interactive: bool = True,
 ) -> Path:
     """Write `model` as an FMU to `path`, and return the path.
 
@@ -80,11 +81,14 @@ def export_fmu(
     for co-simulation in a host that has a Python with this package (pythonfmu's binaries for 64-bit Linux and Windows
     are inside); None for native where there is a compiler, else python, with a warning. platform (native only): a
     name of `codegen.compile.PLATFORMS`, "host", "all", or "none" for sources alone. fmi: version of the standard, "2.0"
-    or, with the native back end, "3.0". An existing file is replaced; a failure leaves it as it was.
+    or, with the native back end, "3.0". interactive: whether the page in `documentation` runs the drive, which takes the
+    native back end and ziglang. An existing file is replaced; a failure leaves it as it was.
     Errors: `InputError` for a path that cannot be written, a unit that FMI cannot express, an unknown back end or
     platform, or a platform without a compiler.
     """
-    content = fmu_content(model, backend=backend, platform=platform, masses=masses, fmi=fmi)
+    content = fmu_content(
+        model, backend=backend, platform=platform, masses=masses, fmi=fmi, interactive=interactive
+    )
     return write_archive(path, content.members, source_date(RELEASE_DATE))
 
 
@@ -104,6 +108,7 @@ def fmu_content(
     platform: str = "host",
     masses: Masses | None = None,
     fmi: str = "2.0",
+    interactive: bool = True,
 ) -> FmuContent:
     """The content of an FMU. Arguments and errors as of `export_fmu`."""
     if backend is None:
@@ -115,7 +120,7 @@ def fmu_content(
     if fmi not in FMI_VERSIONS:
         raise unknown_name("version of FMI", fmi, FMI_VERSIONS)
     expect(backend == "native" or fmi == "2.0", "FMI 3.0 with the native back end only", backend, "back end")
-    make = _python_content if backend == "python" else functools.partial(_native_content, platform=platform, fmi=fmi)
+    make = _python_content if backend == "python" else functools.partial(_native_content, platform=platform, fmi=fmi, interactive=interactive)
     date = source_date(RELEASE_DATE)
     resources = _resources(model, masses)
     if masses is None:
@@ -142,13 +147,13 @@ def _python_content(component: Component, resources: dict[str, bytes], date: dat
         SCRIPT_NAME: module.encode(),
         **{f"resources/{name}": data for name, data in resources.items()},
         **_pythonfmu_binaries(export.model_identifier),
-        **documentation(interface, export),
+        **documentation(component, interface, export, None),
     }
     return FmuContent(members, component, interface, export)
 
 
 def _native_content(
-    component: Component, resources: dict[str, bytes], date: datetime, *, platform: str, fmi: str
+    component: Component, resources: dict[str, bytes], date: datetime, *, platform: str, fmi: str, interactive: bool
 ) -> FmuContent:
     """The content of an FMU in C. Its resources serve `reefmu check` and readers; no binary uses them."""
     platforms = () if platform == "none" else select_platforms(platform)
@@ -163,16 +168,23 @@ def _native_content(
     for name, content in sorted(sources.items()):
         digest.update(name.encode() + content)
     export = export_info(component, interface, resources, date, "native", digest.hexdigest())
+    page_sources = _page_sources(component) if interactive else None
     sources = with_guid(sources, export.guid)
     members = {
         DESCRIPTION: model_description(interface, export),
         **{f"resources/{name}": data for name, data in resources.items()},
         **{f"sources/{name}": data for name, data in sources.items()},
         **compile_binaries(sources, export.model_identifier, platforms),
-        **documentation(interface, export),
+        **documentation(component, interface, export, page_sources),
     }
     members = members if fmi == "2.0" else fmi3_members(members, interface, export)
     return FmuContent(members, component, interface, export)
+
+
+def _page_sources(component: Component) -> dict[str, bytes]:
+    """The sources of the drive for its page, which also describes the drive inside a joint."""
+    drive = component if component.kind == "drive" else drive_component(component.model)
+    return make_sources(drive, declare_with_derivatives(drive), "", "web")
 
 
 def _resources(model: DriveModel, masses: Masses | None) -> dict[str, bytes]:

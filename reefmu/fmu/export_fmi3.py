@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from .codegen.sources import FMI2_MAIN, FMI3_MAIN, MAIN_SOURCE, wrapper_files
+from .documentation.members import ICON
 from .model.variables import Interface
 from .xml.archive import DESCRIPTION
 from .xml.description import ExportInfo
@@ -36,6 +37,7 @@ def fmi3_members(members: Mapping[str, bytes], interface: Interface, export: Exp
             renamed |= {f"binaries/{new}/{file}": content for new in _FOLDERS[folder]}
         else:
             renamed[name] = content
+    renamed["terminalsAndIcons/icon.png"] = renamed.pop(ICON)
     return {
         **renamed,
         DESCRIPTION: model_description_fmi3(interface, export),

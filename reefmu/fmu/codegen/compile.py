@@ -6,23 +6,21 @@ platform for any other. Folders have the names of FMI 2.0 where it defines one, 
 
 from __future__ import annotations
 
-import hashlib
-import importlib.util
 import os
 import platform
 import shutil
 import struct
-import subprocess
 import sys
+import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
 
 from reefmu.progress import Progress
 from stiffness_model.errors import InputError, unknown_name
-from stiffness_model.io.atomic_files import atomic_file, scratch_folder
 
-from .sources import MAIN_SOURCE
+from .compiler_run import ZIG, ZIG_FLAGS, compile_cached, first_line, has_zig, zig_version
 
 
 @dataclass(frozen=True)
@@ -66,11 +64,14 @@ _SYMVER_HEADER = (
 )
 """For libraries that the local compiler builds for Linux: newer versions of glibc give these functions a new symbol,
 but the oldest one is equivalent here and available everywhere. zig receives a version of glibc instead."""
-_ZIG = (sys.executable, "-m", "ziglang")
 _ZIG_NAMES = {"arm64": "aarch64", "amd64": "x86_64"}
 """Names of processors in zig's targets, where `platform.machine` gives another."""
-_ZIG_FLAGS = ("-s", "-fno-sanitize=all", "-fno-stack-protector", "-g0")
 _LINKER_FLAGS = {"linux": ("-s", "-Wl,--build-id=none", "-lm"), "darwin": ("-Wl,-x", "-lm"), "win32": ("-s", "-lm")}
+PAUSE, LONG = 1.0, 5.0
+"""s: between two looks at the compilers, and after which the progress explains a long build; chosen by judgement."""
+FIRST_BUILD = "the first build for a platform also compiles the libraries of the compiler"
+"""For Windows it takes 90 s of processor time, for the others 4 s each, and each further build 0.6 s (zig 0.17.1,
+23 November 2026)."""
 
 
 def host_platform() -> str:
@@ -102,10 +103,19 @@ def compile_binaries(sources: Mapping[str, bytes], identifier: str, platforms: S
     members: dict[str, bytes] = {}
     jobs = [(p, target) for p in platforms for target in p.targets]
     parts: dict[str, list[bytes]] = {p.name: [] for p in platforms}
-    with Progress("compiling", len(jobs)) as progress:
-        for p, target in jobs:
-            parts[p.name].append(_compile_cached(sources, identifier, p, target))
-            progress.step()
+    with Progress("compiling", len(jobs)) as progress, ThreadPoolExecutor(os.cpu_count()) as pool:
+        started = time.monotonic()
+        futures = {pool.submit(_compile_for, sources, identifier, p, target): target for p, target in jobs}
+        pending = set(futures)
+        while pending:
+            done, pending = wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
+            left = ", ".join(target for future, target in futures.items() if future in pending)
+            reason = f"; {FIRST_BUILD}" if left and time.monotonic() - started > LONG else ""
+            progress.advance_to(1 - len(pending) / len(jobs), left + reason)
+            for future in done:
+                future.result()
+    for (p, _), future in zip(jobs, futures, strict=True):
+        parts[p.name].append(future.result())
     for p in platforms:
         slices = parts[p.name]
         content = slices[0] if len(slices) == 1 else universal_library(slices)
@@ -122,10 +132,10 @@ def compile_for_host(sources: Mapping[str, bytes], name: str, include: Path, lib
     (p,) = select_platforms("host")
     machine = platform.machine().lower()
     target = next((t for t in p.targets if t.startswith(_ZIG_NAMES.get(machine, machine))), p.targets[0])
-    return _compile_cached(sources, name, p, target, (f"-I{include}",), (str(library),))
+    return _compile_for(sources, name, p, target, (f"-I{include}",), (str(library),))
 
 
-def _compile_cached(
+def _compile_for(
     sources: Mapping[str, bytes],
     identifier: str,
     p: Platform,
@@ -133,51 +143,14 @@ def _compile_cached(
     options: tuple[str, ...] = (),
     libraries: tuple[str, ...] = (),
 ) -> bytes:
-    from reefmu.model.contacts.tables import cache_folder
-
     command, version = _compiler(p, target)
-    command = (*command, *options)
-    digest = hashlib.sha256(repr((identifier, version, command, *libraries)).encode())
-    for name in sorted(sources):
-        digest.update(name.encode() + hashlib.sha256(sources[name]).digest())
-    cached = cache_folder() / f"native-{digest.hexdigest()[:24]}{p.suffix}"
-    if cached.is_file():
-        return cached.read_bytes()
-    with scratch_folder() as folder:
-        for name, content in {**sources, _SYMVER_FILE: _SYMVER_HEADER.encode()}.items():
-            (folder / name).write_bytes(content)
-        output = f"{identifier}{p.suffix}"
-        link = (
-            _LINKER_FLAGS.get(sys.platform, ())
-            if "zig" not in version
-            else (("-Wl,-install_name,@rpath/" + output,) if "macos" in target else ("-lm",))
-        )
-        # File names are relative, so that the name of the temporary folder does not get into the binary.
-        done = subprocess.run(
-            [*command, MAIN_SOURCE, "-o", output, *libraries, *link],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            check=False,
-            env={**os.environ, "TMPDIR": str(folder)},
-        )
-        if done.returncode != 0:
-            said = " ".join((done.stderr or done.stdout).split())[-400:]
-            raise InputError(
-                f"{p.name}: expected {command[0]} to compile the model, got status {done.returncode}: {said}"
-            )
-        library = folder / output
-        if not library.is_file():
-            raise InputError(f"{p.name}: expected {command[0]} to compile the model, got status 0 without a library")
-        content = library.read_bytes()
-    try:
-        cached.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_file(cached) as temporary:
-            temporary.write_bytes(content)
-    except (OSError, InputError):
-        pass  # a cache that cannot be written only costs time
-    return content
+    link = (
+        _LINKER_FLAGS.get(sys.platform, ())
+        if "zig" not in version
+        else ((f"-Wl,-install_name,@rpath/{identifier}{p.suffix}",) if "macos" in target else ("-lm",))
+    )
+    files = {**sources, _SYMVER_FILE: _SYMVER_HEADER.encode()}
+    return compile_cached(files, f"{identifier}{p.suffix}", (*command, *options), version, (*libraries, *link), p.name)
 
 
 def has_compiler(platform: str = "host") -> bool:
@@ -192,7 +165,7 @@ def _program(p: Platform) -> tuple[str, ...]:
     own = os.environ.get("CC", "").split() or [name for name in ("cc", "gcc", "clang") if shutil.which(name)][:1]
     if p.name == host_platform() and len(p.targets) == 1 and own and shutil.which(own[0]):
         return tuple(own)
-    return () if importlib.util.find_spec("ziglang") is None else _ZIG
+    return ZIG if has_zig() else ()
 
 
 def _compiler(p: Platform, target: str) -> tuple[tuple[str, ...], str]:
@@ -209,17 +182,10 @@ def _compiler(p: Platform, target: str) -> tuple[tuple[str, ...], str]:
         raise InputError(
             f"{p.name}: expected a compiler for it (pip install 'reefmu[native]' brings ziglang), got {came}"
         )
-    if program == _ZIG:
-        return (*_ZIG, "cc", "-target", target, *_FLAGS, *_ZIG_FLAGS), f"zig {_first_line([*_ZIG, 'version'])}"
+    if program == ZIG:
+        return (*ZIG, "cc", "-target", target, *_FLAGS, *ZIG_FLAGS), zig_version()
     old = ("-include", _SYMVER_FILE) if p.name == "linux64" else ()
-    return (*program, *_FLAGS, *old), _first_line([*program, "--version"])
-
-
-def _first_line(command: Sequence[str]) -> str:
-    try:
-        return subprocess.run(command, capture_output=True, text=True, check=False).stdout.partition("\n")[0]
-    except OSError as error:
-        raise InputError(f"{command[0]}: expected a C compiler, got {error.strerror or error}") from None
+    return (*program, *_FLAGS, *old), first_line([*program, "--version"])
 
 
 def universal_library(slices: Sequence[bytes]) -> bytes:

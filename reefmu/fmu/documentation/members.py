@@ -1,0 +1,75 @@
+"""The folder `documentation` of an FMU, and its icon."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.resources
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+
+from ..metadata import package_version
+from ..model.component import Component, drive_component
+from ..model.variables import Interface
+from ..python_backend.dependencies import external_dependencies
+from ..xml.description import ExportInfo
+from .page import drive_page
+from .web_assembly import compile_module
+
+ICON = "model.png"
+"""The icon of FMI 2.0 (FMI 2.0.4, section 2.3); FMI 3.0 has another place for it."""
+
+
+def documentation(
+    component: Component, interface: Interface, export: ExportInfo, sources: Mapping[str, bytes] | None
+) -> dict[str, bytes]:
+    """The members of the archive by name.
+
+    sources: of a native FMU of kind `drive`, which the page runs where there is a compiler; None for a page that does
+    not run the drive.
+    """
+    drive = component if component.kind == "drive" else drive_component(component.model)
+    module = None if sources is None else compile_module(sources)
+    page = drive_page(drive, interface, export.description, module, [_advice(interface, export), _licence(export)])
+    members = {
+        "documentation/index.html": page.encode(),
+        ICON: (importlib.resources.files(__package__) / "icon.png").read_bytes(),
+    }
+    if export.capabilities["needsExecutionTool"]:
+        members |= external_dependencies(export.version, package_version("casadi"), package_version("pythonfmu"))
+    # "license" is the name that the standard gives to the licence of the whole FMU (FMI 2.0.4, section 2.3; FMI 3.0.2,
+    # section 2.5.1).
+    names = {"reefmu": "license", "pythonfmu": "pythonfmu"}
+    for package in names if export.backend == "python" else ("reefmu",):
+        try:
+            files = importlib.metadata.files(package) or []
+        except importlib.metadata.PackageNotFoundError:
+            continue
+        for file in files:
+            if file.name.upper().startswith("LICENSE") and ".dist-info" in str(file):
+                members[f"documentation/licenses/{names[package]}.txt"] = Path(str(file.locate())).read_bytes()
+    return members
+
+
+def _advice(interface: Interface, export: ExportInfo) -> str:
+    step = f"{export.experiment.step_size:g}"
+    text = (
+        "The joint divides a communication step into as many substeps as its oscillation needs, so that a step may have "
+        f"any length. Its proposed step, {step} s, is short enough for an integrator of a fixed step in model exchange."
+        if interface.kind == "joint"
+        else "Inputs are held over a step, and the outputs after it belong to the inputs before it: a master that steps "
+        "masses and drive in parallel feeds energy into their oscillation, which grows at the rate 3/4 omega^2 h. "
+        f"With the proposed step h = {step} s and typical masses it grows by less than a factor of e in a second. "
+        "A master that steps the masses first, one that uses <code>stiffness</code> or directional derivatives, and "
+        "kind <code>joint</code> allow longer steps; <code>reefmu check FILE.fmu --inertia J --step H</code> says "
+        "whether one is short enough."
+    )
+    return f"<h2>Communication step</h2>\n<p>{text}</p>\n"
+
+
+def _licence(export: ExportInfo) -> str:
+    return (
+        f"<h2>Origin and licence</h2>\n<p>Written by {escape(export.generation_tool)}. The code is "
+        f"{escape(export.copyright)}, licence {escape(export.licence)} (<code>licenses/license.txt</code>); the model "
+        "belongs to the owner of the drawing.</p>\n"
+    )
