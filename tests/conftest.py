@@ -52,6 +52,14 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
+def _static_pages() -> Iterator[None]:
+    """FMUs have pages that do not run the drive, which saves a compiler's time; test_page.py tests those that do."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("reefmu.fmu.documentation.web_assembly.has_zig", lambda: False)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Tables are cached in a folder of the session, also for subprocesses: no test reads those of an older run."""
     base = tmp_path_factory.getbasetemp()

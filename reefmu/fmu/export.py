@@ -81,14 +81,12 @@ def export_fmu(
     for co-simulation in a host that has a Python with this package (pythonfmu's binaries for 64-bit Linux and Windows
     are inside); None for native where there is a compiler, else python, with a warning. platform (native only): a
     name of `codegen.compile.PLATFORMS`, "host", "all", or "none" for sources alone. fmi: version of the standard, "2.0"
-    or, with the native back end, "3.0". interactive: whether the page in `documentation` runs the drive, which takes the
-    native back end and ziglang. An existing file is replaced; a failure leaves it as it was.
+    or, with the native back end, "3.0". interactive: whether the page in `documentation` runs the drive, which takes
+    the native back end and ziglang. An existing file is replaced; a failure leaves it as it was.
     Errors: `InputError` for a path that cannot be written, a unit that FMI cannot express, an unknown back end or
     platform, or a platform without a compiler.
     """
-    content = fmu_content(
-        model, backend=backend, platform=platform, masses=masses, fmi=fmi, interactive=interactive
-    )
+    content = fmu_content(model, backend=backend, platform=platform, masses=masses, fmi=fmi, interactive=interactive)
     return write_archive(path, content.members, source_date(RELEASE_DATE))
 
 
@@ -120,7 +118,11 @@ def fmu_content(
     if fmi not in FMI_VERSIONS:
         raise unknown_name("version of FMI", fmi, FMI_VERSIONS)
     expect(backend == "native" or fmi == "2.0", "FMI 3.0 with the native back end only", backend, "back end")
-    make = _python_content if backend == "python" else functools.partial(_native_content, platform=platform, fmi=fmi, interactive=interactive)
+    make = (
+        _python_content
+        if backend == "python"
+        else functools.partial(_native_content, platform=platform, fmi=fmi, interactive=interactive)
+    )
     date = source_date(RELEASE_DATE)
     resources = _resources(model, masses)
     if masses is None:
@@ -183,7 +185,7 @@ def _native_content(
 
 def _page_sources(component: Component) -> dict[str, bytes]:
     """The sources of the drive for its page, which also describes the drive inside a joint."""
-    drive = component if component.kind == "drive" else drive_component(component.model)
+    drive = drive_component(component.model)
     return make_sources(drive, declare_with_derivatives(drive), "", "web")
 
 

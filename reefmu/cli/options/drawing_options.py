@@ -51,6 +51,11 @@ def add_curve(commands: Commands) -> None:
         help="one virtual drive turning, beside the population: torque over twist and angle, "
         "transmission error, order spectra; writes tables and pictures individual_*",
     )
+    parser.add_argument(
+        "--interactive",
+        action="store_true",
+        help="also write interactive.html, a page that runs the drive in a browser (needs reefmu[native])",
+    )
 
 
 def add_compare(commands: Commands) -> None:

@@ -47,6 +47,11 @@ def run(args: argparse.Namespace) -> int:
         turned = None if args.individual is None else turning_individual.turn_individual(drive, args.individual)
         if turned is not None:
             written += turning_files.write_files(turned, stage, args.format)
+        if args.interactive:
+            from . import interactive_page
+
+            notes = [*notes, *interactive_page.write_page(drive, args.individual, stage)]
+            written.append(interactive_page.PAGE)
     missing = [lacking(drive, what) for what in (TOLERANCES, CONTACT_FORCES)]
     show_notes([*notes, *(reason for reason in missing if reason)])
     if args.json:

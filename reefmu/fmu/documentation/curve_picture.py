@@ -74,9 +74,7 @@ def curve_svg(curve: RestCurve) -> str:
         parts.append(f'<polygon class="band" points="{" ".join([*there, *reversed(back)])}"/>')
     parts.append(f'<polyline class="curve" points="{path(next(iter(curve.torque.values())))}"/>')
     parts.append(f'<text x="{_WIDTH / 2}" y="{_HEIGHT - 6}" text-anchor="middle">twist [arcmin]</text>')
-    parts.append(
-        f'<text transform="translate(14 {_HEIGHT / 2}) rotate(-90)" text-anchor="middle">torque [N.m]</text>'
-    )
+    parts.append(f'<text transform="translate(14 {_HEIGHT / 2}) rotate(-90)" text-anchor="middle">torque [N.m]</text>')
     return (
         f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="torque over twist">\n'
         + "\n".join(parts)

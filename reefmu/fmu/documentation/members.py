@@ -13,7 +13,7 @@ from ..model.component import Component, drive_component
 from ..model.variables import Interface
 from ..python_backend.dependencies import external_dependencies
 from ..xml.description import ExportInfo
-from .page import drive_page
+from .drive_page import drive_page
 from .web_assembly import compile_module
 
 ICON = "model.png"
@@ -33,7 +33,7 @@ def documentation(
     page = drive_page(drive, interface, export.description, module, [_advice(interface, export), _licence(export)])
     members = {
         "documentation/index.html": page.encode(),
-        ICON: (importlib.resources.files(__package__) / "icon.png").read_bytes(),
+        ICON: (importlib.resources.files("reefmu.fmu.documentation") / "icon.png").read_bytes(),
     }
     if export.capabilities["needsExecutionTool"]:
         members |= external_dependencies(export.version, package_version("casadi"), package_version("pythonfmu"))
@@ -54,12 +54,14 @@ def documentation(
 def _advice(interface: Interface, export: ExportInfo) -> str:
     step = f"{export.experiment.step_size:g}"
     text = (
-        "The joint divides a communication step into as many substeps as its oscillation needs, so that a step may have "
-        f"any length. Its proposed step, {step} s, is short enough for an integrator of a fixed step in model exchange."
+        "The joint divides a communication step into as many substeps as its oscillation needs, so that a step may "
+        f"have any length. Its proposed step, {step} s, is short enough for an integrator with a fixed step in model "
+        "exchange."
         if interface.kind == "joint"
-        else "Inputs are held over a step, and the outputs after it belong to the inputs before it: a master that steps "
-        "masses and drive in parallel feeds energy into their oscillation, which grows at the rate 3/4 omega^2 h. "
-        f"With the proposed step h = {step} s and typical masses it grows by less than a factor of e in a second. "
+        else "Inputs are held over a step, and the outputs after it belong to the inputs before it: a master that "
+        "steps masses and drive in parallel feeds energy into their oscillation, which grows at the rate "
+        f"3/4 omega^2 h. With the proposed step h = {step} s and typical masses it grows by less than a factor of e in "
+        "a second. "
         "A master that steps the masses first, one that uses <code>stiffness</code> or directional derivatives, and "
         "kind <code>joint</code> allow longer steps; <code>reefmu check FILE.fmu --inertia J --step H</code> says "
         "whether one is short enough."

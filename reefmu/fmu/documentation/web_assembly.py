@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..codegen.compile import ZIG, ZIG_FLAGS, compile_cached, has_zig, zig_version
+from ..codegen.compiler_run import ZIG, ZIG_FLAGS, compile_cached, has_zig, zig_version
 from ..codegen.sources import FMI2_MAIN, MAIN_SOURCE, wrapper_files
 
 WEB_MAIN = "web_all.c"
@@ -39,4 +39,4 @@ def compile_module(sources: Mapping[str, bytes]) -> bytes | None:
     files = {**sources, **wrapper_files("web"), FMI2_MAIN: sources[MAIN_SOURCE]}
     files[MAIN_SOURCE] = files.pop(WEB_MAIN)
     command = (*ZIG, "cc", "-target", _TARGET, *_FLAGS, *ZIG_FLAGS)
-    return compile_cached(files, "page", ".wasm", command, zig_version())
+    return compile_cached(files, "page.wasm", command, zig_version())

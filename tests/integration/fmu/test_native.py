@@ -16,6 +16,7 @@ import pytest
 
 from reefmu.cli import main
 from reefmu.fmu.codegen import compile as platforms
+from reefmu.fmu.codegen import compiler_run
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.model.component import drive_component
@@ -85,7 +86,7 @@ def test_a_binary_is_compiled_once(
         assert "-o" not in command
         return right(command, *args, **kwargs)  # type: ignore[call-overload]
 
-    monkeypatch.setattr(platforms.subprocess, "run", no_compiling)
+    monkeypatch.setattr(compiler_run.subprocess, "run", no_compiling)
     export_fmu(model, tmp_path / "again.fmu", backend="native")
 
 
@@ -202,7 +203,7 @@ def test_unknown_names(model: DriveModel, tmp_path: Path) -> None:
 def test_no_compiler(model: DriveModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("CC", raising=False)
-    monkeypatch.setattr(platforms.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(compiler_run.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"pip install 'reefmu\[native\]'"):
         export_fmu(model, tmp_path / "x.fmu", backend="native")
     export_fmu(model, tmp_path / "sources.fmu", backend="native", platform="none")

@@ -21,6 +21,7 @@ import reefmu
 import stiffness_model
 from reefmu.cli import main
 from reefmu.fmu.codegen import compile as platforms
+from reefmu.fmu.codegen import compiler_run
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.model.component import Component, drive_component
 from reefmu.fmu.model.declaration import declare
@@ -224,7 +225,7 @@ def test_an_unusable_compiler_is_named(
 ) -> None:
     monkeypatch.setenv("REEFMU_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("CC", compiler)
-    monkeypatch.setattr(platforms.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(compiler_run.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=words):
         export_fmu(model, tmp_path / "x.fmu", backend="native")
     assert not (tmp_path / "x.fmu").exists()

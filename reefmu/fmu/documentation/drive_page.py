@@ -38,7 +38,9 @@ def drive_page(
     """
     name = escape(drive.name)
     picture = f"<h2>Torque over twist</h2>\n{_picture(drive)}\n"
-    live = f'<p class="soft">{escape(NO_COMPILER)}</p>\n' if module is None else _interactive(drive, module)
+    live = (
+        f'<p class="soft">{escape(NO_COMPILER, quote=False)}</p>\n' if module is None else _interactive(drive, module)
+    )
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{name}</title>\n'
@@ -48,7 +50,7 @@ def drive_page(
 
 
 def _asset(name: str) -> str:
-    return (importlib.resources.files(__package__) / name).read_text("utf-8")
+    return (importlib.resources.files("reefmu.fmu.documentation") / name).read_text("utf-8")
 
 
 def _picture(drive: Component) -> str:
@@ -92,14 +94,14 @@ def _interactive(drive: Component, module: bytes) -> str:
     )
     fields = "".join(_field(p) for p in drive.parameters if p.tunable and p.minimum != p.maximum)
     return (
-        "<h2>The drive</h2>\n<p>Move the slider, or drag in the plot: this page runs the model itself, with its friction "
-        "and its memory. The grey line is the drive at rest, without history.</p>\n"
+        "<h2>The drive</h2>\n<p>Move the slider, or drag in the plot: this page runs the model itself, with its "
+        "friction and its memory. The grey line is the drive at rest, without history.</p>\n"
         '<div class="drive">\n<canvas id="plot"></canvas>\n<p id="drive-error"></p>\n'
         f'<input type="range" id="twist-slider" aria-label="twist" min="{-limit:.6g}" max="{limit:.6g}" step="any" '
         f'value="0">\n<div class="readings">\n{readings}</div>\n'
         '<button id="run-loop">Run two loops</button> to '
-        f'<input type="number" id="loop-size" min="0" max="{limit:.4g}" step="any" value="{twist / ARCMIN:.3g}"> arcmin '
-        '<button id="clear">Start anew</button>\n'
+        f'<input type="number" id="loop-size" min="0" max="{limit:.4g}" step="any" value="{twist / ARCMIN:.3g}"> '
+        'arcmin <button id="clear">Start anew</button>\n'
         f"{crank}{fields}<button id='defaults'>Values of the model</button>\n</div>\n"
         f'<script type="application/json" id="drive-data">{json.dumps(content)}</script>\n'
         f'<script type="text/plain" id="drive-module">{base64.b64encode(module).decode()}</script>\n'
