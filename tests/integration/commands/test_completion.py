@@ -59,6 +59,7 @@ def completed(folder: Path, *words: str) -> list[str]:
 def test_bash_completes(words: list[str], expected: list[str], tmp_path: Path) -> None:
     (tmp_path / "my drive.toml").touch()
     (tmp_path / "old").mkdir()
+    (tmp_path / "odd.txt").touch()
     assert completed(tmp_path, *words) == expected
 
 
