@@ -7,6 +7,7 @@ U/(U + F) with the crank driving, and 1 - F/U with the output driving.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -51,7 +52,8 @@ def preloaded_friction(useful: ArrayLike, loss: ArrayLike) -> dict[str, float]:
         fitted = (torque**exponent + (fraction * u) ** exponent) ** (1 / exponent)
         return float((((fitted - lost) / (u + lost)) ** 2).sum())
 
-    exponent = float(minimize_scalar(error, bounds=EXPONENTS, method="bounded", options={"xatol": 1e-6}).x)
+    best: Any = minimize_scalar(error, bounds=EXPONENTS, method="bounded", options={"xatol": 1e-6})
+    exponent = float(best.x)
     torque, fraction = linear(exponent)
     return _with_stiffness({"torque": torque, "fraction": fraction, "exponent": exponent}, float(lost.max()))
 

@@ -94,7 +94,7 @@ class ModelOptions:
         Field(
             NUMBER,
             "contacts",
-            "Friction of the elements' contacts, for losses (`ratings.efficiency`, effect `crank_friction`).",
+            "Coefficient of friction of the contacts, for losses (`ratings.efficiency`, `crank_friction`).",
             "0.05",
             _FRICTION,
         ),

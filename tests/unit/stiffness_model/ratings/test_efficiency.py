@@ -9,7 +9,7 @@ from scipy import optimize
 import stiffness_model as sm
 from stiffness_model import ARCMIN
 from stiffness_model.montecarlo.solved_blocks import SolvedBlock, solved_blocks
-from stiffness_model.ratings.efficiency import friction_losses, min_sliding_power, sliding_velocities
+from stiffness_model.ratings.efficiency import contact_friction, friction_losses, min_sliding_power, sliding_velocities
 
 MU = 0.04
 EXACT = {f"{part}_{kind}": "0 um" for part in ("element", "crank", "cage", "gear") for kind in ("tolerance", "offset")}
@@ -119,3 +119,19 @@ def test_no_load_torque_needs_interference() -> None:
 def test_a_coefficient_must_be_stated(mu: float | None) -> None:
     with pytest.raises(sm.InputError, match="coefficient of friction"):
         friction_losses(sm.load_drive("drive_1"), [0.001], 2, coefficient=mu)
+
+
+@pytest.mark.parametrize("name", ["drive_1", "drive_2", "workshop"])
+def test_friction_of_models_has_these_efficiencies(name: str) -> None:
+    """From a tenth of the greatest twist on; at less load the precise shape of the losses matters more."""
+    drive = sm.load_drive(name, friction_coefficient=0.05)
+    (parameters,) = contact_friction(drive).values()
+    losses = friction_losses(drive, np.array([0.1, 0.13, 0.25, 0.6, 1.0]) * drive.max_twist)
+    useful = np.abs(losses.torque.mean(axis=0) / drive.ratio)
+    n = parameters["exponent"]
+    lost = (parameters["torque"] ** n + (parameters["fraction"] * useful) ** n) ** (1 / n)
+    driving, driven = losses.mean_efficiencies()
+    np.testing.assert_allclose(useful / (useful + lost), driving, atol=0.01)
+    np.testing.assert_allclose(1 - lost / useful, driven, atol=0.01)
+    greatest = float(losses.loss.mean(axis=0).max())
+    assert greatest / parameters["stiffness"] == pytest.approx(1e-3, rel=0.05)
