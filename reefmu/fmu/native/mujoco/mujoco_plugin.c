@@ -55,10 +55,22 @@ static double angle_along(const Evaluation *at, int path) {
     return path == PATH_TWIST ? at->k[0] : at->u[path == PATH_CRANK ? U_CRANK_ANGLE : U_OUTPUT_ANGLE];
 }
 
+/* Whether the states are those of the present angles already, as at the beginning of every step. */
+static int at_stored_angles(const Evaluation *at) {
+    for (int k = 0; k < N_INDICATORS; k++)
+        if (at->x[k] != angle_along(at, STATE_PATHS[k])) return 0;
+    return 1;
+}
+
 /* Advances the states from the stored angles to the present ones, and over dt seconds; `stored` is left unchanged. */
 static void advance_states(Gear *gear, Evaluation *at, double dt, const double *stored, double *result) {
     Instance *instance = &gear->instance;
     begin_evaluation(instance, at, stored);
+    if (dt == 0.0 && at_stored_angles(at)) {
+        memcpy(result, stored, N_STATES * sizeof(double));
+        at->x = result;
+        return;
+    }
     apply_drift(instance, at, dt);
     memcpy(result, at->x, N_STATES * sizeof(double));
     if (gear->shortens) {
