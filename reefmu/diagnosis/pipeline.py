@@ -22,7 +22,7 @@ from .inference.verdict import decide, select_effects, withdraw_effects
 from .preparation import BaseCurveSource, prepare_problem
 from .preprocessing.audit import Audit, audit
 from .preprocessing.trace import make_trace
-from .report.assemble import assemble_diagnosis, insufficient_diagnosis
+from .report.assemble import assemble_diagnosis, base_refusal, insufficient_diagnosis
 from .report.gap import measure_gap
 from .schema import Diagnosis
 
@@ -66,7 +66,9 @@ def analyse(
     held = fits_without_held_out(evidence.problem, (base, chosen)) if chosen.names else []
     if held and is_refuted(evidence.problem, base, chosen, held):
         conclusion, held = withdraw_effects(evidence.problem, base, conclusion), []
-    gap = measure_gap(evidence.problem, base, conclusion.chosen, held)
+    gap = measure_gap(evidence.problem, record, base, conclusion.chosen, held)
+    if refusal := base_refusal(evidence, conclusion.chosen, gap):
+        return _timed(insufficient_diagnosis(audited, [refusal], gap), started)
     diagnosis = assemble_diagnosis(evidence, isolated, conclusion, gap, audited)
     return Analysis(record, evidence, isolated, conclusion, _timed(diagnosis, started))
 

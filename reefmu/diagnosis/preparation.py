@@ -19,6 +19,8 @@ from .estimation.problem import Problem, block_variances, make_weights, search_b
 from .forward.base_curve import BaseCurve, curve_base, drawing_base, lookup_base, power_base, table_base
 from .inference.mean_drive import lacks_ripple
 from .preprocessing.audit import ratio_from_angles
+from .preprocessing.cycle_scatter import estimate_cycle_scatter
+from .preprocessing.cycles import find_cycles
 from .preprocessing.noise import estimate_noise
 from .preprocessing.trace import Trace
 from .random_effects.element_motion import element_motion
@@ -68,6 +70,9 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
     noise = estimate_noise(trace, slope)
     blocks = search_blocks(trace)
     variance, block_variance = block_variances(noise, blocks.mean(slope), blocks.count)
+    between = None if noise.repeated else estimate_cycle_scatter(record, trace, blocks, noise)
+    if between is not None:
+        variance, block_variance = variance + between.weighting_variance, block_variance + between.variance
     scatter, individuals = None, np.zeros((0, len(variance)))
     if base.drive is not None:
         scatter = Scatter(
@@ -91,6 +96,8 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
         excluded,
         scatter,
         individuals=individuals,
+        cycle_scatter=between,
+        cycles=find_cycles(record, blocks),
     )
     if lacks_ripple(problem, individuals):
         return replace(problem, is_mean_drive=True, weights=weights.for_mean_drive())

@@ -48,8 +48,9 @@ class Location:
 @dataclass(frozen=True)
 class Gap:
     """Root mean square of measured less simulated torque, N.m: before and after the effects are added, over the whole
-    record and over the runs that were held out of a second fit. noise: of the record; after_own_scatter: `after`
-    without the likeliest scatter of this one drive, None where no drawing states tolerances.
+    record and over the runs that were held out of a second fit. noise: standard deviation of all that does not repeat;
+    after_own_scatter: `after` without the likeliest scatter of this one drive, None where no drawing states tolerances.
+    raw_before, raw_after: over the whole record with the angles as measured, whose noise the others leave out.
     """
 
     before: float
@@ -59,6 +60,8 @@ class Gap:
     held_out_after: float | None = None
     unit: str = "N.m"
     after_own_scatter: float | None = None
+    raw_before: float | None = None
+    raw_after: float | None = None
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,9 @@ class DriveModel:
 
     name: as of its drawing. parameters: "ratio", "band", then "<effect>.<parameter>". The vectors p, u, x and y are in
     the order of `parameters`, `INPUTS`, `states` and `outputs`. individual: one drive with its own parts, whose torque
-    changes as it turns, instead of the mean of all; its lookup then gives the range and the drawing.
+    changes as it turns, instead of the mean of all; its lookup then gives the range and the drawing. twist_zero: rad,
+    twist that the encoders of a diagnosed record show at zero twist of the model (`reefmu.record.with_twist_zero`
+    removes it); no response of the model depends on it.
 
     Models are equal if all of these are.
     """
@@ -61,6 +63,7 @@ class DriveModel:
     effects: tuple[Effect, ...]
     parameters: tuple[ModelParameter, ...]
     individual: Individual | None = None
+    twist_zero: float = 0.0
 
     def __repr__(self) -> str:
         """One line: the drive, its effects and the torque at the lookup's end."""

@@ -7,6 +7,7 @@ schema = 1
                      missing where a diagnosis did not find it, because the crank was locked
 [model]              band, or the seed of an individual drive instead of the mean of all
 [effects.NAME]       parameters with units, such as clearance = "5 um"
+[record]             of a diagnosed record: twist_zero, the twist that its encoders show at zero twist of the model
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import os
 import re
 from collections.abc import Mapping
 from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +36,7 @@ from .contacts.curve_contacts import source_curve
 from .drive_model import DriveModel, build_curve_model, build_model, describe_effects
 
 SCHEMA = 1
-_SECTIONS = ("schema", "drawing", "lookup", "curve", "model", "effects")
+_SECTIONS = ("schema", "drawing", "lookup", "curve", "model", "effects", "record")
 
 
 def save_model(model: DriveModel, path: str | os.PathLike[str]) -> None:
@@ -64,6 +66,7 @@ def model_text(model: DriveModel) -> str:
             effect: {name: f"{value!r} {units[f'{effect}.{name}']}" for name, value in parameters.items()}
             for effect, parameters in describe_effects(model).items()
         },
+        **({"record": {"twist_zero": f"{model.twist_zero!r} rad"}} if model.twist_zero else {}),
     }
     return tomli_w.dumps(table)
 
@@ -121,7 +124,7 @@ def load_model(
             individual=model.get("individual"),
             inherent=False,
         )
-    return built.with_parameters(band=model.get("band", 0.0))
+    return replace(built.with_parameters(band=model.get("band", 0.0)), twist_zero=_twist_zero(table, where))
 
 
 def is_model_file(path: str | os.PathLike[str]) -> bool:
@@ -130,6 +133,17 @@ def is_model_file(path: str | os.PathLike[str]) -> bool:
         return not {"drawing", "curve"}.isdisjoint(parse_toml(Path(path).read_text("utf-8"), str(path)))
     except (OSError, UnicodeDecodeError, InputError):
         return False
+
+
+def _twist_zero(table: Mapping[str, Any], where: str) -> float:
+    """rad, of the section [record]; 0 without one."""
+    section = _section(table, "record", where)
+    refuse_unknown("field", section, ("twist_zero",), f"{where} [record]")
+    if "twist_zero" not in section:
+        return 0.0
+    at, value = f"{where} [record] twist_zero", section["twist_zero"]
+    expect(isinstance(value, str), "a text with its unit, such as '1 mrad'", value, at)
+    return parse_quantity(value, "angle", at)
 
 
 def _section(table: Mapping[str, Any], name: str, where: str) -> Mapping[str, Any]:

@@ -11,8 +11,17 @@ from .column_map import ColumnMap, make_column_map, read_column_map
 from .columns import ANGLE_LIMIT, COLUMNS, RANGES, REPLACED_BY, check_range
 from .motor_side import TORQUE_SIDES, Pendulum, TorqueConstants
 from .reading import ColumnReading, Columns, FileReading, read_file, read_record
-from .record import Record, join_records, make_record, with_output_locked
-from .torque_cycles import CycleSpread, torque_cycle_spread
+from .record import Record, join_records, make_record, with_output_locked, with_twist_zero
+from .torque_cycles import (
+    LEVELS,
+    CycleSpread,
+    TorqueBranch,
+    level_means,
+    repeated_branches,
+    repeats_branch,
+    torque_branches,
+    torque_cycle_spread,
+)
 from .unit_conversion import convert_units
 
 __all__ = [
@@ -23,20 +32,27 @@ __all__ = [
     "Columns",
     "CycleSpread",
     "FileReading",
+    "LEVELS",
     "Pendulum",
     "RANGES",
     "REPLACED_BY",
     "Record",
     "TORQUE_SIDES",
+    "TorqueBranch",
     "TorqueConstants",
     "check_range",
     "convert_units",
     "join_records",
+    "level_means",
     "make_column_map",
     "make_record",
     "read_column_map",
     "read_file",
     "read_record",
+    "repeated_branches",
+    "repeats_branch",
+    "torque_branches",
     "torque_cycle_spread",
     "with_output_locked",
+    "with_twist_zero",
 ]

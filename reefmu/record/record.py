@@ -138,6 +138,16 @@ def with_output_locked(record: Record, ratio: float | None = None) -> Record:
     return replace(record, crank_angle=-record.output_angle * factor, output_angle=np.zeros(len(record)))
 
 
+def with_twist_zero(record: Record, zero: float) -> Record:
+    """The same record with a twist that is less by `zero`, rad, at every sample; the output's angle takes it up.
+
+    A diagnosis finds the zero and writes it to model.toml (`DriveModel.twist_zero`), because that of encoders is
+    arbitrary. Simulated over the record that this returns, its model gives the gap that the diagnosis states for the
+    angles as measured.
+    """
+    return replace(record, output_angle=record.output_angle + zero)
+
+
 def make_record(data: Mapping[str, Any], where: str = "record", constants: TorqueConstants | None = None) -> Record:
     """A record from arrays (n,) in SI units, temperature in degC, by canonical column name.
 

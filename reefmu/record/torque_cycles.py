@@ -88,7 +88,7 @@ def torque_cycle_spread(record: Record, ratio: float | None = None) -> CycleSpre
     twist = record.twist(ratio)
     branches = torque_branches(record)
     groups: list[BranchGroup] = []
-    for members in _matching(record, branches):
+    for members in repeated_branches(record, branches):
         parts = [(twist[b.first : b.past], record.output_torque[b.first : b.past]) for b in members]
         of_twist = _level_spread([(torque, angle) for angle, torque in parts])
         of_torque = float("nan") if any(_sticks(angle) for angle, _ in parts) else _level_spread(parts)
@@ -134,12 +134,12 @@ def _reversals(torque: Array, least: float) -> list[int]:
     return sorted(np.concatenate(peaks).tolist())
 
 
-def _matching(record: Record, branches: Sequence[TorqueBranch]) -> list[list[TorqueBranch]]:
-    """Groups of two or more branches between the same torques at the same crank angle."""
+def repeated_branches(record: Record, branches: Sequence[TorqueBranch]) -> list[list[TorqueBranch]]:
+    """Groups of two or more branches of a record between the same torques at the same crank angle."""
     groups: list[list[TorqueBranch]] = []
     for branch in branches:
         for group in groups:
-            if _repeats(record, group[0], branch):
+            if repeats_branch(record, group[0], branch):
                 group.append(branch)
                 break
         else:
@@ -147,7 +147,8 @@ def _matching(record: Record, branches: Sequence[TorqueBranch]) -> list[list[Tor
     return [group for group in groups if len(group) >= 2]
 
 
-def _repeats(record: Record, first: TorqueBranch, second: TorqueBranch) -> bool:
+def repeats_branch(record: Record, first: TorqueBranch, second: TorqueBranch) -> bool:
+    """Whether two branches of a record lie between the same torques at the same crank angle."""
     tolerance = AMPLITUDE_TOLERANCE * abs(first.swing)
     turned = record.crank_angle[second.first : second.past].mean() - record.crank_angle[first.first : first.past].mean()
     return (
@@ -162,11 +163,25 @@ def _level_spread(parts: Sequence[tuple[Array, Array]]) -> float:
 
     parts: of m branches, x and y (n_k,) each.
     """
+    at_centre = level_means(parts)
+    members = np.isfinite(at_centre).sum(axis=0)
+    shared = members >= 2
+    if not shared.any():
+        return float("nan")
+    variance = np.nanvar(at_centre[:, shared], axis=0, ddof=1)
+    return float(np.sqrt(np.average(variance, weights=members[shared] - 1)))
+
+
+def level_means(parts: Sequence[tuple[Array, Array]]) -> Array:
+    """(m, LEVELS) y of m branches at equal levels of x over their common range; NaN where a branch has none.
+
+    parts: of the branches, x and y (n_k,) each.
+    """
     low = max(float(x.min()) for x, _ in parts)
     high = min(float(x.max()) for x, _ in parts)
     trimmed = TRIMMED_SHARE * (high - low)
     if high - low <= 2 * trimmed:
-        return float("nan")
+        return np.full((len(parts), LEVELS), np.nan)
     edges = np.linspace(low + trimmed, high - trimmed, LEVELS + 1)
     centre = (edges[1:] + edges[:-1]) / 2
     mean_x, mean_y = np.full((2, len(parts), LEVELS), np.nan)
@@ -184,10 +199,4 @@ def _level_spread(parts: Sequence[tuple[Array, Array]]) -> float:
         xy += np.bincount(level, deviation * (y - mean_y[k, level]), minlength=LEVELS)
     # Samples of a branch need not be centred in a level; the common slope of the level refers them to its centre.
     slope = np.divide(xy, xx, out=np.zeros(LEVELS), where=xx > 0)
-    at_centre = mean_y + slope * (centre - mean_x)
-    members = np.isfinite(at_centre).sum(axis=0)
-    shared = members >= 2
-    if not shared.any():
-        return float("nan")
-    variance = np.nanvar(at_centre[:, shared], axis=0, ddof=1)
-    return float(np.sqrt(np.average(variance, weights=members[shared] - 1)))
+    return mean_y + slope * (centre - mean_x)

@@ -105,8 +105,12 @@ def diagnosis_text(name: str, diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap
     verdict = f"{name}: {diagnosis.verdict}" + (f": {names}" if names else "")
     figures = f"gap {gap.before:.3g} -> {gap.after:.3g} {gap.unit}, noise {gap.noise:.3g}"
+    if gap.raw_before is not None and gap.raw_after is not None:
+        figures += f"; with the angles as measured {gap.raw_before:.3g} -> {gap.raw_after:.3g}"
     chances = [f"  {probability_text(h.probability):>6}  {hypothesis_text(h)}" for h in likeliest(diagnosis.hypotheses)]
     lines = [verdict, *chances, f"  {figures}"]
+    if diagnosis.verdict == "insufficient":
+        lines = [verdict, f"  {diagnosis.sentence}"]
     if diagnosis.alternatives:
         head = "or" if diagnosis.verdict == "ambiguous" else "tolerances may mask"
         lines.append(f"  {head}: " + "; ".join(" + ".join(names) for names in diagnosis.alternatives))

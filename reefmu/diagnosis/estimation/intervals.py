@@ -3,33 +3,51 @@
 A model never has quite the true form, and the misfit it leaves is correlated over a loop: it does not average out like
 noise. Two covariances of the parameters are therefore computed, one from the curvature of the fit and one from the
 misfit itself, summed over segments of the record (the cluster-robust sandwich estimator: Cameron and Miller, J. Human
-Resources 50, 2015), and the wider interval counts.
+Resources 50, 2015). Where cycles repeat in torque but not in time, a third interval comes from leaving cycles out
+(`jackknife`), with the quantile of Student's distribution for its few degrees of freedom. All three estimate the same
+error, each misses a part of it, and the widest interval counts.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import stdtrit
 
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import Parameter, find_effect
 from ..fitted_values import NamedEffect, Value
+from .jackknife import leave_cycles_out
 from .least_squares import Fit
 from .problem import Problem
 from .residuals import segments, torque_without
 
 FORM_UNCERTAINTY = 0.005
 """Standard deviation of a parameter, over its value, due to the form of the effect's law. Chosen by judgement."""
-NORMAL_QUANTILE = 1.96
-"""Quantile of the normal distribution for 95 % confidence."""
+CONFIDENCE, NORMAL_QUANTILE = 0.95, 1.96
+"""Confidence of the intervals, and the normal distribution's quantile for it."""
 ONE_SIDED_QUANTILE = 1.645
 """The same for an interval that is bounded on one side only."""
 
 
-def named_effect(problem: Problem, fit: Fit, name: str, base: Fit) -> NamedEffect:
-    """One effect of a fit with its parameters, their confidence intervals and its share of the initial gap."""
-    at = problem.layout(fit.names).effects[name].start
+def named_effects(problem: Problem, fit: Fit, base: Fit) -> list[NamedEffect]:
+    """The effects of a fit with their parameters, confidence intervals and shares of the initial gap."""
+    errors = interval_errors(problem, fit)
+    return [_named_effect(problem, fit, name, base, errors) for name in fit.names]
+
+
+def interval_errors(problem: Problem, fit: Fit) -> Array:
+    """(k,) half widths of the 95 % intervals of the fitted variables, over the quantile of a normal distribution."""
     errors = standard_errors(problem, fit)
+    by_cycles = leave_cycles_out(problem, fit) if problem.cycle_scatter is not None and fit.names else None
+    if by_cycles is None:
+        return errors
+    quantile = np.asarray(stdtrit(by_cycles.freedom, 0.5 + CONFIDENCE / 2))
+    return np.maximum(errors, quantile / NORMAL_QUANTILE * by_cycles.standard_error)
+
+
+def _named_effect(problem: Problem, fit: Fit, name: str, base: Fit, errors: Array) -> NamedEffect:
+    at = problem.layout(fit.names).effects[name].start
     values = {}
     for k, p in enumerate(find_effect(name).parameters):
         value = float(fit.parameters[at + k])

@@ -14,6 +14,8 @@ from ...effects import EFFECTS, Requirement
 from ..forward.base_curve import BaseCurve
 from ..forward.parameter_layout import ParameterLayout
 from ..forward.predictor import Predictor
+from ..preprocessing.cycle_scatter import CycleScatter
+from ..preprocessing.cycles import Cycles
 from ..preprocessing.noise import Noise
 from ..preprocessing.thinning import thin_trace
 from ..preprocessing.trace import Blocks, Trace, make_blocks
@@ -26,6 +28,12 @@ SEARCH_BLOCKS = 2400
 SAME_TWIST, SAME_CLEARANCE = 0.02, 0.3
 """Changes of the contacts' twist, over the base curve's greatest twist, and of their clearance, in standard deviations
 of the population, within which the scatter is not computed anew. Chosen by judgement."""
+ZERO_SIGN = 0.05
+"""Torque of either sign, over full torque, from which the twist's zero must lie among the twists of the record. Chosen
+by judgement, above the usual friction and offset of a sensor."""
+ZERO_MARGIN = 0.05
+"""Share of the range of the twist by which its zero may then lie outside, which allows for an offset of the torque
+sensor. Chosen by judgement."""
 ZERO_SCALE = 0.01
 """Scale of the twist's zero in a fit, over the base curve's greatest twist. Chosen by judgement; it only conditions
 the equations."""
@@ -36,11 +44,13 @@ class Problem:
     """One record and what is known of it before any effect is named. Stages replace it; none changes it.
 
     trace: all samples; blocks: n of them, over which residuals are averaged; variance: (n,) (N.m)^2, weight of each
-    block, noise with its whole autocorrelation; block_variance: (n,) (N.m)^2, variance of the noise in each block mean;
+    block, noise and scatter between cycles with their whole autocorrelation; block_variance: (n,) (N.m)^2, variance of
+    both in each block mean;
     candidates: effects that may be named; excluded: the others, with the reason; scatter: of the population, None
     without a drawing; weights_cache: memo of `weights_at`; is_mean_drive: whether the record is known to be of the mean
     drive; individuals: (m, n) N.m, torque of simulated individual drives less the mean drive's, (0, n) without a
-    drawing.
+    drawing; cycle_scatter: between cycles that repeat in torque, None where none do or they repeat in time; cycles:
+    those that repeat in torque, None where none do.
     """
 
     base: BaseCurve
@@ -56,6 +66,8 @@ class Problem:
     weights_cache: list[tuple[Array, Array, Weighting]] = field(default_factory=list)
     is_mean_drive: bool = False
     individuals: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    cycle_scatter: CycleScatter | None = None
+    cycles: Cycles | None = None
 
     @cached_property
     def torque(self) -> Array:
@@ -89,14 +101,26 @@ class Problem:
         """Bounds of the zero, the base shape and a set of effects."""
         shape = self.base.shape
         base = ParameterBounds(
-            np.concatenate([[-np.inf], shape.low]),
-            np.concatenate([[np.inf], shape.high]),
+            np.concatenate([[self.zero_range[0]], shape.low]),
+            np.concatenate([[self.zero_range[1]], shape.high]),
             np.concatenate([[ZERO_SCALE * self.base.max_twist], np.ones(shape.size)]),
             np.zeros(1 + shape.size, bool),
             np.concatenate([[np.inf], shape.prior_deviation]),
             np.concatenate([[0.0], shape.start]),
         )
         return make_bounds(tuple(names), base)
+
+    @cached_property
+    def zero_range(self) -> tuple[float, float]:
+        """Bounds of the twist's zero, rad: it lies within the twists of the record where the torque has both signs.
+
+        Elsewhere it may lie beyond them, as far as the base curve reaches.
+        """
+        low, high = float(self.trace.twist.min()), float(self.trace.twist.max())
+        least = ZERO_SIGN * self.base.full_torque
+        has_both_signs = self.trace.torque.min() < -least and self.trace.torque.max() > least
+        margin = ZERO_MARGIN * (high - low) if has_both_signs else self.base.max_twist
+        return low - margin, high + margin
 
     def weights_at(self, found: Fit) -> Weighting:
         """Weights with the scatter at the twist and clearance that the contacts have under a fit's effects.

@@ -81,7 +81,8 @@ def is_repeatable(problem: Problem, fit: Fit) -> bool:
     residual = problem.trace.torque - predictor(fit.parameters).torque
     scatter = predicted_scatter(problem, fit, problem.torque - fit.prediction.torque)
     residual = residual - np.repeat(scatter, problem.blocks.count.astype(int))
-    shared = cycle_covariance(residual, matching_cycles(problem.trace))
+    pairs = matching_cycles(problem.trace) if problem.cycle_scatter is None else list(problem.cycle_scatter.pairs)
+    shared = cycle_covariance(residual, pairs)
     return shared is None or shared.covariance > SIGNIFICANT_ERRORS * shared.standard_error
 
 

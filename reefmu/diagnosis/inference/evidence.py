@@ -106,12 +106,15 @@ def _is_systematic(problem: Problem, fit: Fit) -> bool:
 
 
 def _noise_error(problem: Problem) -> float:
-    """Error, (N.m)^2, of the noise variance of the blocks.
+    """Error, (N.m)^2, of the variance of what does not repeat in the blocks: noise, and scatter between cycles.
 
-    Correlated noise has few independent samples, and the differences of two cycles half as many.
+    Correlated noise has few independent samples, and the differences of two cycles half as many. The variance between
+    cycles has the standard error of a chi-square distribution.
     """
     standard_error = float(np.sqrt(4 * problem.noise.correlation_time / len(problem.trace)))
     share = max(NOISE_VARIANCE_ERROR, NOISE_DEVIATIONS * standard_error)
+    if problem.cycle_scatter is not None:
+        share = max(share, NOISE_DEVIATIONS * float(np.sqrt(2 / problem.cycle_scatter.freedom)))
     return share * float(np.mean(problem.block_variance))
 
 

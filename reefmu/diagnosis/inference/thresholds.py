@@ -25,6 +25,9 @@ records; it sets 1000 of 1184 thresholds, and 28 in its place changes no verdict
 INDIVIDUAL_TRANSITION = 0.35
 """Scatter size above that of the mean drive at which the thresholds of individuals hold in full; chosen by
 judgement."""
+N_SIMULATED_CYCLES = 60
+"""Records with scatter between cycles that are simulated. Chosen by judgement: the mean of 60 chi-squares is known
+within a fifth."""
 NULL_EXCESS_MARGIN = 1.3
 """Factor on the greatest excess among the simulated individuals; chosen by judgement."""
 
@@ -57,6 +60,34 @@ def individual_share(size: float) -> float:
     return float(np.clip((size - MEAN_DRIVE_SIZE) / INDIVIDUAL_TRANSITION, 0.0, 1.0))
 
 
+def cycle_excess(
+    problem: Problem, base: Fit, traces: Mapping[str, Sequence[Direction]], seed: int = 0
+) -> dict[str, float]:
+    """Factor, at least 1, by which scatter between cycles makes the gains of each candidate greater than the weights of
+    the blocks expect.
+
+    The mean gain of records that differ by such scatter and by noise, over its number of columns: the factor by which a
+    likelihood ratio under working independence is divided (Rotnitzky and Jewell, Biometrika 77, 1990).
+    """
+    if problem.cycle_scatter is None:
+        return dict.fromkeys(problem.candidates, 1.0)
+    weights, rng = problem.weights.with_size(0.0), np.random.default_rng(np.random.SeedSequence([seed, 1]))
+    noise = np.maximum(problem.block_variance - problem.cycle_scatter.variance, 0.0)
+    drawn = problem.cycle_scatter.simulate(N_SIMULATED_CYCLES, rng)
+    drawn += np.sqrt(noise)[:, None] * rng.standard_normal(drawn.shape)
+    basis = orthonormal_basis(weights, base.prediction.sensitivities)
+    residuals = weights.whiten(drawn)
+    residuals = residuals - basis @ (basis.T @ residuals)
+    found: dict[str, float] = {}
+    for name in problem.candidates:
+        gains = [
+            float(score_gains(direction, weights, basis, residuals)[0].mean()) / direction.columns.shape[1]
+            for direction in traces[name]
+        ]
+        found[name] = max(1.0, *gains)
+    return found
+
+
 def calibrate_thresholds(
     problem: Problem, base: Fit, traces: Mapping[str, Sequence[Direction]], seed: int = 0
 ) -> Thresholds:
@@ -65,8 +96,10 @@ def calibrate_thresholds(
     Individuals with this record's noise, which the components of the scatter were not made from, are tested against
     every candidate by score. base: the fit without effects; traces: linearised variants of every candidate.
     """
+    excess = cycle_excess(problem, base, traces, seed)
     noise = {
-        name: NOISE_GAIN + NOISE_GAIN_PER_PARAMETER * len(find_effect(name).parameters) for name in problem.candidates
+        name: excess[name] * (NOISE_GAIN + NOISE_GAIN_PER_PARAMETER * len(find_effect(name).parameters))
+        for name in problem.candidates
     }
     drives = problem.individuals
     if problem.is_mean_drive or not len(drives):
@@ -77,7 +110,7 @@ def calibrate_thresholds(
     noise_of_drives = rng.standard_normal((len(problem.torque), len(drives)))
     residuals = weights.whiten(drives.T + np.sqrt(problem.block_variance)[:, None] * noise_of_drives)
     residuals = residuals - basis @ (basis.T @ residuals)
-    excess = float((residuals**2).sum(axis=0).max() - problem.expected_chi_square(weights))
+    null_excess = float((residuals**2).sum(axis=0).max() - problem.expected_chi_square(weights))
     individuals = {}
     for name in problem.candidates:
         greatest = 0.0
@@ -85,4 +118,4 @@ def calibrate_thresholds(
             greatest = max(greatest, float(score_gains(direction, weights, basis, residuals)[0].max()))
         margin = KINEMATIC_MARGIN if find_effect(name).place is Place.KINEMATIC else MARGIN
         individuals[name] = max(noise[name], INDIVIDUAL_GAIN, margin * greatest)
-    return Thresholds(noise, individuals, NULL_EXCESS_MARGIN * max(0.0, excess))
+    return Thresholds(noise, individuals, NULL_EXCESS_MARGIN * max(0.0, null_excess))

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from ...effects import find_effect, separating_test
-from ..estimation.intervals import named_effect
+from ..estimation.intervals import named_effects
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import predicted_scatter
-from ..inference.evidence import Evidence
+from ..inference.evidence import Evidence, is_significant_remainder
 from ..inference.isolability import Isolability, separating_experiments
 from ..inference.verdict import Conclusion
 from ..preprocessing.audit import Audit
@@ -33,16 +33,19 @@ def assemble_diagnosis(
 ) -> Diagnosis:
     """The diagnosis as it is written to diagnosis.json; its `seconds` are set by the caller."""
     problem, base, chosen = evidence.problem, evidence.search.base, conclusion.chosen
-    effects = tuple(
-        as_rotational_play(named_effect(problem, chosen, name, base), problem.base) for name in chosen.names
-    )
+    effects = tuple(as_rotational_play(effect, problem.base) for effect in named_effects(problem, chosen, base))
     before = problem.torque - base.prediction.torque
-    noise = float(np.sqrt(np.mean(problem.block_variance)))
-    systematic = max(float(np.mean(before**2)) - noise**2, 0.0)
+    systematic = max(float(np.mean(before**2) - np.mean(problem.block_variance)), 0.0)
     remainder_where = _locate_remainder(problem, conclusion)
     not_candidates = {**problem.excluded, **isolated.invisible}
     notes = list(audited.notes)
-    if not problem.noise.repeated:
+    if problem.cycle_scatter is not None:
+        notes.append(
+            "cycles repeat in torque, not in time: at equal twist they differ by "
+            f"{problem.cycle_scatter.rms:.3g} N.m, beside {problem.noise.torque:.3g} N.m of noise from sample to "
+            "sample; both are in the noise that is stated"
+        )
+    elif not problem.noise.repeated:
         notes.append("no cycle repeats: the noise is estimated from smoothness alone and may be too small or too large")
     return Diagnosis(
         conclusion.verdict,
@@ -62,15 +65,35 @@ def assemble_diagnosis(
     )
 
 
-def insufficient_diagnosis(audited: Audit, defects: Sequence[str]) -> Diagnosis:
-    """The diagnosis of a record whose defects allow none."""
+def base_refusal(evidence: Evidence, chosen: Fit, gap: Gap) -> str:
+    """Why the base curve is not that of this record's gear; empty where it may be.
+
+    The mean of the record predicts its torque with an error of the torque's standard deviation. A model that predicts
+    it worse than this constant (a negative coefficient of determination) says nothing about the drive. A base curve
+    alone may do so where effects explain the rest, but not where they leave a significant remainder.
+    """
+    base, spread = evidence.problem.base, float(np.std(evidence.problem.trace.torque))
+    if gap.before < spread and gap.after < spread:
+        return ""
+    if gap.after < spread and not is_significant_remainder(evidence, chosen):
+        return ""
+    beside = f", and {gap.after:.3g} N.m with the effects that fit best" if chosen.names else ""
+    return (
+        f"the {base.kind} {base.source} predicts the torque worse than the record's mean does (gap {gap.before:.3g} "
+        f"N.m{beside}; standard deviation of the torque {spread:.3g} N.m): it is not of this gear, or a unit or the "
+        "ratio is wrong; no corrected model is written"
+    )
+
+
+def insufficient_diagnosis(audited: Audit, defects: Sequence[str], gap: Gap | None = None) -> Diagnosis:
+    """The diagnosis of a record whose defects allow none; gap: where one was measured."""
     return Diagnosis(
         "insufficient",
         "This record allows no diagnosis: " + "; ".join(defects) + ".",
         (),
         (),
         (),
-        Gap(0.0, 0.0, 0.0),
+        gap or Gap(0.0, 0.0, 0.0),
         tuple(f"a record without this defect: {defect}" for defect in defects),
         notes=audited.notes,
     )

@@ -19,14 +19,16 @@ from ..preprocessing.trace import Trace
 
 
 def corrected_model(problem: Problem, chosen: Fit) -> DriveModel:
-    """The drive model with the effects of a fit, as model.toml holds it."""
+    """The drive model with the effects of a fit and the zero of the record's twist, as model.toml holds it."""
     base, layout = problem.base, problem.layout(chosen.names)
     effects = layout.by_effect(chosen.parameters)
     table = tabulate_base(base, chosen.parameters[layout.shape])
     if isinstance(table, CurveLookup):
-        return build_curve_model(table, effects, assumed_ratio=problem.trace.crank_factor)
-    assert base.drive is not None
-    return build_model(base.drive, effects, lookup=table, inherent=False)
+        model = build_curve_model(table, effects, assumed_ratio=problem.trace.crank_factor)
+    else:
+        assert base.drive is not None
+        model = build_model(base.drive, effects, lookup=table, inherent=False)
+    return replace(model, twist_zero=float(chosen.parameters[0]))
 
 
 def denoised_record(trace: Trace, zero: float) -> tuple[Record, Array]:

@@ -1,6 +1,8 @@
 """The gap between model and record, before and after, over the whole record and over runs that were not fitted.
 
-Every value is of the model that is written, run by `reefmu.simulate`, and independent of the predictor that fits.
+Every value is of the model that is written, run by `reefmu.simulate`, and independent of the predictor that fits. The
+gap of the raw record is that of a plain simulation over the angles as measured, whose noise moves friction back and
+forth; the other takes the angles without their noise, as they were fitted.
 """
 
 from __future__ import annotations
@@ -11,6 +13,8 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
+from ...record import Record, with_twist_zero
+from ...simulate import simulate_record
 from ..estimation.held_out import held_out_blocks
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
@@ -19,20 +23,26 @@ from ..schema import Gap
 from .corrected_model import corrected_model, simulated_torque
 
 
-def measure_gap(problem: Problem, base: Fit, chosen: Fit, held: Sequence[Fit]) -> Gap:
-    """The gap over all samples.
+def measure_gap(problem: Problem, record: Record, base: Fit, chosen: Fit, held: Sequence[Fit]) -> Gap:
+    """The gap over all samples of a record.
 
     base, chosen: fits without and with the named effects; held: the same fitted without the runs held out
     (`fits_without_held_out`), empty where no effect is named.
     """
     samples = np.repeat(held_out_blocks(problem), problem.blocks.count.astype(int))
     slope = chosen.prediction.slope
-    noise = float(np.sqrt(np.average(problem.noise.variance(slope), weights=problem.blocks.count)))
+    variance = problem.noise.variance(slope)
+    if problem.cycle_scatter is not None:
+        variance = variance + problem.cycle_scatter.variance
+    noise = float(np.sqrt(np.average(variance, weights=problem.blocks.count)))
     before = after = simulated_residual(problem, base)
     held_before = held_after = _rms(before[samples])
     if held:
         after = simulated_residual(problem, chosen)
         held_before, held_after = (_rms(simulated_residual(problem, found)[samples]) for found in held)
+    raw_before = raw_after = raw_residual(problem, record, base)
+    if chosen.names:
+        raw_after = raw_residual(problem, record, chosen)
     own = own_scatter(problem, chosen)
     return Gap(
         _rms(before),
@@ -41,6 +51,8 @@ def measure_gap(problem: Problem, base: Fit, chosen: Fit, held: Sequence[Fit]) -
         held_before,
         held_after,
         after_own_scatter=None if own is None else _rms(after - own),
+        raw_before=_rms(raw_before),
+        raw_after=_rms(raw_after),
     )
 
 
@@ -57,6 +69,12 @@ def simulated_residual(problem: Problem, found: Fit) -> Array:
     return problem.trace.torque - simulated_torque(
         corrected_model(problem, found), problem.trace, float(found.parameters[0])
     )
+
+
+def raw_residual(problem: Problem, record: Record, found: Fit) -> Array:
+    """Measured less simulated torque (n,), N.m, at all samples of a record, with the angles as measured."""
+    model = corrected_model(problem, found)
+    return record.output_torque - simulate_record(model, with_twist_zero(record, model.twist_zero))["measured.tau"]
 
 
 def _rms(values: Array) -> float:

@@ -24,6 +24,9 @@ POOR_FIT = 0.01
 """p-value below which the chosen model does not explain the record: the usual level of 1 %."""
 LARGE_GAP_RATIO = 1.5
 """Gap that is left, over the noise, from which a caution is given; chosen by judgement."""
+RAW_GAP_RATIO = 1.1
+"""Gap with the angles as measured, over that without their noise, from which a caution is given; chosen by
+judgement."""
 OWN_SCATTER_RATIO = 0.9
 """Gap without this drive's scatter, over the gap, below which the scatter explains part of it; chosen by judgement."""
 
@@ -106,6 +109,11 @@ def cautions(diagnosis: Diagnosis) -> list[str]:
         and gap.held_out_after >= gap.held_out_before
     ):
         lines.append("in runs that were not fitted the gap does not shrink")
+    if gap.raw_after is not None and gap.raw_after > RAW_GAP_RATIO * gap.after:
+        lines.append(
+            f"simulated with the angles as measured the gap is {gap.raw_after:.3g} N.m instead of {gap.after:.3g} N.m: "
+            "the noise of the angles moves friction back and forth"
+        )
     if diagnosis.verdict in ("named", "ambiguous", "none") and gap.after > LARGE_GAP_RATIO * gap.noise:
         own = gap.after_own_scatter
         why = (

@@ -63,6 +63,9 @@ def _cards(diagnosis: Diagnosis) -> str:
         lines = [f"<p class=big>{change} N.m</p>", f"<p>noise {gap.noise:.3g} N.m</p>"]
         if diagnosis.effects and gap.held_out_before is not None and gap.held_out_after is not None:
             lines.append(f"<p>in runs held out {gap.held_out_before:.3g} &rarr; {gap.held_out_after:.3g} N.m</p>")
+        if gap.raw_before is not None and gap.raw_after is not None:
+            raw = f"{gap.raw_before:.3g} &rarr; {gap.raw_after:.3g}" if diagnosis.effects else f"{gap.raw_before:.3g}"
+            lines.append(f"<p>with the angles as measured {raw} N.m</p>")
         cards.append(("Gap between model and record, rms", lines))
     if diagnosis.effects:
         cards.append(
