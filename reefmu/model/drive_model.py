@@ -52,8 +52,7 @@ class DriveModel:
     name: as of its drawing. parameters: "ratio", "band", then "<effect>.<parameter>". The vectors p, u, x and y are in
     the order of `parameters`, `INPUTS`, `states` and `outputs`. individual: one drive with its own parts, whose torque
     changes as it turns, instead of the mean of all; its lookup then gives the range and the drawing. twist_zero: rad,
-    twist that the encoders of a diagnosed record show at zero twist of the model (`reefmu.record.with_twist_zero`
-    removes it); no response of the model depends on it.
+    twist of a diagnosed record at zero twist of the model (`reefmu.record.with_twist_zero`); no response depends on it.
 
     Models are equal if all of these are.
     """

@@ -11,7 +11,7 @@ from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.forward.base_curve import power_base
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
-from reefmu.model.model_file import load_model
+from reefmu.model_file import load_model
 from reefmu.record import Record, with_twist_zero
 from reefmu.simulate import simulate_record
 from tests.unit.reefmu.diagnosis.preprocessing.test_cycle_scatter import STIFFNESS, ramps
