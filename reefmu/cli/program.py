@@ -7,6 +7,7 @@ half-written file. A signal ends a command with one line too and status 128 + it
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 import time
 from collections.abc import Sequence
@@ -46,6 +47,7 @@ def _run(argv: Sequence[str] | None) -> int:
 
             source_date(datetime.now(UTC))
         args = build_parser().parse_args(argv)
+        args.command_line = shlex.join(["reefmu", *(sys.argv[1:] if argv is None else argv)])
         status = args.run(args)
         sys.stdout.flush()
         return status

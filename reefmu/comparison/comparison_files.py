@@ -5,26 +5,34 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from stiffness_model.errors import InputError
 from stiffness_model.io.atomic_files import staged_folder
 
+from ..diagnosis.report.html.origin import Origin
 from .comparison_page import comparison_html
 from .loop_quantities import QUANTITIES
 from .position_scatter import KnownSpread
 from .state_changes import StateComparison
 
 
-def write_comparison(comparison: StateComparison, out: str | os.PathLike[str]) -> None:
+def write_comparison(
+    comparison: StateComparison,
+    out: str | os.PathLike[str],
+    origin: Origin | None = None,
+    records: Sequence[str] = (),
+) -> None:
     """Write compare.json and compare.html into the folder `out`, which is created if necessary.
 
-    Raises `InputError` if the folder cannot be written.
+    origin, records: command and paths of the records, for the page. Raises `InputError` if the folder cannot be
+    written.
     """
     with staged_folder(out) as stage:
         text = json.dumps(comparison.to_dict(), indent=2, ensure_ascii=False, allow_nan=False)
         (stage / "compare.json").write_text(text + "\n", encoding="utf-8")
-        (stage / "compare.html").write_text(comparison_html(comparison), encoding="utf-8")
+        (stage / "compare.html").write_text(comparison_html(comparison, origin, records), encoding="utf-8")
 
 
 def read_spread(path: str | os.PathLike[str]) -> dict[str, KnownSpread]:

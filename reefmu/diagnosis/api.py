@@ -14,6 +14,7 @@ from .analysis import Analysis
 from .estimation.worker_pool import ignore_overflow
 from .pipeline import analyse
 from .preparation import BaseCurveSource
+from .report.html.origin import Origin
 from .schema import Diagnosis
 from .shared_exponent import SharedExponent, fixed_exponent_base
 
@@ -30,6 +31,7 @@ def diagnose_record(
     exponent: float | SharedExponent | None = None,
     output_locked: bool = False,
     executor: Executor | None = None,
+    origin: Origin | None = None,
 ) -> Diagnosis:
     """Diagnose one record.
 
@@ -41,7 +43,7 @@ def diagnose_record(
     exponent: fixed exponent of the power law, within 0.3 ... 6, or one that several records share; fitted if None.
     output_locked: for a record of a twist alone, that the crank turned while the output was locked (see
     `reefmu.record.with_output_locked`). executor: of processes on this machine that share the fits; the result is the
-    same without it.
+    same without it. origin: command and drawing that the report states, by default the arguments of this call.
 
     Raises `InputError` for files that cannot be read or written, for both a drive and a curve, and for an exponent
     together with either.
@@ -64,7 +66,9 @@ def diagnose_record(
         # Drawing the report loads matplotlib, which a diagnosis without files does not need.
         from .report.files import write_results
 
-        write_results(found, out)
+        given = drive if isinstance(drive, str | os.PathLike) else curve
+        named = Origin(base="" if given is None else str(given))
+        write_results(found, out, named if origin is None else origin, record.source)
     return found.diagnosis if isinstance(found, Analysis) else found
 
 

@@ -11,6 +11,7 @@ from reefmu.comparison import DriveState, compare_states, comparison_text, write
 from reefmu.comparison.comparison_files import read_spread
 from reefmu.diagnosis.forward.base_curve import curve_base
 from reefmu.diagnosis.preprocessing.audit import ratio_from_angles
+from reefmu.diagnosis.report.html.origin import Origin
 from reefmu.progress import Progress
 from reefmu.record import Record, read_column_map, read_record, with_output_locked
 from stiffness_model.errors import InputError, expect
@@ -47,7 +48,8 @@ def run(args: argparse.Namespace) -> int:
     if drive is not None or args.curve is not None or args.power_law:
         notes.append("a comparison needs no base curve: of the drive it uses the ratio alone")
     found = compare_states(states, ratios[0], known, args.matched)
-    write_comparison(found, args.out)
+    sources = [str(path) for paths in files.values() for path in paths]
+    write_comparison(found, args.out, Origin(args.command_line), sources)
     show_notes(notes)
     print(comparison_text(found))
     print(f"\nwritten to {Path(args.out)}: compare.json with all pairs of states, compare.html")

@@ -9,6 +9,7 @@ from pathlib import Path
 from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.diagnosis.forward.base_curve import PLAY
 from reefmu.diagnosis.hypotheses import hypothesis_text, likeliest, probability_text
+from reefmu.diagnosis.report.html.origin import Origin
 from reefmu.diagnosis.report.text import bound_text
 from reefmu.diagnosis.shared_exponent import SharedExponent, shared_exponent
 from reefmu.model.chosen_effects import inherent_effects
@@ -67,6 +68,7 @@ def run(args: argparse.Namespace) -> int:
                     exponent,
                     locked,
                     pool,
+                    Origin(args.command_line, args.drive or args.curve or ""),
                 )
     show_notes(notes)
     for name, diagnosis in found.items():

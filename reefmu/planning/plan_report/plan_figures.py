@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from stiffness_model.plotting.style import BLUE, FAINT, INK, ORANGE, PURPLE, RED
 from stiffness_model.units import ARCMIN
 
-from ...diagnosis.report.html.figures import svg
+from ...diagnosis.report.html.svg_figure import svg
 from ..shortest_plan import Plan
 from .result import limits
 

@@ -1,4 +1,4 @@
-"""plan.html: what the protocol would tell on the first screen, then figures and tables; without network or scripts."""
+"""plan.html: what the protocol would tell on the first screen, then figures and tables; self-contained."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from html import escape
 from stiffness_model.units import quantity_text
 
 from ...diagnosis.report.html.elements import figure, table
+from ...diagnosis.report.html.script import SCRIPT
 from ...diagnosis.report.html.style import STYLE
 from ...effects import find_effect
 from ..remedies import NOTHING
@@ -45,7 +46,7 @@ def plan_html(plan: Plan) -> str:
     return (
         "<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>"
         f"<title>Test plan: {escape(plan.drive.name)}</title><style>{STYLE}</style></head>"
-        f"<body>{''.join(parts)}</body></html>\n"
+        f"<body>{''.join(parts)}<script>{SCRIPT}</script></body></html>\n"
     )
 
 

@@ -29,6 +29,19 @@ addEventListener('load', () => {
 });
 </script>"""
 
+_OPERATE = """<script>
+addEventListener('load', () => {
+  const svg = document.querySelector('svg[data-figure]'), bar = svg.nextElementSibling;
+  const layers = JSON.parse(svg.dataset.figure).layers, box = bar.querySelector('input');
+  box.click();
+  const r = svg.getBoundingClientRect(), say = () => bar.querySelector('output').textContent;
+  for (let k = -40; k <= 40 && !say().includes(':'); k += 2) svg.dispatchEvent(new PointerEvent('pointermove',
+    {clientX: r.left + 0.53 * r.width, clientY: r.top + 0.47 * r.height + k}));
+  document.body.innerHTML = '<pre id=seen>' + JSON.stringify({layers: Object.values(layers), readout: say(),
+    hidden: svg.querySelector('#' + Object.keys(layers)[0]).style.display}) + '</pre>';
+});
+</script>"""
+
 
 @dataclass(frozen=True)
 class Seen:
@@ -58,6 +71,14 @@ def look(page: Path, width: int, height: int, work: Path) -> Seen:
     # Chromium itself requests updates and dictionaries from its vendor.
     vendor = ("google", "gstatic", "gvt1")
     return Seen(**seen, asked=sorted(url for url in asked if not any(name in url.split("/")[2] for name in vendor)))
+
+
+def operated(page: Path, work: Path) -> dict[str, Any]:
+    """What the first figure shows after its first layer was hidden and the pointer was moved near its middle."""
+    copy = work / "operated.html"
+    copy.write_text(page.read_text("utf-8").replace("</body>", _OPERATE + "</body>"), "utf-8")
+    dom = _chromium(work, "--window-size=1280,900", "--dump-dom", copy.as_uri())
+    return json.loads(re.search(r"<pre id=\"seen\">(.*?)</pre>", dom, re.DOTALL)[1])  # type: ignore[index, no-any-return]
 
 
 def printed(page: Path, work: Path) -> bytes:

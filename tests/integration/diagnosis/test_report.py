@@ -15,6 +15,7 @@ from reefmu.diagnosis.fitted_values import ParameterAtBound
 from reefmu.diagnosis.pipeline import analyse
 from reefmu.diagnosis.preparation import BaseCurveSource
 from reefmu.diagnosis.report.html.page import report_html
+from reefmu.diagnosis.report.html.script import SCRIPT
 from reefmu.diagnosis.report.text import MEANING, cautions, file_name
 from reefmu.diagnosis.schema import VERDICTS
 from reefmu.effects import EFFECTS
@@ -95,6 +96,18 @@ def test_the_page_with_probabilities_in_a_browser(found: Analysis, tmp_path: Pat
 
 
 @BROWSER
+def test_values_under_the_pointer_and_layers_that_can_be_hidden(page: Path, tmp_path: Path) -> None:
+    seen = browser.operated(page, tmp_path)
+    assert seen["layers"] == ["measured", "model as drawn", "with the effect"]
+    assert seen["hidden"] == "none"
+    name, _, values = seen["readout"].partition(": ")
+    assert name in seen["layers"][1:]
+    twist, torque = re.fullmatch(r"twist (\S+) arcmin, torque (\S+) N\.m", values).groups()  # type: ignore[union-attr]
+    assert abs(float(twist)) < 0.5 * rig.drive().max_twist * 10800 / 3.1416
+    assert abs(float(torque)) < 60
+
+
+@BROWSER
 def test_the_page_on_paper(page: Path, tmp_path: Path) -> None:
     pdf = browser.printed(page, tmp_path)
     assert pdf.startswith(b"%PDF")
@@ -109,10 +122,12 @@ def test_every_verdict_has_a_page(verdict: str) -> None:
     assert MADE.sentence in text
 
 
-def test_the_page_is_self_contained_and_shows_no_folder(found: Analysis) -> None:
+def test_the_page_is_self_contained_and_shows_no_folder(found: Analysis, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     text = report_html(replace(found, record=replace(found.record, source="/home/somebody/a<b>.csv")))
     assert not re.search(r'(?:src|href)\s*=\s*(?!["\']#)', text.replace("xlink:href", "href"))
-    assert "<script" not in text
+    assert "2023-11-14 22:13 UTC" in text
+    assert not re.search(r"(?:fetch|import|XMLHttpRequest|WebSocket)\b", SCRIPT)
     assert "/home/somebody" not in text
     assert "a&lt;b&gt;.csv" in text
     assert text == report_html(replace(found, record=replace(found.record, source="/home/somebody/a<b>.csv")))

@@ -1,5 +1,7 @@
 """report.html.
 
-* `figures`: diagrams as SVG; `elements`: tables, lists and figures; `style`: the style sheet.
+* `svg_figure`: a figure as SVG; `figures`: those of a diagnosis; `elements`: tables, lists, commands; `meanings`: what
+  quantities are, in words; `style`, `script`: of the page.
+* `origin`: command, version, date and files; `next_commands`: what to do next, as commands.
 * `probabilities`: the part of the page on hypotheses; `page`: the page.
 """

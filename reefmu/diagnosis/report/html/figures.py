@@ -1,15 +1,9 @@
-"""Figures of a diagnosis as inline SVG, drawn without pyplot, which would look for a window system."""
+"""Figures of a diagnosis."""
 
 from __future__ import annotations
 
-import io
-import re
-from collections.abc import Callable
-
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
@@ -21,32 +15,16 @@ from ...estimation.problem import Problem
 from ...estimation.residuals import predicted_scatter
 from ...schema import Gap
 from ..location import block_coordinates
+from .svg_figure import svg
 
 MEASURED, BEFORE, AFTER, NOISE, SCATTER = "#333333", "#c2452d", "#1f6fb2", "#bbbbbb", "#55a868"
 """Colours of measured values, of the model without and with effects, of the noise and of the tolerance scatter."""
 MAX_POINTS = 1500
 """Points of a curve that are drawn at most, which bounds the size of the page; chosen by judgement."""
+GAP = 5.0
+"""Step between blocks, over the median step, from which a line is interrupted; chosen by judgement."""
 MIN_SCATTER_SIZE = 0.1
 """Scatter size from which the residual is also drawn without the scatter; chosen by judgement."""
-
-
-def svg(name: str, draw: Callable[[Axes], None], width: float = 6.2, height: float = 3.5) -> str:
-    """One figure as an <svg> element; name: what it shows, for screen readers; width, height: inches."""
-    # Ids are hashed from the name, so that figures of a page share none and the same diagnosis gives the same page.
-    with rc_context({"svg.hashsalt": name}):
-        figure = Figure(figsize=(width, height), layout="constrained")
-        axes = figure.add_subplot()
-        for side in ("top", "right"):
-            axes.spines[side].set_visible(False)
-        axes.tick_params(labelsize=9)
-        axes.grid(True, color="#ececec", lw=0.7)
-        axes.set_axisbelow(True)
-        draw(axes)
-        buffer = io.StringIO()
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    text = re.sub(r"<metadata>.*?</metadata>", "", buffer.getvalue(), flags=re.DOTALL)
-    # HTML takes only the element, without the XML declaration.
-    return re.sub(r"^.*?(?=<svg )<svg ", f'<svg role="img" aria-label="{name}" ', text, flags=re.DOTALL)
 
 
 def curve_figure(problem: Problem, base: Fit, chosen: Fit) -> str:
@@ -56,9 +34,10 @@ def curve_figure(problem: Problem, base: Fit, chosen: Fit) -> str:
 
     def draw(axes: Axes) -> None:
         axes.plot(x, problem.torque[inside], ".", ms=3, color=MEASURED, label="measured")
-        axes.plot(x, base.prediction.torque[inside], "-", lw=1.2, color=BEFORE, label=_base_label(problem))
+        joined = _with_gaps(problem, inside, x)
+        axes.plot(joined, base.prediction.torque[inside], "-", lw=1.2, color=BEFORE, label=_base_label(problem))
         if chosen.names:
-            axes.plot(x, chosen.prediction.torque[inside], "-", lw=1.2, color=AFTER, label=_effects_label(chosen))
+            axes.plot(joined, chosen.prediction.torque[inside], "-", lw=1.2, color=AFTER, label=_effects_label(chosen))
         _label(axes, "twist [arcmin]", "torque [N.m]")
         _legend(axes)
 
@@ -76,7 +55,12 @@ def loop_figure(problem: Problem, base: Fit, chosen: Fit) -> str:
         axes.plot(x, problem.torque[inside] - zero, ".", ms=3, color=MEASURED, label="measured")
         if chosen.names:
             axes.plot(
-                x, chosen.prediction.torque[inside] - zero, "-", lw=1.2, color=AFTER, label=_effects_label(chosen)
+                _with_gaps(problem, inside, x),
+                chosen.prediction.torque[inside] - zero,
+                "-",
+                lw=1.2,
+                color=AFTER,
+                label=_effects_label(chosen),
             )
         _label(axes, "twist [arcmin]", "torque - model without effects [N.m]")
         _legend(axes)
@@ -90,6 +74,12 @@ def widest_run(problem: Problem) -> tuple[int, NDArray[np.intp]]:
     twist = problem.blocks.mean(problem.trace.twist)
     widest = max(np.unique(runs), key=lambda r: float(np.ptp(twist[runs == r])))
     return int(widest), np.flatnonzero(runs == widest)[:MAX_POINTS]
+
+
+def _with_gaps(problem: Problem, inside: NDArray[np.intp], x: Array) -> Array:
+    """x (n,) of a line, NaN at the first block after a gap in time, across which a line would join what is apart."""
+    step = np.diff(problem.blocks.mean(problem.trace.time)[inside], prepend=np.nan)
+    return np.where(step > GAP * np.nanmedian(step), np.nan, x) if len(step) > 1 else x
 
 
 def _twist(problem: Problem, chosen: Fit) -> Array:

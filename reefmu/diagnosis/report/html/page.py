@@ -1,4 +1,4 @@
-"""report.html: the diagnosis on the first screen, then figures and details; without network access or scripts."""
+"""report.html: the diagnosis on the first screen, then figures and details; self-contained, without network access."""
 
 from __future__ import annotations
 
@@ -12,27 +12,36 @@ from ...analysis import Analysis
 from ...fitted_values import NamedEffect
 from ...schema import Diagnosis, Location
 from ..text import MEANING, cautions, file_name, location_text, main_parameter_text
-from .elements import figure, section_list, table
+from .elements import breakable, command_list, explanation, figure, origin_line, section_list, table
+from .meanings import GAP_MEANING, LOCATION_MEANING, REMAINDER_MEANING, SEARCH_MEANING, shares_text
+from .next_commands import next_commands
+from .origin import Origin, origin_rows
 from .probabilities import probability_overview
+from .script import SCRIPT
 from .style import STYLE
 
 
-def report_html(found: Analysis | Diagnosis) -> str:
-    """The page as HTML."""
+def report_html(found: Analysis | Diagnosis, origin: Origin | None = None, record: str = "") -> str:
+    """The page as HTML. origin: what the caller knows of command and drawing; record: path of the record where `found`
+    does not hold it."""
     diagnosis = found.diagnosis if isinstance(found, Analysis) else found
-    source = found.record.source if isinstance(found, Analysis) else ""
+    source, origin = found.record.source if isinstance(found, Analysis) else record, origin or Origin()
     parts = [
         f"<h1>Diagnosis{' of ' + escape(file_name(source)) if source else ''}</h1>",
+        origin_line(origin_rows(origin, source.split(", "))),
         f"<div><span class='verdict {diagnosis.verdict}'>{diagnosis.verdict}</span>"
         f"<span class=meaning>{MEANING[diagnosis.verdict]}</span></div>",
         f"<p class=lead>{escape(diagnosis.sentence)}</p>",
         probability_overview(diagnosis),
         _cards(diagnosis),
         _cautions(diagnosis),
+        command_list("What to do next", next_commands(diagnosis, origin, file_name(source))),
     ]
     if isinstance(found, Analysis):
         parts += _figures(found)
     parts += [_effect(effect) for effect in diagnosis.effects]
+    if diagnosis.effects:
+        parts.append(explanation(shares_text([effect.share for effect in diagnosis.effects])))
     if diagnosis.alternatives:
         titles = {"ambiguous": "Other explanations", "unknown": "Explanations together with this drive's tolerances"}
         title = titles.get(diagnosis.verdict, "Effects that this drive's tolerances may mask")
@@ -45,7 +54,7 @@ def report_html(found: Analysis | Diagnosis) -> str:
     return (
         "<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>"
         f"<title>Diagnosis: {diagnosis.verdict}</title><style>{STYLE}</style></head>"
-        f"<body>{''.join(parts)}</body></html>\n"
+        f"<body>{''.join(parts)}<script>{SCRIPT}</script></body></html>\n"
     )
 
 
@@ -66,6 +75,7 @@ def _cards(diagnosis: Diagnosis) -> str:
         if gap.raw_before is not None and gap.raw_after is not None:
             raw = f"{gap.raw_before:.3g} &rarr; {gap.raw_after:.3g}" if diagnosis.effects else f"{gap.raw_before:.3g}"
             lines.append(f"<p>with the angles as measured {raw} N.m</p>")
+        lines.append(explanation(GAP_MEANING))
         cards.append(("Gap between model and record, rms", lines))
     if diagnosis.effects:
         cards.append(
@@ -109,19 +119,27 @@ def _figures(found: Analysis) -> list[str]:
         "<div class=row>",
         figure(
             figures.curve_figure(problem, base, chosen),
-            f"Torque over twist in run {figures.widest_run(problem)[0]}, the widest.",
+            f"Torque over twist in run {figures.widest_run(problem)[0]}, the one with the widest twist.",
         ),
         figure(
             figures.loop_figure(problem, base, chosen),
-            "The same run less the model without effects.",
+            "The same run minus the model without effects, which shows loops that the whole curve conceals. Grey: "
+            "two standard deviations of the noise.",
         ),
-        figure(figures.residual_figure(problem, base, chosen, coordinate), f"Where the gap lies{escape(place)}."),
+        figure(
+            figures.residual_figure(problem, base, chosen, coordinate),
+            f"Where the gap lies{escape(place)}. Points are means of blocks of samples.",
+        ),
         figure(
             figures.gap_figure(diagnosis.gap, bool(chosen.names)),
-            "The gap beside the noise. Held out: runs that a second fit left out.",
+            "The gap, root mean square over all samples, beside the noise of one sample. Held out: runs that a second "
+            "fit left out.",
         ),
         "</div>",
-        figure(figures.time_figure(problem, base, chosen), "Residual over the record, run after run."),
+        figure(
+            f"<div class=scroll>{figures.time_figure(problem, base, chosen)}</div>",
+            "Residual, measured minus model, over the record, run after run. Shaded: runs held out.",
+        ),
     ]
 
 
@@ -130,9 +148,10 @@ def _figures(found: Analysis) -> list[str]:
 
 def _effect(effect: NamedEffect) -> str:
     e = find_effect(effect.name)
+    descriptions = {p.name: p.description.replace("`", "") for p in e.parameters}
     rows = [
         [
-            name.replace("_", " "),
+            f"{name.replace('_', ' ')}<br><span class=small>{escape(descriptions.get(name, ''))}</span>",
             quantity_text(value.value, value.unit),
             interval_text(value.low, value.high, value.unit),
             f"<span class=warn>{escape(value.warning)}</span>",
@@ -141,7 +160,7 @@ def _effect(effect: NamedEffect) -> str:
     ]
     return (
         f"<h2>{escape(e.title)} <span class=small>({effect.name}; removes {100 * effect.share:.0f} % "
-        f"of the gap)</span></h2><p><code>{escape(e.equation)}</code></p>"
+        f"of the systematic gap)</span></h2><p><code>{escape(e.equation)}</code></p>"
         + table(["parameter", "value", "95 % interval", ""], rows)
         + f"<p class=small>{escape(e.source)}</p>"
     )
@@ -153,23 +172,24 @@ def _effect(effect: NamedEffect) -> str:
 def _details(diagnosis: Diagnosis) -> list[str]:
     parts = []
     if diagnosis.where:
-        parts += ["<h2>Where the gap lies</h2>", _locations(diagnosis.where)]
+        parts += ["<h2>Where the gap lies</h2>", _locations(diagnosis.where), explanation(LOCATION_MEANING)]
     if diagnosis.remainder_where:
         parts += [
             f"<h2>Where the remainder of {diagnosis.remainder:.3g} N.m lies</h2>",
             _locations(diagnosis.remainder_where),
+            explanation(REMAINDER_MEANING),
         ]
     if diagnosis.not_candidates:
         parts += [
             "<h2>Effects that this record cannot show</h2>",
-            table(["effect", "reason"], [[n, escape(t)] for n, t in diagnosis.not_candidates.items()]),
+            table(["effect", "reason"], [[breakable(n), escape(t)] for n, t in diagnosis.not_candidates.items()]),
         ]
     if diagnosis.indistinguishable:
         parts += [
             "<h2>Effects that this record cannot tell apart</h2>",
             table(
                 ["effect", "other effect", "test that tells them apart"],
-                [[a, b, escape(t)] for a, b, t in diagnosis.indistinguishable],
+                [[breakable(a), breakable(b), escape(t)] for a, b, t in diagnosis.indistinguishable],
             ),
         ]
     return parts + section_list("Notes", diagnosis.notes)
@@ -197,7 +217,7 @@ def _method(found: Analysis) -> list[str]:
             f"tolerance scatter: {found.diagnosis.base.get('scatter_size', 0):.2g} times that of the population"
         )
     rows = [
-        [", ".join(f.names) or "none", f"{search.base.cost - f.cost:.0f}", f"{problem.excess_cost(f):.0f}"]
+        [breakable(", ".join(f.names) or "none"), f"{search.base.cost - f.cost:.0f}", f"{problem.excess_cost(f):.0f}"]
         for size in sorted(search.best)
         for f in search.best[size][:4]
     ]
@@ -209,5 +229,6 @@ def _method(found: Analysis) -> list[str]:
     return [
         *section_list("Method", lines),
         table(["set of effects", "gain (-2 log likelihood)", "excess left"], rows),
+        explanation(SEARCH_MEANING),
         *section_list("Sets that are not significant", reasons),
     ]

@@ -8,6 +8,7 @@ h2{font-size:16px;margin:22px 0 6px;border-bottom:1px solid #ddd}
 .verdict{display:inline-block;padding:2px 12px;border-radius:4px;color:#fff;font-weight:600;font-size:17px}
 .named,.none{background:#2a7f49}.partly,.ambiguous{background:#9a6200}.unknown{background:#b2382a}
 .insufficient{background:#5c5c5c}.meaning{color:#555;margin-left:8px}
+.explain{font-size:13px;color:#555;margin:4px 0}
 .lead{font-size:18px;line-height:1.4;margin:8px 0 14px;overflow-wrap:anywhere}
 .cards,.row{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(300px,100%),1fr));gap:12px}
 .row{grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));margin-top:14px}
@@ -16,7 +17,7 @@ h2{font-size:16px;margin:22px 0 6px;border-bottom:1px solid #ddd}
 .card p{margin:2px 0}.big{font-size:20px;font-weight:600}
 svg{max-width:100%;height:auto;display:block}figure{margin:0}figcaption{font-size:13px;color:#555}
 .table{overflow-x:auto}table{border-collapse:collapse;font-size:14px}
-td,th{padding:3px 14px 3px 0;text-align:left;vertical-align:top;overflow-wrap:anywhere}
+td,th{padding:3px 14px 3px 0;text-align:left;vertical-align:top;overflow-wrap:break-word}
 th{font-weight:600;border-bottom:1px solid #bbb;overflow-wrap:normal}
 code{background:#f3f3f3;padding:1px 4px;overflow-wrap:anywhere}
 .warn{color:#b2382a}.caution{border-left:4px solid #b2382a;background:#fbf1ef;padding:4px 12px;margin:12px 0}
@@ -34,10 +35,18 @@ border:1px solid #fff;overflow-wrap:normal}.heat .zero{background:#f1f1f1;color:
 .heat th[scope=row]{position:sticky;left:0;background:#fff}
 .heat th span{display:inline-block;writing-mode:vertical-rl;transform:rotate(180deg);text-align:left;max-height:120px;
 line-height:1.1}
+.layers{display:flex;flex-wrap:wrap;gap:2px 14px;font-size:13px;color:#555;min-height:21px}
+.layers label{cursor:pointer}.layers input{margin:0;vertical-align:-1px}.readout{color:#222}
+.origin{font-size:13px;color:#555;margin:0 0 10px}.origin strong{font-weight:600}.origin code,.command{font-size:13px}
+.origin>span{display:inline-block;margin-right:14px;overflow-wrap:anywhere}.scroll{overflow-x:auto}
+svg[data-figure]{touch-action:pan-y}
+.steps{list-style:none;padding:0}.steps li{margin:6px 0}button{font:inherit;font-size:12px;cursor:pointer}
+@media (max-width:600px){.scroll svg{width:820px;max-width:none}}
 @media (max-width:420px){.heat{font-size:10.5px}.heat td{width:20px;min-width:20px;height:22px}
 .heat th{padding-right:4px}}
 @page{size:A4;margin:14mm}
-@media print{body{margin:0;max-width:none;font-size:11px;padding:0}.lead{font-size:14px}h2{break-after:avoid}
+@media print{.layers,button{display:none}
+body{margin:0;max-width:none;font-size:11px;padding:0}.lead{font-size:14px}h2{break-after:avoid}
 figure,section,.card,tr,.caution{break-inside:avoid}.cards{grid-template-columns:repeat(3,1fr)}
 .row{grid-template-columns:repeat(2,1fr)}table{font-size:10px}*{print-color-adjust:exact}}
 """

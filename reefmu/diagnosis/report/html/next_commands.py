@@ -1,0 +1,60 @@
+"""What to do after a diagnosis, as commands to type."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+
+from ...schema import Diagnosis
+from ..rivals import rivals
+from .origin import Origin, command_text
+
+MODEL = "model.toml"
+
+
+@dataclass(frozen=True)
+class NextCommand:
+    """A command line and what it is good for."""
+
+    purpose: str
+    command: str
+
+
+def next_commands(diagnosis: Diagnosis, origin: Origin, record: str = "") -> list[NextCommand]:
+    """Commands for the verdict: export the corrected model, plan the test that decides, diagnose its record.
+
+    record: file name of the record. Commands that read files of the report run in its folder.
+    """
+    found: list[NextCommand] = []
+    if diagnosis.verdict == "insufficient":
+        name = shlex.quote(record or "RECORD.csv")
+        return [NextCommand("shows what was understood of the record, and what it lacks", f"reefmu record {name}")]
+    if diagnosis.verdict in ("named", "partly", "ambiguous") and diagnosis.effects:
+        found += [
+            NextCommand("the corrected model as an FMU, in the folder of this report", _export("model.fmu")),
+            NextCommand("validates it and compares it with the Python model", "reefmu check model.fmu"),
+        ]
+    drawing = command_text(shlex.quote(origin.base)) if origin.base and not origin.base.endswith(".csv") else ""
+    effects = _effects_to_separate(diagnosis)
+    if drawing and effects:
+        plan = f"reefmu plan {drawing} --effects {','.join(effects)} --out plan"
+        found.append(NextCommand(f"the shortest test that tells {' and '.join(effects)} apart", plan))
+    if diagnosis.verdict != "named":
+        base = f"--drive {drawing}" if drawing else f"--curve {origin.base}" if origin.base else "--power-law"
+        found.append(NextCommand("the record of the next test", f"reefmu diagnose NEXT.csv {base} --out next"))
+    return found
+
+
+def _export(target: str) -> str:
+    return f"reefmu export {MODEL} -o {target}"
+
+
+def _effects_to_separate(diagnosis: Diagnosis) -> list[str]:
+    """The named effects and those of the explanations that compete with them; empty where none does."""
+    others = [name for names in diagnosis.alternatives for name in names]
+    others += [name for hypothesis in rivals(diagnosis) for name in hypothesis.effects]
+    if diagnosis.verdict in ("none", "unknown"):
+        others += list(diagnosis.not_candidates)[:4]
+    if not others:
+        return []
+    return list(dict.fromkeys([*(effect.name for effect in diagnosis.effects), *others]))
