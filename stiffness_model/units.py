@@ -87,6 +87,8 @@ DISPLAY_UNITS: dict[str, tuple[float, str]] = {
 }
 """The unit in which outputs show a value in SI, by the SI unit, with its size in SI; other units are shown as they are.
 The variables of an FMU stay in SI."""
+LARGE_ANGLE = math.radians(5)
+"""Angle, rad, beyond which outputs show deg instead of arcmin: phases and turns, not twists; chosen by judgement."""
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S*)\s*")
 
 
@@ -165,8 +167,15 @@ def displayed(value: float, unit: str) -> tuple[float, str]:
     >>> displayed(100e3, "N.m/rad")[1], displayed(5.0, "N.m")
     ('N.m/arcmin', (5.0, 'N.m'))
     """
-    size, name = DISPLAY_UNITS.get(unit, (1.0, unit))
+    size, name = _display_unit(unit, value)
     return value / size, name
+
+
+def _display_unit(unit: str, value: float) -> tuple[float, str]:
+    """Size and name of the unit for a value of this magnitude."""
+    if unit == "rad" and abs(value) > LARGE_ANGLE:
+        return math.pi / 180, "deg"
+    return DISPLAY_UNITS.get(unit, (1.0, unit))
 
 
 def quantity_text(value: float, unit: str, digits: int = 4) -> str:
@@ -182,10 +191,11 @@ def quantity_text(value: float, unit: str, digits: int = 4) -> str:
 def interval_text(low: float, high: float, unit: str, digits: int = 4) -> str:
     """An interval in SI as text in the unit in which outputs show it.
 
-    >>> interval_text(1e-6, 2e-6, "m")
-    '1 ... 2 um'
+    >>> interval_text(1e-6, 2e-6, "m"), interval_text(-0.01, 1.57, "rad", 2)
+    ('1 ... 2 um', '-0.57 ... 90 deg')
     """
-    return f"{displayed(low, unit)[0]:.{digits}g} ... {quantity_text(high, unit, digits)}"
+    size, name = _display_unit(unit, max(low, high, key=abs))
+    return f"{low / size:.{digits}g} ... {high / size:.{digits}g}" + ("" if name == "1" else f" {name}")
 
 
 def _shortest(value: float, factor: float) -> str:

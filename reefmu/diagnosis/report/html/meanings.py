@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 GAP_MEANING = (
     "Root mean square of the measured minus the simulated torque over all samples: without, then with the effects. "
-    "Noise: standard deviation of the torque of a sample. Held out: runs that a second fit did not use. "
+    "Noise: standard deviation of all that does not repeat. Held out: runs that a second fit did not use. "
     "With the angles as measured: simulated from angles whose own noise is not removed."
 )
 LOCATION_MEANING = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.estimation.intervals import named_effect
+from reefmu.diagnosis.estimation.intervals import named_effects
 from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
@@ -68,7 +68,7 @@ def test_an_effect_parameter_at_its_bound_has_a_one_sided_interval() -> None:
     problem, base = fitted(record(power(1.5) + 4 * np.sign(np.cos(PHASE))))
     start = np.concatenate([base.parameters, [4.0, 1e-7]])
     found = problem.fit_from(("hysteresis",), start)
-    effect = named_effect(problem, found, "hysteresis", base)
+    (effect,) = named_effects(problem, found, base)
     presliding, torque = effect.parameters["presliding"], effect.parameters["torque"]
     assert (presliding.bound, presliding.warning, presliding.low) == ("low", "at its bound", presliding.value)
     assert presliding.high > presliding.value
