@@ -31,6 +31,7 @@ from .model.nominals import with_nominals
 from .model.table_encoding import embedded_lookup, lookup_metadata
 from .model.variables import FMI_VERSIONS, Interface
 from .python_backend.equations_file import EQUATIONS_FILE, write_equations
+from .related_files import related_members
 from .xml.archive import DESCRIPTION, SCRIPT_NAME, write_archive
 from .xml.description import ExportInfo
 from .xml.fmi2 import model_description
@@ -150,6 +151,7 @@ def _python_content(component: Component, resources: dict[str, bytes], date: dat
         **{f"resources/{name}": data for name, data in resources.items()},
         **_pythonfmu_binaries(export.model_identifier),
         **documentation(component, interface, export, None),
+        **related_members(component, interface, export),
     }
     return FmuContent(members, component, interface, export)
 
@@ -179,6 +181,7 @@ def _native_content(
         **compile_binaries(sources, export.model_identifier, platforms),
         **documentation(component, interface, export, page_sources),
     }
+    members |= related_members(component, interface, export)
     members = members if fmi == "2.0" else fmi3_members(members, interface, export)
     return FmuContent(members, component, interface, export)
 

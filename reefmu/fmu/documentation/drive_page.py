@@ -7,8 +7,8 @@ import importlib.resources
 import json
 from collections.abc import Sequence
 from html import escape
+from typing import TYPE_CHECKING
 
-from reefmu.model.parameters import ModelParameter
 from stiffness_model.units import ARCMIN, displayed
 
 from ..model.component import Component
@@ -16,6 +16,9 @@ from ..model.nominals import twist_at_full_torque
 from ..model.variables import Interface
 from .curve_picture import RANGE, curve_svg, rest_curve
 from .web_assembly import NO_COMPILER
+
+if TYPE_CHECKING:
+    from reefmu.model.parameters import ModelParameter
 
 _READINGS = (
     ("twist", "twist", "arcmin", "twist"),

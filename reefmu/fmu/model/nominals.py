@@ -62,7 +62,7 @@ def with_nominals(component: Component) -> Component:
     ratio = abs(_value(component, "ratio"))
     nominals = {name: abs(value) for name, value in _outputs_at(drive, twist).items()} | {"twist": twist}
     angles = {"crank": ratio * twist, "output": twist}
-    frequency = eigenfrequency(component, _masses(component))
+    frequency = eigenfrequency(component, joint_masses(component))
     for side, inertia in (("crank", "motor"), ("output", "load")):
         angle, speed = angles[side], angles[side] * frequency
         nominals |= {
@@ -92,12 +92,13 @@ def propose_experiment(component: Component) -> Experiment:
     from overshooting the fastest state at the greatest speed of the oscillation. The experiment lasts `PERIODS` of the
     oscillation. Both times are rounded down to 1, 2 or 5 times a power of ten.
     """
-    frequency = eigenfrequency(component, _masses(component))
+    frequency = eigenfrequency(component, joint_masses(component))
     step = min(4 * MAX_GROWTH_RATE / (3 * frequency**2), 1 / max(_fastest_rate(component, frequency), frequency))
     return Experiment(rounded_down(PERIODS * math.tau / frequency), rounded_down(step), TOLERANCE)
 
 
-def _masses(component: Component) -> Masses:
+def joint_masses(component: Component) -> Masses:
+    """Motor and load of a joint, `TYPICAL_MASSES` around a drive."""
     if component.kind == "drive":
         return TYPICAL_MASSES
     return Masses(_value(component, "motor.inertia"), _value(component, "load.inertia"))

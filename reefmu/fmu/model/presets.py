@@ -1,18 +1,28 @@
-"""Sets of parameter values for an FMU: mean and percentiles of the population, each effect small and large."""
+"""Sets of start values for an FMU: mean and percentiles of the population, each effect small and large, a load."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
+from stiffness_model.errors import expect
+
+from .component import Component, drive_component
+from .nominals import twist_at_full_torque
+
 if TYPE_CHECKING:
     from reefmu.effects import Effect
-
-    from .component import Component
 
 SMALL, LARGE = 1 / 3, 3.0
 """Size of an effect in its presets, relative to its size in the model (to its nominal size where it is neutral there).
 Chosen by judgement: half an order of magnitude to either side."""
+
+LOAD = 0.5
+"""Load of the preset `loaded`, relative to the full torque; chosen by judgement."""
+_BISECTIONS = 60
+"""Halvings of the bracket of the twist: to rounding."""
 
 
 class Preset(NamedTuple):
@@ -51,3 +61,44 @@ def _sized(effect: Effect, start: Mapping[str, float], factor: float) -> tuple[s
     name = f"{effect.name}.{parameter.name}"
     value = factor * (start[name] if start[name] != parameter.neutral else parameter.nominal)
     return name, min(max(value, parameter.minimum), parameter.maximum)
+
+
+def loaded_start(component: Component, torque: float) -> dict[str, float]:
+    """Start values by name: of a drive the angle of the output, of a joint also the torques that hold it.
+
+    torque: of the drive on the output, N.m. The crank stands at zero, and the effects' states are those at the start: a
+    load that has just been applied, before creep. Errors: `InputError` for a torque that the drive does not reach
+    within twice the twist at full torque.
+    """
+    drive = component if component.kind == "drive" else drive_component(component.model)
+    names = [signal.name for signal in drive.outputs]
+    inputs = np.array([float(signal.start) for signal in drive.inputs])
+    output = [signal.name for signal in drive.inputs].index("output.phi")
+    p = drive.parameter_vector()
+
+    def torques(twist: float) -> tuple[float, float]:
+        inputs[output] = -twist
+        y = np.asarray(drive.output(drive.initial(inputs, p), inputs, p)).ravel()
+        return float(y[names.index("output.tau")]), float(y[names.index("crank.tau")])
+
+    low, high = -2 * twist_at_full_torque(drive), 2 * twist_at_full_torque(drive)
+    least, greatest = torques(low)[0], torques(high)[0]
+    expect(least <= torque <= greatest, f"a torque from {least:.4g} to {greatest:.4g} N.m", f"{torque:g} N.m", "load")
+    for _ in range(_BISECTIONS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if torques(middle)[0] < torque else (low, middle)
+    twist = (low + high) / 2
+    on_output, on_crank = torques(twist)
+    if component.kind == "drive":
+        return {"output.phi": -twist}
+    return {"start.output.phi": -twist, "motor.tau": -on_crank, "load.tau": -on_output}
+
+
+def loaded_preset(component: Component, mean: Preset) -> Preset:
+    """The preset `mean` with the start values for half the full torque."""
+    torque = LOAD * component.full_torque
+    return mean._replace(
+        name="loaded",
+        description=f"At rest under a load: the drive starts with {torque:.4g} N.m on the output",
+        values={**mean.values, **loaded_start(component, torque)},
+    )

@@ -11,7 +11,7 @@ from stiffness_model.io.atomic_files import scratch_folder
 from ..model.component import KINDS, component_files, load_component
 from ..xml.archive import FmuFile, read_archive, read_members
 from .check_report import CheckReport
-from .run_checks import check_derivatives, check_runs
+from .run_checks import check_derivatives, check_references, check_runs
 from .static_checks import check_declaration, check_fmi3_rules, check_standard, declared_variables
 
 if TYPE_CHECKING:
@@ -28,8 +28,9 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
     and uneven steps; `reset` and `restore` (a second run after fmi2Reset, and one from a state that was saved in
     mid-run, serialised and read back, in this and in a second instance, without any difference); `refusal` (an input
     that is not a number gives fmi2Discard and leaves the state unchanged); `independence` (two instances that step
-    alternately, against each alone); `parameters` (agreement with every tunable parameter changed); with the native
-    back end `derivatives` (directional derivatives of outputs and rates against differences of the model).
+    alternately, against each alone); `parameters` (agreement with every tunable parameter changed); `replay` (the
+    reference results that the FMU contains); with the native back end `derivatives` (directional derivatives of outputs
+    and rates against differences of the model).
 
     Errors: `InputError` for a file that is not an FMU of this package, is damaged, or cannot run on this machine.
     """
@@ -42,6 +43,7 @@ def check_fmu(path: str | os.PathLike[str]) -> CheckReport:
         *check_fmi3_rules(file),
         check_declaration(file, declared_variables(file, component)),
         *check_runs(file.path, component),
+        check_references(file),
     ]
     if file.backend == "native":
         results.append(check_derivatives(file.path, component))

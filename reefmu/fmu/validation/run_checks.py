@@ -15,6 +15,9 @@ from stiffness_model.errors import InputError
 from stiffness_model.numerics.arrays import Array
 
 from ..importer.instance import FmuDrive
+from ..related_files import FOLDER, REFERENCES, STIMULI, read_references
+from ..related_files import TOLERANCE as REFERENCE_TOLERANCE
+from ..xml.archive import FmuFile, read_members
 from .check_report import CheckResult
 from .derivatives import TOLERANCE as DERIVATIVE_TOLERANCE
 from .derivatives import derivative_error
@@ -65,6 +68,29 @@ def check_runs(path: Path, component: Component) -> Iterator[CheckResult]:
         values = np.array([changed.get(p.name, v) for p, v in zip(component.parameters, values, strict=True)])
         reference = run_model(component, excitation, values)
         yield _compared("parameters", run_fmu(first, excitation, names), reference, component, names)
+
+
+def check_references(file: FmuFile) -> CheckResult:
+    """The FMU over the stimuli that it contains, against the results that it contains, as another host replays them."""
+    names = [f"{FOLDER}/{name}" for name in (STIMULI, REFERENCES)]
+    try:
+        references = read_references(*read_members(file, names).values())
+    except ValueError as error:
+        raise InputError(f"{file.path}: expected reference results in {FOLDER}, got {error}") from None
+    rows: list[dict[str, float]] = []
+    with FmuDrive(file.path) as drive:
+        stimuli = [dict(zip(references.inputs, row, strict=True)) for row in references.stimuli.tolist()]
+        rows.append(drive.initialize(stimuli[0]))
+        for inputs, dt in zip(stimuli, np.diff(references.time).tolist(), strict=False):
+            rows.append(drive.step(dt, inputs))
+    came = np.array([[row[name] for name in references.outputs] for row in rows])
+    greatest = np.abs(references.results).max(axis=0)
+    deviation = np.abs(came - references.results).max(axis=0) / np.where(greatest > 0, greatest, 1.0)
+    worst = int(np.argmax(np.where(np.isnan(deviation), np.inf, deviation)))
+    value = float(deviation[worst])
+    return CheckResult(
+        "replay", value <= REFERENCE_TOLERANCE, value, REFERENCE_TOLERANCE, f"worst in {references.outputs[worst]}"
+    )
 
 
 def check_derivatives(path: Path, component: Component) -> CheckResult:

@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from stiffness_model.units import DISPLAY_UNITS
+
 from ..model.base_units import base_unit
 from ..model.nominals import Experiment
 from ..model.variables import Interface, Variable
@@ -28,9 +30,9 @@ TYPES = {
 }
 """unit -> (declared type, quantity)."""
 _DISPLAY_UNITS = {
+    **{unit: {name: 1 / size} for unit, (size, name) in DISPLAY_UNITS.items()},
     "rad": {"deg": 180 / math.pi, "arcmin": 10800 / math.pi},
     "rad/s": {"rev/min": 30 / math.pi, "deg/s": 180 / math.pi},
-    "N.m/rad": {"N.m/arcmin": math.pi / 10800},
     "m": {"mm": 1e3, "um": 1e6},
 }
 """unit -> display unit -> factor; display value = factor * value."""
@@ -168,6 +170,15 @@ def numeric_attributes(variable: Variable) -> dict[str, str]:
     """min, max, nominal and start, as far as they are given."""
     values = {"min": variable.minimum, "max": variable.maximum, "nominal": variable.nominal, "start": variable.start}
     return {key: repr(value) for key, value in values.items() if value is not None}
+
+
+def display_unit(variable: Variable) -> dict[str, str]:
+    """The attribute displayUnit, where the unit has display units: angles of shafts in deg, of twists in arcmin."""
+    if variable.unit == "rad":
+        return {"displayUnit": "deg" if variable.name.endswith((".phi", "reference")) else "arcmin"}
+    if variable.unit == "rad/s":
+        return {"displayUnit": "rev/min" if variable.name.startswith(("crank", "motor")) else "deg/s"}
+    return {"displayUnit": DISPLAY_UNITS[variable.unit][1]} if variable.unit in DISPLAY_UNITS else {}
 
 
 def unit_attributes(unit: str) -> dict[str, str]:

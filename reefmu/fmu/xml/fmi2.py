@@ -14,6 +14,7 @@ from .description import (
     add_tool_annotation,
     add_type_definitions,
     add_unit_definitions,
+    display_unit,
     general_attributes,
     numeric_attributes,
     root_element,
@@ -51,7 +52,7 @@ def _add_type(parent: Element, name: str, attributes: dict[str, str]) -> None:
 
 def _add_variable(parent: Element, variable: Variable, interface: Interface) -> None:
     scalar = SubElement(parent, "ScalarVariable", general_attributes(variable, str(variable.reference)))
-    real = {**unit_attributes(variable.unit), **numeric_attributes(variable)}
+    real = {**unit_attributes(variable.unit), **display_unit(variable), **numeric_attributes(variable)}
     if variable.derivative_of:
         real["derivative"] = _index(interface, variable.derivative_of)
     if variable.reinit:

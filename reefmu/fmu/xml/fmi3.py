@@ -21,6 +21,7 @@ from .description import (
     add_tool_annotation,
     add_type_definitions,
     add_unit_definitions,
+    display_unit,
     general_attributes,
     numeric_attributes,
     root_element,
@@ -46,6 +47,11 @@ CO_SIMULATION_FLAGS = {
     "hasEventMode": False,
 }
 """Capability flags of the generated C (sections 3.3 and 4.3)."""
+
+
+TERMINAL_KIND = "reefmu.RotationalFlange"
+"""Kind of the terminals: angle phi, speed w and torque tau of a shaft end. Only terminals of one kind can be plugged
+together (section 2.4.9.2)."""
 
 
 class Flange(NamedTuple):
@@ -117,12 +123,23 @@ def model_description_fmi3(interface: Interface, export: ExportInfo) -> bytes:
 
 
 def terminals(interface: Interface) -> bytes:
-    """terminalsAndIcons.xml: a flange at the crank and one at the output (section 2.4.9)."""
+    """terminalsAndIcons.xml: the icon, a flange at the crank and one at the output (section 2.4.9)."""
     root = Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
+    picture = SubElement(root, "GraphicalRepresentation")
+    corners = {"x1": "-100.0", "y1": "-100.0", "x2": "100.0", "y2": "100.0"}
+    SubElement(picture, "CoordinateSystem", {**corners, "suggestedScalingFactorTo_mm": "0.1"})
+    SubElement(picture, "Icon", corners)
     parent = SubElement(root, "Terminals")
     for name, flange in FLANGES[interface.kind].items():
         terminal = SubElement(
-            parent, "Terminal", {"name": name, "matchingRule": "plug", "description": flange.description}
+            parent,
+            "Terminal",
+            {
+                "name": name,
+                "matchingRule": "plug",
+                "terminalKind": TERMINAL_KIND,
+                "description": flange.description,
+            },
         )
         for member, variable in flange.members.items():
             SubElement(
@@ -175,6 +192,7 @@ def _add_variable(parent: Element, variable: Variable, interface: Interface) -> 
     attributes = {
         **general_attributes(variable, _reference(variable)),
         **_unit(variable.unit, interface),
+        **display_unit(variable),
         **numeric_attributes(variable),
     }
     if variable.derivative_of:

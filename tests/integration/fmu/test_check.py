@@ -11,7 +11,7 @@ from reefmu.fmu.validation.fmu_check import check_fmu, embedded_component
 from reefmu.fmu.xml.archive import read_archive
 from stiffness_model.errors import InputError
 
-NAMES = ["standard", "declaration", "agreement", "reset", "restore", "refusal", "independence", "parameters"]
+NAMES = ["standard", "declaration", "agreement", "reset", "restore", "refusal", "independence", "parameters", "replay"]
 
 
 def test_an_export_passes(fmu, soft_fmu):

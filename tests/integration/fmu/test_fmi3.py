@@ -194,6 +194,7 @@ def test_the_terminals_are_flanges(three: Path, joint: Path) -> None:
         }
         terminals = ElementTree.fromstring(text).findall("Terminals/Terminal")
         assert [t.get("name") for t in terminals] == ["crank", "output"]
+        assert {t.get("terminalKind") for t in terminals} == {"reefmu.RotationalFlange"}
         for terminal in terminals:
             members = {
                 m.get("memberName"): (*units[m.get("variableName")], m.get("variableKind"))

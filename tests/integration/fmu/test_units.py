@@ -1,5 +1,9 @@
+import zipfile
+from xml.etree import ElementTree
+
 import pytest
 
+from reefmu.fmu.export import export_fmu
 from reefmu.fmu.model.base_units import base_unit
 from stiffness_model.errors import InputError, UnknownNameError
 
@@ -40,3 +44,24 @@ def test_a_text_of_another_form_is_refused(unit):
 def test_an_unknown_unit_is_named_in_the_error():
     with pytest.raises(UnknownNameError, match="'arcmn'; did you mean 'arcmin'"):
         base_unit("N.m/arcmn")
+
+
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_every_display_unit_is_defined_and_suits_its_variable(model, fmi, tmp_path):
+    path = export_fmu(model, tmp_path / "x.fmu", backend="native", platform="none", fmi=fmi)
+    with zipfile.ZipFile(path) as archive:
+        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    defined = {
+        unit.get("name"): {d.get("name") for d in unit.findall("DisplayUnit")}
+        for unit in root.findall("UnitDefinitions/Unit")
+    }
+    shown = {}
+    for variable in root.find("ModelVariables"):
+        real = variable if fmi == "3.0" else variable[0]
+        if real.get("displayUnit"):
+            assert real.get("displayUnit") in defined[real.get("unit")]
+            shown[variable.get("name")] = real.get("displayUnit")
+    assert shown["twist"] == "arcmin"
+    assert shown["crank.phi"] == "deg"
+    assert shown["stiffness"] == "N.m/arcmin"
+    assert shown["backlash.clearance"] == "um"
