@@ -68,6 +68,11 @@ def add_seed(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def actions_of(parser: argparse.ArgumentParser) -> list[argparse.Action]:
+    """The options and arguments of a parser, which argparse keeps in a private attribute."""
+    return list(parser._actions)  # pyright: ignore[reportPrivateUsage]
+
+
 def add_verbosity(parser: argparse.ArgumentParser, default: str) -> None:
     """`-v` and `-q`, which stand before or after the command. default: `argparse.SUPPRESS` after it."""
     group = parser.add_mutually_exclusive_group()

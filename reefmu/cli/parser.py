@@ -7,8 +7,7 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from .argument_types import add_verbosity
-from .completion.words import actions_of
+from .argument_types import actions_of, add_verbosity
 from .exit_status import DONE, WRONG_INPUT, report_error
 from .options.drawing_options import add_compare, add_curve, add_demo, add_draw, add_new
 from .options.fmu_options import add_check, add_export

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
+from ..argument_types import actions_of
+
 
 class Files(Enum):
     """Which files an option or argument takes."""
@@ -45,11 +47,6 @@ def completed_commands(parser: argparse.ArgumentParser) -> list[CompletedCommand
             helps = {choice.dest: choice.help or "" for choice in _choices(action)}
             found += [_command(name, helps[name], sub) for name, sub in action.choices.items()]
     return found
-
-
-def actions_of(parser: argparse.ArgumentParser) -> list[argparse.Action]:
-    """The options and arguments of a parser, which argparse keeps in a private attribute."""
-    return list(parser._actions)  # pyright: ignore[reportPrivateUsage]
 
 
 def _choices(action: argparse.Action) -> Iterable[argparse.Action]:

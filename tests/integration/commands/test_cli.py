@@ -25,6 +25,7 @@ def test_help_loads_no_other_package_and_none_of_the_rooms(tmp_path: Path) -> No
     own = [name for name in loaded if name.split(".")[0] not in sys.stdlib_module_names]
     packages = {".".join(name.split(".")[:2]) for name in own}
     assert packages == {"reefmu", "reefmu.cli", "stiffness_model", "stiffness_model.lazy_names"}
+    assert not {"dataclasses", "inspect", "reefmu.cli.completion"} & set(loaded)
     done = run_program("--help", folder=tmp_path)
     assert done.returncode == 0
     for command in ("demo", "curve", "compare", "export", "check", "diagnose", "plan", "draw", "explore"):

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from reefmu.cli import build_parser, main
+from reefmu.cli.argument_types import actions_of
 from reefmu.cli.completion.scripts import SHELLS, completion_script
-from reefmu.cli.completion.words import actions_of, completed_commands
+from reefmu.cli.completion.words import completed_commands
 from reefmu.cli.parser import FIRST_STEPS
 from reefmu.effects import EFFECTS
 from stiffness_model.kinds import KINDS
