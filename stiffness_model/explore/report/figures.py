@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...numerics.arrays import Array
-from ...plotting.style import BLUE, INK, RED, SHADE, caption, format_axes, legend_above, new_axes
+from ...plotting.style import BLUE, RED, SHADE, caption, format_axes, headline, legend_above, new_axes, new_figure
 from ..definition.metrics import METRICS
 from ..definition.study import torque_text
 from .main_effects import parameter_effect, sampled_designs
@@ -75,13 +75,11 @@ def _colours(results: Results) -> dict[str, Any]:
 
 def trade_off(results: Results) -> list[Axes]:
     """The trade-off along the front: the other objectives and all parameters over the first objective."""
-    from matplotlib.figure import Figure
-
     names, members = list(results.study.objectives), results.front
     rows = [*names[1:], *range(len(results.study.parameters))]
     columns = 2 if len(rows) > 3 else 1
     height = -(-len(rows) // columns)
-    figure = Figure(figsize=(4.6 * columns + 0.8, 2.0 * height + 0.6), dpi=150, layout="constrained")
+    figure = new_figure(4.6 * columns + 0.8, 2.0 * height + 0.8)
     axes: list[Axes] = list(figure.subplots(height, columns, squeeze=False, sharex=True).ravel())
     x = results.display_values(names[0])
     dots = None
@@ -107,16 +105,14 @@ def trade_off(results: Results) -> list[Axes]:
         ax.remove()
     if len(names) >= 3 and dots is not None and len(members):
         figure.colorbar(dots, ax=axes[: len(rows)], label=METRICS[names[2]].label, aspect=40)
-    figure.suptitle(f"{_title(results)}: along the front; star: chosen", fontsize="small", color=INK, x=0.01, ha="left")
+    headline(figure, f"{_title(results)}: along the front; star: chosen")
     return axes[: len(rows)]
 
 
 def main_effects(results: Results) -> list[Axes]:
     """Every objective over every parameter: mean and P10 to P90 of the simulated part of the sample."""
-    from matplotlib.figure import Figure
-
     names, parameters = list(results.study.objectives), results.study.parameters
-    figure = Figure(figsize=(2.3 * len(parameters) + 0.8, 2.1 * len(names) + 0.5), dpi=150, layout="constrained")
+    figure = new_figure(2.3 * len(parameters) + 0.8, 2.1 * len(names) + 0.7)
     grid = figure.subplots(len(names), len(parameters), squeeze=False, sharey="row")
     for i, name in enumerate(names):
         low, high = [], []
@@ -132,13 +128,10 @@ def main_effects(results: Results) -> list[Axes]:
             low.append(effect.low.min(initial=np.inf))
             high.append(effect.high.max(initial=-np.inf))
         _scale_axis(grid[i, 0], "y", np.array([min(low), max(high)]))
-    figure.suptitle(
+    headline(
+        figure,
         f"{_title(results)}: mean and P10 to P90 of {len(sampled_designs(results))} sampled designs; above: share "
         "of the variance due to the parameter alone",
-        fontsize="small",
-        color=INK,
-        x=0.01,
-        ha="left",
     )
     return list(grid.ravel())
 
