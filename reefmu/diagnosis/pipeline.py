@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..effects import declared_test
 from ..record import TORQUE_SIDES, Record
 from .analysis import Analysis
 from .estimation.held_out import fits_without_held_out, is_refuted
@@ -31,6 +32,8 @@ Progress = Callable[[str, float], None]
 
 MAX_EFFECTS = 3
 """Largest set of effects that is fitted; chosen by judgement, since every further effect multiplies the time."""
+CRANK_FRICTION = "crank_friction"
+"""The effect of friction at the crank, which no diagnosis names."""
 MAX_NOISE_SHARE = 0.15
 """Noise over the range of the torque above which a record allows no diagnosis; chosen by judgement."""
 
@@ -69,7 +72,7 @@ def analyse(
     gap = measure_gap(evidence.problem, record, base, conclusion.chosen, held)
     if refusal := base_refusal(evidence, conclusion.chosen, gap):
         return _timed(insufficient_diagnosis(audited, [refusal], gap), started)
-    diagnosis = assemble_diagnosis(evidence, isolated, conclusion, gap, audited)
+    diagnosis = _with_friction_at_the_crank(assemble_diagnosis(evidence, isolated, conclusion, gap, audited), record)
     return Analysis(record, evidence, isolated, conclusion, _timed(diagnosis, started))
 
 
@@ -107,6 +110,19 @@ def _with_torque_side(audited: Audit, record: Record) -> Audit:
     if record.torque_side == "output":
         return audited
     return replace(audited, notes=(*audited.notes, TORQUE_SIDES[record.torque_side]))
+
+
+def _with_friction_at_the_crank(diagnosis: Diagnosis, record: Record) -> Diagnosis:
+    """The diagnosis with the named effects that friction at the crank resembles in the motor's torque, and the test
+    that tells them apart; unchanged where the torque was measured at the output, which that friction does not reach."""
+    if record.torque_side == "output":
+        return diagnosis
+    pairs = tuple(
+        (effect.name, CRANK_FRICTION, test)
+        for effect in diagnosis.effects
+        if (test := declared_test(effect.name, CRANK_FRICTION))
+    )
+    return replace(diagnosis, indistinguishable=(*diagnosis.indistinguishable, *pairs))
 
 
 def _timed(diagnosis: Diagnosis, started: float) -> Diagnosis:

@@ -40,3 +40,8 @@ def inherent_effects(drive: AnyDrive) -> dict[str, dict[str, float]]:
     """Parameter values of the effects that the drive's own data state, by effect and parameter name."""
     kind = kind_of(drive)
     return kind.call("inherent_effects", drive) if kind.inherent_effects else {}
+
+
+def undiagnosed_effects(drive: AnyDrive) -> dict[str, dict[str, float]]:
+    """Those of `inherent_effects` that no record can show, so that a corrected model keeps them."""
+    return {name: p for name, p in inherent_effects(drive).items() if find_effect(name).identification.not_a_candidate}

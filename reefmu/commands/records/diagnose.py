@@ -12,7 +12,7 @@ from reefmu.diagnosis.hypotheses import hypothesis_text, likeliest, probability_
 from reefmu.diagnosis.report.html.origin import Origin
 from reefmu.diagnosis.report.text import bound_text
 from reefmu.diagnosis.shared_exponent import SharedExponent, shared_exponent
-from reefmu.model.chosen_effects import inherent_effects
+from reefmu.model.chosen_effects import inherent_effects, undiagnosed_effects
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.progress import Progress
 from reefmu.record import Record, read_column_map, read_record, with_output_locked
@@ -35,8 +35,9 @@ def run(args: argparse.Namespace) -> int:
     expect(args.spread_from is None, "--spread-from with --compare only", "no --compare", "--spread-from")
     columns = read_column_map(args.columns, dict(args.column))
     drive, notes = (None, []) if args.drive is None else read_drawing(args.drive)
-    if drive is not None and (inherent := inherent_effects(drive)):
-        notes.append(f"the base curve of {drive.name} is without its sheet's {', '.join(inherent)}: the record decides")
+    if drive is not None and (open_effects := inherent_effects(drive).keys() - undiagnosed_effects(drive).keys()):
+        stated = ", ".join(sorted(open_effects))
+        notes.append(f"the base curve of {drive.name} is without its sheet's {stated}: the record decides")
     folder = Path(args.out)
     paths = [Path(record) for record in args.records]
     single = len(paths) == 1

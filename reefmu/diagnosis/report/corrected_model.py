@@ -9,6 +9,7 @@ import numpy as np
 from stiffness_model.lookup.curve_lookup import CurveLookup
 from stiffness_model.numerics.arrays import Array
 
+from ...model.chosen_effects import undiagnosed_effects
 from ...model.drive_model import DriveModel, build_curve_model, build_model
 from ...record import Record, make_record
 from ...simulate import simulate_record
@@ -19,7 +20,10 @@ from ..preprocessing.trace import Trace
 
 
 def corrected_model(problem: Problem, chosen: Fit) -> DriveModel:
-    """The drive model with the effects of a fit and the zero of the record's twist, as model.toml holds it."""
+    """The drive model with the effects of a fit and the zero of the record's twist, as model.toml holds it.
+
+    Effects that the drawing states and no record shows, such as friction at the crank, stay inside.
+    """
     base, layout = problem.base, problem.layout(chosen.names)
     effects = layout.by_effect(chosen.parameters)
     table = tabulate_base(base, chosen.parameters[layout.shape])
@@ -27,7 +31,8 @@ def corrected_model(problem: Problem, chosen: Fit) -> DriveModel:
         model = build_curve_model(table, effects, assumed_ratio=problem.trace.crank_factor)
     else:
         assert base.drive is not None
-        model = build_model(base.drive, effects, lookup=table, inherent=False)
+        kept = undiagnosed_effects(base.drive)
+        model = build_model(base.drive, {**kept, **effects}, lookup=table, inherent=False)
     return replace(model, twist_zero=float(chosen.parameters[0]))
 
 

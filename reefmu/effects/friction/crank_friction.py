@@ -12,6 +12,12 @@ from ..base import Effect, Expression, Identification, Parameter, Place, Signals
 from .elastoplastic import CRANK, RETARDATION, STIFFNESS, bristle_deflection, friction_torque, stribeck_factor
 
 _TINY = 1e-100
+_ALIKE = ("hysteresis", "load_dependent_hysteresis", "coulomb_friction")
+"""Effects that friction at the crank resembles in the motor's torque."""
+_SEPARATING_TEST = (
+    "measure the torques of crank and output while the crank turns both ways under load; or turn with the motor's "
+    "torque alone, under a known load, once with the crank driving and once with the output driving"
+)
 TYPICAL_RATIO = 50.0
 """Ratio that relates full torque to the crank for the typical size of the state; chosen by judgement."""
 
@@ -74,5 +80,6 @@ CRANK_FRICTION = Effect(
         not_a_candidate="friction at the crank does not reach the output, and in the motor's torque alone it cannot be "
         "told from friction inside the drive and at the output: that needs the torques of crank and output, or the "
         "motor's torque with power flowing in both directions",
+        separated_from=tuple((name, _SEPARATING_TEST) for name in _ALIKE),
     ),
 )
