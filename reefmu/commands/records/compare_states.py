@@ -29,7 +29,7 @@ def run(args: argparse.Namespace) -> int:
     drive, notes = (None, []) if args.drive is None else read_drawing(args.drive)
     known = None if args.spread_from is None else read_spread(args.spread_from)
     states: list[DriveState] = []
-    ratios: list[float] = []
+    ratios: set[float | None] = set()
     with Progress("reading", sum(len(paths) for paths in files.values())) as progress:
         for name, paths in files.items():
             records: list[Record] = []
@@ -38,16 +38,19 @@ def run(args: argparse.Namespace) -> int:
                 if args.locked == "output":
                     # The twist is the same; the call fails for records that already tell what moves.
                     with_output_locked(record)
-                ratios.append(ratio_from_angles(record) if drive is None else drive.ratio)
+                ratios.add(ratio_from_angles(record) if drive is None else drive.ratio)
                 records.append(record)
                 progress.step()
             states.append(DriveState(name, tuple(records)))
-    expect(len(set(ratios)) == 1, "records of one ratio", sorted(set(ratios)), "compare")
+    # A record whose crank is locked shows no ratio, and does not depend on it.
+    shown = sorted(ratio for ratio in ratios if ratio is not None)
+    expect(len(shown) <= 1, "records of one ratio", shown, "compare")
+    ratio = shown[0] if shown else None
     if args.curve is not None:
-        curve_base(args.curve, ratios[0])
+        curve_base(args.curve, ratio)
     if drive is not None or args.curve is not None or args.power_law:
         notes.append("a comparison needs no base curve: of the drive it uses the ratio alone")
-    found = compare_states(states, ratios[0], known, args.matched)
+    found = compare_states(states, ratio, known, args.matched)
     sources = [str(path) for paths in files.values() for path in paths]
     write_comparison(found, args.out, Origin(args.command_line), sources)
     show_notes(notes)

@@ -102,3 +102,29 @@ def test_a_file_with_an_equals_sign_in_its_name_is_a_file(folder: Path) -> None:
     (folder / "torque=5.csv").write_text("")
     files = state_files(["torque=5.csv", "tight_pos1.csv"])
     assert files == {"torque=5": [Path("torque=5.csv")], "tight_pos1": [Path("tight_pos1.csv")]}
+
+
+def write_turning(record: Record, path: Path, ratio: float) -> None:
+    """The record with angles that turn through 300 rad at the output."""
+    output = np.linspace(0.0, 300.0, len(record.time))
+    columns = {
+        "time [s]": record.time,
+        "run": record.run,
+        "crank_angle [rad]": ratio * (output + record.twist(1.0)),
+        "output_angle [rad]": output,
+        "output_torque [N.m]": record.output_torque,
+    }
+    np.savetxt(path, np.stack([*columns.values()], axis=1), delimiter=",", header=",".join(columns), comments="")
+
+
+def test_records_with_and_without_a_ratio_are_compared_but_not_of_two_ratios(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A locked crank shows no ratio; the twist does not depend on it."""
+    record = measured(Gear(), 1, large=2, small=1, n=500)
+    for ratio in (30.0, 40.0):
+        write_turning(record, folder / f"turning_{ratio:g}.csv", ratio)
+    assert main(["diagnose", "--compare", "turning_30.csv", "tight_pos1.csv", "--out", "out"]) == 0
+    assert "turning_30 -> tight_pos1" in capsys.readouterr().out
+    assert main(["diagnose", "--compare", "turning_30.csv", "turning_40.csv", "--out", "none"]) == 2
+    assert "expected records of one ratio, got [30.0, 40.0]" in capsys.readouterr().err
