@@ -20,10 +20,13 @@ class NextCommand:
     command: str
 
 
-def next_commands(diagnosis: Diagnosis, origin: Origin, record: str = "") -> list[NextCommand]:
+def next_commands(
+    diagnosis: Diagnosis, origin: Origin, record: str = "", *, ratio_known: bool = True
+) -> list[NextCommand]:
     """Commands for the verdict: export the corrected model, plan the test that decides, diagnose its record.
 
-    record: file name of the record. Commands that read files of the report run in its folder.
+    record: file name of the record; ratio_known: whether the model holds the gear's ratio. Commands that read files of
+    the report run in its folder.
     """
     found: list[NextCommand] = []
     if diagnosis.verdict == "insufficient":
@@ -31,7 +34,7 @@ def next_commands(diagnosis: Diagnosis, origin: Origin, record: str = "") -> lis
         return [NextCommand("shows what was understood of the record, and what it lacks", f"reefmu record {name}")]
     if diagnosis.verdict in ("named", "partly", "ambiguous") and diagnosis.effects:
         found += [
-            NextCommand("the corrected model as an FMU, in the folder of this report", _export("model.fmu")),
+            _export(ratio_known),
             NextCommand("validates it and compares it with the Python model", "reefmu check model.fmu"),
         ]
     drawing = command_text(shlex.quote(origin.base)) if origin.base and not origin.base.endswith(".csv") else ""
@@ -45,8 +48,16 @@ def next_commands(diagnosis: Diagnosis, origin: Origin, record: str = "") -> lis
     return found
 
 
-def _export(target: str) -> str:
-    return f"reefmu export {MODEL} -o {target}"
+def _export(ratio_known: bool) -> NextCommand:
+    purpose, command = (
+        "the corrected model as an FMU, in the folder of this report",
+        f"reefmu export {MODEL} -o model.fmu",
+    )
+    if ratio_known:
+        return NextCommand(purpose, command)
+    return NextCommand(
+        f"{purpose}; with the gear's ratio, which this record does not show", f"{command} --set ratio=RATIO"
+    )
 
 
 def _effects_to_separate(diagnosis: Diagnosis) -> list[str]:

@@ -35,7 +35,9 @@ def report_html(found: Analysis | Diagnosis, origin: Origin | None = None, recor
         probability_overview(diagnosis),
         _cards(diagnosis),
         _cautions(diagnosis),
-        command_list("What to do next", next_commands(diagnosis, origin, file_name(source))),
+        command_list(
+            "What to do next", next_commands(diagnosis, origin, file_name(source), ratio_known=_ratio_known(found))
+        ),
     ]
     if isinstance(found, Analysis):
         parts += _figures(found)
@@ -56,6 +58,10 @@ def report_html(found: Analysis | Diagnosis, origin: Origin | None = None, recor
         f"<title>Diagnosis: {diagnosis.verdict}</title><style>{STYLE}</style></head>"
         f"<body>{''.join(parts)}<script>{SCRIPT}</script></body></html>\n"
     )
+
+
+def _ratio_known(found: Analysis | Diagnosis) -> bool:
+    return not isinstance(found, Analysis) or found.evidence.problem.base.ratio is not None
 
 
 def _names(names: Sequence[str]) -> str:

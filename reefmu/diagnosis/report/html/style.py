@@ -45,8 +45,8 @@ svg[data-figure]{touch-action:pan-y}
 @media (max-width:420px){.heat{font-size:10.5px}.heat td{width:20px;min-width:20px;height:22px}
 .heat th{padding-right:4px}}
 @page{size:A4;margin:14mm}
-@media print{.layers,button{display:none}
+@media print{.layers,button{display:none}.explain,.small,figcaption,.origin,.meaning{font-size:10px}h2{font-size:13px}
 body{margin:0;max-width:none;font-size:11px;padding:0}.lead{font-size:14px}h2{break-after:avoid}
-figure,section,.card,tr,.caution{break-inside:avoid}.cards{grid-template-columns:repeat(3,1fr)}
+figure,section,.card,tr,.caution{break-inside:avoid}.cards{grid-template-columns:repeat(auto-fit,minmax(180px,1fr))}
 .row{grid-template-columns:repeat(2,1fr)}table{font-size:10px}*{print-color-adjust:exact}}
 """

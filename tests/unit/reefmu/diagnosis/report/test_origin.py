@@ -75,6 +75,11 @@ def test_every_proposed_command_is_one_of_the_command_line(verdict: str, base: s
         assert isinstance(build_parser().parse_args(words), argparse.Namespace)
 
 
+def test_a_model_without_a_ratio_is_exported_with_one() -> None:
+    commands = [step.command for step in next_commands(diagnosis("named"), Origin(), ratio_known=False)]
+    assert commands[0] == "reefmu export model.toml -o model.fmu --set ratio=RATIO"
+
+
 def test_the_corrected_model_is_exported_and_rivals_are_separated() -> None:
     commands = [step.command for step in next_commands(diagnosis("ambiguous"), Origin("", "drive_1"))]
     assert commands[0] == "reefmu export model.toml -o model.fmu"
