@@ -16,7 +16,7 @@ from stiffness_model.numerics.arrays import Array
 
 from .model.component import MODEL_FILE, Component
 from .model.nominals import eigenfrequency, joint_masses, rounded_down, twist_at_full_torque
-from .model.presets import loaded_preset, presets
+from .model.presets import loaded_presets, presets
 from .model.variables import Interface
 from .xml.description import ExportInfo, to_bytes
 from .xml.parameter_values import MIME_TYPE, parameter_set
@@ -89,7 +89,7 @@ def related_members(component: Component, interface: Interface, export: ExportIn
     references = reference_results(component)
     units = {v.name: v.unit for v in interface.variables}
     sets = presets(component)
-    sets = (*sets, loaded_preset(component, sets[0]))
+    sets = (*sets, *loaded_presets(component, sets[0]))
     files = {
         **{f"{preset.name}.ssv": parameter_set(preset, units, export) for preset in sets},
         STIMULI: _csv(references.inputs, references.time, references.stimuli),

@@ -104,14 +104,14 @@ def compile_binaries(sources: Mapping[str, bytes], identifier: str, platforms: S
     jobs = [(p, target) for p in platforms for target in p.targets]
     parts: dict[str, list[bytes]] = {p.name: [] for p in platforms}
     with Progress("compiling", len(jobs)) as progress, ThreadPoolExecutor(os.cpu_count()) as pool:
-        started = time.monotonic()
+        started, zig = time.monotonic(), any(_program(p) == ZIG for p in platforms)
         futures = {pool.submit(_compile_for, sources, identifier, p, target): target for p, target in jobs}
         pending = set(futures)
         while pending:
             done, pending = wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
-            left = ", ".join(target for future, target in futures.items() if future in pending)
-            reason = f"; {FIRST_BUILD}" if left and time.monotonic() - started > LONG else ""
-            progress.advance_to(1 - len(pending) / len(jobs), left + reason)
+            now = ", ".join(target for future, target in futures.items() if future.running())
+            reason = f"; {FIRST_BUILD}" if zig and time.monotonic() - started > LONG else ""
+            progress.advance_to(1 - len(pending) / len(jobs), now + reason)
             for future in done:
                 future.result()
     for (p, _), future in zip(jobs, futures, strict=True):

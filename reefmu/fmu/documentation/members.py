@@ -30,7 +30,9 @@ def documentation(
     """
     drive = component if component.kind == "drive" else drive_component(component.model)
     module = None if sources is None else compile_module(sources)
-    page = drive_page(drive, interface, export.description, module, [_advice(interface, export), _licence(export)])
+    page = drive_page(
+        drive, interface, export.description, module, [_advice(interface, export), _related_files(), _licence(export)]
+    )
     members = {
         "documentation/index.html": page.encode(),
         ICON: (importlib.resources.files("reefmu.fmu.documentation") / "icon.png").read_bytes(),
@@ -67,6 +69,15 @@ def _advice(interface: Interface, export: ExportInfo) -> str:
         "whether one is short enough."
     )
     return f"<h2>Communication step</h2>\n<p>{text}</p>\n"
+
+
+def _related_files() -> str:
+    return (
+        "<h2>Parameter sets and reference results</h2>\n<p>The folder <code>extra/org.fmi-standard.fmi-ls-ref</code> "
+        "of the FMU holds sets of parameters (SSV): the mean and the percentiles of the population, each effect small "
+        "and large, and a start in equilibrium under half the full torque. <code>loops.exp</code> describes an "
+        "experiment with stimuli and results to compare with; <code>reefmu check</code> replays it.</p>\n"
+    )
 
 
 def _licence(export: ExportInfo) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiffness_model.errors import expect
+from stiffness_model.errors import InputError, expect
 
 from .component import Component, drive_component
 from .nominals import twist_at_full_torque
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 SMALL, LARGE = 1 / 3, 3.0
 """Size of an effect in its presets, relative to its size in the model (to its nominal size where it is neutral there).
 Chosen by judgement: half an order of magnitude to either side."""
-
 LOAD = 0.5
 """Load of the preset `loaded`, relative to the full torque; chosen by judgement."""
 _BISECTIONS = 60
@@ -94,11 +93,12 @@ def loaded_start(component: Component, torque: float) -> dict[str, float]:
     return {"start.output.phi": -twist, "motor.tau": -on_crank, "load.tau": -on_output}
 
 
-def loaded_preset(component: Component, mean: Preset) -> Preset:
-    """The preset `mean` with the start values for half the full torque."""
+def loaded_presets(component: Component, mean: Preset) -> tuple[Preset, ...]:
+    """The preset `mean` with the start values for half the full torque; none for a drive that does not reach it."""
     torque = LOAD * component.full_torque
-    return mean._replace(
-        name="loaded",
-        description=f"At rest under a load: the drive starts with {torque:.4g} N.m on the output",
-        values={**mean.values, **loaded_start(component, torque)},
-    )
+    try:
+        start = loaded_start(component, torque)
+    except InputError:
+        return ()
+    text = f"At rest under a load: the drive starts with {torque:.4g} N.m on the output"
+    return (mean._replace(name="loaded", description=text, values={**mean.values, **start}),)

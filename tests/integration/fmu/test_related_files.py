@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,7 +14,7 @@ import pytest
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.fmu.model.component import drive_component
-from reefmu.fmu.model.presets import LARGE, SMALL, presets
+from reefmu.fmu.model.presets import LARGE, SMALL, loaded_presets, presets
 from reefmu.fmu.related_files import EXPERIMENTS, FOLDER, MANIFEST, REFERENCES, STIMULI, TOLERANCE
 from reefmu.fmu.validation.fmu_check import check_fmu
 from reefmu.fmu.validation.run_checks import check_references
@@ -107,6 +108,13 @@ def test_a_drive_starts_loaded(native: Path, model: DriveModel, tmp_path: Path) 
     with FmuDrive(native) as drive:
         outputs = drive.initialize({"output.phi": values["output.phi"]})
     assert outputs["output.tau"] == pytest.approx(0.5 * model.full_torque, rel=1e-12)
+
+
+def test_a_drive_that_does_not_reach_the_load_has_no_such_set(model: DriveModel) -> None:
+    component = drive_component(model)
+    (mean, *_) = presets(component)
+    assert [preset.name for preset in loaded_presets(component, mean)] == ["loaded"]
+    assert loaded_presets(replace(component, full_torque=1e9), mean) == ()
 
 
 @pytest.mark.slow
