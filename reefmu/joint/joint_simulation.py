@@ -81,13 +81,14 @@ def simulate_joint(
 
     duration: s, a multiple of the step. start: full state (n_states,) at time 0, as of `JointModel.equilibrium` or
     `JointModel.state`; default 0. substeps: Runge-Kutta steps (4th order) per step; by default one covers at most a
-    tenth of a radian of the joint's fastest oscillation within the lookup's range.
+    tenth of a radian of the joint's fastest oscillation within the lookup's range, and at most the time constant of a
+    motor that friction holds.
 
     Raises `InputError`, also for a motion that diverges.
     """
     n = count_steps(duration, step)
     if substeps is None:
-        substeps = max(1, math.ceil(10 * step * _highest_eigenfrequency(joint)))
+        substeps = max(1, math.ceil(step * max(10 * _highest_eigenfrequency(joint), _friction_rate(joint))))
     x = joint.state() if start is None else np.asarray(start, float)
     size = len(joint.equations.states)
     expect(x.shape == (size,) and bool(np.isfinite(x).all()), f"a state of {size} finite numbers", start, "start")
@@ -127,3 +128,14 @@ def _highest_eigenfrequency(joint: JointModel) -> float:
     """Highest eigenfrequency, rad/s, at the end of the lookup's range."""
     stiffness = float(joint.drive.lookup.stiffness(joint.drive.lookup.twist.stop))
     return math.sqrt(stiffness / joint.masses.reduced_inertia(joint.ratio))
+
+
+def _friction_rate(joint: JointModel) -> float:
+    """Greatest magnitude of an eigenvalue, 1/s, of the joint at rest at the lookup's end, held by friction that sticks;
+    0 without such friction."""
+    if not any(state.elastic_range for effect in joint.drive.effects for state in effect.states):
+        return 0.0
+    end = joint.state(np.array([0.0, 0.0, -joint.drive.lookup.twist.stop, 0.0]))
+    p = np.array(list(joint.equations.parameters.values()))
+    a, *_ = joint.equations.linear(end, np.zeros(2), p)
+    return float(np.abs(np.linalg.eigvals(a)).max())

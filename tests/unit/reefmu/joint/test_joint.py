@@ -81,6 +81,24 @@ def test_friction_dissipates_energy(lossy: JointModel) -> None:
     assert np.ptp(motion["output.tau"][-30:]) < 0.7 * np.ptp(motion["output.tau"][:30])
 
 
+def test_energy_lost_is_the_work_of_friction_at_the_crank(drive: sm.Drive, lookup: Lookup) -> None:
+    """Of a swing that the friction brakes; its work includes the energy that its elastic part stores."""
+    friction = {"torque": 0.2, "fraction": 0.1, "stribeck": 0.3, "viscous": 1e-3}
+    joint = JointModel(build_model(drive, {"crank_friction": friction}, lookup=lookup), MASSES)
+    start, _ = joint.equilibrium(-150.0)
+    motion = simulate_joint(joint, free, step=2e-5, duration=0.03, start=start)
+    total = energy(joint, build_model(drive, {}, lookup=lookup), motion.values[:, :4].T)
+    torque = -motion["crank.tau"] - motion["output.tau"] / joint.ratio
+    power = torque * motion["crank.w"]
+    work = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * 2e-5)])
+    assert total + work == pytest.approx(np.full_like(total, total[0]), abs=1e-3 * total[0])
+    assert total[-1] < 0.7 * total[0]
+    # Below the friction the crank stays where it is, apart from the friction's elastic deflection.
+    held, _ = joint.equilibrium(4.0)
+    rest = simulate_joint(joint, free, step=2e-4, duration=0.05, start=held)
+    assert np.abs(rest["crank.phi"]).max() < 2 * 4 / 29 / 1000
+
+
 def test_momentum_is_conserved(joint: JointModel) -> None:
     """Without a kinematic error the drive's torques do no work on a rotation without twist."""
     start, _ = joint.equilibrium(-100.0)
