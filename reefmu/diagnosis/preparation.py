@@ -22,11 +22,13 @@ from .preprocessing.audit import ratio_from_angles
 from .preprocessing.cycle_scatter import estimate_cycle_scatter
 from .preprocessing.cycles import find_cycles
 from .preprocessing.noise import estimate_noise
-from .preprocessing.trace import Trace
+from .preprocessing.trace import Blocks, Trace
+from .random_effects.cycloidal_scatter import cycloidal_scatter
 from .random_effects.element_motion import element_motion
 from .random_effects.individuals import simulate_individuals
 from .random_effects.responses import element_responses
 from .random_effects.scatter import Scatter
+from .random_effects.tolerance_scatter import ToleranceScatter
 
 UNLOADED_SHARE = 0.05
 """Share of full torque below which a sample counts as unloaded when the zero of the twist is guessed; chosen by
@@ -73,15 +75,7 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
     between = None if noise.repeated else estimate_cycle_scatter(record, trace, blocks, noise)
     if between is not None:
         variance, block_variance = variance + between.weighting_variance, block_variance + between.variance
-    scatter, individuals = None, np.zeros((0, len(variance)))
-    if base.drive is not None:
-        scatter = Scatter(
-            base.drive,
-            element_responses(base.drive),
-            element_motion(base.drive, trace, blocks),
-            blocks.mean(trace.twist) - _zero(trace, base),
-        )
-        individuals = simulate_individuals(scatter)
+    scatter, individuals = _scatter(base, trace, blocks)
     candidates, excluded = select_candidates(record.missing, base.kind)
     weights = make_weights(variance, scatter, variance if scatter is None else scatter.twist)
     problem = Problem(
@@ -102,6 +96,18 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
     if lacks_ripple(problem, individuals):
         return replace(problem, is_mean_drive=True, weights=weights.for_mean_drive())
     return problem
+
+
+def _scatter(base: BaseCurve, trace: Trace, blocks: Blocks) -> tuple[ToleranceScatter | None, Array]:
+    """Scatter of the population along the record, None without tolerances, and torques (m, n), N.m, of individuals less
+    the mean drive's."""
+    twist = blocks.mean(trace.twist) - _zero(trace, base)
+    if base.cycloidal is not None:
+        return cycloidal_scatter(base.cycloidal, trace, blocks, twist, base.lever)
+    if base.drive is None:
+        return None, np.zeros((0, len(twist)))
+    scatter = Scatter(base.drive, element_responses(base.drive), element_motion(base.drive, trace, blocks), twist)
+    return scatter, simulate_individuals(scatter)
 
 
 def _slope(trace: Trace, base: BaseCurve) -> Array:

@@ -4,5 +4,4 @@
 * `least_squares`, `score_test`, `search`: fits, first-order gains, and the search for sets; `worker_pool` shares them
   among processes.
 * `residuals`, `held_out`, `intervals`: what a fit leaves, cross-validation, and confidence intervals.
-* `exchanges`: effects that the record cannot tell from those of a fit.
 """

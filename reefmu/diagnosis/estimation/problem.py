@@ -19,7 +19,7 @@ from ..preprocessing.cycles import Cycles
 from ..preprocessing.noise import Noise
 from ..preprocessing.thinning import thin_trace
 from ..preprocessing.trace import Blocks, Trace, make_blocks
-from ..random_effects.scatter import Scatter
+from ..random_effects.tolerance_scatter import ToleranceScatter
 from .least_squares import Fit, FitOptions, ParameterBounds, fit, make_bounds
 from .weighting import Weighting, is_size_only, make_weighting, size_only
 
@@ -62,7 +62,7 @@ class Problem:
     block_variance: Array
     candidates: tuple[str, ...]
     excluded: dict[str, str]
-    scatter: Scatter | None
+    scatter: ToleranceScatter | None
     weights_cache: list[tuple[Array, Array, Weighting]] = field(default_factory=list)
     is_mean_drive: bool = False
     individuals: Array = field(default_factory=lambda: np.zeros((0, 0)))
@@ -130,7 +130,7 @@ class Problem:
         if self.scatter is None or self.is_mean_drive:
             return self.weights
         twist, clearance = found.prediction.contact, found.prediction.clearance
-        near, alike = SAME_TWIST * self.base.max_twist, SAME_CLEARANCE * self.scatter.responses.deviation
+        near, alike = SAME_TWIST * self.base.max_twist, SAME_CLEARANCE * self.scatter.clearance_deviation
         for other, play, weights in ((self.scatter.twist, 0.0, self.weights), *self.weights_cache):
             if np.abs(twist - other).max() < near and np.abs(clearance - play).max() < alike:
                 return weights.with_size(found.weighting.size)
@@ -217,7 +217,7 @@ def select_candidates(missing: Sequence[str], base_kind: str) -> tuple[tuple[str
     return tuple(name for name in EFFECTS if name not in excluded), excluded
 
 
-def make_weights(variance: Array, scatter: Scatter | None, twist: Array) -> Weighting:
+def make_weights(variance: Array, scatter: ToleranceScatter | None, twist: Array) -> Weighting:
     """Weights of blocks with a noise `variance` (n,), (N.m)^2, whose contacts have the twist (n,), rad.
 
     Without a drawing `scatter` is None and there are no random effects.

@@ -11,11 +11,12 @@ from __future__ import annotations
 import csv
 import os
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from stiffness_model.cycloidal.cycloidal_drive import CycloidalDrive
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError, expect
 from stiffness_model.kinds import AnyDrive
@@ -84,7 +85,8 @@ NO_SHAPE = ShapeParameters((), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0
 class BaseCurve:
     """kind: "drawing", "curve" or "power law"; ratio: signed, None where a record without a drawing has a locked
     shaft; lever: m/rad, clearance over the twist that it frees; full_torque: N.m; max_twist: rad; lookup: tables of the
-    curve, None for a power law; element, modulus: of a drawing, for the effects that need them; source: name.
+    curve, None for a power law; element, modulus: of a drawing, for the effects that need them; source: name;
+    cycloidal: the drive of that kind, for its scatter.
     """
 
     kind: str
@@ -99,6 +101,7 @@ class BaseCurve:
     element: ElementTable | None = None
     modulus: ModulusShares | None = None
     source: str = ""
+    cycloidal: CycloidalDrive | None = None
 
 
 def drawing_base(drive: Drive, lookup: Lookup) -> BaseCurve:
@@ -145,14 +148,14 @@ def table_base(drive: AnyDrive, lookup: Lookup) -> BaseCurve:
     low, high = (float(lookup.torque(drive.max_twist, band=band)) for band in (-1, 1))
     deviation = max(MIN_SCALE_DEVIATION, (high - low) / lookup.full_torque / BAND_DEVIATIONS)
     curve = curve_lookup(twist, lookup.torque(twist), lever, drive.name, drive.ratio)
-    return _scaled_curve(curve, drive.ratio, deviation, drive.name, WIDE_SCALE_RANGE)
+    cycloidal = drive if isinstance(drive, CycloidalDrive) else None
+    return replace(_scaled_curve(curve, drive.ratio, deviation, drive.name, WIDE_SCALE_RANGE), cycloidal=cycloidal)
 
 
 def _scaled_curve(
     lookup: CurveLookup, ratio: float | None, deviation: float, source: str, bounds: tuple[float, float] = SCALE_RANGE
 ) -> BaseCurve:
     """A base curve whose scale, relative to the curve's, is uncertain by a standard deviation within bounds."""
-    one = np.ones(1)
     return BaseCurve(
         kind="curve",
         elastic=ScaledTorque(CurveTorque(lookup)),
@@ -160,7 +163,7 @@ def _scaled_curve(
         lever=lookup.lever,
         full_torque=lookup.full_torque,
         max_twist=lookup.twist.stop,
-        shape=ShapeParameters(("scale",), 0 * one, bounds[0] * one, bounds[1] * one, deviation * one),
+        shape=ShapeParameters(("scale",), *(np.array([v]) for v in (0.0, *bounds, deviation))),
         lookup=lookup,
         source=source,
     )

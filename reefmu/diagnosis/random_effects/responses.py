@@ -20,8 +20,9 @@ from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import solve
-from stiffness_model.io.drawing_toml import drive_to_dict
 from stiffness_model.numerics.arrays import Array
+
+from .drawing_key import DrawingKey
 
 N_TWISTS, N_POSITIONS = 49, 49
 """Nodes of the tables along twist and position. Chosen by judgement for a table of some tenths of a second."""
@@ -67,25 +68,11 @@ class ElementResponses:
 
 def element_responses(drive: Drive) -> ElementResponses:
     """Tables of one element of a drawing over its tolerances; solved in some tenths of a second, then cached."""
-    return _solved(_Key(drive))
-
-
-class _Key:
-    """A drawing as a key of the cache."""
-
-    def __init__(self, drive: Drive) -> None:
-        self.drive = drive
-        self._text = repr(drive_to_dict(drive))
-
-    def __hash__(self) -> int:
-        return hash(self._text)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Key) and self._text == other._text
+    return _solved(DrawingKey(drive))
 
 
 @functools.lru_cache(maxsize=4)
-def _solved(key: _Key) -> ElementResponses:
+def _solved(key: DrawingKey[Drive]) -> ElementResponses:
     # Compliant bodies couple the elements; the response of a single element is that between rigid bodies.
     rigid = replace(key.drive.beyond, bearing_stiffness=math.inf, housing_stiffness=math.inf)
     drive = replace(key.drive, beyond=rigid)

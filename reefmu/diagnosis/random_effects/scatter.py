@@ -77,6 +77,11 @@ class Scatter:
         return columns, variance
 
     @property
+    def clearance_deviation(self) -> float:
+        """m, standard deviation of a single element's clearance."""
+        return self.responses.deviation
+
+    @property
     def crank_stands(self) -> bool:
         """Whether the same elements carry the load throughout: the curve of an individual is then smooth."""
         return float(np.ptp(self.motion.rotation)) <= 2 * np.pi / self.drive.elements

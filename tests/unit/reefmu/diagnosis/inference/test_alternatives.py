@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.estimation.exchanges import exchanges
 from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
-from reefmu.diagnosis.inference.alternatives import indistinguishable_sets
+from reefmu.diagnosis.inference.alternatives import exchanges, indistinguishable_sets
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.model import build_model
