@@ -75,6 +75,9 @@ def main() -> None:
     parser.add_argument("--data", default=Path(__file__).resolve().parents[2] / "shared/data/cycloidal", type=Path)
     parser.add_argument("--every", default=12, type=int)
     args = parser.parse_args()
+    if not args.data.is_dir():
+        print(f"This example needs measured records, which are not part of this repository: none in {args.data}.")
+        return
     whole = [with_output_locked(read_record(args.data / f"preload_{k}.csv.gz", COLUMNS)) for k in range(6)]
     records = [thinned(record, args.every) for record in whole]
     exponent = shared_exponent(records)

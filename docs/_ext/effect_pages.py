@@ -62,7 +62,7 @@ def _page(effect: Effect, has_picture: bool) -> Iterator[str]:
     yield "## Parameters\n"
     yield "| parameter | unit | neutral | from | to | typical | meaning |\n|---|---|---|---|---|---|---|"
     for p in effect.parameters:
-        values = " | ".join(f"{value:g}" for value in (p.neutral, p.minimum, p.maximum, p.nominal))
+        values = " | ".join(_unbroken(value) for value in (p.neutral, p.minimum, p.maximum, p.nominal))
         yield f"| `{effect.name}.{p.name}` | {p.unit} | {values} | {p.description} |"
     yield "\nIn Python, and in an FMU at its typical size:\n"
     yield "```python\nfrom reefmu import build_model\n"
@@ -70,6 +70,11 @@ def _page(effect: Effect, has_picture: bool) -> Iterator[str]:
     yield f"```sh\nreefmu export drive_1 -o drive.fmu --effect {effect.name}.{first.name}={first.nominal:g}\n```\n"
     yield from _experiment(effect)
     yield f"## Source\n\n{effect.source}"
+
+
+def _unbroken(value: float) -> str:
+    """A number with a hyphen at which browsers break no line."""
+    return f"{value:g}".replace("-", "\N{NON-BREAKING HYPHEN}")
 
 
 def _experiment(effect: Effect) -> Iterator[str]:

@@ -67,7 +67,7 @@ def markup(module_name: str) -> str:
         path = f"{module_name}.{name}"
         if inspect.isclass(thing):
             lines += [f".. autoclass:: {path}", "   :members:", ""]
-        elif callable(thing):
+        elif inspect.isroutine(thing):
             lines += [f".. autofunction:: {path}", ""]
         else:
             lines += [f".. py:data:: {path}", *_value(thing), ""]

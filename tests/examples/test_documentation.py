@@ -52,6 +52,7 @@ def calls_shown() -> list[tuple[str, str]]:
             if fence[1] != "sh" or EXCLUDED.search(text[: fence.start()]):
                 lines = (re.split(r"\s{3,}", line)[0] for line in fence[2].splitlines())
                 found += [(IDS[page], line) for line in lines if line.startswith("reefmu ") and "DRIVE" not in line]
+        found += [(IDS[page], call) for call in re.findall(r"^\| `(reefmu [^`]+)` \|", text, re.MULTILINE)]
     return found
 
 
