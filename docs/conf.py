@@ -29,6 +29,7 @@ extensions = [
     "program_commands",
     "fmu_variables",
     "effect_pages",
+    "live_drive",
     "public_names",
 ]
 exclude_patterns = ["_build", "_ext", "gallery/*.ipynb", "gallery/*.py", "**/GALLERY_HEADER.rst"]
@@ -42,6 +43,7 @@ nitpick_ignore_regex = [
 
 myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 4
+smartquotes = False  # they would turn the two hyphens of an option into a dash
 
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"

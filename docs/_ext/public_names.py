@@ -90,6 +90,14 @@ def as_restructured_text(app: Sphinx, what: str, name: str, obj: Any, options: A
     lines[:] = converted("\n".join(lines)).split("\n")
 
 
+def short_aliases(
+    app: Sphinx, what: str, name: str, obj: Any, options: Any, signature: str | None, returns: str | None
+) -> tuple[str | None, str | None]:
+    """Names of type aliases within unions as autodoc writes them elsewhere."""
+    short = [text and re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", text) for text in (signature, returns)]
+    return short[0], short[1]
+
+
 def converted(text: str) -> str:
     """A docstring as reStructuredText; doctests and indented blocks stay.
 
@@ -134,4 +142,5 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Register the directive and the conversion of docstrings."""
     app.add_directive("public-names", PublicNames)
     app.connect("autodoc-process-docstring", as_restructured_text)
+    app.connect("autodoc-process-signature", short_aliases)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
