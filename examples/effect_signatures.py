@@ -167,6 +167,12 @@ SIGNATURES: dict[str, Signature] = {
     "stribeck_friction": Signature(
         {"torque": 5.0, "speed": 0.2}, oscillation(1.0, 0.3, 0.1), "output", "speed", "output.tau"
     ),
+    "elastoplastic_friction": Signature(
+        {"torque": 5.0, "stribeck": 0.3}, oscillation(1.0, 0.3, 0.1), "output", "speed", "output.tau"
+    ),
+    "crank_friction": Signature(
+        {"torque": 0.05, "fraction": 0.1, "viscous": 2e-3}, oscillation(1.0, 0.3), "output", "speed", "crank.tau"
+    ),
     "torque_sensor_offset": Signature({"torque": -8.0}, loops(6), "twist", "torque"),
     "torque_sensor_drift": Signature(
         {"rate": 2e-3},

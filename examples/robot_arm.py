@@ -26,7 +26,6 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
 import stiffness_model as sm
@@ -34,6 +33,11 @@ from reefmu.model.contacts.tables import cached_lookup
 from reefmu.model.drive_model import build_model
 from reefmu.robots import add_drive, export_mujoco, settle
 from stiffness_model.plotting.style import BLUE, FAINT, RED, format_axes, legend_above, new_figure
+
+try:
+    import mujoco
+except ModuleNotFoundError:
+    raise SystemExit("This example needs MuJoCo: pip install 'reefmu[mujoco]'.") from None
 
 UPPER, LOWER, HAND = 0.45, 0.40, 0.10  # m, lengths of the links
 PAYLOAD = 8.0  # kg

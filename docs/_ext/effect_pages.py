@@ -7,6 +7,7 @@ The pages are written to docs/reference/effects before Sphinx looks for its sour
 from __future__ import annotations
 
 import shutil
+import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -53,7 +54,8 @@ def page_text(effect: Effect, has_picture: bool) -> str:
 
 def _page(effect: Effect, has_picture: bool) -> Iterator[str]:
     first = effect.parameters[0]
-    yield f"# {effect.name}\n\n{effect.title}.\n\n```text\n{effect.equation}\n```\n"
+    equation = textwrap.fill(effect.equation, 88, break_on_hyphens=False, subsequent_indent="    ")
+    yield f"# {effect.name}\n\n{effect.meaning}\n\n```text\n{equation}\n```\n"
     yield f"Acts: {effect.place.value}.\n"
     if has_picture:
         yield f"```{{figure}} {effect.name}.png\n:alt: torque with and without {effect.name}, and their difference\n"

@@ -18,7 +18,12 @@ from tests.examples.site_links import broken_links, read_pages
 from tests.subprocesses import TIMEOUT
 from tests.unit.test_docs import GENERATED, ROOT
 
-pytestmark = pytest.mark.slow
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler on the PATH"
+    ),
+]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 RECORDS = Path(__file__).resolve().parents[3] / "shared/data/cycloidal"
