@@ -1,4 +1,4 @@
-"""Fitted parameters with their intervals: of named effects, and those that stopped at a bound."""
+"""Fitted parameters with their intervals: of named effects, those that stopped at a bound, and sizes by amplitude."""
 
 from __future__ import annotations
 
@@ -47,3 +47,33 @@ class NamedEffect:
     parameters: dict[str, Value]
     share: float
     probability: float = 0.0
+
+
+@dataclass(frozen=True)
+class AmplitudeSize:
+    """Size of an effect in the cycles of one amplitude, N.m: mean and 95 % interval over that number of cycles."""
+
+    amplitude: float
+    value: float
+    low: float
+    high: float
+    cycles: int
+
+
+@dataclass(frozen=True)
+class AmplitudeTest:
+    """Sizes of one parameter by amplitude, smallest first. p: that they are equal but for the scatter of cycles, times
+    the number of parameters that are tested (Bonferroni); power, power_low, power_high: of the amplitude with which the
+    size grows from the smallest to the largest, with its 95 % interval, None where a size is not positive; laws: those
+    that would reconcile the sizes.
+    """
+
+    effect: str
+    parameter: str
+    unit: str
+    sizes: tuple[AmplitudeSize, ...]
+    p: float
+    power: float | None
+    power_low: float | None
+    power_high: float | None
+    laws: tuple[str, ...]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiffness_model.display import dataframe, html_table
 
-from .fitted_values import NamedEffect, ParameterAtBound
+from .fitted_values import AmplitudeTest, NamedEffect, ParameterAtBound
 from .hypotheses import (
     PROBABILITY_DIGITS,
     Hypothesis,
@@ -74,9 +74,10 @@ class Diagnosis:
     tests that would tell more. remainder: N.m rms, left beside the effects, and remainder_where its locations.
     not_candidates: effects that this record cannot show, with the reason. indistinguishable: pairs of effects with the
     test that tells them apart. notes: on the quality of the record. base: kind, source and parameters of the base
-    curve. at_bounds: parameters that stopped at a bound of their range. seconds: computing time. hypotheses: every
-    explanation with its probability, of sum 1; empty where none were compared. global_p: p-value of the chosen model,
-    whether it explains the record. isolability: which effects this record tells apart.
+    curve. at_bounds: parameters that stopped at a bound of their range. amplitudes: sizes in small and large cycles.
+    seconds: computing time. hypotheses: every explanation with its probability, of sum 1; empty where none were
+    compared. global_p: p-value of the chosen model, whether it explains the record. isolability: which effects this
+    record tells apart.
     """
 
     verdict: str
@@ -93,6 +94,7 @@ class Diagnosis:
     notes: tuple[str, ...] = ()
     base: dict[str, Any] = field(default_factory=dict)
     at_bounds: tuple[ParameterAtBound, ...] = ()
+    amplitudes: tuple[AmplitudeTest, ...] = ()
     seconds: float = 0.0
     hypotheses: tuple[Hypothesis, ...] = ()
     global_p: float | None = None
@@ -208,6 +210,7 @@ class Diagnosis:
             "notes": list(self.notes),
             "base": self.base,
             "at_bounds": [asdict(p) for p in self.at_bounds],
+            "amplitudes": [asdict(t) for t in self.amplitudes],
             "seconds": round(self.seconds, 2),
         }
 

@@ -10,7 +10,7 @@ from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.diagnosis.forward.base_curve import PLAY
 from reefmu.diagnosis.hypotheses import hypothesis_text, likeliest, probability_text
 from reefmu.diagnosis.report.html.origin import Origin
-from reefmu.diagnosis.report.text import bound_text
+from reefmu.diagnosis.report.text import DISAGREEMENT, amplitude_text, bound_text
 from reefmu.diagnosis.shared_exponent import SharedExponent, shared_exponent
 from reefmu.model.chosen_effects import inherent_effects, undiagnosed_effects
 from reefmu.model.contacts.tables import cached_lookup
@@ -118,6 +118,7 @@ def diagnosis_text(name: str, diagnosis: Diagnosis) -> str:
         head = "or" if diagnosis.verdict == "ambiguous" else "tolerances may mask"
         lines.append(f"  {head}: " + "; ".join(" + ".join(names) for names in diagnosis.alternatives))
     lines += [f"  {bound_text(found)}" for found in diagnosis.at_bounds]
+    lines += [f"  {amplitude_text(test)}" for test in diagnosis.amplitudes if test.p < DISAGREEMENT]
     lines += [f"  next: {step}" for step in diagnosis.next_experiment[:3]]
     return "\n".join(lines)
 

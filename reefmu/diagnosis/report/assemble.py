@@ -12,6 +12,7 @@ from ..estimation.intervals import named_effects
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import predicted_scatter
+from ..inference.amplitude_agreement import compare_amplitudes
 from ..inference.evidence import Evidence, is_significant_remainder
 from ..inference.isolability import Isolability, separating_experiments
 from ..inference.verdict import Conclusion
@@ -62,6 +63,7 @@ def assemble_diagnosis(
         tuple(notes),
         _base_parameters(problem, chosen),
         parameters_at_bounds(problem, chosen),
+        compare_amplitudes(problem, chosen),
     )
 
 

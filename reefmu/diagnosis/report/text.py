@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stiffness_model.units import interval_text, quantity_text
 
-from ..fitted_values import NamedEffect, ParameterAtBound
+from ..fitted_values import AmplitudeTest, NamedEffect, ParameterAtBound
 from ..schema import Diagnosis, Location
 
 MEANING = {
@@ -22,6 +22,9 @@ CALIBRATION = (
 """What the probabilities mean."""
 POOR_FIT = 0.01
 """p-value below which the chosen model does not explain the record: the usual level of 1 %."""
+DISAGREEMENT = 0.05
+"""p-value below which sizes of small and large cycles are said to disagree: the usual level of 5 %; the report and
+diagnosis.json state all."""
 LARGE_GAP_RATIO = 1.5
 """Gap that is left, over the noise, from which a caution is given; chosen by judgement."""
 RAW_GAP_RATIO = 1.1
@@ -81,6 +84,22 @@ def bound_text(found: ParameterAtBound) -> str:
     return f"{name} ended at its {end} bound, {quantity_text(found.value, found.unit)}{limit}: {found.meaning}"
 
 
+def amplitude_text(test: AmplitudeTest) -> str:
+    """How the size of an effect differs between small and large cycles, in words."""
+    sizes = ", ".join(
+        f"{quantity_text(s.value, test.unit)} ({interval_text(s.low, s.high, test.unit)}) at {s.amplitude:.3g} N.m"
+        for s in test.sizes
+    )
+    p = "p < 0.001" if test.p < 0.001 else f"p = {test.p:.2g}"
+    text = f"{test.effect}: {test.parameter} differs with the amplitude of the cycles: {sizes} ({p})"
+    if test.power is not None:
+        text += (
+            f"; it grows with the power {test.power:.2g} ({test.power_low:.2g} ... {test.power_high:.2g}) of the "
+            "amplitude"
+        )
+    return text + (f", which {' or '.join(test.laws)} would reconcile" if test.laws else "")
+
+
 def cautions(diagnosis: Diagnosis) -> list[str]:
     """What a reader must know before relying on the numbers."""
     lines = [bound_text(found) for found in diagnosis.at_bounds]
@@ -91,6 +110,7 @@ def cautions(diagnosis: Diagnosis) -> list[str]:
         for name, value in effect.parameters.items()
         if value.warning and not value.bound
     ]
+    lines += [amplitude_text(test) for test in diagnosis.amplitudes if test.p < DISAGREEMENT]
     if diagnosis.global_p is not None and diagnosis.global_p < POOR_FIT:
         lines.append(
             "a record that the chosen model describes would hardly deviate as much as this one: probabilities and "

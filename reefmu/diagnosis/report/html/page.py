@@ -9,7 +9,7 @@ from stiffness_model.units import interval_text, quantity_text
 
 from ....effects import find_effect
 from ...analysis import Analysis
-from ...fitted_values import NamedEffect
+from ...fitted_values import AmplitudeTest, NamedEffect
 from ...schema import Diagnosis, Location
 from ..text import MEANING, cautions, file_name, location_text, main_parameter_text
 from .elements import breakable, command_list, explanation, figure, origin_line, section_list, table
@@ -185,6 +185,8 @@ def _details(diagnosis: Diagnosis) -> list[str]:
             _locations(diagnosis.remainder_where),
             explanation(REMAINDER_MEANING),
         ]
+    if diagnosis.amplitudes:
+        parts += ["<h2>Sizes in small and large cycles</h2>", _amplitudes(diagnosis.amplitudes)]
     if diagnosis.not_candidates:
         parts += [
             "<h2>Effects that this record cannot show</h2>",
@@ -199,6 +201,23 @@ def _details(diagnosis: Diagnosis) -> list[str]:
             ),
         ]
     return parts + section_list("Notes", diagnosis.notes)
+
+
+def _amplitudes(tests: Sequence[AmplitudeTest]) -> str:
+    return table(
+        ["effect", "amplitude", "size", "95 % interval", "p"],
+        [
+            [
+                breakable(f"{test.effect}.{test.parameter}"),
+                f"{size.amplitude:.3g} N.m",
+                quantity_text(size.value, test.unit),
+                interval_text(size.low, size.high, test.unit),
+                f"{test.p:.2g}",
+            ]
+            for test in tests
+            for size in test.sizes
+        ],
+    )
 
 
 def _locations(locations: Sequence[Location]) -> str:
