@@ -4,7 +4,8 @@
 
 `pipeline` runs them in this order for one record, on the problem that `preparation` sets up. `api` has the public
 functions (`diagnose_record`), `schema`, `fitted_values` and `hypotheses` what they return, `analysis` that together
-with the evidence behind it. `shared_exponent` fits one power law to several records.
+with the evidence behind it. `amplitude_agreement` compares sizes in small and large cycles; `shared_exponent` fits one
+power law to several records.
 """
 
 from .api import diagnose_record, diagnose_records

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from ...effects import find_effect, separating_test
+from ..amplitude_agreement import compare_amplitudes
 from ..estimation.intervals import named_effects
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import predicted_scatter
-from ..inference.amplitude_agreement import compare_amplitudes
 from ..inference.evidence import Evidence, is_significant_remainder
 from ..inference.isolability import Isolability, separating_experiments
 from ..inference.verdict import Conclusion

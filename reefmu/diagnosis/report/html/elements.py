@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from stiffness_model.units import interval_text, quantity_text
+
+from ...fitted_values import AmplitudeTest
 from .next_commands import NextCommand
 
 MAX_RECORDS = 3
@@ -64,3 +67,21 @@ def command_list(title: str, commands: Iterable[NextCommand]) -> str:
         for step in commands
     )
     return f"<h2>{title}</h2><ul class=steps>{items}</ul>" if items else ""
+
+
+def amplitude_table(tests: Sequence[AmplitudeTest]) -> str:
+    """A row for each amplitude of every test."""
+    return table(
+        ["effect", "amplitude", "size", "95 % interval", "p"],
+        [
+            [
+                breakable(f"{test.effect}.{test.parameter}"),
+                f"{size.amplitude:.3g} N.m",
+                quantity_text(size.value, test.unit),
+                interval_text(size.low, size.high, test.unit),
+                f"{test.p:.2g}",
+            ]
+            for test in tests
+            for size in test.sizes
+        ],
+    )

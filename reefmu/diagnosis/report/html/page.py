@@ -9,10 +9,10 @@ from stiffness_model.units import interval_text, quantity_text
 
 from ....effects import find_effect
 from ...analysis import Analysis
-from ...fitted_values import AmplitudeTest, NamedEffect
+from ...fitted_values import NamedEffect
 from ...schema import Diagnosis, Location
 from ..text import MEANING, cautions, file_name, location_text, main_parameter_text
-from .elements import breakable, command_list, explanation, figure, origin_line, section_list, table
+from .elements import amplitude_table, breakable, command_list, explanation, figure, origin_line, section_list, table
 from .meanings import GAP_MEANING, LOCATION_MEANING, REMAINDER_MEANING, SEARCH_MEANING, shares_text
 from .next_commands import next_commands
 from .origin import Origin, origin_rows
@@ -186,7 +186,7 @@ def _details(diagnosis: Diagnosis) -> list[str]:
             explanation(REMAINDER_MEANING),
         ]
     if diagnosis.amplitudes:
-        parts += ["<h2>Sizes in small and large cycles</h2>", _amplitudes(diagnosis.amplitudes)]
+        parts += ["<h2>Sizes in small and large cycles</h2>", amplitude_table(diagnosis.amplitudes)]
     if diagnosis.not_candidates:
         parts += [
             "<h2>Effects that this record cannot show</h2>",
@@ -201,23 +201,6 @@ def _details(diagnosis: Diagnosis) -> list[str]:
             ),
         ]
     return parts + section_list("Notes", diagnosis.notes)
-
-
-def _amplitudes(tests: Sequence[AmplitudeTest]) -> str:
-    return table(
-        ["effect", "amplitude", "size", "95 % interval", "p"],
-        [
-            [
-                breakable(f"{test.effect}.{test.parameter}"),
-                f"{size.amplitude:.3g} N.m",
-                quantity_text(size.value, test.unit),
-                interval_text(size.low, size.high, test.unit),
-                f"{test.p:.2g}",
-            ]
-            for test in tests
-            for size in test.sizes
-        ],
-    )
 
 
 def _locations(locations: Sequence[Location]) -> str:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from reefmu.diagnosis.amplitude_agreement import MIXTURE, compare_amplitudes, welch_p
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.fitted_values import AmplitudeTest
 from reefmu.diagnosis.forward.base_curve import power_base
-from reefmu.diagnosis.inference.amplitude_agreement import MIXTURE, compare_amplitudes, welch_p
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.report.text import amplitude_text

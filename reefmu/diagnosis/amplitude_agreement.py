@@ -13,12 +13,12 @@ from scipy.special import fdtrc, stdtrit
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import find_effect
-from ..estimation.least_squares import Fit
-from ..estimation.problem import Problem
-from ..estimation.score_test import amplitudes
-from ..fitted_values import AmplitudeSize, AmplitudeTest
-from ..preprocessing.cycles import Cycles
+from ..effects import find_effect
+from .estimation.least_squares import Fit
+from .estimation.problem import Problem
+from .estimation.score_test import amplitudes
+from .fitted_values import AmplitudeSize, AmplitudeTest
+from .preprocessing.cycles import Cycles
 
 ALIKE = 0.2
 """Relative difference of the amplitudes of two kinds of cycles within which they count as one. Chosen by judgement,
@@ -125,8 +125,8 @@ def welch_p(groups: list[Array]) -> float:
 
 
 def _power(levels: Array, small: Array, large: Array) -> tuple[float, float, float] | None:
-    """Power of the amplitude with which a size grows between two levels (2,), and its 95 % interval; None for sizes that
-    are not positive."""
+    """Power of the amplitude with which a size grows between two levels (2,), and its 95 % interval; None for sizes
+    that are not positive."""
     first, last = float(small.mean()), float(large.mean())
     if first <= 0 or last <= 0:
         return None

@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 from scipy.special import stdtrit
 
-from reefmu.diagnosis.estimation.intervals import interval_errors, standard_errors
-from reefmu.diagnosis.estimation.jackknife import leave_cycles_out, stratified_jackknife
+from reefmu.diagnosis.estimation.intervals import (
+    interval_errors,
+    leave_cycles_out,
+    standard_errors,
+    stratified_jackknife,
+)
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import power_base
