@@ -23,6 +23,7 @@ PAGES = (
     "reefmu.model_file",
     "reefmu.simulate",
     "reefmu.joint",
+    "reefmu.robots",
     "reefmu.record",
     "reefmu.diagnosis",
     "reefmu.comparison",

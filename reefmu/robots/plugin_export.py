@@ -89,7 +89,7 @@ def _describe(model: DriveModel, plugin: str, installed: MujocoLibrary) -> dict[
     temperature = {"value": 20.0, "unit": "degC", "minimum": -273.15, "maximum": 1000.0}
     return {
         "plugin": plugin,
-        "library": f"{plugin}{suffix}",
+        "library": f"{plugin.removeprefix('reefmu.')}{suffix}",
         "drive": model.name,
         "mujoco": installed.version,
         "reefmu": package_version("reefmu"),
