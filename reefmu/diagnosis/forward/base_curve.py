@@ -85,8 +85,7 @@ NO_SHAPE = ShapeParameters((), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0
 class BaseCurve:
     """kind: "drawing", "curve" or "power law"; ratio: signed, None where a record without a drawing has a locked
     shaft; lever: m/rad, clearance over the twist that it frees; full_torque: N.m; max_twist: rad; lookup: tables of the
-    curve, None for a power law; element, modulus: of a drawing, for the effects that need them; source: name;
-    cycloidal: the drive of that kind, for its scatter.
+    curve, None for a power law; element, modulus: of a drawing; source: name; cycloidal: that drive, for its scatter.
     """
 
     kind: str
@@ -156,6 +155,7 @@ def _scaled_curve(
     lookup: CurveLookup, ratio: float | None, deviation: float, source: str, bounds: tuple[float, float] = SCALE_RANGE
 ) -> BaseCurve:
     """A base curve whose scale, relative to the curve's, is uncertain by a standard deviation within bounds."""
+    edges = np.array(bounds)[:, None]
     return BaseCurve(
         kind="curve",
         elastic=ScaledTorque(CurveTorque(lookup)),
@@ -163,7 +163,7 @@ def _scaled_curve(
         lever=lookup.lever,
         full_torque=lookup.full_torque,
         max_twist=lookup.twist.stop,
-        shape=ShapeParameters(("scale",), *(np.array([v]) for v in (0.0, *bounds, deviation))),
+        shape=ShapeParameters(("scale",), np.zeros(1), edges[0], edges[1], np.array([deviation])),
         lookup=lookup,
         source=source,
     )
