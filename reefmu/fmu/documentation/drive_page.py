@@ -48,7 +48,8 @@ def drive_page(
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{name}</title>\n'
         f"<style>\n{_asset('page.css')}</style>\n</head>\n<body>\n<h1>{name}</h1>\n<p>{escape(description)}</p>\n"
-        f"{live}{picture}{_equations(drive)}{_signs()}{''.join(sections)}{_variables(interface)}</body>\n</html>\n"
+        f"{live}{picture}{_equations(drive, interface.kind)}{_signs()}{''.join(sections)}{_variables(interface)}"
+        "</body>\n</html>\n"
     )
 
 
@@ -129,7 +130,7 @@ def _field(p: ModelParameter) -> str:
     )
 
 
-def _equations(drive: Component) -> str:
+def _equations(drive: Component, kind: str) -> str:
     model = drive.model
     contacts = (
         "the equilibrium of one drive's own contacts"
@@ -143,12 +144,17 @@ def _equations(drive: Component) -> str:
         f"<pre>{escape(e.equation)}</pre></li>\n"
         for e in model.effects
     )
+    motion = (
+        "\nmotor.inertia d(crank.w)/dt  = motor.tau - motor.damping crank.w + crank.tau"
+        "\nload.inertia  d(output.w)/dt = load.tau - load.damping output.w + output.tau"
+    )
     listed = f"<p>Effects that the contacts leave out, in the order along the drive:</p>\n<ul>\n{effects}</ul>\n"
     return (
         "<h2>Equations</h2>\n<pre>twist      = crank.phi/ratio - output.phi\n"
         "output.tau = T(twist, clearance)          torque of the contacts, and of the effects\n"
-        "crank.tau  = -output.tau/ratio            without friction at the output\n"
-        f"stiffness  = d output.tau / d twist       with states held</pre>\n<p>T is {contacts}.</p>\n"
+        "crank.tau  = -output.tau/ratio            without friction\n"
+        f"stiffness  = d output.tau / d twist       with states held"
+        f"{motion if kind == 'joint' else ''}</pre>\n<p>T is {contacts}.</p>\n"
         f"{listed if effects else ''}"
     )
 

@@ -65,6 +65,12 @@ def test_the_picture_shows_the_curve_and_its_band(model: DriveModel, tmp_path: P
     assert [e.tag for e in svg].count("polygon") == 1
 
 
+def test_the_page_of_a_joint_states_its_motion(model: DriveModel, tmp_path: Path) -> None:
+    page = page_of(sources_only(model, tmp_path / "x.fmu", masses=TYPICAL_MASSES))
+    assert "load.inertia  d(output.w)/dt = load.tau - load.damping output.w + output.tau" in page
+    assert "divides a communication step into as many substeps" in page
+
+
 @pytest.mark.parametrize(("fmi", "icon"), [("2.0", "model.png"), ("3.0", "terminalsAndIcons/icon.png")])
 def test_an_fmu_has_an_icon_where_its_standard_expects_it(
     model: DriveModel, fmi: str, icon: str, tmp_path: Path
