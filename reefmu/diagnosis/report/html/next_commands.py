@@ -44,7 +44,7 @@ def next_commands(
         found.append(NextCommand(f"the shortest test that tells {' and '.join(effects)} apart", plan))
     if diagnosis.verdict != "named":
         base = f"--drive {drawing}" if drawing else f"--curve {origin.base}" if origin.base else "--power-law"
-        found.append(NextCommand("diagnoses the record of the next test", f"reefmu diagnose NEXT.csv {base} --out next"))
+        found.append(NextCommand("for the record of the next test", f"reefmu diagnose NEXT.csv {base} --out next"))
     return found
 
 
