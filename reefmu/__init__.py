@@ -6,6 +6,7 @@
 * `record`, `speed`: measured data; `simulate`: a model over a record or a signal.
 * `fmu`: export, import and validation; `joint`: motor, drive and load under control.
 * `diagnosis`: where a measured record and the model disagree, and why; `planning`: the test that would tell.
+* `robots`: the drive as a plugin of a robot simulator.
 * `inspection`: what a record holds, before it is diagnosed.
 * `commands`, `cli`: the command line; `progress`, `verbosity`, `source_date`: what its commands share.
 """

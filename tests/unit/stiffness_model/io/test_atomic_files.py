@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import subprocess
@@ -17,6 +18,7 @@ from stiffness_model.io.atomic_files import (
     STAGING_PREFIX,
     atomic_file,
     remove_abandoned,
+    replaced_folder,
     scratch_folder,
     staged_folder,
 )
@@ -161,3 +163,20 @@ def test_a_folder_in_the_file_s_place_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected the name of a file"), atomic_file(tmp_path / "a.txt") as temporary:
         temporary.write_text("")
     assert contents(tmp_path) == ["a.txt"]
+
+
+def test_a_folder_is_replaced_as_a_whole_or_stays(tmp_path: Path) -> None:
+    """Also its old files and folders go; a folder of others and a failure leave everything as it was."""
+    target = tmp_path / "results"
+    for content in ("first", "second"):
+        with replaced_folder(target, "marker") as stage:
+            (stage / "marker").write_text(content, "utf-8")
+            (stage / content).mkdir()
+    assert sorted(file.name for file in target.iterdir()) == ["marker", "second"]
+    with contextlib.suppress(KeyboardInterrupt), replaced_folder(target, "marker") as stage:
+        (stage / "marker").write_text("third", "utf-8")
+        raise KeyboardInterrupt
+    assert (target / "marker").read_text("utf-8") == "second"
+    with pytest.raises(InputError, match="expected a new folder, an empty one or one with other"):
+        replaced_folder(target, "other").__enter__()
+    assert [file.name for file in tmp_path.iterdir()] == ["results"]
