@@ -180,5 +180,7 @@ class PowerLawTorque:
     def _flank(self, gap: Array, shape: Array) -> tuple[Array, Array, Array]:
         root = np.sqrt(gap**2 + self.corner**2)
         beyond = np.maximum((gap + root) / 2 / self.max_twist, 1e-12)
-        value = np.exp(shape[0]) * beyond ** shape[1]
-        return value, shape[1] * value / beyond * (1 + gap / root) / 2 / self.max_twist, np.log(beyond)
+        # The logarithm is needed anyway, and an exponential is cheaper than a power.
+        log = np.log(beyond)
+        value = np.exp(shape[0] + shape[1] * log)
+        return value, shape[1] * value / beyond * (1 + gap / root) / 2 / self.max_twist, log

@@ -44,7 +44,8 @@ def assemble_diagnosis(
         notes.append(
             "cycles repeat in torque, not in time: at equal twist they differ by "
             f"{problem.cycle_scatter.rms:.3g} N.m, beside {problem.noise.torque:.3g} N.m of noise from sample to "
-            "sample; both are in the noise that is stated"
+            "sample; both are in the noise that is stated, and intervals count what cycles differ by, not what other "
+            "positions of the gear differ by"
         )
     elif not problem.noise.repeated:
         notes.append("no cycle repeats: the noise is estimated from smoothness alone and may be too small or too large")
