@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from pathlib import Path
 from typing import Any
@@ -35,7 +36,8 @@ class OutputFolder:
         script_vars["example_globals"]["__file__"] = script_vars["src_file"]
         folder = self.parent / Path(script_vars["src_file"]).stem
         shutil.rmtree(folder, ignore_errors=True)
-        return [str(folder)]
+        # Examples run in their own folder and print where they have written: no path of this machine on the pages.
+        return [os.path.relpath(folder, Path(script_vars["src_file"]).parent)]
 
 
 class PicturesOfFolder:
