@@ -112,9 +112,10 @@ def test_play_and_friction_of_measured_records(sources: Path) -> None:
     assert (remainder > 3 * noise).all()
 
 
-def test_an_example_without_its_records_says_so_in_a_sentence(tmp_path: Path) -> None:
+@pytest.mark.parametrize("example", ["cycloidal_records", "friction_damper_record"])
+def test_an_example_without_its_records_says_so_in_a_sentence(tmp_path: Path, example: str) -> None:
     done = subprocess.run(
-        [sys.executable, str(ROOT / "examples/cycloidal_records.py"), "out", "--data", str(tmp_path / "none")],
+        [sys.executable, str(ROOT / f"examples/{example}.py"), "out", "--data", str(tmp_path / "none")],
         cwd=tmp_path,
         capture_output=True,
         text=True,

@@ -137,7 +137,7 @@ class Exchange:
     @property
     def is_indistinguishable(self) -> bool:
         """Whether the record is not expected to decide between the set and the chosen one."""
-        return self.expected_gain < max(EXPECTED_GAIN, EQUIVALENT_SHARE * self.information)
+        return self.expected_gain < EXPECTED_GAIN
 
 
 def exchanges(problem: Problem, chosen: Fit) -> Iterator[Exchange]:
