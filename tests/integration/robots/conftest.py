@@ -16,6 +16,12 @@ from stiffness_model.lookup.table import Lookup
 from tests.integration.robots.joint_models import LOSSY, MASSES, at_nominal
 
 
+@pytest.fixture(autouse=True)
+def _log_elsewhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """MuJoCo writes its warnings to a file in the present folder."""
+    monkeypatch.chdir(tmp_path)
+
+
 @pytest.fixture(scope="session")
 def mujoco() -> Any:
     if not any(shutil.which(name) for name in ("cc", "gcc", "clang")):
