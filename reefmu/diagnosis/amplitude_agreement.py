@@ -9,6 +9,7 @@ Where they disagree, sizes in proportion to a power of the torque's amplitude wo
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import fdtrc, stdtrit
 
 from stiffness_model.numerics.arrays import Array
@@ -86,7 +87,7 @@ def _compare(problem: Problem, fit: Fit, name: str, cycles: Cycles, groups: list
     return AmplitudeTest(name, parameter.name, parameter.unit, found, p, *(power or (None, None, None)), laws)
 
 
-def _size_in_cycle(problem: Problem, fit: Fit, at: int, inside: Array) -> float:
+def _size_in_cycle(problem: Problem, fit: Fit, at: int, inside: NDArray[np.bool_]) -> float:
     """The size of the parameter at an index of the fit in the blocks `inside` (n,); NaN where they do not show it."""
     column = fit.prediction.sensitivities[inside, at]
     energy = float(column @ column)
