@@ -133,11 +133,12 @@ class Exchange:
     fit: Fit
     information: float
     expected_gain: float
+    observed_gain: float
 
     @property
     def is_indistinguishable(self) -> bool:
-        """Whether the record is not expected to decide between the set and the chosen one."""
-        return self.expected_gain < EXPECTED_GAIN
+        """Whether the record neither decides between the set and the chosen one nor is expected to."""
+        return max(self.expected_gain, self.observed_gain) < EXPECTED_GAIN
 
 
 def exchanges(problem: Problem, chosen: Fit) -> Iterator[Exchange]:
@@ -150,7 +151,7 @@ def exchanges(problem: Problem, chosen: Fit) -> Iterator[Exchange]:
             if is_degenerate(problem, found) and not is_degenerate(problem, chosen):
                 continue
             missed = _fit_to_prediction(problem, found, chosen).chi_square - truth
-            yield Exchange(found, start.information, max(missed, 0.0))
+            yield Exchange(found, start.information, max(missed, 0.0), found.cost - chosen.cost)
 
 
 @dataclass(frozen=True)
