@@ -1,5 +1,5 @@
 """A measured record of a rotary friction damper
-============================================
+=============================================
 
 Diagnosis of a measured record: a rotary friction damper with backlash, driven by a sinusoidal displacement.
 

@@ -29,8 +29,9 @@ agree to 1e-12 in the tests; the margin for other compilers is chosen by judgeme
 STEP = 1e-3
 """Communication step of a drive's experiment, s; of no influence on a drive without effects that depend on time."""
 _MANIFEST_SPACE = "http://fmi-standard.org/fmi-ls-manifest"
-_CORNERS = (0.0, 0.3, -0.3, 1.0, -1.0, 0.4)
-"""Corners of the excitation, relative to the twist at full torque: a small loop and a large one."""
+_CORNERS = (0.0, 0.3, -0.29, 1.0, -0.97, 0.4)
+"""Corners of the excitation, relative to the twist at full torque: a small loop and a large one. Their amplitudes
+differ, so that no sample lies at zero torque, where load-dependent friction has no derivative."""
 _STEPS_PER_LEG = 12
 
 

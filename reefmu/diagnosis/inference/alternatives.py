@@ -32,7 +32,8 @@ EQUIVALENT_SHARE, EQUIVALENT_COST = 0.004, 9.0
 and at least three standard deviations of a normal variable, squared. The share is chosen by judgement; without it at
 most one of 136 verdicts changes (ablation)."""
 GENERAL_COST = 2.0
-"""The same for a set with more parameters, which can imitate the chosen one; chosen by judgement."""
+"""The same for a set with more parameters that can imitate the chosen one, because it holds it as a limit or gains no
+more than it does by chance; chosen by judgement."""
 MAX_EQUIVALENT, MAX_MASKED = 5, 3
 """Sets that are reported at most, the best of them, for a reader's sake."""
 MIN_EXPLAINED = 0.8
@@ -77,15 +78,27 @@ def _fitted_sets(evidence: Evidence, chosen: Fit) -> tuple[tuple[str, ...], ...]
         if set(fit.names) == set(chosen.names):
             continue
         # A gain that a drive without effects reaches by chance does not count.
-        worse = fit.cost - chosen.cost + max(0.0, thresholds.total(fit) - thresholds.total(chosen))
+        chance = max(0.0, thresholds.total(fit) - thresholds.total(chosen))
+        more = fit.n_effect_parameters - chosen.n_effect_parameters
         common = frozenset(fit.names) & frozenset(chosen.names)
         without = evidence.fits[common].cost if common in evidence.fits else evidence.search.base.cost
         allowance = max(EQUIVALENT_COST, EQUIVALENT_SHARE * (without - chosen.cost))
-        if fit.n_effect_parameters > chosen.n_effect_parameters:
+        is_significant = evidence.search.base.cost - fit.cost > thresholds.total(fit)
+        if more > 0 and (_generalises(fit, chosen) or not is_significant):
             allowance = GENERAL_COST
+        elif more > 0:
+            # Another law, found as surely: its further parameters cost what they gain by chance (Akaike's criterion).
+            chance = 2.0 * more
+        worse = fit.cost - chosen.cost + chance
         if worse < allowance and not is_degenerate(problem, fit) and not _is_resolved_limit(evidence, fit, chosen):
             found.append(tuple(sorted(fit.names)))
     return tuple(found)
+
+
+def _generalises(other: Fit, chosen: Fit) -> bool:
+    """Whether a set holds the chosen one as a limit, so that it can always imitate it."""
+    lost, gained = set(chosen.names) - set(other.names), set(other.names) - set(chosen.names)
+    return all(find_effect(name).identification.limit_of in gained for name in lost)
 
 
 def _is_resolved_limit(evidence: Evidence, other: Fit, chosen: Fit) -> bool:

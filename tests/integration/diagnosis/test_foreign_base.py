@@ -60,13 +60,16 @@ def test_a_foreign_curve_is_refused_and_no_model_written(factor: float, tmp_path
 def test_the_right_curve_is_diagnosed_and_its_file_reproduces_the_gap(tmp_path: Path) -> None:
     record = with_twist_zero(ramps(0.5, cycles=3), -0.7)
     found = diagnose_record(record, curve=spring(tmp_path, 1.0), out=tmp_path / "out")
-    assert found.effects
+    # Cycles of nearly one rate, which differ by 0.5 N.m, do not tell a loop of the direction from one of the rate.
+    assert found.verdict == "ambiguous"
+    assert {e.name for e in found.effects} | {name for names in found.alternatives for name in names} >= {
+        "damping",
+        "hysteresis",
+    }
     assert found.gap.raw_after is not None
-    model = load_model(tmp_path / "out" / "model.toml", ratio=10.0)
+    model = load_model(tmp_path / "out" / "model.toml", ratio=1.0)
     assert model.twist_zero == pytest.approx(0.7, abs=0.005)
-    torque = simulate_record(model.with_parameters(ratio=1.0), with_twist_zero(record, model.twist_zero))[
-        "measured.tau"
-    ]
+    torque = simulate_record(model, with_twist_zero(record, model.twist_zero))["measured.tau"]
     gap = float(np.sqrt(np.mean((record.output_torque - torque) ** 2)))
     assert gap == pytest.approx(found.gap.raw_after, rel=1e-6)
-    assert found.gap.after <= found.gap.raw_after
+    assert found.gap.after <= found.gap.raw_after * (1 + 1e-9)

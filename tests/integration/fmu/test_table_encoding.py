@@ -80,12 +80,13 @@ def test_damaged_tables_are_refused(lookup: Lookup, change) -> None:
 def test_a_native_fmu_is_small_and_contains_its_tables_once(
     drive: object, lookup: Lookup, full_model: DriveModel, tmp_path: Path
 ) -> None:
-    """Below 300 kB with a binary for one platform, also a joint with all effects."""
+    """Below 450 kB with a binary for one platform, also a joint with all effects, of which sets of parameters and
+    reference results take some 60 kB."""
     plain = build_model(drive, lookup=lookup)  # type: ignore[arg-type]
     for model in (plain, full_model):
         assert len(model.effects) in (0, len(EFFECTS))
         path = export_fmu(model, tmp_path / "joint.fmu", backend="native", masses=Masses(1e-4, 1.0))
-        assert path.stat().st_size < 300e3
+        assert path.stat().st_size < 450e3
         with zipfile.ZipFile(path) as archive:
             names = archive.namelist()
             header = archive.read(f"sources/{TABLES}")
@@ -93,6 +94,7 @@ def test_a_native_fmu_is_small_and_contains_its_tables_once(
             others = sum(
                 i.file_size
                 for i in archive.infolist()
-                if not i.filename.startswith("binaries/") and i.filename != f"sources/{TABLES}"
+                if not i.filename.startswith(("binaries/", "extra/", "documentation/", "modelDescription"))
+                and i.filename != f"sources/{TABLES}"
             )
         assert others < 200e3
