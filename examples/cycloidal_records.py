@@ -4,11 +4,11 @@
 Diagnosis of measured records: a printed cycloidal actuator at six preloads, output locked, without a drawing.
 
 The base curve is a power law with a dead band; one exponent is fitted to all records, because they are of one gear.
-Load-dependent friction is named in all of them, and a repeatable remainder several times the noise is reported. Beside
-the diagnosis stands the lost motion that the small cycles show without any model: the twist between rising and falling
-through zero torque. It decreases with the first two steps of preload and then remains. The fitted play, a part of the
-large cycles' curve, decreases with every step. The exponent reaches its lower bound, that of a spring; the remaining
-curvature between flanks and dead band is part of the remainder.
+Load-dependent friction is named in all of them, and a repeatable remainder of 1.5 to 3 times the noise is reported.
+Beside the diagnosis stands the lost motion that the small cycles show without any model: the twist between rising and
+falling through zero torque. It decreases with the first two steps of preload and then remains. The fitted play, a part
+of the large cycles' curve, decreases with every step. The exponent reaches its lower bound, that of a spring; the
+remaining curvature between flanks and dead band is part of the remainder.
 
 ::
 
