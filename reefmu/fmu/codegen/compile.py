@@ -52,10 +52,12 @@ _FLAGS = (
     "-fno-trapping-math",
     "-ffp-contract=off",
     "-fvisibility=hidden",
+    "-fno-asynchronous-unwind-tables",
     "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
     "-DFMI3_OVERRIDE_FUNCTION_PREFIX",
 )
-"""-ffp-contract=off prevents fused multiply-add, so that every platform rounds in the same way."""
+"""-ffp-contract=off prevents fused multiply-add, so that every platform rounds in the same way. C throws no exceptions,
+and needs no tables by which to unwind the stack."""
 _SYMVER_FILE = "old_names.h"
 _SYMVER_HEADER = (
     "#include <features.h>\n#ifdef __GLIBC__\n"
