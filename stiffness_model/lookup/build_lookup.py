@@ -22,7 +22,7 @@ from ..contact.usable_elements import usable_elements
 from ..drawing.drive import Drive
 from ..drawing.sampling import quasi_random_drives, quasi_random_elements
 from ..drawing.twist_limits import expect_twists
-from ..equilibrium.closed_form import solve
+from ..equilibrium.closed_form import solve, solve_chunks
 from ..errors import expect
 from ..io.drawing_toml import DriveLike, as_any_drive, drive_to_dict
 from ..kinds import AnyDrive, kind_of
@@ -168,8 +168,10 @@ def mean_torque(drive: Drive, twist: Array, clearance: float = 0.0) -> Array:
         return solve(contacts, twist * drive.ratio).output_torque.sum(axis=1) / N_QUADRATURE_DRIVES
     elements = quasi_random_elements(drive, N_QUADRATURE_ELEMENTS)
     contacts = build_contacts(drive, elements, clearance)
-    mean = [solve(contacts, [angle * drive.ratio]).output_torque.mean() for angle in twist]
-    return np.array(mean) * drive.elements * drive.usable_limit / np.pi
+    mean = np.empty(len(twist))
+    for part, solution in solve_chunks(contacts, twist * drive.ratio):
+        mean[part] = solution.output_torque.mean(axis=1)
+    return mean * drive.elements * drive.usable_limit / np.pi
 
 
 def _extended_load_share(population: Population) -> Array:
