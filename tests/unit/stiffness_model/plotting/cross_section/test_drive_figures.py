@@ -35,9 +35,7 @@ def loaded(drive: sm.Drive, share: float = 0.8) -> ElementForces:
     return solve_element_forces(drive, sampling.draw(drive, 0, 1, 3), share * drive.max_twist, 0.4)
 
 
-@pytest.mark.parametrize("lobes", [28, 30])
-@pytest.mark.parametrize("seed", [0, 7])
-@pytest.mark.parametrize("share", [0.3, 1.0, -0.6])
+@pytest.mark.parametrize(("lobes", "seed", "share"), [(28, 0, 0.3), (30, 7, 1.0), (28, 7, -0.6), (30, 0, -0.6)])
 def test_drawn_arrows_have_the_drive_s_torque_as_their_moment(lobes: int, seed: int, share: float) -> None:
     """The cage's arrows, reversed, have the population's torque as their moment; gear and crank balance them."""
     drive = sm.load_drive("drive_1", lobes=lobes)
