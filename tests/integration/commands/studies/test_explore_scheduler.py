@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from reefmu.cli import main
-from tests.integration.commands.explore_runs import (
+from tests.integration.commands.studies.explore_runs import (
     LONGER,
     chunks,
     designs,

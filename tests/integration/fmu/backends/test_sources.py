@@ -26,7 +26,7 @@ pytestmark = [
         shutil.which("gcc") is None or not sys.platform.startswith("linux"), reason="needs gcc on Linux"
     ),
 ]
-HOST = Path(__file__).parent / "host" / "linked.c"
+HOST = Path(__file__).parents[1] / "host" / "linked.c"
 WRAPPER = Path(__import__("reefmu").__file__).parent / "fmu" / "native"
 COMPILERS = [
     "gcc",

@@ -14,7 +14,7 @@ import tomli_w
 import stiffness_model as sm
 from reefmu.cli import main
 from stiffness_model.explore.optimisation.run import CHUNK_FOLDER
-from tests.integration.commands.explore_runs import (
+from tests.integration.commands.studies.explore_runs import (
     chunks,
     designs,
     same_designs,

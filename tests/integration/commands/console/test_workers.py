@@ -18,7 +18,7 @@ from tests.subprocesses import TIMEOUT
 
 SCRIPT = """
 import sys
-from tests.integration.commands import test_workers
+from tests.integration.commands.console import test_workers
 getattr(test_workers, sys.argv[1])()
 """
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="foreign host: processes of Linux")
@@ -54,7 +54,7 @@ def stop_during_work() -> None:
 
 @pytest.mark.parametrize("case", ["stop_during_a_result", "stop_during_work"])
 def test_an_exception_ends_the_pool_whatever_its_workers_do(case: str) -> None:
-    root = Path(__file__).parents[3]
+    root = Path(__file__).parents[4]
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT, case],
         cwd=root,

@@ -12,7 +12,7 @@ import pytest
 
 from reefmu.cli import main
 from stiffness_model.explore.optimisation.run import CHUNK_FOLDER
-from tests.integration.commands.explore_runs import (
+from tests.integration.commands.studies.explore_runs import (
     LONGER,
     child_processes,
     chunks,

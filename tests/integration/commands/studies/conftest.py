@@ -12,7 +12,7 @@ import pytest
 
 from stiffness_model.explore.optimisation.run import run_study
 from stiffness_model.explore.report.results import assess_designs, columns
-from tests.integration.commands.explore_runs import LONGER, write_study
+from tests.integration.commands.studies.explore_runs import LONGER, write_study
 from tests.small_study import study
 from tests.subprocesses import TIMEOUT, messages
 

@@ -14,7 +14,7 @@ from reefmu.record import read_column_map, read_record
 from stiffness_model.units import ARCMIN
 from tests.integration.commands.program import run_program
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 RECORDS = ROOT.parent / "shared/data/cycloidal"
 MAP = ROOT / "examples/cycloidal_columns.toml"
 

@@ -268,7 +268,7 @@ def test_a_host_in_c_with_libpython_ends_without_a_crash(fmu: Path, tmp_path: Pa
     if library.suffix != ".so" or not library.exists():
         pytest.skip("this Python has no libpython to load")
     here, wrapper = (
-        Path(__file__).parent / "host" / "once.c",
+        Path(__file__).parents[1] / "host" / "once.c",
         Path(str(reefmu.__file__)).parent / "fmu" / "native" / "fmi2",
     )
     host = tmp_path / "once"
