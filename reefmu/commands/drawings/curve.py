@@ -55,7 +55,9 @@ def run(args: argparse.Namespace) -> int:
     missing = [lacking(drive, what) for what in (TOLERANCES, CONTACT_FORCES)]
     show_notes([*notes, *(reason for reason in missing if reason)])
     if args.json:
-        print_json(curve_summary(drive, curve, population, ratings) | {"folder": str(folder), "files": written})
+        individual = {} if turned is None else {"individual": turning_individual.figures(turned)}
+        summary = curve_summary(drive, curve, population, ratings)
+        print_json(summary | individual | {"folder": str(folder), "files": written})
         return 0
     print(f"{drive.name}: {_population_text(drive, population)}\n")
     print(_twist_table(curve))

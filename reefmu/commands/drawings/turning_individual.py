@@ -27,6 +27,9 @@ OTHER_INDIVIDUALS = 11
 TORQUE_SHARES = (0.5, 1.0)
 """Shares of the torque at max_twist at which the transmission error is computed; chosen by judgement."""
 
+N_ORDERS = 6
+"""Orders that are listed; chosen by judgement."""
+
 
 @dataclass(frozen=True)
 class TurningResults:
@@ -108,11 +111,9 @@ def summary(turned: TurningResults) -> str:
         f"{drive.max_twist / 2 / ARCMIN:7.3g} arcmin torque ripple      {ripple:7.3f} N.m peak to peak, "
         f"{100 * ripple / mean:.1f} % of {mean:.4g} N.m"
     )
-    spectrum = list(turned.orders.values())[len(TORQUE_SHARES)]
-    words = {source: text for source, (_, text) in SOURCES.items()}
     rows = [
-        [f"{spectrum.crank_order[k]:.3f}", f"{k}", f"{spectrum.amplitude[k]:.4f}", words[spectrum.source(k)]]
-        for k in spectrum.strongest(6)
+        [f"{per_crank:.3f}", f"{per_output}", f"{size:.4f}", stem]
+        for per_crank, per_output, size, stem in _orders(turned)
     ]
     lines += [
         "",
@@ -122,6 +123,51 @@ def summary(turned: TurningResults) -> str:
         ),
     ]
     return "\n".join(lines)
+
+
+def figures(turned: TurningResults) -> dict[str, Any]:
+    """The results of the individual by name with unit; `loaded` and `strongest_orders` are lists, the orders those of
+    the transmission error at the greatest torque."""
+    one, free = turned.first_crank_turn.individual, turned.no_load
+    drive = one.drive
+    return {
+        "seed": one.seed,
+        "crank_turns_until_it_repeats [1]": drive.transmission_ratio,
+        "position_error_no_load [arcmin]": float(np.ptp(free.position_error)) / ARCMIN,
+        "least_play [arcmin]": float(free.play.min()) / ARCMIN,
+        "greatest_play [arcmin]": float(free.play.max()) / ARCMIN,
+        "loaded": [
+            {
+                "torque [N.m]": float(t.torque),
+                "transmission_error [arcmin]": float(np.ptp(t.twist)) / ARCMIN,
+                "least_stiffness [N.m/arcmin]": float(t.stiffness.min()) * ARCMIN,
+                "greatest_stiffness [N.m/arcmin]": float(t.stiffness.max()) * ARCMIN,
+            }
+            for t in turned.loaded
+        ],
+        "torque_at_half_twist [N.m]": float(turned.half_twist_torque.mean()),
+        "torque_ripple_at_half_twist [N.m]": float(np.ptp(turned.half_twist_torque)),
+        "strongest_orders": [
+            {
+                "per_crank_turn [1]": per_crank,
+                "per_output_turn [1]": per_output,
+                "amplitude [arcmin]": size,
+                "source": stem,
+            }
+            for per_crank, per_output, size, stem in _orders(turned)
+        ],
+    }
+
+
+def _orders(turned: TurningResults) -> list[tuple[float, int, float, str]]:
+    """The strongest orders of the transmission error at the greatest torque: per crank turn, per output turn, amplitude
+    in arcmin, and what it can stem from."""
+    spectrum = list(turned.orders.values())[len(TORQUE_SHARES)]
+    words = {source: text for source, (_, text) in SOURCES.items()}
+    return [
+        (float(spectrum.crank_order[k]), int(k), float(spectrum.amplitude[k]), words[spectrum.source(k)])
+        for k in spectrum.strongest(N_ORDERS)
+    ]
 
 
 def _mean_of_passings(one: rotation.Individual, twist: Array) -> rotation.TurningMap:

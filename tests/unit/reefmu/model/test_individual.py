@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import shutil
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.cli import main
+from reefmu.commands.drawings import turning_individual
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.validation.fmu_check import check_fmu
 from reefmu.joint import JointModel, Masses
@@ -204,11 +206,30 @@ def test_a_joint_has_the_twist_of_the_individual(one: DriveModel, drive: sm.Driv
 
 
 @pytest.mark.slow
-def test_curve_command_writes_an_individual(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_curve_command_writes_an_individual(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     drawing = tmp_path / "small.toml"
     sm.save_drive(sm.load_drive("drive_1", **SMALL), drawing)
-    assert main(["curve", str(drawing), "--individual", "2", "--drives", "8", "--out", str(tmp_path / "out")]) == 0
+    words = ["curve", str(drawing), "--individual", "2", "--drives", "8", "--out", str(tmp_path / "out")]
+    turned = turning_individual.turn_individual(sm.load_drive(drawing), 2)
+    # Both calls print the same individual, which takes some seconds.
+    monkeypatch.setattr(turning_individual, "turn_individual", lambda drive, seed: turned)
+    assert main(words) == 0
     assert "repeats after one turn of the output, 9 of the crank" in capsys.readouterr().out
+    assert main([*words, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["individual"]
+    assert found["seed"] == 2
+    with (tmp_path / "out" / "individual_turn.csv").open(newline="") as file:
+        head, *rows = list(csv.reader(file))
+    loaded = found["loaded"][-1]
+    at = head.index(f"transmission_error_{loaded['torque [N.m]']:.4g}_N.m [arcmin]")
+    error, stiffness = np.array(rows, float)[:, at : at + 2].T
+    assert loaded["transmission_error [arcmin]"] == pytest.approx(np.ptp(error), rel=1e-6)
+    assert loaded["least_stiffness [N.m/arcmin]"] == pytest.approx(stiffness.min(), rel=1e-6)
+    assert loaded["greatest_stiffness [N.m/arcmin]"] == pytest.approx(stiffness.max(), rel=1e-6)
+    sizes = [order["amplitude [arcmin]"] for order in found["strongest_orders"]]
+    assert sizes == sorted(sizes, reverse=True)
     names = {path.name for path in (tmp_path / "out").glob("individual*")}
     assert names == {
         f"individual_{name}"
