@@ -83,7 +83,7 @@ def test_no_deviations_are_drawn_before_the_refusal(monkeypatch: pytest.MonkeyPa
         assert "\n" not in str(told.value)
 
 
-@pytest.mark.parametrize(("n_drives", "n_twist"), [(800, 31), (16, 400)])
+@pytest.mark.parametrize(("n_drives", "n_twist"), [(800, 31), pytest.param(16, 400, marks=pytest.mark.slow)])
 def test_the_estimate_is_an_upper_bound_within_a_factor_of_five(n_drives: int, n_twist: int) -> None:
     drive = sm.load_drive("drive_1", cage_offset="0 um")
     twist = np.linspace(0, drive.max_twist, n_twist)

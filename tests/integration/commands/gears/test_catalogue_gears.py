@@ -58,8 +58,15 @@ def test_the_curve_file_holds_the_sheet_s_lines(tmp_path: Path, capsys: pytest.C
     assert float(np.interp(1e-3 / ARCMIN, twist, torque)) == pytest.approx(118.4, rel=1e-7)
 
 
-@pytest.mark.parametrize("kind", ["drive", "joint"])
-@pytest.mark.parametrize("backend", [pytest.param("native", marks=needs_compiler), "python"])
+@pytest.mark.parametrize(
+    ("kind", "backend"),
+    [
+        pytest.param("drive", "native", marks=needs_compiler),
+        ("joint", "python"),
+        pytest.param("joint", "native", marks=[needs_compiler, pytest.mark.slow]),
+        pytest.param("drive", "python", marks=pytest.mark.slow),
+    ],
+)
 def test_an_fmu_in_one_command_has_no_contact_outputs(kind: str, backend: str, tmp_path: Path) -> None:
     path = tmp_path / "gear.fmu"
     assert main(["export", GEAR, "-o", str(path), "--kind", kind, "--backend", backend]) == 0

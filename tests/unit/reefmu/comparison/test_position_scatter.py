@@ -80,6 +80,7 @@ def test_the_scatter_of_cycles_alone_is_no_interval_of_states() -> None:
     assert np.mean(known) > 0.93
 
 
+@pytest.mark.slow
 def test_a_state_with_one_position_borrows_the_scatter_of_the_others() -> None:
     rng = np.random.default_rng(3)
     covered = []
@@ -92,6 +93,7 @@ def test_a_state_with_one_position_borrows_the_scatter_of_the_others() -> None:
     assert 0.905 <= np.mean(covered) <= 0.995
 
 
+@pytest.mark.slow
 def test_more_states_narrow_the_interval() -> None:
     rng = np.random.default_rng(4)
     widths = {2: [], 7: []}

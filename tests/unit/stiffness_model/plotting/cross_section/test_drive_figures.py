@@ -162,6 +162,7 @@ def test_without_load_there_are_no_arrows(drive: sm.Drive) -> None:
     assert not any(p.get_facecolor()[3] for ax in figure.axes for p in ax.patches if p.get_gid() == "element")
 
 
+@pytest.mark.slow
 def test_every_kind_of_drive_is_drawn(drawn: sm.Drive) -> None:
     forces = loaded(drawn)
     figure = forces_figure(drawn, forces)
