@@ -13,7 +13,7 @@ from ..estimation.intervals import named_effects
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import predicted_scatter
-from ..inference.evidence import Evidence, is_significant_remainder
+from ..inference.evidence import Evidence
 from ..inference.isolability import Isolability, separating_experiments
 from ..inference.verdict import Conclusion
 from ..preprocessing.audit import Audit
@@ -73,12 +73,12 @@ def base_refusal(evidence: Evidence, chosen: Fit, gap: Gap) -> str:
 
     The mean of the record predicts its torque with an error of the torque's standard deviation. A model that predicts
     it worse than this constant (a negative coefficient of determination) says nothing about the drive. A base curve
-    alone may do so where effects explain the rest, but not where they leave a significant remainder.
+    alone may do so where effects explain the rest, but not where they need a size at a bound, beyond that of any gear.
     """
     base, spread = evidence.problem.base, float(np.std(evidence.problem.trace.torque))
     if gap.before < spread and gap.after < spread:
         return ""
-    if gap.after < spread and not is_significant_remainder(evidence, chosen):
+    if gap.after < spread and not parameters_at_bounds(evidence.problem, chosen):
         return ""
     beside = f", and {gap.after:.3g} N.m with the effects that fit best" if chosen.names else ""
     return (
