@@ -70,7 +70,7 @@ def analyse(
     if held and is_refuted(evidence.problem, base, chosen, held):
         conclusion, held = withdraw_effects(evidence.problem, base, conclusion), []
     gap = measure_gap(evidence.problem, record, base, conclusion.chosen, held)
-    if refusal := base_refusal(evidence, conclusion.chosen, gap):
+    if refusal := base_refusal(evidence.problem, conclusion.chosen, gap):
         return _timed(insufficient_diagnosis(audited, [refusal], gap), started)
     diagnosis = _with_friction_at_the_crank(assemble_diagnosis(evidence, isolated, conclusion, gap, audited), record)
     return Analysis(record, evidence, isolated, conclusion, _timed(diagnosis, started))

@@ -68,17 +68,17 @@ def assemble_diagnosis(
     )
 
 
-def base_refusal(evidence: Evidence, chosen: Fit, gap: Gap) -> str:
+def base_refusal(problem: Problem, chosen: Fit, gap: Gap) -> str:
     """Why the base curve is not that of this record's gear; empty where it may be.
 
     The mean of the record predicts its torque with an error of the torque's standard deviation. A model that predicts
     it worse than this constant (a negative coefficient of determination) says nothing about the drive. A base curve
     alone may do so where effects explain the rest, but not where they need a size at a bound, beyond that of any gear.
     """
-    base, spread = evidence.problem.base, float(np.std(evidence.problem.trace.torque))
+    base, spread = problem.base, float(np.std(problem.trace.torque))
     if gap.before < spread and gap.after < spread:
         return ""
-    if gap.after < spread and not parameters_at_bounds(evidence.problem, chosen):
+    if gap.after < spread and not parameters_at_bounds(problem, chosen):
         return ""
     beside = f", and {gap.after:.3g} N.m with the effects that fit best" if chosen.names else ""
     return (

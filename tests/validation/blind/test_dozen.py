@@ -16,15 +16,19 @@ _CALM, _SLOW = Sensors(0.002, 0.5), Sensors(0.003, 0.9)
 DOZEN = (
     Case(0, "none", sensors=_SLOW),
     Case(1, "scatter", sensors=_CALM, individual=True),
+    Case(2, "single", (("preload", 8.0),), sensors=_CALM),
     Case(3, "single", (("hysteresis", 5.0),), sensors=_SLOW),
+    Case(4, "single", (("kinematic_error", 5.0),), sensors=_CALM),
     Case(5, "single", (("coulomb_friction", 5.0),), sensors=_SLOW),
     Case(6, "single", (("thermal_clearance", 5.0),), sensors=_CALM),
+    Case(7, "single", (("creep", 5.0),), sensors=_CALM),
     Case(8, "outside", (("wobble", 8.0),), sensors=_CALM),
     Case(9, "pair", (("damping", 5.0), ("torque_sensor_drift", 5.0)), sensors=_CALM),
     Case(10, "poor", (("hysteresis", 6.0),), sensors=_CALM, protocol="one_loop"),
     Case(11, "individual", (("viscous_friction", 8.0),), sensors=_CALM, individual=True),
     # The twist of a printed drive is so large that the position of the missing ball relative to the crank matters.
     Case(12, "single", (("missing_ball", 8.0),), drawing=2, sensors=_CALM),
+    Case(13, "single", (("torque_sensor_drift", 10.0),), sensors=_CALM),
     Case(14, "base", sensors=_CALM, base=(0.5, -0.3)),
     Case(15, "poor", (("structural_compliance", 5.0),), sensors=_SLOW, protocol="one_sign"),
     # A hardening spring bends the curve as tolerances may; beside a named effect it is reported as a remainder.

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import cast
-
 import numpy as np
 import pytest
 
@@ -13,7 +10,6 @@ from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import power_base
-from reefmu.diagnosis.inference.evidence import Evidence
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.report.assemble import base_refusal
@@ -65,10 +61,9 @@ def test_an_exponent_within_its_range_is_not_mentioned() -> None:
 def test_a_gap_that_effects_mend_is_refused_only_if_they_stop_at_a_bound(exponent: float, refused: bool) -> None:
     problem, found = fitted(record(power(exponent)))
     spread = float(np.std(problem.trace.torque))
-    evidence = cast(Evidence, SimpleNamespace(problem=problem))
-    assert bool(base_refusal(evidence, found, Gap(2 * spread, 0.1 * spread, 0.1))) == refused
-    assert "not of this gear" in base_refusal(evidence, found, Gap(2 * spread, 2 * spread, 0.1))
-    assert base_refusal(evidence, found, Gap(0.5 * spread, 0.1 * spread, 0.1)) == ""
+    assert bool(base_refusal(problem, found, Gap(2 * spread, 0.1 * spread, 0.1))) == refused
+    assert "not of this gear" in base_refusal(problem, found, Gap(2 * spread, 2 * spread, 0.1))
+    assert base_refusal(problem, found, Gap(0.5 * spread, 0.1 * spread, 0.1)) == ""
 
 
 def test_a_shared_exponent_at_its_bound_is_mentioned_and_a_play_of_zero_is_a_result() -> None:

@@ -56,8 +56,11 @@ def whole(small: Study, tmp_path_factory: pytest.TempPathFactory) -> tuple[Evalu
 
 @pytest.mark.parametrize(
     "make",
-    [lambda: ProcessPoolExecutor(3), lambda: ThreadPoolExecutor(2)],
-    ids=["3 processes", "2 threads"],
+    [
+        pytest.param(lambda: ProcessPoolExecutor(1), id="1 process", marks=pytest.mark.slow),
+        pytest.param(lambda: ProcessPoolExecutor(3), id="3 processes"),
+        pytest.param(lambda: ThreadPoolExecutor(2), id="2 threads"),
+    ],
 )
 def test_the_results_do_not_depend_on_the_workers(
     make: Callable[[], Executor], small: Study, whole: tuple[Evaluations, Any], tmp_path: Path
@@ -73,7 +76,9 @@ def test_the_metrics_of_a_design_do_not_depend_on_the_others(small: Study, whole
     assert len({row.tobytes() for row in again.metrics}) == 3
 
 
-@pytest.mark.parametrize("stop", [0, 3])
+@pytest.mark.parametrize(
+    "stop", [0, pytest.param(1, marks=pytest.mark.slow), 3, pytest.param(4, marks=pytest.mark.slow)]
+)
 def test_an_interrupted_study_continues_where_it_stopped(
     stop: int, small: Study, whole: tuple[Evaluations, Any], tmp_path: Path
 ) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -17,6 +19,9 @@ from stiffness_model.plotting.cross_section.element_forces import ElementForces,
 from stiffness_model.plotting.cross_section.row_outlines import row_outlines
 from tests.picture_layout import layout_faults
 from tests.unit.stiffness_model.plotting.cross_section.polygons import crossings, distances
+
+QUICK = ((28, 0, 0.3), (30, 7, 1.0), (28, 7, -0.6), (30, 0, -0.6))
+"""Lobes, seeds and shares of max_twist of the plain run: each value once at least; the slow tier has all of them."""
 
 
 def arrows(figure: Figure, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -35,7 +40,13 @@ def loaded(drive: sm.Drive, share: float = 0.8) -> ElementForces:
     return solve_element_forces(drive, sampling.draw(drive, 0, 1, 3), share * drive.max_twist, 0.4)
 
 
-@pytest.mark.parametrize(("lobes", "seed", "share"), [(28, 0, 0.3), (30, 7, 1.0), (28, 7, -0.6), (30, 0, -0.6)])
+@pytest.mark.parametrize(
+    ("lobes", "seed", "share"),
+    [
+        pytest.param(*case, marks=() if case in QUICK else pytest.mark.slow)
+        for case in itertools.product([28, 30], [0, 7], [0.3, 1.0, -0.6])
+    ],
+)
 def test_drawn_arrows_have_the_drive_s_torque_as_their_moment(lobes: int, seed: int, share: float) -> None:
     """The cage's arrows, reversed, have the population's torque as their moment; gear and crank balance them."""
     drive = sm.load_drive("drive_1", lobes=lobes)
