@@ -91,31 +91,32 @@ def _call(job: Callable[[], Any]) -> Any:
 
 def summary(turned: TurningResults) -> str:
     """The results of the individual in words."""
-    one, free = turned.first_crank_turn.individual, turned.no_load
-    drive = one.drive
-    error, ripple = np.ptp(free.position_error) / ARCMIN, np.ptp(turned.half_twist_torque)
-    lines = [
-        f"individual {one.seed}: repeats after one turn of the output, {drive.transmission_ratio:g} of the crank, "
-        f"{drive.lobes * drive.elements} passings of a ball",
-        f"no load        position error     {error:7.3f} arcmin peak to peak, play "
-        f"{free.play.min() / ARCMIN:.3f} to {free.play.max() / ARCMIN:.3f} arcmin",
+    drive, found = turned.first_crank_turn.individual.drive, figures(turned)
+    ripple, mean = found["torque_ripple_at_half_twist [N.m]"], found["torque_at_half_twist [N.m]"]
+    loaded = [
+        f"{t['torque [N.m]']:7.1f} N.m    transmission error {t['transmission_error [arcmin]']:6.3f} arcmin peak to "
+        f"peak, stiffness {t['least_stiffness [N.m/arcmin]']:.2f} to {t['greatest_stiffness [N.m/arcmin]']:.2f} "
+        "N.m/arcmin"
+        for t in found["loaded"]
     ]
-    for t in turned.loaded:
-        low, high = t.stiffness.min() * ARCMIN, t.stiffness.max() * ARCMIN
-        lines.append(
-            f"{t.torque:7.1f} N.m    transmission error {np.ptp(t.twist) / ARCMIN:6.3f} arcmin peak to peak, "
-            f"stiffness {low:.2f} to {high:.2f} N.m/arcmin"
-        )
-    mean = turned.half_twist_torque.mean()
-    lines.append(
-        f"{drive.max_twist / 2 / ARCMIN:7.3g} arcmin torque ripple      {ripple:7.3f} N.m peak to peak, "
-        f"{100 * ripple / mean:.1f} % of {mean:.4g} N.m"
-    )
     rows = [
-        [f"{per_crank:.3f}", f"{per_output}", f"{size:.4f}", stem]
-        for per_crank, per_output, size, stem in _orders(turned)
+        [
+            f"{order['per_crank_turn [1]']:.3f}",
+            f"{order['per_output_turn [1]']}",
+            f"{order['amplitude [arcmin]']:.4f}",
+            order["source"],
+        ]
+        for order in found["strongest_orders"]
     ]
-    lines += [
+    lines = [
+        f"individual {found['seed']}: repeats after one turn of the output, "
+        f"{found['crank_turns_until_it_repeats [1]']:g} of the crank, {drive.lobes * drive.elements} passings of a "
+        "ball",
+        f"no load        position error     {found['position_error_no_load [arcmin]']:7.3f} arcmin peak to peak, play "
+        f"{found['least_play [arcmin]']:.3f} to {found['greatest_play [arcmin]']:.3f} arcmin",
+        *loaded,
+        f"{drive.max_twist / 2 / ARCMIN:7.3g} arcmin torque ripple      {ripple:7.3f} N.m peak to peak, "
+        f"{100 * ripple / mean:.1f} % of {mean:.4g} N.m",
         "",
         f"strongest orders of the transmission error at {turned.loaded[-1].torque:.4g} N.m",
         aligned_table(
@@ -147,25 +148,21 @@ def figures(turned: TurningResults) -> dict[str, Any]:
         ],
         "torque_at_half_twist [N.m]": float(turned.half_twist_torque.mean()),
         "torque_ripple_at_half_twist [N.m]": float(np.ptp(turned.half_twist_torque)),
-        "strongest_orders": [
-            {
-                "per_crank_turn [1]": per_crank,
-                "per_output_turn [1]": per_output,
-                "amplitude [arcmin]": size,
-                "source": stem,
-            }
-            for per_crank, per_output, size, stem in _orders(turned)
-        ],
+        "strongest_orders": _orders(turned),
     }
 
 
-def _orders(turned: TurningResults) -> list[tuple[float, int, float, str]]:
-    """The strongest orders of the transmission error at the greatest torque: per crank turn, per output turn, amplitude
-    in arcmin, and what it can stem from."""
+def _orders(turned: TurningResults) -> list[dict[str, Any]]:
+    """The strongest orders of the transmission error at the greatest torque, with what they can stem from."""
     spectrum = list(turned.orders.values())[len(TORQUE_SHARES)]
     words = {source: text for source, (_, text) in SOURCES.items()}
     return [
-        (float(spectrum.crank_order[k]), int(k), float(spectrum.amplitude[k]), words[spectrum.source(k)])
+        {
+            "per_crank_turn [1]": float(spectrum.crank_order[k]),
+            "per_output_turn [1]": int(k),
+            "amplitude [arcmin]": float(spectrum.amplitude[k]),
+            "source": words[spectrum.source(k)],
+        }
         for k in spectrum.strongest(N_ORDERS)
     ]
 
