@@ -17,7 +17,7 @@ import time
 import warnings
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -105,6 +105,9 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--engines", default="reefmu", help=f"comma-separated, of {', '.join(ENGINES)}")
     parser.add_argument("--categories", default=",".join(WEIGHTS), help="only these categories of the cases")
+    parser.add_argument("--individuals", action="store_true", help="every drive with parts of its own")
+    parser.add_argument("--places", type=float, default=0.0, help="places of bores and lobes, over the lobes' sizes")
+    parser.add_argument("--torque-delay", type=float, default=0.0, help="s, by which the torque is read late")
     parser.add_argument("--rows", type=Path, help="write all outcomes to this JSON file")
     options = parser.parse_args(arguments)
     engines = []
@@ -118,8 +121,18 @@ def main(arguments: list[str] | None = None) -> None:
     wanted = options.categories.split(",")
     if unknown := set(wanted) - set(WEIGHTS):
         parser.error(f"unknown categories {', '.join(sorted(unknown))}; expected some of {', '.join(WEIGHTS)}")
-    cases = [case(n, options.seed) for n in range(options.first, options.first + options.count)]
-    rows = run([c for c in cases if c.category in wanted], tuple(engines), options.workers) if engines else {}
+    chosen = [case(n, options.seed) for n in range(options.first, options.first + options.count)]
+    cases = [
+        replace(
+            c,
+            individual=c.individual or options.individuals,
+            places=options.places,
+            sensors=replace(c.sensors, torque_delay=options.torque_delay),
+        )
+        for c in chosen
+        if c.category in wanted
+    ]
+    rows = run(cases, tuple(engines), options.workers) if engines else {}
     for name, found in rows.items():
         print(f"\n== {name}, {len(found)} cases\n{figures(found)}\n\n{by_effect(found)}\n\n{confusions(found)}")
     if options.rows:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.special import ndtri
 from scipy.stats import qmc
 
@@ -56,6 +57,20 @@ def mean_torque(drive: Drive, twist: Array, clearance: float, count: int = 8192)
     return carrying * torque.mean(axis=0), carrying * np.abs(torque).mean(axis=0)
 
 
+def _shifted(twist: Array, torque: Array, shift: Array) -> Array:
+    """Torques (k, n), N.m, over equidistant twists (n,), rad, at twists that are greater by a shift (k,), rad, of each;
+    by cubic splines, linear beyond the ends."""
+    step = twist[1] - twist[0]
+    spline = CubicSpline(twist, torque, axis=1).c
+    whole = np.floor(shift / step).astype(int)
+    cell = np.arange(len(twist)) + whole[:, None]
+    inside = np.clip(cell, 0, len(twist) - 2)
+    place = (shift - whole * step)[:, None] + (cell - inside) * step
+    x = np.clip(place, 0, step)
+    cubic, square, slope, value = (part[inside, np.arange(len(shift))[:, None]] for part in spline)
+    return ((cubic * x + square) * x + slope) * x + value + (place - x) * ((3 * cubic * x + 2 * square) * x + slope)
+
+
 def _radii(drive: Drive, normal: Array) -> tuple[Array, ...]:
     """Radii of element, crank, cage and gear, m, from standard normal numbers (4, ...)."""
     nominal = (drive.element_radius, drive.crank_radius, drive.element_radius, drive.element_radius)
@@ -67,7 +82,8 @@ def _radii(drive: Drive, normal: Array) -> tuple[Array, ...]:
 class Individual:
     """One drive with its own parts, m: radii of ball, crank and bore move with the element, (n,), distances of the
     lobes stay in the gear, (eccentrics, lobes). start: positions of the elements on the profile at crank angle 0, rad,
-    unwrapped.
+    unwrapped. bore_place, lobe_place: (n,) and (eccentrics, lobes) rad, by which a bore or a lobe lies beside its place
+    on the circle of the elements, in the sense of a twist.
     """
 
     start: Array
@@ -75,10 +91,15 @@ class Individual:
     crank: Array
     cage: Array
     lobe: Array
+    bore_place: Array
+    lobe_place: Array
 
 
-def draw_individual(drive: Drive, rng: np.random.Generator) -> Individual:
-    """Draw one drive within the drawing's tolerances."""
+def draw_individual(drive: Drive, rng: np.random.Generator, places: float = 0.0) -> Individual:
+    """Draw one drive within the drawing's tolerances.
+
+    places: deviation of the places of bores and lobes, over that of the lobes' sizes; a drawing does not state it.
+    """
     n, rows = drive.elements, drive.eccentrics
     own = rng.standard_normal((4, n))
     if drive.crank_deviation == "eccentric":
@@ -88,7 +109,11 @@ def draw_individual(drive: Drive, rng: np.random.Generator) -> Individual:
     lobe = drive.element_radius + tolerance.offset + tolerance.sigma * rng.standard_normal((rows, drive.lobes))
     # Unwrapped, because the number of turns determines the lobe that an element meets.
     start = rng.uniform(0, 2 * np.pi) + 2 * np.pi * np.arange(n) / n - np.pi
-    return Individual(start, element, crank, cage, lobe)
+    deviation = places * tolerance.sigma
+    outwards = deviation * rng.standard_normal(lobe.shape)
+    along = deviation / (drive.crank_radius + drive.element_radius)
+    bore_place, lobe_place = along * rng.standard_normal(n), along * rng.standard_normal(lobe.shape)
+    return Individual(start, element, crank, cage, lobe + outwards, bore_place, lobe_place)
 
 
 def individual_torque(
@@ -110,9 +135,11 @@ def individual_torque(
     which, periods = number[usable], periods[usable]
     # The cage of a reversing drive turns against the crank, so that an element meets the next lobe, not the previous
     # one.
-    gear = one.lobe[which % rows, (which // rows - drive.orientation * periods) % drive.lobes]
-    deviations = Deviations(beta[usable], one.element[which], one.crank[which], one.cage[which], gear)
+    met = which % rows, (which // rows - drive.orientation * periods) % drive.lobes
+    deviations = Deviations(beta[usable], one.element[which], one.crank[which], one.cage[which], one.lobe[met])
     torque = element_torques(drive, deviations, twist, clearance)
+    if one.bore_place.any() or one.lobe_place.any():
+        torque = _shifted(twist, torque, one.bore_place[which] + one.lobe_place[met])
     first = np.concatenate([[0], np.cumsum(usable.sum(axis=1))[:-1]])
     return np.add.reduceat(torque, first, axis=0)
 

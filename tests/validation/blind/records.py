@@ -27,7 +27,8 @@ LARGEST = 0.15
 class Case:
     """Specification of a record. effects: names (of effects or of `outside.KINDS`) and sizes in standard deviations of
     the noise; drawing: index of `DRAWINGS`; individual: whether deviations are drawn; base: errors of the curve within
-    the tolerances, over the population's spread; missing: columns left out ("temperature"; "crank_angle", which gives a
+    the tolerances, over the population's spread; places: deviation of the places of an individual's bores and lobes
+    over that of the lobes' sizes; missing: columns left out ("temperature"; "crank_angle", which gives a
     twist column; "run").
     """
 
@@ -39,6 +40,7 @@ class Case:
     sensors: Sensors = field(default_factory=Sensors)
     individual: bool = False
     base: tuple[float, float] = (0.0, 0.0)
+    places: float = 0.0
     missing: tuple[str, ...] = ()
     seed: int = 0
 
@@ -106,7 +108,7 @@ def make(case: Case) -> Sealed:
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(case.seed, spawn_key=(case.number,)).spawn(5)]
     test = PROTOCOLS[case.protocol](streams[0], DRAWINGS[case.drawing].ratio)
     behaviour = shapes(table, streams[1])
-    one = draw_individual(table.drive, streams[2]) if case.individual else None
+    one = draw_individual(table.drive, streams[2], case.places) if case.individual else None
     plain = run(table, behaviour, test)
     full, noise = table.full_torque, case.sensors.noise
     sigmas: dict[str, float] = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,13 +23,14 @@ MISMATCH = 0.02
 class Sensors:
     """Properties of the sensors. noise: rms of the whole noise as torque, over full torque; correlation: of
     neighbouring samples; of_angle: share of the noise's variance that comes from the output angle; jitter: of the time
-    stamps, over the time step.
+    stamps, over the time step; torque_delay: s, by which the torque is read late.
     """
 
     noise: float = 0.003
     correlation: float = 0.0
     of_angle: float = 0.2
     jitter: float = 0.02
+    torque_delay: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,10 @@ def read(tables: Tables, test: Schedule, motion: Motion, sensors: Sensors, rng: 
     starts, full = test.starts, tables.full_torque
     crank, output = forms.retarded(np.array([motion.crank, motion.output]), test.time, starts, FILTER)
     torque = forms.retarded(motion.torque, test.time, starts, FILTER * (1 + rng.uniform(-1, 1) * MISMATCH))
+    if sensors.torque_delay:
+        runs = itertools.pairwise(starts)
+        late = [np.interp(test.time[a:b] - sensors.torque_delay, test.time[a:b], torque[a:b]) for a, b in runs]
+        torque = np.concatenate(late)
     torque_noise = sensors.noise * full * np.sqrt(1 - sensors.of_angle)
     slope = np.sqrt(np.mean(motion.stiffness**2))
     angle_noise = sensors.noise * full * np.sqrt(sensors.of_angle) / slope

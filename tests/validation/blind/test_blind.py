@@ -63,6 +63,19 @@ def test_the_catalogue_does_not_depend_on_the_count():
     assert {name: categories.count(name) for name in WEIGHTS} == WEIGHTS
 
 
+def test_a_late_torque_is_the_torque_of_a_moment_before():
+    """While the crank stands and the load follows a triangle, the torque lags by a constant."""
+    what = Case(5, "none", protocol="one_loop", sensors=Sensors(0.0, jitter=0.0))
+    plain, late = make(what), make(replace(what, sensors=Sensors(0.0, jitter=0.0, torque_delay=0.05)))
+    torque, time = "output_torque [N.m]", "time [s]"
+    for title, values in plain.table.items():
+        assert np.array_equal(values, late.table[title]) == (title != torque)
+    inside = plain.table[time] > plain.table[time][0] + 0.1
+    before = np.interp(plain.table[time] - 0.05, plain.table[time], plain.table[torque])
+    scale = np.abs(plain.table[torque]).max()
+    np.testing.assert_allclose(late.table[torque][inside], before[inside], atol=1e-6 * scale)
+
+
 # -- noise and sizes ---------------------------------------------------------------------------------------
 
 

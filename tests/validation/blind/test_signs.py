@@ -43,6 +43,34 @@ def test_the_mean_drive_is_the_mean_of_the_population(table):
     assert (np.abs(torque.mean(axis=0) - mean_torque_at(table, twist)) < 4 * error).all()
 
 
+def test_places_are_twists_of_bores_and_distances_of_lobes():
+    drive = load(0)
+    one = draw_individual(drive, np.random.default_rng(0))
+    twist = np.linspace(-1, 1, 61) * drive.max_twist
+    turn, shift, away = np.array([0.1, 0.7]), 0.013 * drive.max_twist, 2e-6
+    # All bores, or all lobes, beside their places by one angle: the whole drive is twisted by it.
+    turned = individual_torque(drive, one, turn, twist + shift, 0.0)
+    for place in (replace(one, bore_place=shift + one.bore_place), replace(one, lobe_place=shift + one.lobe_place)):
+        found = individual_torque(drive, place, turn, twist, 0.0)
+        np.testing.assert_allclose(found, turned, atol=2e-3 * np.abs(turned).max())
+    # All lobes outwards: a greater clearance.
+    farther = individual_torque(drive, replace(one, lobe=one.lobe + away), turn, twist, 0.0)
+    np.testing.assert_allclose(farther, individual_torque(drive, one, turn, twist, away), rtol=1e-9)
+
+
+def test_places_deviate_as_stated():
+    drive = load(0)
+    sizes, sigma = draw_individual(drive, np.random.default_rng(1)), drive.tolerances["gear"].sigma
+    assert not sizes.bore_place.any()
+    assert not sizes.lobe_place.any()
+    drawn = [draw_individual(drive, np.random.default_rng(seed), places=2.0) for seed in range(60)]
+    radius = drive.crank_radius + drive.element_radius
+    bores, lobes = (np.std([getattr(one, name) for one in drawn]) * radius for name in ("bore_place", "lobe_place"))
+    assert bores == pytest.approx(2 * sigma, rel=0.05)
+    assert lobes == pytest.approx(2 * sigma, rel=0.05)
+    assert np.std([one.lobe for one in drawn]) == pytest.approx(np.sqrt(5) * sigma, rel=0.05)
+
+
 def test_an_individual_keeps_its_parts_while_it_turns():
     drive = load(0)
     one = draw_individual(drive, np.random.default_rng(0))
