@@ -108,7 +108,11 @@ def artefacts() -> dict[str, bytes]:
 
 
 def record() -> str:
-    """A record of two slow loops at two crank angles with friction inside and noise, as CSV."""
+    """A record of two slow loops at two crank angles with friction inside and noise, as CSV.
+
+    The friction reverses over 0.6 arcmin. One that reverses at once leaves its presliding undetermined, and with it the
+    sixth digit of the interval of its torque, which then depends on the processor.
+    """
     n = 360
     phase = np.arange(n) / 180
     twist = 6.5 * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * phase))
@@ -116,7 +120,8 @@ def record() -> str:
     rows = ["time [s],run,crank_angle [rad],output_angle [arcmin],output_torque [N.m]"]
     for number, angle in enumerate((0.3, 1.9)):
         direction = np.sign(np.cos(2 * np.pi * phase))
-        torque = np.sign(twist) * 11.0 * np.abs(twist) ** 1.5 + 6.0 * direction + noise[number]
+        friction = 6.0 * direction * (1 - 2 * np.exp(-(6.5 + direction * twist) / 0.6))
+        torque = np.sign(twist) * 11.0 * np.abs(twist) ** 1.5 + friction + noise[number]
         rows += [
             f"{0.05 * k + 100 * number:.2f},{number},{angle},{np.degrees(angle / RATIO) * 60 - a:.6f},{b:.5f}"
             for k, (a, b) in enumerate(zip(twist, torque, strict=True))
