@@ -20,9 +20,12 @@ import subprocess
 import sys
 import tempfile
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+
+from stiffness_model.numerics.arrays import Array
 
 GOLDEN = Path(__file__).with_name("fingerprint.json")
 NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
@@ -66,7 +69,8 @@ def artefacts() -> dict[str, bytes]:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         (folder / "study.toml").write_text(STUDY, encoding="utf-8")
-        (folder / "record.csv").write_text(record(), encoding="utf-8")
+        (folder / "drawing.csv").write_text(record(at_once), encoding="utf-8")
+        (folder / "power_law.csv").write_text(record(gradually), encoding="utf-8")
         run(folder, "curve", "drive_1", "--drives", "48", "--seed", "3", "--out", "curve")
         found["curve/curve.csv"] = (folder / "curve/curve.csv").read_bytes()
         for kind in ("drive", "joint"):
@@ -100,19 +104,26 @@ def artefacts() -> dict[str, bytes]:
         run(folder, "explore", "study.toml", "--workers", "1", "--out", "designs")
         found["designs/chosen.toml"] = (folder / "designs/chosen.toml").read_bytes()
         for name, base in (("drawing", ("--drive", "drive_1")), ("power_law", ("--power-law",))):
-            run(folder, "diagnose", "record.csv", *base, "--out", name)
+            run(folder, "diagnose", f"{name}.csv", *base, "--out", name)
             for file in ("diagnosis.json", "model.toml"):
                 if (folder / name / file).exists():
                     found[f"{name}/{file}"] = (folder / name / file).read_bytes()
     return found
 
 
-def record() -> str:
-    """A record of two slow loops at two crank angles with friction inside and noise, as CSV.
+def at_once(path: Array) -> Array:
+    """Friction over that of steady motion, along the path since a reversal, arcmin: it reverses at once."""
+    return np.ones_like(path)
 
-    The friction reverses over 0.6 arcmin. One that reverses at once leaves its presliding undetermined, and with it the
-    sixth digit of the interval of its torque, which then depends on the processor.
-    """
+
+def gradually(path: Array) -> Array:
+    """The same, reversing over 0.6 arcmin. A power law determines this presliding; that of friction that reverses at
+    once is undetermined there, and the sixth digit of the interval of its torque then depends on the processor."""
+    return 1 - 2 * np.exp(-path / 0.6)
+
+
+def record(friction: Callable[[Array], Array]) -> str:
+    """A record of two slow loops at two crank angles with friction inside and noise, as CSV."""
     n = 360
     phase = np.arange(n) / 180
     twist = 6.5 * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * phase))
@@ -120,8 +131,8 @@ def record() -> str:
     rows = ["time [s],run,crank_angle [rad],output_angle [arcmin],output_torque [N.m]"]
     for number, angle in enumerate((0.3, 1.9)):
         direction = np.sign(np.cos(2 * np.pi * phase))
-        friction = 6.0 * direction * (1 - 2 * np.exp(-(6.5 + direction * twist) / 0.6))
-        torque = np.sign(twist) * 11.0 * np.abs(twist) ** 1.5 + friction + noise[number]
+        own = 6.0 * direction * friction(6.5 + direction * twist)
+        torque = np.sign(twist) * 11.0 * np.abs(twist) ** 1.5 + own + noise[number]
         rows += [
             f"{0.05 * k + 100 * number:.2f},{number},{angle},{np.degrees(angle / RATIO) * 60 - a:.6f},{b:.5f}"
             for k, (a, b) in enumerate(zip(twist, torque, strict=True))
