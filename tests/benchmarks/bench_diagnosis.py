@@ -106,7 +106,9 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--engines", default="reefmu", help=f"comma-separated, of {', '.join(ENGINES)}")
     parser.add_argument("--categories", default=",".join(WEIGHTS), help="only these categories of the cases")
     parser.add_argument("--individuals", action="store_true", help="every drive with parts of its own")
-    parser.add_argument("--places", type=float, default=0.0, help="places of bores and lobes, over the lobes' sizes")
+    parser.add_argument(
+        "--places", type=float, default=0.0, help="individuals' bores and lobes off their places, over sizes"
+    )
     parser.add_argument("--torque-delay", type=float, default=0.0, help="s, by which the torque is read late")
     parser.add_argument("--rows", type=Path, help="write all outcomes to this JSON file")
     options = parser.parse_args(arguments)

@@ -28,8 +28,8 @@ class Case:
     """Specification of a record. effects: names (of effects or of `outside.KINDS`) and sizes in standard deviations of
     the noise; drawing: index of `DRAWINGS`; individual: whether deviations are drawn; base: errors of the curve within
     the tolerances, over the population's spread; places: deviation of the places of an individual's bores and lobes
-    over that of the lobes' sizes; missing: columns left out ("temperature"; "crank_angle", which gives a
-    twist column; "run").
+    over that of the lobes' sizes; missing: columns left out ("temperature"; "crank_angle", which gives a twist column;
+    "run").
     """
 
     number: int

@@ -64,7 +64,7 @@ def test_the_catalogue_does_not_depend_on_the_count():
 
 
 def test_a_late_torque_is_the_torque_of_a_moment_before():
-    """While the crank stands and the load follows a triangle, the torque lags by a constant."""
+    """No other channel is late."""
     what = Case(5, "none", protocol="one_loop", sensors=Sensors(0.0, jitter=0.0))
     plain, late = make(what), make(replace(what, sensors=Sensors(0.0, jitter=0.0, torque_delay=0.05)))
     torque, time = "output_torque [N.m]", "time [s]"
