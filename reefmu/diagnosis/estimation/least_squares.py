@@ -15,7 +15,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ...effects import Parameter, find_effect
 from ..forward.predictor import Prediction, Predictor
-from .weighting import Weighting
+from .weighting import Projection, Weighting
 
 MAX_TRIALS = 6
 """Damped steps that are tried from one point before the fit ends. Chosen by judgement."""
@@ -126,7 +126,7 @@ HELD_SIZE = FitOptions(estimate_size=False)
 class _Point:
     parameters: Array
     prediction: Prediction
-    residual: Array
+    residual: Projection
     chi_square: float
 
 
@@ -138,15 +138,15 @@ class _Objective:
 
     def evaluate(self, p: Array, weights: Weighting, prediction: Prediction | None = None) -> _Point:
         prediction = self.predictor(p) if prediction is None else prediction
-        residual = weights.whiten(self.torque - prediction.torque)
+        residual = weights.project(self.torque - prediction.torque)
         prior = float((((p - self.bounds.prior_mean) / self.bounds.prior_deviation) ** 2).sum())
-        return _Point(p, prediction, residual, float(residual @ residual) + prior)
+        return _Point(p, prediction, residual, float(residual.inner(residual)) + prior)
 
     def likeliest(self, weights: Weighting, prediction: Prediction) -> Weighting:
         return weights.with_likeliest_size(self.torque - prediction.torque)
 
-    def jacobian(self, point: _Point, weights: Weighting) -> Array:
-        return weights.whiten(point.prediction.sensitivities) * self.bounds.slope(point.parameters)
+    def jacobian(self, point: _Point, weights: Weighting) -> Projection:
+        return weights.project(point.prediction.sensitivities * self.bounds.slope(point.parameters))
 
 
 def fit(
@@ -197,7 +197,7 @@ def fit(
 
 
 def _improve(
-    objective: _Objective, point: _Point, weights: Weighting, jacobian: Array, damping: float, tolerance: float
+    objective: _Objective, point: _Point, weights: Weighting, jacobian: Projection, damping: float, tolerance: float
 ) -> tuple[_Point | None, float]:
     """The next point, None where no step reduces the cost by more than the tolerance, and the next damping."""
     p, bounds = point.parameters, objective.bounds
@@ -222,11 +222,13 @@ def _improve(
     return None, damping
 
 
-def _normal_equations(jacobian: Array, residual: Array, p: Array, bounds: ParameterBounds) -> tuple[Array, Array]:
+def _normal_equations(
+    jacobian: Projection, residual: Projection, p: Array, bounds: ParameterBounds
+) -> tuple[Array, Array]:
     """Gradient (k,) and curvature (k, k) of half the cost, with the priors."""
     prior_slope = bounds.slope(p) / bounds.prior_deviation
-    gradient = jacobian.T @ residual - prior_slope * (p - bounds.prior_mean) / bounds.prior_deviation
-    return gradient, jacobian.T @ jacobian + np.diag(prior_slope**2)
+    gradient = jacobian.inner(residual) - prior_slope * (p - bounds.prior_mean) / bounds.prior_deviation
+    return gradient, jacobian.inner(jacobian) + np.diag(prior_slope**2)
 
 
 def _at_bound(p: Array, bounds: ParameterBounds) -> NDArray[np.bool_]:

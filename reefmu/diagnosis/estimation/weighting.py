@@ -12,7 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import eigh
 
 from stiffness_model.numerics.arrays import Array
 
@@ -44,6 +43,21 @@ class Covariance:
     eigenvalues: Array
     log_determinant: float
     noise_share: Array
+
+
+@dataclass(frozen=True)
+class Projection:
+    """Values over their standard deviations, and their damped coordinates along the scatter.
+
+    scaled: (n,) or (n, k); along: (m,) or (m, k).
+    """
+
+    scaled: Array
+    along: Array
+
+    def inner(self, other: Projection) -> Array:
+        """Inner products (), (k,) or (k, l) of the whitened values."""
+        return self.scaled.T @ other.scaled - self.along.T @ other.along
 
 
 @dataclass(frozen=True)
@@ -80,6 +94,15 @@ class Weighting:
         shrink = 1 - 1 / np.sqrt(1 + self.size**2 * covariance.eigenvalues)
         along = covariance.basis.T @ v
         return v - covariance.basis @ (along * (shrink if values.ndim == 1 else shrink[:, None]))
+
+    def project(self, values: Array) -> Projection:
+        """Values (n,) or (n, k), N.m, prepared for inner products of what `whiten` makes of them, in half its time."""
+        covariance = self._active
+        scaled = values * (covariance.scale if values.ndim == 1 else covariance.scale[:, None])
+        spread = self.size**2 * covariance.eigenvalues
+        damping = np.sqrt(spread / (1 + spread))
+        along = covariance.basis.T @ scaled
+        return Projection(scaled, along * (damping if values.ndim == 1 else damping[:, None]))
 
     @property
     def log_determinant(self) -> float:
@@ -149,6 +172,9 @@ def _covariance(variance: Array, scatter: Array, log_determinant: float, noise_s
     if not len(scatter):
         return Covariance(scale, np.zeros((len(scale), 0)), np.zeros(0), log_determinant, noise_share)
     rows = scatter * scale
-    values, vectors = eigh(rows @ rows.T, subset_by_value=(MIN_EIGENVALUE, np.inf), check_finite=False)
-    basis = np.ascontiguousarray((vectors.T @ rows).T / np.sqrt(values))
+    # All eigenvalues by divide and conquer take a fifth of the time of a part of them by bisection.
+    values, vectors = np.linalg.eigh(rows @ rows.T)
+    kept = values > MIN_EIGENVALUE
+    values = values[kept]
+    basis = np.ascontiguousarray((vectors[:, kept].T @ rows).T / np.sqrt(values))
     return Covariance(scale, basis, values, log_determinant, noise_share)
