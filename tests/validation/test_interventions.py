@@ -11,7 +11,7 @@ import pytest
 
 from reefmu.comparison import DriveState, StateComparison, compare_states
 from reefmu.record import Columns, read_column_map, read_record
-from tests.benchmarks.bench_interventions import moments, positions_of_one_moment, rows
+from tests.benchmarks.diagnosis.bench_interventions import moments, positions_of_one_moment, rows
 
 ROOT = Path(__file__).parents[2]
 RECORDS = ROOT.parent / "shared/data/cycloidal"

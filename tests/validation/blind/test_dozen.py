@@ -1,4 +1,4 @@
-"""Some blind cases from file to verdict; tests/benchmarks/bench_diagnosis.py scores hundreds."""
+"""Some blind cases from file to verdict; tests/benchmarks/diagnosis/bench_diagnosis.py scores hundreds."""
 
 from __future__ import annotations
 

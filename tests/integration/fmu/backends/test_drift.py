@@ -11,7 +11,7 @@ import pytest
 
 from reefmu.fmu.model.component import drive_component
 from reefmu.model.drive_model import DriveModel
-from tests.benchmarks.bench_drift import closed
+from tests.benchmarks.simulation.bench_drift import closed
 from tests.integration.fmu.replay import build_replay, repeat_model, replay
 
 pytestmark = pytest.mark.skipif(

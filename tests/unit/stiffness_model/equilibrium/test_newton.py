@@ -14,7 +14,7 @@ from stiffness_model.contact.usable_elements import usable_elements
 from stiffness_model.drawing import sampling
 from stiffness_model.equilibrium import newton
 from stiffness_model.equilibrium.closed_form import MAX_PAIRS, Status, solve, solve_chunks
-from tests.benchmarks import bench_newton
+from tests.benchmarks.contacts import bench_newton
 
 
 @pytest.fixture

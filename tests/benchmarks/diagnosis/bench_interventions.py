@@ -1,6 +1,6 @@
 """Known interventions on measured gears: what the comparison of states finds, against what physics expects.
 
-    python -m tests.benchmarks.bench_interventions FOLDER [--columns MAP.toml] [--matched]
+    python -m tests.benchmarks.diagnosis.bench_interventions FOLDER [--columns MAP.toml] [--matched]
 
 FOLDER holds a folder for each prototype with records MOMENT_posK.csv.gz, and perhaps preload_K.csv.gz beside them: the
 prototype with moments preload1, preload2, ... at position 1 once more. The expectations apply to every prototype that

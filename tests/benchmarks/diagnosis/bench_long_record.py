@@ -1,6 +1,6 @@
 """Time of a diagnosis of a record of 36 000 samples, by stages: torque ramps of a rig that drives the torque.
 
-    python -m tests.benchmarks.bench_long_record [--profile]
+    python -m tests.benchmarks.diagnosis.bench_long_record [--profile]
 
 Run with one thread of BLAS (OMP_NUM_THREADS=1). The record has eight cycles of a gear with play and friction whose
 motor sticks; the base curve is a power law. `--profile` also prints the functions that take most of the time.

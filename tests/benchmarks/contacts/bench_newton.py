@@ -1,6 +1,6 @@
 """Computing time and memory of Newton's method for balls larger than their bores, over the number of twists.
 
-    python tests/benchmarks/bench_newton.py [--drive drive_1] [--drives 16] [--twists 200 1000 5000]
+    python tests/benchmarks/contacts/bench_newton.py [--drive drive_1] [--drives 16] [--twists 200 1000 5000]
 
 Time of `simulate` with all balls larger than their bores as a multiple of the same with balls that fit, alternating in
 one run, for the linear gear and for the exact profile (with a twentieth of the twists); and the peak of the memory that

@@ -1,6 +1,6 @@
 """Computing time of the contact options, as multiples of that of the plain model in the same run.
 
-    python tests/benchmarks/bench_contact_options.py [--drive drive_1] [--drives 160] [--twists 31]
+    python tests/benchmarks/contacts/bench_contact_options.py [--drive drive_1] [--drives 160] [--twists 31]
 
 Times of `solve` alone on the same contacts, and of a whole `simulate`, alternating so that other work on the machine
 affects both alike; the median of the ratios. The goal for the crank bearings is at most 5.

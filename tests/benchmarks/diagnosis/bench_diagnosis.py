@@ -1,6 +1,6 @@
 """Scores the diagnosis, and other methods, on blind cases (tests/validation/blind).
 
-Run as `python tests/benchmarks/bench_diagnosis.py --count 300 --workers 2`. Every case is made, diagnosed
+Run as `python tests/benchmarks/diagnosis/bench_diagnosis.py --count 300 --workers 2`. Every case is made, diagnosed
 and judged in one process of a pool; an engine gets the paths of a record and a drawing and nothing else.
 """
 
@@ -22,7 +22,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[2]), str(Path(__file__).resolve().parent)]
+sys.path[:0] = [str(Path(__file__).resolve().parents[3]), str(Path(__file__).resolve().parent)]
 
 import baselines  # noqa: E402
 

@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 import stiffness_model as sm
-from tests.benchmarks import bench_equilibrium
+from tests.benchmarks.contacts import bench_equilibrium
 
 
 def test_three_methods_agree():

@@ -1,6 +1,6 @@
 """Difference between native FMU and Python model over millions of steps of a closed loop of twist.
 
-    python tests/benchmarks/bench_drift.py [--steps 10000000] [--round 1000]
+    python tests/benchmarks/simulation/bench_drift.py [--steps 10000000] [--round 1000]
 
 A round is a signal with reversals at five amplitudes, a crank that turns in both senses and uneven steps, which ends
 where it begins. Every effect is included, so that creep relaxes, hysteresis reverses, and wear and sensor drift grow.
@@ -17,7 +17,7 @@ import time
 import zipfile
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path.insert(0, str(Path(__file__).parents[3]))
 
 import numpy as np
 

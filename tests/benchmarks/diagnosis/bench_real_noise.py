@@ -1,6 +1,6 @@
 """Diagnosis of simulated records with measured noise, taken from torque ramps of a real rig.
 
-    python tests/benchmarks/bench_real_noise.py [--sigmas 3,8] [--effects hysteresis,...] [--workers 2]
+    python tests/benchmarks/diagnosis/bench_real_noise.py [--sigmas 3,8] [--effects hysteresis,...] [--workers 2]
 
 The noise is taken from the records of ../shared/data/cycloidal: the torque without its trend (steps of a motor that
 sticks, ripple, the sensor), and the difference of two repeated cycles over sqrt(2). Sections of it, scaled to NOISE of
@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import savgol_filter
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
 
 from reefmu.diagnosis import diagnose_record
 from reefmu.record import read_record
@@ -34,7 +34,7 @@ from tests.validation.blind.records import Case, make
 from tests.validation.blind.scoring import judge, wilson
 from tests.validation.blind.sensors import Sensors
 
-DATA = Path(__file__).resolve().parents[3] / "shared/data/cycloidal"
+DATA = Path(__file__).resolve().parents[4] / "shared/data/cycloidal"
 COLUMNS = {"TIME": "time [s]", "POSITION": "twist [rev]", "TORQUE": "output_torque [N.m]", "test_nr": "run"}
 NOISE = 0.004
 """Rms over full torque; in the measured records it is 0.006."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 
-from tests.benchmarks.bench_cycloidal import CASES, measure
+from tests.benchmarks.contacts.bench_cycloidal import CASES, measure
 
 
 def test_every_case_is_measured() -> None:

@@ -1,6 +1,6 @@
 """Computing time of a model's functions, of python-control's systems and of a diagnosis.
 
-    python tests/benchmarks/bench_control.py [--rounds 30]
+    python tests/benchmarks/simulation/bench_control.py [--rounds 30]
 
 Ratios are to a bare evaluation of the contact table's two splines in the same run. Rounds are short and alternate; the
 best counts, in processor time, because other work on the machine only adds.

@@ -1,6 +1,6 @@
 """The paper's study: time and memory on one core, time over drives and twists, start of the command line.
 
-Run as `python tests/benchmarks/bench_study.py`. Goals: study under 5 s and 1 GiB, linear time,
+Run as `python tests/benchmarks/populations/bench_study.py`. Goals: study under 5 s and 1 GiB, linear time,
 `reefmu --help` under 0.2 s, `reefmu curve drive_1` under 3 s.
 """
 

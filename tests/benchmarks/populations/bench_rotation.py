@@ -1,6 +1,6 @@
 """Computing time of an individual: torque maps, a turn under load, and steps of its model and FMU.
 
-    python tests/benchmarks/bench_rotation.py [--drive drive_1] [--seed 3] [--sample 12]
+    python tests/benchmarks/populations/bench_rotation.py [--drive drive_1] [--seed 3] [--sample 12]
 
 The map has 61 twists x 120 angles. The paper's method (root of eq. 15, `equilibrium.reference`) computes `sample` of
 its points in the same run; the ratio is per point. The best of five counts, because other work on the machine only
@@ -35,7 +35,7 @@ from stiffness_model.rotation.element_positions import element_positions
 from stiffness_model.rotation.individual_contacts import IndividualContacts
 
 TWISTS, ANGLES = 61, 120
-HOST = Path(__file__).parent.parent / "integration" / "fmu" / "host" / "host.c"
+HOST = Path(__file__).parents[2] / "integration" / "fmu" / "host" / "host.c"
 WRAPPER = Path(reefmu.__file__).parent / "fmu" / "native" / "fmi2"
 
 

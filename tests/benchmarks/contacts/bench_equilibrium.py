@@ -1,6 +1,6 @@
 """Time per element and twist of the closed form in NumPy, the same as a C loop, and SciPy's root of eq. 15.
 
-    python tests/benchmarks/bench_equilibrium.py [--drive drive_2] [--elements 700] [--twists 24]
+    python tests/benchmarks/contacts/bench_equilibrium.py [--drive drive_2] [--elements 700] [--twists 24]
 
 All three run on the same elements; their agreement is printed beside the times. The C loop is compiled with `cc -O2`
 and left out, with the reason, where there is no compiler. The test of this program measures no times.

@@ -1,9 +1,9 @@
 """Compares the probabilities that `reefmu plan` predicts with diagnoses of simulated records along its protocol, and
 its duration with that of the full protocol of the blind catalogue.
 
-Run as `python tests/benchmarks/bench_plan_power.py --cases 200 --workers 2`. Every case is a drive of the population
-with one effect of typical size, or with none, and random shape parameters, measured along the protocol with the noise
-of the rig. An effect counts as named where the verdict is `named` and it is the only one.
+Run as `python tests/benchmarks/diagnosis/bench_plan_power.py --cases 200 --workers 2`. Every case is a drive of the
+population with one effect of typical size, or with none, and random shape parameters, measured along the protocol with
+the noise of the rig. An effect counts as named where the verdict is `named` and it is the only one.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
 
 from reefmu.cli import BLAS_THREADS
 from reefmu.diagnosis import diagnose_record

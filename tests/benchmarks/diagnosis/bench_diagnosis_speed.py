@@ -1,8 +1,8 @@
 """Time of a diagnosis, of its predictor for sets of effects, and of thinning; ratios to plain evaluations in this run.
 
-Run as `python tests/benchmarks/bench_diagnosis_speed.py` with one thread of BLAS (OMP_NUM_THREADS=1); `--records 3 27`
-gives the lengths in multiples of 4240 samples. The plain predictor is made anew for every call, so that nothing is
-reused, and evaluates all samples.
+Run as `python tests/benchmarks/diagnosis/bench_diagnosis_speed.py` with one thread of BLAS (OMP_NUM_THREADS=1);
+`--records 3 27` gives the lengths in multiples of 4240 samples. The plain predictor is made anew for every call, so
+that nothing is reused, and evaluates all samples.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
 
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.problem import search_blocks

@@ -1,6 +1,6 @@
 """Designs per second and core, the parts of their computing time, and the speed-up by a second worker.
 
-    python tests/benchmarks/bench_explore.py [DESIGNS]
+    python tests/benchmarks/populations/bench_explore.py [DESIGNS]
 
 Goals: 100 designs per second and core at 100 virtual drives and 31 twists each; two workers 1.8 times as fast as one
 for 10 000 designs, with the same results, which is checked. Times are processor times, except for the speed-up; on a

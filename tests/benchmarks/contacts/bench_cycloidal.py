@@ -1,6 +1,6 @@
 """Time of the equilibrium of cycloidal discs per contact and twist, relative to that of an REE element in the same run.
 
-    python tests/benchmarks/bench_cycloidal.py [--drives 64] [--twists 61] [--rounds 7]
+    python tests/benchmarks/contacts/bench_cycloidal.py [--drives 64] [--twists 61] [--rounds 7]
 
 A contact is a pin or an output roller; an element is a ball of drive_1 with the plain contact model (closed form).
 Rounds alternate between both, and the medians are compared, so that other work of the machine counts for both.

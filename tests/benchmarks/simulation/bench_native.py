@@ -1,6 +1,6 @@
 """Computing time and size of the native FMU: per step in a C host and in FMPy, and per export.
 
-    python tests/benchmarks/bench_native.py [--rounds 30] [--drift 100000] [--platforms]
+    python tests/benchmarks/simulation/bench_native.py [--rounds 30] [--drift 100000] [--platforms]
 
 For comparison the same run has an FMU that does nothing, one that only looks up a table (bare_fmu.c), and the Python
 back end in the same loop. Rounds are short and alternate; the best counts, because other work on the machine only adds.

@@ -1,6 +1,6 @@
 """Computing time of a drive in MuJoCo, per step, beside the same joint with a linear spring of MuJoCo's own.
 
-    python -m tests.benchmarks.bench_mujoco [--rounds 30] [--joints 1]
+    python -m tests.benchmarks.simulation.bench_mujoco [--rounds 30] [--joints 1]
 
 The steps are run inside MuJoCo (`mj_step` with a count), so that Python takes no part. Rounds are short and alternate;
 the best counts, because other work on the machine only adds.
