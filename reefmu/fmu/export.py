@@ -28,6 +28,7 @@ from .metadata import RELEASE_DATE, export_info, model_identifier
 from .model.component import LOOKUP_FILE, METADATA_FILE, Component, drive_component, save_component
 from .model.declaration import declare, declare_with_derivatives
 from .model.nominals import with_nominals
+from .model.presets import loaded_start
 from .model.table_encoding import embedded_lookup, lookup_metadata
 from .model.variables import FMI_VERSIONS, Interface
 from .python_backend.equations_file import EQUATIONS_FILE, write_equations
@@ -74,6 +75,7 @@ def export_fmu(
     masses: Masses | None = None,
     fmi: str = "2.0",
     interactive: bool = True,
+    load: float | None = None,
 ) -> Path:
     """Write `model` as an FMU to `path`, and return the path.
 
@@ -83,11 +85,15 @@ def export_fmu(
     are inside); None for native where there is a compiler, else python, with a warning. platform (native only): a
     name of `codegen.compile.PLATFORMS`, "host", "all", or "none" for sources alone. fmi: version of the standard, "2.0"
     or, with the native back end, "3.0". interactive: whether the page in `documentation` runs the drive, which takes
-    the native back end and ziglang. An existing file is replaced; a failure leaves it as it was.
+    the native back end and ziglang. load: N.m on the output, at which a simulation with the parameter set loaded.ssv
+    starts in equilibrium; None for half the full torque, where the drive reaches it. An existing file is replaced; a
+    failure leaves it as it was.
     Errors: `InputError` for a path that cannot be written, a unit that FMI cannot express, an unknown back end or
-    platform, or a platform without a compiler.
+    platform, a platform without a compiler, or a load that the drive does not reach.
     """
-    content = fmu_content(model, backend=backend, platform=platform, masses=masses, fmi=fmi, interactive=interactive)
+    content = fmu_content(
+        model, backend=backend, platform=platform, masses=masses, fmi=fmi, interactive=interactive, load=load
+    )
     return write_archive(path, content.members, source_date(RELEASE_DATE))
 
 
@@ -108,6 +114,7 @@ def fmu_content(
     masses: Masses | None = None,
     fmi: str = "2.0",
     interactive: bool = True,
+    load: float | None = None,
 ) -> FmuContent:
     """The content of an FMU. Arguments and errors as of `export_fmu`."""
     if backend is None:
@@ -120,9 +127,9 @@ def fmu_content(
         raise unknown_name("version of FMI", fmi, FMI_VERSIONS)
     expect(backend == "native" or fmi == "2.0", "FMI 3.0 with the native back end only", backend, "back end")
     make = (
-        _python_content
+        functools.partial(_python_content, load=load)
         if backend == "python"
-        else functools.partial(_native_content, platform=platform, fmi=fmi, interactive=interactive)
+        else functools.partial(_native_content, platform=platform, fmi=fmi, interactive=interactive, load=load)
     )
     date = source_date(RELEASE_DATE)
     resources = _resources(model, masses)
@@ -133,10 +140,14 @@ def fmu_content(
 
         component = joint_component(model, masses)
     component = with_nominals(component)
+    if load is not None:
+        loaded_start(component, load)  # a load out of reach is refused before anything is compiled
     return make(component, resources, date)
 
 
-def _python_content(component: Component, resources: dict[str, bytes], date: datetime) -> FmuContent:
+def _python_content(
+    component: Component, resources: dict[str, bytes], date: datetime, *, load: float | None
+) -> FmuContent:
     """The content of an FMU that runs in the installed package."""
     interface = declare(component)
     resources = {**resources, EQUATIONS_FILE: write_equations(component, interface)}
@@ -151,13 +162,20 @@ def _python_content(component: Component, resources: dict[str, bytes], date: dat
         **{f"resources/{name}": data for name, data in resources.items()},
         **_pythonfmu_binaries(export.model_identifier),
         **documentation(component, interface, export, None),
-        **related_members(component, interface, export),
+        **related_members(component, interface, export, load),
     }
     return FmuContent(members, component, interface, export)
 
 
 def _native_content(
-    component: Component, resources: dict[str, bytes], date: datetime, *, platform: str, fmi: str, interactive: bool
+    component: Component,
+    resources: dict[str, bytes],
+    date: datetime,
+    *,
+    platform: str,
+    fmi: str,
+    interactive: bool,
+    load: float | None,
 ) -> FmuContent:
     """The content of an FMU in C. Its resources serve `reefmu check` and readers; no binary uses them."""
     platforms = () if platform == "none" else select_platforms(platform)
@@ -181,7 +199,7 @@ def _native_content(
         **compile_binaries(sources, export.model_identifier, platforms),
         **documentation(component, interface, export, page_sources),
     }
-    members |= related_members(component, interface, export)
+    members |= related_members(component, interface, export, load)
     members = members if fmi == "2.0" else fmi3_members(members, interface, export)
     return FmuContent(members, component, interface, export)
 

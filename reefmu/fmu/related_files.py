@@ -85,12 +85,14 @@ def reference_results(component: Component) -> References:
     )
 
 
-def related_members(component: Component, interface: Interface, export: ExportInfo) -> dict[str, bytes]:
-    """The files by name in the archive."""
+def related_members(
+    component: Component, interface: Interface, export: ExportInfo, load: float | None = None
+) -> dict[str, bytes]:
+    """The files by name in the archive; load: as of `loaded_presets`."""
     references = reference_results(component)
     units = {v.name: v.unit for v in interface.variables}
     sets = presets(component)
-    sets = (*sets, *loaded_presets(component, sets[0]))
+    sets = (*sets, *loaded_presets(component, sets[0], load))
     files = {
         **{f"{preset.name}.ssv": parameter_set(preset, units, export) for preset in sets},
         STIMULI: _csv(references.inputs, references.time, references.stimuli),

@@ -63,6 +63,13 @@ def add_export(commands: Commands) -> None:
             "is too long for the drive's spring",
         )
     parser.add_argument(
+        "--load",
+        metavar="N.m",
+        type=float,
+        help="torque on the output under which a simulation with the FMU's parameter set loaded.ssv starts in "
+        "equilibrium (default: half the full torque)",
+    )
+    parser.add_argument(
         "--step",
         metavar="S",
         type=float,

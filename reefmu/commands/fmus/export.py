@@ -9,8 +9,9 @@ from pathlib import Path
 
 from reefmu.fmu.codegen.compile import select_platforms
 from reefmu.fmu.export import NO_COMPILER, default_backend, export_fmu
-from reefmu.fmu.model.component import drive_component
+from reefmu.fmu.model.component import Component, drive_component
 from reefmu.fmu.model.joint_component import joint_component
+from reefmu.fmu.model.presets import loaded_start
 from reefmu.fmu.python_backend.real_time import real_time_note
 from reefmu.fmu.ssp.export_ssp import export_ssp
 from reefmu.fmu.xml.archive import read_archive
@@ -50,6 +51,7 @@ def run(args: argparse.Namespace) -> int:
     expect(native or args.platform is None, "--platform without --backend python", args.platform, "--platform")
     expect(native or args.fmi == "2", "--fmi 3 without --backend python", f"--backend {backend}", "--fmi")
     expect(not args.ssp or args.fmi == "2", "--ssp without --fmi 3, which SSP 1.0 does not know", "--fmi 3", "--ssp")
+    expect(not args.ssp or args.load is None, "--ssp without --load, for its sets start unloaded", args.load, "--load")
     if args.platform not in (None, "none"):
         select_platforms(args.platform)  # an unknown name is refused before the lookup is solved
     masses = _masses(args)
@@ -60,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     if args.ssp:
         step = export_ssp(model, target, backend=backend, platform=platform, masses=inside)
     else:
-        export_fmu(model, target, backend=backend, platform=platform, masses=inside, fmi=fmi)
+        export_fmu(model, target, backend=backend, platform=platform, masses=inside, fmi=fmi, load=args.load)
     if masses is not None and not joint:
         notes += step_notes(drive_component(model), masses, args.step)
     if not native:
@@ -85,6 +87,9 @@ def run(args: argparse.Namespace) -> int:
         print(model.lacks)
     if model.individual is not None:
         print("one virtual drive with its own balls, bores and lobes; the lookup limits its range of twists")
+    if args.load is not None:
+        component = drive_component(model) if inside is None else joint_component(model, inside)
+        print(_start_text(component, args.load))
     inside = ", ".join(effect.name for effect in model.effects) or "none"
     print(f"effects inside: {inside}")
     if step is not None:
@@ -102,6 +107,13 @@ def run(args: argparse.Namespace) -> int:
         f"{target.stat().st_size / 1024:.0f} kB; {needs}"
     )
     return 0
+
+
+def _start_text(component: Component, load: float) -> str:
+    """The start values of the parameter set loaded.ssv."""
+    units = {p.name: p.unit for p in component.parameters} | {s.name: s.unit for s in component.inputs}
+    values = ", ".join(f"{name} = {value:.6g} {units[name]}" for name, value in loaded_start(component, load).items())
+    return f"starts under {load:g} N.m on the output with loaded.ssv: {values}"
 
 
 def _system_text(path: Path, kind: str, step: float) -> str:

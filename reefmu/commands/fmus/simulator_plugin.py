@@ -17,7 +17,7 @@ from stiffness_model.errors import expect
 
 from ..terminal.notes import show_notes
 
-_OF_FMUS = {"ssp": False, "kind": "drive", "backend": None, "platform": None, "fmi": "2"}
+_OF_FMUS = {"ssp": False, "kind": "drive", "backend": None, "platform": None, "fmi": "2", "load": None}
 """Options of FMUs, with the value they have where they are not given."""
 
 

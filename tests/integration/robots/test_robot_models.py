@@ -125,6 +125,7 @@ def test_the_command_exports_a_drawing_with_effects(
     ("words", "message"),
     [
         (["--fmi", "3"], "--fmi: expected --to mujoco without --fmi, which is for FMUs, got '3'"),
+        (["--load", "5"], "--load: expected --to mujoco without --load, which is for FMUs, got 5.0"),
         (["--kind", "joint"], "--kind: expected --to mujoco without --kind, which is for FMUs, got 'joint'"),
         (["-o", "gear.fmu"], "--output: expected a folder for the plugin, got 'gear.fmu'"),
         (["-o", "..."], "plugin: expected a folder whose name has letters or digits"),

@@ -27,6 +27,24 @@ def test_values_and_fields_are_those_of_the_fmu(tmp_path: Path) -> None:
     assert read["ratio"] == load_drive("drive_1", lobes=28).ratio == 29
 
 
+def test_the_command_states_the_start_under_a_load(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A catalogue gear of 10^5 N.m/rad up to its first knee, with a ratio of 50; torques hold a joint."""
+    path = str(tmp_path / "g.fmu")
+    words = ["export", "CHA-40A-50", "--backend", "python", "--load", "30", "-o", path]
+    assert main(words) == 0
+    line = "starts under 30 N.m on the output with loaded.ssv: "
+    assert f"{line}output.phi = -0.0003 rad\n" in capsys.readouterr().out
+    assert main([*words, "--kind", "joint"]) == 0
+    found = capsys.readouterr().out
+    assert f"{line}start.output.phi = -0.0003 rad, motor.tau = 0.6 N.m, load.tau = -30 N.m\n" in found
+
+
+def test_a_system_starts_unloaded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["export", "CHA-40A-50", "--ssp", "--load", "30", "-o", str(tmp_path / "g.ssp")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
 FIELDS = {
     "rolling element eccentric": ("gear_tolerance", "IT6"),
     "cycloidal": ("disc_thickness", "30 mm"),

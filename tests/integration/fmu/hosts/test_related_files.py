@@ -21,6 +21,7 @@ from reefmu.fmu.validation.run_checks import check_references
 from reefmu.fmu.xml.archive import read_archive
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import TYPICAL_MASSES
+from stiffness_model.errors import InputError
 
 
 def extracted(path: Path, folder: Path) -> Path:
@@ -108,6 +109,20 @@ def test_a_drive_starts_loaded(native: Path, model: DriveModel, tmp_path: Path) 
     with FmuDrive(native) as drive:
         outputs = drive.initialize({"output.phi": values["output.phi"]})
     assert outputs["output.tau"] == pytest.approx(0.5 * model.full_torque, rel=1e-12)
+
+
+@pytest.mark.parametrize("load", [60.0, -25.0])
+def test_a_drive_starts_under_the_load_that_the_export_states(model: DriveModel, tmp_path: Path, load: float) -> None:
+    path = export_fmu(model, tmp_path / "x.fmu", backend="python", load=load)
+    values = values_of(extracted(path, tmp_path / "out") / "loaded.ssv")
+    with FmuDrive(path) as drive:
+        assert drive.initialize({"output.phi": values["output.phi"]})["output.tau"] == pytest.approx(load, rel=1e-9)
+
+
+def test_a_load_out_of_reach_is_refused_and_leaves_no_file(model: DriveModel, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"load: expected a torque from -\d+"):
+        export_fmu(model, tmp_path / "x.fmu", backend="python", load=1e9)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_drive_that_does_not_reach_the_load_has_no_such_set(model: DriveModel) -> None:
