@@ -45,6 +45,15 @@ _ZSH = """\
 autoload -U +X compinit && compinit
 autoload -U +X bashcompinit && bashcompinit
 """
+_ZSH_END = """\
+_reefmu_zsh() {
+    _reefmu
+    # zsh knows no compopt: a space follows every word but those that end with =, which need a value.
+    COMPREPLY=("${COMPREPLY[@]/%/ }")
+    COMPREPLY=("${COMPREPLY[@]/%= /=}")
+}
+complete -o nospace -F _reefmu_zsh reefmu
+"""
 _FISH = """\
 # Completion of `reefmu` in fish: reefmu completion fish > ~/.config/fish/completions/reefmu.fish
 complete -c reefmu -f
@@ -56,7 +65,7 @@ def completion_script(parser: argparse.ArgumentParser, shell: str) -> str:
     commands = completed_commands(parser)
     if shell == "fish":
         return _FISH + "\n".join(_fish(commands)) + "\n"
-    return ("" if shell == "bash" else _ZSH) + _bash(commands)
+    return _bash(commands) if shell == "bash" else _ZSH + _bash(commands) + _ZSH_END
 
 
 def _bash(commands: list[CompletedCommand]) -> str:

@@ -32,36 +32,85 @@ def completed(folder: Path, *words: str) -> list[str]:
     return done.stdout.split("\n")[:-1]
 
 
-@pytest.mark.skipif(not shutil.which("bash"), reason="not part of this repository: bash")
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        (["cur"], ["curve"]),
-        (["-q", "mat"], ["materials"]),
-        (["--vers"], ["--version"]),
-        (["curve", "work"], ["workshop"]),
-        (["curve", "CHA-40A-"], ["CHA-40A-50"]),
-        (["curve", "my"], ["my drive.toml"]),
-        (["curve", "drive_1", "--dri"], ["--drives"]),
-        (["curve", "drive_1", "--drives", ""], [""]),
-        (["curve", "drive_1", "--set", "crank_ra"], ["crank_radius="]),
-        (["curve", "drive_1", "--set", "lobes", "=", ""], [""]),
-        (["curve", "drive_1", "--format", ""], ["png", "svg", "pdf"]),
-        (["curve", "drive_1", "--out", "o"], ["old"]),
-        (["export", "drive_1", "--effect", "backlash"], ["backlash.clearance="]),
-        (["export", "drive_1", "--platform", "w"], ["win64"]),
-        (["effects", "load"], ["load_dependent_hysteresis"]),
-        (["new", "--kind", "c"], ["cycloidal", "catalogue"]),
-        (["explore", "tol"], ["tolerance_field"]),
-        (["completion", "z"], ["zsh"]),
-    ],
-    ids=lambda words: " ".join(words),
-)
-def test_bash_completes(words: list[str], expected: list[str], tmp_path: Path) -> None:
+CASES = [
+    (["cur"], ["curve"]),
+    (["-q", "mat"], ["materials"]),
+    (["--vers"], ["--version"]),
+    (["curve", "work"], ["workshop"]),
+    (["curve", "CHA-40A-"], ["CHA-40A-50"]),
+    (["curve", "my"], ["my drive.toml"]),
+    (["curve", "drive_1", "--dri"], ["--drives"]),
+    (["curve", "drive_1", "--drives", ""], [""]),
+    (["curve", "drive_1", "--set", "crank_ra"], ["crank_radius="]),
+    (["curve", "drive_1", "--format", ""], ["png", "svg", "pdf"]),
+    (["curve", "drive_1", "--out", "o"], ["old"]),
+    (["export", "drive_1", "--effect", "backlash"], ["backlash.clearance="]),
+    (["export", "drive_1", "--platform", "w"], ["win64"]),
+    (["effects", "load"], ["load_dependent_hysteresis"]),
+    (["new", "--kind", "c"], ["cycloidal", "catalogue"]),
+    (["explore", "tol"], ["tolerance_field"]),
+    (["completion", "z"], ["zsh"]),
+]
+"""Words of a call, and what completes the last of them."""
+AT_EQUALS = ["curve", "drive_1", "--set", "lobes", "=", ""]
+"""Readline splits words at =; the value of a field has no words."""
+
+
+def fish_words(folder: Path, *words: str) -> list[str]:
+    """What fish offers for the last of the words."""
+    (folder / "reefmu.fish").write_text(SCRIPTS["fish"], encoding="utf-8")
+    line = " ".join([*(shlex.quote(word) for word in ("reefmu", *words[:-1])), words[-1]])
+    code = f"source reefmu.fish; complete -C {shlex.quote(line)}"
+    done = subprocess.run(["fish", "--no-config", "-c", code], cwd=folder, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    return [offered.split("\t")[0].rstrip("/") for offered in done.stdout.splitlines()]
+
+
+def zsh_words(folder: Path, *words: str) -> list[str]:
+    """What the script offers zsh for the last of the words, with the spaces that follow.
+
+    Outside of its completion zsh's `compgen` gives all words; those that do not begin as the last one are left out.
+    """
+    line = " ".join(shlex.quote(word) for word in ("reefmu", *words))
+    # As zsh's own functions for bash call it.
+    call = "f() { emulate -L sh; setopt kshglob noshglob braceexpand nokshautoload; _reefmu_zsh; }; f"
+    code = f'COMP_WORDS=({line}); COMP_CWORD={len(words)}; {call}; print -l -- "${{COMPREPLY[@]}}"'
+    script = SCRIPTS["zsh"].replace("compinit && compinit", "compinit && compinit -D")
+    done = subprocess.run(["zsh", "-f", "-c", script + code], cwd=folder, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    return [offered for offered in done.stdout.split("\n")[:-1] if offered.startswith(words[-1])]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
     (tmp_path / "my drive.toml").touch()
     (tmp_path / "old").mkdir()
     (tmp_path / "odd.txt").touch()
-    assert completed(tmp_path, *words) == expected
+    return tmp_path
+
+
+def named(case: object) -> str:
+    return " ".join(map(str, case)) if isinstance(case, list) else ""
+
+
+@pytest.mark.skipif(not shutil.which("bash"), reason="not part of this repository: bash")
+@pytest.mark.parametrize(("words", "expected"), [*CASES, (AT_EQUALS, [""])], ids=named)
+def test_bash_completes(words: list[str], expected: list[str], folder: Path) -> None:
+    assert completed(folder, *words) == expected
+
+
+@pytest.mark.skipif(not shutil.which("fish"), reason="not part of this repository: fish")
+@pytest.mark.parametrize(("words", "expected"), CASES, ids=named)
+def test_fish_completes(words: list[str], expected: list[str], folder: Path) -> None:
+    assert sorted(fish_words(folder, *words)) == sorted(filter(None, expected))
+
+
+@pytest.mark.skipif(not shutil.which("zsh"), reason="not part of this repository: zsh")
+@pytest.mark.parametrize(("words", "expected"), CASES, ids=named)
+def test_zsh_completes(words: list[str], expected: list[str], folder: Path) -> None:
+    """With a space after every word but one that needs a value."""
+    spaced = [word if word.endswith("=") else f"{word} " for word in expected]
+    assert sorted(filter(None, zsh_words(folder, *words))) == sorted(filter(str.strip, spaced))
 
 
 @pytest.mark.parametrize("shell", SHELLS)
