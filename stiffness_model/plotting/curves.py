@@ -153,21 +153,26 @@ def contact_forces(population: Population, ax: Axes | None = None) -> Axes:
 def load_share(populations: Population | Sequence[Population], ax: Axes | None = None) -> Axes:
     """Greatest share of one element in the torque over the drive's mean torque (figure 10 of the paper).
 
-    The low torque region, below `LOW_TORQUE_SHARE` of the greatest mean torque, is excluded.
+    The low torque region, below `LOW_TORQUE_SHARE` of the greatest mean torque, is excluded, and so are twists at which
+    some drives carry no torque that could be shared.
     """
     ax = new_axes() if ax is None else ax
     several = list(populations) if isinstance(populations, Sequence) else [populations]
     expect(len(several) > 0, "at least one population", populations, "populations")
+    excluded = f"torques below {100 * LOW_TORQUE_SHARE:g} % of the greatest"
     for population, line in zip(several, _lines(len(several)), strict=True):
         order, torque = _by_torque(population)
         kept = population.representative[order] & (torque > 0)
-        order, torque = order[kept], torque[kept]
+        carried = np.asarray(np.isfinite(population.load_share[:, order]).all(axis=0))
+        if not carried[kept].all():
+            excluded = "torques that some drives do not carry"
+        order, torque = order[kept & carried], torque[kept & carried]
         share = 100 * population.load_share[:, order]
         low, high = np.percentile(share, BAND, axis=0)
         _band(ax, torque, share.mean(axis=0), low, high, line, drive_name(population.drive.name))
     format_axes(ax, TORQUE, "greatest load share of an element [%]")
     start_axes_at_zero(ax)
-    return legend_above(ax, f"{BAND_TEXT}; torques below {100 * LOW_TORQUE_SHARE:g} % of the greatest left out")
+    return legend_above(ax, f"{BAND_TEXT}; {excluded} left out")
 
 
 def save(ax: Axes, path: str | os.PathLike[str]) -> None:

@@ -164,6 +164,21 @@ def test_load_share_leaves_out_the_low_torque_region(populations: list[Populatio
     assert is_inside_the_figure(ax)
 
 
+def test_load_share_leaves_out_torques_that_some_drives_do_not_carry() -> None:
+    """Printed gears differ in play, so that some carry nothing where others carry a third of the greatest torque."""
+    drive = sm.load_drive("printed_cycloidal")
+    population = sm.simulate(drive, drive.max_twist * np.linspace(0, 1, 13), 24)
+    carried = np.isfinite(population.load_share).all(axis=0)
+    assert (population.representative & ~carried).any()
+    ax = plots.load_share(population)
+    x, y = data(ax, "printed cycloidal")
+    np.testing.assert_allclose(x, population.torque[:, carried & population.representative].mean(axis=0))
+    assert np.isfinite(y).all()
+    legend = ax.get_legend()
+    assert legend is not None
+    assert "torques that some drives do not carry left out" in legend.get_title().get_text()
+
+
 def test_twists_in_any_order_give_the_same_curve(populations: list[Population]) -> None:
     twist = populations[0].twist
     mixed = sm.simulate(populations[0].drive, np.concatenate([twist[8:], twist[:8]]), 48)
