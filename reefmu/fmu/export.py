@@ -12,6 +12,7 @@ import functools
 import hashlib
 import os
 import warnings
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -28,7 +29,7 @@ from .metadata import RELEASE_DATE, export_info, model_identifier
 from .model.component import LOOKUP_FILE, METADATA_FILE, Component, drive_component, save_component
 from .model.declaration import declare, declare_with_derivatives
 from .model.nominals import with_nominals
-from .model.presets import loaded_start
+from .model.presets import Preset, loaded_preset, loaded_presets, presets
 from .model.table_encoding import embedded_lookup, lookup_metadata
 from .model.variables import FMI_VERSIONS, Interface
 from .python_backend.equations_file import EQUATIONS_FILE, write_equations
@@ -127,9 +128,9 @@ def fmu_content(
         raise unknown_name("version of FMI", fmi, FMI_VERSIONS)
     expect(backend == "native" or fmi == "2.0", "FMI 3.0 with the native back end only", backend, "back end")
     make = (
-        functools.partial(_python_content, load=load)
+        _python_content
         if backend == "python"
-        else functools.partial(_native_content, platform=platform, fmi=fmi, interactive=interactive, load=load)
+        else functools.partial(_native_content, platform=platform, fmi=fmi, interactive=interactive)
     )
     date = source_date(RELEASE_DATE)
     resources = _resources(model, masses)
@@ -140,13 +141,14 @@ def fmu_content(
 
         component = joint_component(model, masses)
     component = with_nominals(component)
-    if load is not None:
-        loaded_start(component, load)  # a load out of reach is refused before anything is compiled
-    return make(component, resources, date)
+    sets = presets(component)
+    # A load out of reach is refused before anything is compiled.
+    loaded = loaded_presets(component, sets[0]) if load is None else (loaded_preset(component, sets[0], load),)
+    return make(component, resources, date, (*sets, *loaded))
 
 
 def _python_content(
-    component: Component, resources: dict[str, bytes], date: datetime, *, load: float | None
+    component: Component, resources: dict[str, bytes], date: datetime, sets: Sequence[Preset]
 ) -> FmuContent:
     """The content of an FMU that runs in the installed package."""
     interface = declare(component)
@@ -162,7 +164,7 @@ def _python_content(
         **{f"resources/{name}": data for name, data in resources.items()},
         **_pythonfmu_binaries(export.model_identifier),
         **documentation(component, interface, export, None),
-        **related_members(component, interface, export, load),
+        **related_members(component, interface, export, sets),
     }
     return FmuContent(members, component, interface, export)
 
@@ -171,11 +173,11 @@ def _native_content(
     component: Component,
     resources: dict[str, bytes],
     date: datetime,
+    sets: Sequence[Preset],
     *,
     platform: str,
     fmi: str,
     interactive: bool,
-    load: float | None,
 ) -> FmuContent:
     """The content of an FMU in C. Its resources serve `reefmu check` and readers; no binary uses them."""
     platforms = () if platform == "none" else select_platforms(platform)
@@ -199,7 +201,7 @@ def _native_content(
         **compile_binaries(sources, export.model_identifier, platforms),
         **documentation(component, interface, export, page_sources),
     }
-    members |= related_members(component, interface, export, load)
+    members |= related_members(component, interface, export, sets)
     members = members if fmi == "2.0" else fmi3_members(members, interface, export)
     return FmuContent(members, component, interface, export)
 

@@ -16,7 +16,7 @@ from stiffness_model.numerics.arrays import Array
 
 from .model.component import MODEL_FILE, Component
 from .model.nominals import eigenfrequency, joint_masses, rounded_down, twist_at_full_torque
-from .model.presets import loaded_presets, presets
+from .model.presets import Preset
 from .model.variables import Interface
 from .xml.description import ExportInfo, to_bytes
 from .xml.parameter_values import MIME_TYPE, parameter_set
@@ -86,13 +86,11 @@ def reference_results(component: Component) -> References:
 
 
 def related_members(
-    component: Component, interface: Interface, export: ExportInfo, load: float | None = None
+    component: Component, interface: Interface, export: ExportInfo, sets: Sequence[Preset]
 ) -> dict[str, bytes]:
-    """The files by name in the archive; load: as of `loaded_presets`."""
+    """The files by name in the archive; sets: the parameter sets among them."""
     references = reference_results(component)
     units = {v.name: v.unit for v in interface.variables}
-    sets = presets(component)
-    sets = (*sets, *loaded_presets(component, sets[0], load))
     files = {
         **{f"{preset.name}.ssv": parameter_set(preset, units, export) for preset in sets},
         STIMULI: _csv(references.inputs, references.time, references.stimuli),

@@ -159,20 +159,21 @@ def load_share(populations: Population | Sequence[Population], ax: Axes | None =
     ax = new_axes() if ax is None else ax
     several = list(populations) if isinstance(populations, Sequence) else [populations]
     expect(len(several) > 0, "at least one population", populations, "populations")
-    excluded = f"torques below {100 * LOW_TORQUE_SHARE:g} % of the greatest"
+    all_carried = True
     for population, line in zip(several, _lines(len(several)), strict=True):
         order, torque = _by_torque(population)
         kept = population.representative[order] & (torque > 0)
         carried = np.asarray(np.isfinite(population.load_share[:, order]).all(axis=0))
-        if not carried[kept].all():
-            excluded = "torques that some drives do not carry"
+        all_carried = all_carried and bool(carried[kept].all())
         order, torque = order[kept & carried], torque[kept & carried]
         share = 100 * population.load_share[:, order]
         low, high = np.percentile(share, BAND, axis=0)
         _band(ax, torque, share.mean(axis=0), low, high, line, drive_name(population.drive.name))
     format_axes(ax, TORQUE, "greatest load share of an element [%]")
     start_axes_at_zero(ax)
-    return legend_above(ax, f"{BAND_TEXT}; {excluded} left out")
+    low = f"torques below {100 * LOW_TORQUE_SHARE:g} % of the greatest"
+    left_out = f" {low}" if all_carried else f"\n{low}, or that some drives do not carry,"
+    return legend_above(ax, f"{BAND_TEXT};{left_out} left out")
 
 
 def save(ax: Axes, path: str | os.PathLike[str]) -> None:

@@ -93,15 +93,15 @@ def loaded_start(component: Component, torque: float) -> dict[str, float]:
     return {"start.output.phi": -twist, "motor.tau": -on_crank, "load.tau": -on_output}
 
 
-def loaded_presets(component: Component, mean: Preset, load: float | None = None) -> tuple[Preset, ...]:
-    """The preset `mean` with the start values for a load, N.m on the output; with None for half the full torque, and
-    none for a drive that does not reach that. Errors: `InputError` for a load that the drive does not reach."""
-    torque = LOAD * component.full_torque if load is None else load
-    try:
-        start = loaded_start(component, torque)
-    except InputError:
-        if load is not None:
-            raise
-        return ()
+def loaded_preset(component: Component, mean: Preset, torque: float) -> Preset:
+    """The preset `mean` with the start values for a torque, N.m; errors as of `loaded_start`."""
     text = f"At rest under a load: the drive starts with {torque:.4g} N.m on the output"
-    return (mean._replace(name="loaded", description=text, values={**mean.values, **start}),)
+    return mean._replace(name="loaded", description=text, values={**mean.values, **loaded_start(component, torque)})
+
+
+def loaded_presets(component: Component, mean: Preset) -> tuple[Preset, ...]:
+    """`loaded_preset` for half the full torque; none for a drive that does not reach it."""
+    try:
+        return (loaded_preset(component, mean, LOAD * component.full_torque),)
+    except InputError:
+        return ()

@@ -176,7 +176,9 @@ def test_load_share_leaves_out_torques_that_some_drives_do_not_carry() -> None:
     assert np.isfinite(y).all()
     legend = ax.get_legend()
     assert legend is not None
-    assert "torques that some drives do not carry left out" in legend.get_title().get_text()
+    title = legend.get_title().get_text()
+    assert f"below {100 * LOW_TORQUE_SHARE:g} % of the greatest, or that some drives do not carry, left out" in title
+    assert is_inside_the_figure(ax)
 
 
 def test_twists_in_any_order_give_the_same_curve(populations: list[Population]) -> None:
