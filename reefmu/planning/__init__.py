@@ -1,10 +1,11 @@
 """Planning of tests: from a drawing, a rig and the effects of interest, the shortest protocol that separates them.
 
-    protocols (rig -> motion_pieces -> schedule) -> diagnosis_link -> information -> rival_hypotheses
-    -> predicted_isolability -> design -> remedies -> shortest_plan -> next_experiment | plan_report
+    protocols (rig -> motion_pieces -> schedule) -> diagnosis_link -> information -> design -> remedies
+    -> shortest_plan -> next_experiment | plan_report
 
-`diagnosis_link` alone imports the computations of the diagnosis, whose predictor and covariance a plan uses; `sizes`
-are the typical sizes of the effects; `plan_report` writes the files.
+A plan uses the predictor and the covariance of the diagnosis: `diagnosis_link` applies them to records that are not
+measured yet, and `reefmu.diagnosis.probabilities` predicts which effects such a record tells apart. `plan_report`
+writes the files.
 """
 
 from __future__ import annotations

@@ -17,12 +17,12 @@ from scipy.special import ndtri
 
 from stiffness_model.numerics.arrays import Array
 
+from ..diagnosis.probabilities.predicted_isolability import NAMED, PRIOR_ODDS
+from ..diagnosis.probabilities.rival_hypotheses import RivalHypothesis, separations
 from .information import PieceInformation, total_information
-from .predicted_isolability import NAMED, PRIOR_ODDS
 from .protocols.motion_pieces import Piece
 from .protocols.rig import Rig
 from .protocols.schedule import Schedule, make_schedule
-from .rival_hypotheses import RivalHypothesis, separations
 
 MAX_COPIES = 3
 """Copies of one piece that a protocol may hold. Chosen by judgement: further ones bring the same scatter."""

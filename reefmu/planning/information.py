@@ -18,7 +18,8 @@ from scipy.linalg import solve_triangular
 
 from stiffness_model.numerics.arrays import Array
 
-from .diagnosis_link import ACCUMULATING, Sensitivities, noise_whitened
+from ..diagnosis.probabilities.effect_columns import ACCUMULATING, Sensitivities
+from .diagnosis_link import noise_whitened
 from .protocols.rig import RigNoise
 from .protocols.schedule import Schedule
 

@@ -12,10 +12,11 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
 from stiffness_model.numerics.arrays import Array
 
+from ..diagnosis.probabilities.effect_columns import ACCUMULATING
+from ..diagnosis.probabilities.predicted_isolability import isolability
 from ..record import Record
-from .diagnosis_link import ACCUMULATING, excluded_effects
+from .diagnosis_link import excluded_effects
 from .information import total_information
-from .predicted_isolability import isolability
 from .protocols.rig import Rig
 from .protocols.schedule import Schedule
 from .shortest_plan import choose_pieces, prepare_setting

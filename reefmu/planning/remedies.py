@@ -9,8 +9,8 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
+from ..diagnosis.probabilities.predicted_isolability import PredictedIsolability
 from .design import MARGINS, Candidates, potential, wanted_separations
-from .predicted_isolability import PredictedIsolability
 from .protocols.motion_pieces import feasible
 from .protocols.rig import Rig
 from .protocols.schedule import Schedule

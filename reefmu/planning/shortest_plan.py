@@ -13,18 +13,19 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
 from stiffness_model.numerics.arrays import Array
 
+from ..diagnosis.probabilities.effect_columns import Sensitivities, sensitivities, whitened
+from ..diagnosis.probabilities.predicted_isolability import PredictedIsolability, isolability, mean_isolability
+from ..diagnosis.probabilities.rival_hypotheses import make_hypotheses
+from ..diagnosis.probabilities.typical_sizes import typical_sizes
 from ..effects import EFFECTS, find_effect
 from ..model.contacts.tables import cached_lookup
 from .design import MARGINS, Candidates, ProtocolDesign, design, make_targets, potential, wanted_separations
-from .diagnosis_link import Sensitivities, excluded_effects, record_problem, sensitivities, whitened
+from .diagnosis_link import excluded_effects, record_problem
 from .information import piece_information, record_information, total_information
-from .predicted_isolability import PredictedIsolability, isolability, mean_isolability
 from .protocols.motion_pieces import Piece, feasible, motion_library
 from .protocols.rig import Rig, rig_noise
 from .protocols.schedule import Schedule, has_individuals, make_schedule, measured_record
 from .remedies import Remedy, find_remedies
-from .rival_hypotheses import make_hypotheses
-from .sizes import typical_sizes
 
 POWER = 0.9
 """Probability of the right name that a plan aims at. Chosen by judgement, usual for the power of a test."""

@@ -9,8 +9,8 @@ from typing import Any
 
 from scipy.special import ndtri
 
+from ...diagnosis.probabilities.predicted_isolability import NAMED, PRIOR_ODDS
 from ...effects import find_effect
-from ..predicted_isolability import NAMED, PRIOR_ODDS
 from ..shortest_plan import Plan
 
 SCHEMA = 1

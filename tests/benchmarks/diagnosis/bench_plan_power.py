@@ -26,13 +26,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
 from reefmu.cli import BLAS_THREADS
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.score_test import linearise
+from reefmu.diagnosis.probabilities.effect_columns import draw_parameters, sensitivities, whitened
+from reefmu.diagnosis.probabilities.predicted_isolability import PredictedIsolability, isolability
+from reefmu.diagnosis.probabilities.rival_hypotheses import make_hypotheses
 from reefmu.effects import EFFECTS
 from reefmu.planning import Plan, Rig, load_rig, make_plan
-from reefmu.planning.diagnosis_link import draw_parameters, record_problem, sensitivities, whitened
-from reefmu.planning.predicted_isolability import PredictedIsolability, isolability
+from reefmu.planning.diagnosis_link import record_problem
 from reefmu.planning.protocols.motion_pieces import Piece
 from reefmu.planning.protocols.schedule import Schedule, make_schedule, measured_record
-from reefmu.planning.rival_hypotheses import make_hypotheses
 from stiffness_model import DoesNotFitWarning, Drive, load_drive
 from tests.validation.blind.protocols import full
 

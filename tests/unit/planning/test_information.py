@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 
 from reefmu.planning.design import Candidates
-from reefmu.planning.diagnosis_link import record_problem, sensitivities, whitened
+from reefmu.planning.diagnosis_link import record_problem
 from reefmu.planning.information import piece_information, record_information, total_information
 from reefmu.planning.protocols.motion_pieces import feasible
 from reefmu.planning.protocols.rig import RigNoise, rig_noise
 from reefmu.planning.protocols.schedule import make_schedule, measured_record
-from reefmu.planning.rival_hypotheses import make_hypotheses, separations
 from reefmu.planning.shortest_plan import Setting
 from stiffness_model.numerics.arrays import Array
+
+from ..diagnosis.probabilities.effect_columns import sensitivities, whitened
+from ..diagnosis.probabilities.rival_hypotheses import make_hypotheses, separations
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from .diagnosis_link import Sensitivities, Variant
+from .effect_columns import Sensitivities, Variant
 
 MAX_COMBINATIONS = 32
 """Combinations of the variants of a set's effects that are examined, evenly chosen. Chosen by judgement to bound the

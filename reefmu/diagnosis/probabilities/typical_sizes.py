@@ -6,7 +6,7 @@ import math
 
 from stiffness_model.drawing.drive import Drive
 
-from ..effects import EFFECTS
+from ...effects import EFFECTS
 
 ROTATION_SPEED = 100.0
 """rad/s of the crank, about 1000 rpm, at which speed-dependent friction has its typical torque. Chosen by judgement."""

@@ -17,7 +17,7 @@ from scipy.special import log_ndtr, logsumexp
 
 from stiffness_model.numerics.arrays import Array
 
-from .diagnosis_link import Variant
+from .effect_columns import Variant
 from .rival_hypotheses import RivalHypothesis
 
 PRIOR_ODDS = 1 / 20
