@@ -1,6 +1,6 @@
 """Diagnosis: where a measured record and the model disagree, which effect is missing, and what the record cannot show.
 
-    preprocessing -> forward -> random_effects -> estimation -> inference -> report
+    preprocessing -> forward -> random_effects -> estimation -> inference -> probabilities -> report
 
 `pipeline` runs them in this order for one record, on the problem that `preparation` sets up. `api` has the public
 functions (`diagnose_record`), `schema`, `fitted_values` and `hypotheses` what they return, `analysis` that together

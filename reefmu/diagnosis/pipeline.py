@@ -1,4 +1,4 @@
-"""The diagnosis of one record: audit, problem, isolability, thresholds, search, conclusion, result."""
+"""The diagnosis of one record: audit, problem, isolability, thresholds, search, conclusion, probabilities, result."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from .inference.verdict import decide, select_effects, withdraw_effects
 from .preparation import BaseCurveSource, prepare_problem
 from .preprocessing.audit import Audit, audit
 from .preprocessing.trace import make_trace
+from .probabilities.assessment import assess
 from .report.assemble import assemble_diagnosis, base_refusal, insufficient_diagnosis
 from .report.gap import measure_gap
 from .schema import Diagnosis
@@ -72,7 +73,11 @@ def analyse(
     gap = measure_gap(evidence.problem, record, base, conclusion.chosen, held)
     if refusal := base_refusal(evidence.problem, conclusion.chosen, gap):
         return _timed(insufficient_diagnosis(audited, [refusal], gap), started)
-    diagnosis = _with_friction_at_the_crank(assemble_diagnosis(evidence, isolated, conclusion, gap, audited), record)
+    report("probabilities", 0.97)
+    found = assess(evidence, conclusion)
+    diagnosis = assemble_diagnosis(evidence, isolated, conclusion, gap, audited)
+    diagnosis = diagnosis.with_probabilities(found.hypotheses, found.global_p, found.isolability)
+    diagnosis = _with_friction_at_the_crank(diagnosis, record)
     return Analysis(record, evidence, isolated, conclusion, _timed(diagnosis, started))
 
 

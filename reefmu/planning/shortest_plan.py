@@ -96,7 +96,8 @@ def prepare_setting(drive: Drive, rig: Rig, names: Sequence[str] | None, report:
     library = motion_library(rig, top, drive.max_twist)
     whole = make_schedule(library, range(len(library)), rig)
     report("record of all motions", 0.05)
-    sizes = typical_sizes(drive, lookup.full_torque, drive.max_twist, 60 * rig.minutes)
+    clearance = drive.tolerances["gear"].sigma
+    sizes = typical_sizes(lookup.full_torque, drive.max_twist, 60 * rig.minutes, clearance, drive.transmission_ratio)
     # All columns are present: what a rig does not measure only excludes effects from its candidates. Without noise of
     # the angles, effects that a motion makes equal have equal traces; information counts the noise of the rig.
     complete = replace(

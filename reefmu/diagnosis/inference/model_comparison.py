@@ -129,7 +129,7 @@ def _as_tolerance_of_the_curve(problem: Problem, base: Fit, best: Fit) -> Compar
     others = _without_static_effects(problem, base, best)
     fit, curve = pair = _with_best_term(problem, others, [NonparametricTerm(CURVE, curve_over_torque)])
     is_as_good = _cost(pair) < best.cost + margin
-    return Comparison(others, curve, True) if is_as_good and _is_within_tolerances(problem, fit, curve) else None
+    return Comparison(others, curve, True) if is_as_good and is_within_tolerances(problem, fit, curve) else None
 
 
 def _compare_with_curve(problem: Problem, base: Fit, kept: Fit, unnamed: TermFit, is_curved: bool) -> Comparison:
@@ -140,7 +140,7 @@ def _compare_with_curve(problem: Problem, base: Fit, kept: Fit, unnamed: TermFit
     others, curve = pair = _with_best_term(problem, _without_static_effects(problem, base, kept), [unnamed.term])
     is_as_good = _cost(pair) < kept.cost - unnamed.gain + CURVE_GAIN
     is_tolerance = not kept.names or (is_as_good and is_curved)
-    if is_tolerance and _is_within_tolerances(problem, others, curve):
+    if is_tolerance and is_within_tolerances(problem, others, curve):
         return Comparison(others, curve, True)
     # Two static effects for one curve, which alone explains more than both.
     if len(kept.names) - len(others.names) > 1 and _cost(pair) < kept.cost:
@@ -183,7 +183,7 @@ def _sets_to_compare(problem: Problem, search: Search, best: Fit) -> list[Fit]:
     return list({frozenset(fit.names): fit for fit in reversed(sets)}.values())
 
 
-def _is_within_tolerances(problem: Problem, fit: Fit, curve: TermFit) -> bool:
+def is_within_tolerances(problem: Problem, fit: Fit, curve: TermFit) -> bool:
     """Whether a curve over the torque is as small, and as odd, as those of individuals of the population."""
     torque, part = problem.torque, curve.torque
     order = np.argsort(torque)

@@ -71,13 +71,15 @@ class TermFit:
 
 
 def fit_terms(problem: Problem, fit: Fit, terms: Sequence[NonparametricTerm] = ()) -> list[TermFit]:
-    """The given terms, or all that this record can show, each fitted beside a set of effects; the best first.
+    """The given terms, or all that this record can show, each fitted beside a set of effects; the best first."""
+    return fit_terms_to(problem, fit, problem.torque - fit.prediction.torque, terms)
 
-    The parameters of the fit stay free, to first order.
-    """
+
+def fit_terms_to(problem: Problem, fit: Fit, residual: Array, terms: Sequence[NonparametricTerm] = ()) -> list[TermFit]:
+    """The same fitted to a residual (n,), N.m; the parameters of the fit stay free, to first order."""
     weights, full_torque = fit.weighting, problem.base.full_torque
     basis = orthonormal_basis(weights, fit.prediction.sensitivities)
-    residual = weights.whiten(problem.torque - fit.prediction.torque)
+    residual = weights.whiten(residual)
     residual = residual - basis @ (basis.T @ residual)
     # Of the predicted torque: the measured one holds the noise, and a curve over it would absorb that noise.
     torque = fit.prediction.torque / full_torque

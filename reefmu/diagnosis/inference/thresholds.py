@@ -46,6 +46,10 @@ class Thresholds:
         """Sum of the thresholds of a fit's effects."""
         return sum(self.of(name, fit.weighting.size) for name in fit.names)
 
+    def beyond_noise(self, fit: Fit) -> float:
+        """What individuals of the population add to the sum of the thresholds of a fit's effects."""
+        return self.total(fit) - sum(self.noise[name] for name in fit.names)
+
     def of(self, name: str, size: float) -> float:
         """Threshold of a candidate beside a scatter of this size."""
         return self.noise[name] + individual_share(size) * max(self.individuals[name] - self.noise[name], 0.0)

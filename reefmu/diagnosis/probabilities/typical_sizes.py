@@ -1,10 +1,9 @@
-"""Sizes that the effects typically have: the scale at which a plan asks whether they are separated."""
+"""Sizes that the effects typically have: the scale of their priors, and that at which a plan asks whether they are
+separated."""
 
 from __future__ import annotations
 
 import math
-
-from stiffness_model.drawing.drive import Drive
 
 from ...effects import EFFECTS
 
@@ -18,13 +17,18 @@ FRICTION_SHARE = 0.03
 """Typical friction over full torque. Chosen by judgement, from efficiencies of 90 to 97 % of robot gears."""
 
 
-def typical_sizes(drive: Drive, full_torque: float, full_twist: float, seconds: float) -> dict[str, float]:
-    """Typical values of the effects' amplitudes by `effect.parameter`, SI: standard deviations of Gaussian priors.
+def typical_sizes(
+    full_torque: float, full_twist: float, seconds: float, clearance: float = 0.0, ratio: float | None = None
+) -> dict[str, float]:
+    """Typical values of the effects' amplitudes by `effect.parameter`, SI: the scale of their priors.
 
-    full_torque: N.m; full_twist: rad, at full torque; seconds: duration of the record, over which a drift counts.
-    Clearances are one standard deviation of the gear's tolerance, all others shares chosen by judgement.
+    full_torque: N.m; full_twist: rad, at full torque; seconds: duration of the record, over which a drift counts;
+    clearance: m, one standard deviation of the gear's tolerance, 0 where no drawing states it; ratio: of crank to
+    output, None where it is not known: speeds are then those of the output. All but the clearances are shares chosen by
+    judgement.
     """
-    clearance = drive.tolerances["gear"].sigma or EFFECTS["backlash"].parameters[0].nominal
+    clearance = clearance or EFFECTS["backlash"].parameters[0].nominal
+    turns_per_turn = abs(ratio or 1.0)
     friction, compliance = FRICTION_SHARE * full_torque, full_twist / full_torque
     return {
         "backlash.clearance": clearance,
@@ -41,7 +45,7 @@ def typical_sizes(drive: Drive, full_torque: float, full_twist: float, seconds: 
         # At the rate of a loop through full twist in one second.
         "damping.coefficient": friction / (4 * full_twist),
         "coulomb_friction.torque": friction,
-        "viscous_friction.coefficient": friction / (ROTATION_SPEED / drive.transmission_ratio),
+        "viscous_friction.coefficient": friction / (ROTATION_SPEED / turns_per_turn),
         "stribeck_friction.torque": friction,
         "torque_sensor_offset.torque": 0.01 * full_torque,
         "torque_sensor_drift.rate": 0.01 * full_torque / seconds,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
@@ -15,18 +14,21 @@ N_INDIVIDUALS = 48
 """Individual drives that are simulated. Chosen by judgement: a few dozen give the spread within 10 %."""
 
 
-def simulate_individuals(scatter: Scatter, count: int = N_INDIVIDUALS, seed: int = 0) -> Array:
+def simulate_individuals(scatter: Scatter, count: int = N_INDIVIDUALS, seed: int = 0, places: float = 0.0) -> Array:
     """(count, n) N.m, torque of individual drives less that of the mean drive, at the blocks of the record.
 
     The position of the first element at crank angle 0 is random. Deviations of balls and cranks move with the element,
-    those of lobes stay in the gear. The torque is not linearised in the clearance; bores are at their mean.
+    those of lobes stay in the gear. The torque is not linearised in the clearance; bores have their mean radius.
+    places: deviation of the places of bores and lobes over that of their sizes, which drawings state alone. A bore or a
+    lobe beside its place twists its element, a lobe farther out acts as a larger one.
     """
     drive, r = scatter.drive, scatter.responses
     rng = np.random.default_rng(np.random.SeedSequence([seed, len(scatter.twist)]))
     n, rows = drive.elements, drive.eccentrics
     share = {part: np.sqrt(v) for part, v in r.shares.items()}
     mean, fast = mean_torque(scatter), scatter.motion.span > FULL_TURN
-    t, f = locate_cells(r.twist, scatter.twist)
+    place = places * max(drive.tolerances["cage"].sigma, drive.tolerances["gear"].sigma)
+    angle = place / (drive.crank_radius + drive.element_radius)
     found = np.empty((count, len(scatter.twist)))
     for number in range(count):
         beta, lobe, inside = element_positions(drive, scatter.motion, rng.uniform(0, 2 * np.pi))
@@ -35,9 +37,16 @@ def simulate_individuals(scatter: Scatter, count: int = N_INDIVIDUALS, seed: int
             crank = crank[np.arange(n) % rows]
         of_element = share["element"] * rng.standard_normal(n) + share["crank"] * crank
         of_lobe = share["gear"] * rng.standard_normal(drive.lobes * rows)
+        twist_of_element, twist_of_lobe = np.zeros(n), np.zeros(drive.lobes * rows)
+        if places:
+            of_lobe += place / r.deviation * rng.standard_normal(drive.lobes * rows)
+            twist_of_element = angle * rng.standard_normal(n)
+            twist_of_lobe = angle * rng.standard_normal(drive.lobes * rows)
         block, element = np.nonzero(inside > 0)
-        z = of_element[element] + of_lobe[lobe[block, element]]
-        torque = inside[block, element] * _single(scatter, t[block], f[block], beta[block, element], z)
+        met = lobe[block, element]
+        z = of_element[element] + of_lobe[met]
+        twist = scatter.twist[block] + twist_of_element[element] + twist_of_lobe[met]
+        torque = inside[block, element] * _single(scatter, twist, beta[block, element], z)
         # Where the crank makes whole turns within a block, all drives have the same average.
         found[number] = np.where(fast, 0.0, np.bincount(block, torque, len(scatter.twist)) - mean)
     return found
@@ -52,13 +61,13 @@ def mean_torque(scatter: Scatter) -> Array:
     return np.interp(scatter.twist, r.twist, curve)
 
 
-def _single(scatter: Scatter, t: NDArray[np.intp], f: Array, beta: Array, z: Array) -> Array:
+def _single(scatter: Scatter, twist: Array, beta: Array, z: Array) -> Array:
     """(k,) N.m, torque of single elements by linear interpolation along all three axes.
 
-    t, f: (k,), cells of the twist and positions within; beta: (k,) rad, position; z: (k,), deviation of the clearance
-    in standard deviations.
+    twist: (k,) rad; beta: (k,) rad, position; z: (k,), deviation of the clearance in standard deviations.
     """
     r = scatter.responses
+    t, f = locate_cells(r.twist, twist)
     b, g = locate_cells(r.position, beta)
     k, h = locate_cells(r.solved, z * r.deviation)
     flat, (_, n_twist, n_position) = r.single.ravel(), r.single.shape

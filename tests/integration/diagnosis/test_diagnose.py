@@ -1,13 +1,14 @@
 """Diagnoses of simulated records whose effects are known."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
-from reefmu.diagnosis.schema import SCHEMA, VERDICTS
+from reefmu.diagnosis.schema import PROBABILITY_SCHEMA, SCHEMA, VERDICTS
 from reefmu.model.model_file import load_model
 from reefmu.record import Record, make_record
 from stiffness_model.errors import InputError
@@ -22,6 +23,26 @@ def test_a_record_without_effects_gets_none() -> None:
     found = diagnose_record(rig.measured({}, correlation=0.9, seed=1), drive=rig.drive())
     assert found.verdict == "none"
     assert not found.effects
+    assert found.hypotheses[0] == replace(found.hypotheses[0], effects=(), unnamed=False)
+    assert found.global_p is not None
+    assert found.global_p > 0.01
+
+
+def test_probabilities_are_those_of_the_schema() -> None:
+    """Sorted, with a sum of 1; an effect's is that of its hypotheses; the matrix has rows below 1."""
+    answer = diagnose_record(rig.measured({"hysteresis": {"torque": 4.0}}, seed=3), drive=rig.drive()).to_dict()
+    assert answer["schema"] == PROBABILITY_SCHEMA
+    shown = [h["probability"] for h in answer["hypotheses"]]
+    assert shown == sorted(shown, reverse=True)
+    assert 0.99 <= sum(shown) <= 1 + 1e-6
+    assert answer["hypotheses"][0]["effects"] == ["hysteresis"]
+    (effect,) = answer["effects"]
+    containing = sum(h["probability"] for h in answer["hypotheses"] if "hysteresis" in (h["effects"] or ()))
+    assert effect["probability"] == pytest.approx(containing, abs=0.01)
+    assert effect["probability"] > 0.9
+    matrix = np.array(answer["isolability"]["matrix"])
+    assert len(answer["isolability"]["names"]) == len(matrix) > 10
+    assert (matrix.sum(axis=1) < 1 + 1e-9).all()
 
 
 @pytest.mark.slow
@@ -50,7 +71,7 @@ def test_two_effects_are_named_and_the_files_written(tmp_path: Path) -> None:
     assert (found.verdict, names(found)) == ("named", {"backlash", "hysteresis"})
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["diagnosis.json", "model.toml", "report.html"]
     answer = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
-    assert answer["schema"] == SCHEMA
+    assert answer["schema"] == PROBABILITY_SCHEMA
     assert answer["verdict"] in VERDICTS
     assert set(answer["gap"]) >= {"unit", "before", "after", "noise", "held_out_before", "held_out_after"}
     page = (tmp_path / "out" / "report.html").read_text()
@@ -97,7 +118,8 @@ def _one_loop(torque: float) -> Record:
 
 
 def test_a_record_without_torque_or_with_a_wrong_sign_is_insufficient() -> None:
-    assert diagnose_record(_one_loop(0.0), drive=rig.drive()).verdict == "insufficient"
+    nothing = diagnose_record(_one_loop(0.0), drive=rig.drive())
+    assert (nothing.verdict, nothing.hypotheses, nothing.to_dict()["schema"]) == ("insufficient", (), SCHEMA)
     wrong_sign = diagnose_record(_one_loop(-50.0), drive=rig.drive())
     assert wrong_sign.verdict == "insufficient"
     assert "wrong sign" in wrong_sign.sentence

@@ -57,18 +57,30 @@ def page(found: Analysis, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def plain_page(found: Analysis, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of a diagnosis without probabilities."""
+    path = tmp_path_factory.mktemp("plain") / "report.html"
+    plain = replace(found.diagnosis, hypotheses=(), global_p=None, isolability=None)
+    path.write_text(report_html(replace(found, diagnosis=plain)), "utf-8")
+    return path
+
+
 @BROWSER
+@pytest.mark.parametrize("which", ["page", "plain_page"])
 @pytest.mark.parametrize(("width", "height"), [(1280, 800), (794, 1123), (500, 800)])
-def test_the_page_in_a_browser(page: Path, tmp_path: Path, width: int, height: int) -> None:
+def test_the_page_in_a_browser(
+    request: pytest.FixtureRequest, tmp_path: Path, width: int, height: int, which: str
+) -> None:
     """On a screen, on a sheet of A4 and in a narrow window nothing overflows, and the verdict is visible at once."""
-    seen = browser.look(page, width, height, tmp_path)
+    seen = browser.look(request.getfixturevalue(which), width, height, tmp_path)
     assert seen.page <= seen.width
     assert seen.wide == []
     assert len(seen.pictures) == 5
     assert all(w > 250 and h > 80 and paths > 10 for w, h, paths in seen.pictures)
     assert seen.lead[3] < 0.5 * height
     if width == 1280:
-        assert seen.cards[3] < 0.6 * height
+        assert seen.cards[3] < 0.6 * height if which == "plain_page" else seen.cards[1] < height
     assert seen.asked == []
 
 

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from reefmu.diagnosis.probabilities.effect_columns import sensitivities, whitened
+from reefmu.diagnosis.probabilities.rival_hypotheses import make_hypotheses, separations
 from reefmu.planning.design import Candidates
 from reefmu.planning.diagnosis_link import record_problem
 from reefmu.planning.information import piece_information, record_information, total_information
@@ -15,9 +17,6 @@ from reefmu.planning.protocols.rig import RigNoise, rig_noise
 from reefmu.planning.protocols.schedule import make_schedule, measured_record
 from reefmu.planning.shortest_plan import Setting
 from stiffness_model.numerics.arrays import Array
-
-from ..diagnosis.probabilities.effect_columns import sensitivities, whitened
-from ..diagnosis.probabilities.rival_hypotheses import make_hypotheses, separations
 
 
 @pytest.fixture(scope="module")

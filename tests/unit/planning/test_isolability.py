@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from reefmu.diagnosis.probabilities.effect_columns import Variant
+from reefmu.diagnosis.probabilities.predicted_isolability import isolability
+from reefmu.diagnosis.probabilities.rival_hypotheses import RivalHypothesis
 from reefmu.planning import Plan, Rig, make_plan, next_protocol
 from reefmu.planning.design import design, make_targets, potential, wanted_separations
 from reefmu.planning.protocols.motion_pieces import feasible
 from reefmu.planning.shortest_plan import Setting
 from stiffness_model import Drive
 from stiffness_model.errors import InputError, UnknownNameError
-
-from ..diagnosis.probabilities.effect_columns import Variant
-from ..diagnosis.probabilities.predicted_isolability import isolability
-from ..diagnosis.probabilities.rival_hypotheses import RivalHypothesis
 
 
 def single(name: str, column: int) -> RivalHypothesis:

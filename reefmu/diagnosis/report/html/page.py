@@ -16,7 +16,7 @@ from .elements import amplitude_table, breakable, command_list, explanation, fig
 from .meanings import GAP_MEANING, LOCATION_MEANING, REMAINDER_MEANING, SEARCH_MEANING, shares_text
 from .next_commands import next_commands
 from .origin import Origin, origin_rows
-from .probabilities import probability_overview
+from .probability_overview import probability_overview
 from .script import SCRIPT
 from .style import STYLE
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -38,6 +40,30 @@ def test_the_random_effects_have_the_variance_of_individuals(scatter: Scatter) -
     # Unbiased: individual drives average to the mean drive.
     error = found.std(axis=0)[loaded] / np.sqrt(len(found))
     assert np.mean(np.abs(found.mean(axis=0)[loaded]) < 3 * error) > 0.95
+
+
+@pytest.mark.parametrize("of_radii", [True, False])
+def test_places_twist_elements_and_move_lobes_outwards(scatter: Scatter, of_radii: bool) -> None:
+    """What places add to the variance of individuals, against the slopes of one element's torque integrated over its
+    positions: a bore and a lobe beside their places twist it; a lobe farther out is larger, unless radii do nothing."""
+    drive, r = rig.drive(), scatter.responses
+    if not of_radii:
+        middle = r.single[len(r.single) // 2]
+        scatter = replace(scatter, responses=replace(r, single=np.broadcast_to(middle, r.single.shape).copy()))
+    loaded = (np.abs(scatter.twist) > 0.3 * drive.max_twist) & (scatter.motion.span < 2.0)
+    place = max(drive.tolerances["cage"].sigma, drive.tolerances["gear"].sigma)
+    angle = place / (drive.crank_radius + drive.element_radius)
+    tables = r.at_clearance(0.0)
+    slope = np.gradient(tables["mean"], r.twist, axis=0)
+    each = 2 * (angle * slope) ** 2 + (place / r.deviation * tables["linear"]) ** 2 * of_radii
+    along = drive.elements / (2 * np.pi) * np.trapezoid(each, r.position, axis=1)
+    expected = float(np.mean(np.interp(scatter.twist, r.twist, along)[loaded]))
+    # One drive of a seed has the same radii with and without places.
+    plain, placed = (
+        np.concatenate([simulate_individuals(scatter, 1, seed, places) for seed in range(96)])[:, loaded]
+        for places in (0.0, 1.0)
+    )
+    assert float(np.mean((placed - plain) ** 2)) == pytest.approx(expected, rel=0.15)
 
 
 def test_the_weights_explain_an_individual_of_the_solver(problem: Problem, scatter: Scatter) -> None:

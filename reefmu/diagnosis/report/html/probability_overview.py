@@ -60,8 +60,8 @@ def _isolability(diagnosis: Diagnosis) -> str:
         return ""
     return (
         f"<section><h2>What this record tells apart</h2>{_heat_map(diagnosis.isolability, names)}"
-        "<p class=small>Probability, in percent, that a record like this one names the effect of the column if the "
-        "effect of the row is missing at its typical size.</p></section>"
+        "<p class=small>Probability, in percent, at most, that a record like this one names the effect of the column "
+        "if the effect of the row is missing at its typical size.</p></section>"
     )
 
 

@@ -1,0 +1,74 @@
+"""What a record says beyond the verdict: probabilities of the hypotheses, the fit of the chosen one, isolability."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..estimation.least_squares import Fit
+from ..estimation.problem import Problem
+from ..estimation.score_test import orthonormal_basis
+from ..hypotheses import Hypothesis, IsolabilityMatrix
+from ..inference.evidence import Evidence
+from ..inference.verdict import Conclusion
+from .calibration import probabilities, verdict_of
+from .effect_columns import sensitivities
+from .goodness_of_fit import global_p
+from .hypothesis_table import hypothesis_table
+from .predicted_isolability import isolability
+from .rival_hypotheses import make_hypotheses
+from .typical_sizes import typical_sizes
+
+DRAWS = 100
+"""Draws of the noise for each of four true traces: standard errors of the matrix are below 2.5 percentage points."""
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """hypotheses: with probabilities that sum to 1; global_p: of the chosen model; isolability: of the effects that the
+    record can show."""
+
+    hypotheses: tuple[Hypothesis, ...]
+    global_p: float
+    isolability: IsolabilityMatrix
+
+
+def assess(evidence: Evidence, conclusion: Conclusion) -> Assessment:
+    """The assessment of one record's evidence beside the conclusion that was drawn from it."""
+    problem, chosen = evidence.problem, conclusion.chosen
+    sizes = record_sizes(problem)
+    rows = hypothesis_table(evidence, chosen, sizes)
+    verdict = verdict_of(conclusion.verdict, chosen.names, conclusion.alternatives)
+    return Assessment(
+        probabilities(rows, verdict),
+        global_p(problem, chosen),
+        record_isolability(problem, evidence.search.base, chosen, sizes),
+    )
+
+
+def record_sizes(problem: Problem) -> dict[str, float]:
+    """Typical sizes of the effects in the gear and the record of a problem."""
+    base, seconds = problem.base, float(problem.trace.time[-1] - problem.trace.time[0])
+    clearance = 0.0
+    if base.drive is not None:
+        clearance = base.drive.tolerances["gear"].sigma
+    elif problem.scatter is not None:
+        clearance = problem.scatter.clearance_deviation
+    return typical_sizes(base.full_torque, base.max_twist, max(seconds, 1e-9), clearance, base.ratio)
+
+
+def record_isolability(problem: Problem, base: Fit, chosen: Fit, sizes: Mapping[str, float]) -> IsolabilityMatrix:
+    """Probability that effect j is named while effect i is true at its typical size, along this record.
+
+    base: the fit without effects, about which the effects are linearised; chosen: the fit whose covariance holds.
+    Laws, covariance and base curve are taken as known, so that the probabilities are upper bounds.
+    """
+    if not problem.candidates:
+        return IsolabilityMatrix((), ())
+    columns = sensitivities(problem, base, sizes)
+    basis = orthonormal_basis(chosen.weighting, columns.base)
+    white = chosen.weighting.whiten(columns.columns)
+    white = white - basis @ (basis.T @ white)
+    single = make_hypotheses(columns, [(name,) for name in problem.candidates])
+    found = isolability(white.T @ white, single, single, sizes=(), draws=(DRAWS, 0))
+    return IsolabilityMatrix(found.true, tuple(tuple(float(p) for p in row[:-1]) for row in found.matrix[1:]))

@@ -1,0 +1,162 @@
+"""The table of hypotheses: marginal likelihoods by quadrature, and rows in the order of the evidence."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import dblquad, quad
+
+from reefmu.diagnosis.estimation.search import Search
+from reefmu.diagnosis.inference.evidence import Evidence
+from reefmu.diagnosis.inference.thresholds import Thresholds
+from reefmu.diagnosis.probabilities.assessment import record_isolability, record_sizes
+from reefmu.diagnosis.probabilities.hypothesis_table import hypothesis_table, unnamed_gain_of_individuals
+from reefmu.diagnosis.probabilities.marginal_likelihood import (
+    PRIOR_WIDTH,
+    log_volume,
+    material_effects,
+    parameter_prior,
+)
+from reefmu.effects import find_effect
+from tests import diagnosis_rig as rig
+from tests.unit.reefmu.diagnosis.probabilities.conftest import Fitted
+
+NOTHING, HYSTERESIS = frozenset[str](), frozenset({"hysteresis"})
+
+
+def test_the_volume_is_the_integral_of_likelihood_times_prior(fitted: Fitted) -> None:
+    """One amplitude beside one base parameter, which covary: Laplace's approximation against quadrature."""
+    problem, size = fitted.problem, 0.7
+    curvature = np.array([[9.0, 4.0], [4.0, 6.0]])
+    start = replace(fitted.base, names=("torque_sensor_offset",), parameters=np.array([0.0, 2.5]), curvature=curvature)
+    n_base = 1 + problem.base.shape.size
+    if n_base > 1:
+        whole = np.eye(n_base + 1)
+        whole[np.ix_([0, n_base], [0, n_base])] = curvature
+        parameters = np.zeros(n_base + 1)
+        parameters[-1] = 2.5
+        start = replace(start, parameters=parameters, curvature=whole)
+    start = replace(start, bounds=problem.bounds(("torque_sensor_offset",)))
+    unit = float(start.bounds.scale[-1])
+    width = PRIOR_WIDTH * size / unit
+
+    def likelihood(base: float, amplitude: float) -> float:
+        v = np.array([base, amplitude])
+        return math.exp(-0.5 * float(v @ curvature @ v))
+
+    def joint(base: float, amplitude: float) -> float:
+        prior = 1 / (math.pi * width * (1 + ((amplitude + 2.5 / unit) / width) ** 2))
+        return likelihood(base, amplitude) * prior
+
+    both = dblquad(joint, -6, 6, -6, 6)[0]
+    alone = math.sqrt(2 * math.pi / curvature[0, 0])
+    found = log_volume(problem, start, {"torque_sensor_offset.torque": size}, 1.0)
+    assert found == pytest.approx(math.log(both / alone), abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "low", "high"),
+    [
+        ("torque_sensor_offset", "torque", -np.inf, np.inf),
+        ("hysteresis", "torque", 0.0, np.inf),
+        ("kinematic_error", "phase_1", -np.pi, np.pi),
+        ("missing_ball", "windup", 0.0, 1.0),
+    ],
+)
+def test_priors_are_densities(name: str, parameter: str, low: float, high: float) -> None:
+    """Over the range of a parameter, in the units in which it is fitted, they integrate to 1."""
+    declared = next(p for p in find_effect(name).parameters if p.name == parameter)
+    unit = 0.25
+    whole = quad(lambda x: math.exp(parameter_prior(declared, unit * x, 3.0, unit)[0]), low / unit, high / unit)[0]
+    assert whole == pytest.approx(1.0, rel=1e-4)
+
+
+def test_of_several_fits_of_a_set_the_best_counts(fitted: Fitted) -> None:
+    better = fitted.hysteresis
+    worse = replace(better, cost=better.cost + 60.0)
+    sizes = record_sizes(fitted.problem)
+    for fits in ([better, worse], [worse, better]):
+        evidence = evidence_of(fitted)
+        evidence = replace(evidence, search=Search(fitted.base, {0: [fitted.base], 1: fits}))
+        both = {(r.effects, r.unnamed): r for r in hypothesis_table(evidence, better, sizes)}
+        alone = {(r.effects, r.unnamed): r for r in hypothesis_table(evidence_of(fitted), better, sizes)}
+        assert both[HYSTERESIS, False].log_evidence == pytest.approx(alone[HYSTERESIS, False].log_evidence)
+
+
+def test_the_size_of_a_clearance_is_the_drawing_s_deviation(fitted: Fitted) -> None:
+    drawn = replace(fitted.problem, base=replace(fitted.problem.base, drive=rig.drive()))
+    assert record_sizes(drawn)["backlash.clearance"] == rig.drive().tolerances["gear"].sigma
+    assert record_sizes(fitted.problem)["backlash.clearance"] == find_effect("backlash").parameters[0].nominal
+
+
+def test_a_record_that_tells_little_leaves_a_larger_volume(fitted: Fitted) -> None:
+    sizes = record_sizes(fitted.problem)
+    sharp = log_volume(fitted.problem, fitted.hysteresis, sizes, 1.0)
+    assert log_volume(fitted.problem, fitted.hysteresis, sizes, 4.0) > sharp
+    assert log_volume(fitted.problem, fitted.base, sizes, 1.0) == 0.0
+
+
+def test_small_effects_are_immaterial(fitted: Fitted) -> None:
+    fit = fitted.hysteresis
+    size = float(fit.parameters[fitted.problem.layout(fit.names).effects["hysteresis"].start])
+    assert material_effects(fitted.problem, fit, {"hysteresis.torque": size / 0.11}, 0.1) == HYSTERESIS
+    assert material_effects(fitted.problem, fit, {"hysteresis.torque": size / 0.09}, 0.1) == NOTHING
+    assert material_effects(fitted.problem, fit, {}, 0.1) == HYSTERESIS
+
+
+def evidence_of(fitted: Fitted) -> Evidence:
+    chance = dict.fromkeys(fitted.problem.candidates, 20.0)
+    search = Search(fitted.base, {0: [fitted.base], 1: [fitted.hysteresis]})
+    return Evidence(fitted.problem, search, Thresholds(chance, chance))
+
+
+def test_each_hypothesis_has_one_row_and_the_truth_the_most_evidence(fitted: Fitted) -> None:
+    rows = hypothesis_table(evidence_of(fitted), fitted.hysteresis, record_sizes(fitted.problem))
+    keys = [(r.effects, r.unnamed) for r in rows]
+    assert sorted(map(str, keys)) == sorted(map(str, {(n, u) for n in (NOTHING, HYSTERESIS) for u in (False, True)}))
+    evidence = {key: r.log_evidence for key, r in zip(keys, rows, strict=True)}
+    assert evidence[HYSTERESIS, False] > evidence[NOTHING, True]
+    assert evidence[HYSTERESIS, False] > evidence[NOTHING, False] + 50
+    assert all(r.scatter == 0.0 for r in rows), "a data sheet states no tolerances"
+
+
+def test_what_the_verdict_names_stays_a_hypothesis_however_small(fitted: Fitted) -> None:
+    sizes = record_sizes(fitted.problem) | {"hysteresis.torque": 1e3}
+    evidence = evidence_of(fitted)
+    assert HYSTERESIS in {r.effects for r in hypothesis_table(evidence, fitted.hysteresis, sizes)}
+    assert HYSTERESIS not in {r.effects for r in hypothesis_table(evidence, fitted.base, sizes)}
+
+
+def test_what_individuals_show_is_no_evidence_for_something_unnamed(fitted: Fitted) -> None:
+    """Individuals with a wave of their own: a term must gain more than it does on them. A sheet has none."""
+    problem, base = fitted.problem, fitted.base
+    assert unnamed_gain_of_individuals(problem, base) == 0.0
+    wave = np.sin(np.arange(len(problem.torque)) / 7.0)
+    drives = np.outer(np.linspace(1, 3, 8), wave)
+    gains = [unnamed_gain_of_individuals(replace(problem, individuals=k * drives), base) for k in (1, 2)]
+    assert gains[1] > 2 * gains[0] > 100
+
+
+def test_isolability_of_one_loop(fitted: Fitted) -> None:
+    """A locked crank does not show whether friction is inside or at the output; an offset it shows."""
+    found = record_isolability(fitted.problem, fitted.base, fitted.base, record_sizes(fitted.problem))
+    place = {name: k for k, name in enumerate(found.names)}
+    matrix = np.array(found.matrix)
+    assert matrix.shape == (len(place), len(place))
+    assert (matrix >= 0).all()
+    assert (matrix.sum(axis=1) <= 1 + 1e-9).all()
+    assert matrix[place["hysteresis"], place["hysteresis"]] < 0.6
+    assert matrix[place["torque_sensor_offset"], place["torque_sensor_offset"]] > 0.9
+
+
+def test_what_the_base_model_absorbs_is_not_named(fitted: Fitted) -> None:
+    """With a free offset in the base model an offset of the sensor leaves nothing."""
+    prediction = fitted.base.prediction
+    columns = np.concatenate([prediction.sensitivities, np.ones((len(prediction.torque), 1))], axis=1)
+    base = replace(fitted.base, prediction=replace(prediction, sensitivities=columns))
+    found = record_isolability(fitted.problem, base, fitted.base, record_sizes(fitted.problem))
+    place = found.names.index("torque_sensor_offset")
+    assert found.matrix[place][place] == 0
