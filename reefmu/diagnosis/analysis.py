@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..record import Record
 from .inference.evidence import Evidence
@@ -12,11 +12,34 @@ from .schema import Diagnosis
 
 
 @dataclass(frozen=True)
+class ProposedExperiment:
+    """A test that was planned to decide what a record leaves open.
+
+    sentence: what it is and what it would bring; protocol: text of a CSV file with its set points, empty where the rig
+    of the record allows none that decides.
+    """
+
+    sentence: str
+    protocol: str
+
+
+@dataclass(frozen=True)
 class Analysis:
-    """A diagnosis together with the evidence and the conclusion, from which report and corrected model are made."""
+    """A diagnosis together with the evidence and the conclusion, from which report and corrected model are made.
+
+    proposed: the next experiment, None where none was planned.
+    """
 
     record: Record
     evidence: Evidence
     isolability: Isolability
     conclusion: Conclusion
     diagnosis: Diagnosis
+    proposed: ProposedExperiment | None = None
+
+    def with_proposal(self, proposed: ProposedExperiment | None) -> Analysis:
+        """The same analysis whose diagnosis proposes this experiment before all others; unchanged for None."""
+        if proposed is None:
+            return self
+        experiments = (proposed.sentence, *self.diagnosis.next_experiment)
+        return replace(self, proposed=proposed, diagnosis=replace(self.diagnosis, next_experiment=experiments))

@@ -10,7 +10,7 @@ from stiffness_model.errors import expect
 from stiffness_model.io.drawing_toml import DriveLike, as_any_drive
 
 from ..record import Columns, Record, join_records, read_record, with_output_locked
-from .analysis import Analysis
+from .analysis import Analysis, ProposedExperiment
 from .estimation.worker_pool import ignore_overflow
 from .pipeline import analyse
 from .preparation import BaseCurveSource
@@ -32,6 +32,7 @@ def diagnose_record(
     output_locked: bool = False,
     executor: Executor | None = None,
     origin: Origin | None = None,
+    propose: Callable[[Analysis], ProposedExperiment | None] | None = None,
 ) -> Diagnosis:
     """Diagnose one record.
 
@@ -44,6 +45,8 @@ def diagnose_record(
     output_locked: for a record of a twist alone, that the crank turned while the output was locked (see
     `reefmu.record.with_output_locked`). executor: of processes on this machine that share the fits; the result is the
     same without it. origin: command and drawing that the report states, by default the arguments of this call.
+    propose: plans the next experiment, such as `reefmu.planning.propose_protocol`; its protocol is written to
+    next_protocol.csv.
 
     Raises `InputError` for files that cannot be read or written, for both a drive and a curve, and for an exponent
     together with either.
@@ -62,6 +65,8 @@ def diagnose_record(
     source = BaseCurveSource(drawn, curve, None if exponent is None else fixed_exponent_base(exponent))
     with ignore_overflow():
         found = analyse(record, source, progress, executor)
+        if propose is not None and isinstance(found, Analysis):
+            found = found.with_proposal(propose(found))
     if out is not None:
         # Drawing the report loads matplotlib, which a diagnosis without files does not need.
         from .report.files import write_results

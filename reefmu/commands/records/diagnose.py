@@ -9,11 +9,13 @@ from pathlib import Path
 from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.diagnosis.forward.base_curve import PLAY
 from reefmu.diagnosis.hypotheses import hypothesis_text, likeliest, probability_text
+from reefmu.diagnosis.report.files import PROTOCOL
 from reefmu.diagnosis.report.html.origin import Origin
 from reefmu.diagnosis.report.text import DISAGREEMENT, amplitude_text, bound_text
 from reefmu.diagnosis.shared_exponent import SharedExponent, shared_exponent
 from reefmu.model.chosen_effects import inherent_effects, undiagnosed_effects
 from reefmu.model.contacts.tables import cached_lookup
+from reefmu.planning import propose_protocol
 from reefmu.progress import Progress
 from reefmu.record import Record, read_column_map, read_record, with_output_locked
 from stiffness_model.errors import InputError, expect
@@ -70,6 +72,7 @@ def run(args: argparse.Namespace) -> int:
                     locked,
                     pool,
                     Origin(args.command_line, args.drive or args.curve or ""),
+                    propose_protocol,
                 )
     show_notes(notes)
     for name, diagnosis in found.items():
@@ -79,6 +82,7 @@ def run(args: argparse.Namespace) -> int:
     print(
         f"\nwritten to {folder}: diagnosis.json, report.html, model.toml"
         + ("" if single else " in a folder for each record")
+        + (f"; {PROTOCOL} where a protocol decides" if any(folder.rglob(PROTOCOL)) else "")
     )
     return 0
 

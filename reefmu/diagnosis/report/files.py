@@ -1,8 +1,9 @@
-"""The files of a diagnosis: diagnosis.json, report.html and model.toml, all of them or none."""
+"""The files of a diagnosis: diagnosis.json, report.html, model.toml and next_protocol.csv, all of them or none."""
 
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 from stiffness_model.io.atomic_files import staged_folder
 
@@ -12,13 +13,18 @@ from ..schema import Diagnosis
 from .corrected_model import corrected_model
 from .html.origin import Origin
 
+MODEL, PROTOCOL = "model.toml", "next_protocol.csv"
+"""Files of the corrected model and of the set points of the next experiment."""
+
 
 def write_results(
     found: Analysis | Diagnosis, out: str | os.PathLike[str], origin: Origin | None = None, record: str = ""
 ) -> None:
-    """Write diagnosis.json, report.html and model.toml into the folder `out`, which is created if necessary.
+    """Write diagnosis.json, report.html, model.toml and next_protocol.csv into the folder `out`, which is created if
+    necessary.
 
-    model.toml is the base curve with the missing effects; a record that allows no diagnosis has none. origin: of the
+    model.toml is the base curve with the missing effects; a record that allows no diagnosis has none. next_protocol.csv
+    is the protocol of the experiment that was proposed, and is not written where there is none. origin: of the
     report, for its heading; record: path of the record where `found` does not hold it. Raises `InputError` if the
     folder cannot be written.
     """
@@ -26,8 +32,14 @@ def write_results(
     from .html.page import report_html
 
     diagnosis = found.diagnosis if isinstance(found, Analysis) else found
+    files = {"diagnosis.json": diagnosis.to_json(), "report.html": report_html(found, origin, record)}
+    if isinstance(found, Analysis) and found.proposed is not None and found.proposed.protocol:
+        files[PROTOCOL] = found.proposed.protocol
     with staged_folder(out) as stage:
-        (stage / "diagnosis.json").write_text(diagnosis.to_json(), encoding="utf-8")
-        (stage / "report.html").write_text(report_html(found, origin, record), encoding="utf-8")
+        for name, text in files.items():
+            (stage / name).write_text(text, encoding="utf-8")
         if isinstance(found, Analysis):
-            save_model(corrected_model(found.evidence.problem, found.conclusion.chosen), stage / "model.toml")
+            save_model(corrected_model(found.evidence.problem, found.conclusion.chosen), stage / MODEL)
+    # Results of an earlier diagnosis in this folder that this one does not have would be taken for its own.
+    for name in {MODEL, PROTOCOL} - {*files, *([MODEL] if isinstance(found, Analysis) else [])}:
+        (Path(out) / name).unlink(missing_ok=True)

@@ -18,6 +18,6 @@ def write_plan(plan: Plan, out: str | os.PathLike[str]) -> None:
     from .plan_page import plan_html
 
     with staged_folder(out) as stage:
-        (stage / "protocol.csv").write_text(protocol_csv(plan), encoding="utf-8")
+        (stage / "protocol.csv").write_text(protocol_csv(plan.schedule, plan.drive, plan.torque), encoding="utf-8")
         (stage / "plan.json").write_text(plan_json(plan), encoding="utf-8")
         (stage / "plan.html").write_text(plan_html(plan), encoding="utf-8")

@@ -6,10 +6,11 @@ import io
 
 import numpy as np
 
+from stiffness_model.drawing.drive import Drive
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import ARCMIN
 
-from ..protocols.schedule import motion_record, run_numbers
-from ..shortest_plan import Plan
+from ..protocols.schedule import Schedule, motion_record, run_numbers
 
 COLUMNS = (
     "time [s]",
@@ -23,18 +24,20 @@ COLUMNS = (
 instead of the twist."""
 
 
-def protocol_csv(plan: Plan) -> str:
-    """The text of protocol.csv. `reefmu.record.read_record` reads it as a record of the mean drive with the map
-    {"time [s]": "time [s]", "run": "run", "twist [arcmin]": "twist [arcmin]", "torque_set_point [N.m]": "output_torque
-    [N.m]"}.
+def protocol_csv(schedule: Schedule, drive: Drive, torque: Array) -> str:
+    """The text of protocol.csv.
+
+    torque: (n,) N.m, of the mean drive at the samples of the schedule. `reefmu.record.read_record` reads the text as a
+    record of the mean drive with the map {"time [s]": "time [s]", "run": "run", "twist [arcmin]": "twist [arcmin]",
+    "torque_set_point [N.m]": "output_torque [N.m]"}.
     """
-    record = motion_record(plan.schedule, plan.drive.ratio)
+    record = motion_record(schedule, drive.ratio)
     values = [
         record.time,
-        run_numbers(plan.schedule),
+        run_numbers(schedule),
         record.crank_angle,
-        record.twist(plan.drive.ratio) / ARCMIN,
-        plan.torque,
+        record.twist(drive.ratio) / ARCMIN,
+        torque,
         record.temperature,
     ]
     text = io.StringIO()
