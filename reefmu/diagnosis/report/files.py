@@ -11,10 +11,11 @@ from ...model.model_file import save_model
 from ..analysis import Analysis
 from ..schema import Diagnosis
 from .corrected_model import corrected_model
+from .html.next_commands import MODEL
 from .html.origin import Origin
 
-MODEL, PROTOCOL = "model.toml", "next_protocol.csv"
-"""Files of the corrected model and of the set points of the next experiment."""
+PROTOCOL = "next_protocol.csv"
+"""File of the set points of the next experiment."""
 
 
 def write_results(
