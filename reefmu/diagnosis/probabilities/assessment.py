@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ...effects import find_effect
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..estimation.score_test import orthonormal_basis
+from ..estimation.score_test import amplitudes, orthonormal_basis
 from ..hypotheses import Hypothesis, IsolabilityMatrix
 from ..inference.evidence import Evidence
 from ..inference.verdict import Conclusion
@@ -47,14 +48,16 @@ def assess(evidence: Evidence, conclusion: Conclusion) -> Assessment:
 
 
 def record_sizes(problem: Problem) -> dict[str, float]:
-    """Typical sizes of the effects in the gear and the record of a problem."""
+    """Typical sizes of the effects in the gear and the record of a problem; nominal ones of effects that have none."""
     base, seconds = problem.base, float(problem.trace.time[-1] - problem.trace.time[0])
     clearance = 0.0
     if base.drive is not None:
         clearance = base.drive.tolerances["gear"].sigma
     elif problem.scatter is not None:
         clearance = problem.scatter.clearance_deviation
-    return typical_sizes(base.full_torque, base.max_twist, max(seconds, 1e-9), clearance, base.ratio)
+    effects = [find_effect(name) for name in problem.candidates]
+    nominal = {f"{e.name}.{e.parameters[k].name}": e.parameters[k].nominal for e in effects for k in amplitudes(e)}
+    return nominal | typical_sizes(base.full_torque, base.max_twist, max(seconds, 1e-9), clearance, base.ratio)
 
 
 def record_isolability(problem: Problem, base: Fit, chosen: Fit, sizes: Mapping[str, float]) -> IsolabilityMatrix:
