@@ -7,13 +7,14 @@ import numpy as np
 from stiffness_model.errors import InputError
 
 from ..diagnosis.analysis import Analysis, ProposedExperiment
+from ..diagnosis.probabilities.predicted_isolability import NAMED
 from ..diagnosis.schema import Diagnosis
 from ..model.contacts.tables import cached_lookup
 from .next_experiment import NextProtocol, next_protocol, rig_of_record
 from .plan_report.protocol_table import protocol_csv
 
-OPEN = 0.05
-"""Probability from which an explanation is still open: what is left beside a verdict that is 95 % sure."""
+OPEN = 1 - NAMED
+"""Probability from which an explanation is still open: what is left beside one that is named."""
 MAX_RIVALS = 4
 """Explanations that are told apart at most, the likeliest of them, to bound the time."""
 DECISIVE = 0.5

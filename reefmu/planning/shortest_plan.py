@@ -13,7 +13,7 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
 from stiffness_model.numerics.arrays import Array
 
-from ..diagnosis.probabilities.effect_columns import Sensitivities, sensitivities, whitened
+from ..diagnosis.probabilities.effect_columns import Sensitivities, individual_information, sensitivities
 from ..diagnosis.probabilities.predicted_isolability import PredictedIsolability, isolability, mean_isolability
 from ..diagnosis.probabilities.rival_hypotheses import make_hypotheses
 from ..diagnosis.probabilities.typical_sizes import typical_sizes
@@ -168,10 +168,8 @@ def _predict(
         columns = sensitivities(
             *record_problem(drive, measured_record(drive, rig, schedule, seed, individual=own)), setting.sizes
         )
-        information = record_information(columns, rig_noise(rig, drive.ratio))
-        if own:
-            white = whitened(columns, columns.columns)
-            information = white.T @ white
+        noise = rig_noise(rig, drive.ratio)
+        information = individual_information(columns) if own else record_information(columns, noise)
         found.append(
             isolability(information, make_hypotheses(columns, true), make_hypotheses(columns, rivals), seed=seed)
         )

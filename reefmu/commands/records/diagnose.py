@@ -57,15 +57,15 @@ def run(args: argparse.Namespace) -> int:
         with pool_with_progress("solving the lookup (once: it is cached)") as executor:
             cached_lookup(drive, executor=executor)
     found: dict[str, Diagnosis] = {}
+    places = {path: folder if single else folder / record_stem(path) for path in paths}
     with process_pool() as pool:
         for path, record in records.items():
-            out = folder if single else folder / record_stem(path)
             with Progress(f"diagnosing {path.name}", 100) as progress:
                 found[record_stem(path)] = diagnose_record(
                     record,
                     drive,
                     args.curve,
-                    out,
+                    places[path],
                     None,
                     lambda stage, share, shown=progress: shown.advance_to(share, stage),
                     exponent,
@@ -82,7 +82,11 @@ def run(args: argparse.Namespace) -> int:
     print(
         f"\nwritten to {folder}: diagnosis.json, report.html, model.toml"
         + ("" if single else " in a folder for each record")
-        + (f"; {PROTOCOL} where a protocol decides" if any(folder.rglob(PROTOCOL)) else "")
+        + (
+            f"; {PROTOCOL} where a protocol decides"
+            if any((place / PROTOCOL).exists() for place in places.values())
+            else ""
+        )
     )
     return 0
 

@@ -8,20 +8,17 @@ from dataclasses import dataclass
 from ...effects import find_effect
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..estimation.score_test import amplitudes, orthonormal_basis
+from ..estimation.score_test import amplitudes
 from ..hypotheses import Hypothesis, IsolabilityMatrix
 from ..inference.evidence import Evidence
 from ..inference.verdict import Conclusion
 from .calibration import probabilities, verdict_of
-from .effect_columns import sensitivities
+from .effect_columns import information_under, sensitivities
 from .goodness_of_fit import global_p
 from .hypothesis_table import hypothesis_table
 from .predicted_isolability import isolability
 from .rival_hypotheses import make_hypotheses
 from .typical_sizes import typical_sizes
-
-DRAWS = 100
-"""Draws of the noise for each of four true traces: standard errors of the matrix are below 2.5 percentage points."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +66,6 @@ def record_isolability(problem: Problem, base: Fit, chosen: Fit, sizes: Mapping[
     if not problem.candidates:
         return IsolabilityMatrix((), ())
     columns = sensitivities(problem, base, sizes)
-    basis = orthonormal_basis(chosen.weighting, columns.base)
-    white = chosen.weighting.whiten(columns.columns)
-    white = white - basis @ (basis.T @ white)
     single = make_hypotheses(columns, [(name,) for name in problem.candidates])
-    found = isolability(white.T @ white, single, single, sizes=(), draws=(DRAWS, 0))
+    found = isolability(information_under(columns, chosen.weighting), single, single, sizes=())
     return IsolabilityMatrix(found.true, tuple(tuple(float(p) for p in row[:-1]) for row in found.matrix[1:]))

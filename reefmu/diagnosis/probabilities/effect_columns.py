@@ -17,6 +17,7 @@ from ...effects import find_effect
 from ..estimation.least_squares import PRIORS, Fit
 from ..estimation.problem import Problem
 from ..estimation.score_test import Direction, linearise, orthonormal_basis
+from ..estimation.weighting import Weighting
 
 INDIVIDUAL = 1.0
 """Size of the scatter of an individual drive of the population, which every real drive is."""
@@ -193,9 +194,14 @@ def draw_parameters(variants: Sequence[Direction], sizes: Mapping[str, float], d
     return values, float(values[chosen])
 
 
-def whitened(s: Sensitivities, columns: Array) -> Array:
-    """Columns (n, k), N.m, under the diagnosis' whole covariance of an individual, orthogonal to the base model."""
-    weights = s.problem.weights.with_size(INDIVIDUAL)
+def individual_information(s: Sensitivities) -> Array:
+    """(k, k) information of the columns under the diagnosis' whole covariance of an individual."""
+    return information_under(s, s.problem.weights.with_size(INDIVIDUAL))
+
+
+def information_under(s: Sensitivities, weights: Weighting) -> Array:
+    """(k, k) information of the columns under a covariance, orthogonal to the base model."""
     basis = orthonormal_basis(weights, s.base)
-    white = weights.whiten(columns)
-    return white - basis @ (basis.T @ white)
+    white = weights.whiten(s.columns)
+    white = white - basis @ (basis.T @ white)
+    return white.T @ white

@@ -54,7 +54,9 @@ def hypothesis_table(evidence: Evidence, chosen: Fit, sizes: Mapping[str, float]
     """
     problem, base = evidence.problem, evidence.search.base
     fits = [fit for fit in _fits(evidence) if not (fit.names and is_degenerate(problem, fit))]
-    compared = [*_best(fits), *_for_mean_drive(problem, base, _best(fits)), chosen]
+    best_fits = _best(fits)
+    compared = [*best_fits, *_for_mean_drive(problem, base, best_fits)]
+    compared += [] if any(fit is chosen for fit in compared) else [chosen]
     dispersion = _dispersion(problem, base, fits, compared)
     chance = unnamed_gain_of_individuals(problem, base)
 

@@ -28,7 +28,7 @@ def typical_sizes(
     judgement.
     """
     clearance = clearance or EFFECTS["backlash"].parameters[0].nominal
-    turns_per_turn = abs(ratio or 1.0)
+    reduction = abs(ratio or 1.0)
     friction, compliance = FRICTION_SHARE * full_torque, full_twist / full_torque
     return {
         "backlash.clearance": clearance,
@@ -45,7 +45,7 @@ def typical_sizes(
         # At the rate of a loop through full twist in one second.
         "damping.coefficient": friction / (4 * full_twist),
         "coulomb_friction.torque": friction,
-        "viscous_friction.coefficient": friction / (ROTATION_SPEED / turns_per_turn),
+        "viscous_friction.coefficient": friction / (ROTATION_SPEED / reduction),
         "stribeck_friction.torque": friction,
         "torque_sensor_offset.torque": 0.01 * full_torque,
         "torque_sensor_drift.rate": 0.01 * full_torque / seconds,

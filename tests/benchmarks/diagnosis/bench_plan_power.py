@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
 from reefmu.cli import BLAS_THREADS
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.score_test import linearise
-from reefmu.diagnosis.probabilities.effect_columns import draw_parameters, sensitivities, whitened
+from reefmu.diagnosis.probabilities.effect_columns import draw_parameters, individual_information, sensitivities
 from reefmu.diagnosis.probabilities.predicted_isolability import PredictedIsolability, isolability
 from reefmu.diagnosis.probabilities.rival_hypotheses import make_hypotheses
 from reefmu.effects import EFFECTS
@@ -124,10 +124,11 @@ def predicted(drive: Drive, plan: Plan, schedule: Schedule) -> PredictedIsolabil
     """The isolability of the plan's effects along another schedule, as that of the plan along its own."""
     problem, fit = record_problem(drive, measured_record(drive, plan.rig, schedule, 2, individual=True))
     columns = sensitivities(problem, fit, plan.sizes)
-    white = whitened(columns, columns.columns)
     sets = [(name,) for name in plan.interest]
     rivals = [(name,) for name in plan.isolability.names]
-    return isolability(white.T @ white, make_hypotheses(columns, sets), make_hypotheses(columns, rivals))
+    return isolability(
+        individual_information(columns), make_hypotheses(columns, sets), make_hypotheses(columns, rivals)
+    )
 
 
 def compare_time(drive: Drive, plan: Plan) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.probabilities.effect_columns import sensitivities, whitened
+from reefmu.diagnosis.probabilities.effect_columns import individual_information, sensitivities
 from reefmu.diagnosis.probabilities.rival_hypotheses import make_hypotheses, separations
 from reefmu.planning.design import Candidates
 from reefmu.planning.diagnosis_link import record_problem
@@ -65,8 +65,7 @@ def test_the_covariance_is_that_of_the_diagnosis(setting: Setting) -> None:
     diagnosis estimates in this record."""
     record = measured_record(setting.drive, setting.rig, setting.whole, 1, individual=True)
     s = sensitivities(*record_problem(setting.drive, record), setting.sizes)
-    white = whitened(s, s.columns)
-    of_diagnosis = np.diag(white.T @ white)
+    of_diagnosis = np.diag(individual_information(s))
     noise = s.problem.noise
     ours = np.diag(record_information(s, RigNoise(noise.torque, noise.twist, correlation=0.0)))
     big = of_diagnosis > 1.0
