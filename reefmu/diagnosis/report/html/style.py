@@ -25,9 +25,10 @@ code{background:#f3f3f3;padding:1px 4px;overflow-wrap:anywhere}
 .overview{columns:400px 2;column-gap:28px}.overview section{break-inside:avoid;padding:6px 0 10px}
 .overview ul{margin:6px 0}.overview h2{margin-top:0}.overview p{margin:6px 0}
 .bars{list-style:none;padding:0;margin:8px 0}
-.bars li{display:grid;grid-template-columns:minmax(0,5fr) minmax(0,6fr) 46px;gap:10px;align-items:center;padding:3px 0}
+.bars li{display:grid;grid-template-columns:minmax(0,5fr) minmax(0,6fr) 62px;gap:10px;align-items:center;padding:3px 0}
 .track{background:#f1f1f1;height:18px}.track span{display:block;height:100%;background:#a9b7c4}
-.said .track span{background:#1f6fb2}.bars b{text-align:right;font-weight:400}.said b,.said>span{font-weight:600}
+.said .track span{background:#1f6fb2}.bars b{text-align:right;font-weight:400;white-space:nowrap}
+.said b,.said>span{font-weight:600}
 .heat{font-size:13px}.heat td{width:34px;min-width:24px;height:26px;padding:0;text-align:center;vertical-align:middle;
 border:1px solid #fff;overflow-wrap:normal}.heat .zero{background:#f1f1f1;color:#767676}
 .heat th{border:0;font-weight:400;padding:0 6px 0 0;text-align:right;vertical-align:middle}
