@@ -17,8 +17,8 @@ from .effect_columns import information_under, sensitivities
 from .goodness_of_fit import global_p
 from .hypothesis_table import hypothesis_table
 from .predicted_isolability import isolability
+from .priors import typical_sizes
 from .rival_hypotheses import make_hypotheses
-from .typical_sizes import typical_sizes
 
 
 @dataclass(frozen=True)
