@@ -11,6 +11,7 @@ power law to several records.
 from .api import diagnose_record, diagnose_records
 from .fitted_values import NamedEffect, Value
 from .hypotheses import Hypothesis, IsolabilityMatrix
+from .probabilities.priors import Priors, load_priors
 from .schema import Diagnosis, Gap, Location
 
 __all__ = [
@@ -20,7 +21,9 @@ __all__ = [
     "IsolabilityMatrix",
     "Location",
     "NamedEffect",
+    "Priors",
     "Value",
     "diagnose_record",
     "diagnose_records",
+    "load_priors",
 ]

@@ -14,6 +14,7 @@ from .analysis import Analysis, ProposedExperiment
 from .estimation.worker_pool import ignore_overflow
 from .pipeline import analyse
 from .preparation import BaseCurveSource
+from .probabilities.priors import Priors, load_priors
 from .report.html.origin import Origin
 from .schema import Diagnosis
 from .shared_exponent import SharedExponent, fixed_exponent_base
@@ -33,6 +34,7 @@ def diagnose_record(
     executor: Executor | None = None,
     origin: Origin | None = None,
     propose: Callable[[Analysis], ProposedExperiment | None] | None = None,
+    priors: PathLike | Priors | None = None,
 ) -> Diagnosis:
     """Diagnose one record.
 
@@ -46,7 +48,8 @@ def diagnose_record(
     `reefmu.record.with_output_locked`). executor: of processes on this machine that share the fits; the result is the
     same without it. origin: command and drawing that the report states, by default the arguments of this call.
     propose: plans the next experiment, such as `reefmu.planning.propose_protocol`; its protocol is written to
-    next_protocol.csv.
+    next_protocol.csv. priors: what is known of the drive before the record is seen, or the path of a TOML file with it
+    (see `reefmu.diagnosis.load_priors`).
 
     Raises `InputError` for files that cannot be read or written, for both a drive and a curve, and for an exponent
     together with either.
@@ -63,8 +66,9 @@ def diagnose_record(
     if output_locked:
         record = with_output_locked(record, None if drawn is None else drawn.ratio)
     source = BaseCurveSource(drawn, curve, None if exponent is None else fixed_exponent_base(exponent))
+    known = load_priors(priors) if isinstance(priors, str | os.PathLike) else priors
     with ignore_overflow():
-        found = analyse(record, source, progress, executor)
+        found = analyse(record, source, progress, executor, known)
         if propose is not None and isinstance(found, Analysis):
             found = found.with_proposal(propose(found))
     if out is not None:

@@ -67,8 +67,17 @@ class IsolabilityMatrix:
 
 
 def ranked(hypotheses: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
-    """The hypotheses by falling probability; of equally probable ones the simplest comes first."""
-    return tuple(sorted(hypotheses, key=lambda h: (-h.probability, len(h.effects) + h.unnamed, sorted(h.effects))))
+    """The hypotheses by falling probability; of equally probable ones, to `PROBABILITY_DIGITS`, the simplest comes
+    first, whatever the last digits are on this machine.
+
+    >>> [h.effects for h in ranked([Hypothesis(("wear",), False, 0.25 + 1e-12), Hypothesis(("creep",), False, 0.25)])]
+    [('creep',), ('wear',)]
+    """
+
+    def key(h: Hypothesis) -> tuple[float, int, list[str]]:
+        return -round(h.probability, PROBABILITY_DIGITS), len(h.effects) + h.unnamed, sorted(h.effects)
+
+    return tuple(sorted(hypotheses, key=key))
 
 
 def likeliest(hypotheses: Sequence[Hypothesis], count: int = MAX_SHOWN) -> tuple[Hypothesis, ...]:

@@ -24,6 +24,7 @@ from .preparation import BaseCurveSource, prepare_problem
 from .preprocessing.audit import Audit, audit
 from .preprocessing.trace import make_trace
 from .probabilities.assessment import assess
+from .probabilities.priors import Priors
 from .report.assemble import assemble_diagnosis, base_refusal, insufficient_diagnosis
 from .report.gap import measure_gap
 from .schema import Diagnosis
@@ -44,11 +45,13 @@ def analyse(
     source: BaseCurveSource | None = None,
     progress: Progress | None = None,
     executor: Executor | None = None,
+    priors: Priors | None = None,
 ) -> Analysis | Diagnosis:
     """Diagnose one record against a base curve, a free power law if no source is given; only a `Diagnosis` where the
     record allows none.
 
-    executor: of processes that share the fits; the result is the same without it. Raises `InputError` for a curve file
+    executor: of processes that share the fits; the result is the same without it. priors: what is known of the drive
+    before. Raises `InputError` for a curve file
     that cannot be read and for angles that show no transmission ratio.
     """
     started = time.perf_counter()
@@ -74,7 +77,7 @@ def analyse(
     if refusal := base_refusal(evidence.problem, conclusion.chosen, gap):
         return _timed(insufficient_diagnosis(audited, [refusal], gap), started)
     report("probabilities", 0.97)
-    found = assess(evidence, conclusion)
+    found = assess(evidence, conclusion, priors)
     diagnosis = assemble_diagnosis(evidence, isolated, conclusion, gap, audited)
     diagnosis = diagnosis.with_probabilities(found.hypotheses, found.global_p, found.isolability)
     diagnosis = _with_friction_at_the_crank(diagnosis, record)

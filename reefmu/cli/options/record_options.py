@@ -39,6 +39,11 @@ def add_diagnose(commands: Commands) -> None:
         help="exponent of the power law, which then has a dead band: a number, or the one within 1 ... 2 that all "
         "records share (default: fitted to each record)",
     )
+    parser.add_argument(
+        "--priors",
+        metavar="PRIORS.toml",
+        help="what is known of the drive: [odds] of effects, 1 where none are given, and their typical [sizes]",
+    )
     _add_locked(parser)
     parser.add_argument("--out", metavar="DIR", type=file_name, required=True, help="folder for the results")
     _add_columns(parser)

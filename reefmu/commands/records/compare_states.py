@@ -24,6 +24,7 @@ from .record_names import record_stem
 def run(args: argparse.Namespace) -> int:
     """Compare the states that the records show, print the changes, and write the results into the folder."""
     expect(args.exponent is None, "no --exponent with --compare, which fits no power law", args.exponent, "--exponent")
+    expect(args.priors is None, "no --priors with --compare, which compares no hypotheses", args.priors, "--priors")
     files = state_files(args.records)
     columns = read_column_map(args.columns, dict(args.column))
     drive, notes = (None, []) if args.drive is None else read_drawing(args.drive)

@@ -17,7 +17,7 @@ from .effect_columns import information_under, sensitivities
 from .goodness_of_fit import global_p
 from .hypothesis_table import hypothesis_table
 from .predicted_isolability import isolability
-from .priors import typical_sizes
+from .priors import Priors, typical_sizes
 from .rival_hypotheses import make_hypotheses
 
 
@@ -31,21 +31,22 @@ class Assessment:
     isolability: IsolabilityMatrix
 
 
-def assess(evidence: Evidence, conclusion: Conclusion) -> Assessment:
-    """The assessment of one record's evidence beside the conclusion that was drawn from it."""
+def assess(evidence: Evidence, conclusion: Conclusion, priors: Priors | None = None) -> Assessment:
+    """The assessment of one record's evidence beside the conclusion that was drawn from it; priors: of a user."""
     problem, chosen = evidence.problem, conclusion.chosen
-    sizes = record_sizes(problem)
+    sizes = record_sizes(problem, priors)
     rows = hypothesis_table(evidence, chosen, sizes)
     verdict = verdict_of(conclusion.verdict, chosen.names, conclusion.alternatives)
     return Assessment(
-        probabilities(rows, verdict),
+        probabilities(rows, verdict, priors),
         global_p(problem, chosen),
         record_isolability(problem, evidence.search.base, chosen, sizes),
     )
 
 
-def record_sizes(problem: Problem) -> dict[str, float]:
-    """Typical sizes of the effects in the gear and the record of a problem; nominal ones of effects that have none."""
+def record_sizes(problem: Problem, priors: Priors | None = None) -> dict[str, float]:
+    """Typical sizes of the effects in the gear and the record of a problem; nominal ones of effects that have none;
+    those of a user before all."""
     base, seconds = problem.base, float(problem.trace.time[-1] - problem.trace.time[0])
     clearance = 0.0
     if base.drive is not None:
@@ -54,7 +55,8 @@ def record_sizes(problem: Problem) -> dict[str, float]:
         clearance = problem.scatter.clearance_deviation
     effects = [find_effect(name) for name in problem.candidates]
     nominal = {f"{e.name}.{e.parameters[k].name}": e.parameters[k].nominal for e in effects for k in amplitudes(e)}
-    return nominal | typical_sizes(base.full_torque, base.max_twist, max(seconds, 1e-9), clearance, base.ratio)
+    typical = typical_sizes(base.full_torque, base.max_twist, max(seconds, 1e-9), clearance, base.ratio)
+    return nominal | typical | (dict(priors.sizes) if priors else {})
 
 
 def record_isolability(problem: Problem, base: Fit, chosen: Fit, sizes: Mapping[str, float]) -> IsolabilityMatrix:

@@ -18,6 +18,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ..hypotheses import Hypothesis
 from .hypothesis_table import Row
+from .priors import Priors
 
 
 @dataclass(frozen=True)
@@ -60,10 +61,13 @@ difference of the log evidence and not exponentially, as a covariance that is wr
 
 
 def probabilities(
-    rows: Sequence[Row], verdict: Verdict, weights: HypothesisWeights = CALIBRATED
+    rows: Sequence[Row], verdict: Verdict, priors: Priors | None = None, weights: HypothesisWeights = CALIBRATED
 ) -> tuple[Hypothesis, ...]:
-    """The hypotheses of a table with their probabilities, which sum to 1."""
+    """The hypotheses of a table with their probabilities, which sum to 1; priors: of a user, which change the odds of
+    effects."""
     log_posterior = features(rows, verdict) @ np.array(astuple(weights))
+    if priors is not None:
+        log_posterior = log_posterior + np.array([priors.log_odds(row.effects, row.unnamed) for row in rows])
     share = np.exp(log_posterior - log_posterior.max())
     share /= share.sum()
     return tuple(
