@@ -14,7 +14,7 @@ from .analysis import Analysis, ProposedExperiment
 from .estimation.worker_pool import ignore_overflow
 from .pipeline import analyse
 from .preparation import BaseCurveSource
-from .probabilities.priors import Priors, load_priors
+from .probabilities.priors import NO_PRIORS, Priors, load_priors
 from .report.html.origin import Origin
 from .schema import Diagnosis
 from .shared_exponent import SharedExponent, fixed_exponent_base
@@ -34,7 +34,7 @@ def diagnose_record(
     executor: Executor | None = None,
     origin: Origin | None = None,
     propose: Callable[[Analysis], ProposedExperiment | None] | None = None,
-    priors: PathLike | Priors | None = None,
+    priors: PathLike | Priors = NO_PRIORS,
 ) -> Diagnosis:
     """Diagnose one record.
 
@@ -66,7 +66,7 @@ def diagnose_record(
     if output_locked:
         record = with_output_locked(record, None if drawn is None else drawn.ratio)
     source = BaseCurveSource(drawn, curve, None if exponent is None else fixed_exponent_base(exponent))
-    known = load_priors(priors) if isinstance(priors, str | os.PathLike) else priors
+    known = priors if isinstance(priors, Priors) else load_priors(priors)
     with ignore_overflow():
         found = analyse(record, source, progress, executor, known)
         if propose is not None and isinstance(found, Analysis):

@@ -24,7 +24,7 @@ from .preparation import BaseCurveSource, prepare_problem
 from .preprocessing.audit import Audit, audit
 from .preprocessing.trace import make_trace
 from .probabilities.assessment import assess
-from .probabilities.priors import Priors
+from .probabilities.priors import NO_PRIORS, Priors
 from .report.assemble import assemble_diagnosis, base_refusal, insufficient_diagnosis
 from .report.gap import measure_gap
 from .schema import Diagnosis
@@ -45,20 +45,20 @@ def analyse(
     source: BaseCurveSource | None = None,
     progress: Progress | None = None,
     executor: Executor | None = None,
-    priors: Priors | None = None,
+    priors: Priors = NO_PRIORS,
 ) -> Analysis | Diagnosis:
     """Diagnose one record against a base curve, a free power law if no source is given; only a `Diagnosis` where the
     record allows none.
 
     executor: of processes that share the fits; the result is the same without it. priors: what is known of the drive
-    before. Raises `InputError` for a curve file
-    that cannot be read and for angles that show no transmission ratio.
+    before the record is seen. Raises `InputError` for a curve file that cannot be read and for angles that show no
+    transmission ratio.
     """
     started = time.perf_counter()
     report: Progress = progress or (lambda stage, share: None)
     source = source or BaseCurveSource()
     ratio = source.ratio(record)
-    audited = _with_torque_side(audit(record, ratio), record)
+    audited = _with_priors(_with_torque_side(audit(record, ratio), record), priors)
     if audited.defects:
         return _timed(insufficient_diagnosis(audited, audited.defects), started)
     report("base curve", 0.0)
@@ -118,6 +118,13 @@ def _with_torque_side(audited: Audit, record: Record) -> Audit:
     if record.torque_side == "output":
         return audited
     return replace(audited, notes=(*audited.notes, TORQUE_SIDES[record.torque_side]))
+
+
+def _with_priors(audited: Audit, priors: Priors) -> Audit:
+    """The audit with a note of what was known before, on which the probabilities depend."""
+    if priors == NO_PRIORS:
+        return audited
+    return replace(audited, notes=(*audited.notes, f"probabilities hold for the priors that were given: {priors}"))
 
 
 def _with_friction_at_the_crank(diagnosis: Diagnosis, record: Record) -> Diagnosis:

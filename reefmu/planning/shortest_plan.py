@@ -15,8 +15,8 @@ from stiffness_model.numerics.arrays import Array
 
 from ..diagnosis.probabilities.effect_columns import Sensitivities, individual_information, sensitivities
 from ..diagnosis.probabilities.predicted_isolability import PredictedIsolability, isolability, mean_isolability
-from ..diagnosis.probabilities.priors import typical_sizes
 from ..diagnosis.probabilities.rival_hypotheses import make_hypotheses
+from ..diagnosis.probabilities.typical_sizes import typical_sizes
 from ..effects import EFFECTS, find_effect
 from ..model.contacts.tables import cached_lookup
 from .design import MARGINS, Candidates, ProtocolDesign, design, make_targets, potential, wanted_separations

@@ -9,7 +9,7 @@ from pathlib import Path
 from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.diagnosis.forward.base_curve import PLAY
 from reefmu.diagnosis.hypotheses import hypothesis_text, likeliest, probability_text
-from reefmu.diagnosis.probabilities.priors import load_priors
+from reefmu.diagnosis.probabilities.priors import NO_PRIORS, load_priors
 from reefmu.diagnosis.report.files import PROTOCOL
 from reefmu.diagnosis.report.html.origin import Origin
 from reefmu.diagnosis.report.text import DISAGREEMENT, amplitude_text, bound_text
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
     if drive is not None and (open_effects := inherent_effects(drive).keys() - undiagnosed_effects(drive).keys()):
         stated = ", ".join(sorted(open_effects))
         notes.append(f"the base curve of {drive.name} is without its sheet's {stated}: the record decides")
-    priors = None if args.priors is None else load_priors(args.priors)
+    priors = NO_PRIORS if args.priors is None else load_priors(args.priors)
     folder = Path(args.out)
     paths = [Path(record) for record in args.records]
     single = len(paths) == 1

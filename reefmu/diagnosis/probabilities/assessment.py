@@ -17,8 +17,9 @@ from .effect_columns import information_under, sensitivities
 from .goodness_of_fit import global_p
 from .hypothesis_table import hypothesis_table
 from .predicted_isolability import isolability
-from .priors import Priors, typical_sizes
+from .priors import NO_PRIORS, Priors
 from .rival_hypotheses import make_hypotheses
+from .typical_sizes import typical_sizes
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Assessment:
     isolability: IsolabilityMatrix
 
 
-def assess(evidence: Evidence, conclusion: Conclusion, priors: Priors | None = None) -> Assessment:
+def assess(evidence: Evidence, conclusion: Conclusion, priors: Priors = NO_PRIORS) -> Assessment:
     """The assessment of one record's evidence beside the conclusion that was drawn from it; priors: of a user."""
     problem, chosen = evidence.problem, conclusion.chosen
     sizes = record_sizes(problem, priors)
@@ -44,7 +45,7 @@ def assess(evidence: Evidence, conclusion: Conclusion, priors: Priors | None = N
     )
 
 
-def record_sizes(problem: Problem, priors: Priors | None = None) -> dict[str, float]:
+def record_sizes(problem: Problem, priors: Priors = NO_PRIORS) -> dict[str, float]:
     """Typical sizes of the effects in the gear and the record of a problem; nominal ones of effects that have none;
     those of a user before all."""
     base, seconds = problem.base, float(problem.trace.time[-1] - problem.trace.time[0])
@@ -56,7 +57,7 @@ def record_sizes(problem: Problem, priors: Priors | None = None) -> dict[str, fl
     effects = [find_effect(name) for name in problem.candidates]
     nominal = {f"{e.name}.{e.parameters[k].name}": e.parameters[k].nominal for e in effects for k in amplitudes(e)}
     typical = typical_sizes(base.full_torque, base.max_twist, max(seconds, 1e-9), clearance, base.ratio)
-    return nominal | typical | (dict(priors.sizes) if priors else {})
+    return nominal | typical | dict(priors.sizes)
 
 
 def record_isolability(problem: Problem, base: Fit, chosen: Fit, sizes: Mapping[str, float]) -> IsolabilityMatrix:

@@ -18,7 +18,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ..hypotheses import Hypothesis
 from .hypothesis_table import Row
-from .priors import Priors
+from .priors import NO_PRIORS, Priors
 
 
 @dataclass(frozen=True)
@@ -61,13 +61,12 @@ difference of the log evidence and not exponentially, as a covariance that is wr
 
 
 def probabilities(
-    rows: Sequence[Row], verdict: Verdict, priors: Priors | None = None, weights: HypothesisWeights = CALIBRATED
+    rows: Sequence[Row], verdict: Verdict, priors: Priors = NO_PRIORS, weights: HypothesisWeights = CALIBRATED
 ) -> tuple[Hypothesis, ...]:
     """The hypotheses of a table with their probabilities, which sum to 1; priors: of a user, which change the odds of
     effects."""
-    log_posterior = features(rows, verdict) @ np.array(astuple(weights))
-    if priors is not None:
-        log_posterior = log_posterior + np.array([priors.log_odds(row.effects, row.unnamed) for row in rows])
+    log_odds = np.array([priors.log_odds(row.effects, row.unnamed) for row in rows])
+    log_posterior = features(rows, verdict) @ np.array(astuple(weights)) + log_odds
     share = np.exp(log_posterior - log_posterior.max())
     share /= share.sum()
     return tuple(
