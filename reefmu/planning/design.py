@@ -17,8 +17,8 @@ from scipy.special import ndtri
 
 from stiffness_model.numerics.arrays import Array
 
-from ..diagnosis.probabilities.predicted_isolability import NAMED, PRIOR_ODDS
-from ..diagnosis.probabilities.rival_hypotheses import RivalHypothesis, separations
+from ..diagnosis.discrimination.predicted_isolability import NAMED, PRIOR_ODDS
+from ..diagnosis.discrimination.rival_hypotheses import RivalHypothesis, separations
 from .information import PieceInformation, total_information
 from .protocols.motion_pieces import Piece
 from .protocols.rig import Rig

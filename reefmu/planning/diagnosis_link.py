@@ -10,12 +10,12 @@ import numpy as np
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.numerics.arrays import Array
 
+from ..diagnosis.discrimination.effect_columns import Sensitivities
 from ..diagnosis.estimation.least_squares import Fit
 from ..diagnosis.estimation.problem import Problem, select_candidates
 from ..diagnosis.estimation.weighting import MIN_EIGENVALUE
 from ..diagnosis.preparation import BaseCurveSource, prepare_problem
 from ..diagnosis.preprocessing.trace import make_trace
-from ..diagnosis.probabilities.effect_columns import Sensitivities
 from ..record import Record
 from .protocols.rig import RigNoise
 

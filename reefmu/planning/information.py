@@ -18,7 +18,7 @@ from scipy.linalg import solve_triangular
 
 from stiffness_model.numerics.arrays import Array
 
-from ..diagnosis.probabilities.effect_columns import ACCUMULATING, Sensitivities
+from ..diagnosis.discrimination.effect_columns import ACCUMULATING, Sensitivities
 from .diagnosis_link import noise_whitened
 from .protocols.rig import RigNoise
 from .protocols.schedule import Schedule

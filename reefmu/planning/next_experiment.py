@@ -12,8 +12,8 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
 from stiffness_model.numerics.arrays import Array
 
-from ..diagnosis.probabilities.effect_columns import ACCUMULATING
-from ..diagnosis.probabilities.predicted_isolability import isolability
+from ..diagnosis.discrimination.effect_columns import ACCUMULATING
+from ..diagnosis.discrimination.predicted_isolability import isolability
 from ..record import Record
 from .diagnosis_link import excluded_effects
 from .information import total_information

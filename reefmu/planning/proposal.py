@@ -7,7 +7,7 @@ import numpy as np
 from stiffness_model.errors import InputError
 
 from ..diagnosis.analysis import Analysis, ProposedExperiment
-from ..diagnosis.probabilities.predicted_isolability import NAMED
+from ..diagnosis.discrimination.predicted_isolability import NAMED
 from ..diagnosis.schema import Diagnosis
 from ..model.contacts.tables import cached_lookup
 from .next_experiment import NextProtocol, next_protocol, rig_of_record

@@ -9,7 +9,7 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ..diagnosis.probabilities.predicted_isolability import PredictedIsolability
+from ..diagnosis.discrimination.predicted_isolability import PredictedIsolability
 from .design import MARGINS, Candidates, potential, wanted_separations
 from .protocols.motion_pieces import feasible
 from .protocols.rig import Rig

@@ -13,9 +13,9 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
 from stiffness_model.numerics.arrays import Array
 
-from ..diagnosis.probabilities.effect_columns import Sensitivities, individual_information, sensitivities
-from ..diagnosis.probabilities.predicted_isolability import PredictedIsolability, isolability, mean_isolability
-from ..diagnosis.probabilities.rival_hypotheses import make_hypotheses
+from ..diagnosis.discrimination.effect_columns import Sensitivities, individual_information, sensitivities
+from ..diagnosis.discrimination.predicted_isolability import PredictedIsolability, isolability, mean_isolability
+from ..diagnosis.discrimination.rival_hypotheses import make_hypotheses
 from ..diagnosis.probabilities.typical_sizes import typical_sizes
 from ..effects import EFFECTS, find_effect
 from ..model.contacts.tables import cached_lookup

@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ...effects import find_effect
+from ..discrimination.effect_columns import information_under, sensitivities
+from ..discrimination.predicted_isolability import isolability
+from ..discrimination.rival_hypotheses import make_hypotheses
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.score_test import amplitudes
@@ -13,12 +16,9 @@ from ..hypotheses import Hypothesis, IsolabilityMatrix
 from ..inference.evidence import Evidence
 from ..inference.verdict import Conclusion
 from .calibration import probabilities, verdict_of
-from .effect_columns import information_under, sensitivities
 from .goodness_of_fit import global_p
 from .hypothesis_table import hypothesis_table
-from .predicted_isolability import isolability
 from .priors import NO_PRIORS, Priors
-from .rival_hypotheses import make_hypotheses
 from .typical_sizes import typical_sizes
 
 

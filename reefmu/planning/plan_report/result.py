@@ -9,7 +9,7 @@ from typing import Any
 
 from scipy.special import ndtri
 
-from ...diagnosis.probabilities.predicted_isolability import NAMED, PRIOR_ODDS
+from ...diagnosis.discrimination.predicted_isolability import NAMED, PRIOR_ODDS
 from ...effects import find_effect
 from ..shortest_plan import Plan
 

@@ -25,10 +25,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
 
 from reefmu.cli import BLAS_THREADS
 from reefmu.diagnosis import diagnose_record
+from reefmu.diagnosis.discrimination.effect_columns import draw_parameters, individual_information, sensitivities
+from reefmu.diagnosis.discrimination.predicted_isolability import PredictedIsolability, isolability
+from reefmu.diagnosis.discrimination.rival_hypotheses import make_hypotheses
 from reefmu.diagnosis.estimation.score_test import linearise
-from reefmu.diagnosis.probabilities.effect_columns import draw_parameters, individual_information, sensitivities
-from reefmu.diagnosis.probabilities.predicted_isolability import PredictedIsolability, isolability
-from reefmu.diagnosis.probabilities.rival_hypotheses import make_hypotheses
 from reefmu.effects import EFFECTS
 from reefmu.planning import Plan, Rig, load_rig, make_plan
 from reefmu.planning.diagnosis_link import record_problem

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.probabilities.effect_columns import individual_information, sensitivities
-from reefmu.diagnosis.probabilities.rival_hypotheses import make_hypotheses, separations
+from reefmu.diagnosis.discrimination.effect_columns import individual_information, sensitivities
+from reefmu.diagnosis.discrimination.rival_hypotheses import make_hypotheses, separations
 from reefmu.planning.design import Candidates
 from reefmu.planning.diagnosis_link import record_problem
 from reefmu.planning.information import piece_information, record_information, total_information

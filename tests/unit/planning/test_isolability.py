@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.probabilities.effect_columns import Variant
-from reefmu.diagnosis.probabilities.predicted_isolability import isolability
-from reefmu.diagnosis.probabilities.rival_hypotheses import RivalHypothesis
+from reefmu.diagnosis.discrimination.effect_columns import Variant
+from reefmu.diagnosis.discrimination.predicted_isolability import isolability
+from reefmu.diagnosis.discrimination.rival_hypotheses import RivalHypothesis
 from reefmu.planning import Plan, Rig, make_plan, next_protocol
 from reefmu.planning.design import design, make_targets, potential, wanted_separations
 from reefmu.planning.protocols.motion_pieces import feasible
