@@ -1,4 +1,4 @@
-"""The diagnosis of one record: audit, problem, isolability, thresholds, search, conclusion, probabilities, result."""
+"""The diagnosis of one record: audit, problem, isolability, thresholds, search, tests, probabilities, result."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ import numpy as np
 from ..effects import declared_test
 from ..record import TORQUE_SIDES, Record
 from .analysis import Analysis
-from .estimation.held_out import fits_without_held_out, is_refuted
 from .estimation.problem import Problem
 from .estimation.search import base_fit, linearise_candidates, search
 from .estimation.worker_pool import open_pool
 from .inference.evidence import Evidence
 from .inference.isolability import Isolability, isolability
 from .inference.thresholds import calibrate_thresholds
-from .inference.verdict import decide, select_effects, withdraw_effects
+from .inference.verdict import decide, select_effects
 from .preparation import BaseCurveSource, prepare_problem
 from .preprocessing.audit import Audit, audit
 from .preprocessing.trace import make_trace
-from .probabilities.assessment import assess
+from .probabilities.assessment import assess, record_isolability
+from .probabilities.goodness_of_fit import global_p
 from .probabilities.priors import NO_PRIORS, Priors
 from .report.assemble import assemble_diagnosis, base_refusal, insufficient_diagnosis
 from .report.gap import measure_gap
@@ -67,21 +67,19 @@ def analyse(
     if too_noisy := _excessive_noise(problem):
         return _timed(insufficient_diagnosis(audited, [too_noisy]), started)
     evidence, isolated = _collect_evidence(problem, report, executor)
-    conclusion = decide(select_effects(evidence))
+    report("probabilities", 0.9)
+    base = evidence.search.base
+    found = assess(evidence, decide(select_effects(evidence)), priors)
+    chosen = found.conclusion.chosen
     report("result", 0.95)
-    base, chosen = evidence.search.base, conclusion.chosen
-    held = fits_without_held_out(evidence.problem, (base, chosen)) if chosen.names else []
-    if held and is_refuted(evidence.problem, base, chosen, held):
-        conclusion, held = withdraw_effects(evidence.problem, base, conclusion), []
-    gap = measure_gap(evidence.problem, record, base, conclusion.chosen, held)
-    if refusal := base_refusal(evidence.problem, conclusion.chosen, gap):
+    gap = measure_gap(evidence.problem, record, base, chosen, found.held_out)
+    if refusal := base_refusal(evidence.problem, chosen, gap):
         return _timed(insufficient_diagnosis(audited, [refusal], gap), started)
-    report("probabilities", 0.97)
-    found = assess(evidence, conclusion, priors)
-    diagnosis = assemble_diagnosis(evidence, isolated, conclusion, gap, audited)
-    diagnosis = diagnosis.with_probabilities(found.hypotheses, found.global_p, found.isolability)
+    diagnosis = assemble_diagnosis(evidence, isolated, found.conclusion, gap, audited)
+    told_apart = record_isolability(evidence.problem, base, chosen, found.sizes)
+    diagnosis = diagnosis.with_probabilities(found.hypotheses, global_p(evidence.problem, chosen), told_apart)
     diagnosis = _with_friction_at_the_crank(diagnosis, record)
-    return Analysis(record, evidence, isolated, conclusion, _timed(diagnosis, started))
+    return Analysis(record, evidence, isolated, found.conclusion, _timed(diagnosis, started))
 
 
 def _collect_evidence(problem: Problem, report: Progress, executor: Executor | None) -> tuple[Evidence, Isolability]:

@@ -69,7 +69,7 @@ class Diagnosis:
     """The diagnosis of one record.
 
     verdict: one of `VERDICTS`; sentence: the verdict in words; effects: that are missing in the model. alternatives:
-    sets of effects that explain the record as well where the verdict is ambiguous, else sets that the scatter of this
+    other sets of effects that may explain the record where the verdict is ambiguous, else sets that the scatter of this
     drive's tolerances may mask. where: locations of the gap without effects, the largest share first. next_experiment:
     tests that would tell more. remainder: N.m rms, left beside the effects, and remainder_where its locations.
     not_candidates: effects that this record cannot show, with the reason. indistinguishable: pairs of effects with the

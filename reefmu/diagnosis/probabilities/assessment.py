@@ -1,22 +1,23 @@
-"""What a record says beyond the verdict: probabilities of the hypotheses, the fit of the chosen one, isolability."""
+"""What a record says: the probabilities of the hypotheses, and the conclusion that they allow."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ...effects import find_effect
 from ..discrimination.effect_columns import information_under, sensitivities
 from ..discrimination.predicted_isolability import isolability
 from ..discrimination.rival_hypotheses import make_hypotheses
+from ..estimation.held_out import fits_without_held_out, is_refuted
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.score_test import amplitudes
 from ..hypotheses import Hypothesis, IsolabilityMatrix
 from ..inference.evidence import Evidence
-from ..inference.verdict import Conclusion
+from ..inference.verdict import Conclusion, withdraw_effects
 from .calibration import probabilities, verdict_of
-from .goodness_of_fit import global_p
+from .decision import conclude
 from .hypothesis_table import hypothesis_table
 from .priors import NO_PRIORS, Priors
 from .typical_sizes import typical_sizes
@@ -24,25 +25,40 @@ from .typical_sizes import typical_sizes
 
 @dataclass(frozen=True)
 class Assessment:
-    """hypotheses: with probabilities that sum to 1; global_p: of the chosen model; isolability: of the effects that the
-    record can show."""
+    """hypotheses: with probabilities that sum to 1; conclusion: from them; held_out: fits without effects and of the
+    named ones that leave runs out, none without effects; sizes: typical ones of effects, SI, by `effect.parameter`."""
 
     hypotheses: tuple[Hypothesis, ...]
-    global_p: float
-    isolability: IsolabilityMatrix
+    conclusion: Conclusion
+    held_out: Sequence[Fit]
+    sizes: Mapping[str, float]
 
 
-def assess(evidence: Evidence, conclusion: Conclusion, priors: Priors = NO_PRIORS) -> Assessment:
-    """The assessment of one record's evidence beside the conclusion that was drawn from it; priors: of a user."""
-    problem, chosen = evidence.problem, conclusion.chosen
+def assess(evidence: Evidence, tested: Conclusion, priors: Priors = NO_PRIORS) -> Assessment:
+    """The assessment of one record's evidence; tested: the conclusion from the tests of significance; priors: of a
+    user. Effects that runs which were not fitted refute are withdrawn, before the probabilities and after."""
+    problem, base = evidence.problem, evidence.search.base
     sizes = record_sizes(problem, priors)
-    rows = hypothesis_table(evidence, chosen, sizes)
-    verdict = verdict_of(conclusion.verdict, chosen.names, conclusion.alternatives)
-    return Assessment(
-        probabilities(rows, verdict, priors),
-        global_p(problem, chosen),
-        record_isolability(problem, evidence.search.base, chosen, sizes),
-    )
+    tested, held_out = confirm_effects(problem, base, tested)
+    rows = hypothesis_table(evidence, tested.chosen, sizes)
+    verdict = verdict_of(tested.verdict, tested.chosen.names, tested.alternatives)
+    hypotheses = probabilities(rows, verdict, priors)
+    conclusion = conclude(evidence, tested, rows, hypotheses)
+    if conclusion.chosen is not tested.chosen:
+        conclusion, held_out = confirm_effects(problem, base, conclusion)
+    return Assessment(hypotheses, conclusion, held_out, sizes)
+
+
+def confirm_effects(problem: Problem, base: Fit, conclusion: Conclusion) -> tuple[Conclusion, Sequence[Fit]]:
+    """A conclusion whose effects are withdrawn if runs that were not fitted refute them, and the fits `base` and
+    `chosen` without these runs; none without effects."""
+    chosen = conclusion.chosen
+    if not chosen.names:
+        return conclusion, ()
+    held_out = fits_without_held_out(problem, (base, chosen))
+    if is_refuted(problem, base, chosen, held_out):
+        return withdraw_effects(problem, base, conclusion), ()
+    return conclusion, held_out
 
 
 def record_sizes(problem: Problem, priors: Priors = NO_PRIORS) -> dict[str, float]:

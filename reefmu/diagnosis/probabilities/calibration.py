@@ -3,12 +3,14 @@
 Evidence alone is overconfident, because no covariance is quite right. The log posterior of a hypothesis is therefore
 a weighted sum of what is known of it, a conditional logit model (McFadden, Conditional Logit Analysis of Qualitative
 Choice Behavior, 1974): its evidence, less than that of the best; its number of effects; whether something unnamed is
-part of it; how far the scatter that it needs is from the drawing's; and whether the tests of significance arrive at it.
+part of it, and how large that is; how far the scatter that it needs is from the drawing's; and whether, or how nearly,
+the tests of significance arrive at it.
 The weights maximise the likelihood of the truths of simulated records whose kind of effect, rig and drive are known.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import astuple, dataclass
 
@@ -19,6 +21,10 @@ from stiffness_model.numerics.arrays import Array
 from ..hypotheses import Hypothesis
 from .hypothesis_table import Row
 from .priors import NO_PRIORS, Priors
+
+SMALLEST_UNNAMED = 1e-3
+"""Size of something unnamed, over full torque or over what individuals show, below which it is invisible whatever it
+is; chosen by judgement, because its logarithm must stay finite."""
 
 
 @dataclass(frozen=True)
@@ -35,16 +41,31 @@ class Verdict:
             return False
         return self.name in ("named", "partly") or (self.name == "ambiguous" and not row.unnamed)
 
+    def finds_unnamed(self, row: Row) -> bool:
+        """Whether the verdict and the row have something unnamed. Tests of significance tell it from the scatter of an
+        individual no better than the evidence does, so that only the row of a mean drive counts."""
+        return self.name in ("unknown", "partly") and row.unnamed and not row.scatter
+
     def is_nothing(self, row: Row) -> bool:
-        """Whether the verdict and the row are both that nothing is missing."""
-        return self.name == "none" and not row.effects and not row.unnamed
+        """Whether the verdict and the row are both that nothing is missing, of a mean drive as well."""
+        return self.name == "none" and not row.effects and not row.unnamed and not row.scatter
+
+    def difference(self, row: Row) -> int:
+        """Number of effects that only one of the row and the nearest set of the verdict has."""
+        return min(len(row.effects ^ effects) for effects in self.sets)
 
 
 @dataclass(frozen=True)
 class HypothesisWeights:
-    """Change of the log posterior: by the logarithm of one more than the difference of the log evidence from the best,
-    by each effect, by something unnamed, by that beside effects, by the squared logarithm of the scatter over the
-    drawing's, by a verdict that gives the effects, and by one that nothing is missing."""
+    """Change of the log posterior of a hypothesis.
+
+    evidence: by the logarithm of one more than the difference of the log evidence from the best; effect: by each
+    effect; unnamed, unnamed_beside: by something unnamed, and by that beside effects; scatter: by the squared logarithm
+    of the scatter over the drawing's; verdict: by a verdict that gives the effects; differing: by each effect in which
+    the verdict differs; unnamed_size, unnamed_excess: by the logarithm of the rms of what is unnamed, over full torque
+    and, on an individual, over the rms that individuals without effects show; verdict_unnamed, verdict_nothing: by a
+    verdict on a mean drive that finds something unnamed, or nothing, as the hypothesis does.
+    """
 
     evidence: float
     effect: float
@@ -52,11 +73,15 @@ class HypothesisWeights:
     unnamed_beside: float
     scatter: float
     verdict: float
-    nothing: float
+    differing: float
+    unnamed_size: float
+    unnamed_excess: float
+    verdict_unnamed: float
+    verdict_nothing: float
 
 
-CALIBRATED = HypothesisWeights(1.55, -1.38, -4.44, -1.52, -1.25, 2.62, 1.44)
-"""Fitted by `tests/benchmarks/diagnosis/calibrate_probabilities.py --count 240`. Odds fall with a power of the
+CALIBRATED = HypothesisWeights(1.26, -1.23, -0.03, 1.0, -1.41, 0.93, -1.0, 1.06, 0.46, 1.2, 2.61)
+"""Fitted by `tests/benchmarks/diagnosis/calibrate_probabilities.py` to 555 records. Odds fall with a power of the
 difference of the log evidence and not exponentially, as a covariance that is wrong in unknown directions makes them."""
 
 
@@ -75,23 +100,25 @@ def probabilities(
 
 
 def features(rows: Sequence[Row], verdict: Verdict) -> Array:
-    """(r, 7) what is known of each row, in the order of `HypothesisWeights`."""
-    below = np.array([row.log_evidence for row in rows])
-    below = below - below.max()
-    return np.array(
-        [
-            (
-                -np.log1p(-difference),
-                len(row.effects),
-                row.unnamed,
-                row.unnamed and len(row.effects) > 0,
-                np.log(row.scatter) ** 2 if row.scatter else 0.0,
-                verdict.gives(row),
-                verdict.is_nothing(row),
-            )
-            for row, difference in zip(rows, below.tolist(), strict=True)
-        ],
-        float,
+    """(r, 11) what is known of each row, in the order of `HypothesisWeights`."""
+    best = max(row.log_evidence for row in rows)
+    return np.array([_features(row, best - row.log_evidence, verdict) for row in rows], float)
+
+
+def _features(row: Row, below: float, verdict: Verdict) -> tuple[float, ...]:
+    """below: difference of the log evidence from the best."""
+    return (
+        -math.log1p(below),
+        len(row.effects),
+        row.unnamed,
+        row.unnamed and len(row.effects) > 0,
+        math.log(row.scatter) ** 2 if row.scatter else 0.0,
+        verdict.gives(row),
+        verdict.difference(row),
+        math.log(max(row.unnamed_share, SMALLEST_UNNAMED)) if row.unnamed else 0.0,
+        math.log(max(row.unnamed_excess, SMALLEST_UNNAMED)) if row.unnamed and row.scatter else 0.0,
+        verdict.finds_unnamed(row),
+        verdict.is_nothing(row),
     )
 
 

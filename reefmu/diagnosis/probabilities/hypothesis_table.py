@@ -13,7 +13,7 @@ import numpy as np
 
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..estimation.residuals import estimate_overdispersion
+from ..estimation.residuals import estimate_overdispersion, remainder
 from ..estimation.search import is_degenerate
 from ..estimation.weighting import INDIVIDUAL_SIZE, MEAN_DRIVE_SIZE
 from ..inference.evidence import Evidence
@@ -37,14 +37,24 @@ mean drive. Chosen by judgement to bound the time at a tenth of a diagnosis."""
 
 @dataclass(frozen=True)
 class Row:
-    """One hypothesis. effects: that are missing; unnamed: whether something without a name is missing as well;
-    log_evidence: log marginal likelihood over that of nothing missing; scatter: size of the scatter, 1 as the drawing
-    states, 0 for the mean drive or without a drawing."""
+    """One hypothesis.
+
+    effects: that are missing; unnamed: whether something without a name is missing as well; log_evidence: log marginal
+    likelihood over that of nothing missing; scatter: size of the scatter, 1 as the drawing states, 0 for the mean drive
+    or without a drawing; fit: of the effects; beside: the nonparametric term, of something unnamed or of a curve within
+    tolerances, None where there is none; unnamed_share, unnamed_excess: rms of what is unnamed, over full torque and
+    over the rms that individuals without effects show, 0 where nothing is or no drawing states tolerances. On the mean
+    drive all that is left is unnamed, and not only what the term fits.
+    """
 
     effects: frozenset[str]
     unnamed: bool
     log_evidence: float
     scatter: float
+    fit: Fit
+    beside: TermFit | None = None
+    unnamed_share: float = 0.0
+    unnamed_excess: float = 0.0
 
 
 def hypothesis_table(evidence: Evidence, chosen: Fit, sizes: Mapping[str, float]) -> tuple[Row, ...]:
@@ -58,20 +68,25 @@ def hypothesis_table(evidence: Evidence, chosen: Fit, sizes: Mapping[str, float]
     compared = [*best_fits, *_for_mean_drive(problem, base, best_fits)]
     compared += [] if any(fit is chosen for fit in compared) else [chosen]
     dispersion = _dispersion(problem, base, fits, compared)
-    chance = unnamed_gain_of_individuals(problem, base)
+    chance, individual_rms = unnamed_gain_of_individuals(problem, base), rms_of_individuals(problem)
 
-    def row(fit: Fit, unnamed: bool, gain: float) -> Row:
+    def row(fit: Fit, gain: float = 0.0, beside: TermFit | None = None, unnamed: bool = False) -> Row:
         # What the verdict names stays a hypothesis of its own, however small.
         effects = material_effects(problem, fit, sizes, LEAST_SIZE) | (set(fit.names) & set(chosen.names))
         log_evidence = _log_evidence(evidence, fit, sizes, dispersion, gain)
-        return Row(frozenset(effects), unnamed, log_evidence, _scatter(fit))
+        rms = beside.rms if unnamed and beside else 0.0
+        if unnamed and not _scatter(fit):
+            rms = max(rms, remainder(problem, fit))
+        share, excess = rms / problem.base.full_torque, rms / individual_rms if individual_rms else 0.0
+        return Row(frozenset(effects), unnamed, log_evidence, _scatter(fit), fit, beside, share, excess)
 
-    rows = [row(fit, False, 0.0) for fit in fits]
+    rows = [row(fit) for fit in (*fits, chosen)]
     for fit in compared:
         is_tolerance, curve, terms = _nonparametric(problem, fit)
-        beside = max([0.0, *(term.gain for term in terms if not (is_tolerance and term.term.coordinate == CURVE))])
-        beside -= chance if _scatter(fit) else 0.0
-        rows += [row(fit, False, max(0.0, curve.gain) if is_tolerance else 0.0), row(fit, True, beside)]
+        if is_tolerance:
+            rows.append(row(fit, max(0.0, curve.gain), curve))
+        unnamed = max((t for t in terms if not (is_tolerance and t.term.coordinate == CURVE)), key=lambda t: t.gain)
+        rows.append(row(fit, max(0.0, unnamed.gain) - (chance if _scatter(fit) else 0.0), unnamed, unnamed=True))
     best: dict[tuple[frozenset[str], bool], Row] = {}
     for found in rows:
         key = found.effects, found.unnamed
@@ -99,6 +114,14 @@ def unnamed_gain_of_individuals(problem: Problem, base: Fit, seed: int = 0) -> f
     noise = np.sqrt(problem.block_variance) * rng.standard_normal((N_INDIVIDUALS, len(problem.torque)))
     drives = problem.individuals[:N_INDIVIDUALS] + noise
     return max(0.0, *(fit_terms_to(problem, individual, drive)[0].gain for drive in drives))
+
+
+def rms_of_individuals(problem: Problem) -> float:
+    """Rms, N.m, of what individuals without effects show about their own mean, since the zero of the twist is free; 0
+    without stated tolerances."""
+    if not len(problem.individuals):
+        return 0.0
+    return float(np.sqrt(np.mean(np.var(problem.individuals, axis=1))))
 
 
 def _fits(evidence: Evidence) -> list[Fit]:

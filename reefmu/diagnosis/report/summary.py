@@ -5,6 +5,7 @@ from __future__ import annotations
 from ...effects import find_effect
 from ..inference.verdict import Conclusion
 from ..schema import Gap
+from .text import sets_text
 
 
 def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
@@ -23,10 +24,11 @@ def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
                 f"explains{where}{_tolerances(conclusion)}."
             )
         case "ambiguous":
-            others = ", or ".join(" and ".join(names) for names in conclusion.alternatives)
+            if not conclusion.alternatives:
+                return f"This record cannot tell whether an effect is missing: {names} may explain it ({change})."
             return (
                 f"This record cannot tell which effect is missing: {names} explains it ({change}), "
-                f"and so does {others}."
+                f"and so does {sets_text(conclusion.alternatives)}."
             )
         case "unknown":
             masked = " or ".join(_additional_names(conclusion))
@@ -36,7 +38,8 @@ def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
                 f"known effect explains it{together or where}."
             )
         case _:
-            return f"Nothing is missing: noise and tolerance scatter explain the record{_tolerances(conclusion)}."
+            tolerances = _tolerances(conclusion)
+            return f"Nothing is shown to be missing: noise and tolerance scatter explain the record{tolerances}."
 
 
 def _tolerances(conclusion: Conclusion) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from stiffness_model.units import interval_text, quantity_text
 
 from ..fitted_values import AmplitudeTest, NamedEffect, ParameterAtBound
@@ -11,7 +13,7 @@ MEANING = {
     "named": "the missing effects are identified",
     "partly": "effects are identified, and something else is missing",
     "ambiguous": "several explanations fit, which this record cannot tell apart",
-    "none": "nothing is missing",
+    "none": "nothing is shown to be missing",
     "unknown": "something is missing that no known effect explains",
     "insufficient": "the record does not allow a diagnosis",
 }
@@ -33,6 +35,23 @@ RAW_GAP_RATIO = 1.1
 judgement."""
 OWN_SCATTER_RATIO = 0.9
 """Gap without this drive's scatter, over the gap, below which the scatter explains part of it; chosen by judgement."""
+MAX_LISTED = 3
+"""Other explanations that are listed at most, for a reader's sake."""
+
+
+def sets_text(alternatives: Sequence[Sequence[str]], most: int = MAX_LISTED) -> str:
+    """Sets of effects in words, the first of them.
+
+    >>> sets_text([("creep",), ("wear", "preload")])
+    'creep, or wear and preload'
+    >>> sets_text([("creep",), ("wear",), ("damping",)], 2)
+    'creep, or wear, or one of 1 other'
+    """
+    words = [" and ".join(names) for names in alternatives[:most]]
+    left = len(alternatives) - most
+    if left > 0:
+        words.append(f"one of {left} other{'s' if left > 1 else ''}")
+    return ", or ".join(words)
 
 
 def main_parameter_text(effect: NamedEffect) -> str:

@@ -96,7 +96,7 @@ def test_effects_that_held_out_runs_refute_are_withdrawn(monkeypatch: pytest.Mon
     change = names.prediction.torque - base.prediction.torque
     problem.__dict__["torque"] = problem.torque - 2 * change * held_out_blocks(problem)
     assert is_refuted(problem, base, names, fits_without_held_out(problem, (base, names)))
-    monkeypatch.setattr("reefmu.diagnosis.pipeline.is_refuted", lambda *args: bool(args[2].names))
+    monkeypatch.setattr("reefmu.diagnosis.probabilities.assessment.is_refuted", lambda *args: bool(args[2].names))
     found = diagnose_record(record, drive=rig.drive())
     assert (found.verdict, found.effects) == ("unknown", ())
     assert found.remainder > 1.0

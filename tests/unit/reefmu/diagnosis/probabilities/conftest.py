@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 import pytest
 
 from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
-from reefmu.diagnosis.estimation.search import base_fit
+from reefmu.diagnosis.estimation.search import Search, base_fit
+from reefmu.diagnosis.inference.evidence import Evidence
+from reefmu.diagnosis.inference.thresholds import Thresholds
+from reefmu.diagnosis.probabilities.hypothesis_table import Row
 from tests.friction_record import fitted_friction
 
 
@@ -22,8 +26,22 @@ class Fitted:
     hysteresis: Fit
 
 
+def make_row(
+    effects: frozenset[str], unnamed: bool, log_evidence: float, scatter: float, share: float = 0.0, excess: float = 0.0
+) -> Row:
+    """A row whose fit does not matter; share, excess: of what is unnamed."""
+    return Row(effects, unnamed, log_evidence, scatter, cast(Fit, None), None, share, excess)
+
+
 @pytest.fixture(scope="session")
 def fitted() -> Fitted:
     """Four loops of the gear with a locked crank; white noise."""
     problem, fit = fitted_friction(1.5e-3 * np.sin(2 * np.pi * np.arange(1600) / 400), None, ("hysteresis",))
     return Fitted(problem, base_fit(problem), fit)
+
+
+def evidence_of(fitted: Fitted) -> Evidence:
+    """What is known of the record where the search fitted these two sets."""
+    chance = dict.fromkeys(fitted.problem.candidates, 20.0)
+    search = Search(fitted.base, {0: [fitted.base], 1: [fitted.hysteresis]})
+    return Evidence(fitted.problem, search, Thresholds(chance, chance))

@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad, quad
 
+from reefmu.diagnosis.estimation.residuals import remainder
 from reefmu.diagnosis.estimation.search import Search
-from reefmu.diagnosis.inference.evidence import Evidence
-from reefmu.diagnosis.inference.thresholds import Thresholds
 from reefmu.diagnosis.probabilities.assessment import record_isolability, record_sizes
-from reefmu.diagnosis.probabilities.hypothesis_table import hypothesis_table, unnamed_gain_of_individuals
+from reefmu.diagnosis.probabilities.hypothesis_table import (
+    hypothesis_table,
+    rms_of_individuals,
+    unnamed_gain_of_individuals,
+)
 from reefmu.diagnosis.probabilities.marginal_likelihood import (
     PRIOR_WIDTH,
     log_volume,
@@ -22,7 +25,7 @@ from reefmu.diagnosis.probabilities.marginal_likelihood import (
 )
 from reefmu.effects import find_effect
 from tests import diagnosis_rig as rig
-from tests.unit.reefmu.diagnosis.probabilities.conftest import Fitted
+from tests.unit.reefmu.diagnosis.probabilities.conftest import Fitted, evidence_of
 
 NOTHING, HYSTERESIS = frozenset[str](), frozenset({"hysteresis"})
 
@@ -107,12 +110,6 @@ def test_small_effects_are_immaterial(fitted: Fitted) -> None:
     assert material_effects(fitted.problem, fit, {}, 0.1) == HYSTERESIS
 
 
-def evidence_of(fitted: Fitted) -> Evidence:
-    chance = dict.fromkeys(fitted.problem.candidates, 20.0)
-    search = Search(fitted.base, {0: [fitted.base], 1: [fitted.hysteresis]})
-    return Evidence(fitted.problem, search, Thresholds(chance, chance))
-
-
 def test_each_hypothesis_has_one_row_and_the_truth_the_most_evidence(fitted: Fitted) -> None:
     rows = hypothesis_table(evidence_of(fitted), fitted.hysteresis, record_sizes(fitted.problem))
     keys = [(r.effects, r.unnamed) for r in rows]
@@ -128,6 +125,29 @@ def test_what_the_verdict_names_stays_a_hypothesis_however_small(fitted: Fitted)
     evidence = evidence_of(fitted)
     assert HYSTERESIS in {r.effects for r in hypothesis_table(evidence, fitted.hysteresis, sizes)}
     assert HYSTERESIS not in {r.effects for r in hypothesis_table(evidence, fitted.base, sizes)}
+
+
+def test_the_chosen_set_is_a_hypothesis_that_the_search_did_not_fit(fitted: Fitted) -> None:
+    evidence = evidence_of(fitted)
+    evidence = replace(evidence, search=Search(fitted.base, {0: [fitted.base]}))
+    rows = hypothesis_table(evidence, fitted.hysteresis, record_sizes(fitted.problem))
+    assert {(r.effects, r.unnamed) for r in rows} >= {(HYSTERESIS, False), (HYSTERESIS, True)}
+
+
+def test_all_that_is_left_on_a_mean_drive_is_unnamed(fitted: Fitted) -> None:
+    """Over full torque and, where a drawing states tolerances, over the rms of its individuals."""
+    problem, base = fitted.problem, fitted.base
+    wave = np.sin(np.arange(len(problem.torque)) / 7.0)
+    drives = np.outer(np.linspace(1, 3, 8), wave) + 5.0
+    drawn = replace(problem, individuals=drives)
+    assert rms_of_individuals(problem) == 0.0
+    assert rms_of_individuals(drawn) == pytest.approx(np.sqrt(np.mean(np.linspace(1, 3, 8) ** 2) / 2), rel=0.02)
+    for of, excess in ((problem, 0.0), (drawn, 1 / rms_of_individuals(drawn))):
+        rows = hypothesis_table(replace(evidence_of(fitted), problem=of), base, record_sizes(of))
+        row = next(r for r in rows if (r.effects, r.unnamed) == (NOTHING, True))
+        assert row.unnamed_share * of.base.full_torque >= 0.99 * remainder(of, base) > 0
+        assert row.unnamed_excess == pytest.approx(row.unnamed_share * of.base.full_torque * excess)
+        assert all(r.unnamed_share == r.unnamed_excess == 0.0 for r in rows if not r.unnamed)
 
 
 def test_what_individuals_show_is_no_evidence_for_something_unnamed(fitted: Fitted) -> None:

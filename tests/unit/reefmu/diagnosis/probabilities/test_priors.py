@@ -11,11 +11,10 @@ from reefmu.cli.program import main
 from reefmu.diagnosis import Diagnosis, Priors, diagnose_record, load_priors
 from reefmu.diagnosis.probabilities.assessment import record_sizes
 from reefmu.diagnosis.probabilities.calibration import probabilities, verdict_of
-from reefmu.diagnosis.probabilities.hypothesis_table import Row
 from reefmu.diagnosis.probabilities.priors import NO_PRIORS, UNNAMED, priors_from_dict
 from stiffness_model.errors import InputError, UnknownNameError
 from tests import diagnosis_rig as rig
-from tests.unit.reefmu.diagnosis.probabilities.conftest import Fitted
+from tests.unit.reefmu.diagnosis.probabilities.conftest import Fitted, make_row
 
 TEXT = """
 [odds]
@@ -64,7 +63,7 @@ def test_slips_are_refused_in_one_line(table: dict[str, object], message: str) -
 
 def test_odds_multiply_those_of_the_record() -> None:
     sets = [(), ("wear",), ("creep", "wear")]
-    rows = [Row(frozenset(names), unnamed, 0.0, 0.0) for names in sets for unnamed in (False, True)]
+    rows = [make_row(frozenset(names), unnamed, 0.0, 0.0) for names in sets for unnamed in (False, True)]
     before, after = (
         np.array([h.probability for h in probabilities(rows, verdict_of("unknown", (), ()), priors)])
         for priors in (NO_PRIORS, Priors({"wear": 5.0, UNNAMED: 0.1}))
