@@ -4,7 +4,8 @@
 Diagnosis of measured records: a printed cycloidal actuator at six preloads, output locked, without a drawing.
 
 The base curve is a power law with a dead band; one exponent is fitted to all records, because they are of one gear.
-Load-dependent friction is named in all of them, and a repeatable remainder of 1.5 to 3 times the noise is reported.
+Load-dependent friction is part of the likeliest explanation of all of them, beside a repeatable remainder of 1.5 to 3
+times the noise; at the three greater preloads the records leave open which effects come with it.
 Beside the diagnosis stands the lost motion that the small cycles show without any model: the twist between rising and
 falling through zero torque. It decreases with the first two steps of preload and then remains. The fitted play, a part
 of the large cycles' curve, decreases with every step. The exponent reaches its lower bound, that of a spring; the
@@ -103,7 +104,8 @@ def main() -> None:
         print(
             " ".join(f"{cell:>11s}" for cell in cells)
             + f"  {names}"
-            + "".join(f"; or {' + '.join(a)}" for a in found.alternatives),
+            + "".join(f"; or {' + '.join(a)}" for a in found.alternatives[:2])
+            + (f"; or {left} more" if (left := len(found.alternatives) - 2) > 0 else ""),
             flush=True,
         )
         rows.append((loose, play, constant, share, found.remainder, gap.noise))

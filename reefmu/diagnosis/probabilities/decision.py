@@ -21,6 +21,9 @@ judgement."""
 UNNAMED = 1 / 3
 """Probability from which something unnamed is reported. To miss it is taken to cost as much as two false suspicions;
 chosen by judgement."""
+CERTAIN = 0.95
+"""Probability of any known effects from which something is missing that is known, if not which: such a record is not
+unknown. On the records of the calibration 0.9 gives the same verdicts."""
 CREDIBLE = 0.98
 """Probability of the smallest set of hypotheses in which the truth is said to be."""
 
@@ -38,8 +41,9 @@ def decide_by_probability(hypotheses: Sequence[Hypothesis]) -> Decision:
     """The verdict that probabilities allow.
 
     Effects are named where they are the missing ones, with or without something unnamed beside them, with a probability
-    of `NAMED`. Otherwise something unnamed is missing where its probability, alone or beside any effects, reaches
-    `UNNAMED`; nothing is, where that is the likeliest hypothesis; and else the record is ambiguous.
+    of `NAMED`. Otherwise, unless it is `CERTAIN` that effects are, something unnamed is missing where its probability,
+    alone or beside any effects, reaches `UNNAMED`; nothing is, where that is the likeliest hypothesis; and else the
+    record is ambiguous.
 
     >>> table = [((), False, 0.1), (("creep",), False, 0.5), (("creep",), True, 0.3), (("wear",), False, 0.1)]
     >>> found = decide_by_probability([Hypothesis(*row) for row in table])
@@ -57,7 +61,7 @@ def decide_by_probability(hypotheses: Sequence[Hypothesis]) -> Decision:
     if likely.get(best, 0.0) >= NAMED:
         unnamed = beside.get(best, 0.0) >= UNNAMED * likely[best]
         return Decision("partly" if unnamed else "named", best, unnamed)
-    if sum(beside.values()) >= UNNAMED:
+    if sum(beside.values()) >= UNNAMED and sum(likely.values()) < CERTAIN:
         return Decision("unknown", nothing, True)
     first = ranked(hypotheses)[0]
     return Decision("ambiguous", best, False) if first.effects else Decision("none", nothing, False)
