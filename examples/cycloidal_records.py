@@ -31,6 +31,7 @@ import numpy as np
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
 from reefmu.diagnosis.forward.base_curve import PLAY
+from reefmu.diagnosis.report.text import sets_text
 from reefmu.diagnosis.shared_exponent import shared_exponent
 from reefmu.record import Record, read_column_map, read_record, with_output_locked
 from stiffness_model.plotting.style import BLUE, GREEN, ORANGE, RED, format_axes, legend_above, new_figure
@@ -104,8 +105,7 @@ def main() -> None:
         print(
             " ".join(f"{cell:>11s}" for cell in cells)
             + f"  {names}"
-            + "".join(f"; or {' + '.join(a)}" for a in found.alternatives[:2])
-            + (f"; or {left} more" if (left := len(found.alternatives) - 2) > 0 else ""),
+            + (f"; or {sets_text(found.alternatives, 2)}" if found.alternatives else ""),
             flush=True,
         )
         rows.append((loose, play, constant, share, found.remainder, gap.noise))

@@ -12,7 +12,7 @@ from reefmu.diagnosis.hypotheses import hypothesis_text, likeliest, probability_
 from reefmu.diagnosis.probabilities.priors import NO_PRIORS, load_priors
 from reefmu.diagnosis.report.files import PROTOCOL
 from reefmu.diagnosis.report.html.origin import Origin
-from reefmu.diagnosis.report.text import DISAGREEMENT, MAX_LISTED, amplitude_text, bound_text
+from reefmu.diagnosis.report.text import DISAGREEMENT, amplitude_text, bound_text, sets_text
 from reefmu.diagnosis.shared_exponent import SharedExponent, shared_exponent
 from reefmu.model.chosen_effects import inherent_effects, undiagnosed_effects
 from reefmu.model.contacts.tables import cached_lookup
@@ -127,9 +127,7 @@ def diagnosis_text(name: str, diagnosis: Diagnosis) -> str:
         lines = [verdict, f"  {diagnosis.sentence}"]
     if diagnosis.alternatives:
         head = "or" if diagnosis.verdict == "ambiguous" else "tolerances may mask"
-        listed = [" + ".join(names) for names in diagnosis.alternatives[:MAX_LISTED]]
-        left = len(diagnosis.alternatives) - len(listed)
-        lines.append(f"  {head}: " + "; ".join([*listed, *([f"{left} more in diagnosis.json"] if left else [])]))
+        lines.append(f"  {head}: {sets_text(diagnosis.alternatives)}")
     lines += [f"  {bound_text(found)}" for found in diagnosis.at_bounds]
     lines += [f"  {amplitude_text(test)}" for test in diagnosis.amplitudes if test.p < DISAGREEMENT]
     lines += [f"  next: {step}" for step in diagnosis.next_experiment[:3]]

@@ -30,11 +30,15 @@ CREDIBLE = 0.98
 
 @dataclass(frozen=True)
 class Decision:
-    """verdict: of a diagnosis; effects: that it gives; unnamed: whether something without a name is part of it."""
+    """verdict: of a diagnosis; effects: that it gives."""
 
     verdict: str
     effects: frozenset[str]
-    unnamed: bool
+
+    @property
+    def unnamed(self) -> bool:
+        """Whether something without a name is part of the verdict."""
+        return self.verdict in ("partly", "unknown")
 
 
 def decide_by_probability(hypotheses: Sequence[Hypothesis]) -> Decision:
@@ -59,12 +63,11 @@ def decide_by_probability(hypotheses: Sequence[Hypothesis]) -> Decision:
     nothing: frozenset[str] = frozenset()
     best = max(likely, key=lambda e: likely[e], default=nothing)
     if likely.get(best, 0.0) >= NAMED:
-        unnamed = beside.get(best, 0.0) >= UNNAMED * likely[best]
-        return Decision("partly" if unnamed else "named", best, unnamed)
+        return Decision("partly" if beside.get(best, 0.0) >= UNNAMED * likely[best] else "named", best)
     if sum(beside.values()) >= UNNAMED and sum(likely.values()) < CERTAIN:
-        return Decision("unknown", nothing, True)
+        return Decision("unknown", nothing)
     first = ranked(hypotheses)[0]
-    return Decision("ambiguous", best, False) if first.effects else Decision("none", nothing, False)
+    return Decision("ambiguous", best) if first.effects else Decision("none", nothing)
 
 
 def conclude(

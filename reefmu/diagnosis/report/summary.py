@@ -28,7 +28,7 @@ def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
                 return f"This record cannot tell whether an effect is missing: {names} may explain it ({change})."
             return (
                 f"This record cannot tell which effect is missing: {names} explains it ({change}), "
-                f"and so does {sets_text(conclusion.alternatives)}."
+                f"and so may {sets_text(conclusion.alternatives)}."
             )
         case "unknown":
             masked = " or ".join(_additional_names(conclusion))

@@ -184,7 +184,10 @@ def test_the_command_line_prints_the_likeliest_hypotheses() -> None:
 
 def test_the_command_line_lists_a_few_alternatives() -> None:
     four = tuple((name,) for name in ("creep", "damping", "preload", "wear"))
-    assert "  or: hysteresis + preload" in diagnosis_text("gear", PLAIN).splitlines()
-    assert "  or: creep; damping; preload" in diagnosis_text("gear", replace(PLAIN, alternatives=four[:3])).splitlines()
+    assert "  or: hysteresis and preload" in diagnosis_text("gear", PLAIN).splitlines()
+    assert (
+        "  or: creep, or damping, or preload"
+        in diagnosis_text("gear", replace(PLAIN, alternatives=four[:3])).splitlines()
+    )
     found = diagnosis_text("gear", replace(PLAIN, alternatives=four)).splitlines()
-    assert "  or: creep; damping; preload; 1 more in diagnosis.json" in found
+    assert "  or: creep, or damping, or preload, or one of 1 other" in found
