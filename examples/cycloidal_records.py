@@ -4,7 +4,7 @@
 Diagnosis of measured records: a printed cycloidal actuator at six preloads, output locked, without a drawing.
 
 The base curve is a power law with a dead band; one exponent is fitted to all records, because they are of one gear.
-Load-dependent friction is part of the likeliest explanation of all of them, beside a repeatable remainder of 1.5 to 3
+Load-dependent friction is part of the likeliest explanation of all of them, beside a repeatable remainder of 1.3 to 3
 times the noise; at the three greater preloads the records leave open which effects come with it.
 Beside the diagnosis stands the lost motion that the small cycles show without any model: the twist between rising and
 falling through zero torque. It decreases with the first two steps of preload and then remains. The fitted play, a part
