@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stiffness_model.io.drawing_toml import drive_from_dict
 from stiffness_model.lookup.curve_lookup import CurveLookup
 from stiffness_model.numerics.arrays import Array
 
@@ -15,25 +16,33 @@ from ...record import Record, make_record
 from ...simulate import simulate_record
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..forward.base_curve import tabulate_base
+from ..forward.base_curve import BaseCurve, tabulate_base
 from ..preprocessing.trace import Trace
 
 
 def corrected_model(problem: Problem, chosen: Fit) -> DriveModel:
     """The drive model with the effects of a fit and the zero of the record's twist, as model.toml holds it.
 
-    Effects that the drawing states and no record shows, such as friction at the crank, stay inside.
+    Effects that the drawing or the data sheet states and no record shows, such as friction at the crank, stay inside.
     """
     base, layout = problem.base, problem.layout(chosen.names)
-    effects = layout.by_effect(chosen.parameters)
+    effects = {**stated_effects(base), **layout.by_effect(chosen.parameters)}
     table = tabulate_base(base, chosen.parameters[layout.shape])
     if isinstance(table, CurveLookup):
         model = build_curve_model(table, effects, assumed_ratio=problem.trace.crank_factor)
     else:
         assert base.drive is not None
-        kept = undiagnosed_effects(base.drive)
-        model = build_model(base.drive, {**kept, **effects}, lookup=table, inherent=False)
+        model = build_model(base.drive, effects, lookup=table, inherent=False)
     return replace(model, twist_zero=float(chosen.parameters[0]))
+
+
+def stated_effects(base: BaseCurve) -> dict[str, dict[str, float]]:
+    """Parameter values of the effects that the drive of a base curve states and no record shows, by effect and name."""
+    if base.drive is not None:
+        return undiagnosed_effects(base.drive)
+    # A data sheet's curve carries the sheet along; a curve file and a power law state nothing.
+    sheet = base.lookup.drawing.get("drive") if isinstance(base.lookup, CurveLookup) else None
+    return {} if sheet is None else undiagnosed_effects(drive_from_dict(sheet))
 
 
 def denoised_record(trace: Trace, zero: float) -> tuple[Record, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,9 +12,14 @@ import stiffness_model as sm
 from reefmu.diagnosis.estimation.problem import select_candidates
 from reefmu.diagnosis.fitted_values import NamedEffect
 from reefmu.diagnosis.pipeline import _with_friction_at_the_crank
+from reefmu.diagnosis.report.corrected_model import corrected_model
 from reefmu.diagnosis.schema import Diagnosis, Gap
 from reefmu.model.chosen_effects import inherent_effects, undiagnosed_effects
+from reefmu.model.drive_model import describe_effects
+from reefmu.model.model_file import load_model, save_model
 from reefmu.record import make_record
+from stiffness_model.catalog.efficiency_table import EfficiencyTable
+from tests.friction_record import GEAR, fitted_friction
 
 
 @pytest.mark.parametrize("base", ["drawing", "power law"])
@@ -43,3 +49,14 @@ def test_a_corrected_model_keeps_the_drawing_s_losses() -> None:
     rough = sm.load_drive("drive_1", friction_coefficient=0.05)
     assert set(undiagnosed_effects(rough)) == set(inherent_effects(rough)) == {"crank_friction"}
     assert undiagnosed_effects(sm.load_drive("CHA-40A-50")) == {}
+
+
+def test_a_corrected_model_keeps_the_efficiency_of_its_data_sheet(tmp_path: Path) -> None:
+    lossy = replace(GEAR, efficiency=EfficiencyTable((100.0,), (50.0, 200.0), ((0.6, 0.8),)))
+    stated = inherent_effects(lossy)["crank_friction"]
+    twist = 2e-3 * np.sin(np.linspace(0, 4 * np.pi, 400))
+    problem, fit = fitted_friction(twist, None, ("hysteresis",), gear=lossy)
+    save_model(corrected_model(problem, fit), tmp_path / "model.toml")
+    effects = describe_effects(load_model(tmp_path / "model.toml"))
+    assert set(effects) == {"hysteresis", "crank_friction"}
+    assert {name: effects["crank_friction"][name] for name in stated} == stated
