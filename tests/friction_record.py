@@ -20,7 +20,12 @@ TRUE = {"hysteresis": {"torque": 4.0}}
 
 
 def fitted_friction(
-    twist: np.ndarray, output: np.ndarray | None, names: tuple[str, ...], *, locked: str = "crank", gear: AnyDrive = GEAR
+    twist: np.ndarray,
+    output: np.ndarray | None,
+    names: tuple[str, ...],
+    *,
+    locked: str = "crank",
+    gear: AnyDrive = GEAR,
 ) -> tuple[Problem, Fit]:
     """A record of the gear with a hysteresis of 4 N.m, 20 s long, with a noise of 0.5 N.m, and the fit of a set.
 

@@ -1,4 +1,4 @@
-"""Torque at the output from a torque that was not measured there: the motor's, or a pendulum's gravity.
+"""Torque at the output from a torque that was not measured there, and the motor's torque beside one that was.
 
 A motor torque T_m, positive in the direction of the crank's angle, gives without losses
 
@@ -7,6 +7,9 @@ A motor torque T_m, positive in the direction of the crank's angle, gives withou
 at the output, with the inertia J of everything that turns with the crank and, where one hangs on the crank, a pendulum
 (mass m, length l, hanging angle phi_0). Friction, cogging and stiction of motor and crank stay in it. A pendulum on the
 output loads the drive with T = m g l sin(q - q_0) + m l^2 d2q/dt2, which is a torque at the output.
+
+Where both are known, the torque at the output is the record's, and the bracket is the torque on the crank. What it
+exceeds T/ratio by are the losses.
 """
 
 from __future__ import annotations
@@ -38,7 +41,11 @@ TORQUE_SIDES: Mapping[TorqueSide, str] = {
     "motor, crank and drive are in it, and the torque at the output is smaller or larger by them",
 }
 """What a record's torque contains, by the side at which it was measured."""
-TORQUE_COLUMNS = ("output_torque", "referred_motor_torque", "motor_torque", "motor_current")
+MOTOR_COLUMNS = ("referred_motor_torque", "motor_torque", "motor_current")
+"""Columns that state the motor's torque."""
+TORQUE_COLUMNS = ("output_torque", *MOTOR_COLUMNS)
+ON_OUTPUT = "a pendulum on the output"
+"""The torque at the output that a pendulum states in place of a column."""
 
 
 @dataclass(frozen=True)
@@ -101,57 +108,95 @@ def _read_pendulum(table: object, where: str) -> Pendulum:
     return Pendulum(shaft=shaft, **values)
 
 
-def torque_source(columns: Collection[str], constants: TorqueConstants, where: str) -> str:
-    """What states the torque: one of the columns, or a pendulum on the output. Raises `InputError` unless exactly one
-    does."""
-    stated = [name for name in TORQUE_COLUMNS if name in columns]
-    if constants.pendulum is not None and constants.pendulum.shaft == "output":
-        stated.append("a pendulum on the output")
-    if not stated:
-        raise InputError(f"{where}: expected a column 'output_torque' or another torque, got {sorted(columns)}")
-    expect(len(stated) == 1, "one statement of the torque", " and ".join(stated), where)
-    return stated[0]
+@dataclass(frozen=True)
+class MeasuredTorques:
+    """output: (n,) N.m at the output; side: at which it was measured; crank: (n,) N.m of the motor on the crank, less
+    what accelerates masses there, None where the torque at the output was not measured beside it."""
+
+    output: Array
+    side: TorqueSide
+    crank: Array | None = None
 
 
-def torque_at_output(
-    values: Mapping[str, Array], time: Array, run: NDArray[Any], constants: TorqueConstants, where: str
-) -> tuple[Array, TorqueSide]:
-    """Torque (n,) at the output, N.m, and the side at which it was measured.
+def torque_sources(columns: Collection[str], constants: TorqueConstants, where: str) -> tuple[str | None, str | None]:
+    """What states the torque at the output (its column or `ON_OUTPUT`), and the column that states the motor's.
 
-    values: (n,) by canonical column, in SI units; time: (n,) s; run: (n,). Raises `InputError` as `torque_source` does,
-    and for constants that are missing or have no use.
+    Raises `InputError` where nothing does, and for two statements of the same torque.
     """
-    hanging = constants.pendulum
-    source = torque_source(values, constants, where)
-    _check_constants(source, values, constants, where)
-    if source == "output_torque":
-        return values[source], "output"
-    if hanging is not None and hanging.shaft == "output":
-        angle = values["output_angle"]
-        return hanging.torque(angle, acceleration(angle, time, run)), "output"
-    torque = values[source]
-    ratio = 1.0 if constants.ratio is None else constants.ratio
-    at_motor = torque / ratio if source == "referred_motor_torque" else torque * (constants.torque_constant or 1.0)
-    if constants.motor_inertia is None and hanging is None:
-        return torque if source == "referred_motor_torque" else ratio * at_motor, "motor"
+    at_output = ["output_torque"] if "output_torque" in columns else []
+    if constants.pendulum is not None and constants.pendulum.shaft == "output":
+        at_output.append(ON_OUTPUT)
+    at_motor = [name for name in MOTOR_COLUMNS if name in columns]
+    if not at_output and not at_motor:
+        raise InputError(f"{where}: expected a column 'output_torque' or another torque, got {sorted(columns)}")
+    for stated, shaft in ((at_output, "at the output"), (at_motor, "of the motor")):
+        expect(len(stated) <= 1, f"one statement of the torque {shaft}", " and ".join(stated), where)
+    return next(iter(at_output), None), next(iter(at_motor), None)
+
+
+def measured_torques(
+    values: Mapping[str, Array], time: Array, run: NDArray[Any], constants: TorqueConstants, where: str
+) -> MeasuredTorques:
+    """The torques that a record states.
+
+    values: (n,) by canonical column, in SI units; time: (n,) s; run: (n,). Raises `InputError` as `torque_sources`
+    does, and for constants that are missing or have no use.
+    """
+    at_output, at_motor = torque_sources(values, constants, where)
+    _check_constants(at_output, at_motor, values, constants, where)
+    crank = None if at_motor is None else _torque_at_crank(at_motor, values, time, run, constants)
+    if at_output is None:
+        assert at_motor is not None
+        assert crank is not None
+        # A referred torque without inertia needs no ratio, and keeps its digits.
+        as_stated = at_motor == "referred_motor_torque" and not _moves_masses(constants)
+        return MeasuredTorques(values[at_motor] if as_stated else (constants.ratio or 1.0) * crank, "motor")
+    if at_output == "output_torque":
+        return MeasuredTorques(values[at_output], "output", crank)
+    hanging, angle = constants.pendulum, values["output_angle"]
+    assert hanging is not None
+    return MeasuredTorques(hanging.torque(angle, acceleration(angle, time, run)), "output", crank)
+
+
+def _torque_at_crank(
+    source: str, values: Mapping[str, Array], time: Array, run: NDArray[Any], constants: TorqueConstants
+) -> Array:
+    """Torque (n,), N.m, of the motor on the crank, less what accelerates masses and lifts a pendulum there."""
+    factor = constants.torque_constant or 1.0
+    at_motor = (
+        values[source] / (constants.ratio or 1.0) if source == "referred_motor_torque" else values[source] * factor
+    )
+    if not _moves_masses(constants):
+        return at_motor
     crank = values["crank_angle"]
     speeding_up = acceleration(crank, time, run)
     at_motor = at_motor - (constants.motor_inertia or 0.0) * speeding_up
-    if hanging is not None:
-        at_motor = at_motor - hanging.torque(crank, speeding_up)
-    return ratio * at_motor, "motor"
+    if constants.pendulum is not None and constants.pendulum.shaft == "crank":
+        at_motor = at_motor - constants.pendulum.torque(crank, speeding_up)
+    return at_motor
 
 
-def _check_constants(source: str, values: Mapping[str, Array], constants: TorqueConstants, where: str) -> None:
-    """Raise `InputError` for constants that the source of the torque lacks, or that have no use beside it."""
-    at_motor = source in TORQUE_COLUMNS and source != "output_torque"
-    moving = constants.motor_inertia is not None or (constants.pendulum is not None and at_motor)
+def _moves_masses(constants: TorqueConstants) -> bool:
+    """Whether the motor's torque also moves masses on the crank that are known."""
+    hanging = constants.pendulum
+    return constants.motor_inertia is not None or (hanging is not None and hanging.shaft == "crank")
+
+
+def _check_constants(
+    at_output: str | None, at_motor: str | None, values: Mapping[str, Array], constants: TorqueConstants, where: str
+) -> None:
+    """Raise `InputError` for constants that the sources of the torque lack, or that have no use beside them."""
+    moving = at_motor is not None and _moves_masses(constants)
+    source = at_motor or at_output
     needed = {
-        "ratio": source in ("motor_torque", "motor_current") or (at_motor and moving),
-        "torque_constant": source == "motor_current",
+        # Beside the torque at the output the motor's torque stays at the crank.
+        "ratio": at_motor == "referred_motor_torque"
+        if at_output is not None
+        else at_motor in ("motor_torque", "motor_current") or moving,
+        "torque_constant": at_motor == "motor_current",
     }
-    useful = {"ratio": at_motor, "torque_constant": needed["torque_constant"], "motor_inertia": at_motor}
-    useful["pendulum"] = at_motor or source not in TORQUE_COLUMNS
+    useful = {"ratio": at_motor is not None, "torque_constant": needed["torque_constant"]}
+    useful |= {"motor_inertia": at_motor is not None, "pendulum": at_motor is not None or at_output == ON_OUTPUT}
     examples = {"ratio": "ratio = -29", "torque_constant": 'torque_constant = "95 mN.m/A"'}
     for key, is_needed in needed.items():
         if is_needed and getattr(constants, key) is None:
@@ -161,10 +206,11 @@ def _check_constants(source: str, values: Mapping[str, Array], constants: Torque
     for key, is_useful in useful.items():
         if getattr(constants, key) is not None and not is_useful:
             raise InputError(f"{where}: expected no {key} beside {source}, which needs none; remove it")
-    shaft = "output_angle" if source not in TORQUE_COLUMNS else "crank_angle" if moving else None
-    if shaft is not None and shaft not in values:
-        what = "motor_inertia" if constants.motor_inertia is not None else "the pendulum"
-        raise InputError(f"{where}: expected a column {shaft!r} for {what}, got {', '.join(sorted(values))}")
+    shafts = {"output_angle": at_output == ON_OUTPUT, "crank_angle": moving}
+    for shaft, is_needed in shafts.items():
+        if is_needed and shaft not in values:
+            what = "motor_inertia" if moving and constants.motor_inertia is not None else "the pendulum"
+            raise InputError(f"{where}: expected a column {shaft!r} for {what}, got {', '.join(sorted(values))}")
 
 
 def acceleration(angle: Array, time: Array, run: NDArray[Any]) -> Array:

@@ -15,7 +15,7 @@ from stiffness_model.numerics.arrays import Array, ArrayValue
 from stiffness_model.units import ARCMIN, REFERENCE_TEMPERATURE
 
 from .columns import COLUMNS, REPLACED_BY, check_range
-from .motor_side import TorqueConstants, TorqueSide, torque_at_output, torque_source
+from .motor_side import TorqueConstants, TorqueSide, measured_torques, torque_sources
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,7 +35,8 @@ class Record(ArrayValue):
     were not measured (the crank is then locked at 0, the temperature 20 degC). speeds: (n, 2) rad/s of crank and
     output, where they are known more accurately than as differences of the angles. torque_side: where the torque was
     measured; "motor" says that output_torque is the motor's, referred to the output, with the friction of motor and
-    crank in it (see `motor_side`).
+    crank in it (see `motor_side`). crank_torque: N.m that the motor exerts on the crank, where it was measured beside
+    the torque at the output; it exceeds output_torque/ratio by the losses.
     """
 
     time: Array
@@ -48,6 +49,7 @@ class Record(ArrayValue):
     source: str = ""
     speeds: Array | None = None
     torque_side: TorqueSide = "output"
+    crank_torque: Array | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -96,7 +98,8 @@ class Record(ArrayValue):
         """
         columns = {"output_torque": self._torque_column}
         units = {n: f"{columns.get(n, n)} [{u}]" if u else n for n, u in COLUMNS.items() if n not in REPLACED_BY}
-        return dataframe({header: getattr(self, name) for name, header in units.items()})
+        both = {} if self.crank_torque is None else {f"motor_torque [{COLUMNS['motor_torque']}]": self.crank_torque}
+        return dataframe({header: getattr(self, name) for name, header in units.items()} | both)
 
     @property
     def _torque_column(self) -> str:
@@ -160,7 +163,7 @@ def make_record(data: Mapping[str, Any], where: str = "record", constants: Torqu
             raise unknown_name("column", name, COLUMNS, where)
     expect("time" in data, "a column 'time'", sorted(data), where)
     constants = constants or TorqueConstants()
-    torque_source(data, constants, where)
+    torque_sources(data, constants, where)
     expect("twist" in data or "output_angle" in data, "a column 'twist' or 'output_angle'", sorted(data), where)
     if "twist" in data:
         angles = "output_angle" in data or "crank_angle" in data
@@ -175,18 +178,19 @@ def make_record(data: Mapping[str, Any], where: str = "record", constants: Torqu
             f"{where}: expected time that does not run backwards within a run, got a step back "
             f"at data row {back[0] + 2}"
         )
-    torque, side = torque_at_output(values, values["time"], run, constants, where)
-    check_range("output_torque", torque, where)
+    torques = measured_torques(values, values["time"], run, constants, where)
+    check_range("output_torque", torques.output, where)
     return Record(
         values["time"],
         run.astype(np.int64),
         values.get("crank_angle", np.zeros(n)),
         -values["twist"] if "twist" in values else values["output_angle"],
-        torque,
+        torques.output,
         values.get("temperature", np.full(n, REFERENCE_TEMPERATURE)),
         tuple(name for name in ("run", "crank_angle", "temperature") if name not in values),
         where,
-        torque_side=side,
+        torque_side=torques.side,
+        crank_torque=torques.crank,
     )
 
 
@@ -209,8 +213,9 @@ def _checked_values(data: Mapping[str, Any], where: str) -> dict[str, Array]:
 def join_records(records: Sequence[Record]) -> Record:
     """Several records as one: runs keep their order and are renumbered.
 
-    The time of a record whose clock starts again is shifted to follow the one before. A column missing in one record
-    counts as missing in all. Raises `InputError` for no records, and for torques that were measured at different sides.
+    The time of a record whose clock starts again is shifted to follow the one before. A column missing in one record,
+    such as the motor's torque, counts as missing in all. Raises `InputError` for no records, and for torques that were
+    measured at different sides.
     """
     expect(len(records) > 0, "at least one record", "none", "records")
     sides = {record.torque_side for record in records}
@@ -228,6 +233,7 @@ def join_records(records: Sequence[Record]) -> Record:
         last_time, last_run = float(parts[-1][0].max()), int(run[-1])
     time, crank, output, torque, temperature = (np.concatenate([p[k] for p in parts]) for k in range(5))
     missing = tuple(name for name in COLUMNS if any(name in r.missing for r in records) and name != "run")
+    at_crank = [record.crank_torque for record in records if record.crank_torque is not None]
     source = ", ".join(record.source for record in records)
     return Record(
         time,
@@ -239,4 +245,5 @@ def join_records(records: Sequence[Record]) -> Record:
         missing,
         source,
         torque_side=records[0].torque_side,
+        crank_torque=np.concatenate(at_crank) if len(at_crank) == len(records) else None,
     )

@@ -91,6 +91,46 @@ def test_acceleration_of_a_coarse_clock() -> None:
     assert again[: len(TIME)] == pytest.approx(again[len(TIME) :])
 
 
+def test_both_torques_are_kept_each_at_its_side(tmp_path: Path) -> None:
+    """The torque at the output is the record's; the motor's stays at the crank, whatever states it."""
+    motor = TORQUE / RATIO + 0.1 * np.sign(np.cos(1.5 * TIME))
+    table = {"ratio": RATIO, "torque_constant": "95 mN.m/A"}
+    stated = {
+        "motor_torque": (motor, {}),
+        "motor_current": (motor / 0.095, {"torque_constant": table["torque_constant"]}),
+        "referred_motor_torque": (motor * RATIO, {"ratio": RATIO}),
+    }
+    for name, (values, known) in stated.items():
+        record = make_record(columns(output_torque=TORQUE, **{name: values}), constants=constants(known))
+        assert record.torque_side == "output"
+        assert record.output_torque is TORQUE or np.array_equal(record.output_torque, TORQUE)
+        assert record.crank_torque == pytest.approx(motor)
+    record.to_dataframe().to_csv(tmp_path / "both.csv", index=False)
+    assert read_record(tmp_path / "both.csv").crank_torque == pytest.approx(motor)
+    assert join_records([record, record]).crank_torque == pytest.approx(np.tile(motor, 2))
+    assert join_records([record, make_record(columns(output_torque=TORQUE))]).crank_torque is None
+    assert make_record(columns(output_torque=TORQUE)).crank_torque is None
+
+
+def test_the_inertia_is_taken_off_the_torque_at_the_crank_only() -> None:
+    second = -20 * 1.5**2 * np.sin(1.5 * TIME)
+    record = make_record(
+        columns(output_torque=TORQUE, motor_torque=TORQUE / RATIO + 4e-3 * second),
+        constants=constants({"motor_inertia": "40 kg.cm2"}),
+    )
+    assert record.crank_torque is not None
+    assert record.crank_torque[60:-60] == pytest.approx(TORQUE[60:-60] / RATIO, abs=0.01)
+    assert np.array_equal(record.output_torque, TORQUE)
+
+
+def test_a_pendulum_on_the_output_goes_with_the_motor_s_torque() -> None:
+    record = make_record(
+        columns(motor_torque=TORQUE / RATIO), constants=constants({"pendulum": {"mass": 3.0, "length": 0.4}})
+    )
+    assert record.torque_side == "output"
+    assert record.crank_torque == pytest.approx(TORQUE / RATIO)
+
+
 @pytest.mark.parametrize(
     ("more", "table", "message"),
     [
@@ -98,7 +138,13 @@ def test_acceleration_of_a_coarse_clock() -> None:
         (("motor_current",), {"ratio": -29}, "expected torque_constant for motor_current"),
         (("output_torque",), {"ratio": -29}, "expected no ratio beside output_torque"),
         (("output_torque",), {"motor_inertia": 1e-5}, "expected no motor_inertia beside output_torque"),
-        (("output_torque", "motor_current"), {}, "one statement of the torque, got 'output_torque and motor_current'"),
+        (("output_torque", "motor_current"), {}, "expected torque_constant for motor_current"),
+        (("output_torque", "referred_motor_torque"), {}, "expected ratio for referred_motor_torque"),
+        (
+            ("motor_torque", "motor_current"),
+            {},
+            "one statement of the torque of the motor, got 'motor_torque and motor",
+        ),
         (("output_torque",), {"pendulum": {"mass": 1, "length": 1}}, "output_torque and a pendulum on the output"),
         (("referred_motor_torque",), {"motor_inertia": 1e-5}, "expected ratio for referred_motor_torque"),
         ((), {}, "expected a column 'output_torque'"),
