@@ -27,7 +27,9 @@ class ProposedExperiment:
 class Analysis:
     """A diagnosis together with the evidence and the conclusion, from which report and corrected model are made.
 
-    proposed: the next experiment, None where none was planned.
+    record: as it was diagnosed, a motor's torque without the friction that the drive states. proposed: the next
+    experiment, None where none was planned. keeps_stated: whether the corrected model contains the friction at the
+    crank that the drive states, which is not the case where what was found in the motor's torque contains it.
     """
 
     record: Record
@@ -36,6 +38,7 @@ class Analysis:
     conclusion: Conclusion
     diagnosis: Diagnosis
     proposed: ProposedExperiment | None = None
+    keeps_stated: bool = True
 
     def with_proposal(self, proposed: ProposedExperiment | None) -> Analysis:
         """The same analysis whose diagnosis proposes this experiment before all others; unchanged for None."""

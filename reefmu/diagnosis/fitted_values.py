@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from stiffness_model.transmission_losses import PRESLIDING_ANGLE
 
 
 @dataclass(frozen=True)
@@ -19,6 +22,10 @@ class Value:
     unit: str
     warning: str = ""
     bound: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The value as diagnosis.json has it, without texts that are empty."""
+        return {key: value for key, value in asdict(self).items() if key not in ("warning", "bound") or value}
 
 
 @dataclass(frozen=True)
@@ -77,3 +84,61 @@ class AmplitudeTest:
     power_low: float | None
     power_high: float | None
     laws: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class EfficiencyAtLoad:
+    """Efficiency at a load at the output, N.m, and a speed of the crank, rad/s: with the crank driving, and with the
+    output driving, where it is not positive if the drive locks itself."""
+
+    load: float
+    speed: float
+    driving: Value
+    driven_back: Value
+
+
+@dataclass(frozen=True)
+class CrankLosses:
+    """Losses between crank and output, from the torques of both.
+
+    parameters: of the effect `crank_friction`, by name; sensors: what is wrong with the torques, "offset", N.m at
+    the crank, and "scale", that of the motor's torque over that of the torque at the output. efficiencies: at half and
+    at full load. greatest: N.m at the crank, friction at full load. before, after: N.m at the crank, root mean square
+    of what the motor's torque exceeds that of the output by, and of what the friction leaves of it. replicates, kind:
+    number and name of what the intervals count, such as cycles. assumptions: of what the record does not separate.
+    """
+
+    parameters: dict[str, Value]
+    sensors: dict[str, Value]
+    efficiencies: tuple[EfficiencyAtLoad, ...]
+    greatest: float
+    before: float
+    after: float
+    replicates: int
+    kind: str
+    assumptions: tuple[str, ...] = ()
+
+    def effect_values(self) -> dict[str, float]:
+        """Values of the parameters of `crank_friction` for a model, with the stiffness that data of losses get."""
+        values = {name: value.value for name, value in self.parameters.items()}
+        return values | ({"stiffness": self.greatest / PRESLIDING_ANGLE} if self.greatest > 0 else {})
+
+    def to_dict(self) -> dict[str, Any]:
+        """The key "crank_friction" of diagnosis.json."""
+        return {
+            "parameters": {name: value.to_dict() for name, value in self.parameters.items()},
+            "sensors": {name: value.to_dict() for name, value in self.sensors.items()},
+            "efficiency": [
+                {
+                    "load [N.m]": at.load,
+                    "crank_speed [rad/s]": at.speed,
+                    "driving": at.driving.to_dict(),
+                    "driven_back": at.driven_back.to_dict(),
+                }
+                for at in self.efficiencies
+            ],
+            "gap": {"unit": "N.m", "at": "crank", "before": self.before, "after": self.after},
+            "replicates": self.replicates,
+            "replicate": self.kind,
+            "assumptions": list(self.assumptions),
+        }

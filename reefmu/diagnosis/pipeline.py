@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
 
@@ -15,10 +15,13 @@ from .analysis import Analysis
 from .estimation.problem import Problem
 from .estimation.search import base_fit, linearise_candidates, search
 from .estimation.worker_pool import open_pool
+from .fitted_values import CrankLosses
 from .inference.evidence import Evidence
 from .inference.isolability import Isolability, isolability
 from .inference.thresholds import calibrate_thresholds
 from .inference.verdict import decide, select_effects
+from .losses.crank_losses import CRANK_FRICTION, LAW, crank_losses, with_losses
+from .losses.stated_friction import friction_inside, without_stated_friction
 from .preparation import BaseCurveSource, prepare_problem
 from .preprocessing.audit import Audit, audit
 from .preprocessing.trace import make_trace
@@ -26,6 +29,7 @@ from .probabilities.assessment import assess, record_isolability
 from .probabilities.goodness_of_fit import global_p
 from .probabilities.priors import NO_PRIORS, Priors
 from .report.assemble import assemble_diagnosis, base_refusal, insufficient_diagnosis
+from .report.corrected_model import corrected_model
 from .report.gap import measure_gap
 from .schema import Diagnosis
 
@@ -34,8 +38,6 @@ Progress = Callable[[str, float], None]
 
 MAX_EFFECTS = 3
 """Largest set of effects that is fitted; chosen by judgement, since every further effect multiplies the time."""
-CRANK_FRICTION = "crank_friction"
-"""The effect of friction at the crank, which no diagnosis names."""
 MAX_NOISE_SHARE = 0.15
 """Noise over the range of the torque above which a record allows no diagnosis; chosen by judgement."""
 
@@ -54,14 +56,44 @@ def analyse(
     before the record is seen. Raises `InputError` for a curve file that cannot be read and for angles that show no
     transmission ratio.
     """
-    started = time.perf_counter()
     report: Progress = progress or (lambda stage, share: None)
     source = source or BaseCurveSource()
+    ratio, stated = source.ratio(record), source.stated_friction() if record.torque_side == "motor" else {}
+    if not stated or ratio is None or not _crank_turns(record):
+        found = _analyse(record, record, source, report, executor, priors, stated)
+        return replace(found, keeps_stated=not stated) if isinstance(found, Analysis) else found
+    started = time.perf_counter()
+    solved = without_stated_friction(record, stated, ratio)
+    found = _analyse(record, solved, source, report, executor, priors, stated)
+    if isinstance(found, Analysis):
+        model = corrected_model(found.evidence.problem, found.conclusion.chosen)
+        inside = friction_inside(model, solved)
+        if inside.any():
+            solved = without_stated_friction(record, stated, ratio, inside)
+            found = _analyse(record, solved, source, report, executor, priors, stated)
+    if isinstance(found, Analysis):
+        return replace(found, diagnosis=_timed(found.diagnosis, started))
+    return _timed(found, started)
+
+
+def _analyse(
+    measured: Record,
+    record: Record,
+    source: BaseCurveSource,
+    report: Progress,
+    executor: Executor | None,
+    priors: Priors,
+    stated: Mapping[str, float],
+) -> Analysis | Diagnosis:
+    """`analyse` for a record as measured, and as it is solved to the output. stated: friction at the crank that the
+    drive states, by parameter."""
+    started = time.perf_counter()
     ratio = source.ratio(record)
-    audited = _with_priors(_with_torque_side(audit(record, ratio), record), priors)
+    audited = _with_priors(_with_torque_side(audit(measured, ratio), record, stated), priors)
     if audited.defects:
         return _timed(insufficient_diagnosis(audited, audited.defects), started)
     report("base curve", 0.0)
+    losses = None if record.crank_torque is None else crank_losses(record, ratio)
     trace = make_trace(record, ratio)
     problem = prepare_problem(record, trace, source.base_curve(trace))
     if too_noisy := _excessive_noise(problem):
@@ -74,11 +106,13 @@ def analyse(
     report("result", 0.95)
     gap = measure_gap(evidence.problem, record, base, chosen, found.held_out)
     if refusal := base_refusal(evidence.problem, chosen, gap):
-        return _timed(insufficient_diagnosis(audited, [refusal], gap), started)
+        # Losses follow from the torques alone, whatever the base curve.
+        refused = insufficient_diagnosis(audited, [refusal], gap)
+        return _timed(_with_losses(refused, losses), started)
     diagnosis = assemble_diagnosis(evidence, isolated, found.conclusion, gap, audited)
     told_apart = record_isolability(evidence.problem, base, chosen, found.sizes)
     diagnosis = diagnosis.with_probabilities(found.hypotheses, global_p(evidence.problem, chosen), told_apart)
-    diagnosis = _with_friction_at_the_crank(diagnosis, record)
+    diagnosis = _with_losses(_with_friction_at_the_crank(diagnosis, record), losses)
     return Analysis(record, evidence, isolated, found.conclusion, _timed(diagnosis, started))
 
 
@@ -111,11 +145,26 @@ def _excessive_noise(problem: Problem) -> str:
     return f"the noise, {problem.noise.torque:.3g} N.m, is too large for a torque that spans {span:.3g} N.m"
 
 
-def _with_torque_side(audited: Audit, record: Record) -> Audit:
-    """The audit with a note where the torque was not measured at the output."""
+def _with_torque_side(audited: Audit, record: Record, stated: Mapping[str, float]) -> Audit:
+    """The audit with a note where the torque was not measured at the output; stated: friction at the crank that the
+    drive states, by parameter."""
     if record.torque_side == "output":
         return audited
-    return replace(audited, notes=(*audited.notes, TORQUE_SIDES[record.torque_side]))
+    notes = [TORQUE_SIDES[record.torque_side]]
+    if stated:
+        sizes = ", ".join(f"{name} {stated[name]:.3g}" for name in LAW if name in stated)
+        friction = f"the friction at the crank that the drive states ({sizes})"
+        notes.append(
+            f"{friction} is taken off the motor's torque: effects are what is missing beside it"
+            if _crank_turns(record)
+            else f"{friction} is not taken off, since the record does not show how the crank turns: friction that is "
+            "found contains it, and model.toml has it only once"
+        )
+    return replace(audited, notes=(*audited.notes, *notes))
+
+
+def _crank_turns(record: Record) -> bool:
+    return float(np.ptp(record.crank_angle)) > 0
 
 
 def _with_priors(audited: Audit, priors: Priors) -> Audit:
@@ -136,6 +185,15 @@ def _with_friction_at_the_crank(diagnosis: Diagnosis, record: Record) -> Diagnos
         if (test := declared_test(effect.name, CRANK_FRICTION))
     )
     return replace(diagnosis, indistinguishable=(*diagnosis.indistinguishable, *pairs))
+
+
+def _with_losses(diagnosis: Diagnosis, losses: CrankLosses | str | None) -> Diagnosis:
+    """The diagnosis with the losses of a record with both torques, or with the reason why it shows none; unchanged for
+    None, of a record with one torque."""
+    if losses is None:
+        return diagnosis
+    excluded = with_losses(diagnosis.not_candidates, losses)
+    return replace(diagnosis, not_candidates=excluded, losses=None if isinstance(losses, str) else losses)
 
 
 def _timed(diagnosis: Diagnosis, started: float) -> Diagnosis:

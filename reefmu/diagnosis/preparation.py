@@ -13,11 +13,13 @@ from stiffness_model.kinds import AnyDrive
 from stiffness_model.lookup.curve_lookup import CurveLookup
 from stiffness_model.numerics.arrays import Array
 
+from ..model.chosen_effects import inherent_effects
 from ..model.contacts.tables import cached_lookup
 from ..record import Record
 from .estimation.problem import Problem, block_variances, make_weights, search_blocks, select_candidates
 from .forward.base_curve import BaseCurve, curve_base, drawing_base, lookup_base, power_base, table_base
 from .inference.mean_drive import lacks_ripple
+from .losses.crank_losses import CRANK_FRICTION
 from .preprocessing.audit import ratio_from_angles
 from .preprocessing.cycle_scatter import estimate_cycle_scatter
 from .preprocessing.cycles import find_cycles
@@ -47,6 +49,10 @@ class BaseCurveSource:
     def ratio(self, record: Record) -> float | None:
         """Signed transmission ratio of the drawing, else the one that the angles of the record show, if any."""
         return ratio_from_angles(record) if self.drive is None else self.drive.ratio
+
+    def stated_friction(self) -> dict[str, float]:
+        """Parameters of the friction at the crank that the drive states, by name; none without it."""
+        return {} if self.drive is None else inherent_effects(self.drive).get(CRANK_FRICTION, {})
 
     def base_curve(self, trace: Trace) -> BaseCurve:
         """The base curve for a record with these traces."""

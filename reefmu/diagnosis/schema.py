@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiffness_model.display import dataframe, html_table
 
-from .fitted_values import AmplitudeTest, NamedEffect, ParameterAtBound
+from .fitted_values import AmplitudeTest, CrankLosses, NamedEffect, ParameterAtBound
 from .hypotheses import (
     PROBABILITY_DIGITS,
     Hypothesis,
@@ -77,7 +77,7 @@ class Diagnosis:
     curve. at_bounds: parameters that stopped at a bound of their range. amplitudes: sizes in small and large cycles.
     seconds: computing time. hypotheses: every explanation with its probability, of sum 1; empty where none were
     compared. global_p: p-value of the chosen model, whether it explains the record. isolability: which effects this
-    record tells apart.
+    record tells apart. losses: friction at the crank, of a record with the torques of crank and output.
     """
 
     verdict: str
@@ -99,6 +99,7 @@ class Diagnosis:
     hypotheses: tuple[Hypothesis, ...] = ()
     global_p: float | None = None
     isolability: IsolabilityMatrix | None = None
+    losses: CrankLosses | None = None
 
     def with_probabilities(
         self, hypotheses: Sequence[Hypothesis], global_p: float | None, isolability: IsolabilityMatrix | None
@@ -182,10 +183,7 @@ class Diagnosis:
                 "name": e.name,
                 "share": _round(e.share),
                 **({"probability": round(float(e.probability), PROBABILITY_DIGITS)} if compared else {}),
-                "parameters": {
-                    name: {k: v for k, v in asdict(p).items() if k not in ("warning", "bound") or v}
-                    for name, p in e.parameters.items()
-                },
+                "parameters": {name: p.to_dict() for name, p in e.parameters.items()},
             }
             for e in self.effects
         ]
@@ -211,6 +209,7 @@ class Diagnosis:
             "base": self.base,
             "at_bounds": [asdict(p) for p in self.at_bounds],
             "amplitudes": [asdict(t) for t in self.amplitudes],
+            **({} if self.losses is None else {"crank_friction": self.losses.to_dict()}),
             "seconds": round(self.seconds, 2),
         }
 

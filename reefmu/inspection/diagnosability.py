@@ -9,6 +9,8 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
 
 from ..diagnosis.estimation.problem import select_candidates
+from ..diagnosis.fitted_values import CrankLosses
+from ..diagnosis.losses.crank_losses import crank_losses, with_losses
 from ..diagnosis.preprocessing.audit import audit, ratio_from_angles
 from ..diagnosis.preprocessing.noise import matching_cycles
 from ..diagnosis.preprocessing.trace import make_trace
@@ -23,7 +25,8 @@ class Diagnosability:
     """ratio: signed, crank to output, None where the record does not show it; shows_twist: whether the twist is known
     all the same, because a shaft is locked; candidates: effects that can be named, by the kind of the base curve;
     excluded: the others with the reason; defects: each of them prevents a diagnosis; notes: on the record's quality;
-    pairs_in_time: pairs of cycles of the twist that repeat in time."""
+    pairs_in_time: pairs of cycles of the twist that repeat in time; shows_losses: whether the torques of crank and
+    output show friction at the crank."""
 
     ratio: float | None
     shows_twist: bool
@@ -32,6 +35,7 @@ class Diagnosability:
     defects: tuple[str, ...]
     notes: tuple[str, ...]
     pairs_in_time: int
+    shows_losses: bool = False
 
 
 def diagnosability(record: Record, drive: Drive | None = None) -> Diagnosability:
@@ -48,4 +52,9 @@ def diagnosability(record: Record, drive: Drive | None = None) -> Diagnosability
         return Diagnosability(None, False, candidates, excluded, (defect,), (), 0)
     audited = audit(record, ratio)
     pairs = 0 if audited.defects else len(matching_cycles(make_trace(record, ratio)))
-    return Diagnosability(ratio, True, candidates, excluded, audited.defects, audited.notes, pairs)
+    shows_losses = False
+    if record.crank_torque is not None and not audited.defects:
+        losses = crank_losses(record, ratio)
+        shows_losses = isinstance(losses, CrankLosses)
+        excluded = {base: with_losses(reasons, losses) for base, reasons in excluded.items()}
+    return Diagnosability(ratio, True, candidates, excluded, audited.defects, audited.notes, pairs, shows_losses)

@@ -10,7 +10,7 @@ import numpy as np
 from stiffness_model.units import ARCMIN, DISPLAY_UNITS
 
 from ..record import COLUMNS, TORQUE_SIDES, ColumnReading
-from ..record.motor_side import TORQUE_COLUMNS
+from ..record.motor_side import MOTOR_COLUMNS
 from ..record.table_layout import SEPARATORS
 from .record_inspection import RecordInspection
 
@@ -105,18 +105,22 @@ def _conversion(found: RecordInspection) -> list[str]:
     weight = (
         "" if hanging is None else f"a pendulum of {hanging.mass:g} kg at {hanging.length:g} m on the {hanging.shaft}"
     )
-    if hanging is not None and hanging.shaft == "output":
-        return [f"that of {weight}"]
-    source = next(name for name in TORQUE_COLUMNS if name in names)
+    texts = [f"that of {weight}"] if hanging is not None and hanging.shaft == "output" else []
+    at_motor = [name for name in MOTOR_COLUMNS if name in names]
+    if not at_motor:
+        return texts
+    source, beside = at_motor[0], found.reading.record.crank_torque is not None
     factors = [source]
     if constants.torque_constant is not None:
         factors.append(f"torque constant {constants.torque_constant:g} N.m/A")
-    if constants.ratio is not None and source != "referred_motor_torque":
+    if beside:
+        texts.append("the motor's torque is measured beside it, so that both show friction at the crank")
+    elif constants.ratio is not None and source != "referred_motor_torque":
         factors.append(f"ratio {constants.ratio:g}")
     less = [f"motor inertia {constants.motor_inertia:g} kg.m2"] if constants.motor_inertia is not None else []
-    less += [weight] if weight else []
+    less += [weight] if hanging is not None and hanging.shaft == "crank" else []
     text = " x ".join(factors) + (f", less {' and '.join(less)}" if less else "")
-    return [text] if len(factors) > 1 or less else []
+    return [*texts, text] if len(factors) > 1 or less else texts
 
 
 def _duration(seconds: float) -> str:
@@ -181,6 +185,8 @@ def _can_show(found: RecordInspection) -> list[str]:
     texts = [", ".join(without) if without else "nothing"]
     if further := [name for name in drawn if name not in without]:
         texts.append("with a drawing also: " + ", ".join(further))
+    if able.shows_losses:
+        texts.append("friction at the crank and efficiencies, from the torques of crank and output")
     if found.reading.record.torque_side == "motor":
         texts.append("friction that is found is that of motor, crank and drive together")
     return texts

@@ -43,7 +43,6 @@ TORQUE_SIDES: Mapping[TorqueSide, str] = {
 """What a record's torque contains, by the side at which it was measured."""
 MOTOR_COLUMNS = ("referred_motor_torque", "motor_torque", "motor_current")
 """Columns that state the motor's torque."""
-TORQUE_COLUMNS = ("output_torque", *MOTOR_COLUMNS)
 ON_OUTPUT = "a pendulum on the output"
 """The torque at the output that a pendulum states in place of a column."""
 

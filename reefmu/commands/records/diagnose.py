@@ -12,7 +12,14 @@ from reefmu.diagnosis.hypotheses import hypothesis_text, likeliest, probability_
 from reefmu.diagnosis.probabilities.priors import NO_PRIORS, load_priors
 from reefmu.diagnosis.report.files import PROTOCOL
 from reefmu.diagnosis.report.html.origin import Origin
-from reefmu.diagnosis.report.text import DISAGREEMENT, amplitude_text, bound_text, sets_text
+from reefmu.diagnosis.report.text import (
+    DISAGREEMENT,
+    amplitude_text,
+    bound_text,
+    losses_text,
+    sensor_text,
+    sets_text,
+)
 from reefmu.diagnosis.shared_exponent import SharedExponent, shared_exponent
 from reefmu.model.chosen_effects import inherent_effects, undiagnosed_effects
 from reefmu.model.contacts.tables import cached_lookup
@@ -130,6 +137,8 @@ def diagnosis_text(name: str, diagnosis: Diagnosis) -> str:
         lines.append(f"  {head}: {sets_text(diagnosis.alternatives)}")
     lines += [f"  {bound_text(found)}" for found in diagnosis.at_bounds]
     lines += [f"  {amplitude_text(test)}" for test in diagnosis.amplitudes if test.p < DISAGREEMENT]
+    if diagnosis.losses is not None:
+        lines += [f"  {text}" for text in (losses_text(diagnosis.losses), *sensor_text(diagnosis.losses))]
     lines += [f"  next: {step}" for step in diagnosis.next_experiment[:3]]
     return "\n".join(lines)
 

@@ -16,17 +16,23 @@ from ...record import Record, make_record
 from ...simulate import simulate_record
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
+from ..fitted_values import CrankLosses
 from ..forward.base_curve import BaseCurve, tabulate_base
 from ..preprocessing.trace import Trace
 
 
-def corrected_model(problem: Problem, chosen: Fit) -> DriveModel:
+def corrected_model(
+    problem: Problem, chosen: Fit, losses: CrankLosses | None = None, *, keeps_stated: bool = True
+) -> DriveModel:
     """The drive model with the effects of a fit and the zero of the record's twist, as model.toml holds it.
 
     Effects that the drawing or the data sheet states and no record shows, such as friction at the crank, stay inside.
+    losses: friction at the crank of a record that shows it, in place of what is stated. keeps_stated: see `Analysis`.
     """
     base, layout = problem.base, problem.layout(chosen.names)
-    effects = {**stated_effects(base), **layout.by_effect(chosen.parameters)}
+    found = {} if losses is None else {"crank_friction": losses.effect_values()}
+    stated = stated_effects(base) if keeps_stated else {}
+    effects = {**stated, **found, **layout.by_effect(chosen.parameters)}
     table = tabulate_base(base, chosen.parameters[layout.shape])
     if isinstance(table, CurveLookup):
         model = build_curve_model(table, effects, assumed_ratio=problem.trace.crank_factor)

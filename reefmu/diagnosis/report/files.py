@@ -24,10 +24,10 @@ def write_results(
     """Write diagnosis.json, report.html, model.toml and next_protocol.csv into the folder `out`, which is created if
     necessary.
 
-    model.toml is the base curve with the missing effects; a record that allows no diagnosis has none. next_protocol.csv
-    is the protocol of the experiment that was proposed, and is not written where there is none. origin: of the
-    report, for its heading; record: path of the record where `found` does not hold it. Raises `InputError` if the
-    folder cannot be written.
+    model.toml is the base curve with the missing effects and the losses that the record shows; a record that allows no
+    diagnosis has none. next_protocol.csv is the protocol of the experiment that was proposed, and is not written where
+    there is none. origin: of the report, for its heading; record: path of the record where `found` does not hold it.
+    Raises `InputError` if the folder cannot be written.
     """
     # Drawing the page loads matplotlib.
     from .html.page import report_html
@@ -40,7 +40,9 @@ def write_results(
         for name, text in files.items():
             (stage / name).write_text(text, encoding="utf-8")
         if isinstance(found, Analysis):
-            save_model(corrected_model(found.evidence.problem, found.conclusion.chosen), stage / MODEL)
+            problem, chosen = found.evidence.problem, found.conclusion.chosen
+            model = corrected_model(problem, chosen, diagnosis.losses, keeps_stated=found.keeps_stated)
+            save_model(model, stage / MODEL)
     # Results of an earlier diagnosis in this folder that this one does not have would be taken for its own.
     for name in {MODEL, PROTOCOL} - {*files, *([MODEL] if isinstance(found, Analysis) else [])}:
         (Path(out) / name).unlink(missing_ok=True)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from stiffness_model.units import interval_text, quantity_text
 
-from ..fitted_values import AmplitudeTest, NamedEffect, ParameterAtBound
+from ..fitted_values import AmplitudeTest, CrankLosses, EfficiencyAtLoad, NamedEffect, ParameterAtBound
 from ..schema import Diagnosis, Location
 
 MEANING = {
@@ -120,6 +120,48 @@ def amplitude_text(test: AmplitudeTest) -> str:
     return text + (f", which {' or '.join(test.laws)} would reconcile" if test.laws else "")
 
 
+def efficiency_text(at: EfficiencyAtLoad) -> str:
+    """Efficiencies at one load in words; a drive that locks itself has none with the output driving."""
+    driving, back = at.driving, at.driven_back
+    reverse = (
+        f"{100 * back.value:.1f} % ({100 * back.low:.1f} ... {100 * back.high:.1f}) driven back"
+        if back.value > 0
+        else "locked against the output"
+    )
+    return (
+        f"efficiency at {at.load:.3g} N.m and {at.speed:.3g} rad/s of the crank {100 * at.driving.value:.1f} % "
+        f"({100 * driving.low:.1f} ... {100 * driving.high:.1f}) driving, {reverse}"
+    )
+
+
+def losses_text(losses: CrankLosses) -> str:
+    """Friction at the crank in one line: its parameters, and the efficiencies at full load."""
+    sizes = [
+        f"{name} {quantity_text(value.value, value.unit)} ({interval_text(value.low, value.high, value.unit)})"
+        for name, value in losses.parameters.items()
+    ]
+    full = [efficiency_text(at) for at in losses.efficiencies[-1:]]
+    return f"friction at the crank, from both torques: {'; '.join([', '.join(sizes), *full])}"
+
+
+def sensor_text(losses: CrankLosses) -> list[str]:
+    """What is wrong with the torques, where the interval of it excludes that nothing is."""
+    found = []
+    scale, offset = losses.sensors.get("scale"), losses.sensors.get("offset")
+    if scale is not None and not scale.low <= 1 <= scale.high:
+        found.append(
+            f"the motor's torque is {scale.value:.3f} ({scale.low:.3f} ... {scale.high:.3f}) times what that at the "
+            "output asks for in both directions of power: the torque constant, a sensor's scale or the ratio is wrong"
+        )
+    if offset is not None and not offset.low <= 0 <= offset.high:
+        found.append(
+            f"the motor's torque is {quantity_text(offset.value, offset.unit)} "
+            f"({interval_text(offset.low, offset.high, offset.unit)}) too large in both directions of motion: one of "
+            "both torques has an offset"
+        )
+    return found
+
+
 def cautions(diagnosis: Diagnosis) -> list[str]:
     """What a reader must know before relying on the numbers."""
     lines = [bound_text(found) for found in diagnosis.at_bounds]
@@ -136,6 +178,8 @@ def cautions(diagnosis: Diagnosis) -> list[str]:
             "a record that the chosen model describes would hardly deviate as much as this one: probabilities and "
             "intervals assume that the model is right"
         )
+    if diagnosis.losses is not None:
+        lines += [*sensor_text(diagnosis.losses), *diagnosis.losses.assumptions]
     gap = diagnosis.gap
     if diagnosis.effects and gap.after >= gap.before:
         lines.append(

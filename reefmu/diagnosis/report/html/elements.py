@@ -1,4 +1,4 @@
-"""Parts of a page: tables, lists and figures as HTML."""
+"""Parts of a page: tables, lists, figures and the section on losses, as HTML."""
 
 from __future__ import annotations
 
@@ -7,11 +7,18 @@ from html import escape
 
 from stiffness_model.units import interval_text, quantity_text
 
-from ...fitted_values import AmplitudeTest
+from ....effects import find_effect
+from ...fitted_values import AmplitudeTest, CrankLosses, Value
+from ...schema import Location
 from .next_commands import NextCommand
 
 MAX_RECORDS = 3
 """Records that the heading lists at most, for a reader's sake."""
+SENSORS = {
+    "offset": "Motor's torque less that at the output over the ratio, in both directions of motion",
+    "scale": "Motor's torque over that at the output, in both directions of power",
+}
+"""What the sensors' values mean."""
 
 
 def figure(picture: str, caption: str) -> str:
@@ -84,4 +91,51 @@ def amplitude_table(tests: Sequence[AmplitudeTest]) -> str:
             for test in tests
             for size in test.sizes
         ],
+    )
+
+
+def losses_section(losses: CrankLosses) -> list[str]:
+    """Friction at the crank: heading, parameters, efficiencies, and what the intervals count."""
+    effect = find_effect("crank_friction")
+    descriptions = {p.name: p.description for p in effect.parameters} | SENSORS
+    rows = [
+        [f"{breakable(name)}<br><span class=small>{escape(descriptions[name])}</span>", *_cells(value)]
+        for name, value in (losses.parameters | losses.sensors).items()
+    ]
+    efficiencies = [
+        [
+            quantity_text(at.load, "N.m"),
+            f"{at.speed:.3g} rad/s",
+            *(f"{_percent(v.value)} ({_percent(v.low)} ... {_percent(v.high)})" for v in (at.driving, at.driven_back)),
+        ]
+        for at in losses.efficiencies
+    ]
+    counted = (
+        "From the torques of crank and output, and so whatever the base curve. Intervals are 95 % and count what "
+        f"{losses.replicates} {losses.kind} differ by. At the crank the motor's torque exceeds that of the output by "
+        f"{losses.before:.3g} N.m rms; this friction leaves {losses.after:.3g} N.m of it."
+    )
+    return [
+        f"<h2>{escape(effect.title)} <span class=small>(crank_friction)</span></h2>",
+        table(["parameter", "value", "95 % interval"], rows),
+        table(["load at the output", "crank speed", "efficiency, crank driving", "driven back"], efficiencies)
+        if efficiencies
+        else "",
+        explanation(" ".join([counted, *(f"{text[0].upper()}{text[1:]}." for text in losses.assumptions)])),
+    ]
+
+
+def _cells(value: Value) -> list[str]:
+    return [quantity_text(value.value, value.unit), interval_text(value.low, value.high, value.unit)]
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f} %"
+
+
+def locations_table(locations: Sequence[Location]) -> str:
+    """A row for each coordinate over which a gap varies."""
+    return table(
+        ["coordinate", "strongest at", "share of the gap"],
+        [[p.coordinate.replace("_", " "), escape(p.region), f"{100 * p.share:.0f} %"] for p in locations],
     )

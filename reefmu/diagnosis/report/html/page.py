@@ -10,9 +10,20 @@ from stiffness_model.units import interval_text, quantity_text
 from ....effects import find_effect
 from ...analysis import Analysis
 from ...fitted_values import NamedEffect
-from ...schema import Diagnosis, Location
+from ...schema import Diagnosis
 from ..text import MEANING, cautions, file_name, location_text, main_parameter_text
-from .elements import amplitude_table, breakable, command_list, explanation, figure, origin_line, section_list, table
+from .elements import (
+    amplitude_table,
+    breakable,
+    command_list,
+    explanation,
+    figure,
+    locations_table,
+    losses_section,
+    origin_line,
+    section_list,
+    table,
+)
 from .meanings import GAP_MEANING, LOCATION_MEANING, REMAINDER_MEANING, SEARCH_MEANING, shares_text
 from .next_commands import next_commands
 from .origin import Origin, origin_rows
@@ -44,6 +55,8 @@ def report_html(found: Analysis | Diagnosis, origin: Origin | None = None, recor
     parts += [_effect(effect) for effect in diagnosis.effects]
     if diagnosis.effects:
         parts.append(explanation(shares_text([effect.share for effect in diagnosis.effects])))
+    if diagnosis.losses is not None:
+        parts += losses_section(diagnosis.losses)
     if diagnosis.alternatives:
         titles = {"ambiguous": "Other explanations", "unknown": "Explanations together with this drive's tolerances"}
         title = titles.get(diagnosis.verdict, "Effects that this drive's tolerances may mask")
@@ -178,11 +191,11 @@ def _effect(effect: NamedEffect) -> str:
 def _details(diagnosis: Diagnosis) -> list[str]:
     parts = []
     if diagnosis.where:
-        parts += ["<h2>Where the gap lies</h2>", _locations(diagnosis.where), explanation(LOCATION_MEANING)]
+        parts += ["<h2>Where the gap lies</h2>", locations_table(diagnosis.where), explanation(LOCATION_MEANING)]
     if diagnosis.remainder_where:
         parts += [
             f"<h2>Where the remainder of {diagnosis.remainder:.3g} N.m lies</h2>",
-            _locations(diagnosis.remainder_where),
+            locations_table(diagnosis.remainder_where),
             explanation(REMAINDER_MEANING),
         ]
     if diagnosis.amplitudes:
@@ -201,13 +214,6 @@ def _details(diagnosis: Diagnosis) -> list[str]:
             ),
         ]
     return parts + section_list("Notes", diagnosis.notes)
-
-
-def _locations(locations: Sequence[Location]) -> str:
-    return table(
-        ["coordinate", "strongest at", "share of the gap"],
-        [[p.coordinate.replace("_", " "), escape(p.region), f"{100 * p.share:.0f} %"] for p in locations],
-    )
 
 
 def _method(found: Analysis) -> list[str]:
