@@ -114,7 +114,7 @@ def _conversion(found: RecordInspection) -> list[str]:
     if constants.torque_constant is not None:
         factors.append(f"torque constant {constants.torque_constant:g} N.m/A")
     if beside:
-        texts.append("the motor's torque is measured beside it, so that both show friction at the crank")
+        texts.append("the motor's torque is measured beside it")
     elif constants.ratio is not None and source != "referred_motor_torque":
         factors.append(f"ratio {constants.ratio:g}")
     less = [f"motor inertia {constants.motor_inertia:g} kg.m2"] if constants.motor_inertia is not None else []

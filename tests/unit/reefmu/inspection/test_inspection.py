@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,11 @@ import pytest
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.problem import select_candidates
 from reefmu.inspection import RecordInspection, inspect_record, inspection_text
+from reefmu.inspection.diagnosability import diagnosability
 from reefmu.inspection.sampling import quantisation_step, sampling
 from reefmu.record import TORQUE_SIDES, make_record, read_file
 from stiffness_model.numerics.arrays import Array
+from tests.both_torques import both_torques
 
 TIME = np.linspace(0, 10, 1001)
 
@@ -133,3 +136,13 @@ def test_the_conversion_of_a_current_is_stated(tmp_path: Path) -> None:
         )
     )
     assert "that of a pendulum of 3 kg at 0.4 m on the output" in inspection_text(hanging, "")
+
+
+def test_both_torques_show_friction_at_the_crank() -> None:
+    record = both_torques()
+    able = diagnosability(record)
+    assert able.shows_losses
+    assert "crank_friction" not in able.excluded["drawing"]
+    still = diagnosability(replace(record, crank_torque=-(0 + record.output_torque) / 50))
+    assert not still.shows_losses
+    assert "wrong sign" in still.excluded["drawing"]["crank_friction"]
