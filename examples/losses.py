@@ -5,8 +5,9 @@ Power out over power in of a native FMU, with the crank driving and with the out
 
 A drawing with ``friction_coefficient`` gives a model that contains friction at the crank (the effect
 ``crank_friction``). The FMU turns at constant twist in both directions of power, and its efficiency is compared with
-the friction analysis of the same drawing (``stiffness_model.ratings.efficiency``). The analysis states dry friction
-alone; a viscous part, here of a grease that is assumed, adds a loss that grows with the speed.
+the friction analysis of the same drawing (``stiffness_model.ratings.efficiency``), from 0.1 % of full torque on; for
+the other presets the law of the friction is compared with the analysis. The analysis states dry friction alone; a
+viscous part, here of a grease that is assumed, adds a loss that grows with the speed.
 
 ::
 
@@ -29,10 +30,11 @@ from reefmu.fmu.importer.instance import FmuDrive
 from reefmu.model.drive_model import build_model
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.plotting import style
-from stiffness_model.ratings.efficiency import FrictionLosses, friction_losses
+from stiffness_model.ratings.efficiency import FrictionLosses, contact_friction, expected_losses
+from stiffness_model.transmission_losses import preloaded_loss
 
 COEFFICIENT = 0.05
-SHARES = np.array([0.05, 0.08, 0.12, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0])
+SHARES = np.array([0.003, 0.007, 0.012, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0])
 """Twists over the greatest one."""
 SPEEDS = (10.0, 100.0, 300.0)
 """rad/s of the crank."""
@@ -44,11 +46,12 @@ def main(folder: Path) -> None:
     """Compute, print and draw."""
     folder.mkdir(parents=True, exist_ok=True)
     drive = sm.load_drive("workshop", friction_coefficient=COEFFICIENT)
-    losses = friction_losses(drive, SHARES * drive.max_twist, 64)
+    losses = expected_losses(drive, SHARES * drive.max_twist)
     model = build_model(drive, {"crank_friction": {"viscous": 0.0}})
     fmu = export_fmu(model, folder / "workshop.fmu", backend="native")
     dry = efficiencies(fmu, losses.twist, SPEEDS[0], 0.0)
     print_table(losses, dry)
+    print_law_errors()
     greased = {speed: efficiencies(fmu, losses.twist, speed, VISCOUS) for speed in SPEEDS}
     for speed, found in greased.items():
         print(
@@ -77,7 +80,8 @@ def efficiencies(fmu: Path, twists: Array, speed: float, viscous: float) -> tupl
                     outputs = drive.step(0.5 / speed / 19, inputs)
                 at_output, at_crank = outputs["output.tau"] / ratio, -outputs["crank.tau"]
                 found[row, k] = at_output / at_crank if sense > 0 else at_crank / at_output
-    return found[0], found[1]
+    # Where both shafts must be driven, the quotient of the powers is negative.
+    return found[0], np.maximum(found[1], 0)
 
 
 def print_table(losses: FrictionLosses, dry: tuple[Array, Array]) -> None:
@@ -92,9 +96,25 @@ def print_table(losses: FrictionLosses, dry: tuple[Array, Array]) -> None:
     print(f"greatest difference {100 * worst:.2f} points")
 
 
+def print_law_errors() -> None:
+    """The greatest difference of efficiencies by the law of the friction from the analysis, over all loads."""
+    print("greatest difference at any load, points: crank driving, output driving")
+    for name in ("drive_1", "drive_2", "drive_3", "workshop"):
+        cells = []
+        for coefficient in (0.05, 0.1, 0.3):
+            drive = sm.load_drive(name, friction_coefficient=coefficient)
+            losses = expected_losses(drive, SHARES * drive.max_twist)
+            useful = np.abs(losses.torque.mean(axis=0) / drive.ratio)
+            lost = preloaded_loss(contact_friction(drive)["crank_friction"], useful)
+            law = (useful / (useful + lost), np.maximum(1 - lost / useful, 0))
+            worst = [np.abs(a - b).max() for a, b in zip(losses.mean_efficiencies(), law, strict=True)]
+            cells.append(f"{coefficient:g}: {100 * worst[0]:.2f}, {100 * worst[1]:.2f}")
+        print(f"{name:10} coefficient {'; '.join(cells)}")
+
+
 def text(efficiency: float) -> str:
-    """An efficiency in per cent."""
-    return f"{100 * efficiency:.1f} %"
+    """An efficiency in per cent; one that is not above 0 is that of a drive that locks."""
+    return f"{100 * efficiency:.1f} %" if efficiency > 0 else "locks"
 
 
 def draw(losses: FrictionLosses, dry: tuple[Array, Array], greased: dict[float, tuple[Array, Array]]) -> Figure:

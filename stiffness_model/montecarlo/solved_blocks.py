@@ -69,18 +69,39 @@ def solved_blocks(drive: Drive, twist: ArrayLike, n_drives: int, seed: int) -> I
     angles = expect_twists(drive, twist)
     expect(n_drives >= 1, "at least one drive", n_drives, "n_drives")
     sampling.check_seed(seed)
-    pairs = min(n_drives, sampling.BLOCK) * drive.elements * len(angles)
+    _expect_memory(drive, angles, min(n_drives, sampling.BLOCK))
+    failed = 0
+    for block, count in sampling.blocks(n_drives):
+        solved = _solved(drive, angles, sampling.draw(drive, block, count, seed), count)
+        failed += int((solved.result.status == Status.NOT_CONVERGED).sum())
+        yield solved
+    warn_not_converged(failed, n_drives * drive.elements * len(angles), drive.name)
+
+
+def spread_block(drive: Drive, twist: ArrayLike, n_drives: int) -> SolvedBlock:
+    """Drives that are spread evenly over the drawing (`sampling.quasi_random_drives`), for means over all drives.
+
+    twist: (m,) rad at the output. Raises `InputError` as `solved_blocks`.
+    """
+    angles = expect_twists(drive, twist)
+    _expect_memory(drive, angles, n_drives)
+    solved = _solved(drive, angles, sampling.quasi_random_drives(drive, n_drives), n_drives)
+    failed = int((solved.result.status == Status.NOT_CONVERGED).sum())
+    warn_not_converged(failed, n_drives * drive.elements * len(angles), drive.name)
+    return solved
+
+
+def _solved(drive: Drive, angles: Array, deviations: sampling.Deviations, count: int) -> SolvedBlock:
+    elements = usable_elements(drive, deviations)
+    crank = angles * drive.ratio
+    return SolvedBlock(elements.contacts, crank, solve(elements.contacts, crank), elements.drive_index, count)
+
+
+def _expect_memory(drive: Drive, angles: Array, n_drives: int) -> None:
+    pairs = n_drives * drive.elements * len(angles)
     expect_memory(
         _BYTES_PER_PAIR * pairs, f"forces of every element at {len(angles)} twists", "take fewer twists at once"
     )
-    failed = 0
-    for block, count in sampling.blocks(n_drives):
-        elements = usable_elements(drive, sampling.draw(drive, block, count, seed))
-        crank = angles * drive.ratio
-        result = solve(elements.contacts, crank)
-        failed += int((result.status == Status.NOT_CONVERGED).sum())
-        yield SolvedBlock(elements.contacts, crank, result, elements.drive_index, count)
-    warn_not_converged(failed, n_drives * drive.elements * len(angles), drive.name)
 
 
 def sum_by_group(values: Array, group: NDArray[np.intp], count: int) -> Array:

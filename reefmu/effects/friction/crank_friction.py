@@ -23,7 +23,8 @@ TYPICAL_RATIO = 50.0
 
 
 def _limit(signals: Signals, p: Values) -> Expression:
-    by_load = p["fraction"] * ca.fabs(signals.elastic_torque / signals.ratio)
+    useful = ca.fabs(signals.elastic_torque / signals.ratio)
+    by_load = p["fraction"] * useful / (1 + p["relief"] * useful)
     greater, smaller = ca.fmax(p["torque"], by_load), ca.fmin(p["torque"], by_load)
     # A power of zero has no derivative by its exponent.
     quotient = ca.fmax(smaller / (greater + _TINY), _TINY)
@@ -51,6 +52,15 @@ CRANK_FRICTION = Effect(
         Parameter(
             "exponent", "1", 1.0, 1.0, 10.0, 2.0, "How both combine: 1 adds, more lets the load relieve the preload"
         ),
+        Parameter(
+            "relief",
+            "1/(N.m)",
+            0.0,
+            0.0,
+            1e3,
+            0.01,
+            "Decrease of the fraction under load: divided by 1 + relief x crank's torque without losses",
+        ),
         Parameter("stribeck", "1", 0.0, 0.0, 10.0, 0.3, "Break-away over dry friction at speed, less 1"),
         Parameter("speed", "rad/s", 5.0, 1e-3, 1e5, 5.0, "Speed of the crank at which 37 % of that excess remain"),
         Parameter("viscous", "N.m.s/rad", 0.0, 0.0, 1e4, 1e-4, "Viscous friction per speed of the crank at 20 degC"),
@@ -68,8 +78,8 @@ CRANK_FRICTION = Effect(
     ),
     contribution=_contribution,
     equation="crank torque -= stiffness (z + retardation dz/dt) + viscous exp(-thinning (temperature - 20 degC)) "
-    "crank speed,  |z| to limit/stiffness,  limit = (torque^n + (fraction |elastic torque/ratio|)^n)^(1/n) "
-    "(1 + stribeck exp(-(crank speed/speed)^2)),  n = exponent",
+    "crank speed,  |z| to limit/stiffness,  limit = (torque^n + (fraction U/(1 + relief U))^n)^(1/n) "
+    "(1 + stribeck exp(-(crank speed/speed)^2)),  n = exponent,  U = |elastic torque/ratio|",
     excitation="Torques at crank and output, both measured, under rotation at several loads, speeds and temperatures, "
     "with the crank driving and with the output driving.",
     source="Coulomb's law for contacts pressed together by the load (stiffness_model.ratings.efficiency); presliding: "

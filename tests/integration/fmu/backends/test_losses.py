@@ -15,7 +15,7 @@ from reefmu.fmu.validation.fmu_check import check_fmu
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import Masses
 from stiffness_model.lookup.build_lookup import Lookup
-from stiffness_model.ratings.efficiency import friction_losses
+from stiffness_model.ratings.efficiency import expected_losses
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(not has_compiler(), reason="no C compiler on the PATH")]
 
@@ -38,7 +38,7 @@ def expected_efficiencies(model: DriveModel, rough: sm.Drive, torque: float) -> 
     """Of the friction analysis, with the crank driving and with the output driving, at a torque, N.m."""
     twists = np.linspace(0, rough.max_twist, 200)
     twist = float(np.interp(torque, model.lookup.torque(twists), twists))
-    (driving,), (driven,) = friction_losses(rough, [twist]).mean_efficiencies()
+    (driving,), (driven,) = expected_losses(rough, [twist]).mean_efficiencies()
     return float(driving), float(driven)
 
 

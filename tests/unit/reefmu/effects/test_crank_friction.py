@@ -12,7 +12,7 @@ from reefmu.model.drive_model import DriveModel, build_model, describe_effects
 from reefmu.model.model_file import load_model, save_model
 from reefmu.simulate import Response, simulate_signal
 from stiffness_model.lookup.build_lookup import Lookup
-from stiffness_model.ratings.efficiency import friction_losses
+from stiffness_model.ratings.efficiency import expected_losses
 
 from .conftest import Build, Trajectory
 
@@ -53,11 +53,11 @@ def efficiencies(model: DriveModel, twist: float, output_speed: float) -> tuple[
     return found[0], found[1]
 
 
-@pytest.mark.parametrize("share", [0.1, 0.3, 1.0])
+@pytest.mark.parametrize("share", [0.006, 0.03, 0.1, 0.3, 1.0])
 def test_drive_has_the_efficiency_of_the_friction_analysis(share: float, drive: sm.Drive, lookup: Lookup) -> None:
     rough = sm.load_drive("drive_1", friction_coefficient=MU)
     twist = share * drive.max_twist
-    (driving,), (driven,) = friction_losses(rough, [twist]).mean_efficiencies()
+    (driving,), (driven,) = expected_losses(rough, [twist]).mean_efficiencies()
     found = efficiencies(build_model(rough, lookup=lookup), twist, 0.1)
     assert found == pytest.approx((driving, driven), abs=0.01)
     plain = efficiencies(build_model(drive, lookup=lookup), twist, 0.1)
@@ -112,6 +112,13 @@ def test_load_and_no_load_friction_combine_by_the_exponent(build: Build, lookup:
         driving, _ = efficiencies(model, drive.max_twist, 0.1)
         lost = (0.6**exponent + (0.09 * useful) ** exponent) ** (1 / exponent)
         assert driving == pytest.approx(useful / (useful + lost), rel=1e-6)
+
+
+def test_relief_lowers_the_share_of_friction_under_load(build: Build, lookup: Lookup, drive: sm.Drive) -> None:
+    useful = float(lookup.torque(drive.max_twist)) / 29
+    model = build(crank_friction={"fraction": 0.1, "relief": 0.05})
+    driving, _ = efficiencies(model, drive.max_twist, 0.1)
+    assert driving == pytest.approx(1 / (1 + 0.1 / (1 + 0.05 * useful)), rel=1e-6)
 
 
 def test_given_parameters_stand_beside_the_drawing_s(lookup: Lookup, tmp_path: Path) -> None:
