@@ -156,8 +156,8 @@ def with_changed_description(path: Path, target: Path, pattern: str, by: str) ->
         # The last derivative is declared as an event indicator.
         (
             "unknowns",
-            r'(<EventIndicator valueReference=)"\d+"(.*)(?=\s*</ModelStructure>)',
-            r'\1"86"\2',
+            r'(?s)(name="der\(torque_sensor_drift\.grown\)" valueReference=("\d+").*<EventIndicator \w+=)"\d+"',
+            r"\1\2",
             "der(torque_sensor_drift.grown) is also an event indicator",
         ),
         ("unknowns", r'<InitialUnknown valueReference="6" .*/>', "", "output.tau is missing"),
