@@ -5,8 +5,8 @@ from __future__ import annotations
 import difflib
 import os
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from stiffness_model.errors import InputError, UnknownNameError, expect, unknown
 from stiffness_model.io.toml_files import parse_toml
 
 from .columns import COLUMNS
-from .motor_side import CONSTANTS, TorqueConstants, read_constants
+from .motor_side import CONSTANTS, MOTOR_COLUMNS, TorqueConstants, read_constants
 from .table_layout import SEPARATORS
 
 FORMAT_KEYS = {"decimal": (".", ","), "separator": tuple(SEPARATORS)}
@@ -76,6 +76,27 @@ def make_column_map(table: Mapping[str, Any], where: str = "columns") -> ColumnM
         if key in table:
             expect(table[key] in allowed, f"{key} = " + " or ".join(map(repr, allowed)), table[key], where)
     return ColumnMap(columns or None, read_constants(table, where), table.get("decimal"), table.get("separator"), where)
+
+
+def with_drive_ratio(chosen: ColumnMap, ratio: float | None, columns: Collection[str], where: str) -> ColumnMap:
+    """The column map with the ratio of a drive where it states none and the columns have a torque of the motor.
+
+    ratio: signed, crank to output; None without a drive. columns: canonical names. Raises `InputError` for a map that
+    states another ratio for a torque at the crank, because angles would then have one ratio and torques the other. A
+    referred torque was multiplied by whatever its map states.
+    """
+    stated = chosen.constants.ratio
+    at_motor = [name for name in MOTOR_COLUMNS if name in columns]
+    if ratio is None or not at_motor:
+        return chosen
+    if stated is None:
+        return replace(chosen, constants=replace(chosen.constants, ratio=ratio))
+    if "referred_motor_torque" not in at_motor and stated != ratio:
+        raise InputError(
+            f"{where}: expected the ratio of the drive, {ratio:g}, in the column map, got {stated:g}; remove it there, "
+            "or name another drive"
+        )
+    return chosen
 
 
 def split_title(title: str) -> tuple[str, str]:

@@ -196,7 +196,10 @@ def _check_constants(
     }
     useful = {"ratio": at_motor is not None, "torque_constant": needed["torque_constant"]}
     useful |= {"motor_inertia": at_motor is not None, "pendulum": at_motor is not None or at_output == ON_OUTPUT}
-    examples = {"ratio": "ratio = -29", "torque_constant": 'torque_constant = "95 mN.m/A"'}
+    examples = {
+        "ratio": "ratio = -29, or name the drive with --drive",
+        "torque_constant": 'torque_constant = "95 mN.m/A"',
+    }
     for key, is_needed in needed.items():
         if is_needed and getattr(constants, key) is None:
             raise InputError(

@@ -21,6 +21,7 @@ from .column_map import (
     missing_title,
     split_title,
     unknown_column,
+    with_drive_ratio,
 )
 from .columns import COLUMNS
 from .file_text import read_text_file
@@ -49,8 +50,8 @@ class ColumnReading:
 
 @dataclass(frozen=True)
 class FileReading:
-    """A record, and how its file was read: encoding, decimal mark, layout without its rows, columns and the titles that
-    were ignored."""
+    """A record, and how its file was read: encoding, decimal mark, layout without its rows, columns, the titles that
+    were ignored, and the column map with the drive's ratio where it was taken from there."""
 
     record: Record
     encoding: str
@@ -61,21 +62,26 @@ class FileReading:
     column_map: ColumnMap
 
 
-def read_record(path: str | os.PathLike[str], columns: Columns | None = None) -> Record:
+def read_record(
+    path: str | os.PathLike[str], columns: Columns | None = None, drive_ratio: float | None = None
+) -> Record:
     """The record in a CSV file with `name [unit]` headers.
 
     path: of a .csv or .csv.gz file. columns: for foreign files, canonical name (or "name [unit]") by the file's header:
     {"TORQUE": "output_torque [N.m]"}; all other columns are then ignored. Constants such as "torque_constant" are keys
-    of the same map (see `column_map`). A `twist` column may replace the two angles: the crank is then locked at 0 and
-    the output turns by minus the twist.
+    of the same map (see `column_map`). drive_ratio: signed, crank to output, of the drive if it is known, for a torque
+    of the motor where the map states no ratio. A `twist` column may replace the two angles: the crank is then locked at
+    0 and the output turns by minus the twist.
 
     Raises `InputError` for a file that cannot be read, unknown or missing columns or units, values that are not
-    numbers, and time that runs backwards within a run.
+    numbers, time that runs backwards within a run, and a map with another ratio than the drive's.
     """
-    return read_file(path, columns).record
+    return read_file(path, columns, drive_ratio).record
 
 
-def read_file(path: str | os.PathLike[str], columns: Columns | None = None) -> FileReading:
+def read_file(
+    path: str | os.PathLike[str], columns: Columns | None = None, drive_ratio: float | None = None
+) -> FileReading:
     """The record in a file and how it was read. Arguments and errors are those of `read_record`."""
     where = str(path)
     chosen = columns if isinstance(columns, ColumnMap) else make_column_map(columns or {})
@@ -97,6 +103,7 @@ def read_file(path: str | os.PathLike[str], columns: Columns | None = None) -> F
         readings.append(
             ColumnReading(reading.title, reading.name, reading.unit, reading.stated_in, reading.sign, scale, offset)
         )
+    chosen = with_drive_ratio(chosen, drive_ratio, data, where)
     record = make_record(data, where, chosen.constants)
     ignored = tuple(title for index, title in enumerate(table.titles) if index not in wanted)
     return FileReading(record, encoding, mark, table, tuple(readings), ignored, chosen)

@@ -35,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
         for name, paths in files.items():
             records: list[Record] = []
             for path in paths:
-                record = read_record(path, columns)
+                record = read_record(path, columns, None if drive is None else drive.ratio)
                 if args.locked == "output":
                     # The twist is the same; the call fails for records that already tell what moves.
                     with_output_locked(record)

@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
         ", ".join(record_stem(path) for path in paths),
         "diagnose",
     )
-    records = {path: read_record(path, columns) for path in paths}
+    records = {path: read_record(path, columns, None if drive is None else drive.ratio) for path in paths}
     locked = args.locked == "output"
     exponent = _exponent(args, list(records.values()), locked)
     if drive is not None:

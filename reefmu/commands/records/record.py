@@ -18,7 +18,8 @@ def run(args: argparse.Namespace) -> int:
     """Print the inspection of one record, as text or as JSON."""
     columns = read_column_map(args.columns, dict(args.column))
     drive, notes = (None, []) if args.drive is None else read_drawing(args.drive)
-    found = inspect_record(read_file(args.record, columns), drive, output_locked=args.locked == "output")
+    reading = read_file(args.record, columns, None if drive is None else drive.ratio)
+    found = inspect_record(reading, drive, output_locked=args.locked == "output")
     command = diagnose_command(args, found)
     show_notes(notes)
     if args.json:

@@ -13,6 +13,7 @@ from reefmu.cli import build_parser, main
 from reefmu.record import read_column_map, read_record
 from stiffness_model.units import ARCMIN
 from tests.integration.commands.program import run_program
+from tests.torque_ramps import Gear, measured
 
 ROOT = Path(__file__).parents[4]
 RECORDS = ROOT.parent / "shared/data/cycloidal"
@@ -105,6 +106,32 @@ def test_the_drawing_gives_the_ratio(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert found["ratio"] == -29
     assert found["ranges"]["twist"] == pytest.approx([-1e-3, 1e-3], rel=1e-3)
     assert "--drive drive_1" in found["next"]
+
+
+def test_the_drive_turns_a_torque_of_the_motor_into_one_at_the_output(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In every command that reads records: the column map states no ratio."""
+    monkeypatch.chdir(tmp_path)
+    for seed, name in enumerate(("cold", "warm")):
+        found = measured(Gear(noise=0.0), seed, large=2, n=500)
+        table = np.stack([found.time, found.run, found.twist(1.0), found.output_torque / 50], axis=1)
+        head = "time [s],run,twist [rad],motor_torque [N.m]"
+        np.savetxt(f"{name}.csv", table, fmt="%.12g", delimiter=",", header=head, comments="")
+    assert main(["record", "cold.csv"]) == 2
+    assert "ratio = -29, or name the drive with --drive" in capsys.readouterr().err
+    drive = ["--drive", "CHA-40A-50"]
+    assert main(["record", "cold.csv", *drive]) == 0
+    said = capsys.readouterr().out
+    assert "motor_torque x ratio 50" in said
+    for out, words in {"by_drive": drive, "by_map": ["--column", "ratio=50"]}.items():
+        assert main(["diagnose", "--compare", "cold.csv", "warm.csv", *words, "--out", out]) == 0
+    by_drive, by_map = (json.loads(Path(out, "compare.json").read_text("utf-8")) for out in ("by_drive", "by_map"))
+    assert by_drive["common_load"] == by_map["common_load"]
+    short = Path("cold.csv").read_text("utf-8").splitlines(keepends=True)[:40]
+    Path("short.csv").write_text("".join(short), "utf-8")
+    assert main(["diagnose", "short.csv", *drive, "--out", "found"]) == 0
+    assert "only 39 samples" in capsys.readouterr().out
 
 
 @pytest.mark.slow

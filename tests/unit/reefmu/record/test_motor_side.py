@@ -131,6 +131,24 @@ def test_a_pendulum_on_the_output_goes_with_the_motor_s_torque() -> None:
     assert record.crank_torque == pytest.approx(TORQUE / RATIO)
 
 
+def test_the_drive_gives_the_ratio_that_the_map_lacks(tmp_path: Path) -> None:
+    path = tmp_path / "motor.csv"
+    names = ("time [s]", "crank_angle [rad]", "output_angle [rad]", "motor_torque [N.m]")
+    table = np.stack([TIME, CRANK, OUTPUT, TORQUE / RATIO], axis=1)
+    np.savetxt(path, table, delimiter=",", header=",".join(names), comments="")
+    assert read_record(path, drive_ratio=RATIO).output_torque == pytest.approx(TORQUE)
+    assert read_record(path, {"ratio": RATIO}, RATIO).output_torque == pytest.approx(TORQUE)
+    with pytest.raises(sm.InputError, match=r"expected the ratio of the drive, -29, in the column map, got 29"):
+        read_record(path, {"ratio": -RATIO}, RATIO)
+    path.write_text(path.read_text("utf-8").replace("motor_torque", "output_torque"), "utf-8")
+    assert read_record(path, drive_ratio=RATIO).output_torque == pytest.approx(TORQUE / RATIO)
+    path.write_text(path.read_text("utf-8").replace("output_torque", "referred_motor_torque"), "utf-8")
+    inertia = {"motor_inertia": "1e-4 kg.m2"}
+    by_map = read_record(path, {"ratio": 2 * RATIO, **inertia}, RATIO).output_torque
+    assert by_map == pytest.approx(read_record(path, {"ratio": 2 * RATIO, **inertia}).output_torque)
+    assert np.abs(by_map - read_record(path, inertia, RATIO).output_torque).max() > 0.05
+
+
 @pytest.mark.parametrize(
     ("more", "table", "message"),
     [
