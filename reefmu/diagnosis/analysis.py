@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from ..record import Record
+from .estimation.least_squares import Fit
 from .inference.evidence import Evidence
 from .inference.isolability import Isolability
 from .inference.verdict import Conclusion
@@ -24,10 +25,20 @@ class ProposedExperiment:
 
 
 @dataclass(frozen=True)
+class WrittenFits:
+    """base, corrected: the fits without and with the named effects, with the zero and the base curve of models that are
+    written (see `report.corrected_model.written_fit`)."""
+
+    base: Fit
+    corrected: Fit
+
+
+@dataclass(frozen=True)
 class Analysis:
     """A diagnosis together with the evidence and the conclusion, from which report and corrected model are made.
 
-    record: as it was diagnosed, a motor's torque without the friction that the drive states. proposed: the next
+    record: as it was diagnosed, a motor's torque without the friction that the drive states. written: what the models
+    hold of which the gap and the figures are. proposed: the next
     experiment, None where none was planned. keeps_stated: whether the corrected model contains the friction at the
     crank that the drive states, which is not the case where what was found in the motor's torque contains it.
     """
@@ -36,6 +47,7 @@ class Analysis:
     evidence: Evidence
     isolability: Isolability
     conclusion: Conclusion
+    written: WrittenFits
     diagnosis: Diagnosis
     proposed: ProposedExperiment | None = None
     keeps_stated: bool = True

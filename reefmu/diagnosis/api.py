@@ -41,7 +41,7 @@ def diagnose_record(
     paths: of a record file (see `reefmu.record.read_record`), of several files of one record, or a `Record`.
     drive: a drive of any kind, its name or the path of its drawing. curve: path of a curve file, for a gear without a
     drawing. With neither, the base curve is a power law that is fitted to the record. out: folder for diagnosis.json,
-    report.html and model.toml, the last only if the record allows a diagnosis; without it nothing is written. columns:
+    report.html and model.toml, the last only where there is a corrected model; without it nothing is written. columns:
     map from foreign column names to `name [unit]`. progress: called with the present stage and the share done.
     exponent: fixed exponent of the power law, within 0.3 ... 6, or one that several records share; fitted if None.
     output_locked: for a record of a twist alone, that the crank turned while the output was locked (see

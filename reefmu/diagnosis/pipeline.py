@@ -11,7 +11,7 @@ import numpy as np
 
 from ..effects import declared_test
 from ..record import TORQUE_SIDES, Record
-from .analysis import Analysis
+from .analysis import Analysis, WrittenFits
 from .estimation.problem import Problem
 from .estimation.search import base_fit, linearise_candidates, search
 from .estimation.worker_pool import open_pool
@@ -29,7 +29,7 @@ from .probabilities.assessment import assess, record_isolability
 from .probabilities.goodness_of_fit import global_p
 from .probabilities.priors import NO_PRIORS, Priors
 from .report.assemble import assemble_diagnosis, base_refusal, insufficient_diagnosis
-from .report.corrected_model import corrected_model
+from .report.corrected_model import corrected_model, written_fit
 from .report.gap import measure_gap
 from .schema import Diagnosis
 
@@ -66,7 +66,7 @@ def analyse(
     solved = without_stated_friction(record, stated, ratio)
     found = _analyse(record, solved, source, report, executor, priors, stated)
     if isinstance(found, Analysis):
-        model = corrected_model(found.evidence.problem, found.conclusion.chosen)
+        model = corrected_model(found.evidence.problem, found.written.corrected)
         inside = friction_inside(model, solved)
         if inside.any():
             solved = without_stated_friction(record, stated, ratio, inside)
@@ -104,16 +104,17 @@ def _analyse(
     found = assess(evidence, decide(select_effects(evidence)), priors)
     chosen = found.conclusion.chosen
     report("result", 0.95)
-    gap = measure_gap(evidence.problem, record, base, chosen, found.held_out)
+    written = WrittenFits(written_fit(evidence.problem, base), written_fit(evidence.problem, chosen))
+    gap = measure_gap(evidence.problem, record, written, found.held_out)
     if refusal := base_refusal(evidence.problem, chosen, gap):
         # Losses follow from the torques alone, whatever the base curve.
         refused = insufficient_diagnosis(audited, [refusal], gap)
         return _timed(_with_losses(refused, losses), started)
-    diagnosis = assemble_diagnosis(evidence, isolated, found.conclusion, gap, audited)
+    diagnosis = assemble_diagnosis(evidence, isolated, found.conclusion, written, gap, audited)
     told_apart = record_isolability(evidence.problem, base, chosen, found.sizes)
     diagnosis = diagnosis.with_probabilities(found.hypotheses, global_p(evidence.problem, chosen), told_apart)
     diagnosis = _with_losses(_with_friction_at_the_crank(diagnosis, record), losses)
-    return Analysis(record, evidence, isolated, found.conclusion, _timed(diagnosis, started))
+    return Analysis(record, evidence, isolated, found.conclusion, written, _timed(diagnosis, started))
 
 
 def _collect_evidence(problem: Problem, report: Progress, executor: Executor | None) -> tuple[Evidence, Isolability]:

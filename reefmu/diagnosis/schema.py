@@ -63,6 +63,11 @@ class Gap:
     raw_before: float | None = None
     raw_after: float | None = None
 
+    @property
+    def shrinks(self) -> bool:
+        """Whether the model with the effects is closer to the record than the one without."""
+        return self.after < self.before
+
 
 @dataclass(frozen=True)
 class Diagnosis:
@@ -107,6 +112,11 @@ class Diagnosis:
         """The same diagnosis with probabilities; every effect gets the sum over the hypotheses that contain it."""
         effects = tuple(replace(e, probability=effect_probability(e.name, hypotheses)) for e in self.effects)
         return replace(self, effects=effects, hypotheses=ranked(hypotheses), global_p=global_p, isolability=isolability)
+
+    @property
+    def has_model(self) -> bool:
+        """Whether there is a corrected model: the record allows a diagnosis, and what is named shrinks the gap."""
+        return self.verdict != "insufficient" and (not self.effects or self.gap.shrinks)
 
     def __repr__(self) -> str:
         chance = {e.name: f" {probability_text(e.probability)}" if self.hypotheses else "" for e in self.effects}

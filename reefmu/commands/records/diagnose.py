@@ -11,12 +11,14 @@ from reefmu.diagnosis.forward.base_curve import PLAY
 from reefmu.diagnosis.hypotheses import hypothesis_text, likeliest, probability_text
 from reefmu.diagnosis.probabilities.priors import NO_PRIORS, load_priors
 from reefmu.diagnosis.report.files import PROTOCOL
+from reefmu.diagnosis.report.html.next_commands import MODEL
 from reefmu.diagnosis.report.html.origin import Origin
 from reefmu.diagnosis.report.text import (
     DISAGREEMENT,
     amplitude_text,
     bound_text,
     losses_text,
+    no_model_text,
     sensor_text,
     sets_text,
 )
@@ -89,16 +91,18 @@ def run(args: argparse.Namespace) -> int:
         print(diagnosis_text(name, diagnosis))
     if not single:
         print("\n" + _table(found))
-    print(
-        f"\nwritten to {folder}: diagnosis.json, report.html, model.toml"
-        + ("" if single else " in a folder for each record")
-        + (
-            f"; {PROTOCOL} where a protocol decides"
-            if any((place / PROTOCOL).exists() for place in places.values())
-            else ""
-        )
-    )
+    print("\n" + _written(folder, list(places.values())))
     return 0
+
+
+def _written(folder: Path, places: Sequence[Path]) -> str:
+    """What was written to a folder, in which every record has its place."""
+    models = [(place / MODEL).exists() for place in places]
+    texts = ["diagnosis.json, report.html" + (f", {MODEL}" if all(models) else "")]
+    texts[0] += "" if len(places) == 1 else " in a folder for each record"
+    texts += [f"{MODEL} where there is a corrected model"] if any(models) and not all(models) else []
+    texts += [f"{PROTOCOL} where a protocol decides"] if any((place / PROTOCOL).exists() for place in places) else []
+    return f"written to {folder}: {'; '.join(texts)}"
 
 
 def _exponent(args: argparse.Namespace, records: Sequence[Record], locked: bool) -> float | SharedExponent | None:
@@ -135,6 +139,7 @@ def diagnosis_text(name: str, diagnosis: Diagnosis) -> str:
     if diagnosis.alternatives:
         head = "or" if diagnosis.verdict == "ambiguous" else "tolerances may mask"
         lines.append(f"  {head}: {sets_text(diagnosis.alternatives)}")
+    lines += [f"  {refusal}"] if (refusal := no_model_text(diagnosis)) else []
     lines += [f"  {bound_text(found)}" for found in diagnosis.at_bounds]
     lines += [f"  {amplitude_text(test)}" for test in diagnosis.amplitudes if test.p < DISAGREEMENT]
     if diagnosis.losses is not None:

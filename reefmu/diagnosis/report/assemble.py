@@ -9,6 +9,7 @@ import numpy as np
 
 from ...effects import find_effect, separating_test
 from ..amplitude_agreement import compare_amplitudes
+from ..analysis import WrittenFits
 from ..estimation.intervals import named_effects
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
@@ -30,12 +31,12 @@ MAX_PAIRS = 3
 
 
 def assemble_diagnosis(
-    evidence: Evidence, isolated: Isolability, conclusion: Conclusion, gap: Gap, audited: Audit
+    evidence: Evidence, isolated: Isolability, conclusion: Conclusion, written: WrittenFits, gap: Gap, audited: Audit
 ) -> Diagnosis:
     """The diagnosis as it is written to diagnosis.json; its `seconds` are set by the caller."""
     problem, base, chosen = evidence.problem, evidence.search.base, conclusion.chosen
     effects = tuple(as_rotational_play(effect, problem.base) for effect in named_effects(problem, chosen, base))
-    before = problem.torque - base.prediction.torque
+    before = problem.torque - written.base.prediction.torque
     systematic = max(float(np.mean(before**2) - np.mean(problem.block_variance)), 0.0)
     remainder_where = _locate_remainder(problem, conclusion)
     not_candidates = {**problem.excluded, **isolated.invisible}
@@ -62,7 +63,7 @@ def assemble_diagnosis(
         not_candidates,
         tuple((a, b, separating_test(a, b)) for a, b in isolated.indistinguishable),
         tuple(notes),
-        _base_parameters(problem, chosen),
+        _base_parameters(problem, written.corrected),
         parameters_at_bounds(problem, chosen),
         compare_amplitudes(problem, chosen),
     )
@@ -147,7 +148,7 @@ def _next_experiments(
 
 
 def _base_parameters(problem: Problem, chosen: Fit) -> dict[str, Any]:
-    """The base curve and its fitted parameters."""
+    """The base curve and its parameters in the corrected model."""
     fitted = chosen.parameters[problem.layout(chosen.names).shape].tolist()
     return {
         "kind": problem.base.kind,

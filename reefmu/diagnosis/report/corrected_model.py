@@ -14,11 +14,40 @@ from ...model.chosen_effects import undiagnosed_effects
 from ...model.drive_model import DriveModel, build_curve_model, build_model
 from ...record import Record, make_record
 from ...simulate import simulate_record
-from ..estimation.least_squares import Fit
+from ..estimation.held_out import NO_WEIGHT, held_out_blocks
+from ..estimation.least_squares import HELD_SIZE, Fit, fit
 from ..estimation.problem import Problem
+from ..estimation.weighting import make_weighting
 from ..fitted_values import CrankLosses
 from ..forward.base_curve import BaseCurve, tabulate_base
 from ..preprocessing.trace import Trace
+
+
+def written_fit(problem: Problem, found: Fit, *, held_out: bool = False) -> Fit:
+    """A fit with the zero and the base curve of the model that is written; its effects are unchanged.
+
+    A model has the effects and not the scatter of this one drive. Beside that scatter a fit hardly determines the zero
+    of the twist and the shape of the base curve, because the scatter takes up what they miss: without it such a model
+    may be farther from the record than one without effects. Here both are those of the least root mean square over the
+    record, held_out: over the blocks that are not held out. A fit without scatter is returned as it is.
+    """
+    n, n_base = len(problem.torque), problem.layout(()).size
+    if not len(found.weighting.eigenvalues):
+        return found
+    low, high = found.bounds.low.copy(), found.bounds.high.copy()
+    low[n_base:] = high[n_base:] = found.parameters[n_base:]
+    variance = np.full(n, float(problem.variance.mean()))
+    if held_out:
+        variance[held_out_blocks(problem)] *= NO_WEIGHT
+    closest = fit(
+        problem.predictor(found.names),
+        problem.torque,
+        make_weighting(variance, np.zeros((0, n))),
+        replace(found.bounds, low=low, high=high),
+        found.parameters,
+        HELD_SIZE,
+    )
+    return replace(found, parameters=closest.parameters, prediction=closest.prediction)
 
 
 def corrected_model(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from stiffness_model.io.atomic_files import staged_folder
 
+from ...model.drive_model import DriveModel
 from ...model.model_file import save_model
 from ..analysis import Analysis
 from ..schema import Diagnosis
@@ -24,25 +25,28 @@ def write_results(
     """Write diagnosis.json, report.html, model.toml and next_protocol.csv into the folder `out`, which is created if
     necessary.
 
-    model.toml is the base curve with the missing effects and the losses that the record shows; a record that allows no
-    diagnosis has none. next_protocol.csv is the protocol of the experiment that was proposed, and is not written where
-    there is none. origin: of the report, for its heading; record: path of the record where `found` does not hold it.
+    model.toml is the base curve with the missing effects and the losses that the record shows, where there is a
+    corrected model (`Diagnosis.has_model`). next_protocol.csv is the protocol of the experiment that was proposed, and
+    is not written where there is none. origin: of the report, for its heading; record: path of the record where `found`
+    does not hold it.
     Raises `InputError` if the folder cannot be written.
     """
     # Drawing the page loads matplotlib.
     from .html.page import report_html
 
     diagnosis = found.diagnosis if isinstance(found, Analysis) else found
+    model: DriveModel | None = None
+    if isinstance(found, Analysis) and diagnosis.has_model:
+        problem, written = found.evidence.problem, found.written.corrected
+        model = corrected_model(problem, written, diagnosis.losses, keeps_stated=found.keeps_stated)
     files = {"diagnosis.json": diagnosis.to_json(), "report.html": report_html(found, origin, record)}
     if isinstance(found, Analysis) and found.proposed is not None and found.proposed.protocol:
         files[PROTOCOL] = found.proposed.protocol
     with staged_folder(out) as stage:
         for name, text in files.items():
             (stage / name).write_text(text, encoding="utf-8")
-        if isinstance(found, Analysis):
-            problem, chosen = found.evidence.problem, found.conclusion.chosen
-            model = corrected_model(problem, chosen, diagnosis.losses, keeps_stated=found.keeps_stated)
+        if model is not None:
             save_model(model, stage / MODEL)
     # Results of an earlier diagnosis in this folder that this one does not have would be taken for its own.
-    for name in {MODEL, PROTOCOL} - {*files, *([MODEL] if isinstance(found, Analysis) else [])}:
+    for name in {MODEL, PROTOCOL} - {*files, *([] if model is None else [MODEL])}:
         (Path(out) / name).unlink(missing_ok=True)

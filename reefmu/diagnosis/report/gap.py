@@ -15,20 +15,22 @@ from stiffness_model.numerics.arrays import Array
 
 from ...record import Record, with_twist_zero
 from ...simulate import simulate_record
+from ..analysis import WrittenFits
 from ..estimation.held_out import held_out_blocks
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import predicted_scatter
 from ..schema import Gap
-from .corrected_model import corrected_model, simulated_torque
+from .corrected_model import corrected_model, simulated_torque, written_fit
 
 
-def measure_gap(problem: Problem, record: Record, base: Fit, chosen: Fit, held: Sequence[Fit]) -> Gap:
+def measure_gap(problem: Problem, record: Record, written: WrittenFits, held: Sequence[Fit]) -> Gap:
     """The gap over all samples of a record.
 
-    base, chosen: fits without and with the named effects; held: the same fitted without the runs held out
-    (`fits_without_held_out`), empty where no effect is named.
+    held: the fits without and with the named effects to the runs that were not held out (`fits_without_held_out`),
+    empty where no effect is named.
     """
+    base, chosen = written.base, written.corrected
     samples = np.repeat(held_out_blocks(problem), problem.blocks.count.astype(int))
     slope = chosen.prediction.slope
     variance = problem.noise.variance(slope)
@@ -39,7 +41,9 @@ def measure_gap(problem: Problem, record: Record, base: Fit, chosen: Fit, held: 
     held_before = held_after = _rms(before[samples])
     if held:
         after = simulated_residual(problem, chosen)
-        held_before, held_after = (_rms(simulated_residual(problem, found)[samples]) for found in held)
+        held_before, held_after = (
+            _rms(simulated_residual(problem, written_fit(problem, found, held_out=True))[samples]) for found in held
+        )
     raw_before = raw_after = raw_residual(problem, record, base)
     if chosen.names:
         raw_after = raw_residual(problem, record, chosen)

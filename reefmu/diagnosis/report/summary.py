@@ -11,7 +11,7 @@ from .text import sets_text
 def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
     """The conclusion in one sentence; full_torque: N.m, for the remainder's share."""
     names = " and ".join(f"{find_effect(name).title.lower()} ({name})" for name in conclusion.chosen.names)
-    verb = "shrinks" if gap.after < gap.before else "changes"
+    verb = "shrinks" if gap.shrinks else "changes"
     change = f"the gap {verb} from {gap.before:.3g} to {gap.after:.3g} N.m, the noise is {gap.noise:.3g} N.m"
     rest = f"{conclusion.remainder:.3g} N.m ({100 * conclusion.remainder / full_torque:.2g} % of full torque)"
     where = "" if conclusion.unnamed is None else f"; it varies with {conclusion.unnamed.term.coordinate}"

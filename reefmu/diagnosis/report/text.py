@@ -162,6 +162,17 @@ def sensor_text(losses: CrankLosses) -> list[str]:
     return found
 
 
+def no_model_text(diagnosis: Diagnosis) -> str:
+    """Why there is no corrected model although effects are named; empty where there is one."""
+    gap = diagnosis.gap
+    if diagnosis.has_model or not diagnosis.effects:
+        return ""
+    return (
+        f"the gap does not shrink ({gap.before:.3g} to {gap.after:.3g} {gap.unit}): what is named is significant only "
+        "beside the scatter of the tolerances, which no model has; no corrected model is written"
+    )
+
+
 def cautions(diagnosis: Diagnosis) -> list[str]:
     """What a reader must know before relying on the numbers."""
     lines = [bound_text(found) for found in diagnosis.at_bounds]
@@ -181,11 +192,8 @@ def cautions(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.losses is not None:
         lines += [*sensor_text(diagnosis.losses), *diagnosis.losses.assumptions]
     gap = diagnosis.gap
-    if diagnosis.effects and gap.after >= gap.before:
-        lines.append(
-            f"the gap does not shrink ({gap.before:.3g} to {gap.after:.3g} N.m): the effect is "
-            "significant only beside the scatter of the tolerances"
-        )
+    if refusal := no_model_text(diagnosis):
+        lines.append(refusal)
     elif (
         diagnosis.effects
         and gap.held_out_after is not None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -10,12 +12,14 @@ from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.forward.base_curve import table_base
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.model.drive_model import build_model
-from reefmu.record import make_record
+from reefmu.record import make_record, read_column_map, read_record
 from reefmu.simulate import simulate_record
 from stiffness_model.lookup.build_lookup import Lookup
 from tests.diagnosis_rig import noise_of
 
 DRIVE = sm.load_drive("printed_cycloidal")
+ROOT = Path(__file__).parents[3]
+RECORDS = ROOT.parent / "shared/data/cycloidal"
 
 
 def lookup() -> Lookup:
@@ -56,3 +60,23 @@ def test_a_hysteresis_is_named_in_the_record_of_a_softer_gear() -> None:
     assert set(named) == {"hysteresis"}, found.verdict
     size = named["hysteresis"].parameters["torque"]
     assert size.value == pytest.approx(1.5, rel=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["base_910/init_pos1", "conic_onyx/preload1_pos6"])
+def test_a_corrected_model_is_closer_to_a_measured_record(name: str) -> None:
+    """In these two the scatter of the one drive takes up more of the curve beside friction than without it."""
+    path = RECORDS / f"{name}.csv.gz"
+    if not path.exists():
+        pytest.skip(f"measured records, which are not part of this repository: none in {RECORDS}")
+    record = read_record(path, read_column_map(ROOT / "examples/cycloidal_columns.toml"))
+    found = diagnose_record(record, drive=DRIVE)
+    gap = found.gap
+    assert found.effects
+    assert gap.after < gap.before
+    assert gap.held_out_after is not None
+    assert gap.held_out_before is not None
+    assert gap.held_out_after < gap.held_out_before
+    assert gap.raw_after is not None
+    assert gap.raw_before is not None
+    assert gap.raw_after < gap.raw_before

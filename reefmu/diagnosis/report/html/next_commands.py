@@ -32,7 +32,7 @@ def next_commands(
     if diagnosis.verdict == "insufficient":
         name = shlex.quote(record or "RECORD.csv")
         return [NextCommand("shows what was understood of the record, and what it lacks", f"reefmu record {name}")]
-    if diagnosis.verdict in ("named", "partly", "ambiguous") and diagnosis.effects:
+    if diagnosis.effects and diagnosis.has_model:
         found += [
             _export(ratio_known),
             NextCommand("validates it and compares it with the Python model", "reefmu check model.fmu"),

@@ -129,7 +129,7 @@ def _figures(found: Analysis) -> list[str]:
     from . import figures
 
     diagnosis, problem = found.diagnosis, found.evidence.problem
-    base, chosen = found.evidence.search.base, found.conclusion.chosen
+    base, chosen = found.written.base, found.written.corrected
     coordinate, place = "torque", ""
     if diagnosis.where:
         first = diagnosis.where[0]
