@@ -16,6 +16,7 @@ from stiffness_model.io.toml_files import parse_toml
 from .columns import COLUMNS
 from .motor_side import CONSTANTS, MOTOR_COLUMNS, TorqueConstants, read_constants
 from .table_layout import SEPARATORS
+from .unit_conversion import quantity_of
 
 FORMAT_KEYS = {"decimal": (".", ","), "separator": tuple(SEPARATORS)}
 """Keys of a column map that state how the file writes numbers, with their values."""
@@ -24,9 +25,9 @@ _TITLE = re.compile(r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|\s(?:/|in)\s+(\S+))?\s*", re.
 _USUAL = {
     "time": "time t timestamp zeit",
     "run": "run test test_nr test_no cycle trial",
-    "crank_angle": "crank motor_position motor_angle input_angle theta_motor",
-    "output_angle": "output link_position load_angle output_position angle theta_load",
-    "twist": "twist position torsion deflection windup",
+    "crank_angle": "crank motor_position motor_angle input_angle theta_motor motorwinkel",
+    "output_angle": "output link_position load_angle output_position angle theta_load winkel",
+    "twist": "twist position pos torsion deflection windup verdrehung verdrehwinkel",
     "output_torque": "torque load_torque moment drehmoment tau",
     "motor_current": "current q_current iq i_q motor_i strom",
     "motor_torque": "tau_motor torque_motor",
@@ -131,14 +132,23 @@ def mapped_name(value: str, where: str) -> tuple[str, str, float]:
     return canonical, unit, sign
 
 
-def unknown_column(title: str, titles: Sequence[str], where: str) -> InputError:
-    """An error for a title that denotes no canonical column, with a suggestion and how to map it."""
-    name, unit = split_title(title)
+def unknown_column(title: str, unit: str, titles: Sequence[str], where: str) -> InputError:
+    """An error for a title that denotes no canonical column, with a suggestion and how to map it.
+
+    unit: that of a row of units, or "". The suggestion keeps the unit of the file, which a map would replace; that of
+    the title, of the row, or at the end of a name such as "torque_Nm".
+    """
+    name, stated = split_title(title)
+    ending = name.rpartition("_")[2] if "_" in name else ""
+    unit = stated or next((text for text in (unit, ending) if text and quantity_of(text)), "")
     plain = re.sub(r"[\s\-]+", "_", name).lower()
     close = difflib.get_close_matches(plain, COLUMNS, n=3, cutoff=0.6)
     usual = [canonical for canonical, names in _USUAL.items() if plain in names.split()]
     known = {canonical_name(split_title(other)[0]) for other in titles}
+    by_unit = [found] if unit and (found := quantity_of(unit)) else []
     guesses = [guess for guess in dict.fromkeys(usual + close) if guess not in known] or close
+    if by_unit:
+        guesses = [guess for guess in guesses if COLUMNS[guess] == COLUMNS[by_unit[0]]] or by_unit
     hint = "did you mean " + " or ".join(map(repr, guesses)) + "? " if guesses else ""
     target = guesses[0] if guesses else "output_torque"
     of_unit = f" [{unit or COLUMNS[target]}]" if target != "run" else ""

@@ -81,7 +81,8 @@ def parse_numbers(texts: Sequence[str], mark: str, column: str, lines: Sequence[
             f"{where}: expected numbers in column {column!r}, got an empty field in line {line}; fill it or remove "
             "the row"
         )
-    remedy = "; write the time in seconds from a start" if _CLOCK.fullmatch(text) else ""
+    is_clock = _CLOCK.fullmatch(text)
+    remedy = "; write the time in seconds from a start" if is_clock else "; correct it or remove the row"
     raise InputError(f"{where}: expected numbers in column {column!r}, got {text!r} in line {line}{remedy}")
 
 

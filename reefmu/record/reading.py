@@ -117,7 +117,7 @@ def _wanted(table: Table, chosen: ColumnMap, where: str) -> dict[int, ColumnRead
         for index, title in enumerate(titles):
             name = canonical_name(split_title(title)[0])
             if name is None:
-                raise unknown_column(title, titles, where)
+                raise unknown_column(title, table.units[index], titles, where)
             wanted[index] = (name, "", "", 1.0)
     else:
         names = [split_title(title)[0] for title in titles]
@@ -132,9 +132,10 @@ def _wanted(table: Table, chosen: ColumnMap, where: str) -> dict[int, ColumnRead
     for index, (name, unit, source, sign) in sorted(wanted.items()):
         stated = [(unit, source), (split_title(titles[index])[1], "header"), (table.units[index], "units row")]
         _, header, row = (text for text, _ in stated)
-        if header and row and plain_unit(header, COLUMNS[name]) != plain_unit(row, COLUMNS[name]):
+        if not unit and header and row and plain_unit(header, COLUMNS[name]) != plain_unit(row, COLUMNS[name]):
             raise InputError(
-                f"{where}: expected one unit of {titles[index]!r}, got [{row}] in the row below the header"
+                f"{where}: expected one unit of {titles[index]!r}, got [{row}] in the row below the header; correct "
+                f"one of them, or state the unit with --column '{titles[index]}={name} [{header}]'"
             )
         unit, source = next(((u, s) for u, s in stated if u), ("", ""))
         if unit == "" and name != "run":

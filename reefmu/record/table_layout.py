@@ -18,6 +18,8 @@ SAMPLE_ROWS = 200
 """Rows from which the separator is found. Chosen by judgement, far more than a preamble has."""
 MAX_TITLE = 200
 """Characters of a title. Chosen by judgement, to refuse text that is no table."""
+NO_UNIT = ("-", "--", "1")
+"""What a row of units holds for a column without a unit."""
 _COMMENT = ("#", "%", "//")
 _TOKEN = re.compile(r"\S+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?")
 """A field between spaces, with the unit that may follow it."""
@@ -69,8 +71,7 @@ def find_table(text: str, where: str, separator: str | None = None) -> Table:
     skipped = (rows[head][0] - 1 if rows else 0) - in_comment
     units = [""] * len(titles)
     data = rows[first:]
-    has_units = bool(data) and len(data[0][1]) == len(titles) and not any(is_number(f) for f in data[0][1] if f)
-    if has_units and any(data[0][1]):
+    if data and _is_units_row(data[0][1], len(titles)):
         units, data = [_bare_unit(field) for field in data[0][1]], data[1:]
     expect(len(data) >= 2, "a header and at least two rows of numbers", f"{len(data) + 1} rows", where)
     _check_widths(data, len(titles), separator, where)
@@ -154,7 +155,10 @@ def _check_widths(data: list[Row], width: int, separator: str, where: str) -> No
             longer = sum(len(f) > width for _, f in data)
             if separator == "," and 2 * longer > len(data):
                 raise _two_commas(width, len(fields), line, where)
-            raise InputError(f"{where}: expected {width} values in every row, got {len(fields)} in line {line}")
+            raise InputError(
+                f"{where}: expected {width} values in every row, got {len(fields)} in line {line}; complete it or "
+                "remove the row"
+            )
 
 
 def _two_commas(titles: int, fields: int, line: int, where: str) -> InputError:
@@ -164,7 +168,18 @@ def _two_commas(titles: int, fields: int, line: int, where: str) -> InputError:
     )
 
 
+def _is_units_row(fields: Sequence[str], width: int) -> bool:
+    """Whether fields are units: texts, of which those that are numbers say that a column has no unit."""
+    texts = [field for field in fields if field and _bare_unit(field)]
+    return len(fields) == width and bool(texts) and not any(is_number(text) for text in texts)
+
+
 def _bare_unit(field: str) -> str:
-    """A unit without the brackets of some files."""
+    """A unit without the brackets of some files; "" for those that say that there is none.
+
+    >>> [_bare_unit(field) for field in ("[N.m]", "(s)", "[-]", "1", "deg")]
+    ['N.m', 's', '', '', 'deg']
+    """
     text = field.strip()
-    return text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else "" if text in ("-", "--") else text
+    text = text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text
+    return "" if text in NO_UNIT else text

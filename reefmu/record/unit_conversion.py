@@ -26,6 +26,8 @@ _FORCES = {"lb": "lbf", "oz": "ozf", "kg": "kgf"}
 _PURE_NUMBERS = ("dimensionless", "percent", "ppm", "count")
 _ALIASES = {
     "angle": {
+        **{word.upper(): word for word in ("deg", "rad", "rev", "arcmin", "arcsec")},
+        **{word.title(): word for word in ("deg", "rad", "rev", "arcmin", "arcsec", "degrees")},
         "'": "arcmin",
         "′": "arcmin",
         "’": "arcmin",
@@ -53,7 +55,12 @@ _ALIASES = {
         "deg F": "degF",
         "k": "K",
     },
-    "time": {"sec": "s", "secs": "s", "seconds": "s", "S": "s", "msec": "ms", "usec": "us"},
+    "time": {
+        **dict.fromkeys(("sec", "secs", "seconds", "S", "Sec", "SEC", "Seconds", "SECONDS"), "s"),
+        "msec": "ms",
+        "usec": "us",
+    },
+    "torque": {"NM": "N*m", "N.M": "N*m", "newton meter": "N*m", "Newton meter": "N*m", "Newton metre": "N*m"},
     "current": {"Amp": "A", "Amps": "A", "amp": "A", "amps": "A"},
 }
 """Ways to write a unit, by quantity, that the library of units does not read, or reads as another unit."""
@@ -65,8 +72,13 @@ _AMBIGUOUS = {
     "cts": "which is a count of an encoder; write its resolution, such as [rev/4096]",
     "inc": "which is an increment of an encoder; write its resolution, such as [rev/4096]",
     "ticks": "which is a tick of an encoder; write its resolution, such as [rev/4096]",
+    **dict.fromkeys(
+        ("Arms", "A rms", "A_rms", "Aeff"),
+        "which is an effective value of a phase; write [A], and state the torque_constant of effective amperes",
+    ),
+    "nm": "which is a nanometre; write [N.m]",
 }
-_QUANTITIES = {"s": "time", "rad": "angle", "degC": "temperature", "A": "current"}
+_QUANTITIES = {"s": "time", "rad": "angle", "degC": "temperature", "A": "current", "N.m": "torque"}
 _CONSTANT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(|\S.*?)\s*")
 
 
@@ -100,16 +112,35 @@ def convert(values: Array, unit: str, target: str, name: str, where: str) -> Arr
     if (remark := _AMBIGUOUS.get(unit.strip())) is not None:
         raise InputError(f"{expected}, {remark}")
     text = plain_unit(unit, target)
-    powers = re.sub(_POWER, "", text)
     try:
-        expect("**" not in powers and "^" not in powers, "powers of a digit", unit, where)
         with np.errstate(over="ignore"):  # an overflow gives infinity, which the range check refuses
             return _converted(values, text, plain_unit(target, target))
     except Exception:  # pint parses the unit as an expression, which can raise any error
-        raise InputError(expected) from None
+        remark = ""
+        if target == COLUMNS["output_torque"] and quantity_of(unit) == "motor_current":
+            remark = ", which is a current: map it to motor_current, with torque_constant and ratio"
+        raise InputError(expected + remark) from None
+
+
+def quantity_of(unit: str) -> str | None:
+    """The first canonical column that takes a unit, or None.
+
+    >>> quantity_of("deg"), quantity_of("mNm"), quantity_of("mA"), quantity_of("one")
+    ('twist', 'output_torque', 'motor_current', None)
+    """
+    for name in ("time", "twist", "output_torque", "motor_current", "temperature"):
+        target = COLUMNS[name]
+        try:
+            _converted(np.ones(1), plain_unit(unit, target), plain_unit(target, target))
+        except Exception:  # as in `convert`
+            continue
+        return name
+    return None
 
 
 def _converted(values: Array, text: str, target: str) -> Array:
+    powers = re.sub(_POWER, "", text)
+    expect("**" not in powers and "^" not in powers, "powers of a digit", text, "unit")
     registry = _registry()
     one = registry.parse_expression(text)
     # Angles have no dimension in this library, so that it would take percent for an angle.

@@ -127,6 +127,22 @@ def test_titles_in_other_forms(tmp_path: Path, title: str) -> None:
     assert read_record(path).time == pytest.approx([0, 1])
 
 
+@pytest.mark.parametrize("none", ["", "-", "[-]", "1", "(1)"])
+def test_a_row_of_units_says_that_a_column_has_none(tmp_path: Path, none: str) -> None:
+    path = tmp_path / "record.csv"
+    path.write_text(f"time,run,twist,output_torque\nSeconds,{none},DEG,NM\n0,1,0,0\n1,1,1,1\n")
+    found = read_file(path)
+    assert found.record.twist(1.0) == pytest.approx([0, np.pi / 180])
+    assert found.record.run.tolist() == [1, 1]
+
+
+def test_a_map_decides_between_two_units(tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    path.write_text("time [s],twist [deg],output_torque [Nm]\ns,rad,Nm\n0,0,0\n1,1,1\n")
+    columns = {"time [s]": "time", "twist [deg]": "twist [rad]", "output_torque [Nm]": "output_torque"}
+    assert read_record(path, columns).twist(1.0) == pytest.approx([0, 1])
+
+
 def test_excel_states_its_separator(tmp_path: Path) -> None:
     path = tmp_path / "record.csv"
     path.write_text("sep=;\ntime [s];twist [rad];output_torque [Nm]\n0;0;0\n1,5;1;1\n")
@@ -161,12 +177,23 @@ COMMAS = "time [s],twist [rad],output_torque [N.m]\n"
         (COMMAS + "0,,0\n1,1,1\n", "got an empty field in line 2; fill it or remove the row"),
         ("0,0,0\n1,1,1\n", "expected a header row of `name [unit]` above the numbers, got 0, 0, 0 in line 1"),
         ("time,twist [rad],output_torque [N.m]\n0,0,0\n1,1,1\n", "or in a row below it, got 'time'; or state it with"),
-        (COMMAS + "n/a,n/a,n/a\n0,0,0\n1,1,1\n", "expected one unit of 'time [s]', got [n/a] in the row below"),
+        (COMMAS + "n/a,n/a,n/a\n0,0,0\n1,1,1\n", "state the unit with --column 'time [s]=time [s]'"),
+        (COMMAS + "s,rad\n0,0,0\n1,1,1\n", "got 2 in line 2; complete it or remove the row"),
+        (COMMAS + "s,rad,N.m\nREAL,REAL,REAL\n0,0,0\n", "got 'REAL' in line 3; correct it or remove the row"),
+        (COMMAS.replace("N.m", "mA") + "0,0,0\n1,1,1\n", "which is a current: map it to motor_current"),
+        (
+            "time,Pos,Iq\ns,deg,A\n0,0,0\n1,1,1\n",
+            "did you mean 'twist'? map the columns to use with --column 'Pos=twist",
+        ),
+        ("time,Kanal_3,Iq\ns,mA,A\n0,0,0\n1,1,1\n", "--column 'Kanal_3=motor_current [mA]'"),
+        ("time [s],twist_deg,output_torque [Nm]\n0,0,0\n1,1,1\n", "--column 'twist_deg=twist [deg]'"),
+        (COMMAS.replace("N.m", "Arms") + "0,0,0\n1,1,1\n", "write [A], and state the torque_constant of effective"),
+        (COMMAS.replace("rad", "9**9**9**9") + "0,0,0\n1,1,1\n", "such as [rad], got [9**9**9**9]"),
         ("x" * 300 + ",twist [rad]\n0,0\n1,1\n", "expected titles of at most 200 characters"),
         (COMMAS.replace("rad", "counts") + "0,0,0\n1,1,1\n", "write its resolution, such as [rev/4096]"),
         (COMMAS.replace("rad", "Grad") + "0,0,0\n1,1,1\n", "write [deg] or [gon]"),
         (COMMAS.replace("rad", "%") + "0,0,0\n1,1,1\n", "expected a unit of twist such as [rad], got [%]"),
-        (COMMAS.replace("N.m", "nm") + "0,0,0\n1,1,1\n", "expected a unit of output_torque such as [N.m], got [nm]"),
+        (COMMAS.replace("N.m", "nm") + "0,0,0\n1,1,1\n", "got [nm], which is a nanometre; write [N.m]"),
     ],
 )
 def test_what_is_ambiguous_is_said_in_one_line(tmp_path: Path, text: str, message: str) -> None:
