@@ -37,8 +37,9 @@ CHANGE_MEANING = (
 METHOD = (
     "Values are posterior medians with 95 % intervals. Play is what is lost to either side, between straight lines "
     "through both flanks of the mean of both directions. Friction is half the width of the loop at small load; its "
-    "load-dependent part is its growth over the load. Positions of one state scatter about the state's mean with a "
-    "variance that all states inform; probabilities are not corrected for the number of pairs and quantities."
+    "load-dependent part is its growth over the load. Friction at the crank is the same of what the motor's torque "
+    "exceeds that of the output by, where both were measured. Positions of one state scatter about the state's mean "
+    "with a variance that all states inform; probabilities are not corrected for the number of pairs and quantities."
 )
 
 

@@ -50,6 +50,7 @@ def comparison_text(comparison: StateComparison) -> str:
     for state in comparison.states:
         lines.append(f"{state.name}: {_count(state.positions, 'position')}, {_count(state.cycles, 'cycle')}")
     width = max((len(direction_text(comparison, change)) for change in comparison.changes), default=0)
+    longest = max((len(change.quantity) for change in comparison.changes), default=0)
     pair = ("", "")
     for change in shown_changes(comparison):
         if (change.start, change.end) != pair:
@@ -58,7 +59,7 @@ def comparison_text(comparison: StateComparison) -> str:
         size = estimate_text(change.difference, signed=True)
         up = probability_up_text(change.probability_up)
         direction = direction_text(comparison, change)
-        lines.append(f"  {change.quantity:<24}{direction:<{width}}  {size}, probability of up {up}")
+        lines.append(f"  {change.quantity:<{longest}}  {direction:<{width}}  {size}, probability of up {up}")
     return "\n".join([*lines, "", *(f"note: {note}" for note in comparison.notes)]).rstrip()
 
 

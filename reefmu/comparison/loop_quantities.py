@@ -29,11 +29,14 @@ BINS = 8
 REACHED = 0.9
 """Share of the common load that a loop must reach, by its own measure, to show a quantity. Chosen by judgement: the
 levels above `torque_loops.TIP`, which that measure leaves out, suffice for the rest."""
+CRANK_QUANTITIES: Mapping[str, str] = {"crank_friction": "N.m", "load_dependent_crank_friction": "1"}
+"""Quantities, with their units, of records with the torques of crank and output; at the crank."""
 QUANTITIES: Mapping[str, str] = {
     "play": "rad",
     "friction": "N.m",
     "load_dependent_friction": "1",
     **dict.fromkeys(STIFFNESS_LOADS, "N.m/rad"),
+    **CRANK_QUANTITIES,
 }
 """Quantities with their units."""
 
@@ -54,13 +57,21 @@ def loop_quantities(loop: TorqueLoop, load: float) -> dict[str, float]:
         for name, share in STIFFNESS_LOADS.items():
             window = (share - HALF_WINDOW) * load, (share + HALF_WINDOW) * load
             slopes[name].append(1 / _line(twist, torque, *window)[0])
-    friction, over_load = _friction(loop, load)
+    friction, over_load = _friction(loop.width, loop.middle, load, loop.friction_at_small_load)
     return {
         "play": sum(zeros) / 2 if len(zeros) == 2 else float("nan"),
         "friction": friction,
         "load_dependent_friction": over_load,
         **{name: float(np.mean(found)) if found else float("nan") for name, found in slopes.items()},
+        **dict(zip(CRANK_QUANTITIES, _crank_friction(loop, load), strict=True)),
     }
+
+
+def _crank_friction(loop: TorqueLoop, load: float) -> tuple[float, float]:
+    """Friction at the crank without load, N.m, and its growth over the load at the crank; NaN where it is not shown."""
+    if loop.crank_width is None or loop.ratio is None:
+        return float("nan"), float("nan")
+    return _friction(loop.crank_width, loop.middle / loop.ratio, load / abs(loop.ratio), float("nan"))
 
 
 def _flank(loop: TorqueLoop, sense: float) -> tuple[Array, Array]:
@@ -87,15 +98,19 @@ def _line(twist: Array, torque: Array, low: float, high: float) -> tuple[float, 
     return max(float(slope), (twist[1] - twist[0]) / (high - low) / 10), float(zero)
 
 
-def _friction(loop: TorqueLoop, load: float) -> tuple[float, float]:
-    """Half width without load, N.m, and its growth over the load, from classes of load that weigh equally."""
-    known = np.isfinite(loop.width)
-    size, width = np.abs(loop.middle[known]), loop.width[known]
+def _friction(half_width: Array, middle: Array, load: float, otherwise: float) -> tuple[float, float]:
+    """Half width without load, N.m, and its growth over the load, from classes of load that weigh equally.
+
+    half_width, middle: (n,) N.m of a loop; load: N.m, up to which it counts; otherwise: N.m, where the loop shows no
+    growth.
+    """
+    known = np.isfinite(half_width)
+    size, width = np.abs(middle[known]), half_width[known]
     edges = np.linspace(0, load, BINS + 1)
     place = np.searchsorted(edges, size, side="right") - 1
     classes = [place == k for k in range(BINS) if (place == k).any()]
     if len(classes) < 2:
-        return loop.friction_at_small_load, float("nan")
+        return otherwise, float("nan")
     slope = float(np.polyfit([size[c].mean() for c in classes], [width[c].mean() for c in classes], 1)[0])
     small = size <= SMALL_LOAD * load
     if not small.any():

@@ -13,7 +13,7 @@ from stiffness_model.errors import expect
 from stiffness_model.numerics.arrays import Array
 
 from .drive_states import DriveState, Position, common_load, state_positions
-from .loop_quantities import QUANTITIES, STIFFNESS_LOADS
+from .loop_quantities import CRANK_QUANTITIES, QUANTITIES, STIFFNESS_LOADS
 from .position_scatter import Basis, KnownSpread, ScatterPosterior, state_means
 
 SCHEMA = 1
@@ -216,9 +216,11 @@ def _notes(
             "count what positions of one state differ by; a difference may be that of the positions. Measure each "
             "state at several positions (NAME=FILE,FILE), or state the spread of an earlier comparison (--spread-from)"
         )
-    if absent := [name for name in QUANTITIES if name not in found]:
-        notes.append(f"not in every record, or without repeats: {', '.join(absent)}")
     every = [one for state in positions.values() for one in state]
+    shows_crank = any(loop.crank_width is not None for one in every for loop in one.loops)
+    expected = [name for name in QUANTITIES if shows_crank or name not in CRANK_QUANTITIES]
+    if absent := [name for name in expected if name not in found]:
+        notes.append(f"not in every record, or without repeats: {', '.join(absent)}")
     if sticking := sum(one.sticking for one in every):
         size = max(one.largest_sticking for one in every)
         low, high = (f(one.friction for one in every) for f in (min, max))

@@ -3,6 +3,8 @@
 With T the torque that is measured while the twist rises or falls, and a friction that depends on the load but not on
 the speed, T = T_e + F on the way up and T = T_e - F on the way down, whether the friction is the motor's or the
 drive's. The middle line (T_up + T_down)/2 is the elastic torque T_e, the half width (T_up - T_down)/2 the friction F.
+Where the motor's torque was measured beside that at the output, and the crank turns with the twist, what it exceeds
+that of the output by is a loop too, whose half width is the friction at the crank.
 """
 
 from __future__ import annotations
@@ -32,6 +34,9 @@ MIN_LEVELS = 10
 """Least number of levels that both directions pass; fewer show a twist that sticks. Chosen by judgement."""
 BREAK_AWAY = 5
 """Samples whose mean torque is the one at which the twist starts to move. Chosen by judgement, against noise."""
+TURNS_WITH = 0.9
+"""Correlation of crank angle and twist in a cycle from which the friction at the crank reverses with the twist. Chosen
+by judgement: a locked output gives 1, an output that turns under load any other."""
 TIP = 0.8
 """Share of the greatest middle torque up to which a loop counts. Chosen by judgement: beyond it the half width falls
 to zero, because the twist sticks after a reversal."""
@@ -43,7 +48,9 @@ class TorqueLoop:
 
     run: its run; crank: rad, mean crank angle; amplitude: N.m, half the range of the torque; step: rad, distance of the
     levels; middle, width: (n,) N.m, mean and half the difference of the torques of both directions, over the levels. At
-    levels that one direction does not pass the middle is interpolated and the width NaN.
+    levels that one direction does not pass the middle is interpolated and the width NaN. ratio: signed, crank to
+    output, None where it is not known; crank_width: (n,) N.m, friction at the crank, None for a record that does not
+    show it.
     """
 
     run: int
@@ -53,6 +60,8 @@ class TorqueLoop:
     twist: Array
     middle: Array
     width: Array
+    ratio: float | None = None
+    crank_width: Array | None = None
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -79,7 +88,7 @@ def torque_loops(record: Record, ratio: float | None = None) -> tuple[list[Torqu
             f"{record.source or 'record'}: expected a torque that grows with the twist, got one that falls; "
             "reverse the sign of a column in the column map, as in TORQUE = '-output_torque'"
         )
-    found = [loop for branches in cycles if (loop := _loop(record, twist, branches)) is not None]
+    found = [loop for branches in cycles if (loop := _loop(record, twist, branches, ratio)) is not None]
     return found, len(cycles) - len(found)
 
 
@@ -121,7 +130,7 @@ def _length(branches: Sequence[TorqueBranch]) -> float:
     return total
 
 
-def _loop(record: Record, twist: Array, branches: Sequence[TorqueBranch]) -> TorqueLoop | None:
+def _loop(record: Record, twist: Array, branches: Sequence[TorqueBranch], ratio: float | None) -> TorqueLoop | None:
     """The loop of the branches of a cycle; None where the twist does not move in both directions."""
     parts = [np.concatenate([np.arange(b.first, b.past) for b in branches if (b.swing > 0) == up]) for up in (1, 0)]
     low = max(float(twist[part].min()) for part in parts)
@@ -129,12 +138,7 @@ def _loop(record: Record, twist: Array, branches: Sequence[TorqueBranch]) -> Tor
     if high <= low:
         return None
     edges = np.linspace(low, high, LEVELS + 1)
-    up, down = (
-        _direction(
-            [_torque_over_levels(twist, record.output_torque, b, edges) for b in branches if (b.swing > 0) == way]
-        )
-        for way in (True, False)
-    )
+    up, down = _directions(twist, record.output_torque, branches, edges)
     middle, width = (up + down) / 2, (up - down) / 2
     known = np.isfinite(middle)
     if known.sum() < MIN_LEVELS:
@@ -148,7 +152,33 @@ def _loop(record: Record, twist: Array, branches: Sequence[TorqueBranch]) -> Tor
         (edges[1:] + edges[:-1]) / 2,
         np.interp(np.arange(LEVELS), np.flatnonzero(known), middle[known]),
         width,
+        ratio,
+        _crank_width(record, twist, branches, edges, ratio),
     )
+
+
+def _crank_width(
+    record: Record, twist: Array, branches: Sequence[TorqueBranch], edges: Array, ratio: float | None
+) -> Array | None:
+    """Friction at the crank (LEVELS,), N.m, of a cycle; None where the record does not show it."""
+    if record.crank_torque is None or ratio is None:
+        return None
+    cycle = slice(branches[0].first, branches[-1].past)
+    if np.ptp(record.crank_angle[cycle]) == 0:
+        return None
+    together = float(np.corrcoef(record.crank_angle[cycle], twist[cycle])[0, 1])
+    if abs(together) < TURNS_WITH:
+        return None
+    up, down = _directions(twist, record.crank_torque - record.output_torque / ratio, branches, edges)
+    return np.sign(together) * (up - down) / 2
+
+
+def _directions(twist: Array, torque: Array, branches: Sequence[TorqueBranch], edges: Array) -> list[Array]:
+    """Mean torques (LEVELS,), N.m, of the rising and of the falling branches; twist: rad, torque: N.m, both (n,)."""
+    return [
+        _direction([_torque_over_levels(twist, torque, b, edges) for b in branches if (b.swing > 0) == way])
+        for way in (True, False)
+    ]
 
 
 def _direction(pieces: Sequence[Array]) -> Array:
