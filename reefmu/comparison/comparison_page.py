@@ -8,7 +8,7 @@ from html import escape
 
 from ..diagnosis.report.html.elements import breakable, command_list, explanation, origin_line
 from ..diagnosis.report.html.next_commands import NextCommand
-from ..diagnosis.report.html.origin import Origin, origin_rows
+from ..diagnosis.report.html.origin import Origin, command_text, origin_rows
 from ..diagnosis.report.html.script import SCRIPT
 from ..diagnosis.report.html.style import STYLE
 from .comparison_text import direction_text, estimate_text, probability_up_text
@@ -71,20 +71,22 @@ def comparison_html(comparison: StateComparison, origin: Origin | None = None, r
         f"{origin_line(origin_rows(origin or Origin(), records))}"
         f"{f'<ul>{notes}</ul>' if notes else ''}"
         f"<h2>Changes</h2><div class=filter></div>{_table(heads, changes)}{explanation(CHANGE_MEANING)}"
-        f"{command_list('What to do next', _next_commands(comparison))}"
+        f"{command_list('What to do next', _next_commands(comparison, origin or Origin()))}"
         f"<h2>States</h2>{_table(['state', 'positions', 'cycles', *quantities], states)}"
         f"<h2>Method</h2><p>{escape(METHOD)} Common load {comparison.load:.3g} N.m: {escape(loads)}.</p>"
         f"<script>{SCRIPT}{FILTER}</script></body></html>\n"
     )
 
 
-def _next_commands(comparison: StateComparison) -> list[NextCommand]:
-    """What one state is like, and positions where a change does not count them."""
+def _next_commands(comparison: StateComparison, origin: Origin) -> list[NextCommand]:
+    """What one state is like, and positions where a change does not count them; with the drive of the command, whose
+    ratio these records may need."""
+    drive = f"--drive {command_text(shlex.quote(origin.base))}" if origin.base else ""
     last = comparison.states[-1].name
     found = [
         NextCommand(
             f"which effects the state {last} shows, from one of its records",
-            "reefmu diagnose RECORD.csv --power-law --out found",
+            f"reefmu diagnose RECORD.csv {drive or '--power-law'} --out found",
         )
     ]
     if "cycles" in comparison.basis.values():
@@ -93,7 +95,7 @@ def _next_commands(comparison: StateComparison) -> list[NextCommand]:
             NextCommand(
                 "the same comparison with records at several positions of every state, which tells a change of the "
                 "drive from a difference between positions",
-                f"reefmu diagnose {words} --compare --out changed",
+                f"reefmu diagnose {words} --compare{f' {drive}' if drive else ''} --out changed",
             )
         )
     return found

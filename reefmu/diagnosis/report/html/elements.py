@@ -10,6 +10,7 @@ from stiffness_model.units import interval_text, quantity_text
 from ....effects import find_effect
 from ...fitted_values import AmplitudeTest, CrankLosses, Value
 from ...schema import Location
+from ..text import efficiency_text
 from .next_commands import NextCommand
 
 MAX_RECORDS = 3
@@ -94,6 +95,23 @@ def amplitude_table(tests: Sequence[AmplitudeTest]) -> str:
     )
 
 
+def caution_box(lines: Sequence[str]) -> str:
+    """What a reader must know before relying on the numbers; empty without lines."""
+    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
+    return f"<div class=caution><b>Caution</b><ul>{items}</ul></div>" if lines else ""
+
+
+def losses_card(losses: CrankLosses) -> tuple[str, list[str]]:
+    """Title and lines of friction at the crank on the first screen."""
+    lines = [
+        f"<p>{name} {quantity_text(value.value, value.unit)} "
+        f"(95 %: {interval_text(value.low, value.high, value.unit)})</p>"
+        for name, value in losses.parameters.items()
+    ]
+    lines += [f"<p>{escape(efficiency_text(at))}</p>" for at in losses.efficiencies[-1:]]
+    return "Friction at the crank, from both torques", lines
+
+
 def losses_section(losses: CrankLosses) -> list[str]:
     """Friction at the crank: heading, parameters, efficiencies, and what the intervals count."""
     effect = find_effect("crank_friction")
@@ -106,7 +124,8 @@ def losses_section(losses: CrankLosses) -> list[str]:
         [
             quantity_text(at.load, "N.m"),
             f"{at.speed:.3g} rad/s",
-            *(f"{_percent(v.value)} ({_percent(v.low)} ... {_percent(v.high)})" for v in (at.driving, at.driven_back)),
+            _efficiency(at.driving),
+            _efficiency(at.driven_back) if at.driven_back.value > 0 else "locked against the output",
         ]
         for at in losses.efficiencies
     ]
@@ -129,8 +148,8 @@ def _cells(value: Value) -> list[str]:
     return [quantity_text(value.value, value.unit), interval_text(value.low, value.high, value.unit)]
 
 
-def _percent(share: float) -> str:
-    return f"{100 * share:.1f} %"
+def _efficiency(value: Value) -> str:
+    return f"{100 * value.value:.1f} % ({100 * value.low:.1f} ... {100 * value.high:.1f} %)"
 
 
 def locations_table(locations: Sequence[Location]) -> str:

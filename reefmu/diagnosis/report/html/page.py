@@ -15,10 +15,12 @@ from ..text import MEANING, cautions, file_name, location_text, main_parameter_t
 from .elements import (
     amplitude_table,
     breakable,
+    caution_box,
     command_list,
     explanation,
     figure,
     locations_table,
+    losses_card,
     losses_section,
     origin_line,
     section_list,
@@ -45,7 +47,7 @@ def report_html(found: Analysis | Diagnosis, origin: Origin | None = None, recor
         f"<p class=lead>{escape(diagnosis.sentence)}</p>",
         probability_overview(diagnosis),
         _cards(diagnosis),
-        _cautions(diagnosis),
+        caution_box(cautions(diagnosis)),
         command_list(
             "What to do next", next_commands(diagnosis, origin, file_name(source), ratio_known=_ratio_known(found))
         ),
@@ -110,6 +112,8 @@ def _cards(diagnosis: Diagnosis) -> str:
         lines = [f"<p class=big>{diagnosis.remainder:.3g} N.m</p>"]
         lines += [f"<p>mostly over {escape(location_text(location))}</p>" for location in diagnosis.remainder_where[:1]]
         cards.append(("Explained by no known effect", lines))
+    if diagnosis.losses is not None:
+        cards.append(losses_card(diagnosis.losses))
     if diagnosis.next_experiment and diagnosis.verdict != "insufficient" and not diagnosis.hypotheses:
         cards.append(("Measure next", [f"<p>{escape(diagnosis.next_experiment[0])}</p>"]))
     return (
@@ -117,12 +121,6 @@ def _cards(diagnosis: Diagnosis) -> str:
         + "".join(f"<div class=card><h3>{title}</h3>{''.join(lines)}</div>" for title, lines in cards)
         + "</div>"
     )
-
-
-def _cautions(diagnosis: Diagnosis) -> str:
-    lines = cautions(diagnosis)
-    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
-    return f"<div class=caution><b>Caution</b><ul>{items}</ul></div>" if lines else ""
 
 
 def _figures(found: Analysis) -> list[str]:
@@ -220,8 +218,9 @@ def _method(found: Analysis) -> list[str]:
     """Details of the method: noise, scatter, the best sets with their gains, why sets are not significant."""
     problem, search, noise = found.evidence.problem, found.evidence.search, found.evidence.problem.noise
     kind = f"differences of {noise.pairs} pairs of cycles" if noise.repeated else "smoothness alone"
+    runs = len(found.record.starts)
     lines = [
-        f"{len(found.record)} samples in {len(found.record.starts)} runs; base curve: {problem.base.kind} "
+        f"{len(found.record)} samples in {runs} run{'s' if runs > 1 else ''}; base curve: {problem.base.kind} "
         f"{file_name(problem.base.source)}",
         f"noise {noise.torque:.3g} N.m and {quantity_text(noise.twist, 'rad')}, integrated autocorrelation "
         f"{noise.correlation_time:.3g} samples, from {kind}",

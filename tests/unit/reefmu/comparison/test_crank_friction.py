@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from reefmu.comparison import DriveState, StateComparison, compare_states
+from reefmu.comparison.comparison_page import comparison_html
 from reefmu.comparison.torque_loops import torque_loops
+from reefmu.diagnosis.report.html.origin import Origin
 from reefmu.record import Record
 from tests.both_torques import TRUE, both_torques
 from tests.friction_record import GEAR
@@ -63,3 +65,9 @@ def test_records_that_do_not_show_it_have_no_such_quantity_and_no_note_of_it(new
         assert not any("crank_friction" in note for note in found.notes)
     mixed = compared(new, one_torque[1])
     assert any("not in every record" in note and "crank_friction" in note for note in mixed.notes)
+
+
+def test_the_next_comparison_names_the_drive_whose_ratio_the_records_need(new: Record, worn: Record) -> None:
+    found = compared(new, worn)
+    assert "--compare --drive CHA-40A-50 --out" in comparison_html(found, Origin("", "CHA-40A-50"))
+    assert "--drive" not in comparison_html(found)

@@ -13,7 +13,7 @@ import pytest
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.fitted_values import CrankLosses
 from reefmu.diagnosis.losses.crank_losses import crank_losses
-from reefmu.diagnosis.report.text import sensor_text
+from reefmu.diagnosis.report.text import efficiency_text, sensor_text
 from reefmu.model.drive_model import describe_effects
 from reefmu.model.model_file import load_model
 from reefmu.record import Record
@@ -119,6 +119,9 @@ def test_a_diagnosis_states_the_losses_and_its_model_has_them(tmp_path: Path) ->
     page = (tmp_path / "report.html").read_text("utf-8")
     assert "efficiency, crank driving" in page
     assert "4 cycles differ by" in page
+    first_screen = page.partition("What to do next")[0]
+    assert "Friction at the crank, from both torques" in first_screen
+    assert efficiency_text(found.losses.efficiencies[-1]) in first_screen
 
 
 def test_a_diagnosis_says_why_both_torques_show_no_losses() -> None:
