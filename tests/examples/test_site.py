@@ -113,7 +113,7 @@ def test_play_and_friction_of_measured_records(sources: Path) -> None:
     assert (remainder > noise).all()
 
 
-@pytest.mark.parametrize("example", ["cycloidal_records", "friction_damper_record"])
+@pytest.mark.parametrize("example", ["cycloidal_records", "friction_damper_record", "robot_joint_record"])
 def test_an_example_without_its_records_says_so_in_a_sentence(tmp_path: Path, example: str) -> None:
     done = subprocess.run(
         [sys.executable, str(ROOT / f"examples/{example}.py"), "out", "--data", str(tmp_path / "none")],
