@@ -81,13 +81,14 @@ class Parameter:
 
 @dataclass(frozen=True)
 class State:
-    """One state, zero at the start. equation: (signals, parameters) -> (a, b) of dx/ds = a x + b.
+    """One state, zero at the start unless an FMU states a start value. equation: (signals, parameters) -> (a, b) of
+    dx/ds = a x + b.
 
     resets: whether every run of a record starts it anew; false for what accumulates over the whole record. nominal:
     (parameters, full torque in N.m) -> a typical size, to which integrators relate their error. elastic_range:
     (signals, parameters) -> (direction, end) of a state along an angle that obeys dx/ds = direction until it has
     reached `end` in that direction, and the equation beyond. depends_on_load: whether a state along an angle reads the
-    elastic torque, so that it is advanced after the contacts.
+    elastic torque, so that it is advanced after the contacts. minimum, maximum: bounds of a start value.
     """
 
     name: str
@@ -99,6 +100,8 @@ class State:
     nominal: Callable[[Mapping[str, float], float], float] = lambda parameters, full_torque: 1.0
     elastic_range: Callable[[Signals, Values], tuple[Expression, Expression]] | None = None
     depends_on_load: bool = False
+    minimum: float | None = None
+    maximum: float | None = None
 
 
 class Requirement(Enum):

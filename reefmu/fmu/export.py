@@ -86,7 +86,7 @@ def export_fmu(
     are inside); None for native where there is a compiler, else python, with a warning. platform (native only): a
     name of `codegen.compile.PLATFORMS`, "host", "all", or "none" for sources alone. fmi: version of the standard, "2.0"
     or, with the native back end, "3.0". interactive: whether the page in `documentation` runs the drive, which takes
-    the native back end and ziglang. load: N.m on the output, at which a simulation with the parameter set loaded.ssv
+    the native back end and ziglang. load: N.m on the output, under which a simulation with the parameter set loaded.ssv
     starts in equilibrium; None for half the full torque, where the drive reaches it. An existing file is replaced; a
     failure leaves it as it was.
     Errors: `InputError` for a path that cannot be written, a unit that FMI cannot express, an unknown back end or
@@ -208,7 +208,7 @@ def _native_content(
 
 def _page_sources(component: Component) -> dict[str, bytes]:
     """The sources of the drive for its page, which also describes the drive inside a joint."""
-    drive = drive_component(component.model)
+    drive = drive_component(component.model, start=False)
     return make_sources(drive, declare_with_derivatives(drive), "", "web")
 
 

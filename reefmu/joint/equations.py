@@ -171,7 +171,8 @@ class JointModel:
     def equilibrium(self, load_torque: float = 0.0, crank_angle: float = 0.0) -> tuple[Array, Array]:
         """State x and input u of the joint at rest under `load_torque`, N.m on the output (load.tau).
 
-        crank_angle: of the crank, rad. The effects' states have their start values. Within a clearance any point is an
+        crank_angle: of the crank, rad. States that evolve in time, such as creep, have what the torque adds to them
+        once it has been held for long; the effects' other states are 0. Within a clearance any point is an
         equilibrium, and one is chosen. Raises `InputError` for a torque that the drive cannot carry.
         """
         from scipy.optimize import brentq
@@ -181,21 +182,29 @@ class JointModel:
         p = self.drive.parameter_vector()
         states = np.zeros(len(self.drive.states))
 
+        def inputs(twist: float) -> Array:
+            return np.array([crank_angle, 0.0, crank_angle / self.ratio - twist, 0.0, self.temperature])
+
         def drive(twist: float) -> Array:
-            inputs = np.array([crank_angle, 0.0, crank_angle / self.ratio - twist, 0.0, self.temperature])
-            return np.array(self.drive.output(states, inputs, p)).ravel()
+            return np.array(self.drive.output(states, inputs(twist), p)).ravel()
 
         def excess(twist: float) -> float:
             return float(drive(twist)[0] + load_torque)
 
-        reach = self.drive.lookup.twist.stop
-        for _ in range(20):
-            if excess(-reach) <= 0.0 <= excess(reach):
-                break
-            reach *= 2
-        else:
-            raise InputError(f"load_torque: expected a torque the drive can carry, got {load_torque:g} N.m")
-        root: Any = brentq(excess, -reach, reach, xtol=1e-16, rtol=np.float64(1e-14))
-        twist = float(root)
+        def solve() -> float:
+            reach = self.drive.lookup.twist.stop
+            for _ in range(20):
+                if excess(-reach) <= 0.0 <= excess(reach):
+                    break
+                reach *= 2
+            else:
+                raise InputError(f"load_torque: expected a torque the drive can carry, got {load_torque:g} N.m")
+            root: Any = brentq(excess, -reach, reach, xtol=1e-16, rtol=np.float64(1e-14))
+            return float(root)
+
+        # What settles depends on the torque alone, and changes the twist under it.
+        states = np.asarray(self.drive.settle(states, inputs(solve()), p)).ravel()
+        twist = solve()
         x = self.state(np.array([crank_angle, 0.0, crank_angle / self.ratio - twist, 0.0]))
+        x[len(STATES) :] = states[len(states) - count_effect_states(self.drive) :]
         return x, np.array([-drive(twist)[1], load_torque])

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping
 from stiffness_model.kinds import AnyDrive, kind_of
 
 from ..effects import Effect, Place, find_effect
+from .signals import Signal
+from .stages.order import stored_angles
 
 NEED_PARTS = (Place.MODULUS, Place.ELEMENT)
 """Places of effects that are computed from the parts of a drawing."""
@@ -45,3 +47,19 @@ def inherent_effects(drive: AnyDrive) -> dict[str, dict[str, float]]:
 def undiagnosed_effects(drive: AnyDrive) -> dict[str, dict[str, float]]:
     """Those of `inherent_effects` that no record can show, so that a corrected model keeps them."""
     return {name: p for name, p in inherent_effects(drive).items() if find_effect(name).identification.not_a_candidate}
+
+
+def state_signals(effects: tuple[Effect, ...]) -> tuple[Signal, ...]:
+    """The states of a model with these effects: the last values of the angles that states evolve along, then the
+    effects' own."""
+    last = tuple(
+        Signal(
+            f"last.{angle.value}",
+            "rad",
+            "Twist at the last step"
+            if angle.value == "twist"
+            else f"{angle.value.capitalize()} angle at the last step",
+        )
+        for angle in stored_angles(effects)
+    )
+    return last + tuple(Signal(f"{e.name}.{s.name}", s.unit, s.description) for e in effects for s in e.states)

@@ -4,6 +4,7 @@ Simulation, FMUs, generated C and python-control all evaluate these functions:
 
     initial(u, p) -> x              states that fit the first inputs
     advance(x, u, dt, p) -> x       exact state update; inputs held over dt
+    settle(x, u, p) -> x            states after the torque has been held for long
     rate(x, u, p) -> dx/dt          the same states in continuous time
     output(x, u, p) -> y            outputs; jacobian(x, u, p) -> dy/du with the states held
 
@@ -33,7 +34,7 @@ from stiffness_model.numerics.arrays import equal_values
 from stiffness_model.rotation import Individual, draw_individual
 
 from ..effects import Effect
-from .chosen_effects import NEED_PARTS, chosen_values, in_order, inherent_effects
+from .chosen_effects import NEED_PARTS, chosen_values, in_order, inherent_effects, state_signals
 from .contacts.element import with_contact_tables
 from .contacts.tables import cached_lookup
 from .parameters import ModelParameter, model_parameters, with_values
@@ -119,18 +120,7 @@ class DriveModel:
     @property
     def states(self) -> tuple[Signal, ...]:
         """The states: the last values of the angles that others evolve along, then the effects' own."""
-        last = tuple(
-            Signal(
-                f"last.{angle.value}",
-                "rad",
-                "Twist at the last step"
-                if angle.value == "twist"
-                else f"{angle.value.capitalize()} angle at the last step",
-            )
-            for angle in stored_angles(self.effects)
-        )
-        own = tuple(Signal(f"{e.name}.{s.name}", s.unit, s.description) for e in self.effects for s in e.states)
-        return last + own
+        return state_signals(self.effects)
 
     @property
     def resets(self) -> NDArray[np.bool_]:
@@ -151,6 +141,11 @@ class DriveModel:
     def advance(self) -> ca.Function:
         """(x, u, dt, p) -> x."""
         return self._functions["advance"]
+
+    @property
+    def settle(self) -> ca.Function:
+        """(x, u, p) -> x."""
+        return self._functions["settle"]
 
     @property
     def rate(self) -> ca.Function:

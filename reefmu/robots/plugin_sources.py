@@ -28,7 +28,7 @@ _FMI_TYPES = "fmi2_api.h"
 
 def make_plugin_sources(model: DriveModel, plugin: str) -> dict[str, bytes]:
     """The C files of the plugin, by name; `MAIN_SOURCE` is the one to compile. plugin: the name to register."""
-    component = drive_component(model)
+    component = drive_component(model, start=False)
     files = make_sources(component, declare_with_derivatives(component), "", "reefmu")
     dropped = set(wrapper_files("fmi2")) - {_FMI_TYPES}
     files = {name: content for name, content in files.items() if name not in dropped} | wrapper_files("mujoco")

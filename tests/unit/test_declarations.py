@@ -66,12 +66,13 @@ def test_the_variables_of_an_fmu_are_those_that_hosts_connect(model: DriveModel)
     }
     assert by_causality["input"] == DRIVE_INPUTS == list(INPUT_NAMES)
     assert by_causality["output"] == DRIVE_OUTPUTS == [signal.name for signal in OUTPUTS]
-    assert set(by_causality["parameter"]) == {"ratio", "band", *parameters}
+    starts = {"start.torque", *(f"start.{effect.name}.{s.name}" for effect in EFFECTS.values() for s in effect.states)}
+    assert set(by_causality["parameter"]) == {"ratio", "band", *parameters, *starts}
 
     joint = declare(joint_component(inside, TYPICAL_MASSES))
     found = {kind: {v.name for v in joint.variables if v.causality == kind} for kind in by_causality}
     assert found["input"] == {"motor.tau", "load.tau"}
     motion = {"crank.phi", "crank.w", "output.phi", "output.w"}
     assert found["output"] == motion | {name for name in DRIVE_OUTPUTS if name not in found["input"]}
-    starts = {name for name in found["parameter"] if name.startswith("start.")}
+    starts |= {f"start.{name}" for name in motion}
     assert found["parameter"] == {*JOINT_PARAMETERS, *starts, "ratio", "band", *parameters}

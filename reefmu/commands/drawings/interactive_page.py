@@ -37,7 +37,7 @@ def write_page(drive: AnyDrive, individual: int | None, folder: Path) -> list[st
     with pool_with_progress("solving the lookup") as executor:
         effects: dict[str, dict[str, float]] = {name: {} for name in EFFECTS}
         model = build_model(drive, effects, executor=executor, individual=individual)
-    component = drive_component(model)
+    component = drive_component(model, start=False)
     interface = declare_with_derivatives(component)
     module = compile_module(make_sources(component, interface, "", "web"))
     (folder / PAGE).write_text(drive_page(component, interface, _DESCRIPTION, module), "utf-8")

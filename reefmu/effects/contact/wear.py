@@ -20,6 +20,7 @@ WEAR = Effect(
             lambda signals, p: (0.0, 1.0),
             resets=False,
             nominal=lambda p, full_torque: math.tau,  # one turn
+            minimum=0.0,
         ),
     ),
     contribution=lambda signals, p, x: p["rate"] * x["travel"],

@@ -26,4 +26,6 @@ def normalised_deflection(variable: IndependentVariable) -> State:
         "Share of the friction that is built up, -1 to 1",
         variable,
         lambda signals, p: (-1 / p["presliding"], direction(signals) / p["presliding"]),
+        minimum=-1.0,
+        maximum=1.0,
     )

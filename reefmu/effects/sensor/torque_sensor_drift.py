@@ -20,6 +20,7 @@ TORQUE_SENSOR_DRIFT = Effect(
             IndependentVariable.TIME,
             lambda signals, p: (-1 / p["settling"], 1.0),
             resets=False,
+            minimum=0.0,
         ),
     ),
     contribution=lambda signals, p, x: p["rate"] * x["grown"],

@@ -2,11 +2,14 @@
 
 These are the stages of `reefmu.model.stages.order` on the component's own vectors x, u and p, and with them
 
-    initial(u, p) -> x
+    initial(u, p) -> x                             of a component without `start`
     initial_jvp(u, p, d) -> dx                     directional derivatives along d, a change of (u, x, p)
+    start_states(u, p, offset) -> x                of one with it
+    start_states_jvp(u, p, offset, d, doffset) -> dx
+    settle_jvp(x, u, p, d, c, dc) -> dx            dc: change of the outputs of the contacts
     coefficients_jvp(p, d) -> dr
     contact_point_jvp(x, u, p, d) -> dq
-    result_jvp(x, u, p, d, c, dc) -> (dy, ddx)     of outputs and rates, dc: change of the outputs of the contacts
+    result_jvp(x, u, p, d, c, dc) -> (dy, ddx)     of outputs and rates
 
 for a joint, which integrates its own motion,
 
@@ -24,9 +27,10 @@ and for an individual or a curve, not expanded to scalars,
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..model.component import Component
+from ..model.start.starting_drive import drive_stages
 
 if TYPE_CHECKING:
     import casadi
@@ -55,7 +59,7 @@ def make_functions(component: Component) -> GeneratedFunctions:
     """The functions of a component of either kind."""
     import casadi as ca
 
-    from reefmu.model.stages.order import CONTACT_OUTPUTS, CONTACTS, KINEMATICS, Stage
+    from reefmu.model.stages.order import CONTACT_OUTPUTS, CONTACTS, KINEMATICS, SETTLE, Stage
     from reefmu.model.stages.scalar import SCALAR_STAGES, make_scalar_stages, scalar_function
 
     model = component.model
@@ -68,11 +72,10 @@ def make_functions(component: Component) -> GeneratedFunctions:
     symbols = {"x": x, "u": u, "p": p, "dt": dt, "k": k, "c": c}
     # The states of a joint contain the drive's angles and speeds, from which its kinematics are computed.
     reads = {s.name: ("x", *s.reads) if s is KINEMATICS else s.reads for s in (*SCALAR_STAGES, CONTACTS)}
-    functions = {"initial": scalar_function("initial", [u, p], component.initial(u, p))}
+    functions: dict[str, casadi.Function] = {}
     drift_angles: tuple[Stage, ...] = ()
     if component.kind == "drive":
-        drive = {s.name: stages.functions[s.name](*(symbols[name] for name in s.reads)) for s in SCALAR_STAGES}
-        n_motion = 0
+        drive, n_motion = drive_stages(component, stages, symbols), 0
     else:
         from ..model.joint_equations import JointStages
 
@@ -82,30 +85,52 @@ def make_functions(component: Component) -> GeneratedFunctions:
         drift_angles = (Stage("drift_angles", ("x", "dt"), "x"), KINEMATICS)
         reads["drift_angles"] = ("x", "dt")
     functions |= {
-        name: scalar_function(name, [symbols[n] for n in reads[name]], expression) for name, expression in drive.items()
+        name: scalar_function(name, [symbols[n] for n in reads[name]], expression)
+        for name, expression in drive.items()
+        if component.start is not None or name != SETTLE.name
     }
 
-    d, dc = ca.MX.sym("d", u.numel() + x.numel() + p.numel()), ca.MX.sym("dc", len(CONTACT_OUTPUTS))
-    du, dx, dp = ca.vertsplit(d, [0, u.numel(), u.numel() + x.numel(), d.numel()])
-    at = ca.Function("at", [x, u, p], [functions["contact_point"](x, u, functions["kinematics"](x, u, p), p)])
-    results = ca.Function(
-        "results",
-        [x, u, p, c],
-        [ca.vertcat(*(functions[name](x, u, functions["kinematics"](x, u, p), p, c) for name in ("output", "rate")))],
-    )
-    point_jvp = at.forward(1)(x, u, p, ca.MX(len(stages.point_names), 1), dx, du, dp)
-    result_jvp = results.forward(1)(x, u, p, c, ca.MX(*results.size_out(0)), dx, du, dp, dc)
-    for name, function, arguments, changes in (
-        ("initial", functions["initial"], [u, p], [du, dp]),
-        ("coefficients", functions["coefficients"], [p], [dp]),
-    ):
-        jvp = function.forward(1)(*arguments, ca.MX(*function.size_out(0)), *changes)
-        functions[f"{name}_jvp"] = scalar_function(f"{name}_jvp", [*arguments, d], jvp)
-    functions["contact_point_jvp"] = scalar_function("contact_point_jvp", [x, u, p, d], point_jvp)
-    functions["result_jvp"] = scalar_function("result_jvp", [x, u, p, d, c, dc], result_jvp)
+    functions |= _derivatives(component, functions, symbols, len(stages.point_names))
     if stages.contact_function is not None:
         q, dq = ca.MX.sym("q", 3), ca.MX.sym("dq", 3)
         contacts_jvp = stages.contact_function.forward(1)(q, ca.MX(len(CONTACT_OUTPUTS), 1), dq)
         functions["contact_function"] = stages.contact_function
         functions["contact_function_jvp"] = ca.Function("contact_function_jvp", [q, dq], [ca.densify(contacts_jvp)])
     return GeneratedFunctions(functions, stages, reads, drift_angles, n_motion)
+
+
+def _derivatives(
+    component: Component, functions: dict[str, casadi.Function], symbols: dict[str, Any], n_point: int
+) -> dict[str, casadi.Function]:
+    """The states at the start, and all directional derivatives but that of `contact_function`. n_point: length of q."""
+    import casadi as ca
+
+    from reefmu.model.stages.order import CONTACT_OUTPUTS
+    from reefmu.model.stages.scalar import scalar_function
+
+    x, u, p, c = (symbols[name] for name in ("x", "u", "p", "c"))
+    d, dc = ca.MX.sym("d", u.numel() + x.numel() + p.numel()), ca.MX.sym("dc", len(CONTACT_OUTPUTS))
+    du, dx, dp = ca.vertsplit(d, [0, u.numel(), u.numel() + x.numel(), d.numel()])
+    at = ca.Function("at", [x, u, p], [functions["contact_point"](x, u, functions["kinematics"](x, u, p), p)])
+    point_jvp = at.forward(1)(x, u, p, ca.MX(n_point, 1), dx, du, dp)
+    found = {"contact_point_jvp": scalar_function("contact_point_jvp", [x, u, p, d], point_jvp)}
+    offset, doffset = ca.MX.sym("offset"), ca.MX.sym("doffset")
+    if (start := component.start) is None:
+        first = scalar_function("initial", [u, p], component.initial(u, p))
+        rows = [(first, [u, p], [du, dp], [d])]
+        behind_contacts = {"result_jvp": ("output", "rate")}
+    else:
+        first = scalar_function("start_states", [u, p, offset], start.search.states(u, p, offset))
+        rows = [(first, [u, p, offset], [du, dp, doffset], [d, doffset])]
+        behind_contacts = {"result_jvp": ("output", "rate"), "settle_jvp": ("settle",)}
+    found[first.name()] = first
+    rows.append((functions["coefficients"], [p], [dp], [d]))
+    for function, arguments, changes, directions in rows:
+        name, jvp = f"{function.name()}_jvp", function.forward(1)(*arguments, ca.MX(*function.size_out(0)), *changes)
+        found[name] = scalar_function(name, [*arguments, *directions], jvp)
+    for name, parts in behind_contacts.items():
+        values = [functions[part](x, u, functions["kinematics"](x, u, p), p, c) for part in parts]
+        together = ca.Function("together", [x, u, p, c], [ca.vertcat(*values)])
+        jvp = together.forward(1)(x, u, p, c, ca.MX(*together.size_out(0)), dx, du, dp, dc)
+        found[name] = scalar_function(name, [x, u, p, d, c, dc], jvp)
+    return found

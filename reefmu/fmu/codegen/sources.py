@@ -20,6 +20,8 @@ from stiffness_model.io.atomic_files import scratch_folder
 from stiffness_model.lookup.build_lookup import QUANTITIES
 
 from ..model.component import Component
+from ..model.start.start_parameters import REFUSAL
+from ..model.start.start_search import HALVINGS
 from ..model.table_encoding import TABLES, embedded_lookup, encode_tables
 from ..model.variables import FMI2, Causality, FmiVersion, Interface, Variable
 from .functions import GeneratedFunctions, make_functions
@@ -137,6 +139,7 @@ def _header(
 
     n_u, n_y, n_x = len(component.inputs), len(component.outputs), len(component.states)
     stages = functions.stages
+    outputs = [s.name for s in component.outputs]
     numbers = {
         "N_INPUTS": n_u,
         "N_OUTPUTS": n_y,
@@ -154,8 +157,12 @@ def _header(
         "HAS_SERIES_COMPLIANCE": int(stages.has_series_compliance),
         "N_MOTION": functions.n_motion,
         "DISCRETE_OUTPUT": [s.discrete for s in component.outputs].index(True),
-        "TORQUE_OUTPUT": [s.name for s in component.outputs].index("output.tau"),
-        "CRANK_TORQUE_OUTPUT": [s.name for s in component.outputs].index("crank.tau"),
+        "TORQUE_OUTPUT": outputs.index("output.tau"),
+        "CRANK_TORQUE_OUTPUT": outputs.index("crank.tau"),
+        "TWIST_OUTPUT": outputs.index("twist"),
+        "STIFFNESS_OUTPUT": outputs.index("stiffness"),
+        "HAS_START": int(component.start is not None),
+        **_start_macros(component),
         "MAX_SUBSTEPS": MAX_SUBSTEPS,
         "NEWTON_STEPS": NEWTON_STEPS,
         "NEWTON_TOLERANCE": NEWTON_TOLERANCE,
@@ -180,6 +187,21 @@ def _header(
         f'{function_prefix(names.identifier, names.standard)}#define MODEL_GUID "{names.guid}"\n{defines}\n{enums}\n'
         f"static const Variable VARIABLES[N_VALUES] = {{\n{rows}}};\n\n#endif\n"
     )
+
+
+def _start_macros(component: Component) -> dict[str, object]:
+    """Macros of the search for the states at the start."""
+    if component.start is None:
+        return {}
+    search = component.start.search
+    return {
+        "START_TORQUE": search.torque,
+        "START_SETTLES": int(search.settles),
+        "START_REACH": search.reach,
+        "START_HALVINGS": HALVINGS,
+        "START_STIFFNESS_FLOOR": search.stiffness_floor,
+        "START_REFUSAL": json.dumps(REFUSAL),
+    }
 
 
 def variable_row(v: Variable, counts: Mapping[Causality, int]) -> str:

@@ -23,10 +23,17 @@ _READS = {"x": "at->x", "u": "at->u", "k": "at->k", "p": "at->p", "dt": "&dt", "
 
 def stage_order(functions: GeneratedFunctions) -> str:
     """The text of the file for one component."""
-    from reefmu.model.stages.order import ADVANCE_TIME, CONTACT_EQUILIBRIUM, KINEMATICS, OUTPUT, RATE
+    from reefmu.model.stages.order import ADVANCE_TIME, CONTACT_EQUILIBRIUM, KINEMATICS, OUTPUT, RATE, SETTLE
 
     follow = tuple(stage for stage in functions.stages.advance_order if stage is not ADVANCE_TIME)
     drift = (*functions.drift_angles, *functions.stages.advance_order)
+    settle = (
+        "/* States after the torque has been held for long, likewise. */\n"
+        "static inline void settle_states(Instance *instance, Evaluation *at) {\n"
+        f"{_calls([SETTLE], functions, contacts_known=True)}}}\n\n"
+        if SETTLE.name in functions.functions
+        else ""
+    )
     unused = "dt" if drift else "instance, (void)at, (void)dt"
     return (
         "/* The order of the drive's stages. Generated from the declaration in reefmu/model/stages/order.py. */\n\n"
@@ -41,6 +48,7 @@ def stage_order(functions: GeneratedFunctions) -> str:
         f"{_calls([OUTPUT], functions, contacts_known=True)}}}\n\n"
         "static void evaluate_rate(Instance *instance, Evaluation *at, double *dx) {\n"
         f"{_calls([RATE], functions, contacts_known=True)}}}\n\n"
+        f"{settle}"
         "/* States that follow the angles, after a jump of these to the inputs. */\n"
         "static inline void follow_angles(Instance *instance, Evaluation *at) {\n"
         f"    (void)instance, (void)at;\n{_calls(follow, functions)}}}\n\n"

@@ -13,6 +13,7 @@ from stiffness_model.units import ARCMIN, displayed
 
 from ..model.component import Component
 from ..model.nominals import twist_at_full_torque
+from ..model.start.start_parameters import START_TWIST
 from ..model.variables import Interface
 from .curve_picture import RANGE, curve_svg, rest_curve
 from .web_assembly import NO_COMPILER
@@ -149,8 +150,9 @@ def _equations(drive: Component, kind: str) -> str:
         "\nload.inertia  d(output.w)/dt = load.tau - load.damping output.w + output.tau"
     )
     listed = f"<p>Effects that the contacts leave out, in the order along the drive:</p>\n<ul>\n{effects}</ul>\n"
+    start = "" if kind == "joint" else f" + {START_TWIST}"
     return (
-        "<h2>Equations</h2>\n<pre>twist      = crank.phi/ratio - output.phi\n"
+        f"<h2>Equations</h2>\n<pre>twist      = crank.phi/ratio - output.phi{start}\n"
         "output.tau = T(twist, clearance)          torque of the contacts, and of the effects\n"
         "crank.tau  = -output.tau/ratio            without friction\n"
         f"stiffness  = d output.tau / d twist       with states held"

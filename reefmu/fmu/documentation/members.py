@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ..metadata import package_version
 from ..model.component import Component, drive_component
+from ..model.start.start_parameters import PREFIX, START_TORQUE, START_TWIST
 from ..model.variables import Interface
 from ..python_backend.dependencies import external_dependencies
 from ..xml.description import ExportInfo
@@ -28,10 +29,14 @@ def documentation(
     sources: of a native FMU of kind `drive`, which the page runs where there is a compiler; None for a page that does
     not run the drive.
     """
-    drive = component if component.kind == "drive" else drive_component(component.model)
+    drive = drive_component(component.model, start=False)
     module = None if sources is None else compile_module(sources)
     page = drive_page(
-        drive, interface, export.description, module, [_advice(interface, export), _related_files(), _licence(export)]
+        drive,
+        interface,
+        export.description,
+        module,
+        [_start(interface), _advice(interface, export), _related_files(), _licence(export)],
     )
     members = {
         "documentation/index.html": page.encode(),
@@ -69,6 +74,23 @@ def _advice(interface: Interface, export: ExportInfo) -> str:
         "whether one is short enough."
     )
     return f"<h2>Communication step</h2>\n<p>{text}</p>\n"
+
+
+def _start(interface: Interface) -> str:
+    states = {f"{PREFIX}{v.name}" for v in interface.block("local")}
+    effects = [v.name for v in interface.block("parameter") if v.name in states]
+    torque = (
+        "<code>output.phi</code> follows from <code>start.crank.phi</code>; <code>motor.tau</code> = "
+        "-<code>crank.tau</code> of the start and <code>load.tau</code> = -<code>start.torque</code> hold the joint"
+        if interface.kind == "joint"
+        else f"the twist is counted from the angles at the start, by the constant state <code>{START_TWIST}</code>"
+    )
+    own = f"<p>States of effects start at {', '.join(f'<code>{escape(name)}</code>' for name in effects)}.</p>\n"
+    return (
+        f"<h2>Start</h2>\n<p>With <code>{START_TORQUE}</code> the drive starts in equilibrium under this torque on the "
+        f"output, and stays at rest while it is held: {torque}. At 0 the angles give the torque. A torque that the "
+        f"drive does not reach is refused at initialisation.</p>\n{own if effects else ''}"
+    )
 
 
 def _related_files() -> str:

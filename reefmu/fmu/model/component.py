@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from reefmu.model.signals import Signal
     from stiffness_model.lookup.build_lookup import Lookup
 
+    from .start.start_search import StartFunctions
+
 Kind = Literal["drive", "joint"]
 KINDS: tuple[Kind, ...] = ("drive", "joint")
 MODEL_FILE = "model.toml"
@@ -54,7 +56,7 @@ class Component:
     max_step: None where a step may have any length. n_indicators: number of states, from `first_indicator` on, that
     store the angle or twist that other states follow; the rate of such a state is an event indicator, because friction
     changes its direction with the sign of the rate. full_torque: N.m on the output, the reference for small deviations.
-    model: the drive inside.
+    model: the drive inside. start: how the states at the start are found; None where they follow from the angles alone.
     """
 
     kind: Kind
@@ -72,6 +74,7 @@ class Component:
     max_step: casadi.Function | None = None
     first_indicator: int = 0
     n_indicators: int = 0
+    start: StartFunctions | None = None
 
     @cached_property
     def tangent(self) -> casadi.Function:
@@ -160,12 +163,15 @@ def save_component(model: DriveModel, masses: Masses | None, folder: Path) -> No
         (folder / JOINT_FILE).write_text(tomli_w.dumps(dataclasses.asdict(masses)), "utf-8")
 
 
-def drive_component(model: DriveModel) -> Component:
-    """Kind `drive`: the model itself, with angles and speeds as inputs and torques as outputs."""
+def drive_component(model: DriveModel, *, start: bool = True) -> Component:
+    """Kind `drive`: the model itself, with angles and speeds as inputs and torques as outputs.
+
+    start: whether it has parameters for its start (`start`); without them its states are those of the model.
+    """
     from reefmu.model.signals import INPUTS
     from reefmu.model.stages.order import stored_angles
 
-    return Component(
+    plain = Component(
         "drive",
         model.name,
         INPUTS,
@@ -180,3 +186,8 @@ def drive_component(model: DriveModel) -> Component:
         model,
         n_indicators=len(stored_angles(model.effects)),
     )
+    if not start:
+        return plain
+    from .start.starting_drive import starting_drive
+
+    return starting_drive(plain)

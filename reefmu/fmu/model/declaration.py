@@ -101,7 +101,7 @@ def declare_with_derivatives(component: Component) -> Interface:
         for v in interface.variables
     ]
     of_x, of_u, of_p = (_pattern(component.rate, argument) for argument in range(3))
-    initial_u, initial_p = (_pattern(component.initial, argument) for argument in range(2))
+    initial_u, initial_p = (_initial_pattern(component, argument) for argument in range(2))
     reinit = _reinit_states(component)
     for row, state in enumerate(interface.block("local")):
         variables[state.reference] = replace(
@@ -176,7 +176,15 @@ def _output_dependencies(component: Component) -> tuple[NDArray[np.bool_], NDArr
     """
     of_x, of_u, of_p = (_pattern(component.output, argument) for argument in range(3))
     step = of_u | (of_x @ _pattern(component.advance, 1)) if component.max_step is None else of_u
-    return step, of_u | (of_x @ _pattern(component.initial, 0)), of_p | (of_x @ _pattern(component.initial, 1))
+    initial_u, initial_p = (_initial_pattern(component, argument) for argument in range(2))
+    return step, of_u | (of_x @ initial_u), of_p | (of_x @ initial_p)
+
+
+def _initial_pattern(component: Component, argument: int) -> NDArray[np.bool_]:
+    """As `_pattern`, of the states at the start: without a torque or with it."""
+    if component.start is None:
+        return _pattern(component.initial, argument)
+    return _pattern(component.start.search.states, argument) | _pattern(component.start.loaded, argument)
 
 
 def _pattern(function: casadi.Function, argument: int) -> NDArray[np.bool_]:

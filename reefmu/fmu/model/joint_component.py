@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from .component import Component
 from .joint_equations import JointEquations
+from .start.start_parameters import PREFIX, start_parameters
+from .start.start_search import with_start
 
 if TYPE_CHECKING:
     from reefmu.model.drive_model import DriveModel
@@ -38,22 +40,28 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
         Signal(name, signal.unit, f"{signal.description} (state)")
         for name, signal in zip(("motor.phi", "motor.w", "load.phi", "load.w"), motion, strict=True)
     )
-    start = tuple(
-        ModelParameter(f"start.{s.name}", 0.0, None, None, s.unit, f"{s.description} at the start", False, 1.0)
+    motion_start = tuple(
+        ModelParameter(f"{PREFIX}{s.name}", 0.0, None, None, s.unit, f"{s.description} at the start", False, 1.0)
         for s in motion
     )
-    parameters = (*model.parameters[:2], *_mass_parameters(masses), *start, *model.parameters[2:])
+    parameters = (
+        *model.parameters[:2],
+        *_mass_parameters(masses),
+        *motion_start,
+        *model.parameters[2:],
+        *start_parameters(model, f"{PREFIX}output.phi follows from it"),
+    )
     system = JointEquations(model)
     n_indicators = len(stored_angles(model.effects))
-    x, u, p, dt = system.x, system.u, system.p, system.dt
-    return Component(
+    x, u, p, dt, offset = system.x, system.u, system.p, system.dt, ca.MX.sym("offset")
+    component = Component(
         "joint",
         model.name,
         inputs,
         (*motion, *model.outputs),
         (*states, *model.states),
         parameters,
-        ca.Function("initial", [u, p], [system.initial()], ["u", "p"], ["x"]),
+        ca.Function("initial", [u, p], [system.initial(0)], ["u", "p"], ["x"]),
         ca.Function("advance", [x, u, dt, p], [system.advance()], ["x", "u", "dt", "p"], ["x_next"]),
         ca.Function("rate", [x, u, p], [system.rate()], ["x", "u", "p"], ["dx"]),
         ca.Function("output", [x, u, p], [ca.vertcat(x[:4], system.drive(x))], ["x", "u", "p"], ["y"]),
@@ -63,6 +71,8 @@ def joint_component(model: DriveModel, masses: Masses) -> Component:
         4,
         n_indicators,
     )
+    states = ca.Function("start_states", [u, p, offset], [system.initial(offset)])
+    return with_start(component, states, ca.Function("settle", [x, u, p], [system.settle()]))
 
 
 def _mass_parameters(masses: Masses) -> tuple[Any, ...]:

@@ -27,7 +27,8 @@ class JointEquations:
     """Symbols and expressions of a joint.
 
     x: motor angle, motor speed, load angle, load speed, then the drive's states. u: motor and load torque.
-    p: ratio, band, two inertias, two dampings, temperature, four start values, then the parameters of the effects.
+    p: ratio, band, two inertias, two dampings, temperature, four start values, the parameters of the effects, those of
+    `start_parameters`.
     """
 
     def __init__(self, model: DriveModel) -> None:
@@ -36,7 +37,8 @@ class JointEquations:
         self.ca, self.model = ca, model
         self.x = ca.MX.sym("x", 4 + len(model.states))
         self.u, self.dt = ca.MX.sym("u", 2), ca.MX.sym("dt")
-        self.set_parameters(ca.MX.sym("p", len(model.parameters) + 9))
+        self.n_own = sum(len(effect.states) for effect in model.effects)
+        self.set_parameters(ca.MX.sym("p", len(model.parameters) + 10 + self.n_own))
 
     def set_parameters(self, p: Any) -> None:
         """Take `p`, shape (n_parameters,), as the vector of parameters."""
@@ -44,7 +46,8 @@ class JointEquations:
         self.motor_inertia, self.load_inertia, self.motor_damping, self.load_damping, self.temperature = (
             p[k] for k in range(2, 7)
         )
-        self.p_drive = self.ca.vertcat(p[:2], p[11:])
+        end = 9 + len(self.model.parameters)
+        self.p_drive, self.own_states = self.ca.vertcat(p[:2], p[11:end]), p[end + 1 :]
 
     def inputs(self, x: Any) -> Any:
         """The drive's inputs: the angles and speeds of the joint, and the temperature."""
@@ -55,11 +58,17 @@ class JointEquations:
         # Inlined, so that a derivative with respect to the speeds does not differentiate the contacts.
         return self.model.output.call([x[4:], self.inputs(x), self.p_drive], True, False)[0]
 
-    def initial(self) -> Any:
-        """Initial states from the start values among the parameters."""
-        motion = self.p[7:11]
-        inputs = self.ca.vertcat(motion, self.temperature)
-        return self.ca.vertcat(motion, self.model.initial(inputs, self.p_drive))
+    def initial(self, offset: Any) -> Any:
+        """Initial states from the start values among the parameters; their twist is exceeded by `offset`, rad."""
+        ca = self.ca
+        motion = ca.vertcat(self.p[7:9], self.p[9] - offset, self.p[10])
+        inputs = ca.vertcat(motion, self.temperature)
+        own = ca.vertcat(ca.MX.zeros(len(self.model.states) - self.n_own), self.own_states)
+        return ca.vertcat(motion, self.model.initial(inputs, self.p_drive) + own)
+
+    def settle(self) -> Any:
+        """States after the torque has been held for long."""
+        return self.ca.vertcat(self.x[:4], self.model.settle(self.x[4:], self.inputs(self.x), self.p_drive))
 
     def acceleration(self, x: Any) -> tuple[Any, Any]:
         """Angular accelerations of motor and load, shape (2,), and the drive's stiffness, N.m/rad."""
@@ -199,6 +208,7 @@ class JointStages(JointEquations):
             "advance_angles": vertcat(x[:4], found["advance_angles"]),
             "advance_loaded": vertcat(x[:4], found["advance_loaded"]),
             "advance_time": vertcat(x[:4], found["advance_time"]),
+            "settle": vertcat(x[:4], found["settle"]),
             "rate": self.rate(),
             "output": vertcat(x[:4], self.drive(x)),
         }

@@ -11,6 +11,8 @@ import numpy as np
 from reefmu.model.masses import TYPICAL_MASSES, Masses
 from stiffness_model.numerics.arrays import Array
 
+from .start.start_parameters import START_TWIST
+
 if TYPE_CHECKING:
     from reefmu.model.signals import Signal
 
@@ -72,7 +74,7 @@ def with_nominals(component: Component) -> Component:
             f"{side}.w": speed,
             f"{inertia}.w": speed,
         }
-    nominals["last.twist"] = twist
+    nominals |= dict.fromkeys(("last.twist", START_TWIST), twist)
     for effect in component.model.effects:
         values = {q.name: _value(component, f"{effect.name}.{q.name}") or q.nominal for q in effect.parameters}
         nominals |= {f"{effect.name}.{s.name}": s.nominal(values, component.full_torque) for s in effect.states}

@@ -9,8 +9,8 @@ import numpy as np
 
 from stiffness_model.errors import InputError, expect
 
-from .component import Component, drive_component
-from .nominals import twist_at_full_torque
+from .component import Component
+from .start.start_parameters import START_TORQUE
 
 if TYPE_CHECKING:
     from reefmu.effects import Effect
@@ -20,8 +20,6 @@ SMALL, LARGE = 1 / 3, 3.0
 Chosen by judgement: half an order of magnitude to either side."""
 LOAD = 0.5
 """Load of the preset `loaded`, relative to the full torque; chosen by judgement."""
-_BISECTIONS = 60
-"""Halvings of the bracket of the twist: to rounding."""
 
 
 class Preset(NamedTuple):
@@ -63,34 +61,21 @@ def _sized(effect: Effect, start: Mapping[str, float], factor: float) -> tuple[s
 
 
 def loaded_start(component: Component, torque: float) -> dict[str, float]:
-    """Start values by name: of a drive the angle of the output, of a joint also the torques that hold it.
+    """Start values by name for a start in equilibrium: the torque, and in a joint the torques that hold it.
 
-    torque: of the drive on the output, N.m. The crank stands at zero, and the effects' states are those at the start: a
-    load that has just been applied, before creep. Errors: `InputError` for a torque that the drive does not reach
-    within twice the twist at full torque.
+    torque: of the drive on the output, N.m. Errors: `InputError` for a torque that the drive does not reach.
     """
-    drive = component if component.kind == "drive" else drive_component(component.model)
-    names = [signal.name for signal in drive.outputs]
-    inputs = np.array([float(signal.start) for signal in drive.inputs])
-    output = [signal.name for signal in drive.inputs].index("output.phi")
-    p = drive.parameter_vector()
-
-    def torques(twist: float) -> tuple[float, float]:
-        inputs[output] = -twist
-        y = np.asarray(drive.output(drive.initial(inputs, p), inputs, p)).ravel()
-        return float(y[names.index("output.tau")]), float(y[names.index("crank.tau")])
-
-    low, high = -2 * twist_at_full_torque(drive), 2 * twist_at_full_torque(drive)
-    least, greatest = torques(low)[0], torques(high)[0]
+    start = component.start
+    assert start is not None
+    u, p = np.array([float(signal.start) for signal in component.inputs]), component.parameter_vector()
+    least, greatest = np.asarray(start.limits(u, p)).ravel().tolist()
     expect(least <= torque <= greatest, f"a torque from {least:.4g} to {greatest:.4g} N.m", f"{torque:g} N.m", "load")
-    for _ in range(_BISECTIONS):
-        middle = (low + high) / 2
-        low, high = (middle, high) if torques(middle)[0] < torque else (low, middle)
-    twist = (low + high) / 2
-    on_output, on_crank = torques(twist)
     if component.kind == "drive":
-        return {"output.phi": -twist}
-    return {"start.output.phi": -twist, "motor.tau": -on_crank, "load.tau": -on_output}
+        return {START_TORQUE: torque}
+    p[start.search.torque] = torque
+    outputs = np.asarray(component.output(component.initial(u, p), u, p)).ravel()
+    at = {signal.name: float(value) for signal, value in zip(component.outputs, outputs, strict=True)}
+    return {START_TORQUE: torque, "motor.tau": -at["crank.tau"], "load.tau": -at["output.tau"]}
 
 
 def loaded_preset(component: Component, mean: Preset, torque: float) -> Preset:

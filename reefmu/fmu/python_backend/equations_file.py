@@ -41,11 +41,12 @@ _ROOTS = ("reefmu.model.drive_model", "reefmu.fmu.model.joint_component", "reefm
 
 @dataclass(frozen=True)
 class StepEquations:
-    """The functions of a `Component` that a step needs; see there."""
+    """The functions of a `Component` that an instance needs; see there. start_limits: `StartFunctions.limits`."""
 
     initial: casadi.Function
     advance: casadi.Function
     output: casadi.Function
+    start_limits: casadi.Function
     max_step: casadi.Function | None = None
 
     def substeps(self, dt: float, p: Any) -> int:
@@ -57,12 +58,14 @@ def write_equations(component: Component, interface: Interface) -> bytes:
     """The content of `EQUATIONS_FILE`. The same model and code give the same bytes."""
     import casadi as ca
 
+    assert component.start is not None
     serializer = ca.StringSerializer()
     serializer.pack(
         [
             component.initial,
             component.advance,
             component.output,
+            component.start.limits,
             *([] if component.max_step is None else [component.max_step]),
         ]
     )

@@ -63,6 +63,7 @@ class DriveSlave(Fmi2Slave):
             raise InputError(f"{folder}: expected {EQUATIONS_FILE}, got {error.strerror or error}") from None
         equations, self.interface = _load(content)
         self.kernel = StepKernel(equations, self.interface)
+        self._start_limits = equations.start_limits
         self._values = self.kernel.values
         self._enter(_SETUP)
         self._stale = True  # whether the results must be computed from the start values
@@ -72,9 +73,16 @@ class DriveSlave(Fmi2Slave):
     def exit_initialization_mode(self) -> None:
         self._refresh()
         if self._stale:
-            reason = "; ".join(self._rejected.values()) or "they are not finite"
+            reason = "; ".join(self._rejected.values()) or self._refusal() or "they are not finite"
             self.log_problem(f"no results at the start: {reason}")
         self._enter(_INITIALISED)
+
+    def _refusal(self) -> str:
+        """One line on a torque at the start that is out of reach; empty for one within."""
+        from ..model.start.start_parameters import START_TORQUE, refusal
+
+        u, p = (self._values[self.interface.span(block)] for block in ("input", "parameter"))
+        return refusal(self._start_limits, u, p, self._values[self.interface[START_TORQUE].reference])
 
     def terminate(self) -> None:
         self._enter(_TERMINATED)
@@ -100,7 +108,7 @@ class DriveSlave(Fmi2Slave):
         elif not (step_size > 0 and math.isfinite(step_size)):
             problem = f"expected a communication step above 0 s, got {step_size} s"
         elif self._stale and not self.kernel.initialise():
-            problem = "no finite result at the start with these inputs and parameters"
+            problem = self._refusal() or "no finite result at the start with these inputs and parameters"
         elif not self.kernel.step(step_size):
             problem = "no finite result with these inputs and parameters"
         if problem:

@@ -30,6 +30,7 @@ from .order import (
     KINEMATICS,
     OUTPUT,
     RATE,
+    SETTLE,
     Stage,
     advance_order,
     angles_under_load,
@@ -61,6 +62,7 @@ class Composition:
             CONTACT_POINT.name: drive.contact_point(),
             ADVANCE_LOADED.name: states.advance_loaded(drive),
             ADVANCE_TIME.name: states.advance_time(drive),
+            SETTLE.name: states.settle(drive),
             RATE.name: states.rate(drive),
             OUTPUT.name: drive.output(),
         }
@@ -123,16 +125,18 @@ class Composition:
         return values[last]
 
     def functions(self) -> dict[str, ca.Function]:
-        """The functions initial, advance, rate, output and jacobian of `reefmu.model.drive_model`, by name."""
+        """The functions initial, advance, settle, rate, output and jacobian of `reefmu.model.drive_model`, by name."""
         x, u, dt, p = (self.drive.symbols[name] for name in ("x", "u", "dt", "p"))
         start = ca.Function("start", [u, self.drive.k, p], [self.drive.initial()])
         initial = start.call([u, self.chain([KINEMATICS], "k"), p], True, False)[0]
         advance = self.chain([KINEMATICS, *self.advance_order], "x")
+        settle = self.chain([KINEMATICS, *CONTACT_EQUILIBRIUM, SETTLE], "x")
         rate = self.chain([KINEMATICS, *CONTACT_EQUILIBRIUM, RATE], "dx")
         output = self.chain([KINEMATICS, *CONTACT_EQUILIBRIUM, OUTPUT], "y")
         return {
             "initial": ca.Function("initial", [u, p], [initial], ["u", "p"], ["x"]),
             "advance": ca.Function("advance", [x, u, dt, p], [advance], ["x", "u", "dt", "p"], ["x_next"]),
+            "settle": ca.Function("settle", [x, u, p], [settle], ["x", "u", "p"], ["x_rest"]),
             "rate": ca.Function("rate", [x, u, p], [rate], ["x", "u", "p"], ["dx"]),
             "output": ca.Function("output", [x, u, p], [output], ["x", "u", "p"], ["y"]),
             "jacobian": ca.Function("jacobian", [x, u, p], [ca.jacobian(output, u)], ["x", "u", "p"], ["dy_du"]),

@@ -44,10 +44,24 @@ ADVANCE_TIME = Stage("advance_time", ("x", "u", "k", "dt", "p", "c"), "x")
 """States that evolve in time, after a step with the angles held."""
 ADVANCE_LOADED = Stage("advance_loaded", ("x", "u", "k", "p", "c"), "x")
 """States that evolve along an angle and depend on the load, likewise; the contacts do not depend on them."""
+SETTLE = Stage("settle", ("x", "u", "k", "p", "c"), "x")
+"""States that evolve in time, moved by what the torque adds to them once it has been held for long: a start in
+equilibrium."""
 RATE = Stage("rate", ("x", "u", "k", "p", "c"), "dx")
 OUTPUT = Stage("output", ("x", "u", "k", "p", "c"), "y", (Place.CRANK, Place.PARALLEL, Place.OUTPUT, Place.SENSOR))
 
-STAGES = (KINEMATICS, ADVANCE_ANGLES, COEFFICIENTS, CONTACT_POINT, CONTACTS, ADVANCE_LOADED, ADVANCE_TIME, RATE, OUTPUT)
+STAGES = (
+    KINEMATICS,
+    ADVANCE_ANGLES,
+    COEFFICIENTS,
+    CONTACT_POINT,
+    CONTACTS,
+    ADVANCE_LOADED,
+    ADVANCE_TIME,
+    SETTLE,
+    RATE,
+    OUTPUT,
+)
 CONTACT_EQUILIBRIUM = (COEFFICIENTS, CONTACT_POINT, CONTACTS)
 """The stages that lead to the contact outputs at given states and inputs."""
 TORQUE_CHAIN = ((Place.PARALLEL, 1), (Place.OUTPUT, -1), (Place.SENSOR, 1))

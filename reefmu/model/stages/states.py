@@ -76,6 +76,24 @@ def advance_time(drive: DriveExpressions) -> ca.MX:
     return ca.vertcat(*(drive.x[k] for k in range(len(drive.angles))), *_of_effects(drive, advance))
 
 
+def settle(drive: DriveExpressions) -> ca.MX:
+    """States at rest under the torque: those that evolve in time are moved by what the torque adds to their equilibrium
+    -b/a; what grows with time alone stays."""
+    torque = ca.MX.sym("torque")
+    signals = drive.signals._replace(elastic_torque=torque)
+
+    def move(effect: Effect, state: State, value: ca.MX) -> ca.MX:
+        if state.independent_variable is not IndependentVariable.TIME:
+            return value
+        a, b = (ca.MX(part) for part in state.equation(signals, drive.values[effect.name]))
+        if not ca.depends_on(ca.vertcat(a, b), torque):
+            return value
+        loaded, unloaded = (ca.graph_substitute([-b / a], [torque], [t])[0] for t in (drive.c[0], ca.MX(0)))
+        return value + loaded - unloaded
+
+    return ca.vertcat(*(drive.x[k] for k in range(len(drive.angles))), *_of_effects(drive, move))
+
+
 def rate(drive: DriveExpressions) -> ca.MX:
     """dx/dt: the equations along the independent variables times the speeds along them."""
     signals = drive.signals._replace(elastic_torque=drive.c[0])

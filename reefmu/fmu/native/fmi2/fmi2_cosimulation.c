@@ -10,7 +10,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2DoStep)(fmi2Component component, fmi2Real t
         return fmi2Error;
     if (!(dt > 0.0 && dt < HUGE_VAL) || !all_finite(&time, 1)) problem = "expected a finite time and a step above 0 s";
     else if (!refresh(instance, 0) || !advance_step(instance, dt))
-        problem = "no finite result with these inputs and parameters";
+        problem = no_result(instance);
     if (problem) {
         instance->now.status = fmi2Discard;
         report(instance, fmi2Discard, "step of %g s at %g s discarded: %s", dt, time, problem);

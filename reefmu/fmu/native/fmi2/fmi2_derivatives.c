@@ -35,7 +35,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetDirectionalDerivative)(
     memset(instance->direction, 0, sizeof instance->direction);
     for (size_t k = 0; k < n_knowns; k++) instance->direction[VARIABLES[index_of(knowns[k])].known] += directions[k];
     if (!refresh(instance, 0) || !update_tangent(instance, instance->now.phase == INITIALISING)) {
-        report(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", call->name);
+        report(instance, fmi2Discard, "%s: %s", call->name, no_result(instance));
         return fmi2Discard;
     }
     for (size_t k = 0; k < n_unknowns; k++) {

@@ -86,8 +86,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2ExitInitializationMode)(fmi2Component compo
     Instance *instance = component;
     if (!allowed(instance, &CALL_ExitInitializationMode)) return fmi2Error;
     if (!refresh(instance, STALE_OUTPUTS)) {
-        report(instance, fmi2Error, "%s: no finite result with these inputs and parameters",
-               CALL_ExitInitializationMode.name);
+        report(instance, fmi2Error, "%s: %s", CALL_ExitInitializationMode.name, no_result(instance));
         return fmi2Error;
     }
     accumulate_path(instance);

@@ -107,7 +107,7 @@ static int has_length(const Instance *instance, const Call *call, const void *ar
 }
 
 static fmi2Status discard(const Instance *instance, const Call *call) {
-    report(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", call->name);
+    report(instance, fmi2Discard, "%s: %s", call->name, no_result(instance));
     return fmi2Discard;
 }
 

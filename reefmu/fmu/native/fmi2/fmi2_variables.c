@@ -23,7 +23,7 @@ FMI2_EXPORT fmi2Status FMI2_NAME(fmi2GetReal)(fmi2Component component, const fmi
             size_t index = index_of(references[k]);
             values[k] = VARIABLES[index].stale ? NAN : instance->now.values[index];
         }
-        report(instance, fmi2Discard, "%s: no finite result with these inputs and parameters", CALL_GetReal.name);
+        report(instance, fmi2Discard, "%s: %s", CALL_GetReal.name, no_result(instance));
         return fmi2Discard;
     }
     for (size_t k = 0; k < count; k++) values[k] = instance->now.values[index_of(references[k])];

@@ -82,6 +82,9 @@ typedef struct {
     double next_states[2][N_STATES + 1]; /* used alternately: see next_states() */
     double next_outputs[N_OUTPUTS + 1];
     double direction[N_KNOWNS], tangent[N_UNKNOWNS];
+#if HAS_START
+    char refusal[200]; /* why the start was refused; empty for other reasons */
+#endif
     double work[N_WORK];
     Tables tables;
 } Instance;

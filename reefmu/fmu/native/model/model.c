@@ -81,13 +81,21 @@ static void substep(Instance *instance, Evaluation *at, double h) {
 }
 #endif
 
-/* Directional derivative of outputs and rates along a direction of inputs, states and parameters. */
-static void evaluate_jvp(Instance *instance, Evaluation *at, const double *direction, double *result) {
-    double dq[N_CONTACT_POINT], dr[N_COEFFICIENTS], dc[N_CONTACT];
+/* The change dc of the outputs of the contacts along a direction of inputs, states and parameters; returns the outputs.
+   */
+static const double *contact_change(Instance *instance, Evaluation *at, const double *direction, double *dc) {
+    double dq[N_CONTACT_POINT], dr[N_COEFFICIENTS];
     const double *contact_outputs = evaluate_contacts(instance, at);
     RUN(contact_point_jvp, dq, at->x, at->u, at->p, direction);
     RUN(coefficients_jvp, dr, at->p, direction);
     contact_jvp(&at->slice, &at->contact, dq, dr, dc);
+    return contact_outputs;
+}
+
+/* Directional derivative of outputs and rates along such a direction. */
+static void evaluate_jvp(Instance *instance, Evaluation *at, const double *direction, double *result) {
+    double dc[N_CONTACT];
+    const double *contact_outputs = contact_change(instance, at, direction, dc);
     RUN(result_jvp, result, at->x, at->u, at->p, direction, contact_outputs, dc);
 }
 
@@ -127,17 +135,15 @@ static void update_coefficients(Instance *instance) {
 #endif
 }
 
+#include "start.c"
+
 /* Sets instance->tangent, the directional derivative of outputs and rates along instance->direction. starts: at
    initialisation, where the change of the states follows from those of inputs and parameters. */
 static int update_tangent(Instance *instance, int starts) {
     Evaluation at;
     update_coefficients(instance);
+    if (starts && N_STATES) initial_change(instance);
     begin_evaluation(instance, &at, instance->now.values + AT_STATES);
-    if (starts && N_STATES) {
-        double *change = instance->next_states[0];
-        RUN(initial_jvp, change, at.u, at.p, instance->direction);
-        memcpy(instance->direction + N_INPUTS, change, N_STATES * sizeof(double));
-    }
     evaluate_jvp(instance, &at, instance->direction, instance->tangent);
     return all_finite(instance->tangent, N_UNKNOWNS) && all_finite(instance->direction, N_KNOWNS);
 }
@@ -158,8 +164,7 @@ static int refresh(Instance *instance, int wanted) {
     if (!stale) return 1;
     update_coefficients(instance);
     if (stale & STALE_STATES && N_STATES) {
-        RUN(initial, next, v + AT_INPUTS, v + AT_PARAMETERS);
-        if (!all_finite(next, N_STATES)) return 0;
+        if (!initial_states(instance, next)) return 0;
         memcpy(v + AT_STATES, next, N_STATES * sizeof(double));
     }
     if (stale & (STALE_OUTPUTS | STALE_RATES)) {

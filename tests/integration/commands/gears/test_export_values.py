@@ -33,10 +33,10 @@ def test_the_command_states_the_start_under_a_load(tmp_path: Path, capsys: pytes
     words = ["export", "CHA-40A-50", "--backend", "python", "--load", "30", "-o", path]
     assert main(words) == 0
     line = "starts under 30 N.m on the output with loaded.ssv: "
-    assert f"{line}output.phi = -0.0003 rad\n" in capsys.readouterr().out
+    assert f"{line}start.torque = 30 N.m\n" in capsys.readouterr().out
     assert main([*words, "--kind", "joint"]) == 0
     found = capsys.readouterr().out
-    assert f"{line}start.output.phi = -0.0003 rad, motor.tau = 0.6 N.m, load.tau = -30 N.m\n" in found
+    assert f"{line}start.torque = 30 N.m, motor.tau = 0.6 N.m, load.tau = -30 N.m\n" in found
 
 
 def test_a_system_starts_unloaded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

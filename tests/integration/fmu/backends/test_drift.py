@@ -34,7 +34,7 @@ def test_cycles_of_a_loop_cause_no_drift(
         tmp_path,
         rounds=rounds,
     )
-    expected = repeat_model(component, excitation, full_model.parameter_vector(), rounds)
+    expected = repeat_model(component, excitation, component.parameter_vector(), rounds)
     names = [s.name for s in (*component.outputs, *component.states)]
     assert came.shape == (rounds + 1, len(names))
     scale = np.maximum(np.abs(expected).max(axis=0), 1e-12)

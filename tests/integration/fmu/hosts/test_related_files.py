@@ -106,8 +106,8 @@ def test_a_joint_that_starts_loaded_stays_at_rest(model: DriveModel, tmp_path: P
 
 def test_a_drive_starts_loaded(native: Path, model: DriveModel, tmp_path: Path) -> None:
     values = values_of(extracted(native, tmp_path) / "loaded.ssv")
-    with FmuDrive(native) as drive:
-        outputs = drive.initialize({"output.phi": values["output.phi"]})
+    with FmuDrive(native, parameters=values) as drive:
+        outputs = drive.initialize({})
     assert outputs["output.tau"] == pytest.approx(0.5 * model.full_torque, rel=1e-12)
 
 
@@ -115,8 +115,8 @@ def test_a_drive_starts_loaded(native: Path, model: DriveModel, tmp_path: Path) 
 def test_a_drive_starts_under_the_load_that_the_export_states(model: DriveModel, tmp_path: Path, load: float) -> None:
     path = export_fmu(model, tmp_path / "x.fmu", backend="python", load=load)
     values = values_of(extracted(path, tmp_path / "out") / "loaded.ssv")
-    with FmuDrive(path) as drive:
-        assert drive.initialize({"output.phi": values["output.phi"]})["output.tau"] == pytest.approx(load, rel=1e-9)
+    with FmuDrive(path, parameters=values) as drive:
+        assert drive.initialize({})["output.tau"] == pytest.approx(load, rel=1e-9)
 
 
 def test_a_load_out_of_reach_is_refused_and_leaves_no_file(model: DriveModel, tmp_path: Path) -> None:

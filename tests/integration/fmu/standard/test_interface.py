@@ -37,24 +37,26 @@ def test_names_and_units_of_the_contract(model):
         "structural_compliance",
         "hysteresis",
         "kinematic_error",
+        "start",
     }
     assert {name: interface[name].unit for name in UNITS} == UNITS
     assert interface["temperature"].unit in ("K", "degC")
 
 
 def test_blocks_are_the_vectors_of_the_model(model):
-    interface = declare(drive_component(model))
+    component = drive_component(model)
+    interface = declare(component)
     assert [v.reference for v in interface.variables] == list(range(len(interface.variables)))
     for causality, size in (
         ("input", len(INPUTS)),
         ("output", len(OUTPUTS)),
-        ("parameter", len(model.parameters)),
-        ("local", len(model.states)),
+        ("parameter", len(component.parameters)),
+        ("local", len(component.states)),
     ):
         span = interface.span(causality)
         assert span.stop - span.start == size
     starts = [v.start for v in interface.block("parameter")]
-    np.testing.assert_array_equal(starts, model.parameter_vector())
+    np.testing.assert_array_equal(starts, component.parameter_vector())
 
 
 def test_dependencies_contain_every_input_that_changes_an_output(model):

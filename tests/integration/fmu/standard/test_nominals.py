@@ -175,8 +175,9 @@ def test_friction_follows_angles_without_speeds(full_model: DriveModel, unpacked
 @needs_compiler
 def test_with_speeds_there_is_no_such_event(full_model: DriveModel, unpacked: tuple[Path, Path, str]) -> None:
     """Although the integrator has an error of one per cent of the path."""
-    component, p = drive_component(full_model), full_model.parameter_vector()
-    names, memory = [s.name for s in full_model.states], slice(0, component.n_indicators)
+    component = drive_component(full_model)
+    p = component.parameter_vector()
+    names, memory = [s.name for s in component.states], slice(0, component.n_indicators)
     with Exchange(unpacked[1], {}) as exchange:
         states = exchange.get(names)
         start = states[memory].copy()
