@@ -56,6 +56,9 @@ __all__ = [
 
 TORQUE, TWIST = "torque at the output [N.m]", "twist at the output [arcmin]"
 BAND_TEXT = "shaded: 10th to 90th percentile of the drives"
+WHISKER_TEXT = "bars: 10th to 90th percentile of the drives"
+WHISKERS = 8
+"""Bars per curve where the bands of several would cover each other; chosen by judgement."""
 
 
 def twist_over_torque(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve], ax: Axes | None = None) -> Axes:
@@ -126,20 +129,25 @@ def stiffness_over_torque(curves: TwistTorqueCurve | Sequence[TwistTorqueCurve],
 
 
 def contact_forces(population: Population, ax: Axes | None = None) -> Axes:
-    """Greatest force at each contact over the drive's mean torque, mean and band (figure 9 of the paper)."""
+    """Greatest force at each contact over the drive's mean torque, mean and band (figure 9 of the paper).
+
+    The forces of the contacts scatter over the same range, so their bands are bars beside each other.
+    """
     ax = new_axes() if ax is None else ax
     order, torque = _by_torque(population)
     force = population.contact_force[:, order]
     low, high = np.percentile(force, BAND, axis=0)
     mean = force.mean(axis=0)
     for k, (line, name) in enumerate(zip(CONTACTS, population.contact_names, strict=True)):
-        _band(ax, torque, mean[:, k], low[:, k], high[:, k], line, name)
+        ax.plot(torque, mean[:, k], color=line.colour, linestyle=line.style, linewidth=1.8, label=name)
+        place = (k + 0.5) / len(population.contact_names)
+        _whiskers(ax, torque, low[:, k], high[:, k], line, place)
     format_axes(ax, TORQUE, "greatest contact force [N]")
     start_axes_at_zero(ax)
     if torque[-1] > 0:
         # The labels are at the ends of the curves.
         ax.set_xlim(0, torque[-1])
-    caption(ax, f"{drive_name(population.drive.name)}; {BAND_TEXT}")
+    caption(ax, f"{drive_name(population.drive.name)}; {WHISKER_TEXT}")
     label_ends(
         ax,
         [
@@ -201,6 +209,18 @@ def _band(ax: Axes, x: Array, mean: Array, low: Array, high: Array, line: Line, 
     for edge in (low, high):
         ax.plot(x, edge, color=line.colour, linewidth=0.6)
     ax.plot(x, mean, color=line.colour, linestyle=line.style, linewidth=1.8, label=name)
+
+
+def _whiskers(ax: Axes, x: Array, low: Array, high: Array, line: Line, place: float) -> None:
+    """The band as `WHISKERS` bars with caps. place: of each bar in its part of the range of x, 0 to 1."""
+    at = x[0] + (x[-1] - x[0]) * (np.arange(WHISKERS) + place) / WHISKERS
+    ends = [np.interp(at, x, edge) for edge in (low, high)]
+    ax.vlines(at, *ends, color=line.colour, linewidth=1.2)
+    for end in ends:
+        ax.plot(at, end, color=line.colour, linestyle="", marker="_", markersize=6)
+    # The axes also hold the band between the last bar and the end of the curve.
+    ax.update_datalim(np.column_stack([x, high]))
+    ax.autoscale_view()
 
 
 def _by_torque(population: Population) -> tuple[NDArray[np.intp], Array]:

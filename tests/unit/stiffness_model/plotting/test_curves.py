@@ -111,11 +111,14 @@ def test_contact_forces_draw_mean_and_percentiles_of_the_drives(populations: lis
     torque = population.torque.mean(axis=0)
     for k, name in enumerate(Population.contact_names):
         np.testing.assert_allclose(data(ax, name), [torque, population.contact_force[..., k].mean(axis=0)])
-        shade = ax.collections[k].get_paths()[0].vertices
-        low, high = np.percentile(population.contact_force[:, -1, k], (10, 90))
-        at_end = np.asarray(shade)[np.isclose(np.asarray(shade)[:, 0], torque[-1])][:, 1]
-        assert at_end.min() == pytest.approx(low)
-        assert at_end.max() == pytest.approx(high)
+        bars = np.array([path.vertices for path in ax.collections[k].get_paths()])
+        ends = np.percentile(population.contact_force[..., k], (10, 90), axis=0)
+        for end, expected in enumerate(ends):
+            np.testing.assert_allclose(bars[:, end, 1], np.interp(bars[:, 0, 0], torque, expected))
+    # Bars of different contacts stand beside each other.
+    places = np.sort(np.concatenate([[path.vertices[0, 0] for path in c.get_paths()] for c in ax.collections]))
+    assert len(places) == len(Population.contact_names) * plots.WHISKERS
+    assert np.diff(places).min() > 0.9 * torque[-1] / len(places)
     assert ax.get_ylabel() == "greatest contact force [N]"
     assert ax.get_ylim()[0] == 0
     assert is_inside_the_figure(ax)
