@@ -18,19 +18,20 @@ from ..style import INK, drive_name
 from ..text_fit import text_width
 from .element_forces import ElementForces, solve_element_forces
 from .layout import period_turns
-from .row import ARROW_COLOURS, colour_elements, draw_arrows, draw_row
+from .row import ARROW_COLOURS, colour_elements, colour_map, draw_arrows, draw_row
 from .row_outlines import row_outlines
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FRAMES = 48
+FRAMES = 24
 """Frames per turn of the crank; chosen by judgement."""
 MAX_FRAMES = 720
-FRAME_TIME = 60
+FRAME_TIME = 100
 """Duration of a frame, ms."""
 WIDTH, HEIGHT, DOTS_PER_INCH = 4.6, 5.2, 100
-COLOURS = 64
+COLOURS, FORCE_COLOURS = 32, 8
+"""Of the palette, and those of them for the scale of forces; the size of the file grows with their number."""
 HAND = "#7a4a2f"
 """Colour of the hand that shows the crank's angle."""
 PARTS = ("gear", "crank", "cage")
@@ -54,10 +55,10 @@ def write_animation(drive: Drive, path: str | os.PathLike[str], twist: float = 0
     every = list(forces_over_turn(drive, twist, frames))
     pictures = list(_pictures(drive, every))
     palette = _palette(pictures[0])
-    # No dithering: its pattern would flicker.
-    first, *further = [_image(picture).quantize(palette=palette, dither=0) for picture in pictures]
+    first, *further = [_indexed(picture, palette) for picture in pictures]
     with atomic_file(path) as temporary:
-        first.save(temporary, save_all=True, append_images=further, duration=FRAME_TIME, loop=0, optimize=False)
+        # Optimised: pixels that do not change are left out of a frame.
+        first.save(temporary, save_all=True, append_images=further, duration=FRAME_TIME, loop=0, optimize=True)
     return count
 
 
@@ -97,7 +98,7 @@ def _state(drive: Drive, forces: ElementForces) -> str:
     load = f"{forces.torque.sum():.4g} N.m at {forces.twist / ARCMIN:g} arcmin" if forces.twist else "no load"
     return (
         f"{drive_name(drive.name)}: {drive.lobes} lobes, ratio {drive.ratio:+g}; {load}\n"
-        f"eccentric 1, crank at {np.degrees(crank):.0f} deg, output at {np.degrees(crank / drive.ratio):.1f} deg"
+        f"eccentric 1, crank at {np.degrees(crank):.0f} deg, output at {np.degrees(crank / drive.ratio) + 0.0:.1f} deg"
     )
 
 
@@ -112,17 +113,27 @@ def _name_arrows(figure: Figure, greatest: float) -> None:
         left += (text_width(word, "x-small") + 0.14) / WIDTH
 
 
-def _palette(picture: NDArray[np.uint8]) -> Any:
-    """One palette for all frames, since changing colours would make the seam of the loop visible."""
+def _palette(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """One palette for all frames, (COLOURS, 3), since changing colours would make the seam of the loop visible."""
     from matplotlib.colors import to_rgb
-
-    # Thin lines cover too few pixels for their colours to enter the palette by frequency.
-    named = [np.uint8(255 * np.array(to_rgb(colour))) for colour in ("white", *ARROW_COLOURS)]
-    samples = np.repeat(np.repeat(np.array(named)[:, None], 40, axis=0), picture.shape[1], axis=1)
-    return _image(np.concatenate([picture, samples])).quantize(COLOURS)
-
-
-def _image(picture: NDArray[np.uint8]) -> Any:
     from PIL import Image
 
-    return Image.fromarray(picture)
+    # Thin lines cover too few pixels for their colours to enter by frequency, and a mean of several is none of them.
+    steps = [colour_map()(k / (FORCE_COLOURS - 1)) for k in range(FORCE_COLOURS)]
+    named = [to_rgb(colour) for colour in ("white", INK, HAND, *dict.fromkeys(ARROW_COLOURS), *steps)]
+    exact = np.round(255 * np.array(named)).astype(np.uint8)
+    common = Image.fromarray(picture).quantize(COLOURS - len(named)).getpalette() or []
+    return np.concatenate([exact, np.array(common, np.uint8).reshape(-1, 3)])[:COLOURS]
+
+
+def _indexed(picture: NDArray[np.uint8], palette: NDArray[np.uint8]) -> Any:
+    """The picture in the nearest colours of the palette: without dithering, whose pattern would flicker."""
+    from PIL import Image
+
+    packed = picture.astype(np.int32) @ np.array([1 << 16, 1 << 8, 1])
+    colours, where = np.unique(packed, return_inverse=True)
+    parts = np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=-1)
+    nearest = ((parts[:, None] - palette.astype(np.int32)) ** 2).sum(axis=-1).argmin(axis=-1).astype(np.uint8)
+    image = Image.fromarray(nearest[where].reshape(packed.shape))
+    image.putpalette(palette.tobytes())
+    return image

@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from PIL import Image
 
 import stiffness_model as sm
 from stiffness_model.errors import InputError
-from stiffness_model.plotting.cross_section.animation import FRAMES, forces_over_turn, write_animation
+from stiffness_model.plotting.cross_section.animation import FRAMES, HAND, forces_over_turn, write_animation
 from stiffness_model.plotting.cross_section.outline import gear_outline
+from stiffness_model.plotting.cross_section.row import ARROW_COLOURS
 from tests.unit.stiffness_model.plotting.cross_section.polygons import distances
 
 
@@ -50,13 +52,17 @@ def test_gif_loops_seamlessly(roomy: sm.Drive, tmp_path: Path) -> None:
     steps = [np.abs(a - b).mean() for a, b in zip(found, found[1:] + found[:1], strict=True)]
     assert min(steps) > 1
     assert steps[-1] == pytest.approx(np.mean(steps[:-1]), rel=0.15)
-    assert (tmp_path / "turn.gif").stat().st_size * FRAMES / 12 < 2e6
+    assert (tmp_path / "turn.gif").stat().st_size * FRAMES / 12 < 4e5
+    # Thin arrows and the background keep their colours.
+    for colour in ("white", HAND, *ARROW_COLOURS):
+        wanted = np.round(255 * np.array(to_rgb(colour)))
+        assert (found[0] == wanted).all(axis=-1).sum() > 20, colour
 
 
 def test_frames_are_bounded(tmp_path: Path) -> None:
     sparse = sm.load_drive("drive_1", elements=3 * 20)
     with pytest.raises(InputError, match="at most 720 in the 29 turns"):
-        write_animation(sparse, tmp_path / "turn.gif")
+        write_animation(sparse, tmp_path / "turn.gif", frames=30)
     with pytest.raises(InputError, match="at least 2 frames"):
         write_animation(sm.load_drive("drive_1"), tmp_path / "turn.gif", frames=1)
     assert not list(tmp_path.iterdir())
