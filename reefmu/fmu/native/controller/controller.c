@@ -41,4 +41,9 @@ static int update_tangent(Instance *instance, int starts) {
     return all_finite(instance->tangent, 1);
 }
 
+static const char *no_result(const Instance *instance) {
+    (void)instance;
+    return NO_FINITE_RESULT;
+}
+
 static void accumulate_path(Instance *instance) { (void)instance; }

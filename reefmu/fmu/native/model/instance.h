@@ -15,6 +15,9 @@
 #include "fmi2_api.h"
 #include "tables.h"
 
+/* What the host learns where there is no result, unless the model knows the reason. */
+#define NO_FINITE_RESULT "no finite result with these inputs and parameters"
+
 /* The modes of an instance (FMI 2.0.4, sections 3.2.3 and 4.2.4), as bits, so that a set of modes is a number. */
 typedef enum {
     INSTANTIATED = 1,

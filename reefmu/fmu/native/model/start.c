@@ -3,8 +3,6 @@
    At a torque of zero the angles give the states. At any other torque their twist is exceeded by the offset at which
    the drive exerts it, and `rest` is what the torque adds to the states once it has been held for long. */
 
-#define NO_FINITE_RESULT "no finite result with these inputs and parameters"
-
 #if HAS_START
 
 static double start_torque(const Instance *instance) { return instance->now.values[AT_PARAMETERS + START_TORQUE]; }

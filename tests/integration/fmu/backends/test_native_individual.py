@@ -49,13 +49,14 @@ def test_native_python_and_model_agree(
     """With all effects, to 1e-12 of full torque, over reversals and uneven steps, and not equal to the mean drive."""
     component = drive_component(full_individual)
     excitation = make_excitation(component)
-    expected = run_model(component, excitation, full_individual.parameter_vector())
+    expected = run_model(component, excitation, component.parameter_vector())
     for path in (full_native_individual, export_fmu(full_individual, tmp_path / "python.fmu", backend="python")):
         with FmuDrive(path) as drive:
             deviation = np.abs(run_fmu(drive, excitation, NAMES) - expected)
         assert deviation[:, NAMES.index("output.tau")].max() < 1e-12 * full_individual.full_torque
         assert (deviation.max(axis=0) <= 1e-11 * np.maximum(np.abs(expected).max(axis=0), 1)).all()
-    mean = run_model(drive_component(full_model.with_parameters(band=0.0)), excitation, full_model.parameter_vector())
+    population = drive_component(full_model.with_parameters(band=0.0))
+    mean = run_model(population, excitation, population.parameter_vector())
     assert np.abs(mean[:, 0] - expected[:, 0]).max() > 1e-3 * full_individual.full_torque
 
 

@@ -349,7 +349,7 @@ def assert_agrees_with_the_model(command: list[str], model: DriveModel, platform
     component = drive_component(model)
     excitation = make_excitation(component)
     came = replay(command, member, read_archive(path).guid, component, excitation, folder)[:, : len(component.outputs)]
-    expected = run_model(component, excitation, model.parameter_vector())
+    expected = run_model(component, excitation, component.parameter_vector())
     scale = np.maximum(np.abs(expected).max(axis=0), 1.0)
     scale[0] = model.full_torque
     assert np.abs(expected[:, 0]).max() > 0.5 * model.full_torque
