@@ -51,7 +51,7 @@ autodoc_type_aliases = {name: name for name in ("Array", "ArrayLike", "Controlle
 python_maximum_signature_line_length = 88
 
 html_theme = "furo"
-html_title = f"reefmu {version}"
+html_title = f"reefmu {version.partition('+')[0]}"  # without the commit
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_copyright = False

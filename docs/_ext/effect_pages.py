@@ -16,6 +16,7 @@ from sphinx.application import Sphinx
 
 from reefmu.effects import EFFECTS, Effect, Place
 from reefmu.effects.base import Requirement
+from reefmu.effects.effect_facts import example_call
 
 LIST = "reference/effects"
 NEEDS = {
@@ -54,7 +55,11 @@ def page_text(effect: Effect, has_picture: bool) -> str:
 
 def _page(effect: Effect, has_picture: bool) -> Iterator[str]:
     first = effect.parameters[0]
-    equation = textwrap.fill(effect.equation, 88, break_on_hyphens=False, subsequent_indent="    ")
+    # One clause a line; two blanks separate clauses.
+    equation = "\n".join(
+        textwrap.fill(clause, 88, break_on_hyphens=False, subsequent_indent="    ")
+        for clause in effect.equation.split(",  ")
+    )
     yield f"# {effect.name}\n\n{effect.meaning}\n\n```text\n{equation}\n```\n"
     yield f"Acts: {effect.place.value}.\n"
     if has_picture:
@@ -69,7 +74,7 @@ def _page(effect: Effect, has_picture: bool) -> Iterator[str]:
     yield "\nIn Python, and in an FMU at its typical size:\n"
     yield "```python\nfrom reefmu import build_model\n"
     yield f'model = build_model("drive_1", {{"{effect.name}": {{"{first.name}": {first.nominal:g}}}}})\n```\n'
-    yield f"```sh\nreefmu export drive_1 -o drive.fmu --effect {effect.name}.{first.name}={first.nominal:g}\n```\n"
+    yield f"```sh\n{example_call(effect)}\n```\n"
     yield from _experiment(effect)
     yield f"## Source\n\n{effect.source}"
 

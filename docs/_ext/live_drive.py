@@ -35,7 +35,8 @@ def write_page(preset: str, folder: Path) -> bool:
     """Write the page into a folder; returns whether the drive runs on it."""
     if importlib.util.find_spec("ziglang") is None:
         return False
-    component = drive_component(build_model(sm.load_drive(preset), {name: {} for name in EFFECTS}, n_drives=DRIVES))
+    model = build_model(sm.load_drive(preset), {name: {} for name in EFFECTS}, n_drives=DRIVES)
+    component = drive_component(model, start=False)
     interface = declare_with_derivatives(component)
     module = compile_module(make_sources(component, interface, "", "web"))
     if module is None:

@@ -173,7 +173,7 @@ def parse_parameter(value: Any, parameter: Parameter, where: str) -> float:
     if quantity is not None:
         expect(isinstance(value, str), f"a text with its unit, such as '1 {parameter.unit}'", value, where)
         return parse_quantity(value, quantity, where)
-    match = re.fullmatch(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*(.*\S)\s*", value) if isinstance(value, str) else None
+    match = re.fullmatch(r"\s*([+-]?[\d.]++(?:[eE][+-]?\d++)?+)\s*(.*\S)\s*", value) if isinstance(value, str) else None
     expect(match is not None, f"a text with its unit, such as '1 {parameter.unit}'", value, where)
     assert match is not None
     if match[2] != parameter.unit:

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import re
+import runpy
+import shlex
+from pathlib import Path
+
 import pytest
 
+from reefmu.cli.parser import build_parser
 from reefmu.commands.fmus.effect_values import effect_values
 from reefmu.effects import EFFECTS, Effect, declared_test
 from reefmu.effects.effect_facts import confusions, effect_to_dict, example_value
+from stiffness_model.errors import InputError
 
 ALL = list(EFFECTS.values())
+PAGES = Path(__file__).parents[4] / "docs" / "_ext" / "effect_pages.py"
 
 
 def test_a_confusion_is_mutual() -> None:
@@ -31,6 +39,21 @@ def test_examples_are_values_that_the_command_line_reads(effect: Effect) -> None
     words = [f"{effect.name}.{p.name}={example_value(p)}" for p in effect.parameters]
     read = effect_values(words)[effect.name]
     assert read == {p.name: pytest.approx(p.nominal, rel=1e-12) for p in effect.parameters}
+
+
+@pytest.mark.parametrize("effect", ALL, ids=lambda e: e.name)
+def test_the_call_on_the_page_of_an_effect_is_one_that_the_program_reads(effect: Effect) -> None:
+    pytest.importorskip("sphinx", reason="the extra docs is not installed")
+    page = runpy.run_path(str(PAGES))["page_text"](effect, False)
+    (call,) = re.findall(r"```sh\n(.*)\n```", page)
+    args = build_parser().parse_args(shlex.split(call)[1:])
+    first = effect.parameters[0]
+    assert effect_values(args.effect)[effect.name] == {first.name: pytest.approx(first.nominal, rel=1e-12)}
+
+
+def test_a_value_without_its_unit_is_answered_with_the_unit() -> None:
+    with pytest.raises(InputError, match=r"expected a text with its unit, such as '1 rad/\(N.m\)', got '1e-6'"):
+        effect_values(["creep.compliance=1e-6"])
 
 
 def test_the_table_holds_every_parameter_and_state() -> None:
