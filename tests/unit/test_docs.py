@@ -57,3 +57,9 @@ def test_lines_are_no_longer_than_code(page: Path) -> None:
     """Except rows of tables and indented equations, which cannot be broken."""
     lines = page.read_text("utf-8").splitlines()
     assert [line for line in lines if len(line) > MAX_LINE and not line.startswith(("|", "    "))] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_no_line_begins_with_a_percent_sign(page: Path) -> None:
+    """The site takes such a line for a comment and leaves it out."""
+    assert [line for line in page.read_text("utf-8").splitlines() if line.lstrip().startswith("%")] == []

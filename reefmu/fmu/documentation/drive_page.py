@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import importlib.resources
 import json
+import re
 from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING
@@ -48,10 +49,20 @@ def drive_page(
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{name}</title>\n'
-        f"<style>\n{_asset('page.css')}</style>\n</head>\n<body>\n<h1>{name}</h1>\n<p>{escape(description)}</p>\n"
+        f"<style>\n{_asset('page.css')}</style>\n</head>\n<body>\n<h1>{name}</h1>\n<p>{_prose(description)}</p>\n"
         f"{live}{picture}{_equations(drive, interface.kind)}{_signs()}{''.join(sections)}{_variables(interface)}"
         "</body>\n</html>\n"
     )
+
+
+def _prose(text: str) -> str:
+    """Text as HTML, with names between backticks as code."""
+    return re.sub("`([^`]+)`", r"<code>\1</code>", escape(text))
+
+
+def _clauses(equation: str) -> str:
+    """An equation with a line for each of its clauses."""
+    return equation.replace(",  ", "\n")
 
 
 def _asset(name: str) -> str:
@@ -65,7 +76,7 @@ def _picture(drive: Component) -> str:
         if len(curve.torque) > 1
         else "At rest, without history."
     )
-    return f"{curve_svg(curve)}\n<p class='soft'>{note}</p>"
+    return f"<div class='wide'>{curve_svg(curve)}</div>\n<p class='soft'>{note}</p>"
 
 
 def _interactive(drive: Component, module: bytes) -> str:
@@ -120,8 +131,10 @@ def _reads_crank(drive: Component) -> bool:
 
 
 def _field(p: ModelParameter) -> str:
-    size = displayed(1.0, p.unit)
-    shown = 1 / size[0]
+    # In the unit that suits a value of typical size: arcmin for a twist, deg for a phase.
+    typical = p.nominal or 1.0
+    size = displayed(typical, p.unit)
+    shown = typical / size[0]
     low, high, value = (None if v is None else v / shown for v in (p.minimum, p.maximum, p.value))
     limits = "".join(f' {name}="{v!r}"' for name, v in (("min", low), ("max", high)) if v is not None)
     return (
@@ -142,7 +155,7 @@ def _equations(drive: Component, kind: str) -> str:
     )
     effects = "".join(
         f"<li>{escape(e.title)} (<code>{escape(e.name)}</code>), {escape(e.place.value)}:\n"
-        f"<pre>{escape(e.equation)}</pre></li>\n"
+        f"<pre>{escape(_clauses(e.equation))}</pre></li>\n"
         for e in model.effects
     )
     motion = (

@@ -14,8 +14,11 @@ import pytest
 
 from reefmu.cli import main
 from reefmu.fmu.documentation import web_assembly
+from reefmu.fmu.documentation.drive_page import drive_page
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.importer.instance import FmuDrive
+from reefmu.fmu.model.component import drive_component
+from reefmu.fmu.model.declaration import declare_with_derivatives
 from reefmu.model.drive_model import DriveModel, build_model
 from reefmu.model.masses import TYPICAL_MASSES
 from stiffness_model.lookup.table import Lookup
@@ -45,7 +48,12 @@ def compiler(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_page_states_variables_equations_signs_step_and_licence(model: DriveModel, tmp_path: Path) -> None:
     page = page_of(sources_only(model, tmp_path / "x.fmu"))
     for effect in model.effects:
-        assert effect.equation.replace("<", "&lt;").replace(">", "&gt;") in page
+        for clause in effect.equation.split(",  "):
+            assert clause.replace("<", "&lt;").replace(">", "&gt;") in page
+    assert "<code>stiffness</code> are those at constant states" in page
+    assert "`" not in page
+    assert "<code>start.torque</code> the drive starts in equilibrium" in page
+    assert "start at <code>start.hysteresis.deflection</code>" in page
     for name in ("crank.phi", "output.tau", "band", *(p.name for p in model.parameters)):
         assert f"<code>{name}</code></td>" in page
     assert "for a positive twist" in page
@@ -53,6 +61,15 @@ def test_the_page_states_variables_equations_signs_step_and_licence(model: Drive
     assert "licence BSD-3-Clause" in page
     assert web_assembly.NO_COMPILER in page
     assert not re.search(r"""(src|href)=["']?(https?:)?//""", page)
+
+
+def test_fields_are_in_the_unit_of_their_typical_value(full_model: DriveModel) -> None:
+    component = drive_component(full_model, start=False)
+    page = drive_page(component, declare_with_derivatives(component), "", b"module")
+    found = {name: unit for unit, name in re.findall(r'value="[^"]*"> (\S*) <code>([\w.]+)</code>', page)}
+    assert found["hysteresis.presliding"] == "arcmin"
+    assert found["kinematic_error.phase_1"] == "deg"
+    assert found["backlash.clearance"] == "um"
 
 
 def test_the_picture_shows_the_curve_and_its_band(model: DriveModel, tmp_path: Path) -> None:
