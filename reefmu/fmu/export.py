@@ -13,6 +13,7 @@ import hashlib
 import os
 import warnings
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -24,6 +25,7 @@ from stiffness_model.io.atomic_files import scratch_folder
 from .codegen.compile import compile_binaries, has_compiler, select_platforms
 from .codegen.sources import make_sources, with_guid
 from .documentation.members import documentation
+from .documentation.web_assembly import compile_module
 from .export_fmi3 import fmi3_members, fmi3_sources
 from .metadata import RELEASE_DATE, export_info, model_identifier
 from .model.component import LOOKUP_FILE, METADATA_FILE, Component, drive_component, save_component
@@ -192,14 +194,18 @@ def _native_content(
     for name, content in sorted(sources.items()):
         digest.update(name.encode() + content)
     export = export_info(component, interface, resources, date, "native", digest.hexdigest())
-    page_sources = _page_sources(component) if interactive else None
     sources = with_guid(sources, export.guid)
+    with ThreadPoolExecutor(1) as pool:
+        page = pool.submit(compile_module, _page_sources(component)) if interactive else None
+        binaries = compile_binaries(
+            sources, export.model_identifier, platforms, {} if page is None else {page: "page of the FMU"}
+        )
     members = {
         DESCRIPTION: model_description(interface, export),
         **{f"resources/{name}": data for name, data in resources.items()},
         **{f"sources/{name}": data for name, data in sources.items()},
-        **compile_binaries(sources, export.model_identifier, platforms),
-        **documentation(component, interface, export, page_sources),
+        **binaries,
+        **documentation(component, interface, export, None if page is None else page.result()),
     }
     members |= related_members(component, interface, export, sets)
     members = members if fmi == "2.0" else fmi3_members(members, interface, export)

@@ -138,23 +138,17 @@ def contact_forces(population: Population, ax: Axes | None = None) -> Axes:
     force = population.contact_force[:, order]
     low, high = np.percentile(force, BAND, axis=0)
     mean = force.mean(axis=0)
-    for k, (line, name) in enumerate(zip(CONTACTS, population.contact_names, strict=True)):
+    contacts = list(enumerate(zip(CONTACTS, population.contact_names, strict=True)))
+    for k, (line, name) in contacts:
         ax.plot(torque, mean[:, k], color=line.colour, linestyle=line.style, linewidth=1.8, label=name)
-        place = (k + 0.5) / len(population.contact_names)
-        _whiskers(ax, torque, low[:, k], high[:, k], line, place)
+        _whiskers(ax, torque, low[:, k], high[:, k], line, (k + 0.5) / len(contacts))
     format_axes(ax, TORQUE, "greatest contact force [N]")
     start_axes_at_zero(ax)
     if torque[-1] > 0:
         # The labels are at the ends of the curves.
         ax.set_xlim(0, torque[-1])
     caption(ax, f"{drive_name(population.drive.name)}; {WHISKER_TEXT}")
-    label_ends(
-        ax,
-        [
-            (torque[-1], mean[-1, k], name, line.colour)
-            for k, (line, name) in enumerate(zip(CONTACTS, population.contact_names, strict=True))
-        ],
-    )
+    label_ends(ax, [(torque[-1], mean[-1, k], name, line.colour) for k, (line, name) in contacts])
     return ax
 
 

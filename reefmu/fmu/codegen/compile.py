@@ -13,9 +13,11 @@ import struct
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 from reefmu.progress import Progress
 from stiffness_model.errors import InputError, unknown_name
@@ -96,24 +98,32 @@ def select_platforms(name: str) -> tuple[Platform, ...]:
     return (PLATFORMS[known],)
 
 
-def compile_binaries(sources: Mapping[str, bytes], identifier: str, platforms: Sequence[Platform]) -> dict[str, bytes]:
-    """Binaries by name in the archive, compiled or from the cache.
+def compile_binaries(
+    sources: Mapping[str, bytes],
+    identifier: str,
+    platforms: Sequence[Platform],
+    beside: Mapping[Future[bytes | None], str] = MappingProxyType({}),
+) -> dict[str, bytes]:
+    """Binaries by name in the archive, compiled or from the cache, several at a time.
 
-    sources: C files by name. identifier: model identifier, which names the libraries. Errors: `InputError` without a
+    sources: C files by name. identifier: model identifier, which names the libraries. beside: what else is compiled
+    meanwhile, with its name in the progress, which ends when all is done. Errors: `InputError` without a
     compiler for one of the platforms, or with the message of the compiler.
     """
     members: dict[str, bytes] = {}
     jobs = [(p, target) for p in platforms for target in p.targets]
     parts: dict[str, list[bytes]] = {p.name: [] for p in platforms}
-    with Progress("compiling", len(jobs)) as progress, ThreadPoolExecutor(os.cpu_count()) as pool:
+    total = len(jobs) + len(beside)
+    with Progress("compiling", total) as progress, ThreadPoolExecutor(os.cpu_count()) as pool:
         started, zig = time.monotonic(), any(_program(p) == ZIG for p in platforms)
         futures = {pool.submit(_compile_for, sources, identifier, p, target): target for p, target in jobs}
-        pending = set(futures)
+        names: dict[Future[Any], str] = {**futures, **beside}
+        pending = set(names)
         while pending:
             done, pending = wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
-            now = ", ".join(target for future, target in futures.items() if future.running())
+            now = ", ".join(target for future, target in names.items() if future.running())
             reason = f"; {FIRST_BUILD}" if zig and time.monotonic() - started > LONG else ""
-            progress.advance_to(1 - len(pending) / len(jobs), now + reason)
+            progress.advance_to(1 - len(pending) / total, now + reason)
             for future in done:
                 future.result()
     for (p, _), future in zip(jobs, futures, strict=True):

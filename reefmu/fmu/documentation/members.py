@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.metadata
 import importlib.resources
-from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 
@@ -15,22 +14,20 @@ from ..model.variables import Interface
 from ..python_backend.dependencies import external_dependencies
 from ..xml.description import ExportInfo
 from .drive_page import drive_page
-from .web_assembly import compile_module
 
 ICON = "model.png"
 """The icon of FMI 2.0 (FMI 2.0.4, section 2.3); FMI 3.0 has another place for it."""
 
 
 def documentation(
-    component: Component, interface: Interface, export: ExportInfo, sources: Mapping[str, bytes] | None
+    component: Component, interface: Interface, export: ExportInfo, module: bytes | None
 ) -> dict[str, bytes]:
     """The members of the archive by name.
 
-    sources: of a native FMU of kind `drive`, which the page runs where there is a compiler; None for a page that does
-    not run the drive.
+    module: of `compile_module` for the drive without its start (`drive_component`), which the page runs; None for a
+    page that does not run the drive.
     """
     drive = drive_component(component.model, start=False)
-    module = None if sources is None else compile_module(sources)
     page = drive_page(
         drive,
         interface,
