@@ -23,7 +23,7 @@ def starting_drive(plain: Component) -> Component:
 
     model, n, m = plain.model, len(plain.states), len(plain.parameters)
     last, output = f"last.{INPUT_NAMES[2].partition('.')[0]}", INPUT_NAMES.index("output.phi")
-    own = start_parameters(model, f"the twist begins with it ({START_TWIST}), whatever the angles")
+    own = start_parameters(model, f"the twist counts from the angles at the start ({START_TWIST})")
     u, p = ca.MX.sym("u", len(plain.inputs)), ca.MX.sym("p", m + len(own))
     x, dt, offset = ca.MX.sym("x", n + 1), ca.MX.sym("dt"), ca.MX.sym("offset")
     moved, drive = shifted(u, output, x[n]), p[:m]
