@@ -82,8 +82,7 @@ def build_contacts(
         deviations = Deviations(*(getattr(deviations, f.name)[mask] for f in fields(Deviations)))
     beta, r_element = deviations.beta.ravel(), deviations.element.ravel()
     q = deviations.gear.ravel() + clearance
-    path = drive.path
-    normal_r, normal_t = path.normal(beta, drive.orientation)
+    path_radius, normal_r, normal_t = drive.path.radius_and_normal(beta, drive.orientation)
     compliance = compliances(drive)
     capped = np.zeros(beta.shape, bool)
     if drive.element == "ball":
@@ -99,7 +98,7 @@ def build_contacts(
         }
     return Contacts(
         beta=beta,
-        path_radius=path.radius(beta),
+        path_radius=path_radius,
         normal_r=normal_r,
         normal_t=normal_t,
         gear_gap=q - r_element,

@@ -2,6 +2,7 @@
 
 * `individual_drive`: one drive with its own parts; `element_positions`: where its elements stand at an output angle.
 * `individual_contacts`: their contacts; `maps`: torque over twist and angle.
+* `element_torques`: torque of every element along a path of twists and output angles, and its derivatives.
 * `loaded`: twist under a constant torque and without load; `orders`: order spectra.
 * `twist_scatter`: several individuals; `ripple_plots`: pictures.
 
@@ -15,18 +16,22 @@
 """
 
 from .element_positions import elements_at
+from .element_torques import ElementPath, Places, element_path
 from .individual_drive import Individual, angles_over_turn, draw_individual, mean_individual
 from .loaded import LoadedTurn, NoLoad, loaded_turn, no_load
 from .maps import TurningMap, turning_map
 from .orders import Spectrum, spectrum
 
 __all__ = [
+    "ElementPath",
     "Individual",
     "LoadedTurn",
     "NoLoad",
+    "Places",
     "Spectrum",
     "TurningMap",
     "draw_individual",
+    "element_path",
     "loaded_turn",
     "mean_individual",
     "no_load",

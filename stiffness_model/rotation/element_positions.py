@@ -48,13 +48,23 @@ class Window:
         if limit >= math.pi:
             return Window(limit, math.pi, drive.elements)
         reach = min(limit + FADE_HALF_WIDTH, math.pi)
-        return Window(limit, reach, min(math.floor(reach / math.pi * drive.elements) + 1, drive.elements))
+        return Window(limit, reach, _most_elements(reach, drive))
+
+    def widened(self, margin: float, drive: Drive) -> Window:
+        """The window with elements that lie up to a margin, rad, beyond its reach."""
+        reach = min(self.reach + margin, math.pi)
+        return Window(self.limit, reach, _most_elements(reach, drive))
 
     def weight(self, beta: Array) -> Array:
         """`ElementPositions.weight`."""
         if self.reach >= math.pi:
             return np.ones_like(beta)
         return np.clip((self.limit - np.abs(beta)) / (2 * FADE_HALF_WIDTH) + 0.5, 0.0, 1.0)
+
+
+def _most_elements(reach: float, drive: Drive) -> int:
+    """Greatest number of elements with |beta| up to `reach`, rad."""
+    return min(math.floor(reach / math.pi * drive.elements) + 1, drive.elements)
 
 
 def element_lobe_pairs(drive: Drive) -> tuple[Index, Index]:

@@ -103,18 +103,18 @@ class IndividualContacts:
         """The table of the gear's contact."""
         return gear_compliance_table(self.individual.drive, self.window.reach)
 
-    def contacts(self, at: ElementPositions, clearance: float = 0.0) -> Contacts:
-        """The contacts at given positions, flattened, angle after angle; clearance: m, added to the gear's."""
+    def contacts(self, at: ElementPositions, clearance: Array | float = 0.0) -> Contacts:
+        """The contacts at given positions, flattened, angle after angle; clearance: m, added to the gear's, one number
+        or one for every contact."""
         one, own, number = self.individual, self.own_contacts, at.element.ravel()
         beta, q = at.beta.ravel(), one.lobe[at.row, at.lobe].ravel() + clearance
-        path = one.drive.path
-        normal_r, normal_t = path.normal(beta, one.drive.orientation)
+        path_radius, normal_r, normal_t = one.drive.path.radius_and_normal(beta, one.drive.orientation)
         placed = own[number]
         ball = one.drive.element == "ball"
         return replace(
             placed,
             beta=beta,
-            path_radius=path.radius(beta),
+            path_radius=path_radius,
             normal_r=normal_r,
             normal_t=normal_t,
             gear_gap=q - one.element[number],

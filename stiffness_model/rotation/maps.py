@@ -98,9 +98,7 @@ class AngleBatch:
         # The twist moves the eccentric's centre only, to beta + i twist; gear and path keep the untwisted beta.
         lead = np.repeat(self.ratio * twist, self.positions.beta.shape[1])
         moved = replace(self.contacts, beta=self.contacts.beta + lead)
-        return (
-            _solve_grouped(moved, np.zeros(1), _torque).reshape(self.positions.beta.shape) * self.positions.weight
-        ).sum(axis=1)
+        return (solve_torques(moved).reshape(self.positions.beta.shape) * self.positions.weight).sum(axis=1)
 
 
 def expect_angles(values: ArrayLike, name: str) -> Array:
@@ -144,6 +142,11 @@ def _solve_grouped(contacts: Contacts, crank_twist: Array, numbers: Callable[[Eq
     for some, values in groups:
         found[:, :, some] = values
     return found
+
+
+def solve_torques(contacts: Contacts) -> Array:
+    """Torques of n elements on the output, (n,) N.m, at the crank's twist that `beta` holds."""
+    return _solve_grouped(contacts, np.zeros(1), _torque)[0, 0]
 
 
 def _torque(result: Equilibrium) -> Array:
