@@ -37,10 +37,10 @@ class WrittenFits:
 class Analysis:
     """A diagnosis together with the evidence and the conclusion, from which report and corrected model are made.
 
-    record: as it was diagnosed, a motor's torque without the friction that the drive states. written: what the models
-    hold of which the gap and the figures are. proposed: the next
-    experiment, None where none was planned. keeps_stated: whether the corrected model contains the friction at the
-    crank that the drive states, which is not the case where what was found in the motor's torque contains it.
+    record: as it was diagnosed, a motor's torque without the friction that the drive states. written: the fits of the
+    models that are written, to which the gap and the figures refer. proposed: the next experiment, None where none was
+    planned. keeps_stated: whether the corrected model contains the friction at the crank that the drive states, which
+    is not the case where what was found in the motor's torque contains it.
     """
 
     record: Record

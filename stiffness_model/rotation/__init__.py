@@ -16,7 +16,7 @@
 """
 
 from .element_positions import elements_at
-from .element_torques import ElementPath, Places, element_path
+from .element_torques import ElementPath, Places, Steps, element_path
 from .individual_drive import Individual, angles_over_turn, draw_individual, mean_individual
 from .loaded import LoadedTurn, NoLoad, loaded_turn, no_load
 from .maps import TurningMap, turning_map
@@ -29,6 +29,7 @@ __all__ = [
     "NoLoad",
     "Places",
     "Spectrum",
+    "Steps",
     "TurningMap",
     "draw_individual",
     "element_path",

@@ -73,19 +73,15 @@ class ElementPath:
     def changes(self, steps: Sequence[Steps]) -> Array:
         """(k, m, width) N.m, change of the torque of every element by k steps. Elements that carry nothing are taken
         not to be reached by a step."""
-        before, weight = self.torque.ravel(), self.positions.weight.ravel()
+        before, beta = self.torque.ravel(), self.positions.beta.ravel()
         found = np.zeros((len(steps), self.lead.size))
         own = [self._own_contacts(step) for step in steps]
         for some in _batches(np.flatnonzero(before)):
             here, element = self._contacts(some), self.positions.element.ravel()[some]
             for row, step, parts in zip(found, steps, own, strict=True):
-                if not step.position:
-                    row[some] = solve_torques(_stepped(here, step, parts[element])) * weight[some] - before[some]
-                    continue
-                moved = self.positions.beta.ravel()[some] + step.position
-                faded = self.contacts.window.weight(moved)
-                there = self._contacts(some, step.position)
-                row[some] = solve_torques(_stepped(there, step, parts[element])) * faded - before[some]
+                there = self._contacts(some, step.position) if step.position else here
+                weight = self.contacts.window.weight(beta[some] + step.position)
+                row[some] = solve_torques(_stepped(there, step, parts[element])) * weight - before[some]
         return found.reshape(len(steps), *self.lead.shape)
 
     def _own_contacts(self, step: Steps) -> Contacts:
