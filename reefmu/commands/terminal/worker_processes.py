@@ -34,8 +34,7 @@ def process_pool(count: int | None = None) -> Generator[ProcessPoolExecutor]:
     try:
         yield workers
     except BaseException:
-        stop_writer.send_bytes(b"stop")
-        _close_results(workers)
+        _stop(workers, stop_writer)
         raise
     finally:
         workers.shutdown(cancel_futures=True)
@@ -50,15 +49,20 @@ def pool_with_progress(what: str) -> Generator[Executor]:
         yield CountingExecutor(what, workers)
 
 
-def _close_results(workers: ProcessPoolExecutor) -> None:
-    """Close this process's own end of the pipe that workers write results to.
-
-    Otherwise the executor (CPython 3.11 to 3.14) waits for the rest of a result that a stopped worker was writing: it
-    sees the end of the pipe only when no process has it open for writing.
-    """
-    writer = getattr(getattr(workers, "_result_queue", None), "_writer", None)
-    if writer is not None:
-        writer.close()
+def _stop(workers: ProcessPoolExecutor, stop_writer: Connection) -> None:
+    """Stop the workers at once, whatever they are doing, and wait until the executor has taken note of it."""
+    manager = getattr(workers, "_executor_manager_thread", None)
+    results = getattr(getattr(workers, "_result_queue", None), "_writer", None)
+    # The executor drops cancelled work before it learns that its workers have ended: CPython before 3.13 would set an
+    # error on that work, and its thread would end with a traceback (InvalidStateError) on the terminal.
+    workers.shutdown(wait=False, cancel_futures=True)
+    stop_writer.send_bytes(b"stop")
+    # The executor (CPython 3.11 to 3.14) waits for the rest of a result that a stopped worker was writing: it sees the
+    # end of the pipe only when no process, and so neither this one, has it open for writing.
+    if results is not None:
+        results.close()
+    if manager is not None:
+        manager.join()
 
 
 def _start(stop_reader: Connection) -> None:

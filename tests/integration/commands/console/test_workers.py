@@ -52,7 +52,19 @@ def stop_during_work() -> None:
         raise SystemExit(3)
 
 
-@pytest.mark.parametrize("case", ["stop_during_a_result", "stop_during_work"])
+def stop_with_cancelled_work() -> None:
+    """`Executor.map` cancels the work that is left; on one core, the workers end before the executor runs again."""
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+    with process_pool(2) as pool:
+        waiting = [pool.submit(time.sleep, 1000.0) for _ in range(2000)]
+        while len(multiprocessing.active_children()) < 2:
+            time.sleep(0.01)
+        for future in waiting:
+            future.cancel()
+        raise SystemExit(3)
+
+
+@pytest.mark.parametrize("case", ["stop_during_a_result", "stop_during_work", "stop_with_cancelled_work"])
 def test_an_exception_ends_the_pool_whatever_its_workers_do(case: str) -> None:
     root = Path(__file__).parents[4]
     done = subprocess.run(
