@@ -80,5 +80,5 @@ def make_scalar_stages(lookup: Lookup, effects: Sequence[Effect], individual: In
 
 
 def scalar_function(name: str, arguments: list[ca.MX], result: ca.MX) -> ca.Function:
-    """`stage_function` in scalars."""
-    return stage_function(name, arguments, result).expand()
+    """`stage_function` in scalars, which computes equal expressions once, such as the torques of outputs and rates."""
+    return stage_function(name, arguments, result).expand(name, {"cse": True})

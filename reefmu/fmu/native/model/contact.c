@@ -104,8 +104,8 @@ static void update_slice(Slice *slice, const Tables *tables, const double *coeff
 #if HAS_CONTACT_FUNCTION
 /* Runs a generated function of the contacts at a twist. Beyond max_angle, rad, the output angle is too coarse to locate
    the elements of an individual. */
-static void evaluate_contact_function(int (*function)(const double **, double **, int *, double *, int), const Slice *slice,
-                                double twist, const double *along, double *result) {
+static void evaluate_contact_function(int (*function)(const double **, double **, int *, double *, int),
+                                      const Slice *slice, double twist, const double *along, double *result) {
     static const double max_angle = 1e12;
 #if HAS_ANGLE
     double angle = slice->point[ANGLE];

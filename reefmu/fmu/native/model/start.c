@@ -1,4 +1,5 @@
-/* The states at the start, where the model has parameters for it: reefmu/fmu/model/start/start_search.py, whose search this is.
+/* The states at the start, where the model has parameters for it. The search is that of
+   reefmu/fmu/model/start/start_search.py.
 
    At a torque of zero the angles give the states. At any other torque their twist is exceeded by the offset at which
    the drive exerts it, and `rest` is what the torque adds to the states once it has been held for long. */

@@ -80,7 +80,7 @@ def test_damaged_tables_are_refused(lookup: Lookup, change) -> None:
 def test_a_native_fmu_is_small_and_contains_its_tables_once(
     drive: object, lookup: Lookup, full_model: DriveModel, tmp_path: Path
 ) -> None:
-    """What runs is below 310 kB with a binary for one platform, also of a joint with all effects; documentation, sets
+    """What runs is below 300 kB with a binary for one platform, also of a joint with all effects; documentation, sets
     of parameters and reference results add less than 150 kB."""
     plain = build_model(drive, lookup=lookup)  # type: ignore[arg-type]
     for model in (plain, full_model):
@@ -94,7 +94,7 @@ def test_a_native_fmu_is_small_and_contains_its_tables_once(
                 for i in archive.infolist()
                 if i.filename.startswith(explaining)
             )
-            assert path.stat().st_size - added < 310e3
+            assert path.stat().st_size - added < 300e3
             assert added < 150e3
             names = archive.namelist()
             header = archive.read(f"sources/{TABLES}")
@@ -107,4 +107,4 @@ def test_a_native_fmu_is_small_and_contains_its_tables_once(
                 if not i.filename.startswith(("binaries/", "extra/", "documentation/", "modelDescription"))
                 and i.filename != f"sources/{TABLES}"
             )
-        assert others < 210e3
+        assert others < 200e3

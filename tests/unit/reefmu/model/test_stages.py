@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 
+import casadi as ca
 import pytest
 
 from reefmu.diagnosis.forward.record_stages import RecordStages
@@ -73,6 +74,17 @@ def test_c_calls_the_stages_in_the_declared_order(kind: str, name: str, drive: o
     assert [run or "contacts" for run, _ in called] == motion + declared
     contacts = re.findall(r"(?:RUN\((\w+))|(solve_at)", bodies["evaluate_contacts"])
     assert [run or "contacts" for run, _ in contacts] == [s.name for s in CONTACT_EQUILIBRIUM if s is not COEFFICIENTS]
+
+
+@pytest.mark.parametrize("kind", ["drive", "joint"])
+def test_generated_functions_compute_equal_expressions_once(kind: str, drive: object, lookup: Lookup) -> None:
+    """Outputs and rates share the chain of torques, also in their directional derivative."""
+    model = build_model(drive, {effect: {} for effect in EFFECTS}, lookup=lookup)  # type: ignore[arg-type]
+    component = drive_component(model) if kind == "drive" else joint_component(model, TYPICAL_MASSES)
+    for name, function in make_functions(component).functions.items():
+        symbols = function.sx_in()
+        shared = ca.Function(name, symbols, [ca.cse(function(*symbols))])
+        assert function.n_instructions() == shared.n_instructions(), name
 
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=lambda e: e.name)
