@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from reefmu.fmu.model.component import Component, drive_component
 from reefmu.model.drive_model import DriveModel
 from reefmu.model.masses import STATES, Masses
 from reefmu.model.signals import INPUTS
@@ -26,6 +26,9 @@ JOINT_INPUTS = ("motor.tau", "load.tau")
 DRIVE_INPUTS = tuple(signal.name for signal in INPUTS)
 _SMALL_SPEED = 1e-9
 """rad/s: a speed that has a sign and no other influence; far below those of a joint, chosen by judgement."""
+MOST_DOUBLINGS = 20
+"""Times that the twist within which an equilibrium is searched, at first that of an FMU's start, is doubled at most;
+chosen by judgement."""
 
 
 @dataclass(frozen=True)
@@ -168,43 +171,34 @@ class JointModel:
             x[:4] = motion
         return x
 
+    @cached_property
+    def _component(self) -> Component:
+        """The drive as in an FMU, with the search for its states under a torque."""
+        return drive_component(self.drive)
+
     def equilibrium(self, load_torque: float = 0.0, crank_angle: float = 0.0) -> tuple[Array, Array]:
         """State x and input u of the joint at rest under `load_torque`, N.m on the output (load.tau).
 
         crank_angle: of the crank, rad. States that evolve in time, such as creep, have what the torque adds to them
-        once it has been held for long; the effects' other states are 0. Within a clearance any point is an
-        equilibrium, and one is chosen. Raises `InputError` for a torque that the drive cannot carry.
+        once it has been held for long; the effects' other states are 0. In a play without a load any twist is an
+        equilibrium, and zero is chosen where its torque is exactly zero. Raises `InputError` for a torque that the
+        drive cannot carry.
         """
-        from scipy.optimize import brentq
-
         expect_number(load_torque, "a finite torque, N.m", "load_torque")
         expect_number(crank_angle, "a finite angle, rad", "crank_angle")
-        p = self.drive.parameter_vector()
-        states = np.zeros(len(self.drive.states))
-
-        def inputs(twist: float) -> Array:
-            return np.array([crank_angle, 0.0, crank_angle / self.ratio - twist, 0.0, self.temperature])
-
-        def drive(twist: float) -> Array:
-            return np.array(self.drive.output(states, inputs(twist), p)).ravel()
-
-        def excess(twist: float) -> float:
-            return float(drive(twist)[0] + load_torque)
-
-        def solve() -> float:
-            reach = self.drive.lookup.twist.stop
-            for _ in range(20):
-                if excess(-reach) <= 0.0 <= excess(reach):
-                    break
-                reach *= 2
-            else:
-                raise InputError(f"load_torque: expected a torque the drive can carry, got {load_torque:g} N.m")
-            root: Any = brentq(excess, -reach, reach, xtol=1e-16, rtol=np.float64(1e-14))
-            return float(root)
-
-        # What settles depends on the torque alone, and changes the twist under it.
-        states = np.asarray(self.drive.settle(states, inputs(solve()), p)).ravel()
-        twist = solve()
-        x = self.state(np.array([crank_angle, 0.0, crank_angle / self.ratio - twist, 0.0]))
-        x[len(STATES) :] = states[len(states) - count_effect_states(self.drive) :]
-        return x, np.array([-drive(twist)[1], load_torque])
+        start, p = self._component.start, self._component.parameter_vector()
+        assert start is not None
+        p[start.search.torque] = -load_torque
+        u = np.array([crank_angle, 0.0, crank_angle / self.ratio, 0.0, self.temperature])
+        for doublings in range(MOST_DOUBLINGS + 1):
+            states = np.asarray(start.loaded(u, p, start.search.reach * 2.0**doublings)).ravel()
+            if np.isfinite(states).all():
+                break
+        else:
+            raise InputError(f"load_torque: expected a torque the drive can carry, got {load_torque:g} N.m")
+        # The component's last state is the twist, which counts from the angles.
+        u[2] -= states[-1]
+        x = self.state(u[:4])
+        x[len(STATES) :] = states[len(self.drive.states) - count_effect_states(self.drive) : -1]
+        y = np.asarray(self.drive.output(states[:-1], u, self.drive.parameter_vector())).ravel()
+        return x, np.array([-y[1], load_torque])

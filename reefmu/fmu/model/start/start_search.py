@@ -1,4 +1,5 @@
-"""The search for the states at the start; `native/model/start.c` is the same in C."""
+"""The search for the states under a torque, for the start of an FMU and for `JointModel.equilibrium`;
+`native/model/start.c` is the same in C."""
 
 from __future__ import annotations
 
@@ -42,8 +43,12 @@ class StartSearch:
 
 @dataclass(frozen=True)
 class StartFunctions:
-    """The start of a component. loaded: (u, p) -> x, the states under the torque of p; NaN out of reach. limits:
-    (u, p) -> the least and the greatest torque within reach, N.m, shape (2,)."""
+    """The start of a component.
+
+    loaded: (u, p, reach) -> x, the states under the torque of p, also of zero; NaN where the drive does not exert it
+    within `reach`, rad, of the twist at which the search begins. limits: (u, p) -> the least and the greatest torque
+    within the reach of `search`, N.m, shape (2,).
+    """
 
     search: StartSearch
     loaded: casadi.Function
@@ -56,22 +61,22 @@ def with_start(component: Component, states: casadi.Function, settle: casadi.Fun
 
     from ..component import drive_component
 
-    reach = REACH * twist_at_full_torque(drive_component(component.model, start=False))
+    greatest = REACH * twist_at_full_torque(drive_component(component.model, start=False))
     search = StartSearch(
         states,
         settle,
         # Of the model's states none but those that settle depends on the inputs.
         component.model.settle.jac_sparsity(0, 1).nnz() > 0,
         [p.name for p in component.parameters].index(START_TORQUE),
-        reach,
-        STIFFNESS_FLOOR * component.full_torque / reach,
+        greatest,
+        STIFFNESS_FLOOR * component.full_torque / greatest,
     )
     u, p = ca.MX.sym("u", len(component.inputs)), ca.MX.sym("p", len(component.parameters))
-    at = _evaluation(component, search)
+    at, reach = _evaluation(component, search), ca.MX.sym("reach")
     unmoved = ca.MX.zeros(len(component.states))
-    limits = _ends(at, _bracket(search, -at(0, u, p, unmoved)[2]), u, p, unmoved) + p[search.torque]
-    loaded = ca.Function("loaded", [u, p], [_loaded(at, search, u, p, unmoved)])
-    chosen = ca.if_else(p[search.torque] == 0, states(u, p, 0), loaded(u, p), True)
+    limits = _ends(at, _bracket(-at(0, u, p, unmoved)[2], greatest), u, p, unmoved) + p[search.torque]
+    loaded = ca.Function("loaded", [u, p, reach], [_loaded(at, search, reach, u, p, unmoved)])
+    chosen = ca.if_else(p[search.torque] == 0, states(u, p, 0), loaded(u, p, greatest), True)
     return replace(
         component,
         initial=ca.Function("initial", [u, p], [chosen], ["u", "p"], ["x"]),
@@ -99,11 +104,11 @@ def _evaluation(component: Component, search: StartSearch) -> casadi.Function:
     return ca.Function("at", [offset, u, p, rest], [ca.vertcat(y[torque] - p[search.torque], y[stiffness], y[twist])])
 
 
-def _bracket(search: StartSearch, center: Any) -> Any:
+def _bracket(center: Any, reach: Any) -> Any:
     """The least and the greatest offset of a search around `center`, rad."""
     import casadi as ca
 
-    return center + ca.DM([-search.reach, search.reach])
+    return center + ca.vertcat(-reach, reach)
 
 
 def _ends(at: casadi.Function, bracket: Any, *given: Any) -> Any:
@@ -113,29 +118,29 @@ def _ends(at: casadi.Function, bracket: Any, *given: Any) -> Any:
     return ca.vertcat(*(at(bracket[k], *given)[0] for k in range(2)))
 
 
-def _loaded(at: casadi.Function, search: StartSearch, u: Any, p: Any, unmoved: Any) -> Any:
+def _loaded(at: casadi.Function, search: StartSearch, reach: Any, u: Any, p: Any, unmoved: Any) -> Any:
     """States in equilibrium under the torque of p: the twist, then the states that settle, then the twist again."""
-    offset = _offset(at, search, -at(0, u, p, unmoved)[2], u, p, unmoved)
+    offset = _offset(at, search, _bracket(-at(0, u, p, unmoved)[2], reach), u, p, unmoved)
     states = search.states(u, p, offset)
     if not search.settles:
         return states
     rest = search.settle(states, u, p) - states
-    return search.states(u, p, _offset(at, search, offset, u, p, rest)) + rest
+    return search.states(u, p, _offset(at, search, _bracket(offset, reach), u, p, rest)) + rest
 
 
-def _offset(at: casadi.Function, search: StartSearch, center: Any, *values: Any) -> Any:
-    """The offset, rad, at which the drive exerts the torque, in reach around `center`; NaN where there is none.
+def _offset(at: casadi.Function, search: StartSearch, first: Any, *values: Any) -> Any:
+    """The offset, rad, at which the drive exerts the torque, in the bracket `first`; NaN where there is none.
 
-    values: u, p and rest, as of `_evaluation`.
+    A middle at which it does so exactly is kept; in a play without a torque that is a twist of zero. values: u, p and
+    rest, as of `_evaluation`.
     """
     import casadi as ca
 
     bracket, given = ca.MX.sym("bracket", 2), [ca.MX.sym(v.name(), v.numel()) for v in at.mx_in()[1:]]
     middle = (bracket[0] + bracket[1]) / 2
-    below = at(middle, *given)[0] < 0
-    half = ca.vertcat(ca.if_else(below, middle, bracket[0]), ca.if_else(below, bracket[1], middle))
+    excess = at(middle, *given)[0]
+    half = ca.vertcat(ca.if_else(excess <= 0, middle, bracket[0]), ca.if_else(excess >= 0, middle, bracket[1]))
     halve = ca.Function("halve", [bracket, *given], [half]).fold(HALVINGS)
-    first = _bracket(search, center)
     last = halve(first, *(ca.repmat(v, 1, HALVINGS) for v in values))
     found = (last[0] + last[1]) / 2
     there = at(found, *values)

@@ -30,8 +30,9 @@ static int find_offset(Instance *instance, const double *rest, double center, do
     if (!(limits[0] <= torque && torque <= limits[1])) return 0;
     for (int k = 0; k < START_HALVINGS; k++) {
         double middle = (low + high) / 2.0;
-        if (evaluate_start(instance, &at, middle, rest, x, y) < 0.0) low = middle;
-        else high = middle;
+        excess = evaluate_start(instance, &at, middle, rest, x, y);
+        if (excess <= 0.0) low = middle;
+        if (excess >= 0.0) high = middle;
     }
     *offset = (low + high) / 2.0;
     excess = evaluate_start(instance, &at, *offset, rest, x, y);

@@ -11,6 +11,7 @@ import pytest
 from scipy.linalg import expm
 
 import stiffness_model as sm
+from reefmu.fmu.model.component import drive_component
 from reefmu.joint import JointModel, Masses, drive_system, joint_system, linearize, simulate_joint
 from reefmu.joint.equations import DRIVE_INPUTS
 from reefmu.model.drive_model import DriveModel, build_model
@@ -115,6 +116,18 @@ def test_equilibrium_is_at_rest(lossy: JointModel, load: float) -> None:
     assert x[0] == 1.1
     assert system.dynamics(0, x, u) == pytest.approx(0, abs=1e-7)
     assert system.output(0, x, u)[4] == pytest.approx(-load, abs=1e-9)
+
+
+def test_equilibrium_beyond_the_reach_of_a_start(joint: JointModel) -> None:
+    """The drive carries a load that an FMU refuses at its start for its great twist, but no absurd one."""
+    component, load = drive_component(joint.drive), -4 * joint.drive.full_torque
+    assert component.start is not None
+    _, greatest = np.asarray(component.start.limits([0, 0, 0, 0, 20], component.parameter_vector())).ravel()
+    assert -load > greatest
+    x, u = joint.equilibrium(load, crank_angle=1.1)
+    assert joint_system(joint).dynamics(0, x, u) == pytest.approx(0, abs=1e-7)
+    with pytest.raises(InputError, match=r"load_torque: expected a torque the drive can carry, got 1e\+15 N\.m"):
+        joint.equilibrium(1e15)
 
 
 @pytest.mark.parametrize("load", [0.0, -30.0, -200.0])

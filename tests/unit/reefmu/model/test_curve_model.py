@@ -47,6 +47,14 @@ def test_casadi_and_numpy_have_the_same_curve(sheet: CurveLookup) -> None:
             assert np.percentile(np.abs(change - by_clearance), 95) < 1e-3 * np.abs(by_clearance).max()
 
 
+@pytest.mark.parametrize("crank", [0.0, 0.7, -12.3])
+def test_a_joint_without_a_load_rests_in_the_middle_of_its_play(sheet: CurveLookup, crank: float) -> None:
+    joint = JointModel(build_curve_model(sheet, {"backlash": {"clearance": 2e-6}}), Masses(2e-4, 0.7))
+    x, u = joint.equilibrium(0.0, crank_angle=crank)
+    assert x[2] == pytest.approx(crank / joint.ratio, abs=1e-15)
+    assert u == pytest.approx(0, abs=1e-12)
+
+
 def test_clearance_separates_the_flanks_and_interference_adds_them(sheet: CurveLookup) -> None:
     """A play of 1e-4 rad to either side carries nothing within; an interference of it loads both flanks."""
     line, play = sheet.line, 1e-4
