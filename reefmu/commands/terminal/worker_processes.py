@@ -20,6 +20,9 @@ from reefmu.progress import CountingExecutor
 GRACE = 2.0
 """s, for which a worker survives a SIGTERM, so that its parent, which got the same signal, can report it first; chosen
 by judgement."""
+RESULT_WAIT = 1.0
+"""s, after which an executor that has not ended waits for a result that no worker will complete; chosen by judgement:
+it ends within milliseconds otherwise."""
 
 
 @contextlib.contextmanager
@@ -36,8 +39,9 @@ def process_pool(count: int | None = None) -> Generator[ProcessPoolExecutor]:
     except BaseException:
         _stop(workers, stop_writer)
         raise
-    finally:
+    else:
         workers.shutdown(cancel_futures=True)
+    finally:
         stop_reader.close()
         stop_writer.close()
 
@@ -57,12 +61,14 @@ def _stop(workers: ProcessPoolExecutor, stop_writer: Connection) -> None:
     # error on that work, and its thread would end with a traceback (InvalidStateError) on the terminal.
     workers.shutdown(wait=False, cancel_futures=True)
     stop_writer.send_bytes(b"stop")
+    if manager is None or results is None:
+        return
+    manager.join(RESULT_WAIT)
     # The executor (CPython 3.11 to 3.14) waits for the rest of a result that a stopped worker was writing: it sees the
-    # end of the pipe only when no process, and so neither this one, has it open for writing.
-    if results is not None:
-        results.close()
-    if manager is not None:
-        manager.join()
+    # end of the pipe only when no process, and so neither this one, has it open for writing. Closed any sooner, that
+    # end would reach the executor before the news that work was cancelled.
+    results.close()
+    manager.join()
 
 
 def _start(stop_reader: Connection) -> None:
