@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
+import _thread
 import contextlib
+import shutil
 import signal
+import sys
 import threading
 from collections.abc import Generator
+from importlib.machinery import ExtensionFileLoader
 from types import FrameType
 
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+PAUSE = 0.02
+"""s, after which a signal that could not stop the command is received again; chosen by judgement."""
+UNINTERRUPTED = tuple(
+    function.__code__
+    for function in (ExtensionFileLoader.create_module, ExtensionFileLoader.exec_module, shutil.rmtree)
+)
+"""What is finished before a signal stops the command.
+
+Python aborts where an exception ends the initialisation of some compiled modules (those of pybind11), and a temporary
+folder that is removed in part stays.
+"""
 
 
 class Interrupted(KeyboardInterrupt):
@@ -40,14 +55,43 @@ def signals_raised(last: bool = False) -> Generator[None]:
         return
     before = {number: signal.getsignal(number) for number in SIGNALS}
     taken = [number for number, handler in before.items() if handler is not signal.SIG_IGN]
+    hook = sys.unraisablehook
+
+    def receive_discarded(unraisable: sys.UnraisableHookArgs) -> None:
+        # Python discards the exceptions of finalisers and of callbacks of weak references.
+        if isinstance(unraisable.exc_value, Interrupted):
+            _receive_later(unraisable.exc_value.number)
+        else:
+            hook(unraisable)
+
     try:
+        sys.unraisablehook = receive_discarded
         for number in taken:
             signal.signal(number, _raise)
         yield
     finally:
         for number in taken:
             signal.signal(number, signal.SIG_IGN if last else before[number])
+        sys.unraisablehook = hook
 
 
-def _raise(number: int, _frame: FrameType | None) -> None:
+def _raise(number: int, frame: FrameType | None) -> None:
+    while frame is not None:
+        if frame.f_code in UNINTERRUPTED:
+            _receive_later(number)
+            return
+        frame = frame.f_back
     raise Interrupted(number)
+
+
+def _receive_later(number: int) -> None:
+    threading.Timer(PAUSE, _receive_again, [number]).start()
+
+
+def _receive_again(number: int) -> None:
+    main = threading.main_thread().ident
+    # Only a signal to the main thread itself ends what it waits for.
+    if hasattr(signal, "pthread_kill") and main is not None:
+        signal.pthread_kill(main, number)
+    else:
+        _thread.interrupt_main(signal.Signals(number))

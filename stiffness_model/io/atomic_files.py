@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import secrets
 import shutil
 import tempfile
 from collections.abc import Generator, Iterator
@@ -120,30 +121,26 @@ def _work_folder(place: Path, start: str) -> Generator[Path]:
     if (place, os.getpid()) not in _cleaned:
         remove_abandoned(place, start)
         _cleaned.add((place, os.getpid()))
-    folder, lock = _make_locked(place, start)
-    try:
-        yield folder
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-        if lock is not None:
-            os.close(lock)
+    with contextlib.ExitStack() as held:
+        yield _make_locked(place, start, held)
 
 
-def _make_locked(place: Path, start: str) -> tuple[Path, int | None]:
-    """A new folder and the descriptor of its lock; None where there are no locks."""
+def _make_locked(place: Path, start: str, held: contextlib.ExitStack) -> Path:
+    """A new folder, locked where there are locks. `held` removes it."""
     while True:
-        folder = Path(tempfile.mkdtemp(dir=place, prefix=start))
+        folder = place / f"{start}{secrets.token_hex(8)}"
+        # Before the folder is made: a signal may stop the program between any two statements.
+        held.callback(shutil.rmtree, folder, ignore_errors=True)
+        folder.mkdir(0o700)
         try:
             lock = _lock(folder)
         except OSError:
-            return folder, None  # A file system without locks: no other process can remove it either.
-        # Another process may have removed it before it was locked.
-        if lock is not None and folder.exists():
-            return folder, lock
+            return folder  # A file system without locks: no other process can remove it either.
         if lock is not None:
-            os.close(lock)
-        if fcntl is None:
-            return folder, None
+            held.callback(os.close, lock)
+        # Another process may have removed it before it was locked.
+        if fcntl is None or (lock is not None and folder.exists()):
+            return folder
 
 
 def remove_abandoned(place: Path, start: str = STAGING_PREFIX) -> None:
