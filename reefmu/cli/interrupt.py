@@ -10,7 +10,7 @@ import sys
 import threading
 from collections.abc import Generator
 from importlib.machinery import ExtensionFileLoader
-from types import FrameType
+from types import FrameType, FunctionType
 
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 PAUSE = 0.02
@@ -18,6 +18,7 @@ PAUSE = 0.02
 UNINTERRUPTED = tuple(
     function.__code__
     for function in (ExtensionFileLoader.create_module, ExtensionFileLoader.exec_module, shutil.rmtree)
+    if isinstance(function, FunctionType)
 )
 """What is finished before a signal stops the command.
 

@@ -51,8 +51,11 @@ def rows(seed: int, numbers: Sequence[int], workers: int) -> Iterator[dict[str, 
     if workers == 1:
         yield from (examined(seed, number) for number in numbers)
         return
+    # By its name as a module: a worker does not run the script itself, where a function of `__main__` would be.
+    from tests.validation.blind_individuals.__main__ import examined as examined_by_worker
+
     with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        for future in as_completed([pool.submit(examined, seed, number) for number in numbers]):
+        for future in as_completed([pool.submit(examined_by_worker, seed, number) for number in numbers]):
             yield future.result()
 
 
