@@ -8,7 +8,7 @@ from html import escape
 
 from ..diagnosis.report.html.elements import breakable, command_list, explanation, origin_line
 from ..diagnosis.report.html.next_commands import NextCommand
-from ..diagnosis.report.html.origin import Origin, command_text, origin_rows
+from ..diagnosis.report.html.origin import Origin, command_text, origin_rows, with_options
 from ..diagnosis.report.html.script import SCRIPT
 from ..diagnosis.report.html.style import STYLE
 from .comparison_text import direction_text, estimate_text, probability_up_text
@@ -83,19 +83,16 @@ def _next_commands(comparison: StateComparison, origin: Origin) -> list[NextComm
     ratio these records may need."""
     drive = f"--drive {command_text(shlex.quote(origin.base))}" if origin.base else ""
     last = comparison.states[-1].name
-    found = [
-        NextCommand(
-            f"which effects the state {last} shows, from one of its records",
-            f"reefmu diagnose RECORD.csv {drive or '--power-law'} --out found",
-        )
-    ]
+    diagnose = with_options(f"reefmu diagnose RECORD.csv {drive or '--power-law'}", origin.reading)
+    found = [NextCommand(f"which effects the state {last} shows, from one of its records", f"{diagnose} --out found")]
     if "cycles" in comparison.basis.values():
         words = shlex.join(f"{state.name}={state.name}_*.csv" for state in comparison.states)
+        again = with_options(f"reefmu diagnose {words} --compare{f' {drive}' if drive else ''}", origin.reading)
         found.append(
             NextCommand(
                 "the same comparison with records at several positions of every state, which tells a change of the "
                 "drive from a difference between positions",
-                f"reefmu diagnose {words} --compare{f' {drive}' if drive else ''} --out changed",
+                f"{again} --out changed",
             )
         )
     return found

@@ -18,7 +18,7 @@ from stiffness_model.errors import InputError, expect
 
 from ..terminal.drawing_input import read_drawing
 from ..terminal.notes import show_notes
-from .record_names import record_stem
+from .record_names import reading_options, record_stem
 
 
 def run(args: argparse.Namespace) -> int:
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
         notes.append("a comparison needs no base curve: of the drive it uses the ratio alone")
     found = compare_states(states, ratio, known, args.matched)
     sources = [str(path) for paths in files.values() for path in paths]
-    write_comparison(found, args.out, Origin(args.command_line, args.drive or ""), sources)
+    write_comparison(found, args.out, Origin(args.command_line, args.drive or "", reading_options(args)), sources)
     show_notes(notes)
     print(comparison_text(found))
     print(f"\nwritten to {Path(args.out)}: compare.json with all pairs of states, compare.html")

@@ -36,7 +36,7 @@ from ..terminal.notes import show_notes
 from ..terminal.text_table import aligned_table
 from ..terminal.worker_processes import pool_with_progress, process_pool
 from . import compare_states
-from .record_names import record_stem
+from .record_names import reading_options, record_stem
 
 
 def run(args: argparse.Namespace) -> int:
@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
                     exponent,
                     locked,
                     pool,
-                    Origin(args.command_line, args.drive or args.curve or ""),
+                    Origin(args.command_line, args.drive or args.curve or "", reading_options(args), _assumed(args)),
                     propose_protocol,
                     priors,
                 )
@@ -93,6 +93,12 @@ def run(args: argparse.Namespace) -> int:
         print("\n" + _table(found))
     print("\n" + _written(folder, list(places.values())))
     return 0
+
+
+def _assumed(args: argparse.Namespace) -> tuple[str, ...]:
+    """The options of what is known beside a record."""
+    given = {"--priors": args.priors, "--exponent": None if args.exponent == "shared" else args.exponent}
+    return tuple(word for option, value in given.items() if value is not None for word in (option, value))
 
 
 def _written(folder: Path, places: Sequence[Path]) -> str:

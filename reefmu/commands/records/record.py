@@ -11,7 +11,7 @@ from reefmu.record import read_column_map, read_file
 
 from ..terminal.drawing_input import read_drawing
 from ..terminal.notes import show_notes
-from .record_names import record_stem
+from .record_names import reading_options, record_stem
 
 
 def run(args: argparse.Namespace) -> int:
@@ -37,10 +37,4 @@ def diagnose_command(args: argparse.Namespace, found: RecordInspection) -> str:
     """The call of `reefmu diagnose` for the record, with the columns of this call."""
     words = ["reefmu", "diagnose", args.record]
     words += ["--power-law"] if args.drive is None else ["--drive", args.drive]
-    if args.columns is not None:
-        words += ["--columns", args.columns]
-    for foreign, name in args.column:
-        words += ["--column", f"{foreign}={name}"]
-    if args.locked != "crank":
-        words += ["--locked", args.locked]
-    return shlex.join([*words, "--out", f"{record_stem(args.record)}-diagnosis"])
+    return shlex.join([*words, *reading_options(args), "--out", f"{record_stem(args.record)}-diagnosis"])

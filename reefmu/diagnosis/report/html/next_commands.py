@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ...schema import Diagnosis
 from ..rivals import rivals
-from .origin import Origin, command_text
+from .origin import Origin, command_text, with_options
 
 MODEL = "model.toml"
 
@@ -31,7 +31,8 @@ def next_commands(
     found: list[NextCommand] = []
     if diagnosis.verdict == "insufficient":
         name = shlex.quote(record or "RECORD.csv")
-        return [NextCommand("shows what was understood of the record, and what it lacks", f"reefmu record {name}")]
+        inspect = with_options(f"reefmu record {name}", origin.reading)
+        return [NextCommand("shows what was understood of the record, and what it lacks", inspect)]
     if diagnosis.effects and diagnosis.has_model:
         found += [
             _export(ratio_known),
@@ -44,7 +45,8 @@ def next_commands(
         found.append(NextCommand(f"the shortest test that tells {' and '.join(effects)} apart", plan))
     if diagnosis.verdict != "named":
         base = f"--drive {drawing}" if drawing else f"--curve {origin.base}" if origin.base else "--power-law"
-        found.append(NextCommand("for the record of the next test", f"reefmu diagnose NEXT.csv {base} --out next"))
+        diagnose = with_options(f"reefmu diagnose NEXT.csv {base}", (*origin.assumed, *origin.reading))
+        found.append(NextCommand("for the record of the next test", f"{diagnose} --out next"))
     return found
 
 

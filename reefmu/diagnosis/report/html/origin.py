@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -20,11 +20,17 @@ HASH_DIGITS = 16
 
 @dataclass(frozen=True)
 class Origin:
-    """What the caller knows of a report's origin: the command line, empty for a call from Python, and the drawing,
-    preset or curve as it was given, empty for none."""
+    """What the caller knows of a report's origin.
+
+    command: the command line, empty for a call from Python; base: the drawing, preset or curve as it was given, empty
+    for none; reading: the options with which records of this rig are read, such as ("--locked", "output"); assumed:
+    those of what is known beside a record, such as ("--priors", "priors.toml").
+    """
 
     command: str = ""
     base: str = ""
+    reading: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
 
 
 def command_text(command: str) -> str:
@@ -43,6 +49,15 @@ def _without_folder(word: str) -> str:
     if PureWindowsPath(word).drive or PurePosixPath(word).is_absolute():
         return PureWindowsPath(word).name
     return ",".join(map(_without_folder, word.split(","))) if "," in word else word
+
+
+def with_options(command: str, options: Sequence[str]) -> str:
+    """A command line with more options, which show no folder.
+
+    >>> with_options("reefmu diagnose a.csv", ["--column", "TIME=time [s]"])
+    "reefmu diagnose a.csv --column 'TIME=time [s]'"
+    """
+    return f"{command} {command_text(shlex.join(options))}" if options else command
 
 
 def origin_rows(origin: Origin, records: Iterable[str]) -> list[tuple[str, str]]:

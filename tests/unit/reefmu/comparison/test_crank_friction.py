@@ -71,3 +71,6 @@ def test_the_next_comparison_names_the_drive_whose_ratio_the_records_need(new: R
     found = compared(new, worn)
     assert "--compare --drive CHA-40A-50 --out" in comparison_html(found, Origin("", "CHA-40A-50"))
     assert "--drive" not in comparison_html(found)
+    page = comparison_html(found, Origin("", "CHA-40A-50", ("--columns", "map.toml")))
+    assert "--drive CHA-40A-50 --columns map.toml --out found" in page
+    assert "--compare --drive CHA-40A-50 --columns map.toml --out changed" in page

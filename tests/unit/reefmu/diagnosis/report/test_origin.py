@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import shlex
 from pathlib import Path
@@ -67,12 +66,17 @@ def test_commands_show_no_folder() -> None:
 @pytest.mark.parametrize("verdict", VERDICTS)
 @pytest.mark.parametrize("base", ["drive_1", "curve.csv", ""])
 def test_every_proposed_command_is_one_of_the_command_line(verdict: str, base: str) -> None:
-    steps = next_commands(diagnosis(verdict), Origin("", base), "a record.csv")
+    reading = ("--columns", "map.toml", "--column", "TIME=time [s]", "--locked", "output")
+    steps = next_commands(diagnosis(verdict), Origin("", base, reading, ("--priors", "p.toml")), "a record.csv")
     assert steps
     for step in steps:
         program, *words = shlex.split(step.command)
         assert program == "reefmu"
-        assert isinstance(build_parser().parse_args(words), argparse.Namespace)
+        args = build_parser().parse_args(words)
+        if words[0] in ("record", "diagnose"):
+            # What the rig is like holds for its next record, and so does what is known of the drive.
+            assert (args.columns, args.column, args.locked) == ("map.toml", [("TIME", "time [s]")], "output")
+            assert words[0] == "record" or args.priors == "p.toml"
 
 
 def test_a_model_without_a_ratio_is_exported_with_one() -> None:
