@@ -1,4 +1,4 @@
-"""Parameters of the named effects with 95 % confidence intervals.
+"""Errors of the parameters of a fit, and bounds that stopped them.
 
 A model never has quite the true form, and the misfit it leaves is correlated over a loop: it does not average out like
 noise. Two covariances of the parameters are therefore computed, one from the curvature of the fit and one from the
@@ -26,12 +26,11 @@ from scipy.special import stdtrit
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import Parameter, find_effect
-from ..fitted_values import NamedEffect, Value
+from ...effects import Parameter
 from .held_out import NO_WEIGHT
 from .least_squares import Fit, FitOptions
 from .problem import Problem, make_weights
-from .residuals import segments, torque_without
+from .residuals import segments
 
 FORM_UNCERTAINTY = 0.005
 """Standard deviation of a parameter, over its value, due to the form of the effect's law. Chosen by judgement."""
@@ -47,12 +46,6 @@ MAX_CYCLES = 24
 error within a seventh of its size."""
 
 
-def named_effects(problem: Problem, fit: Fit, base: Fit) -> list[NamedEffect]:
-    """The effects of a fit with their parameters, confidence intervals and shares of the initial gap."""
-    errors = interval_errors(problem, fit)
-    return [_named_effect(problem, fit, name, base, errors) for name in fit.names]
-
-
 def interval_errors(problem: Problem, fit: Fit) -> Array:
     """(k,) half widths of the 95 % intervals of the fitted variables, over the quantile of a normal distribution."""
     errors = standard_errors(problem, fit)
@@ -61,33 +54,6 @@ def interval_errors(problem: Problem, fit: Fit) -> Array:
         return errors
     quantile = np.asarray(stdtrit(by_cycles.freedom, 0.5 + CONFIDENCE / 2))
     return np.maximum(errors, quantile / NORMAL_QUANTILE * by_cycles.standard_error)
-
-
-def _named_effect(problem: Problem, fit: Fit, name: str, base: Fit, errors: Array) -> NamedEffect:
-    at = problem.layout(fit.names).effects[name].start
-    values = {}
-    for k, p in enumerate(find_effect(name).parameters):
-        value = float(fit.parameters[at + k])
-        unit = 1.0 if fit.bounds.logarithmic[at + k] else abs(value) / float(fit.bounds.scale[at + k])
-        # The form of the law affects every parameter but a phase, which is no size.
-        form = 0.0 if p.name.startswith("phase") else FORM_UNCERTAINTY * unit
-        error = float(np.hypot(errors[at + k], form))
-        if fit.bounds.logarithmic[at + k]:
-            spread = float(np.exp(min(NORMAL_QUANTILE * error, 50.0)))
-            low, high = value / spread, value * spread
-        else:
-            half = NORMAL_QUANTILE * error * float(fit.bounds.scale[at + k])
-            low, high = value - half, value + half
-        low, high = max(low, p.minimum), min(high, p.maximum)
-        bound = bound_reached(fit, at + k, p)
-        if bound:
-            limit = one_sided_limit(fit, at + k, error, bound)
-            low, high = (value, limit) if bound == "low" else (limit, value)
-        warning = "at its bound" if bound else ""
-        if not warning and high - low > 1.0 * abs(value) and not p.name.startswith("phase"):
-            warning = "wide interval"
-        values[p.name] = Value(value, low, high, p.unit, warning, bound)
-    return NamedEffect(name, values, float(np.clip(_share(problem, fit, name, base), 0.0, 1.0)))
 
 
 def bound_reached(fit: Fit, index: int, parameter: Parameter | None = None) -> str:
@@ -137,22 +103,6 @@ def standard_errors(problem: Problem, fit: Fit) -> Array:
     count = len(sums)
     sandwich = inverse @ (sums.T @ sums) @ inverse * count / max(count - len(scale), 1)
     return np.sqrt(np.maximum(by_curvature, np.diag(sandwich))) / scale
-
-
-def _share(problem: Problem, fit: Fit, name: str, base: Fit) -> float:
-    """Share of the initial systematic mean square that an effect removes.
-
-    What the set removes is divided among its effects by the residual without each of them: without one effect another
-    may overcompensate, and those residuals add up to more than the gap.
-    """
-    noise = float(np.mean(problem.block_variance))
-    before = max(float(np.mean((problem.torque - base.prediction.torque) ** 2)) - noise, 1e-300)
-    full = float(np.mean((problem.torque - fit.prediction.torque) ** 2))
-    removed = (before - max(full - noise, 0.0)) / before
-    missed = {
-        n: max(float(np.mean((problem.torque - torque_without(problem, fit, n)) ** 2)) - full, 0.0) for n in fit.names
-    }
-    return removed * missed[name] / max(sum(missed.values()), 1e-300)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ import numpy as np
 from ...effects import find_effect, separating_test
 from ..amplitude_agreement import compare_amplitudes
 from ..analysis import WrittenFits
-from ..estimation.intervals import named_effects
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import predicted_scatter
@@ -18,6 +17,7 @@ from ..inference.evidence import Evidence
 from ..inference.isolability import Isolability, separating_experiments
 from ..inference.verdict import Conclusion
 from ..preprocessing.audit import Audit
+from ..probabilities.named_effects import named_effects
 from ..schema import Diagnosis, Gap, Location
 from .bounds import parameters_at_bounds
 from .location import locate_gap

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.estimation.intervals import named_effects
 from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import power_base
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
+from reefmu.diagnosis.probabilities.named_effects import named_effects
 from reefmu.diagnosis.report.assemble import base_refusal
 from reefmu.diagnosis.report.bounds import parameters_at_bounds
 from reefmu.diagnosis.report.text import bound_text
