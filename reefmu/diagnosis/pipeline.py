@@ -110,7 +110,7 @@ def _analyse(
         # Losses follow from the torques alone, whatever the base curve.
         refused = insufficient_diagnosis(audited, [refusal], gap)
         return _timed(_with_losses(refused, losses), started)
-    diagnosis = assemble_diagnosis(evidence, isolated, found.conclusion, written, gap, audited)
+    diagnosis = assemble_diagnosis(evidence, isolated, found, written, gap, audited)
     told_apart = record_isolability(evidence.problem, base, chosen, found.sizes)
     diagnosis = diagnosis.with_probabilities(found.hypotheses, global_p(evidence.problem, chosen), told_apart)
     diagnosis = _with_losses(_with_friction_at_the_crank(diagnosis, record), losses)

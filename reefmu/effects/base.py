@@ -107,7 +107,7 @@ class State:
 class Requirement(Enum):
     """What a diagnosis needs to consider an effect; the value states what is missing otherwise."""
 
-    TEMPERATURE = "the record has no temperature"
+    TEMPERATURE = "the record has no temperature that changes"
     CRANK_ANGLE = "the record has no crank angle"
     DRAWING = "there is no drawing"
 

@@ -11,7 +11,7 @@ from stiffness_model.errors import InputError
 from ..diagnosis.estimation.problem import select_candidates
 from ..diagnosis.fitted_values import CrankLosses
 from ..diagnosis.losses.crank_losses import crank_losses, with_losses
-from ..diagnosis.preprocessing.audit import audit, ratio_from_angles
+from ..diagnosis.preprocessing.audit import audit, ratio_from_angles, uninformative_columns
 from ..diagnosis.preprocessing.noise import matching_cycles
 from ..diagnosis.preprocessing.trace import make_trace
 from ..record import Record
@@ -43,7 +43,7 @@ def diagnosability(record: Record, drive: Drive | None = None) -> Diagnosability
     candidates: dict[str, tuple[str, ...]] = {}
     excluded: dict[str, dict[str, str]] = {}
     for base in BASES:
-        candidates[base], excluded[base] = select_candidates(record.missing, base)
+        candidates[base], excluded[base] = select_candidates(uninformative_columns(record), base)
     try:
         ratio = ratio_from_angles(record) if drive is None else drive.ratio
     except InputError as error:

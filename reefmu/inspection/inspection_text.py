@@ -181,6 +181,8 @@ def _torque(spread: float) -> str:
 
 def _can_show(found: RecordInspection) -> list[str]:
     able = found.diagnosis
+    if able.defects and able.shows_twist:
+        return ["nothing as it is: " + "; ".join(able.defects)]
     without, drawn = able.candidates["power law"], able.candidates["drawing"]
     texts = [", ".join(without) if without else "nothing"]
     if further := [name for name in drawn if name not in without]:
@@ -197,4 +199,7 @@ def _cannot_show(found: RecordInspection) -> list[str]:
     for name, reason in found.diagnosis.excluded["drawing"].items():
         reasons.setdefault(reason, []).append(name)
     texts = [f"{', '.join(names)}: {reason}" for reason, names in reasons.items()]
-    return [*texts, *(f"no diagnosis: {defect}" for defect in found.diagnosis.defects)]
+    return [
+        *texts,
+        *(f"no diagnosis: {defect}" for defect in found.diagnosis.defects if not found.diagnosis.shows_twist),
+    ]

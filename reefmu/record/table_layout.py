@@ -62,7 +62,7 @@ def find_table(text: str, where: str, separator: str | None = None) -> Table:
     expect(separator in SEPARATORS, "a separator among " + " ".join(map(repr, SEPARATORS)), separator, where)
     rows = _without_empty_end(_split(content, separator, where))
     width = Counter(len(fields) for _, fields in rows).most_common(1)[0][0] if rows else 0
-    head = next((k for k, (_, fields) in enumerate(rows) if len(fields) >= width), 0)
+    head = _first_row(rows, width)
     titles, first, in_comment = _header(rows, head, comments, separator, where)
     # A title of several lines is one of several words.
     titles = [" ".join(title.split()) for title in titles]
@@ -126,6 +126,17 @@ def _without_empty_end(rows: list[Row]) -> list[Row]:
     if width < 2 or any(len(fields) == width and fields[-1] for _, fields in rows):
         return rows
     return [(line, fields[:-1] if len(fields) == width else fields) for line, fields in rows]
+
+
+def _first_row(rows: list[Row], width: int) -> int:
+    """Index of the row of titles, or of numbers where none stands above them.
+
+    Spreadsheets fill the lines above a table to its width with empty fields.
+    """
+    wide = [k for k, (_, fields) in enumerate(rows) if len(fields) >= width]
+    first_numbers = next((k for k in wide if is_number(rows[k][1][0])), len(rows))
+    full = [k for k in wide if k < first_numbers and rows[k][1][-1]]
+    return next(iter(full or wide), 0)
 
 
 def _header(

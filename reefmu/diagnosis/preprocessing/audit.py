@@ -94,8 +94,8 @@ def audit(record: Record, ratio: float | None) -> Audit:
         )
     elif loaded and np.corrcoef(twist, torque)[0, 1] < WRONG_SIGN_CORRELATION:
         defects.append(
-            "the torque falls as the twist grows: the twist, or the torque, has the wrong sign "
-            "(twist = crank angle/ratio - output angle)"
+            "the torque falls as the twist grows: the twist (crank angle/ratio - output angle) or the torque has the "
+            'wrong sign; a column map that names every column to use reverses it: TITLE = "-output_torque [N.m]"'
         )
     locked = (
         "output is taken as locked while the crank turns" if record.is_output_locked else "crank is taken as locked"
@@ -109,6 +109,12 @@ def audit(record: Record, ratio: float | None) -> Audit:
             }.get(name, f"no column {name}")
         )
     return Audit(n, len(record.starts), rate, smallest if quantised else 0.0, tuple(notes), tuple(defects))
+
+
+def uninformative_columns(record: Record) -> tuple[str, ...]:
+    """Columns that the record lacks, and those whose constant value shows as little: that of a temperature."""
+    constant = "temperature" not in record.missing and float(np.ptp(record.temperature)) == 0
+    return (*record.missing, "temperature") if constant else tuple(record.missing)
 
 
 def exceeds_resolution(values: NDArray[np.float64], resolution: float, magnitude: float) -> bool:

@@ -4,5 +4,6 @@
 * `marginal_likelihood`, `hypothesis_table`, `calibration`: from the fits to calibrated probabilities.
 * `goodness_of_fit`: whether the chosen model explains the record.
 * `decision`: the verdict that tests of significance and probabilities together allow.
+* `named_effects`: their parameters, with intervals that count the other explanations (`averaged_intervals`).
 * `assessment`: all of it for one record.
 """

@@ -16,6 +16,7 @@ from ..estimation.score_test import amplitudes
 from ..hypotheses import Hypothesis, IsolabilityMatrix
 from ..inference.evidence import Evidence
 from ..inference.verdict import Conclusion, withdraw_effects
+from .averaged_intervals import Rival, rivals_of
 from .calibration import probabilities, verdict_of
 from .decision import conclude
 from .hypothesis_table import hypothesis_table
@@ -25,11 +26,13 @@ from .typical_sizes import typical_sizes
 
 @dataclass(frozen=True)
 class Assessment:
-    """hypotheses: with probabilities that sum to 1; conclusion: from them; held_out: fits without effects and of the
-    named ones that leave runs out, none without effects; sizes: typical ones of effects, SI, by `effect.parameter`."""
+    """hypotheses: with probabilities that sum to 1; conclusion: from them; rivals: explanations other than its chosen
+    one that share effects with it; held_out: fits without effects and of the named ones that leave runs out, none
+    without effects; sizes: typical ones of effects, SI, by `effect.parameter`."""
 
     hypotheses: tuple[Hypothesis, ...]
     conclusion: Conclusion
+    rivals: Sequence[Rival]
     held_out: Sequence[Fit]
     sizes: Mapping[str, float]
 
@@ -46,7 +49,8 @@ def assess(evidence: Evidence, tested: Conclusion, priors: Priors = NO_PRIORS) -
     conclusion = conclude(evidence, tested, rows, hypotheses)
     if conclusion.chosen is not tested.chosen:
         conclusion, held_out = confirm_effects(problem, base, conclusion)
-    return Assessment(hypotheses, conclusion, held_out, sizes)
+    rivals = rivals_of(problem, conclusion.chosen, rows, hypotheses)
+    return Assessment(hypotheses, conclusion, rivals, held_out, sizes)
 
 
 def confirm_effects(problem: Problem, base: Fit, conclusion: Conclusion) -> tuple[Conclusion, Sequence[Fit]]:

@@ -2,49 +2,64 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import find_effect
-from ..estimation.intervals import FORM_UNCERTAINTY, NORMAL_QUANTILE, bound_reached, interval_errors, one_sided_limit
+from ..estimation.intervals import FORM_UNCERTAINTY, bound_reached, interval_errors, one_sided_limit
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import torque_without
 from ..fitted_values import NamedEffect, Value
+from .averaged_intervals import Rival, averaged_interval
+
+MAX_LOGARITHM = 700.0
+"""Logarithm of a parameter beyond which double precision overflows."""
 
 
-def named_effects(problem: Problem, fit: Fit, base: Fit) -> list[NamedEffect]:
-    """The effects of a fit with their parameters, confidence intervals and shares of the initial gap."""
+def named_effects(problem: Problem, fit: Fit, base: Fit, rivals: Sequence[Rival] = ()) -> list[NamedEffect]:
+    """The effects of a fit with their parameters, 95 % intervals and shares of the initial gap.
+
+    rivals: other explanations of the record, which the intervals count.
+    """
     errors = interval_errors(problem, fit)
-    return [_named_effect(problem, fit, name, base, errors) for name in fit.names]
+    return [_named_effect(problem, fit, name, base, errors, rivals) for name in fit.names]
 
 
-def _named_effect(problem: Problem, fit: Fit, name: str, base: Fit, errors: Array) -> NamedEffect:
-    at = problem.layout(fit.names).effects[name].start
-    values = {}
+def _named_effect(
+    problem: Problem, fit: Fit, name: str, base: Fit, errors: Array, rivals: Sequence[Rival]
+) -> NamedEffect:
+    start = problem.layout(fit.names).effects[name].start
+    variables, values = fit.bounds.to_free(fit.parameters), {}
     for k, p in enumerate(find_effect(name).parameters):
-        value = float(fit.parameters[at + k])
-        unit = 1.0 if fit.bounds.logarithmic[at + k] else abs(value) / float(fit.bounds.scale[at + k])
+        at, value, is_phase = start + k, float(fit.parameters[start + k]), p.name.startswith("phase")
         # The form of the law affects every parameter but a phase, which is no size.
-        form = 0.0 if p.name.startswith("phase") else FORM_UNCERTAINTY * unit
-        error = float(np.hypot(errors[at + k], form))
-        if fit.bounds.logarithmic[at + k]:
-            spread = float(np.exp(min(NORMAL_QUANTILE * error, 50.0)))
-            low, high = value / spread, value * spread
-        else:
-            half = NORMAL_QUANTILE * error * float(fit.bounds.scale[at + k])
-            low, high = value - half, value + half
+        form = 0.0 if is_phase else FORM_UNCERTAINTY * (1.0 if fit.bounds.logarithmic[at] else abs(variables[at]))
+        error = float(np.hypot(errors[at], form))
+        # Phases that differ by a turn are the same, so that their average says nothing.
+        ends = averaged_interval(float(variables[at]), error, () if is_phase else rivals, name, k)
+        low, high = (_parameter(fit, at, end) for end in ends)
         low, high = max(low, p.minimum), min(high, p.maximum)
-        bound = bound_reached(fit, at + k, p)
+        bound = bound_reached(fit, at, p)
         if bound:
-            limit = one_sided_limit(fit, at + k, error, bound)
+            limit = one_sided_limit(fit, at, error, bound)
             low, high = (value, limit) if bound == "low" else (limit, value)
         warning = "at its bound" if bound else ""
-        if not warning and high - low > 1.0 * abs(value) and not p.name.startswith("phase"):
+        if not warning and high - low > 1.0 * abs(value) and not is_phase:
             warning = "wide interval"
         values[p.name] = Value(value, low, high, p.unit, warning, bound)
     return NamedEffect(name, values, float(np.clip(_share(problem, fit, name, base), 0.0, 1.0)))
+
+
+def _parameter(fit: Fit, at: int, variable: float) -> float:
+    """The parameter at a value of its fitted variable."""
+    return (
+        math.exp(min(variable, MAX_LOGARITHM)) if fit.bounds.logarithmic[at] else variable * float(fit.bounds.scale[at])
+    )
 
 
 def _share(problem: Problem, fit: Fit, name: str, base: Fit) -> float:

@@ -17,6 +17,7 @@ from ..inference.evidence import Evidence
 from ..inference.isolability import Isolability, separating_experiments
 from ..inference.verdict import Conclusion
 from ..preprocessing.audit import Audit
+from ..probabilities.assessment import Assessment
 from ..probabilities.named_effects import named_effects
 from ..schema import Diagnosis, Gap, Location
 from .bounds import parameters_at_bounds
@@ -31,11 +32,13 @@ MAX_PAIRS = 3
 
 
 def assemble_diagnosis(
-    evidence: Evidence, isolated: Isolability, conclusion: Conclusion, written: WrittenFits, gap: Gap, audited: Audit
+    evidence: Evidence, isolated: Isolability, found: Assessment, written: WrittenFits, gap: Gap, audited: Audit
 ) -> Diagnosis:
     """The diagnosis as it is written to diagnosis.json; its `seconds` are set by the caller."""
-    problem, base, chosen = evidence.problem, evidence.search.base, conclusion.chosen
-    effects = tuple(as_rotational_play(effect, problem.base) for effect in named_effects(problem, chosen, base))
+    problem, base, conclusion = evidence.problem, evidence.search.base, found.conclusion
+    chosen = conclusion.chosen
+    named = named_effects(problem, chosen, base, found.rivals)
+    effects = tuple(as_rotational_play(effect, problem.base) for effect in named)
     before = problem.torque - written.base.prediction.torque
     systematic = max(float(np.mean(before**2) - np.mean(problem.block_variance)), 0.0)
     remainder_where = _locate_remainder(problem, conclusion)
@@ -98,7 +101,7 @@ def insufficient_diagnosis(audited: Audit, defects: Sequence[str], gap: Gap | No
         (),
         (),
         gap or Gap(0.0, 0.0, 0.0),
-        tuple(f"a record without this defect: {defect}" for defect in defects),
+        tuple(f"the record with this mended: {defect}" for defect in defects),
         notes=audited.notes,
     )
 

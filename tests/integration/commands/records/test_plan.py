@@ -43,7 +43,7 @@ def test_a_plan_is_written_and_says_what_is_missing(
         (["--rig", "wrong.toml"], "wrong.toml [motion]: unknown key 'tork'"),
         (
             ["--rig", "cold.toml", "--effects", "thermal_clearance"],
-            "got thermal_clearance: the record has no temperature",
+            "got thermal_clearance: the record has no temperature that changes",
         ),
     ],
 )

@@ -71,14 +71,26 @@ def test_candidates_are_those_of_the_diagnosis(tmp_path: Path) -> None:
     for base in ("drawing", "power law"):
         assert (able.candidates[base], able.excluded[base]) == select_candidates(found.reading.record.missing, base)
     text = inspection_text(found, "reefmu diagnose record.csv")
-    assert "thermal_clearance: the record has no temperature" in text
+    assert "thermal_clearance: the record has no temperature that changes" in text
     assert "missing: run, crank_angle, temperature" in text
     assert "twist [mrad] -> twist [rad], [mrad] by the header (x 0.001)" in text
 
 
+def test_a_constant_temperature_shows_no_more_than_none(tmp_path: Path) -> None:
+    head = "time [s],twist [mrad],output_torque [N.m],temperature [degC]"
+    loop = np.sin(TIME), 9 * np.sin(TIME)
+    able = inspected(tmp_path, head, TIME, *loop, 0 * TIME + 21.5).diagnosis
+    assert "that changes" in able.excluded["power law"]["thermal_clearance"]
+    assert (
+        "thermal_clearance" in inspected(tmp_path, head, TIME, *loop, 20 + TIME / 100).diagnosis.candidates["power law"]
+    )
+
+
 def test_a_wrong_sign_prevents_a_diagnosis_and_is_said(tmp_path: Path) -> None:
     found = inspected(tmp_path, "time [s],twist [mrad],output_torque [N.m]", TIME, np.sin(TIME), -9 * np.sin(TIME))
-    assert "no diagnosis: the torque falls as the twist grows" in " ".join(inspection_text(found, "").split())
+    assert "can show nothing as it is: the torque falls as the twist grows" in " ".join(
+        inspection_text(found, "").split()
+    )
 
 
 def test_angles_without_a_ratio_are_said(tmp_path: Path) -> None:

@@ -50,7 +50,12 @@ def dialects(draw: st.DrawFn) -> dict[str, object]:
         "decimal": "." if separator == "," else draw(st.sampled_from([".", ","])),
         "encoding": draw(st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1"])),
         "end": draw(st.sampled_from(["\n", "\r\n", "\r"])),
-        "preamble": draw(st.sampled_from([[], ["# rig 7; loops, 20 degC"], ["Operator", "", "% made on a bench"]])),
+        "preamble": draw(
+            st.sampled_from(
+                [[], ["# rig 7; loops, 20 degC"], ["Operator", "", "% made on a bench"], ["Rig 7", "Day 3"]]
+            )
+        ),
+        "padded": draw(st.booleans()),
         "units_row": draw(st.booleans()),
         "trailing": draw(st.booleans()),
         "quoted": draw(st.booleans()),
@@ -71,7 +76,10 @@ def written(data: dict[str, list[float]], dialect: dict[str, object]) -> bytes:
     if dialect["quoted"]:
         rows = [['"' + field + '"' if '"' not in field else field for field in row] for row in rows]
     end = str(dialect["separator"]) if dialect["trailing"] else ""
-    lines = [*dialect["preamble"], *(str(dialect["separator"]).join(row) + end for row in rows)]  # type: ignore[misc]
+    # A spreadsheet fills every line to the width of the table.
+    filling = str(dialect["separator"]) * (len(NAMES) - 1) + end if dialect["padded"] else ""
+    preamble = [line + filling for line in dialect["preamble"]]  # type: ignore[attr-defined]
+    lines = [*preamble, *(str(dialect["separator"]).join(row) + end for row in rows)]
     text = str(dialect["end"]).join(lines) + str(dialect["end"])
     raw = text.encode(str(dialect["encoding"]))
     return gzip.compress(raw) if dialect["zip"] else raw
