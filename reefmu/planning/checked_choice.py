@@ -36,7 +36,7 @@ class Ended(Enum):
     TIME = "time"
     """No further run that would help fits into the time."""
     NOTHING = "nothing helps"
-    """No further run on the rig would help, however long the protocol."""
+    """No further run on the rig would bring the effects that are named too rarely to it, however long the protocol."""
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,7 @@ def end_text(plan: Plan) -> str:
         case Ended.TIME:
             return f"No further run that would help fits into the {duration_text(60 * plan.rig.minutes)} allowed."
         case Ended.NOTHING:
-            return "No further run on this rig would help."
+            return f"No further run on this rig would bring the others to {100 * plan.power:.0f} %."
 
 
 def untold_text(remedy: Remedy) -> str:

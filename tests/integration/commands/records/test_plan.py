@@ -36,7 +36,7 @@ def test_a_plan_is_written_and_says_what_is_missing(
         said.out
     )
     assert "Less probable: hysteresis (" in said.out
-    assert "No further run on this rig would help." in said.out
+    assert "No further run on this rig would bring the others to 90 %." in said.out
     assert "missing_ball is no candidate: the record has no crank angle" in said.out
     assert all("do not fit" in message for message in messages(said.err))
 
