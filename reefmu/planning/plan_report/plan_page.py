@@ -111,10 +111,10 @@ def _untold(plan: Plan) -> list[str]:
 
 def _runs(plan: Plan) -> str:
     rows = [
-        [str(k + 1), f"{begin / 60:.1f}", f"{piece.seconds:.3g}", str(len(piece)), escape(piece.label)]
+        [str(k + 1), f"{begin:.0f}", f"{piece.seconds:.3g}", str(len(piece)), escape(piece.label)]
         for k, (begin, piece) in enumerate(zip(plan.schedule.begin, plan.schedule.pieces, strict=True))
     ]
-    return table(["run", "begins [min]", "lasts [s]", "samples", "motion"], rows)
+    return table(["run", "begins [s]", "lasts [s]", "samples", "motion"], rows)
 
 
 def _rig(plan: Plan) -> str:
