@@ -61,7 +61,8 @@ def choose_protocol(
     found = _choose(candidates, check, report, power, 60 * candidates.rig.minutes)
     while found.ended is Ended.REACHED:
         shorter = _choose(candidates, check, report, power, found.schedule.seconds / 2)
-        if shorter.ended is not Ended.REACHED:
+        # A protocol has at least the shortest piece.
+        if shorter.ended is not Ended.REACHED or shorter.schedule.seconds >= found.schedule.seconds:
             break
         found = shorter
     return found

@@ -47,6 +47,18 @@ def test_a_choice_says_whether_time_or_rig_ended_it(setting: Setting) -> None:
     assert min(hopeless.checked.named_right()) < 0.9
 
 
+def test_half_of_the_time_would_not_do(setting: Setting) -> None:
+    found = choose(setting, 30.0, 0.6)
+    assert choose(setting, found.schedule.seconds / 120, 0.6).ended is not Ended.REACHED
+
+
+def test_the_shortest_piece_alone_may_do(setting: Setting) -> None:
+    """Much information: one run names both effects, and no shorter protocol is looked for."""
+    found = choose(setting, 30.0, 100.0)
+    assert found.ended is Ended.REACHED
+    assert found.schedule.seconds == min(piece.seconds for piece in setting.library)
+
+
 def test_more_time_never_names_less(setting: Setting) -> None:
     named = [min(choose(setting, minutes, 0.6).checked.named_right()) for minutes in (0.05, 0.2, 5.0)]
     assert named[0] < 0.9 <= named[-1]
