@@ -16,7 +16,7 @@ from sphinx.application import Sphinx
 
 from reefmu.effects import EFFECTS, Effect, Place
 from reefmu.effects.base import Requirement
-from reefmu.effects.effect_facts import example_call
+from reefmu.effects.effect_facts import example_call, may_be_named, plan_call
 
 LIST = "reference/effects"
 NEEDS = {
@@ -105,8 +105,10 @@ def _experiment(effect: Effect) -> Iterator[str]:
         yield "| rival | told from it by |\n|---|---|"
         yield from (f"| [{name}]({name}.md) | {test} |" for name, test in rivals.items())
         yield ""
-    names = ",".join([effect.name, *rivals][:4])
-    yield f"The shortest test on your rig: `reefmu plan drive_1 --effects {names} --out plan`.\n"
+    # No test is planned for an effect that no record shows.
+    if not known.not_a_candidate:
+        names = may_be_named([effect.name, *rivals])[:4]
+        yield f"The shortest test on your rig: `{plan_call('drive_1', names)}`.\n"
 
 
 def _separating_tests(effect: Effect) -> dict[str, str]:

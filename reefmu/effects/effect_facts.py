@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 from stiffness_model.units import MICROMETRE
 
-from . import EFFECTS, ConfoundingGroup, Effect, Parameter, declared_test
+from . import EFFECTS, ConfoundingGroup, Effect, Parameter, declared_test, find_effect
 
 
 class Confusion(NamedTuple):
@@ -101,6 +101,26 @@ def example_call(effect: Effect) -> str:
     first = effect.parameters[0]
     value = f"{effect.name}.{first.name}={example_value(first)}"
     return shlex.join(["reefmu", "export", "drive_1", "-o", "drive_1.fmu", "--effect", value])
+
+
+def may_be_named(names: Iterable[str]) -> list[str]:
+    """The effects among these that a diagnosis may name from some record, each once: those for which tests are planned.
+
+    >>> may_be_named(["hysteresis", "crank_friction", "hysteresis"])
+    ['hysteresis']
+    """
+    return [name for name in dict.fromkeys(names) if not find_effect(name).identification.not_a_candidate]
+
+
+def plan_call(drive: str, names: Iterable[str]) -> str:
+    """A call of the program that plans the test which separates effects, without those that no record shows; empty
+    where none is left. drive: as typed in a shell.
+
+    >>> plan_call("drive_1", ["hysteresis", "crank_friction", "damping"])
+    'reefmu plan drive_1 --effects hysteresis,damping --out plan'
+    """
+    shown = may_be_named(names)
+    return f"reefmu plan {drive} --effects {','.join(shown)} --out plan" if shown else ""
 
 
 def effect_to_dict(effect: Effect) -> dict[str, Any]:

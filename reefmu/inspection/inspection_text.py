@@ -169,10 +169,26 @@ def _repeats(found: RecordInspection) -> list[str]:
     for group in cycles.groups:
         start, end = (float(np.mean([getattr(b, name) for b in group.branches])) for name in ("start", "end"))
         texts.append(
-            f"  {start:.2g} to {end:.2g} N.m, runs {', '.join(str(branch.run) for branch in group.branches)}: "
+            f"  {_plain(start)} to {_plain(end)} N.m, {branches_text([branch.run for branch in group.branches])}: "
             f"{group.twist / ARCMIN:.3g} arcmin, {_torque(group.torque)}"
         )
     return texts
+
+
+def branches_text(runs: Sequence[int]) -> str:
+    """Branches of cycles by the runs that hold them.
+
+    >>> branches_text([0, 0, 0]), branches_text([1, 2, 2]), branches_text([4])
+    ('3 branches of run 0', '3 branches of runs 1 and 2', '1 branch of run 4')
+    """
+    names = [str(run) for run in dict.fromkeys(runs)]
+    text = f"{len(runs)} {'branch' if len(runs) == 1 else 'branches'} of {'run' if len(names) == 1 else 'runs'} "
+    return text + (names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}")
+
+
+def _plain(value: float) -> str:
+    """Two significant digits without an exponent."""
+    return f"{float(f'{value:.2g}'):.10g}"
 
 
 def _torque(spread: float) -> str:

@@ -1,7 +1,7 @@
 """Planning of tests: from a drawing, a rig and the effects of interest, the shortest protocol that separates them.
 
-    protocols (rig -> motion_pieces -> schedule) -> diagnosis_link -> information -> design -> remedies
-    -> shortest_plan -> next_experiment | plan_report -> proposal
+    protocols (rig -> motion_pieces -> schedule) -> diagnosis_link -> information -> design -> setting -> checked_choice
+    -> remedies -> shortest_plan -> next_experiment | plan_report -> proposal
 
 A plan uses the predictor and the covariance of the diagnosis: `diagnosis_link` applies them to records that are not
 measured yet, and `reefmu.diagnosis.probabilities` predicts which effects such a record tells apart. `plan_report`

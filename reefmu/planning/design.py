@@ -26,43 +26,41 @@ from .protocols.schedule import Schedule, make_schedule
 
 MAX_COPIES = 3
 """Copies of one piece that a protocol may hold. Chosen by judgement: further ones bring the same scatter."""
-MIN_GAIN = 3e-4
-"""Gain of the criterion, over its greatest value, below which no further piece is added. Chosen by judgement: a tenth
-of what one pair of 17 effects contributes."""
-MARGINS = (1.0, 1.3, 1.7)
-"""Factors on the wanted separations, tried in turn until the predicted probabilities reach the wanted power: the
-separations are pairwise, a name must beat all rivals at once. Chosen by judgement."""
+MIN_GAIN = 0.02
+"""Gain, over the target of one pair of effects, below which no further piece is added. Chosen by judgement: a protocol
+would hold fifty such pieces before one pair is separated."""
 OCCAM = 2.0
 """Expected logarithm of prior over posterior width of one amplitude at the limit of detection, ln(5.4) rounded up."""
 
 
 @dataclass(frozen=True)
 class Targets:
-    """wanted: squared separations from nothing and from a rival; possible: for every true hypothesis (d, r + 1) whether
-    all pieces of the rig together reach them; only these pairs count.
+    """wanted: squared separations for every true hypothesis (d, r + 1), from nothing and from every rival; possible:
+    likewise, whether all pieces of the rig together reach what a name takes; only these pairs count.
     """
 
-    wanted: tuple[float, float]
+    wanted: tuple[Array, ...]
     possible: tuple[NDArray[np.bool_], ...]
 
     def share(self, found: Sequence[Array]) -> float:
         """Mean over the possible pairs of min(1, separation over the wanted one); 1 without any such pair."""
         total = count = 0.0
-        for part, mask in zip(found, self.possible, strict=True):
-            reached = np.minimum(part / self.scale(part.shape[1]), 1.0)
-            total, count = total + float((reached * mask).sum()), count + float(mask.sum())
+        for part, wanted, mask in zip(found, self.wanted, self.possible, strict=True):
+            total, count = total + float((np.minimum(part / wanted, 1.0) * mask).sum()), count + float(mask.sum())
         return total / count if count else 1.0
 
-    def scale(self, width: int) -> Array:
-        """(width,) wanted separations of one row."""
-        return np.array([self.wanted[0], *[self.wanted[1]] * (width - 1)])
+    @property
+    def least_gain(self) -> float:
+        """Gain of the criterion that is `MIN_GAIN` of one pair, over all its traces."""
+        pairs = sum(float(mask.mean(axis=0).sum()) for mask in self.possible)
+        return MIN_GAIN / max(pairs, 1.0)
 
 
-def wanted_separations(power: float, margin: float = 1.0) -> tuple[float, float]:
+def wanted_separations(power: float) -> tuple[float, float]:
     """Squared separations, from nothing and from a rival, at which an effect is named with this probability.
 
     The log Bayes factor of two simple hypotheses at a squared separation q is Gaussian with mean q/2 and variance q; it
-    must exceed the threshold, with its prior odds, with the probability `power`. margin: factor on both.
+    must exceed the threshold, with its prior odds, with the probability `power`.
 
     >>> [round(q, 1) for q in wanted_separations(0.9)]
     [29.9, 16.2]
@@ -71,7 +69,7 @@ def wanted_separations(power: float, margin: float = 1.0) -> tuple[float, float]
     odds = NAMED / (1 - NAMED)
     thresholds = (np.log(odds / PRIOR_ODDS) + OCCAM, np.log(odds))
     against_nothing, against_rival = ((z + np.sqrt(z**2 + 2 * t)) ** 2 for t in thresholds)
-    return margin * float(against_nothing), margin * float(against_rival)
+    return float(against_nothing), float(against_rival)
 
 
 @dataclass(frozen=True)
@@ -104,10 +102,19 @@ def potential(candidates: Candidates, allowed: Sequence[int]) -> list[Array]:
     return candidates.found(list(allowed) * MAX_COPIES)[1]
 
 
-def make_targets(found: Sequence[Array], wanted: tuple[float, float]) -> Targets:
-    """The targets that the separations `found` of all pieces together reach."""
-    scales = Targets(wanted, ())
-    return Targets(wanted, tuple(part >= scales.scale(part.shape[1]) for part in found))
+def make_targets(everything: Sequence[Array], power: float, factors: Sequence[Array] | None = None) -> Targets:
+    """The targets of pairs that the separations `everything`, of all pieces together, reach.
+
+    factors: on the separations that a name takes, for every true hypothesis (d, r + 1), 1 if None; no target exceeds
+    what all pieces reach.
+    """
+    nothing, rival = wanted_separations(power)
+    takes = [np.broadcast_to([nothing, *[rival] * (part.shape[1] - 1)], part.shape) for part in everything]
+    more = takes if factors is None else [t * f for t, f in zip(takes, factors, strict=True)]
+    return Targets(
+        tuple(np.maximum(np.minimum(m, part), t) for m, part, t in zip(more, everything, takes, strict=True)),
+        tuple(part >= t for part, t in zip(everything, takes, strict=True)),
+    )
 
 
 def design(
@@ -125,7 +132,7 @@ def design(
     chosen = list(start)
     share = targets.share(candidates.found(chosen)[1]) if chosen else 0.0
     while share < 1 - 1e-9:
-        best = _best_addition(candidates, allowed, targets, seconds, chosen, share)
+        best = best_addition(candidates, allowed, targets, seconds, chosen, share)
         if best is None:
             break
         share, added = best
@@ -140,7 +147,7 @@ def design(
     return ProtocolDesign(schedule, targets.share(found), targets)
 
 
-def _best_addition(
+def best_addition(
     candidates: Candidates,
     allowed: Sequence[int],
     targets: Targets,
@@ -160,17 +167,17 @@ def _best_addition(
         reached = targets.share(found)
         gain = reached - share
         per_second = gain / max(schedule.seconds - now, 1.0)
-        if gain > MIN_GAIN and per_second > rate:
+        if gain > targets.least_gain and per_second > rate:
             best, rate = (reached, index), per_second
     return best
 
 
 def _without_dispensable(candidates: Candidates, targets: Targets, chosen: list[int], share: float) -> list[int]:
-    """The pieces without those, longest first, whose removal costs less than `MIN_GAIN` of the criterion."""
+    """The pieces without those, longest first, whose removal costs less than the least gain of the criterion."""
     kept = list(chosen)
     for index in sorted(chosen, key=lambda k: -candidates.library[k].seconds):
         rest = list(kept)
         rest.remove(index)
-        if rest and targets.share(candidates.found(rest)[1]) >= min(share, 1.0) - MIN_GAIN:
+        if rest and targets.share(candidates.found(rest)[1]) >= min(share, 1.0) - targets.least_gain:
             kept = rest
     return kept

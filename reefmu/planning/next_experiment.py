@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -13,13 +14,13 @@ from stiffness_model.errors import InputError
 from stiffness_model.numerics.arrays import Array
 
 from ..diagnosis.discrimination.effect_columns import ACCUMULATING
-from ..diagnosis.discrimination.predicted_isolability import isolability
 from ..record import Record
+from .checked_choice import choose_protocol
 from .diagnosis_link import excluded_effects
-from .information import total_information
 from .protocols.rig import Rig
 from .protocols.schedule import Schedule
-from .shortest_plan import choose_pieces, prepare_setting
+from .setting import check_schedule, prepare_setting
+from .shortest_plan import POWER
 
 MIN_TURN = 0.1
 """rad, range of the crank angle within a run from which the crank turns, and between runs from which its angle can be
@@ -58,10 +59,9 @@ def next_protocol(drive: Drive, rig: Rig, rival_sets: Sequence[Sequence[str]]) -
         raise InputError(f"next protocol: expected two sets of effects that the rig can show, got {rival_sets!r}")
     names = {name for names in shown for name in names} | set(ACCUMULATING.values())
     setting = prepare_setting(drive, rig, sorted(names), silent)
-    candidates = setting.candidates(setting.rig, shown, shown)
-    chosen = choose_pieces(candidates, silent)
-    information = total_information(candidates.pieces, chosen.schedule)
-    found = isolability(information, candidates.true, candidates.rivals, sizes=(), draws=(200, 0))
+    check = partial(check_schedule, setting, true=shown, rivals=shown)
+    chosen = choose_protocol(setting.candidates(setting.rig, shown, shown), check, silent, POWER)
+    found = chosen.checked.isolability
     return NextProtocol(
         chosen.schedule,
         found.names,

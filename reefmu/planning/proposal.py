@@ -12,6 +12,7 @@ from ..diagnosis.schema import Diagnosis
 from ..model.contacts.tables import cached_lookup
 from .next_experiment import NextProtocol, next_protocol, rig_of_record
 from .plan_report.protocol_table import protocol_csv
+from .protocols.schedule import duration_text
 
 OPEN = 1 - NAMED
 """Probability from which an explanation is still open: what is left beside one that is named."""
@@ -62,21 +63,21 @@ def _sentence(found: NextProtocol) -> str:
     runs = len(found.schedule.pieces)
     return (
         f"next_protocol.csv tells {_listed(found.labels)} apart on this rig: {runs} {'runs' if runs > 1 else 'run'}, "
-        f"{found.schedule.seconds / 60:.1f} min; at typical sizes it names the right one in {_at_best(found)} of "
-        "cases at best"
+        f"{duration_text(found.schedule.seconds)}; at typical sizes it names the right one in at most "
+        f"{_percent(found)} % of cases"
     )
 
 
 def _no_protocol(found: NextProtocol) -> str:
-    return (
-        f"no protocol on the rig of this record tells {_listed(found.labels)} apart: at typical sizes the best one "
-        f"names the right one in {_at_best(found)} of cases at best"
-    )
+    percent, rarely = _percent(found), "none is ever named"
+    if percent:
+        rarely = f"the best one would name the right one in at most {percent} % of cases"
+    return f"no protocol on the rig of this record tells {_listed(found.labels)} apart: at typical sizes {rarely}"
 
 
-def _at_best(found: NextProtocol) -> str:
+def _percent(found: NextProtocol) -> int:
     # Never certain: laws and covariance are taken as known.
-    return f"{min(99, round(100 * found.told_apart))} %"
+    return min(99, round(100 * found.told_apart))
 
 
 def _listed(labels: tuple[str, ...]) -> str:

@@ -9,11 +9,10 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ..diagnosis.discrimination.predicted_isolability import PredictedIsolability
-from .design import MARGINS, Candidates, potential, wanted_separations
+from .checked_choice import MARGIN, Choice, Ended
+from .design import Candidates, potential, wanted_separations
 from .protocols.motion_pieces import feasible
 from .protocols.rig import Rig
-from .protocols.schedule import Schedule
 
 QUIETER = 1 / 3
 """Factor on the noise of a better sensor. Chosen by judgement: the next accuracy class of torque sensors and encoders
@@ -81,19 +80,15 @@ def upgrades(rig: Rig) -> list[Upgrade]:
 
 
 def find_remedies(
-    candidates: Candidates,
-    with_rig: Callable[[Rig], Candidates],
-    found: PredictedIsolability,
-    schedule: Schedule,
-    power: float,
+    candidates: Candidates, with_rig: Callable[[Rig], Candidates], chosen: Choice, power: float
 ) -> list[Remedy]:
-    """What would tell every effect from its nearest rival that the protocol `schedule` names too rarely.
+    """What could tell every effect from its nearest rival that the chosen protocol names too rarely.
 
-    with_rig: the same candidates with the noise of another rig; found: the predicted probabilities along the protocol.
-    An effect is told where a longer protocol or an upgrade separates it from all of its rivals; rivals that are as near
-    as the nearest within a factor of 2 are listed too.
+    with_rig: the same candidates with the noise of another rig. A longer protocol is offered where the time ended the
+    choice, and an upgrade where it separates the effect, as far as the records along the protocol hold what the
+    library's information promises. Rivals that are as near as the nearest within a factor of 2 are listed too.
     """
-    nothing, rival = wanted_separations(power, MARGINS[-1])
+    nothing, rival = wanted_separations(power)
 
     def ratios(over: Sequence[Array]) -> Array:
         """(t, r + 1) separation of each true hypothesis over the wanted one, lower quartile of its traces: amplitudes
@@ -101,20 +96,26 @@ def find_remedies(
         wanted = np.array([nothing, *[rival] * (over[0].shape[1] - 1)])
         return np.array([np.quantile(part, 0.25, axis=0, method="lower") for part in over]) / wanted
 
+    now = ratios(chosen.checked.separations)
+    promised = ratios(candidates.found(chosen.schedule.chosen)[1])
+    # Where the separation is promised and yet the name is rare, only a larger one helps.
+    needed = np.where(promised >= 1, MARGIN * np.maximum(promised / np.maximum(now, 1e-9), 1.0), 1.0)
+
     def best(over: Candidates, allowed: frozenset[str]) -> Array:
         return ratios(potential(over, feasible(over.library, allowed)))
 
-    now = ratios(candidates.found(schedule.chosen)[1])
+    # The choice itself went on towards what all pieces of the rig reach.
     better = [("a longer protocol on the same rig", best(candidates, frozenset()))]
+    better = better if chosen.ended is Ended.TIME else []
     better += [
-        (offer.words, best(candidates if offer.rig is candidates.rig else with_rig(offer.rig), offer.allowed))
+        (offer.words, best(candidates if offer.rig is candidates.rig else with_rig(offer.rig), offer.allowed) / needed)
         for offer in upgrades(candidates.rig)
         if not offer.allowed or any(piece.needs & offer.allowed for piece in candidates.library)
     ]
     labels = [NOTHING, *(h.label for h in candidates.rivals)]
     remedies: list[Remedy] = []
-    for row, h in enumerate(candidates.true):
-        if found.named_right(h.label) >= power:
+    for row, (h, right) in enumerate(zip(candidates.true, chosen.checked.named_right(), strict=True)):
+        if right >= power:
             continue
         others = np.array([k for k, label in enumerate(labels) if label != h.label])
         least = int(others[now[row, others].argmin()])

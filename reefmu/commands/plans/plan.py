@@ -9,7 +9,7 @@ from pathlib import Path
 from reefmu.effects import find_effect
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.planning.plan_report.plan_files import write_plan
-from reefmu.planning.plan_report.result import summary
+from reefmu.planning.plan_report.result import summary, untold_text
 from reefmu.planning.protocols.rig import Rig, expect_minutes, load_rig
 from reefmu.planning.shortest_plan import Plan, make_plan
 from reefmu.progress import Progress
@@ -43,7 +43,5 @@ def run(args: argparse.Namespace) -> int:
 
 def _not_told(plan: Plan) -> list[str]:
     """One line for each pair that the protocol does not separate, and for each effect that is no candidate."""
-    lines = [
-        f"  {r.effect} is not told from {r.rival}" + (f"; {r.remedy} would" if r.remedy else "") for r in plan.remedies
-    ]
+    lines = [f"  {untold_text(remedy)}" for remedy in plan.remedies]
     return lines + [f"  {name} is no candidate: {reason}" for name, reason in plan.excluded.items()]

@@ -27,7 +27,7 @@ def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
             if not conclusion.alternatives:
                 return f"This record cannot tell whether an effect is missing: {names} may explain it ({change})."
             return (
-                f"This record cannot tell which effect is missing: {names} explains it ({change}), "
+                f"This record cannot tell which effect is missing: {names} may explain it ({change}), "
                 f"and so may {sets_text(conclusion.alternatives)}."
             )
         case "unknown":

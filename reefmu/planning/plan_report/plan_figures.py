@@ -17,12 +17,13 @@ MATRIX_SIZE = 0.36
 
 
 def protocol_figure(plan: Plan) -> str:
-    """Twist, crank and temperature over the duration of the protocol."""
+    """Twist, crank and temperature over the duration of the protocol, in seconds where it is below a minute."""
+    unit, second = ("min", 1 / 60) if plan.seconds >= 60 else ("s", 1.0)
 
     def draw(axes: Axes) -> None:
         top = max(float(np.abs(p.twist).max()) for p in plan.schedule.pieces) / ARCMIN
         for begin, piece in zip(plan.schedule.begin, plan.schedule.pieces, strict=True):
-            time = (begin + np.cumsum(piece.step) - piece.step[0]) / 60
+            time = second * (begin + np.cumsum(piece.step) - piece.step[0])
             turning = bool(np.ptp(piece.crank) > 0)
             colour = RED if piece.temperature > 25 else ORANGE if turning else BLUE
             axes.plot(time, piece.twist / ARCMIN, lw=0.9, color=colour)
@@ -31,7 +32,7 @@ def protocol_figure(plan: Plan) -> str:
             if piece.temperature > 25:
                 axes.axvspan(time[0], time[-1], color=RED, alpha=0.10, lw=0)
         axes.set_ylim(-1.15 * max(top, 1e-9), 1.15 * max(top, 1e-9))
-        axes.set_xlabel("time [min]", fontsize=9)
+        axes.set_xlabel(f"time [{unit}]", fontsize=9)
         axes.set_ylabel("twist [arcmin]", fontsize=9)
         for colour, label in ((BLUE, "crank locked"), (ORANGE, "crank turning"), (RED, "warm")):
             axes.plot([], [], color=colour, lw=2, label=label)

@@ -10,10 +10,11 @@ from ...diagnosis.report.html.elements import figure, table
 from ...diagnosis.report.html.script import SCRIPT
 from ...diagnosis.report.html.style import STYLE
 from ...effects import find_effect
+from ..protocols.schedule import duration_text
 from ..remedies import NOTHING
 from ..shortest_plan import Plan
 from . import plan_figures
-from .result import limits, summary
+from .result import limits, remedy_for_excluded, summary
 
 
 def plan_html(plan: Plan) -> str:
@@ -57,7 +58,7 @@ def _cards(plan: Plan) -> str:
         1 - float(found.matrix[1 + k, found.names.index(n)] + found.matrix[1 + k, -1]) for k, n in enumerate(found.true)
     ]
     cards = [
-        ("Duration", [f"<p class=big>{plan.seconds / 60:.1f} min</p>", f"<p>of {plan.rig.minutes:g} min</p>"]),
+        ("Duration", [f"<p class=big>{duration_text(plan.seconds)}</p>", f"<p>of {plan.rig.minutes:g} min</p>"]),
         (
             "False alarms",
             [f"<p class=big>{100 * false_alarm:.1f} %</p>", "<p>predicted, of drives that lack nothing</p>"],
@@ -90,7 +91,7 @@ def _limits(plan: Plan) -> str:
 
 
 def _untold(plan: Plan) -> list[str]:
-    """What the protocol does not tell, and what would."""
+    """What the protocol does not tell, and what could."""
     rows = [
         [
             escape(r.effect),
@@ -100,19 +101,20 @@ def _untold(plan: Plan) -> list[str]:
         for r in plan.remedies
     ]
     rows += [
-        [escape(name), "is no candidate: " + escape(why), "a sensor for it"] for name, why in plan.excluded.items()
+        [escape(name), "is no candidate: " + escape(why), escape(remedy_for_excluded(name))]
+        for name, why in plan.excluded.items()
     ]
     if not rows:
         return []
-    return ["<h2>What it does not tell</h2>", table(["effect", "not told from", "what would tell"], rows)]
+    return ["<h2>What it does not tell</h2>", table(["effect", "not told from", "what could tell"], rows)]
 
 
 def _runs(plan: Plan) -> str:
     rows = [
-        [str(k + 1), f"{begin / 60:.1f}", f"{piece.seconds:.3g}", str(len(piece)), escape(piece.label)]
+        [str(k + 1), f"{begin:.0f}", f"{piece.seconds:.3g}", str(len(piece)), escape(piece.label)]
         for k, (begin, piece) in enumerate(zip(plan.schedule.begin, plan.schedule.pieces, strict=True))
     ]
-    return table(["run", "begins [min]", "lasts [s]", "samples", "motion"], rows)
+    return table(["run", "begins [s]", "lasts [s]", "samples", "motion"], rows)
 
 
 def _rig(plan: Plan) -> str:

@@ -11,12 +11,21 @@ from scipy.special import ndtri
 
 from ...diagnosis.discrimination.predicted_isolability import NAMED, PRIOR_ODDS
 from ...effects import find_effect
+from ...effects.base import Requirement
+from ..checked_choice import Ended
+from ..protocols.schedule import duration_text
+from ..remedies import Remedy
 from ..shortest_plan import Plan
 
 SCHEMA = 1
 DETECTION_ERRORS = math.sqrt(2 * math.log(NAMED / (1 - NAMED) / PRIOR_ODDS)) + float(ndtri(NAMED))
 """Standard errors from which an effect is detected with the probability `NAMED` where it has no rival: 3.4 from its
 prior odds to the posterior probability at which it is named, and 1.6 for the probability."""
+COLUMN_SENSORS = {
+    Requirement.TEMPERATURE: "a sensor of the drive's temperature",
+    Requirement.CRANK_ANGLE: "an encoder at a crank whose angle can be set",
+}
+"""What measures a column without which an effect is no candidate."""
 
 
 @dataclass(frozen=True)
@@ -56,15 +65,44 @@ def limits(plan: Plan) -> list[Limit]:
 
 
 def summary(plan: Plan) -> str:
-    """The result in one or two sentences."""
-    told = [name for name in plan.isolability.true if plan.isolability.named_right(name) >= plan.power]
-    total, minutes = len(plan.isolability.true), f"{plan.seconds / 60:.0f}"
+    """The result in two or three sentences: what the protocol names, what it names less often, and why it ends."""
+    right = {name: plan.isolability.named_right(name) for name in plan.isolability.true}
+    told, count = sum(p >= plan.power for p in right.values()), len(plan.schedule)
+    runs, verb = ("run", "names") if count == 1 else ("runs", "name")
+    effects = f"{told} of {len(right)} effects" if len(right) > 1 else f"{told} of 1 effect"
     text = (
-        f"{len(plan.schedule)} runs in {minutes} min name {len(told)} of {total} effects of typical size with a "
-        f"probability of {100 * plan.power:.0f} % or more."
+        f"{count} {runs} in {duration_text(plan.seconds)} {verb} {effects} of typical size with a probability of "
+        f"{100 * plan.power:.0f} % or more."
     )
-    others = [name for name in plan.isolability.true if name not in told]
-    return text + (f" Less probable: {', '.join(others)}." if others else "")
+    others = [f"{name} ({100 * p:.0f} %)" for name, p in right.items() if p < plan.power]
+    text += f" Less probable: {', '.join(others)}." if others else ""
+    return f"{text} {end_text(plan)}"
+
+
+def end_text(plan: Plan) -> str:
+    """Why the protocol has no more runs, in a sentence."""
+    match plan.ended:
+        case Ended.REACHED:
+            return "No further run is needed."
+        case Ended.TIME:
+            return f"No further run that would help fits into the {duration_text(60 * plan.rig.minutes)} allowed."
+        case Ended.NOTHING:
+            return f"No further run on this rig would bring the others to {100 * plan.power:.0f} %."
+
+
+def untold_text(remedy: Remedy) -> str:
+    """One effect that the protocol does not tell from a rival, and what could, as part of a sentence."""
+    could = f"; {remedy.remedy} could" if remedy.remedy else ""
+    return f"{remedy.effect} cannot be reliably distinguished from {remedy.rival}{could}"
+
+
+def remedy_for_excluded(name: str) -> str:
+    """What would show an effect that is no candidate: the column that its records lack, or a test of its own."""
+    effect = find_effect(name)
+    lacking = [COLUMN_SENSORS[need] for need in effect.identification.requirements if need in COLUMN_SENSORS]
+    if lacking and not effect.identification.not_a_candidate:
+        return " and ".join(lacking)
+    return f"no sensor; a test of it alone: {effect.excitation[0].lower()}{effect.excitation[1:].rstrip('.')}"
 
 
 def plan_to_dict(plan: Plan) -> dict[str, Any]:
@@ -76,6 +114,7 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
         "rig": asdict(plan.rig),
         "seconds": plan.seconds,
         "power": plan.power,
+        "ended": plan.ended.value,
         "runs": [
             {"run": k + 1, "begin": float(begin), "seconds": piece.seconds, "what": piece.label}
             for k, (begin, piece) in enumerate(zip(plan.schedule.begin, plan.schedule.pieces, strict=True))

@@ -71,6 +71,18 @@ def make_schedule(library: Sequence[Piece], chosen: Sequence[int], rig: Rig) -> 
     return Schedule(tuple(order), tuple(library[k] for k in order), np.array(begin), np.array(travelled), now)
 
 
+def duration_text(seconds: float) -> str:
+    """A duration in words: in seconds below a minute, in tenths of a minute below ten, else in minutes.
+
+    >>> duration_text(10.42), duration_text(59.6), duration_text(372.0), duration_text(1537.0)
+    ('10 s', '1 min', '6.2 min', '26 min')
+    """
+    if round(seconds) < 60:
+        return f"{seconds:.0f} s"
+    minutes = seconds / 60
+    return f"{round(minutes, 1):g} min" if minutes < 10 else f"{minutes:.0f} min"
+
+
 def motion_record(schedule: Schedule, ratio: float, missing: Sequence[str] = ()) -> Record:
     """The set points as a record without torque; missing: columns that the rig does not measure."""
     pieces = schedule.pieces

@@ -6,7 +6,8 @@ import pytest
 
 import stiffness_model as sm
 from reefmu.planning.protocols.rig import Rig
-from reefmu.planning.shortest_plan import Plan, Setting, make_plan, prepare_setting
+from reefmu.planning.setting import Setting, prepare_setting
+from reefmu.planning.shortest_plan import Plan, make_plan
 from stiffness_model.lookup.table import Lookup
 
 

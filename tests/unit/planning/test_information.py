@@ -15,7 +15,7 @@ from reefmu.planning.information import piece_information, record_information, t
 from reefmu.planning.protocols.motion_pieces import feasible
 from reefmu.planning.protocols.rig import RigNoise, rig_noise
 from reefmu.planning.protocols.schedule import make_schedule, measured_record
-from reefmu.planning.shortest_plan import Setting
+from reefmu.planning.setting import Setting
 from stiffness_model.numerics.arrays import Array
 
 
@@ -58,6 +58,23 @@ def test_a_choice_of_pieces_is_as_informative_as_its_own_record(setting: Setting
     # The blocks of the library's record are longer, so that its scatter is not quite the same: a tenth in deviation.
     for name in ("torque_sensor_drift", "wear", "backlash", "hysteresis"):
         assert of_effect(setting, chosen, name) == pytest.approx(of_effect(setting, own, name), rel=0.25), name
+
+
+def test_a_clearance_is_no_easier_to_see_in_the_library_than_in_a_record(setting: Setting) -> None:
+    """The tolerances of an individual act as a clearance, wherever the first guess of the twist's zero was: loops at
+    five angles and rotation separate it as far in the library as in records of individuals."""
+    sets = [("backlash",)]
+    candidates = setting.candidates(setting.rig, sets, sets)
+    loops = [setting.library.index(p) for p in setting.library if p.label.startswith("loops to 100 %")][1:6]
+    schedule = make_schedule(setting.library, [*loops, *pieces_with(setting, "under 0 %")], setting.rig)
+    promised = float(candidates.found(schedule.chosen)[1][0][:, 0].min())
+    for seed in (2, 3):
+        record = measured_record(setting.drive, setting.rig, schedule, seed, individual=True)
+        s = sensitivities(*record_problem(setting.drive, record), setting.sizes, ["backlash"])
+        held = separations(
+            record_information(s, rig_noise(setting.rig, setting.drive.ratio)), *[make_hypotheses(s, sets)] * 2
+        )
+        assert float(held[0][:, 0].min()) == pytest.approx(promised, rel=0.2), seed
 
 
 def test_the_covariance_is_that_of_the_diagnosis(setting: Setting) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,9 @@ import pytest
 from reefmu.model.drive_model import build_model
 from reefmu.planning import Plan
 from reefmu.planning.plan_report.plan_files import write_plan
+from reefmu.planning.plan_report.plan_page import plan_html
 from reefmu.planning.plan_report.protocol_table import COLUMNS
+from reefmu.planning.plan_report.result import summary
 from reefmu.planning.protocols.motion_pieces import motion_library
 from reefmu.planning.protocols.rig import Rig
 from reefmu.planning.protocols.schedule import make_schedule, motion_record
@@ -90,6 +94,27 @@ def test_the_result_holds_everything(folder: Path, plan: Plan) -> None:
     assert all(limit["detected_from"] > 0 for limit in result["limits"])
     assert result["cannot_tell"]
     assert len(result["runs"]) == len(plan.schedule)
+
+
+@pytest.mark.slow
+def test_the_page_says_what_could_show_an_excluded_effect(folder: Path, plan: Plan) -> None:
+    """A missing column takes its sensor; an effect that no record of a diagnosis shows takes a test of its own."""
+    text = (folder / "plan.html").read_text("utf-8")
+    rows = dict(re.findall(r"<tr><td>(\w+)</td><td>is no candidate: [^<]*</td><td>([^<]*)</td></tr>", text))
+    assert set(rows) == set(plan.excluded)
+    assert rows["missing_ball"] == "an encoder at a crank whose angle can be set"
+    assert rows["elastoplastic_friction"].startswith("no sensor; a test of it alone: loads held below and above")
+    assert rows["crank_friction"].startswith("no sensor; a test of it alone: torques at crank and output")
+
+
+@pytest.mark.slow
+def test_a_duration_below_a_minute_is_in_seconds(plan: Plan) -> None:
+    short = replace(plan, schedule=replace(plan.schedule, seconds=19.4))
+    assert " in 19 s name" in summary(short)
+    page = plan_html(short)
+    assert "<p class=big>19 s</p>" in page
+    assert "time [s]" in page
+    assert "time [min]" in plan_html(replace(plan, schedule=replace(plan.schedule, seconds=90.0)))
 
 
 @pytest.mark.slow

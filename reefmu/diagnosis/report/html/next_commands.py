@@ -5,11 +5,14 @@ from __future__ import annotations
 import shlex
 from dataclasses import dataclass
 
+from ....effects.effect_facts import may_be_named, plan_call
 from ...schema import Diagnosis
 from ..rivals import rivals
 from .origin import Origin, command_text, with_options
 
 MODEL = "model.toml"
+ASSUMED_RIG = "assumes a rig that turns the crank and heats the drive; --rig RIG.toml describes another one"
+"""What a plan takes for granted without a description of the rig, which need not be that of the record."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +44,8 @@ def next_commands(
     drawing = command_text(shlex.quote(origin.base)) if origin.base and not origin.base.endswith(".csv") else ""
     effects = _effects_to_separate(diagnosis)
     if drawing and effects:
-        plan = f"reefmu plan {drawing} --effects {','.join(effects)} --out plan"
-        found.append(NextCommand(f"the shortest test that tells {' and '.join(effects)} apart", plan))
+        test = f"tells {' and '.join(effects)} apart" if len(effects) > 1 else f"shows {effects[0]}"
+        found.append(NextCommand(f"the shortest test that {test}; {ASSUMED_RIG}", plan_call(drawing, effects)))
     if diagnosis.verdict != "named":
         base = f"--drive {drawing}" if drawing else f"--curve {origin.base}" if origin.base else "--power-law"
         diagnose = with_options(f"reefmu diagnose NEXT.csv {base}", (*origin.assumed, *origin.reading))
@@ -67,7 +70,7 @@ def _effects_to_separate(diagnosis: Diagnosis) -> list[str]:
     others = [name for names in diagnosis.alternatives for name in names]
     others += [name for hypothesis in rivals(diagnosis) for name in hypothesis.effects]
     if diagnosis.verdict in ("none", "unknown"):
-        others += list(diagnosis.not_candidates)[:4]
+        others += may_be_named(diagnosis.not_candidates)[:4]
     if not others:
         return []
-    return list(dict.fromkeys([*(effect.name for effect in diagnosis.effects), *others]))
+    return may_be_named([*(effect.name for effect in diagnosis.effects), *others])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -113,6 +114,14 @@ def test_cycles_that_repeat_in_time_and_in_torque_are_told_apart(tmp_path: Path)
     text = inspection_text(in_torque, "")
     assert "in time: no cycles" in text
     assert "standard deviation between cycles" in text
+    assert re.search(r"\n +-9 to 9 N.m, \d+ branches of run 0: ", text)
+
+
+def test_torques_of_branches_have_no_exponent(tmp_path: Path) -> None:
+    head = "time [s],twist [mrad],output_torque [N.m]"
+    text = inspection_text(inspected(tmp_path, head, TIME, np.sin(np.pi * TIME), 140 * np.sin(np.pi * TIME)), "")
+    assert "140 to -140 N.m, " in text
+    assert "1.4e+02" not in text
 
 
 def test_a_torque_of_the_motor_is_said_here_and_by_the_diagnosis(tmp_path: Path) -> None:

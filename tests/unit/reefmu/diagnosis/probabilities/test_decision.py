@@ -107,7 +107,9 @@ def test_probabilities_take_back_names_and_findings(evidence: Evidence) -> None:
     named, unknown = conclusion_of(evidence, "named", FRICTION), conclusion_of(evidence, "unknown")
     found = concluded(evidence, named, {(FRICTION, False): 0.5, (SHAFT, False): 0.4})
     assert (found.verdict, found.chosen, found.alternatives) == ("ambiguous", named.chosen, (SHAFT,))
-    assert "so may coulomb_friction" in summarise(found, Gap(5.0, 1.0, 0.5), 100.0)
+    sentence = summarise(found, Gap(5.0, 1.0, 0.5), 100.0)
+    assert "(hysteresis) may explain it" in sentence
+    assert "so may coulomb_friction" in sentence
     found = concluded(evidence, unknown, {(NOTHING, False): 0.9})
     assert (found.verdict, found.chosen.names, found.unnamed) == ("none", (), None)
     found = concluded(evidence, named, {(NOTHING, False): 0.45, (FRICTION, False): 0.55, (SHAFT, False): 0.0})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -89,6 +90,19 @@ def test_the_corrected_model_is_exported_and_rivals_are_separated() -> None:
     assert commands[0] == "reefmu export model.toml -o model.fmu"
     assert "reefmu plan drive_1 --effects backlash,hysteresis,preload,wear --out plan" in commands
     assert commands[-1] == "reefmu diagnose NEXT.csv --drive drive_1 --out next"
+
+
+@pytest.mark.parametrize("verdict", ["none", "unknown"])
+def test_a_plan_is_proposed_for_effects_that_some_record_shows(verdict: str) -> None:
+    """What no record shows is left out, and what the plan takes for granted of the rig is said beside it."""
+    excluded = dict.fromkeys(("crank_friction", "missing_ball", "elastoplastic_friction", "wear"), "a reason")
+    made = replace(diagnosis(verdict), hypotheses=(), not_candidates=excluded)
+    (plan,) = [step for step in next_commands(made, Origin("", "drive_1")) if step.command.startswith("reefmu plan")]
+    assert plan.command == "reefmu plan drive_1 --effects missing_ball,wear --out plan"
+    assert "assumes a rig that turns the crank" in plan.purpose
+    assert "--rig RIG.toml" in plan.purpose
+    none = replace(made, not_candidates={"crank_friction": "a reason"})
+    assert not [s for s in next_commands(none, Origin("", "drive_1")) if s.command.startswith("reefmu plan")]
 
 
 def test_shares_are_explained_where_they_stand() -> None:

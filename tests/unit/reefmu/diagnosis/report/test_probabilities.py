@@ -11,6 +11,7 @@ from reefmu.diagnosis import Diagnosis, Gap, Hypothesis, IsolabilityMatrix, Name
 from reefmu.diagnosis.report.html.page import report_html
 from reefmu.diagnosis.report.rivals import is_reported, relevant_effects, rivals
 from reefmu.diagnosis.report.text import CALIBRATION, cautions
+from reefmu.effects import EFFECTS
 
 HYSTERESIS = NamedEffect("hysteresis", {"torque": Value(4.0, 3.9, 4.1, "N.m")}, 0.9)
 HYPOTHESES = (
@@ -77,7 +78,7 @@ def test_bars_show_the_likeliest_hypotheses_and_the_sum_of_the_others() -> None:
         "something without a name",
         "nothing is missing",
     ]
-    many = [Hypothesis((), False, 0.5), *(Hypothesis((f"e{k}",), False, 0.05) for k in range(10))]
+    many = [Hypothesis((), False, 0.5), *(Hypothesis((name,), False, 0.05) for name in list(EFFECTS)[:10])]
     assert bars(report_html(PLAIN.with_probabilities(many, None, None)))[-1] == ("5 others together", "25.0%", "25 %")
 
 

@@ -1,0 +1,74 @@
+"""The choice of motions goes on until records name every effect, the time is used up, or no run would help."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from reefmu.diagnosis.discrimination.predicted_isolability import isolability
+from reefmu.planning.checked_choice import Choice, Ended, choose_protocol
+from reefmu.planning.design import Candidates, wanted_separations
+from reefmu.planning.information import total_information
+from reefmu.planning.protocols.schedule import Schedule
+from reefmu.planning.setting import Checked, Setting
+
+SETS = [("backlash",), ("hysteresis",)]
+
+
+def choose(setting: Setting, minutes: float, kept: float) -> Choice:
+    """The choice where records hold the share `kept` of the information of the library."""
+    rig = replace(setting.rig, minutes=minutes)
+    candidates: Candidates = setting.candidates(rig, SETS, SETS)
+
+    def check(schedule: Schedule) -> Checked:
+        information = kept * total_information(candidates.pieces, schedule)
+        found = isolability(information, candidates.true, candidates.rivals, sizes=(), draws=(100, 0))
+        return Checked(found, tuple(kept * part for part in candidates.found(schedule.chosen)[1]))
+
+    return choose_protocol(candidates, check, lambda stage, share: None, 0.9)
+
+
+def test_a_choice_goes_on_until_records_name_every_effect(setting: Setting) -> None:
+    easy, hard = choose(setting, 30.0, 1.0), choose(setting, 30.0, 0.6)
+    assert (easy.ended, hard.ended) == (Ended.REACHED, Ended.REACHED)
+    assert min(easy.checked.named_right()) >= 0.9
+    assert min(hard.checked.named_right()) >= 0.9
+    assert hard.schedule.seconds > easy.schedule.seconds
+
+
+def test_a_choice_says_whether_time_or_rig_ended_it(setting: Setting) -> None:
+    short = choose(setting, 0.05, 0.6)
+    assert short.ended is Ended.TIME
+    assert short.schedule.seconds <= 3.0
+    hopeless = choose(setting, 600.0, 0.05)
+    assert hopeless.ended is Ended.NOTHING
+    assert min(hopeless.checked.named_right()) < 0.9
+
+
+def test_half_of_the_time_would_not_do(setting: Setting) -> None:
+    found = choose(setting, 30.0, 0.6)
+    assert choose(setting, found.schedule.seconds / 120, 0.6).ended is not Ended.REACHED
+
+
+def test_the_shortest_piece_alone_may_do(setting: Setting) -> None:
+    """Much information: one run names both effects, and no shorter protocol is looked for."""
+    found = choose(setting, 30.0, 100.0)
+    assert found.ended is Ended.REACHED
+    assert found.schedule.seconds == min(piece.seconds for piece in setting.library)
+
+
+def test_more_time_never_names_less(setting: Setting) -> None:
+    named = [min(choose(setting, minutes, 0.6).checked.named_right()) for minutes in (0.05, 0.2, 5.0)]
+    assert named[0] < 0.9 <= named[-1]
+    assert named[1] >= named[0]
+
+
+def test_the_wanted_separations_name_with_the_wanted_probability() -> None:
+    """Two simple hypotheses at the wanted separation: the log Bayes factor passes its threshold in 90 % of cases."""
+    nothing, rival = wanted_separations(0.9)
+    draws = np.random.default_rng(0).standard_normal(200_000)
+    passed = rival / 2 + np.sqrt(rival) * draws > np.log(0.95 / 0.05)
+    assert float(passed.mean()) == pytest.approx(0.9, abs=0.005)
+    assert nothing > rival
