@@ -87,6 +87,15 @@ class Kind:
         return view(getattr(self, function))(*arguments, **keywords)
 
     @property
+    def title(self) -> str:
+        """The noun without its article, as it begins a description.
+
+        >>> KINDS["cycloidal"].title
+        'Cycloidal drive'
+        """
+        return self.noun.partition(" ")[2].capitalize()
+
+    @property
     def fields(self) -> Mapping[str, Field]:
         """The declared fields of a drawing of this kind, by name."""
         return view(self.drive_fields)

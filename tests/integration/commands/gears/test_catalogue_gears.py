@@ -42,6 +42,8 @@ def test_the_curve_file_holds_the_sheet_s_lines(tmp_path: Path, capsys: pytest.C
     shown = capsys.readouterr()
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["curve.csv", "curve.png"]
     assert "hysteresis loss        below 1 arcmin" in shown.out
+    # The branches of the loop are the curve plus and minus this torque.
+    assert "models contain the effect hysteresis of 14.544 N.m, half the width of the sheet's loop" in shown.out
     assert "without contact forces" in shown.err
     with (tmp_path / "out" / "curve.csv").open(newline="") as file:
         head, *rows = list(csv.reader(file))
