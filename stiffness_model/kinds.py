@@ -16,7 +16,7 @@ from .errors import InputError, expect, unknown_name
 from .frozen_mapping import FrozenMapping
 
 if TYPE_CHECKING:
-    from .drawing.fields import Field
+    from .drawing.fields import Field, FurtherKey
 
 ROLLING_ELEMENT_ECCENTRIC = "rolling element eccentric"
 CYCLOIDAL = "cycloidal"
@@ -61,8 +61,8 @@ class Kind:
     that comes with the package, or None; packaged_names: () -> the names of those drives. lacks: for what of
     `CONTACT_FORCES`, ... a drive of this kind does not have, the reason, as the end of a sentence. documentation: a
     paragraph on the fields, for docs/reference/drawing_format.md. section_notes: paragraphs on sections of the drawing.
-    further_keys: a mapping from the keys of a drawing that are not single values to their meaning and an example in
-    TOML. example: name of the packaged drive whose values a new drawing has.
+    further_keys: the mapping from names to `FurtherKey`, of what is not a single value in a drawing. example: name of
+    the packaged drive whose values a new drawing has.
     """
 
     name: str
@@ -99,6 +99,11 @@ class Kind:
     def fields(self) -> Mapping[str, Field]:
         """The declared fields of a drawing of this kind, by name."""
         return view(self.drive_fields)
+
+    @property
+    def keys_beside_fields(self) -> Mapping[str, FurtherKey]:
+        """The keys of a drawing of this kind that are not single values, by name."""
+        return view(self.further_keys) if self.further_keys else {}
 
 
 _TOLERANCES = """\

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..drawing.fields import REQUIRED
+from ..drawing.fields import REQUIRED, FurtherKey
 from ..errors import InputError, expect, refuse_unknown
 from ..frozen_mapping import FrozenMapping
 from ..kinds import CATALOGUE
@@ -17,20 +17,31 @@ from .catalogue_drive import FIELDS, CatalogueDrive
 from .efficiency_table import quantities, read_efficiency, write_efficiency
 from .gears import CatalogGear, catalog
 
-FURTHER_KEYS: Mapping[str, tuple[str, str]] = FrozenMapping(
+FURTHER_KEYS: Mapping[str, FurtherKey] = FrozenMapping(
     {
-        "twist": ("Twists of the points of a curve, in place of stiffnesses.", 'twist = ["0 arcmin", "2 arcmin"]'),
-        "torque": ("Torques at these points.", 'torque = ["0 N.m", "60 N.m"]'),
-        "upper_limits": ("Fields whose value is an upper limit.", 'upper_limits = ["lost_motion"]'),
-        "sources": ("Sources of single fields, where they are not `source`.", '[sources]\nk1 = "own measurement"'),
-        "efficiency": (
+        "twist": FurtherKey(
+            "list of angles",
+            "Twists of the points of a curve, in place of stiffnesses.",
+            'twist = ["0 arcmin", "2 arcmin"]',
+        ),
+        "torque": FurtherKey("list of torques", "Torques at these points.", 'torque = ["0 N.m", "60 N.m"]'),
+        "upper_limits": FurtherKey(
+            "list of fields", "Fields whose value is an upper limit.", 'upper_limits = ["lost_motion"]'
+        ),
+        "sources": FurtherKey(
+            "table of texts",
+            "Sources of single fields, where they are not `source`.",
+            '[sources]\nk1 = "own measurement"',
+        ),
+        "efficiency": FurtherKey(
+            "table of lists",
             "Efficiency over the crank's speed, one row for each, and the torque at the output.",
             '[efficiency]\nspeed = ["500 rpm", "2000 rpm"]\ntorque = ["50 N.m", "265 N.m"]\n'
             "value = [[0.5, 0.75], [0.4, 0.7]]",
         ),
     }
 )
-"""Keys of a drawing beside `FIELDS`, each with its meaning and an example in TOML."""
+"""Keys of a drawing beside `FIELDS`."""
 TABLES = tuple(FURTHER_KEYS)
 _STIFFNESSES = ("k1", "k2", "k3", "t1", "t2", "stiffness")
 _OF_ROW = ("maker", "type", "source", *_STIFFNESSES, "rated_torque", "acceleration_torque", "momentary_torque")
@@ -138,8 +149,8 @@ def packaged_gear(name: str) -> dict[str, Any] | None:
 
 
 def packaged_gear_names() -> list[str]:
-    """The names of the rows that come with the package."""
-    return [gear.name for gear in catalog()]
+    """The names of the rows that come with the package and state a curve, without which a row is no drive."""
+    return [gear.name for gear in catalog() if gear.has_curve]
 
 
 def table_of_row(gear: CatalogGear) -> dict[str, Any]:
