@@ -111,6 +111,35 @@ def whole_number(low: int, high: int | None = None) -> Callable[[str], int]:
     return parse
 
 
+def quantity(kind: str, unit: str) -> Callable[[str], float]:
+    """The type of an argument of a quantity of `stiffness_model.units`: a number in `unit`, or one with its unit.
+
+    The value is in `unit`.
+
+    >>> quantity("moment of inertia", "kg.m2")("1 kg.cm2"), quantity("moment of inertia", "kg.m2")("0.5")
+    (0.0001, 0.5)
+    """
+
+    def parse(text: str) -> float:
+        # At the first argument of this type, so that the program starts without it.
+        from stiffness_model.errors import InputError
+        from stiffness_model.units import UNITS, parse_quantity
+
+        try:
+            return float(text)
+        except ValueError:
+            pass
+        try:
+            return parse_quantity(text, kind, "") / UNITS[kind][unit]
+        except InputError:
+            units = ", ".join(name for name in UNITS[kind] if name.isascii())
+            raise argparse.ArgumentTypeError(
+                f"expected a number in {unit}, or one with its unit ({units}), got {text!r}"
+            ) from None
+
+    return parse
+
+
 def file_name(text: str) -> str:
     """A name of a file or folder to write, not empty: an unset variable of the shell would mean the current folder."""
     if not text.strip():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -43,6 +44,8 @@ FURTHER_KEYS: Mapping[str, FurtherKey] = FrozenMapping(
 )
 """Keys of a drawing beside `FIELDS`."""
 TABLES = tuple(FURTHER_KEYS)
+_LIMIT = re.compile(r"\s*(?:<=?|≤|below|max\.?)\s*(.*\S)\s*")
+"""An upper limit as sheets print it."""
 _STIFFNESSES = ("k1", "k2", "k3", "t1", "t2", "stiffness")
 _OF_ROW = ("maker", "type", "source", *_STIFFNESSES, "rated_torque", "acceleration_torque", "momentary_torque")
 _BELOW = {
@@ -67,6 +70,8 @@ def read_catalogue(table: Mapping[str, Any], where: str = "drawing", **fields: A
     stated.pop("kind", None)
     refuse_unknown("field", stated, (*FIELDS, *TABLES), where)
     refuse_unknown("field", fields, FIELDS, where)
+    for name, value in {**stated, **fields}.items():
+        _refuse_limit(name, value, where)
     points = _points(stated, where)
     values = {
         name: FIELDS[name].read({**stated, **fields}[name], where, from_code=name in fields)
@@ -95,6 +100,15 @@ def read_catalogue(table: Mapping[str, Any], where: str = "drawing", **fields: A
         efficiency=None if efficiency is None else read_efficiency(efficiency, f"{where} [efficiency]"),
         where=where,
     )
+
+
+def _refuse_limit(name: str, value: object, where: str) -> None:
+    """Raise `InputError` for an upper limit as sheets print it, such as "<1 arcmin", with how a drawing states it."""
+    if name in FIELDS and FIELDS[name].has_unit and isinstance(value, str) and (limit := _LIMIT.fullmatch(value)):
+        raise InputError(
+            f"{where}: {name}: expected a number with its unit, got {value!r}; an upper limit is stated as "
+            f'{name} = "{limit[1]}" and upper_limits = ["{name}"]'
+        )
 
 
 def _points(stated: Mapping[str, Any], where: str) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -26,6 +26,15 @@ def test_draw_writes_pictures_and_prints_the_forces(tmp_path: Path, capsys: pyte
     assert "do not fit" in output.err
 
 
+def test_angles_are_taken_with_their_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    printed = []
+    for words in (["--twist", "3", "--angle", "90"], ["--twist", "0.05 deg", "--angle", "5400 arcmin"]):
+        assert main(["draw", "workshop", *words, "--out", str(tmp_path)]) == 0
+        printed.append(capsys.readouterr().out)
+    assert printed[0] == printed[1]
+    assert "at 3 arcmin" in printed[0]
+
+
 def test_draw_writes_dxf_and_animation(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
