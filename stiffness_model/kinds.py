@@ -28,7 +28,7 @@ TOLERANCES = "tolerances"
 """... a scatter of virtual drives, without which the band is the mean; ..."""
 INDIVIDUALS = "individual drives"
 """... one drive with its own deviations, as it turns (`--individual`); ..."""
-DIMENSIONS = "dimensions for pictures and design studies"
+SCALE_PICTURES = "pictures to scale and design studies"
 """... what `reefmu draw` draws and `reefmu explore` varies; ..."""
 CONTACT_RESPONSES = "responses of single contacts"
 """... and what `reefmu plan` and the effects modulus_error and missing_ball are computed from."""
@@ -150,7 +150,7 @@ KINDS: Mapping[str, Kind] = {
             example="printed_cycloidal",
             lacks={
                 INDIVIDUALS: "its individuals are in `stiffness_model.cycloidal.gear_turn`, not yet in models",
-                DIMENSIONS: "these take rolling element eccentric drives only",
+                SCALE_PICTURES: "so far these are made of rolling element eccentric drives only",
                 CONTACT_RESPONSES: "its contacts act together in one equilibrium of the disc",
             },
         ),
@@ -171,7 +171,7 @@ KINDS: Mapping[str, Kind] = {
                 CONTACT_FORCES: "its data sheet states nothing of contacts",
                 TOLERANCES: "its data sheet states one curve",
                 INDIVIDUALS: "its data sheet states one curve",
-                DIMENSIONS: "its data sheet states none",
+                SCALE_PICTURES: "its data sheet states no dimensions",
                 CONTACT_RESPONSES: "its data sheet states nothing of contacts",
             },
             documentation=_CATALOGUE_FIELDS,

@@ -161,9 +161,7 @@ def format_quantity(value: float, quantity: str) -> str:
     >>> format_quantity(0.041, "length"), format_quantity(13e-6, "length")
     ('41 mm', '13 um')
     """
-    names = _PREFERRED[quantity]
-    small = len(names) > 1 and value != 0 and abs(value) < 0.1 * UNITS[quantity][names[0]]
-    unit = names[-1] if small else names[0]
+    unit = _drawing_unit(value, quantity)
     text = _shortest(value, UNITS[quantity][unit])
     other = _ALTERNATIVE.get(quantity, "")
     if other:
@@ -174,6 +172,26 @@ def format_quantity(value: float, quantity: str) -> str:
         # No decimal number of the preferred unit gives exactly this value; in SI every value has one.
         text, unit = repr(float(value)), _SI[quantity]
     return f"{text} {unit}"
+
+
+def limit_text(limit: float, quantity: str, digits: int = 4) -> str:
+    """An upper limit in the units of a drawing, rounded down so that every value below the text is below the limit.
+
+    >>> limit_text(1.9047619047619047e-3, "length"), limit_text(12e-3, "length")
+    ('1.904 mm', '12 mm')
+    """
+    unit = _drawing_unit(limit, quantity)
+    value = limit / UNITS[quantity][unit]
+    step = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - digits) if value else 1.0
+    # Without the small share a limit of few digits would lose its last one to the division's rounding.
+    return f"{math.floor(value / step + 1e-9) * step:.{digits}g} {unit}"
+
+
+def _drawing_unit(value: float, quantity: str) -> str:
+    """The unit of drawings that suits a value of this magnitude."""
+    names = _PREFERRED[quantity]
+    small = len(names) > 1 and value != 0 and abs(value) < 0.1 * UNITS[quantity][names[0]]
+    return names[-1] if small else names[0]
 
 
 def displayed(value: float, unit: str) -> tuple[float, str]:

@@ -110,6 +110,9 @@ def test_curve_prints_the_effect_of_options_and_ratings(
         "efficiency 91",
         f"no-load torque at the crank {no_load:.1f} mN.m",
         "P = 3.",
+        "million turns of the crank, ",
+        "h (in each turn the rings of a bearing make 1.0",
+        "revolutions relative to each other)",
         "no rating life",
     ):
         assert words in out
