@@ -78,7 +78,7 @@ def add_verbosity(parser: argparse.ArgumentParser, default: str) -> None:
     group = parser.add_mutually_exclusive_group()
     for short, long, value, text in (
         ("-v", "--verbose", "verbose", "say more on stderr: durations, and which tables come from the cache"),
-        ("-q", "--quiet", "quiet", "print results and errors only, without notes and progress"),
+        ("-q", "--quiet", "quiet", "print results and errors only, without notes, warnings and progress"),
     ):
         group.add_argument(short, long, dest="verbosity", action="store_const", const=value, default=default, help=text)
 

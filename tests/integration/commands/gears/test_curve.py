@@ -22,8 +22,8 @@ CURVE_FILES = ["curve.csv", "curve.png", "forces.png", "load_share.png"]
 def test_curve_prints_a_table_and_writes_its_files(tmp_path: Path) -> None:
     done = run_program("curve", "drive_1", "--drives", "32", folder=tmp_path)
     assert done.returncode == 0
-    # One plain note: the elements do not fit.
-    assert messages(done.stderr) == [f"note: drive_1: {sm.load_drive('drive_1').seats.overlap_message()}"]
+    # One plain warning, as the documents call it: the elements do not fit.
+    assert messages(done.stderr) == [f"warning: drive_1: {sm.load_drive('drive_1').seats.overlap_message()}"]
     assert sorted(path.name for path in (tmp_path / "drive_1-curve").iterdir()) == CURVE_FILES
     with (tmp_path / "drive_1-curve" / "curve.csv").open(newline="") as file:
         rows = list(csv.reader(file))
