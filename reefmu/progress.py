@@ -64,11 +64,13 @@ class Progress:
 class CountingExecutor(Executor):
     """An executor that shows progress, for functions that take an executor, such as `simulate`.
 
-    It runs the tasks in this thread, one after another, or in `pool`.
+    It runs the tasks in this thread, one after another, or in `pool`. A function that asks for further tasks once it
+    knows the results of the first, as a lookup that is checked and refined, has passes: each counts from 0 to 100 %,
+    and all but the first state their number.
     """
 
     def __init__(self, what: str, pool: Executor | None = None) -> None:
-        self._what, self._pool = what, pool
+        self._what, self._pool, self._passes = what, pool, 0
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Call `fn` at once, or submit it to the pool."""
@@ -91,7 +93,9 @@ class CountingExecutor(Executor):
     ) -> Iterator[Any]:
         """As the built-in `map`; timeout and chunksize are ignored."""
         tasks = list(zip(*iterables, strict=False))
-        with Progress(self._what, len(tasks)) as progress:
+        self._passes += 1
+        what = self._what if self._passes == 1 else f"{self._what}, pass {self._passes}"
+        with Progress(what, len(tasks)) as progress:
             here = (fn(*task) for task in tasks)
             results = here if self._pool is None else self._pool.map(fn, *zip(*tasks, strict=True))
             for result in results:

@@ -46,13 +46,18 @@ reduce twists, interferences or compliances
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str], where: str = "") -> UnknownNameError:
-    """An error for an unknown name, with the closest known ones.
+    """An error for an unknown name, with the closest known ones, whatever their capitals.
 
     >>> str(unknown_name("field", "lobe", ["lobes", "crank_radius"], "drive.toml"))
     "drive.toml: unknown field 'lobe'; did you mean 'lobes'?"
+    >>> str(unknown_name("drive", "rv42", ["RV-42N", "drive_1"]))
+    "unknown drive 'rv42'; did you mean 'RV-42N'?"
     """
     names = sorted(known)
-    close = difflib.get_close_matches(str(name), names, n=3, cutoff=0.6)
+    spelt: dict[str, list[str]] = {}
+    for one in names:
+        spelt.setdefault(one.lower(), []).append(one)
+    close = [one for low in difflib.get_close_matches(str(name).lower(), spelt, n=3) for one in spelt[low]]
     prefix = f"{where}: " if where else ""
     if close:
         hint = "did you mean " + " or ".join(repr(c) for c in close) + "?"

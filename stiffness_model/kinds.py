@@ -16,7 +16,7 @@ from .errors import InputError, expect, unknown_name
 from .frozen_mapping import FrozenMapping
 
 if TYPE_CHECKING:
-    from .drawing.fields import Field
+    from .drawing.fields import Field, FurtherKey
 
 ROLLING_ELEMENT_ECCENTRIC = "rolling element eccentric"
 CYCLOIDAL = "cycloidal"
@@ -28,7 +28,7 @@ TOLERANCES = "tolerances"
 """... a scatter of virtual drives, without which the band is the mean; ..."""
 INDIVIDUALS = "individual drives"
 """... one drive with its own deviations, as it turns (`--individual`); ..."""
-DIMENSIONS = "dimensions for pictures and design studies"
+SCALE_PICTURES = "pictures to scale and design studies"
 """... what `reefmu draw` draws and `reefmu explore` varies; ..."""
 CONTACT_RESPONSES = "responses of single contacts"
 """... and what `reefmu plan` and the effects modulus_error and missing_ball are computed from."""
@@ -61,8 +61,8 @@ class Kind:
     that comes with the package, or None; packaged_names: () -> the names of those drives. lacks: for what of
     `CONTACT_FORCES`, ... a drive of this kind does not have, the reason, as the end of a sentence. documentation: a
     paragraph on the fields, for docs/reference/drawing_format.md. section_notes: paragraphs on sections of the drawing.
-    further_keys: a mapping from the keys of a drawing that are not single values to their meaning and an example in
-    TOML. example: name of the packaged drive whose values a new drawing has.
+    further_keys: the mapping from names to `FurtherKey`, of what is not a single value in a drawing. example: name of
+    the packaged drive whose values a new drawing has.
     """
 
     name: str
@@ -87,9 +87,23 @@ class Kind:
         return view(getattr(self, function))(*arguments, **keywords)
 
     @property
+    def title(self) -> str:
+        """The noun without its article, as it begins a description.
+
+        >>> KINDS["cycloidal"].title
+        'Cycloidal drive'
+        """
+        return self.noun.partition(" ")[2].capitalize()
+
+    @property
     def fields(self) -> Mapping[str, Field]:
         """The declared fields of a drawing of this kind, by name."""
         return view(self.drive_fields)
+
+    @property
+    def keys_beside_fields(self) -> Mapping[str, FurtherKey]:
+        """The keys of a drawing of this kind that are not single values, by name."""
+        return view(self.further_keys) if self.further_keys else {}
 
 
 _TOLERANCES = """\
@@ -136,7 +150,7 @@ KINDS: Mapping[str, Kind] = {
             example="printed_cycloidal",
             lacks={
                 INDIVIDUALS: "its individuals are in `stiffness_model.cycloidal.gear_turn`, not yet in models",
-                DIMENSIONS: "these take rolling element eccentric drives only",
+                SCALE_PICTURES: "so far these are made of rolling element eccentric drives only",
                 CONTACT_RESPONSES: "its contacts act together in one equilibrium of the disc",
             },
         ),
@@ -157,7 +171,7 @@ KINDS: Mapping[str, Kind] = {
                 CONTACT_FORCES: "its data sheet states nothing of contacts",
                 TOLERANCES: "its data sheet states one curve",
                 INDIVIDUALS: "its data sheet states one curve",
-                DIMENSIONS: "its data sheet states none",
+                SCALE_PICTURES: "its data sheet states no dimensions",
                 CONTACT_RESPONSES: "its data sheet states nothing of contacts",
             },
             documentation=_CATALOGUE_FIELDS,

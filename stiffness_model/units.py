@@ -11,7 +11,7 @@ import numbers
 import re
 from typing import Any
 
-from .errors import InputError, expect, unknown_name
+from .errors import InputError, unknown_name
 
 ARCMIN = math.pi / (180 * 60)
 """One arc minute in rad."""
@@ -24,14 +24,16 @@ UNITS: dict[str, dict[str, float]] = {
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm2": 1e6},
     "angle": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "arcmin": ARCMIN, "'": ARCMIN},
     "density": {"kg/m3": 1.0, "g/cm3": 1e3},
-    "torque": {"N.m": 1.0, "Nm": 1.0, "kN.m": 1e3},
+    "torque": {"N.m": 1.0, "Nm": 1.0, "kN.m": 1e3, "kNm": 1e3},
     "torsional stiffness": {
         "N.m/rad": 1.0,
         "Nm/rad": 1.0,
         "kN.m/rad": 1e3,
+        "kNm/rad": 1e3,
         "N.m/arcmin": 1 / ARCMIN,
         "Nm/arcmin": 1 / ARCMIN,
     },
+    "rotational damping": {"N.m.s/rad": 1.0, "Nm.s/rad": 1.0, "Nms/rad": 1.0},
     "moment of inertia": {"kg.m2": 1.0, "kg.cm2": 1e-4},
     "stiffness": {"N/m": 1.0, "N/mm": 1e3, "kN/mm": 1e6, "N/um": 1e6, "N/µm": 1e6, "N/μm": 1e6},
     "speed": {"rad/s": 1.0, "rpm": math.pi / 30, "1/min": math.pi / 30},
@@ -48,6 +50,7 @@ _SI = {
     "density": "kg/m3",
     "torque": "N.m",
     "torsional stiffness": "N.m/rad",
+    "rotational damping": "N.m.s/rad",
     "moment of inertia": "kg.m2",
     "stiffness": "N/m",
     "speed": "rad/s",
@@ -65,6 +68,7 @@ _PREFERRED = {
     "density": ("kg/m3",),
     "torque": ("N.m",),
     "torsional stiffness": ("kN.m/rad",),
+    "rotational damping": ("N.m.s/rad",),
     "moment of inertia": ("kg.cm2",),
     "stiffness": ("N/um",),
     "speed": ("rpm",),
@@ -101,6 +105,15 @@ def si_unit(quantity: str) -> str:
     return _SI[quantity]
 
 
+def quantity_of(unit: str) -> str | None:
+    """The quantity of `UNITS` whose SI unit this is; None if there is none.
+
+    >>> quantity_of("N.m"), quantity_of("rad/(N.m)")
+    ('torque', None)
+    """
+    return next((quantity for quantity, si in _SI.items() if si == unit), None)
+
+
 def parse_quantity(value: object, quantity: str, where: str) -> float:
     """The SI value of a text such as "41 mm"; a number is taken as SI.
 
@@ -123,8 +136,10 @@ def parse_quantity(value: object, quantity: str, where: str) -> float:
     if not isinstance(value, str):
         raise InputError(f"{where}: expected {kind}, got {value!r}")
     match = _QUANTITY.fullmatch(value)
-    expect(match is not None and match[2] != "", kind, value, where)
-    assert match is not None
+    if match is None or not match[2]:
+        pointed = value.replace(",", ".", 1)
+        remedy = f"; with a decimal point it is {pointed!r}" if "," in value and _QUANTITY.fullmatch(pointed) else ""
+        raise InputError(f"{where}: expected {kind}, got {value!r}{remedy}")
     number, unit = match.groups()
     if unit not in UNITS[quantity]:
         raise unknown_name(f"unit of {quantity}", unit, UNITS[quantity], where)
@@ -146,9 +161,7 @@ def format_quantity(value: float, quantity: str) -> str:
     >>> format_quantity(0.041, "length"), format_quantity(13e-6, "length")
     ('41 mm', '13 um')
     """
-    names = _PREFERRED[quantity]
-    small = len(names) > 1 and value != 0 and abs(value) < 0.1 * UNITS[quantity][names[0]]
-    unit = names[-1] if small else names[0]
+    unit = _drawing_unit(value, quantity)
     text = _shortest(value, UNITS[quantity][unit])
     other = _ALTERNATIVE.get(quantity, "")
     if other:
@@ -159,6 +172,26 @@ def format_quantity(value: float, quantity: str) -> str:
         # No decimal number of the preferred unit gives exactly this value; in SI every value has one.
         text, unit = repr(float(value)), _SI[quantity]
     return f"{text} {unit}"
+
+
+def limit_text(limit: float, quantity: str, digits: int = 4) -> str:
+    """An upper limit in the units of a drawing, rounded down so that every value below the text is below the limit.
+
+    >>> limit_text(1.9047619047619047e-3, "length"), limit_text(12e-3, "length")
+    ('1.904 mm', '12 mm')
+    """
+    unit = _drawing_unit(limit, quantity)
+    value = limit / UNITS[quantity][unit]
+    step = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - digits) if value else 1.0
+    # Without the small share a limit of few digits would lose its last one to the division's rounding.
+    return f"{math.floor(value / step + 1e-9) * step:.{digits}g} {unit}"
+
+
+def _drawing_unit(value: float, quantity: str) -> str:
+    """The unit of drawings that suits a value of this magnitude."""
+    names = _PREFERRED[quantity]
+    small = len(names) > 1 and value != 0 and abs(value) < 0.1 * UNITS[quantity][names[0]]
+    return names[-1] if small else names[0]
 
 
 def displayed(value: float, unit: str) -> tuple[float, str]:

@@ -78,7 +78,7 @@ def add_verbosity(parser: argparse.ArgumentParser, default: str) -> None:
     group = parser.add_mutually_exclusive_group()
     for short, long, value, text in (
         ("-v", "--verbose", "verbose", "say more on stderr: durations, and which tables come from the cache"),
-        ("-q", "--quiet", "quiet", "print results and errors only, without notes and progress"),
+        ("-q", "--quiet", "quiet", "print results and errors only, without notes, warnings and progress"),
     ):
         group.add_argument(short, long, dest="verbosity", action="store_const", const=value, default=default, help=text)
 
@@ -107,6 +107,35 @@ def whole_number(low: int, high: int | None = None) -> Callable[[str], int]:
         if value < low or (high is not None and value > high):
             raise argparse.ArgumentTypeError(f"expected a whole number {span}, got {text!r}")
         return value
+
+    return parse
+
+
+def quantity(kind: str, unit: str) -> Callable[[str], float]:
+    """The type of an argument of a quantity of `stiffness_model.units`: a number in `unit`, or one with its unit.
+
+    The value is in `unit`.
+
+    >>> quantity("moment of inertia", "kg.m2")("1 kg.cm2"), quantity("moment of inertia", "kg.m2")("0.5")
+    (0.0001, 0.5)
+    """
+
+    def parse(text: str) -> float:
+        # At the first argument of this type, so that the program starts without it.
+        from stiffness_model.errors import InputError
+        from stiffness_model.units import UNITS, parse_quantity
+
+        try:
+            return float(text)
+        except ValueError:
+            pass
+        try:
+            return parse_quantity(text, kind, "") / UNITS[kind][unit]
+        except InputError:
+            units = ", ".join(name for name in UNITS[kind] if name.isascii())
+            raise argparse.ArgumentTypeError(
+                f"expected a number in {unit}, or one with its unit ({units}), got {text!r}"
+            ) from None
 
     return parse
 

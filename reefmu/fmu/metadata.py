@@ -9,6 +9,8 @@ import uuid
 from collections.abc import Mapping
 from datetime import UTC, datetime
 
+from stiffness_model.kinds import kind_of_table
+
 from .codegen.sources import MAIN_SOURCE
 from .model.component import Component
 from .model.nominals import propose_experiment
@@ -91,9 +93,10 @@ def export_info(
 
 
 def _description(component: Component, interface: Interface, version: str, backend: str) -> str:
-    has_contacts = component.model.lookup.has_contacts
-    drive = f"{'Rolling element eccentric drive' if has_contacts else 'Gear'} {interface.name}"
-    results = "torque, stiffness and contact load" if has_contacts else "torque and stiffness"
+    lookup = component.model.lookup
+    kind = "Gear" if lookup.drive_table is None else kind_of_table(lookup.drive_table, component.name).title
+    drive = f"{kind} {interface.name}"
+    results = "torque, stiffness and contact load" if lookup.has_contacts else "torque and stiffness"
     remark = (
         f"the host needs Python with reefmu {version} installed, and a host in C must have loaded libpython: "
         "documentation/externalDependencies.txt"

@@ -93,11 +93,10 @@ class DriveModel:
     @property
     def drive(self) -> Any:
         """The drive, of any kind, that the lookup was computed from. Raises `InputError` for a lookup of a curve."""
-        if not isinstance(self.lookup, CurveLookup):
-            return drive_from_dict(self.lookup.drawing)
-        if "drive" not in self.lookup.drawing:
+        table = self.lookup.drive_table
+        if table is None:
             raise InputError(f"{self.name}: expected a model with a drawing, got one of a curve")
-        return drive_from_dict(self.lookup.drawing["drive"])
+        return drive_from_dict(table)
 
     @property
     def outputs(self) -> tuple[Signal, ...]:

@@ -29,7 +29,7 @@ from stiffness_model.io.drawing_toml import drive_from_dict, drive_to_dict
 from stiffness_model.io.toml_files import parse_toml
 from stiffness_model.lookup.build_lookup import N_DRIVES, Lookup
 from stiffness_model.lookup.curve_lookup import CurveLookup, curve_lookup_from_dict
-from stiffness_model.units import parse_quantity
+from stiffness_model.units import parse_quantity, quantity_of
 
 from ..effects import Parameter, find_effect
 from .contacts.curve_contacts import source_curve
@@ -164,10 +164,10 @@ def _effect_values(name: str, values: Any, where: str) -> dict[str, float]:
 def parse_parameter(value: Any, parameter: Parameter, where: str) -> float:
     """The SI value of an effect's parameter from a text with its unit, such as "5 um" or "3e-6 rad/(N.m)".
 
-    Lengths, angles and torques may have every unit of a drawing; a dimensionless parameter may be a number. where: the
+    Quantities of drawings and rigs may have all their units; a dimensionless parameter may be a number. where: the
     place in the file, for errors. Raises `InputError` or `UnknownNameError` for other values and units.
     """
-    quantity = {"m": "length", "rad": "angle", "N.m": "torque"}.get(parameter.unit)
+    quantity = quantity_of(parameter.unit)
     if parameter.unit == "1" and isinstance(value, (int, float)):
         return expect_number(value, "a finite number", where)
     if quantity is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from ..display import dataframe, html_table, view
-from ..drawing.fields import NUMBER, TEXT, Field, check_attributes, fields_of, optional, positive
+from ..drawing.fields import NUMBER, TEXT, Field, check_attributes, fields_of, number_between, optional, positive
 from ..errors import InputError, expect, expect_number
 from ..frozen_mapping import FrozenMapping
 from ..kinds import CATALOGUE
@@ -80,7 +81,14 @@ class CatalogueDrive:
     inertia: Annotated[float | None, _optional("moment of inertia", "Inertia at the input.", "1.5 kg.cm2")] = None
     max_twist: Annotated[
         float,
-        Field("angle", "", "Greatest twist in use; by default that under the greatest torque stated.", "8 arcmin"),
+        Field(
+            "angle",
+            "",
+            "Greatest twist in use; by default that under the greatest torque stated.",
+            "8 arcmin",
+            number_between(-math.ulp(0.0), math.inf, "an angle from zero on"),
+            default=None,
+        ),
     ] = 0.0
     twist: tuple[float, ...] = ()
     torque: tuple[float, ...] = ()

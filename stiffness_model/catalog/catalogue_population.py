@@ -110,7 +110,7 @@ class CataloguePopulation(ArrayValue):
         if drive.hysteresis_loss is not None:
             limit = ", an upper limit" if "hysteresis_loss" in drive.upper_limits else ""
             torque = format_quantity(round(drive.hysteresis_torque, 3), "torque")
-            lines.append(f"models contain the effect hysteresis of {torque}, the width of the sheet's loop{limit}")
+            lines.append(f"models contain the effect hysteresis of {torque}, half the width of the sheet's loop{limit}")
         if drive.efficiency is not None:
             low, high = (f(value for row in drive.efficiency.value for value in row) for f in (min, max))
             lines.append(f"  efficiency             {low:g} ... {high:g} over speed and load")

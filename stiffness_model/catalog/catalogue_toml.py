@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from ..drawing.fields import REQUIRED
+from ..drawing.fields import REQUIRED, FurtherKey
 from ..errors import InputError, expect, refuse_unknown
 from ..frozen_mapping import FrozenMapping
 from ..kinds import CATALOGUE
@@ -17,21 +18,34 @@ from .catalogue_drive import FIELDS, CatalogueDrive
 from .efficiency_table import quantities, read_efficiency, write_efficiency
 from .gears import CatalogGear, catalog
 
-FURTHER_KEYS: Mapping[str, tuple[str, str]] = FrozenMapping(
+FURTHER_KEYS: Mapping[str, FurtherKey] = FrozenMapping(
     {
-        "twist": ("Twists of the points of a curve, in place of stiffnesses.", 'twist = ["0 arcmin", "2 arcmin"]'),
-        "torque": ("Torques at these points.", 'torque = ["0 N.m", "60 N.m"]'),
-        "upper_limits": ("Fields whose value is an upper limit.", 'upper_limits = ["lost_motion"]'),
-        "sources": ("Sources of single fields, where they are not `source`.", '[sources]\nk1 = "own measurement"'),
-        "efficiency": (
+        "twist": FurtherKey(
+            "list of angles",
+            "Twists of the points of a curve, in place of stiffnesses.",
+            'twist = ["0 arcmin", "2 arcmin"]',
+        ),
+        "torque": FurtherKey("list of torques", "Torques at these points.", 'torque = ["0 N.m", "60 N.m"]'),
+        "upper_limits": FurtherKey(
+            "list of fields", "Fields whose value is an upper limit.", 'upper_limits = ["lost_motion"]'
+        ),
+        "sources": FurtherKey(
+            "table of texts",
+            "Sources of single fields, where they are not `source`.",
+            '[sources]\nk1 = "own measurement"',
+        ),
+        "efficiency": FurtherKey(
+            "table of lists",
             "Efficiency over the crank's speed, one row for each, and the torque at the output.",
             '[efficiency]\nspeed = ["500 rpm", "2000 rpm"]\ntorque = ["50 N.m", "265 N.m"]\n'
             "value = [[0.5, 0.75], [0.4, 0.7]]",
         ),
     }
 )
-"""Keys of a drawing beside `FIELDS`, each with its meaning and an example in TOML."""
+"""Keys of a drawing beside `FIELDS`."""
 TABLES = tuple(FURTHER_KEYS)
+_LIMIT = re.compile(r"\s*(?:<=?|≤|below|max\.?)\s*(.*\S)\s*")
+"""An upper limit as sheets print it."""
 _STIFFNESSES = ("k1", "k2", "k3", "t1", "t2", "stiffness")
 _OF_ROW = ("maker", "type", "source", *_STIFFNESSES, "rated_torque", "acceleration_torque", "momentary_torque")
 _BELOW = {
@@ -56,6 +70,8 @@ def read_catalogue(table: Mapping[str, Any], where: str = "drawing", **fields: A
     stated.pop("kind", None)
     refuse_unknown("field", stated, (*FIELDS, *TABLES), where)
     refuse_unknown("field", fields, FIELDS, where)
+    for name, value in {**stated, **fields}.items():
+        _refuse_limit(name, value, where)
     points = _points(stated, where)
     values = {
         name: FIELDS[name].read({**stated, **fields}[name], where, from_code=name in fields)
@@ -84,6 +100,15 @@ def read_catalogue(table: Mapping[str, Any], where: str = "drawing", **fields: A
         efficiency=None if efficiency is None else read_efficiency(efficiency, f"{where} [efficiency]"),
         where=where,
     )
+
+
+def _refuse_limit(name: str, value: object, where: str) -> None:
+    """Raise `InputError` for an upper limit as sheets print it, such as "<1 arcmin", with how a drawing states it."""
+    if name in FIELDS and FIELDS[name].has_unit and isinstance(value, str) and (limit := _LIMIT.fullmatch(value)):
+        raise InputError(
+            f"{where}: {name}: expected a number with its unit, got {value!r}; an upper limit is stated as "
+            f'{name} = "{limit[1]}" and upper_limits = ["{name}"]'
+        )
 
 
 def _points(stated: Mapping[str, Any], where: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -138,8 +163,8 @@ def packaged_gear(name: str) -> dict[str, Any] | None:
 
 
 def packaged_gear_names() -> list[str]:
-    """The names of the rows that come with the package."""
-    return [gear.name for gear in catalog()]
+    """The names of the rows that come with the package and state a curve, without which a row is no drive."""
+    return [gear.name for gear in catalog() if gear.has_curve]
 
 
 def table_of_row(gear: CatalogGear) -> dict[str, Any]:

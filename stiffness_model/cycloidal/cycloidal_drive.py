@@ -23,7 +23,7 @@ from ..drawing.options import RIGID
 from ..errors import expect, expect_integer, expect_number
 from ..frozen_mapping import FrozenMapping
 from ..kinds import CYCLOIDAL
-from ..units import format_quantity
+from ..units import format_quantity, limit_text
 from .pin_trochoid import PinTrochoid
 
 CYCLOIDAL_PARTS = ("disc", "ring", "roller")
@@ -33,7 +33,7 @@ _POSITION = "Diameter of the tolerance zone of the position of {}, six standard 
 
 
 def _at_least_three(value: object, where: str) -> int:
-    return expect_integer(value, "at least three", where, low=3)
+    return expect_integer(value, "a whole number of at least 3", where, low=3)
 
 
 def _any_length(value: object, where: str) -> float:
@@ -193,7 +193,7 @@ class CycloidalDrive:
             ("roller_circle_radius", edge, "where holes reach the flank"),
         ):
             value = getattr(self, name)
-            expected = f"less than {format_quantity(limit, 'length')}, {reason}"
+            expected = f"less than {limit_text(limit, 'length')}, {reason}"
             expect(value < limit, expected, format_quantity(value, "length"), at + name)
 
     @property

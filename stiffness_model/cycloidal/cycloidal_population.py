@@ -47,7 +47,8 @@ class CycloidalPopulation(VirtualDrives):
 
     def lines(self) -> list[str]:
         """Further results in words, a line each."""
-        found = [f"{CYCLOIDAL_CONTACTS[k]} {force:.4g} N" for k, force in enumerate(self.contact_force.max((0, 1)))]
+        greatest = zip(self.contact_names, self.contact_force.max((0, 1)), strict=True)
+        found = [f"{name} {force:.4g} N" for name, force in greatest]
         lines = [f"greatest contact forces: {', '.join(found)}"]
         limit = self.status_counts["limit"]
         if limit:

@@ -13,7 +13,7 @@ import functools
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 from ..errors import InputError, expect, expect_integer, expect_number, unknown_name
 from ..units import UNITS, format_quantity, parse_quantity
@@ -29,6 +29,22 @@ _PART_NAMES = {
     "cage": "cage's bores",
     "gear": "gear's profile",
 }
+
+
+class FurtherKey(NamedTuple):
+    """A key of a drawing that is not a single value.
+
+    value: what it takes; meaning: in one sentence; example: in TOML, which begins with "[" for a table.
+    """
+
+    value: str
+    meaning: str
+    example: str
+
+    @property
+    def is_table(self) -> bool:
+        """Whether the key is a table, which stands below all single values."""
+        return self.example.startswith("[")
 
 
 class Required:

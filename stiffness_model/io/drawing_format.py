@@ -10,8 +10,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from ..drawing.drive import FIELDS
-from ..drawing.fields import COUNT, NUMBER, REQUIRED, Field
+from ..drawing.fields import COUNT, NUMBER, REQUIRED, Field, FurtherKey
 from ..drawing.materials import MATERIAL_TABLE
+from ..frozen_mapping import FrozenMapping
 from ..kinds import KINDS, ROLLING_ELEMENT_ECCENTRIC
 from ..units import UNITS
 from .material_tables import FIELDS as MATERIAL_FIELDS
@@ -94,7 +95,7 @@ def markdown() -> str:
     for kind in others:
         text = textwrap.fill(kind.documentation, 120, break_on_hyphens=False, break_long_words=False)
         parts.append(f'\n## Kind "{kind.name}"\n\nFields of a drawing with `kind = "{kind.name}"`.\n')
-        parts += [f"\n{text}\n" if text else "", _fields(kind.fields)]
+        parts += [f"\n{text}\n" if text else "", _fields(kind.fields, kind.keys_beside_fields)]
     all_fields = [*FIELDS.values(), *MATERIAL_FIELDS.values(), *(f for kind in others for f in kind.fields.values())]
     used = {field.quantity for field in all_fields}
     units = [(quantity, ", ".join(f"`{unit}`" for unit in UNITS[quantity])) for quantity in UNITS if quantity in used]
@@ -102,12 +103,19 @@ def markdown() -> str:
     return "".join(parts)
 
 
-def _fields(fields: Mapping[str, Field]) -> str:
+def _fields(fields: Mapping[str, Field], further: Mapping[str, FurtherKey] = FrozenMapping({})) -> str:
     rows = [
         (f"`{row.name}`", row.value.replace("'", '"'), row.default, f"`{_toml(fields[row.name], row)}`", row.meaning)
         for row in table(fields)
     ]
+    rows += [_further_row(name, key) for name, key in further.items()]
     return _lines(("field", "value", "default", "example", "meaning"), rows)
+
+
+def _further_row(name: str, key: FurtherKey) -> tuple[str, str, str, str, str]:
+    """The line of a key that is not a single value; each line of a table's example is a code of its own."""
+    lines = key.example.split("\n")[1:] if key.is_table else [key.example.partition(" = ")[2]]
+    return f"`[{name}]`" if key.is_table else f"`{name}`", key.value, "", " ".join(f"`{x}`" for x in lines), key.meaning
 
 
 def _toml(field: Field, row: Row) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..drawing.drive import Drive
 from ..errors import DoesNotFitWarning, InputError
-from ..kinds import KINDS, ROLLING_ELEMENT_ECCENTRIC, AnyDrive, is_drive, kind_of, kind_of_table
+from ..kinds import KINDS, ROLLING_ELEMENT_ECCENTRIC, AnyDrive, Kind, is_drive, kind_of, kind_of_table
 from .atomic_files import atomic_file
 from .toml_files import packaged_names, read_named
 
@@ -100,7 +100,25 @@ def drive_from_dict(table: Mapping[str, Any], where: str = "drawing", **fields: 
     >>> drive_from_dict(drive_to_dict(drive)) == drive
     True
     """
-    return kind_of_table(table, where).call("read", table, where, **fields)
+    kind = kind_of_table(table, where)
+    _refuse_fields_of_another_kind(table, kind, where)
+    return kind.call("read", table, where, **fields)
+
+
+def _refuse_fields_of_another_kind(table: Mapping[str, Any], kind: Kind, where: str) -> None:
+    """Raise `InputError` if another kind than the drawing's knows more of its fields."""
+    stated = [name for key, value in table.items() for name in (value if isinstance(value, Mapping) else (key,))]
+    known = {
+        other.name: [name for name in stated if name.lower() in other.fields or name in other.keys_beside_fields]
+        for other in KINDS.values()
+    }
+    likely = KINDS[max(known, key=lambda name: len(known[name]))]
+    if len(known[likely.name]) > len(known[kind.name]):
+        foreign = next(name for name in known[likely.name] if name not in known[kind.name])
+        raise InputError(
+            f"{where}: expected the fields of {kind.noun}, got {foreign!r}; for {likely.noun} state "
+            f'kind = "{likely.name}" before all tables'
+        )
 
 
 def drive_to_dict(drive: AnyDrive) -> dict[str, Any]:

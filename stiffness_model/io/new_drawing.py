@@ -8,8 +8,7 @@ import textwrap
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..display import view
-from ..drawing.fields import COUNT, MATERIAL, NUMBER, Field
+from ..drawing.fields import COUNT, MATERIAL, NUMBER, REQUIRED, TEXT, Field
 from ..kinds import ROLLING_ELEMENT_ECCENTRIC, Kind
 from ..units import UNITS
 from .drawing_format import default_text, value_text
@@ -40,7 +39,7 @@ def new_drawing(kind: Kind, name: str) -> str:
     # Greatest twist in use, at the output. (angle; required)
     max_twist = "120 arcmin"
     """
-    table: dict[str, Any] = {**read_table(kind.example)[0], "name": name}
+    table: dict[str, Any] = {**_without_texts(kind), "name": name}
     lines = [*_comment(_INTRODUCTION.format(noun=kind.noun, example=kind.example)), *_units(kind)]
     if kind.documentation:
         lines += ["#", *_comment(kind.documentation)]
@@ -57,6 +56,13 @@ def new_drawing(kind: Kind, name: str) -> str:
     if _has_materials(kind):
         lines += _materials(table.get("material", {}))
     return "\n".join(lines) + "\n"
+
+
+def _without_texts(kind: Kind) -> dict[str, Any]:
+    """The table of the kind's example, whose texts would be untrue of another drive: required ones are to replace."""
+    texts = [field for field in kind.fields.values() if field.quantity == TEXT]
+    table = {name: value for name, value in read_table(kind.example)[0].items() if name not in {f.name for f in texts}}
+    return table | {field.name: f"REPLACE: {field.doc}" for field in texts if field.default is REQUIRED}
 
 
 def _units(kind: Kind) -> Iterator[str]:
@@ -90,10 +96,10 @@ def _field(field: Field, stated: Mapping[str, Any]) -> Iterator[str]:
 
 def _further_keys(kind: Kind, table: Mapping[str, Any]) -> Iterator[str]:
     """The keys that are not single values; tables of them last, as TOML needs."""
-    keys: Mapping[str, tuple[str, str]] = view(kind.further_keys) if kind.further_keys else {}
-    for name, (meaning, example) in sorted(keys.items(), key=lambda item: item[1][1].startswith("[")):
-        yield from ("", *_comment(meaning)) if example.startswith("[") else _comment(meaning)
-        yield from [_assignment(name, table[name])] if name in table else (f"#{line}" for line in example.split("\n"))
+    for name, key in sorted(kind.keys_beside_fields.items(), key=lambda item: item[1].is_table):
+        yield from ("", *_comment(key.meaning)) if key.is_table else _comment(key.meaning)
+        lines = key.example.split("\n")
+        yield from [_assignment(name, table[name])] if name in table else (f"#{line}" for line in lines)
 
 
 def _materials(own: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:

@@ -49,6 +49,10 @@ class CurveLookup(Lookup):
     def has_contacts(self) -> bool:
         return False
 
+    @property
+    def drive_table(self) -> Mapping[str, Any] | None:
+        return self.drawing.get("drive")
+
     @cached_property
     def line(self) -> PiecewiseLine:
         """The curve without rounding."""

@@ -61,6 +61,11 @@ class Lookup:
         """Whether contact forces, load shares and a band of the population are known."""
         return True
 
+    @property
+    def drive_table(self) -> Mapping[str, Any] | None:
+        """The drawing of the drive inside, as `drive_from_dict` reads it; None for a curve without one."""
+        return self.drawing
+
     def torque(self, twist: ArrayLike, clearance: ArrayLike = 0.0, band: ArrayLike = 0.0) -> Array:
         """Torque, N.m, at twists (rad) and gear clearances (m).
 

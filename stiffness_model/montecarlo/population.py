@@ -42,7 +42,7 @@ class Population(VirtualDrives):
     capped_count: int
     interference_count: int
     contacts: ClassVar[tuple[str, ...]] = CONTACTS
-    contact_names: ClassVar[tuple[str, ...]] = ("gear", "crank", "cage, loaded wall", "cage, other wall")
+    contact_names: ClassVar[tuple[str, ...]] = ("gear", "crank", "loaded cage wall", "other cage wall")
     counted: ClassVar[str] = "elements"
 
 

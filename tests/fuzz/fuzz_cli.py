@@ -211,7 +211,7 @@ def run_case(call: list[str], files: dict[str, str], folder: Path) -> str:
     if any("\x00" in word for word in call):
         return ""  # The system does not pass such a word.
     status, err = run(call, folder, SECONDS)
-    lines = [line for line in err.splitlines() if not re.search(r"^note: |: \d+ %", line)]
+    lines = [line for line in err.splitlines() if not re.search(r"^(?:note|warning): |: \d+ %", line)]
     wrong: list[str] = []
     if status not in (0, 1, 2):
         wrong.append(f"status {status}")

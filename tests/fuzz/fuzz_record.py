@@ -266,7 +266,7 @@ def run_case(text: bytes, options: list[str], folder: Path) -> str:
         return traceback.format_exc()
     finally:
         os.chdir(before)
-    lines = [line for line in err.getvalue().splitlines() if not re.search(r"^note: |: \d+ %", line)]
+    lines = [line for line in err.getvalue().splitlines() if not re.search(r"^(?:note|warning): |: \d+ %", line)]
     warned = [f"{x.category.__name__}: {x.message} ({Path(x.filename).name}:{x.lineno})" for x in caught]
     wrong = [f"status {status}"] if status not in LEGAL else []
     wrong += warned

@@ -116,7 +116,9 @@ def kill_case(folder: Path, name: str, number: signal.Signals, group: bool, afte
         return f"still running after {TIMEOUT:g} s"
     status = running.returncode
     wrong: list[str] = []
-    lines = [line for line in errors.splitlines() if line.strip() and not re.search(r"^note: |: \d+ %", line)]
+    lines = [
+        line for line in errors.splitlines() if line.strip() and not re.search(r"^(?:note|warning): |: \d+ %", line)
+    ]
     if number == signal.SIGKILL:
         if status not in (0, -9):
             wrong.append(f"status {status}")

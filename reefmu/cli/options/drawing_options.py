@@ -13,6 +13,7 @@ from ..argument_types import (
     add_json,
     add_seed,
     file_name,
+    quantity,
     whole_number,
 )
 
@@ -106,11 +107,15 @@ def add_draw(commands: Commands) -> None:
     parser.add_argument(
         "--twist",
         metavar="ARCMIN",
-        type=float,
+        type=quantity("angle", "arcmin"),
         help="twist at the output under which the forces are drawn (default the drawing's max_twist)",
     )
     parser.add_argument(
-        "--angle", metavar="DEG", type=float, default=0.0, help="angle of the first eccentric (default 0)"
+        "--angle",
+        metavar="DEG",
+        type=quantity("angle", "deg"),
+        default=0.0,
+        help="angle of the first eccentric (default 0)",
     )
     parser.add_argument(
         "--individual",
@@ -130,7 +135,7 @@ def add_draw(commands: Commands) -> None:
     parser.add_argument(
         "--chord",
         metavar="UM",
-        type=float,
+        type=quantity("length", "um"),
         default=0.1,
         help="greatest distance of the DXF's polyline from the profile, um (default 0.1)",
     )

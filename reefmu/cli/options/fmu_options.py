@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..argument_types import MAX_DRIVES, add_command, add_fields, add_json, add_seed, file_name, whole_number
+from ..argument_types import MAX_DRIVES, add_command, add_fields, add_json, add_seed, file_name, quantity, whole_number
 
 if TYPE_CHECKING:
     from ..argument_types import Commands
@@ -49,30 +49,30 @@ def add_export(commands: Commands) -> None:
         help="drive: angles in, torques out (default); joint: with the inertias of motor and load, "
         "torques in, angles out",
     )
-    for name, unit in (
-        ("motor-inertia", "kg.m2"),
-        ("load-inertia", "kg.m2"),
-        ("motor-damping", "N.m.s/rad"),
-        ("load-damping", "N.m.s/rad"),
+    for name, kind, unit in (
+        ("motor-inertia", "moment of inertia", "kg.m2"),
+        ("load-inertia", "moment of inertia", "kg.m2"),
+        ("motor-damping", "rotational damping", "N.m.s/rad"),
+        ("load-damping", "rotational damping", "N.m.s/rad"),
     ):
         parser.add_argument(
             f"--{name}",
             metavar="X",
-            type=float,
-            help=f"{unit}: start value of a joint's parameter; with --kind drive, to warn of a communication step that "
-            "is too long for the drive's spring",
+            type=quantity(kind, unit),
+            help=f"start value of a joint's parameter, {unit} or with its unit; with --kind drive, to warn of a "
+            "communication step that is too long for the drive's spring",
         )
     parser.add_argument(
         "--load",
         metavar="N.m",
-        type=float,
+        type=quantity("torque", "N.m"),
         help="torque on the output under which a simulation with the FMU's parameter set loaded.ssv starts in "
         "equilibrium (default: half the full torque)",
     )
     parser.add_argument(
         "--step",
         metavar="S",
-        type=float,
+        type=quantity("time", "s"),
         help="communication step, s, that these warnings are about (default 0.001); with --to mujoco the time step for "
         "which the joint is made stable (default 0.002)",
     )
@@ -130,11 +130,14 @@ def add_check(commands: Commands) -> None:
     parser.add_argument(
         "--inertia",
         metavar="J",
-        type=float,
+        type=quantity("moment of inertia", "kg.m2"),
         help="reduced inertia of motor and load, kg.m2 at the output: is the communication step "
         "short enough for the drive's spring between them?",
     )
     parser.add_argument(
-        "--step", metavar="S", type=float, help="communication step, s (default: the one the FMU proposes)"
+        "--step",
+        metavar="S",
+        type=quantity("time", "s"),
+        help="communication step, s (default: the one the FMU proposes)",
     )
     add_json(parser)

@@ -18,7 +18,7 @@ from ..terminal.json_output import print_json
 from ..terminal.notes import show_notes
 from ..terminal.text_table import aligned_table
 from . import turning_files, turning_individual
-from .curve_summary import curve_summary
+from .curve_summary import curve_summary, play
 from .load_ratings import rate_loads
 from .population_run import run_population
 
@@ -60,9 +60,9 @@ def run(args: argparse.Namespace) -> int:
         print_json(summary | individual | {"folder": str(folder), "files": written})
         return 0
     print(f"{drive.name}: {_population_text(drive, population)}\n")
-    print(_twist_table(curve))
+    print(_twist_table(drive, curve))
     print()
-    print(_motion(curve))
+    print(_motion(drive, curve))
     print()
     if ratings is None:
         print("\n".join(population.lines()))
@@ -81,29 +81,33 @@ def _population_text(drive: AnyDrive, population: Population) -> str:
     return f"{population.n_drives} virtual drives, seed {population.seed}"
 
 
-def _twist_table(curve: TwistTorqueCurve) -> str:
+def _twist_table(drive: AnyDrive, curve: TwistTorqueCurve) -> str:
+    """The curve at some twists, with its band where the drives scatter."""
     step = max(1, (len(curve.twist) - 1) // (ROWS - 1))
-    columns = (curve.twist / ARCMIN, curve.torque, curve.torque_p10, curve.torque_p90, curve.stiffness * ARCMIN)
+    torques = {"torque": curve.torque}
+    if not lacking(drive, TOLERANCES):
+        torques = {"mean torque": curve.torque, "P10": curve.torque_p10, "P90": curve.torque_p90}
+    columns = (curve.twist / ARCMIN, *torques.values(), curve.stiffness * ARCMIN)
     # Adding zero turns a rounded "-0.00" into "0.00".
     shown = sorted({*range(0, len(curve.twist), step), len(curve.twist) - 1})
     rows = [[f"{round(float(column[i]), 2) + 0.0:.2f}" for column in columns] for i in shown]
     return aligned_table(
-        ["twist", "mean torque", "P10", "P90", "stiffness"],
-        ["[arcmin]", "[N.m]", "[N.m]", "[N.m]", "[N.m/arcmin]"],
+        ["twist", *torques, "stiffness"],
+        ["[arcmin]", *("[N.m]" for _ in torques), "[N.m/arcmin]"],
         rows,
     )
 
 
-def _motion(curve: TwistTorqueCurve) -> str:
-    full = curve.full_torque
-    return "\n".join(
-        [
-            f"backlash     {curve.backlash() / ARCMIN:8.3f} arcmin  "
-            f"(carries less than {100 * BACKLASH_SHARE:g} % of {full:.4g} N.m)",
-            f"lost motion  {curve.lost_motion() / ARCMIN:8.3f} arcmin  "
-            f"(between +-{100 * LOST_MOTION_SHARE:g} % of {full:.4g} N.m)",
-        ]
-    )
+def _motion(drive: AnyDrive, curve: TwistTorqueCurve) -> str:
+    full, width = curve.full_torque, play(drive, curve)
+    lines = [
+        f"lost motion  {curve.lost_motion() / ARCMIN:8.3f} arcmin  "
+        f"(between +-{100 * LOST_MOTION_SHARE:g} % of {full:.4g} N.m)",
+    ]
+    if width is not None:
+        carried = f"(carries less than {100 * BACKLASH_SHARE:g} % of {full:.4g} N.m)"
+        lines.insert(0, f"play         {width / ARCMIN:8.3f} arcmin  {carried}")
+    return "\n".join(lines)
 
 
 def _remedy(population: Population) -> str:

@@ -8,13 +8,13 @@ import math
 import numpy as np
 
 from stiffness_model import rotation
-from stiffness_model.contact.element_contacts import CONTACTS
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.drawing.twist_limits import expect_crank_angle, expect_twists
 from stiffness_model.errors import expect, expect_number
 from stiffness_model.io.atomic_files import staged_folder
-from stiffness_model.kinds import DIMENSIONS
+from stiffness_model.kinds import SCALE_PICTURES
+from stiffness_model.montecarlo.population import Population
 from stiffness_model.plotting.cross_section.animation import write_animation
 from stiffness_model.plotting.cross_section.drive_figures import drawing_figure, forces_figure
 from stiffness_model.plotting.cross_section.dxf import write_dxf
@@ -29,7 +29,7 @@ from ..terminal.notes import show_notes
 
 def run(args: argparse.Namespace) -> int:
     """Draw, print the sizes and the forces, and write the files that were asked for."""
-    drive, notes = ree_drawing_with_fields(args.drive, args.fields, "draw", DIMENSIONS)
+    drive, notes = ree_drawing_with_fields(args.drive, args.fields, "draw", SCALE_PICTURES)
     twist = drive.max_twist
     if args.twist is not None:
         twist = float(expect_twists(drive, args.twist * ARCMIN, "--twist", in_rad=False)[0])
@@ -98,9 +98,12 @@ def _uneven(drive: Drive) -> list[str]:
 
 def _forces(loads: ElementForces) -> str:
     forces, lost = loads.significant, loads.not_converged
-    greatest = ", ".join(f"{name} {forces[..., k].max():.4g}" for k, name in enumerate(CONTACTS))
+    # A negative twist loads the other wall of each bore.
+    contacts = (0, 1, 2, 3) if loads.twist >= 0 else (0, 1, 3, 2)
+    named = zip(Population.contact_names, contacts, strict=True)
+    greatest = ", ".join(f"{name} {forces[..., k].max():.4g} N" for name, k in named)
     return (
-        f"at {loads.twist / ARCMIN:g} arcmin {loads.torque.sum():.4g} N.m; greatest forces {greatest} N; "
+        f"at {loads.twist / ARCMIN:g} arcmin {loads.torque.sum():.4g} N.m; greatest forces: {greatest}; "
         f"{int(forces.any(axis=-1).sum())} of {forces[..., 0].size} elements carry"
         + (f"; {lost} found no equilibrium and count as no force" if lost else "")
     )

@@ -108,13 +108,14 @@ class LoadRatings:
         if self.life is None:
             return []
         last = int(self.population.twist.argmax())
+        hours = self.life.hours[last]
         text = (
             f"crank bearings at {self.life.torque[last]:.0f} N.m: P = {self.life.load[last] / 1e3:.2f} kN, L10 of "
-            f"all {self.life.system_revolutions[last] / 1e6:.3g} million turns of the crank, "
-            f"{self.life.relative_revolutions[last]:.3f} revolutions of a bearing each"
+            f"all together {self.life.system_revolutions[last] / 1e6:.3g} million turns of the crank"
+            + (f", {hours:.3g} h" if np.isfinite(hours) else "")
+            + f" (in each turn the rings of a bearing make {self.life.relative_revolutions[last]:.3f} revolutions "
+            "relative to each other)"
         )
-        hours = self.life.hours[last]
-        text += f", {hours:.3g} h" if np.isfinite(hours) else ""
         return [
             text + ("" if self.life.valid[last] else "; beyond C/2, where ISO 281 does not hold"),
             "balls, gear and cage: no rating life, for no standard covers their contacts",

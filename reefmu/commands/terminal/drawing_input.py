@@ -12,6 +12,8 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.io.drawing_toml import as_drive, load_drive, read_table
 from stiffness_model.kinds import expect_has, kind_of_table
 
+from .notes import WarningText
+
 
 def drawing_with_fields(source: str, fields: Sequence[tuple[str, str]]) -> tuple[Any, list[str]]:
     """The drive of any kind with the fields of `--set`, and notes on it, such as that its elements do not fit."""
@@ -33,11 +35,11 @@ def ree_drawing_with_fields(
 
 
 def read_drawing(source: str, **fields: object) -> tuple[Any, list[str]]:
-    """The drive of any kind, and the warnings of `load_drive` as notes."""
+    """The drive of any kind, and the warnings of `load_drive` as texts for `show_notes`."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         drive = load_drive(source, **fields)
-    return drive, list(dict.fromkeys(str(warning.message) for warning in caught))
+    return drive, [WarningText(text) for text in dict.fromkeys(str(warning.message) for warning in caught)]
 
 
 def output_folder(args: argparse.Namespace, command: str) -> Path:

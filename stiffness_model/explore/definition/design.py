@@ -11,7 +11,7 @@ from ...drawing.fields import COUNT, fields_of
 from ...errors import InputError
 from ...geometry.ball_path import max_elements_on_circle
 from ...io.ree_drawing import read_drawing
-from ...kinds import DIMENSIONS, kind_of_table
+from ...kinds import SCALE_PICTURES, kind_of_table
 from .parameters import FIELDS, FILL, Value
 
 BESIDE, SEATS = "beside", "seats"
@@ -59,8 +59,8 @@ _KNOWN = {field.attribute for field in fields_of(Drive).values()} | {"where"}
 def base_drive(table: Mapping[str, Any], where: str) -> Drive:
     """The base drawing as a drive. Raises `InputError`, also for physics that `sweep.sweep` leaves out."""
     kind = kind_of_table(table, where)
-    if DIMENSIONS in kind.lacks:
-        raise InputError(f"{where}: {kind.noun} has no {DIMENSIONS}: {kind.lacks[DIMENSIONS]}")
+    if SCALE_PICTURES in kind.lacks:
+        raise InputError(f"{where}: {kind.noun} is without {SCALE_PICTURES}: {kind.lacks[SCALE_PICTURES]}")
     drive = read_drawing(table, where)
     require_plain_model(drive, where)
     return drive

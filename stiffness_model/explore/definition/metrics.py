@@ -39,7 +39,7 @@ class Metric:
 _ALL = (
     Metric("stiffness", "stiffness", "torsional stiffness", "N.m/arcmin"),
     Metric("twist", "twist", "angle", "arcmin"),
-    Metric("backlash", "backlash", "angle", "arcmin"),
+    Metric("backlash", "play", "angle", "arcmin"),
     Metric("lost_motion", "lost motion", "angle", "arcmin"),
     Metric("no_load_force", "greatest no-load force", "force", "N"),
     Metric("no_load_sum", "sum of no-load forces", "force", "N"),

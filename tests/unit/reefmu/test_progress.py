@@ -51,6 +51,24 @@ def test_short_work_prints_nothing_to_a_file(monkeypatch: pytest.MonkeyPatch) ->
     assert screen.text == ""
 
 
+def test_each_pass_of_a_work_states_its_number(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A percentage that falls without a word looks like a fault."""
+    clock = iter(range(0, 1000, 10))
+    monkeypatch.setattr(progress_module, "clock", lambda: float(next(clock)))
+    with CountingExecutor("solving") as executor:
+        for count in (2, 1, 2):
+            list(executor.map(abs, range(count)))
+    assert capsys.readouterr().err.splitlines() == [
+        "solving: 50 %",
+        "solving: 100 %",
+        "solving, pass 2: 100 %",
+        "solving, pass 3: 50 %",
+        "solving, pass 3: 100 %",
+    ]
+
+
 def test_the_counting_executor_is_an_executor() -> None:
     with CountingExecutor("adding") as executor:
         assert list(executor.map(pow, [2, 3], [3, 2])) == [8, 9]

@@ -216,4 +216,4 @@ def test_a_closed_standard_output_is_no_error(tmp_path: Path) -> None:
         process.stdout.close()
         err = process.stderr.read()
         assert process.wait(timeout=TIMEOUT) == 0
-    assert [line.split()[0] for line in messages(err)] == ["note:"]
+    assert [line.split()[0] for line in messages(err)] == ["warning:"]

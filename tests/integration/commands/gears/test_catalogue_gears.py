@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -42,6 +43,14 @@ def test_the_curve_file_holds_the_sheet_s_lines(tmp_path: Path, capsys: pytest.C
     shown = capsys.readouterr()
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["curve.csv", "curve.png"]
     assert "hysteresis loss        below 1 arcmin" in shown.out
+    # The branches of the loop are the curve plus and minus this torque.
+    assert "models contain the effect hysteresis of 14.544 N.m, half the width of the sheet's loop" in shown.out
+    # No band, and no play, of which the sheet states nothing.
+    assert [line.split() for line in shown.out.splitlines()[2:4]] == [
+        ["twist", "torque", "stiffness"],
+        ["[arcmin]", "[N.m]", "[N.m/arcmin]"],
+    ]
+    assert not re.search(r"backlash|P10|^play", shown.out, re.MULTILINE)
     assert "without contact forces" in shown.err
     with (tmp_path / "out" / "curve.csv").open(newline="") as file:
         head, *rows = list(csv.reader(file))
@@ -56,6 +65,15 @@ def test_the_curve_file_holds_the_sheet_s_lines(tmp_path: Path, capsys: pytest.C
     corner = np.abs(twist - 54 / 100e3 / ARCMIN).argmin()
     assert torque[corner] == pytest.approx(54.0, rel=1e-8)
     assert float(np.interp(1e-3 / ARCMIN, twist, torque)) == pytest.approx(118.4, rel=1e-7)
+
+
+def test_results_as_json_leave_out_what_the_sheet_does_not_state(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["curve", GEAR, "--json", "--out", str(tmp_path / "out")]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [found[name] for name in ("full_torque_p10 [N.m]", "full_torque_p90 [N.m]", "play [arcmin]")] == [None] * 3
+    assert found["lost_motion [arcmin]"] > 0
 
 
 @pytest.mark.parametrize(

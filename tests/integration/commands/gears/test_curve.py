@@ -22,8 +22,8 @@ CURVE_FILES = ["curve.csv", "curve.png", "forces.png", "load_share.png"]
 def test_curve_prints_a_table_and_writes_its_files(tmp_path: Path) -> None:
     done = run_program("curve", "drive_1", "--drives", "32", folder=tmp_path)
     assert done.returncode == 0
-    # One plain note: the elements do not fit.
-    assert messages(done.stderr) == [f"note: drive_1: {sm.load_drive('drive_1').seats.overlap_message()}"]
+    # One plain warning, as the documents call it: the elements do not fit.
+    assert messages(done.stderr) == [f"warning: drive_1: {sm.load_drive('drive_1').seats.overlap_message()}"]
     assert sorted(path.name for path in (tmp_path / "drive_1-curve").iterdir()) == CURVE_FILES
     with (tmp_path / "drive_1-curve" / "curve.csv").open(newline="") as file:
         rows = list(csv.reader(file))
@@ -40,7 +40,7 @@ def test_curve_prints_a_table_and_writes_its_files(tmp_path: Path) -> None:
     np.testing.assert_allclose(values[:, 1], expected.torque, rtol=1e-7, atol=1e-7)
     last = done.stdout.split("8.00", 1)[1].split()
     assert float(last[0]) == pytest.approx(expected.full_torque, abs=0.01)
-    for words in ("backlash", "lost motion", "carry load", "have play", "cut away", "drive_1-curve"):
+    for words in ("play  ", "lost motion", "carry load", "have play", "cut away", "drive_1-curve"):
         assert words in done.stdout
 
 
@@ -110,6 +110,9 @@ def test_curve_prints_the_effect_of_options_and_ratings(
         "efficiency 91",
         f"no-load torque at the crank {no_load:.1f} mN.m",
         "P = 3.",
+        "million turns of the crank, ",
+        "h (in each turn the rings of a bearing make 1.0",
+        "revolutions relative to each other)",
         "no rating life",
     ):
         assert words in out

@@ -26,6 +26,32 @@ def test_draw_writes_pictures_and_prints_the_forces(tmp_path: Path, capsys: pyte
     assert "do not fit" in output.err
 
 
+def test_forces_name_the_wall_that_the_twist_loads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for twist in ("3", "-3"):
+        assert main(["draw", "workshop", "--twist", twist, "--out", str(tmp_path)]) == 0
+        forces = capsys.readouterr().out.split("greatest forces: ")[1].split(";")[0].split(", ")
+        values = {text.rsplit(" ", 2)[0]: float(text.split()[-2]) for text in forces}
+        assert list(values) == ["gear", "crank", "loaded cage wall", "other cage wall"]
+        assert values["loaded cage wall"] > 0 == values["other cage wall"]
+
+
+def test_a_drive_that_cannot_be_drawn_is_not_said_to_lack_dimensions(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["draw", "printed_cycloidal"]) == 2
+    assert capsys.readouterr().err == (
+        "reefmu: draw: printed_cycloidal is a cycloidal drive without pictures to scale and design studies: so far "
+        "these are made of rolling element eccentric drives only\n"
+    )
+
+
+def test_angles_are_taken_with_their_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    printed = []
+    for words in (["--twist", "3", "--angle", "90"], ["--twist", "0.05 deg", "--angle", "5400 arcmin"]):
+        assert main(["draw", "workshop", *words, "--out", str(tmp_path)]) == 0
+        printed.append(capsys.readouterr().out)
+    assert printed[0] == printed[1]
+    assert "at 3 arcmin" in printed[0]
+
+
 def test_draw_writes_dxf_and_animation(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

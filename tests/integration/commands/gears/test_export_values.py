@@ -45,6 +45,33 @@ def test_a_system_starts_unloaded(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert not list(tmp_path.iterdir())
 
 
+def test_masses_and_loads_are_taken_with_their_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "g.fmu"
+    words = ["export", "CHA-40A-50", "--backend", "python", "--kind", "joint", "-o", str(path)]
+    assert main([*words, "--motor-inertia", "1.5 kg.cm2", "--load-damping", "2 Nm.s/rad", "--load", "0.03 kNm"]) == 0
+    assert "starts under 30 N.m" in capsys.readouterr().out
+    with FmuDrive(path) as joint:
+        found = joint.read(("motor.inertia", "load.damping"))
+    assert found == {"motor.inertia": pytest.approx(1.5e-4, rel=1e-12), "load.damping": 2.0}
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "expected"),
+    [
+        ("--motor-inertia", "1 kg", "expected a number in kg.m2, or one with its unit (kg.m2, kg.cm2), got '1 kg'"),
+        ("--load", "much", "expected a number in N.m, or one with its unit (N.m, Nm, kN.m, kNm), got 'much'"),
+        ("--step", "1 mm", "expected a number in s, or one with its unit (s, ms, min, h), got '1 mm'"),
+    ],
+)
+def test_a_wrong_unit_is_answered_with_those_expected(
+    option: str, value: str, expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["export", "CHA-40A-50", "-o", str(tmp_path / "d.fmu"), option, value])
+    assert stop.value.code == 2
+    assert f"argument {option}: {expected}" in capsys.readouterr().err
+
+
 FIELDS = {
     "rolling element eccentric": ("gear_tolerance", "IT6"),
     "cycloidal": ("disc_thickness", "30 mm"),
@@ -79,6 +106,10 @@ def test_fields_and_values_reach_the_model_of_every_kind(
         (["--effect", "backlsh.clearance=5 um"], "unknown effect 'backlsh'"),
         (["--effect", "backlash.clearence=5 um"], "did you mean 'clearance'?"),
         (["--effect", "backlash.clearance=5"], "--effect backlash.clearance: expected"),
+        (
+            ["--effect", "viscous_friction.coefficient=5"],
+            "expected a rotational damping with its unit, such as '1 N.m.s",
+        ),
         (["--effect", "backlash.clearance"], "NAME or NAME.PARAMETER=VALUE, such as backlash.clearance='5 um'"),
         (["--effect", "backlash=5 um"], "NAME or NAME.PARAMETER=VALUE"),
         (["--effect", "backlash.clearance=5 um", "--effect", "backlash.clearance=6 um"], "once"),
@@ -95,7 +126,7 @@ def test_a_wrong_value_is_one_line_and_leaves_nothing(
 ) -> None:
     monkeypatch.setattr("reefmu.model.drive_model.cached_lookup", lambda *_: pytest.fail("tables before the check"))
     assert main(["export", "drive_1", "-o", str(tmp_path / "d.fmu"), "--drives", "8", *words]) == 2
-    lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("note: ")]
+    lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith(("note: ", "warning: "))]
     assert len(lines) == 1
     assert message in lines[0]
     assert not list(tmp_path.iterdir())

@@ -2,6 +2,7 @@ import os
 import re
 import zipfile
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import pytest
 from fmpy.validation import validate_fmu
@@ -9,7 +10,12 @@ from fmpy.validation import validate_fmu
 from reefmu.fmu.export import export_fmu
 from reefmu.fmu.model.component import drive_component
 from reefmu.fmu.xml.archive import read_archive
+from reefmu.model import build_model
+from reefmu.model.drive_model import build_curve_model
+from reefmu.model.masses import Masses
 from stiffness_model.errors import InputError
+from stiffness_model.io.drawing_toml import drive_to_dict, load_drive
+from stiffness_model.lookup.curve_lookup import curve_lookup
 
 
 def test_validation_finds_no_problem(fmu, soft_fmu):
@@ -64,6 +70,35 @@ def test_description_declares_the_capabilities(description):
     experiment = description.find("DefaultExperiment")
     assert experiment is not None
     assert float(experiment.get("stepSize", "0")) > 0
+
+
+@pytest.mark.parametrize("masses", [None, Masses(1e-4, 1.0)], ids=["drive", "joint"])
+@pytest.mark.parametrize(
+    ("name", "begins"),
+    [
+        ("printed_cycloidal", "Cycloidal drive printed_cycloidal"),
+        ("CHA-40A-50", "Catalogue gear CHA-40A-50"),
+        ("workshop", "Rolling element eccentric drive workshop"),
+    ],
+)
+def test_the_description_states_the_kind_of_the_drive(lookup, tmp_path, name, begins, masses):
+    """The tables of another drive, since the description depends on the drawing alone."""
+    drive = load_drive(name)
+    table = None if name == "CHA-40A-50" else replace(lookup, drawing=drive_to_dict(drive))
+    model = build_model(drive, inherent=False, lookup=table)
+    path = export_fmu(model, tmp_path / "a.fmu", backend="python", masses=masses)
+    assert _description(path).startswith(begins)
+
+
+def _description(path):
+    with zipfile.ZipFile(path) as archive:
+        return ElementTree.fromstring(archive.read("modelDescription.xml")).get("description")
+
+
+def test_the_description_of_a_curve_claims_no_kind(tmp_path):
+    model = build_curve_model(curve_lookup([0.0, 1e-3], [0.0, 50.0], 0.01, "spring", 50))
+    path = export_fmu(model, tmp_path / "a.fmu", backend="python")
+    assert _description(path).startswith("Gear spring: torque and stiffness over twist.")
 
 
 def test_every_variable_has_a_defined_unit(description):

@@ -27,11 +27,12 @@ def test_keywords_override_fields() -> None:
 @pytest.mark.parametrize(
     ("field", "value", "message"),
     [
-        ("eccentricity", 2.5e-3, "eccentricity: expected less than 2.42857142857"),
         ("pin_radius", 8e-3, "pin_radius: expected less than"),
         ("roller_radius", 9e-3, "roller_radius: expected less than"),
         ("roller_circle_radius", 25e-3, "roller_circle_radius: expected less than 23"),
-        ("pins", 2, "pins: expected at least three"),
+        ("pins", 2, "pins: expected a whole number of at least 3, got 2"),
+        ("pins", 21.5, "pins: expected a whole number of at least 3, got 21.5"),
+        ("eccentricity", 2.5e-3, "eccentricity: expected less than 2.428 mm, pin_circle_radius/pins"),
         ("disc_thickness", -1e-3, "disc_thickness: expected"),
         ("profile_clearance", float("nan"), "profile_clearance: expected"),
         ("ring", "pinz", "unknown choice 'pinz'; did you mean 'pins'"),

@@ -12,7 +12,7 @@ from stiffness_model.cycloidal.cycloidal_lookup import mean_gear_torque
 from stiffness_model.cycloidal.cycloidal_population import CycloidalPopulation
 from stiffness_model.errors import InputError
 from stiffness_model.io.drawing_toml import as_drive
-from stiffness_model.kinds import CONTACT_FORCES, CONTACT_RESPONSES, DIMENSIONS, INDIVIDUALS, TOLERANCES, lacking
+from stiffness_model.kinds import CONTACT_FORCES, CONTACT_RESPONSES, INDIVIDUALS, SCALE_PICTURES, TOLERANCES, lacking
 from stiffness_model.lookup.build_lookup import build_lookup
 
 
@@ -31,7 +31,7 @@ def test_the_preset_is_a_drive_like_others(tmp_path: Path) -> None:
 def test_it_has_what_its_kind_has() -> None:
     drive = sm.load_drive("printed_cycloidal")
     assert [bool(lacking(drive, what)) for what in (CONTACT_FORCES, TOLERANCES)] == [False, False]
-    for what in (INDIVIDUALS, DIMENSIONS, CONTACT_RESPONSES):
+    for what in (INDIVIDUALS, SCALE_PICTURES, CONTACT_RESPONSES):
         assert lacking(drive, what).startswith("printed_cycloidal is a cycloidal drive without ")
     with pytest.raises(InputError, match="expected a rolling element eccentric drive, got printed_cycloidal"):
         as_drive(drive)

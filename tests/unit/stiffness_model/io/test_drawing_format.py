@@ -6,6 +6,7 @@ from pathlib import Path
 
 from stiffness_model.drawing.drive import FIELDS
 from stiffness_model.io.drawing_format import markdown, table
+from stiffness_model.kinds import KINDS
 
 PAGE = Path(__file__).parents[4] / "docs/reference/drawing_format.md"
 
@@ -13,6 +14,13 @@ PAGE = Path(__file__).parents[4] / "docs/reference/drawing_format.md"
 def test_the_page_is_not_stale() -> None:
     remedy = "python -m stiffness_model.io.drawing_format > docs/reference/drawing_format.md"
     assert PAGE.read_text("utf-8") == markdown(), remedy
+
+
+def test_every_key_of_a_data_sheet_has_a_line() -> None:
+    page = markdown().split('## Kind "catalogue"')[1]
+    keys = [line.split("`")[1].strip("[]") for line in page.splitlines() if line.startswith("| `")]
+    assert set(keys) >= {*KINDS["catalogue"].fields, "twist", "torque", "upper_limits", "sources", "efficiency"}
+    assert "| `max_twist` | angle |  | " in page
 
 
 def test_every_field_has_a_line_with_its_meaning() -> None:

@@ -8,7 +8,7 @@ import tomllib
 import pytest
 
 import stiffness_model as sm
-from stiffness_model.drawing.fields import fields_of
+from stiffness_model.drawing.fields import TEXT, fields_of
 from stiffness_model.io.new_drawing import new_drawing
 from stiffness_model.kinds import KINDS, Kind
 from stiffness_model.units import UNITS
@@ -19,8 +19,22 @@ LINE = re.compile(r"^(#?)(\w+) = (.*)$", re.MULTILINE)
 
 @pytest.mark.parametrize("kind", ALL, ids=lambda kind: kind.name)
 def test_it_is_the_example_under_its_own_name(kind: Kind) -> None:
+    """But for its texts, which state what the example is and whence its numbers are."""
     table = tomllib.loads(new_drawing(kind, 'my "drive"'))
-    assert sm.drive_from_dict(table) == sm.load_drive(kind.example, name='my "drive"')
+    example = sm.load_drive(kind.example, name='my "drive"')
+    texts = {name: getattr(example, name) for name, field in kind.fields.items() if field.quantity == TEXT}
+    assert sm.drive_from_dict(table, **texts) == example
+    own = {name: value for name, value in texts.items() if value and name != "name"}
+    assert own
+    for name in own:
+        assert table.get(name, "REPLACE: ").startswith("REPLACE: ")
+
+
+def test_the_source_of_a_data_sheet_is_to_be_replaced() -> None:
+    text = new_drawing(KINDS["catalogue"], "mine")
+    assert 'source = "REPLACE: Document and page from which the numbers are."' in text
+    assert '#maker = "' in text
+    assert "default 0 arcmin" not in text
 
 
 @pytest.mark.parametrize("kind", ALL, ids=lambda kind: kind.name)
