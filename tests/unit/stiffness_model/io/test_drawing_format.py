@@ -6,6 +6,7 @@ from pathlib import Path
 
 from stiffness_model.drawing.drive import FIELDS
 from stiffness_model.io.drawing_format import markdown, table
+from stiffness_model.kinds import KINDS, ROLLING_ELEMENT_ECCENTRIC
 
 PAGE = Path(__file__).parents[4] / "docs/reference/drawing_format.md"
 
@@ -13,6 +14,14 @@ PAGE = Path(__file__).parents[4] / "docs/reference/drawing_format.md"
 def test_the_page_is_not_stale() -> None:
     remedy = "python -m stiffness_model.io.drawing_format > docs/reference/drawing_format.md"
     assert PAGE.read_text("utf-8") == markdown(), remedy
+
+
+def test_the_introduction_names_every_other_kind_of_drive() -> None:
+    introduction = PAGE.read_text("utf-8").split("\n## ")[0]
+    assert len(KINDS) > 2
+    for name in KINDS:
+        assert (f'kind = "{name}"' in " ".join(introduction.split())) == (name != ROLLING_ELEMENT_ECCENTRIC)
+    assert "python -m" not in introduction, "how the page is made is said in CONTRIBUTING.md"
 
 
 def test_every_field_has_a_line_with_its_meaning() -> None:
