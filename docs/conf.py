@@ -54,6 +54,7 @@ html_theme = "furo"
 html_title = f"reefmu {version.partition('+')[0]}"  # without the commit
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = [("tables.js", {"defer": "defer"})]
 html_show_copyright = False
 html_copy_source = False
 pygments_style = "tango"

@@ -15,7 +15,7 @@ spring of the shoulder would allow without the inertia that the export adds to i
     python examples/robot_arm.py [FOLDER] [--drives N]
 
 writes robot_arm.png to FOLDER (default robot-arm) and prints the errors. Needs a C compiler and MuJoCo
-(`pip install 'reefmu[mujoco]'`).
+(the extra `mujoco`).
 """
 
 from __future__ import annotations
@@ -32,12 +32,13 @@ import stiffness_model as sm
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.model.drive_model import build_model
 from reefmu.robots import add_drive, export_mujoco, settle
+from stiffness_model.errors import install_command
 from stiffness_model.plotting.style import BLUE, FAINT, RED, format_axes, legend_above, new_figure
 
 try:
     import mujoco
 except ModuleNotFoundError:
-    raise SystemExit("This example needs MuJoCo: pip install 'reefmu[mujoco]'.") from None
+    raise SystemExit(f"This example needs MuJoCo: {install_command('mujoco')}.") from None
 
 UPPER, LOWER, HAND = 0.45, 0.40, 0.10  # m, lengths of the links
 PAYLOAD = 8.0  # kg

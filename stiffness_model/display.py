@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .errors import InputError
+from .errors import InputError, install_command
 
 MAX_LENGTH = 80
 """Characters of one field in `one_line`; chosen by judgement. A longer field shows its type only."""
@@ -73,6 +73,6 @@ def dataframe(columns: Mapping[str, ArrayLike]) -> Any:
         pandas = import_module("pandas")
     except ImportError:
         raise InputError(
-            "to_dataframe: expected the library pandas, got none; pip install 'reefmu[dataframe]'"
+            f"to_dataframe: expected the library pandas, got none; {install_command('dataframe')}"
         ) from None
     return pandas.DataFrame(dict(columns))

@@ -1,4 +1,4 @@
-"""Errors and warnings about the input, checks that raise them, and suggestions for unknown names."""
+"""Errors and warnings about the input, checks that raise them, and what their messages suggest."""
 
 from __future__ import annotations
 
@@ -64,6 +64,17 @@ def unknown_name(kind: str, name: object, known: Iterable[str], where: str = "")
     else:
         hint = "expected one of " + ", ".join(names)
     return UnknownNameError(f"{prefix}unknown {kind} {name!r}; {hint}")
+
+
+def install_command(extra: str) -> str:
+    """How to install one of the extras of pyproject.toml, for messages about a missing package.
+
+    The package is on no index, so that the command is one for the folder of its sources.
+
+    >>> install_command("dxf")
+    "pip install '.[dxf]' in a clone of reefmu"
+    """
+    return f"pip install '.[{extra}]' in a clone of reefmu"
 
 
 def refuse_unknown(kind: str, given: Iterable[str], known: Iterable[str], where: str = "") -> None:

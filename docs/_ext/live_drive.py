@@ -25,6 +25,31 @@ from reefmu.model import build_model
 
 DRIVES = 60
 """Virtual drives behind the table, as on the other pages, which have solved it."""
+TELL_HEIGHT = """<script>
+{
+  const tell = () => {
+    const bottom = document.querySelector(".drive").getBoundingClientRect().bottom + window.scrollY;
+    parent.postMessage({ driveHeight: Math.ceil(bottom) + 16 }, "*");
+  };
+  new ResizeObserver(tell).observe(document.body);
+  addEventListener("message", tell);
+}
+</script>
+"""
+"""In the page: where the drive ends, below which it has equations and variables. 16: pixels of room below it."""
+TAKE_HEIGHT = """<script>
+{
+  const frame = () => document.querySelector("iframe.live");
+  addEventListener("message", (event) => {
+    if (event.source === frame().contentWindow && event.data.driveHeight > 0)
+      frame().style.height = `${event.data.driveHeight}px`;
+  });
+  addEventListener("resize", () => frame().contentWindow.postMessage("height", "*"));
+}
+</script>
+"""
+"""Around the frame, which then ends below the drive and not in the middle of a control, at any width. A browser may not
+tell a frame that is out of sight of its new width, so that the page around it asks."""
 DESCRIPTION = (
     "The preset workshop. Move the twist and watch torque and stiffness. The effects below are those that a real drive "
     "may add; they are zero at first: set hysteresis.torque, and run two loops."
@@ -42,7 +67,8 @@ def write_page(preset: str, folder: Path) -> bool:
     if module is None:
         return False
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / PAGE).write_text(drive_page(component, interface, DESCRIPTION, module), "utf-8")
+    page = drive_page(component, interface, DESCRIPTION, module)
+    (folder / PAGE).write_text(page.replace("</body>", f"{TELL_HEIGHT}</body>"), "utf-8")
     return True
 
 
@@ -56,7 +82,7 @@ class LiveDrive(SphinxDirective):
         if not write_page(self.arguments[0], Path(self.env.app.outdir) / "_static"):
             return self.parse_content_to_nodes()
         frame = f'<iframe class="live" src="_static/{PAGE}" title="The drive {self.arguments[0]} at work"></iframe>'
-        return [nodes.raw("", frame, format="html")]
+        return [nodes.raw("", TAKE_HEIGHT + frame, format="html")]
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from reefmu.source_date import source_date
-from stiffness_model.errors import InputError, expect, unknown_name
+from stiffness_model.errors import InputError, expect, install_command, unknown_name
 from stiffness_model.io.atomic_files import scratch_folder
 
 from .codegen.compile import compile_binaries, has_compiler, select_platforms
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 BACKENDS = ("python", "native")
 NO_COMPILER = (
     "no C compiler here: the FMU runs in Python, and its host needs a Python with this package; "
-    "pip install 'reefmu[native]' brings a compiler, and with it FMUs that need nothing"
+    f"{install_command('native')} brings a compiler, and with it FMUs that need nothing"
 )
 _SLAVE_SCRIPT = '''"""Runs in the installed package. The class name distinguishes it from other FMUs in the process."""
 from reefmu.fmu.python_backend.slave import DriveSlave

@@ -113,7 +113,9 @@ def _description(component: Component, interface: Interface, version: str, backe
     return (
         f"{drive}: {results} over twist. Inputs are "
         "held constant over a communication step: after it the outputs are those of the inputs set before it, with "
-        f"the states advanced exactly over the step, so a step may have any length. {made_by}"
+        "the states advanced exactly over the step. With prescribed inputs a step may have any length; coupled with "
+        "masses it must be short, and `reefmu check FILE.fmu --inertia J --step H` says how short. "
+        f"{made_by}"
     )
 
 

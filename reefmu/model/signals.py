@@ -21,11 +21,19 @@ class Signal(NamedTuple):
     discrete: bool = False
 
 
+def _speed(shaft: str) -> str:
+    """A co-simulation step takes the path of an angle from the angle itself, an integrator from the speed."""
+    return (
+        f"Speed of the {shaft}, d({shaft}.phi)/dt; needed by damping and by friction that depends on speed, in model "
+        "exchange by all friction and wear"
+    )
+
+
 INPUTS = (
     Signal("crank.phi", "rad", "Angle of the crank"),
-    Signal("crank.w", "rad/s", "Speed of the crank; used by rate-dependent effects only"),
+    Signal("crank.w", "rad/s", _speed("crank")),
     Signal("output.phi", "rad", "Angle of the output"),
-    Signal("output.w", "rad/s", "Speed of the output; used by rate-dependent effects only"),
+    Signal("output.w", "rad/s", _speed("output")),
     Signal("temperature", "degC", "Temperature of the drive", 20.0, -273.15, 1000.0, 20.0),
 )
 OUTPUTS = (

@@ -44,10 +44,12 @@ def decimal_mark(columns: Sequence[Sequence[str]], where: str) -> str:
     stiffness_model.errors.InputError: record.csv: expected numbers with one decimal mark, got '1,234', which may be \
 1.234 or 1234; state which with decimal = "," or decimal = "." in the file of --columns
     """
-    with_comma = [text for column in columns for text in column if "," in text]
+    # Texts that are no numbers, such as times of day, say nothing; `parse_numbers` refuses them.
+    numbers = [text for column in columns for text in column if ("," in text or "." in text) and is_number(text)]
+    with_comma = [text for text in numbers if "," in text]
     if not with_comma:
         return "."
-    doubtful = with_comma + [text for column in columns for text in column if "." in text and "," not in text]
+    doubtful = with_comma + [text for text in numbers if "," not in text]
     fits = [mark for mark, pattern in _READINGS.items() if all(pattern.fullmatch(_plain(t)) for t in doubtful)]
     if len(fits) == 1:
         return fits[0]

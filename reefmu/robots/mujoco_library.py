@@ -8,9 +8,9 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from stiffness_model.errors import InputError
+from stiffness_model.errors import InputError, install_command
 
-REMEDY = "pip install 'reefmu[mujoco]'"
+REMEDY = install_command("mujoco")
 _LIBRARIES = {"linux": "libmujoco.so.*", "darwin": "libmujoco.*.dylib"}
 
 

@@ -22,10 +22,9 @@ _INTRODUCTION = """\
 
 A drawing is a TOML file. Every field of it is also a keyword of `stiffness_model.load_drive` and a name for `--set
 FIELD=VALUE`. Quantities are texts with their units; in Python a bare number is SI. `reefmu new FILE.toml` writes a
-drawing with all fields, `drive_1.toml` among the presets is another example. The line `kind = "catalogue"` at the head
-makes it the drawing of a drive of another kind, whose fields stand below; without it, it is a rolling element eccentric
-drive. This page is generated from the declarations of the fields: `python -m stiffness_model.io.drawing_format >
-docs/reference/drawing_format.md`.
+drawing with all fields, `drive_1.toml` among the presets is another example. Without a line `kind` at its head it is
+the drawing of a rolling element eccentric drive, whose fields come first on this page. {others} makes it that of
+another kind, whose fields stand in a section of its own; `reefmu new FILE.toml --kind KIND` writes one.
 """
 _MATERIALS = """
 The parts name a material of the package, which `reefmu materials` lists with its source, or one of these tables, `NAME`
@@ -81,7 +80,10 @@ def markdown() -> str:
     """
     sections = dict.fromkeys(field.section for field in FIELDS.values())
     notes = KINDS[ROLLING_ELEMENT_ECCENTRIC].section_notes
-    parts = [_INTRODUCTION]
+    others = [kind for kind in KINDS.values() if kind.name != ROLLING_ELEMENT_ECCENTRIC]
+    lines = " or ".join(f'`kind = "{kind.name}"`' for kind in others)
+    title, text = _INTRODUCTION.format(others=lines).split("\n\n")
+    parts = [f"{title}\n\n{textwrap.fill(text, 120, break_on_hyphens=False)}\n"]
     for section in sections:
         fields = {name: field for name, field in FIELDS.items() if field.section == section}
         note = f"\n{notes[section]}" if section in notes else ""
@@ -91,7 +93,6 @@ def markdown() -> str:
     varied = ", ".join(f"`{name}`" for name, field in FIELDS.items() if field.varies)
     studies = f"A study varies {varied} and, in place of `elements`, `elements_per_row`."
     parts.append(f"\n## Design studies\n\n{textwrap.fill(studies, 120, break_on_hyphens=False)}\n")
-    others = [kind for kind in KINDS.values() if kind.name != ROLLING_ELEMENT_ECCENTRIC]
     for kind in others:
         text = textwrap.fill(kind.documentation, 120, break_on_hyphens=False, break_long_words=False)
         parts.append(f'\n## Kind "{kind.name}"\n\nFields of a drawing with `kind = "{kind.name}"`.\n')

@@ -217,7 +217,7 @@ def test_a_record_s_twist_needs_the_ratio_where_the_crank_turns() -> None:
 
 def test_without_pandas_one_line_says_what_to_install(drive: sm.Drive, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(sm.InputError, match=r"pip install 'reefmu\[dataframe\]'") as caught:
+    with pytest.raises(sm.InputError, match=r"pip install '\.\[dataframe\]' in a clone") as caught:
         drive.to_dataframe()
     assert "\n" not in str(caught.value)
 

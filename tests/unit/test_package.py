@@ -18,6 +18,7 @@ import pytest
 import reefmu
 import stiffness_model as sm
 from tests.subprocesses import TIMEOUT
+from tests.unit.test_docs import PAGES
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
@@ -73,6 +74,20 @@ def test_the_version_of_the_last_release_is_stated_alike() -> None:
     assert released is not None
     assert citation[1] == released[1] == fallback
     assert re.fullmatch(r"\d+\.\d+\.\d+", fallback), "a semantic version"
+
+
+def test_commands_that_install_an_extra_work_in_a_clone() -> None:
+    """The package is on no index, so that its name is no argument of pip; messages and pages name declared extras."""
+    extras = PROJECT["project"]["optional-dependencies"]
+    sources = [path for folder in ("stiffness_model", "reefmu", "examples") for path in (ROOT / folder).rglob("*.py")]
+    pages = [page for page in PAGES if page.name != "CHANGELOG.md"]
+    text = "\n".join(path.read_text("utf-8") for path in [*sources, *pages])
+    assert not re.findall(r"pip install [^\n]*reefmu\[", text)
+    named = re.findall(r"pip install (?:-\w )*'?\.\[(\w+)\]", text) + re.findall(r"install_command\(.(\w+).\)", text)
+    assert {"native", "mujoco", "explore", "dxf", "cluster", "dataframe", "docs"} <= set(named)
+    assert set(named) <= set(extras)
+    install = (ROOT / "docs/start/index.md").read_text("utf-8").split("## Install")[1].split("\n## ")[0]
+    assert set(re.findall(r"(?m)^\| `(\w+)` \|", install)) == set(extras), "the page explains every extra"
 
 
 def test_both_packages_state_the_version_of_the_distribution() -> None:

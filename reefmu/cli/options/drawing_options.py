@@ -55,7 +55,7 @@ def add_curve(commands: Commands) -> None:
     parser.add_argument(
         "--interactive",
         action="store_true",
-        help="also write interactive.html, a page that runs the drive in a browser (needs reefmu[native])",
+        help="also write interactive.html, a page that runs the drive in a browser (needs the extra native)",
     )
 
 

@@ -10,6 +10,7 @@ from reefmu.fmu.documentation.web_assembly import compile_module
 from reefmu.fmu.model.component import drive_component
 from reefmu.fmu.model.declaration import declare_with_derivatives
 from reefmu.model.drive_model import build_model
+from stiffness_model.errors import install_command
 from stiffness_model.kinds import AnyDrive
 
 from ..terminal.worker_processes import pool_with_progress
@@ -44,5 +45,5 @@ def write_page(drive: AnyDrive, individual: int | None, folder: Path) -> list[st
     return (
         []
         if module is not None
-        else [f"{PAGE} does not run the drive, because ziglang is not installed: pip install 'reefmu[native]'"]
+        else [f"{PAGE} does not run the drive, because ziglang is not installed: {install_command('native')}"]
     )

@@ -13,7 +13,7 @@ from reefmu.model.masses import TYPICAL_MASSES, Masses
 from reefmu.robots.mujoco_library import find_mujoco
 from reefmu.robots.plugin_export import JOINT_MODEL, TIME_STEP, export_mujoco, plugin_name
 from reefmu.robots.twist_inertia import largest_time_step
-from stiffness_model.errors import expect
+from stiffness_model.errors import expect, install_command
 
 from ..terminal.notes import show_notes
 
@@ -37,7 +37,7 @@ def export_plugin(args: argparse.Namespace, build: Callable[[], tuple[DriveModel
     # Refused before the lookup is solved.
     plugin_name(target)
     installed = find_mujoco()
-    expect(has_compiler(), "a C compiler (pip install 'reefmu[native]' brings one)", "none", "--to mujoco")
+    expect(has_compiler(), f"a C compiler ({install_command('native')} brings one)", "none", "--to mujoco")
     expect(
         not args.load_damping,
         "no damping of the load, for --effect viscous_friction.coefficient=... damps the output",

@@ -9,7 +9,7 @@ from collections.abc import Generator
 from concurrent.futures import BrokenExecutor, Executor
 from typing import Any
 
-from stiffness_model.errors import InputError
+from stiffness_model.errors import InputError, install_command
 
 from ..terminal.worker_processes import process_pool
 
@@ -27,7 +27,7 @@ def study_executor(args: argparse.Namespace) -> Generator[Executor]:
     try:
         from distributed import Client
     except ImportError:
-        raise InputError("--scheduler: expected dask.distributed, got none: pip install 'reefmu[cluster]'") from None
+        raise InputError(f"--scheduler: expected dask.distributed, got none: {install_command('cluster')}") from None
     try:
         asyncio.run(_try_connection(args.scheduler))
         client: Any = Client(args.scheduler, timeout=CONNECTION_TIMEOUT, set_as_default=False)

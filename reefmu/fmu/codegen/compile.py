@@ -20,7 +20,7 @@ from types import MappingProxyType
 from typing import Any
 
 from reefmu.progress import Progress
-from stiffness_model.errors import InputError, unknown_name
+from stiffness_model.errors import InputError, install_command, unknown_name
 
 from .compiler_run import ZIG, ZIG_FLAGS, compile_cached, first_line, has_zig, zig_version
 
@@ -192,7 +192,7 @@ def _compiler(p: Platform, target: str) -> tuple[tuple[str, ...], str]:
             + (f"the program that CC names ({own[0]})" if own else "a C compiler on the PATH")
         )
         raise InputError(
-            f"{p.name}: expected a compiler for it (pip install 'reefmu[native]' brings ziglang), got {came}"
+            f"{p.name}: expected a compiler for it ({install_command('native')} brings ziglang), got {came}"
         )
     if program == ZIG:
         return (*ZIG, "cc", "-target", target, *_FLAGS, *ZIG_FLAGS), zig_version()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from stiffness_model.errors import install_command
+
 from ..codegen.compiler_run import ZIG, ZIG_FLAGS, compile_cached, has_zig, zig_version
 from ..codegen.sources import FMI2_MAIN, MAIN_SOURCE, wrapper_files
 
@@ -24,7 +26,7 @@ _FLAGS = (
 """-Os: a fifth smaller than -O2. -ffp-contract=off: the rounding of the native binary."""
 NO_COMPILER = (
     "This page was written without the compiler that would have let it run the drive: "
-    "pip install 'reefmu[native]' brings one."
+    f"{install_command('native')} brings one."
 )
 
 

@@ -10,7 +10,7 @@ Required in the host's process:
   Python 3.11 or newer. A host written in Python provides it. A host in another language must load libpython before the
   FMU's library, which does not name it: on Linux by linking it, or by LD_PRELOAD=libpython3.X.so; on Windows
   python3.dll must be on the search path.
-Required in that Python (pip install reefmu installs all of them):
+Required in that Python (pip install . in a clone of reefmu installs all of them):
   reefmu {version}, with the same equations as at export: a package with other equations is refused
   CasADi {casadi} or newer, NumPy, pythonfmu {pythonfmu}
 

@@ -6,7 +6,7 @@ import os
 from typing import TYPE_CHECKING
 
 from reefmu.source_date import source_date
-from stiffness_model.errors import expect
+from stiffness_model.errors import expect, install_command
 from stiffness_model.io.atomic_files import scratch_folder
 
 from ..codegen.compile import select_platforms
@@ -58,7 +58,7 @@ def export_ssp(
     content = fmu_content(model, backend=backend, platform=platform, masses=masses)
     expect(
         masses is None or content.export.backend == "native",
-        "a C compiler for the controller of a joint (pip install 'reefmu[native]' brings one), or --kind drive",
+        f"a C compiler for the controller of a joint ({install_command('native')} brings one), or --kind drive",
         f"back end {content.export.backend}",
         "--ssp",
     )

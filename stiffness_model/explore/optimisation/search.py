@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError
+from ...errors import InputError, install_command
 from ...numerics.arrays import Array
 from ..definition.study import Study
 from ..evaluation.evaluate import Evaluations
@@ -79,7 +79,7 @@ def _nsga2(study: Study) -> Callable[[Evaluations], tuple[Any, Callable[[Any, Ev
         from pymoo.problems.static import StaticProblem
     except ImportError:
         raise InputError(
-            "generations: expected pymoo for the optimiser, got no such package: pip install 'reefmu[explore]', "
+            f"generations: expected pymoo for the optimiser, got no such package: {install_command('explore')}, "
             "or set generations = 0 for the sample alone"
         ) from None
     count, numbers = len(study.parameters), study.numbers

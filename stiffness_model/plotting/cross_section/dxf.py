@@ -1,4 +1,4 @@
-"""The gear's profile for manufacturing, as a DXF file in mm; needs ezdxf (`pip install 'reefmu[dxf]'`)."""
+"""The gear's profile for manufacturing, as a DXF file in mm; needs ezdxf (the extra `dxf`)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from ...drawing.drive import HOLES, Drive
 from ...drawing.fits import zone_text
-from ...errors import InputError
+from ...errors import InputError, install_command
 from ...io.atomic_files import atomic_file
 from ...units import MICROMETRE
 from .layout import Layout, place_parts, unit_vector
@@ -32,7 +32,7 @@ def write_dxf(drive: Drive, path: str | os.PathLike[str], chord_error: float = C
     try:
         from ezdxf.filemanagement import new
     except ImportError:
-        raise InputError("dxf: expected the library ezdxf, got none; pip install 'reefmu[dxf]'") from None
+        raise InputError(f"dxf: expected the library ezdxf, got none; {install_command('dxf')}") from None
     profile = gear_outline(drive, chord_error)
     centres = equidistant(drive.path, 0.0, chord_error)
     layout = place_parts(drive)

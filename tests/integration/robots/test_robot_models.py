@@ -143,10 +143,14 @@ def test_without_mujoco_or_a_compiler_one_line_has_the_remedy(
     words = ["export", "drive_1", "--to", "mujoco", "-o", str(tmp_path / "gear")]
     monkeypatch.setattr(mujoco_library.importlib.util, "find_spec", lambda name: None)
     assert main(words) == 2
-    assert capsys.readouterr().err == "reefmu: mujoco: expected the package (pip install 'reefmu[mujoco]'), got none\n"
+    remedy = "pip install '.[mujoco]' in a clone of reefmu"
+    assert capsys.readouterr().err == f"reefmu: mujoco: expected the package ({remedy}), got none\n"
     monkeypatch.undo()
     pytest.importorskip("mujoco", reason="foreign host mujoco")
     monkeypatch.setattr(platforms, "_program", lambda p: ())
     assert main(words) == 2
-    assert "expected a C compiler (pip install 'reefmu[native]' brings one), got" in capsys.readouterr().err
+    assert (
+        "expected a C compiler (pip install '.[native]' in a clone of reefmu brings one), got"
+        in capsys.readouterr().err
+    )
     assert not (tmp_path / "gear").exists()

@@ -1,4 +1,4 @@
-/* Co-simulation (FMI 2.0.4, section 4.2). Inputs are constant over a step; a step may have any length. */
+/* Co-simulation (FMI 2.0.4, section 4.2). Inputs are constant over a step, of any length. */
 
 FMI2_EXPORT fmi2Status FMI2_NAME(fmi2DoStep)(fmi2Component component, fmi2Real time, fmi2Real dt,
                                              fmi2Boolean no_return) {

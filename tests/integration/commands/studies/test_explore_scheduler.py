@@ -130,4 +130,4 @@ def test_without_dask_a_scheduler_is_refused(
         )
         == 2
     )
-    assert "pip install 'reefmu[cluster]'" in capsys.readouterr().err
+    assert "pip install '.[cluster]' in a clone" in capsys.readouterr().err

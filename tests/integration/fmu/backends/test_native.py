@@ -204,7 +204,7 @@ def test_no_compiler(model: DriveModel, tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(compiler_run.importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r"pip install 'reefmu\[native\]'"):
+    with pytest.raises(InputError, match=r"pip install '\.\[native\]' in a clone"):
         export_fmu(model, tmp_path / "x.fmu", backend="native")
     export_fmu(model, tmp_path / "sources.fmu", backend="native", platform="none")
     assert [p.name for p in tmp_path.iterdir()] == ["sources.fmu"]

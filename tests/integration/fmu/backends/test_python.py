@@ -210,7 +210,7 @@ def test_without_a_compiler_the_python_back_end_is_announced(
     assert "compiler" not in capsys.readouterr().err
     for only_native in (["--backend", "native"], ["--platform", "linux64"], ["--fmi", "3"]):
         assert main([*words, *only_native]) == 2
-        assert "pip install 'reefmu[native]'" in capsys.readouterr().err
+        assert "pip install '.[native]' in a clone" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

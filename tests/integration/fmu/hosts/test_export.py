@@ -50,6 +50,14 @@ def test_any_name_becomes_an_identifier(model, name, tmp_path):
     assert validate_fmu(str(file.path)) == []
 
 
+def test_description_says_when_steps_must_be_short_and_speeds_connected(description):
+    """Alone a step may have any length, but not around masses; model exchange takes the path from the speeds."""
+    assert "coupled with masses it must be short" in description.get("description")
+    inputs = {v.get("name"): v.get("description") for v in description.iter("ScalarVariable")}
+    for name in ("crank", "output"):
+        assert "in model exchange by all friction and wear" in inputs[f"{name}.w"]
+
+
 def test_description_declares_the_capabilities(description):
     simulation = description.find("CoSimulation")
     assert simulation is not None

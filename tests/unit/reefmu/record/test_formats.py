@@ -182,6 +182,7 @@ COMMAS = "time [s],twist [rad],output_torque [N.m]\n"
             "export with semicolons between columns, or with decimal points",
         ),
         (COMMAS + "12:00:01,0,0\n12:00:02,1,1\n", "'12:00:01' in line 2; write the time in seconds from a start"),
+        (HEAD + "12:00:01,5;0,1;1,5\n12:00:02,5;0,2;2,5\n", "'12:00:01,5' in line 2; write the time in seconds"),
         (COMMAS + "0,,0\n1,1,1\n", "got an empty field in line 2; fill it or remove the row"),
         ("0,0,0\n1,1,1\n", "expected a header row of `name [unit]` above the numbers, got 0, 0, 0 in line 1"),
         ("time,twist [rad],output_torque [N.m]\n0,0,0\n1,1,1\n", "or in a row below it, got 'time'; or state it with"),

@@ -164,7 +164,7 @@ def test_without_pymoo_only_the_sample_is_possible(monkeypatch: pytest.MonkeyPat
         monkeypatch.delitem(sys.modules, name)
     _forbid(monkeypatch, "pymoo")
     executor = Counting()
-    with pytest.raises(sm.InputError, match=r"pip install 'reefmu\[explore\]'"):
+    with pytest.raises(sm.InputError, match=r"pip install '\.\[explore\]' in a clone"):
         run_study(study(), tmp_path, executor)
     assert executor.done == 0
     (tmp_path / "alone").mkdir()

@@ -165,6 +165,6 @@ def test_the_profile_includes_the_gear_s_mean_offset(tmp_path: Path) -> None:
 
 def test_without_the_library_one_line_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ezdxf.filemanagement", None)
-    with pytest.raises(InputError, match=r"pip install 'reefmu\[dxf\]'"):
+    with pytest.raises(InputError, match=r"pip install '\.\[dxf\]' in a clone"):
         dxf.write_dxf(sm.load_drive("drive_1"), tmp_path / "profile.dxf")
     assert not list(tmp_path.iterdir())
