@@ -30,6 +30,9 @@ has 0.025."""
 REACH = 10.0
 """Standard errors around the centres within which the ends of an interval are sought: a normal distribution has nothing
 beyond them."""
+ERRORS = (1e-12, 1e6)
+"""Range of standard errors of fitted variables, which are logarithms or in nominal sizes: beyond it a parameter is
+exact, or not determined at all, and its interval is the range of the parameter."""
 LEAST_PROBABILITY = 0.01
 """Least probability of the chosen explanation. Chosen by judgement: less is that of a verdict which the tests of
 significance have drawn against the probabilities, whose estimate then counts as one of a hundred."""
@@ -91,7 +94,7 @@ def mixture_interval(weights: Array, centres: Array, errors: Array) -> tuple[flo
     >>> round(low, 3), round(high, 3)
     (-1.645, 11.645)
     """
-    share, tail = weights / weights.sum(), (1 - CONFIDENCE) / 2
+    share, tail, errors = weights / weights.sum(), (1 - CONFIDENCE) / 2, np.clip(errors, *ERRORS)
     ends = float((centres - REACH * errors).min()), float((centres + REACH * errors).max())
 
     def quantile(probability: float) -> float:

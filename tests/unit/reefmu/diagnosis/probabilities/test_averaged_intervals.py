@@ -36,6 +36,15 @@ def test_a_mixture_has_the_quantiles_of_its_draws(parts: list[tuple[float, float
     assert np.mean(drawn > high) == pytest.approx(0.025, abs=0.006)
 
 
+@pytest.mark.parametrize("weight", [0.01, 0.5])
+@pytest.mark.parametrize("error", [0.0, 1e200, np.inf])
+def test_a_parameter_that_is_exact_or_not_determined_has_an_interval(weight: float, error: float) -> None:
+    low, high = mixture_interval(np.array([1.0, weight]), np.array([2.0, 3.0]), np.array([0.1, error]))
+    assert low < 2.0 < high
+    # Where it is not determined and improbable, the rest is little wider; where it is probable, anything is possible.
+    assert high > 1e5 if error and weight == 0.5 else high < 3.0001
+
+
 @given(st.lists(part, max_size=3), part)
 def test_the_own_interval_is_inside(others: list[tuple[float, float, float]], own: tuple[float, float, float]) -> None:
     _, variable, error = own
