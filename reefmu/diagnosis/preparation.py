@@ -20,7 +20,7 @@ from .estimation.problem import Problem, block_variances, make_weights, search_b
 from .forward.base_curve import BaseCurve, curve_base, drawing_base, lookup_base, power_base, table_base
 from .inference.mean_drive import lacks_ripple
 from .losses.crank_losses import CRANK_FRICTION
-from .preprocessing.audit import ratio_from_angles, uninformative_columns
+from .preprocessing.audit import ratio_from_angles
 from .preprocessing.cycle_scatter import estimate_cycle_scatter
 from .preprocessing.cycles import find_cycles
 from .preprocessing.noise import estimate_noise
@@ -82,7 +82,7 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
     if between is not None:
         variance, block_variance = variance + between.weighting_variance, block_variance + between.variance
     scatter, individuals = _scatter(base, trace, blocks)
-    candidates, excluded = select_candidates(uninformative_columns(record), base.kind)
+    candidates, excluded = select_candidates(record.missing, base.kind)
     weights = make_weights(variance, scatter, variance if scatter is None else scatter.twist)
     problem = Problem(
         base,
