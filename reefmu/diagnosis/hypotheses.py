@@ -120,6 +120,15 @@ def hypothesis_text(hypothesis: Hypothesis) -> str:
     parts += ["something without a name"] if hypothesis.unnamed else []
     if not parts:
         return "nothing is missing"
+    return listed(parts)
+
+
+def listed(parts: Sequence[str]) -> str:
+    """Words as a list in a sentence.
+
+    >>> listed(["a"]), listed(["a", "b", "c"])
+    ('a', 'a, b and c')
+    """
     return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
 
 

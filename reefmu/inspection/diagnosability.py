@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
 
 from ..diagnosis.estimation.problem import select_candidates
 from ..diagnosis.fitted_values import CrankLosses
 from ..diagnosis.losses.crank_losses import crank_losses, with_losses
-from ..diagnosis.preprocessing.audit import audit, ratio_from_angles, uninformative_columns
+from ..diagnosis.preprocessing.audit import audit, ratio_from_angles
 from ..diagnosis.preprocessing.noise import matching_cycles
 from ..diagnosis.preprocessing.trace import make_trace
 from ..record import Record
@@ -43,7 +45,7 @@ def diagnosability(record: Record, drive: Drive | None = None) -> Diagnosability
     candidates: dict[str, tuple[str, ...]] = {}
     excluded: dict[str, dict[str, str]] = {}
     for base in BASES:
-        candidates[base], excluded[base] = select_candidates(uninformative_columns(record), base)
+        candidates[base], excluded[base] = select_candidates(_uninformative_columns(record), base)
     try:
         ratio = ratio_from_angles(record) if drive is None else drive.ratio
     except InputError as error:
@@ -58,3 +60,9 @@ def diagnosability(record: Record, drive: Drive | None = None) -> Diagnosability
         shows_losses = isinstance(losses, CrankLosses)
         excluded = {base: with_losses(reasons, losses) for base, reasons in excluded.items()}
     return Diagnosability(ratio, True, candidates, excluded, audited.defects, audited.notes, pairs, shows_losses)
+
+
+def _uninformative_columns(record: Record) -> tuple[str, ...]:
+    """Columns that the record lacks, and those whose constant value shows as little: that of a temperature."""
+    is_constant = "temperature" not in record.missing and float(np.ptp(record.temperature)) == 0
+    return (*record.missing, "temperature") if is_constant else tuple(record.missing)

@@ -9,6 +9,7 @@ import numpy as np
 
 from stiffness_model.units import ARCMIN, DISPLAY_UNITS
 
+from ..diagnosis.hypotheses import listed
 from ..record import COLUMNS, TORQUE_SIDES, ColumnReading
 from ..record.motor_side import MOTOR_COLUMNS
 from ..record.table_layout import SEPARATORS
@@ -182,8 +183,8 @@ def branches_text(runs: Sequence[int]) -> str:
     ('3 branches of run 0', '3 branches of runs 1 and 2', '1 branch of run 4')
     """
     names = [str(run) for run in dict.fromkeys(runs)]
-    text = f"{len(runs)} {'branch' if len(runs) == 1 else 'branches'} of {'run' if len(names) == 1 else 'runs'} "
-    return text + (names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}")
+    branches, of_runs = "branch" if len(runs) == 1 else "branches", "run" if len(names) == 1 else "runs"
+    return f"{len(runs)} {branches} of {of_runs} {listed(names)}"
 
 
 def _plain(value: float) -> str:

@@ -26,9 +26,12 @@ from .protocols.schedule import Schedule, make_schedule
 
 MAX_COPIES = 3
 """Copies of one piece that a protocol may hold. Chosen by judgement: further ones bring the same scatter."""
-MIN_GAIN = 0.02
-"""Gain, over the target of one pair of effects, below which no further piece is added. Chosen by judgement: a protocol
-would hold fifty such pieces before one pair is separated."""
+WORTHWHILE = 0.02
+"""Gain, over the target of one pair of effects, below which a piece is added only where no other one gains more. Chosen
+by judgement: a protocol would hold fifty such pieces before one pair is separated."""
+NEGLIGIBLE = 3e-4
+"""Change of the criterion, whose greatest value is 1, for which no piece is added and a chosen one is removed. Chosen
+by judgement: a tenth of what one pair of 17 effects contributes."""
 OCCAM = 2.0
 """Expected logarithm of prior over posterior width of one amplitude at the limit of detection, ln(5.4) rounded up."""
 
@@ -50,10 +53,10 @@ class Targets:
         return total / count if count else 1.0
 
     @property
-    def least_gain(self) -> float:
-        """Gain of the criterion that is `MIN_GAIN` of one pair, over all its traces."""
+    def worthwhile(self) -> float:
+        """Gain of the criterion that is `WORTHWHILE` of one pair, over all its traces."""
         pairs = sum(float(mask.mean(axis=0).sum()) for mask in self.possible)
-        return MIN_GAIN / max(pairs, 1.0)
+        return max(WORTHWHILE / max(pairs, 1.0), NEGLIGIBLE)
 
 
 def wanted_separations(power: float) -> tuple[float, float]:
@@ -155,9 +158,12 @@ def best_addition(
     chosen: list[int],
     share: float,
 ) -> tuple[float, int] | None:
-    """The criterion with the piece of the largest gain per second, and that piece; None where none is worth it."""
+    """The criterion with the piece of the largest gain per second, and that piece; None where every gain is negligible.
+
+    Pieces whose gain is worthwhile come first: many short ones with small gains would take the time of a few.
+    """
     now = make_schedule(candidates.library, chosen, candidates.rig).seconds if chosen else 0.0
-    best, rate = None, 0.0
+    best, rank = None, (False, 0.0)
     for index in allowed:
         if chosen.count(index) >= MAX_COPIES:
             continue
@@ -166,18 +172,18 @@ def best_addition(
         schedule, found = candidates.found([*chosen, index])
         reached = targets.share(found)
         gain = reached - share
-        per_second = gain / max(schedule.seconds - now, 1.0)
-        if gain > targets.least_gain and per_second > rate:
-            best, rate = (reached, index), per_second
+        own = gain > targets.worthwhile, gain / max(schedule.seconds - now, 1.0)
+        if gain > NEGLIGIBLE and own > rank:
+            best, rank = (reached, index), own
     return best
 
 
 def _without_dispensable(candidates: Candidates, targets: Targets, chosen: list[int], share: float) -> list[int]:
-    """The pieces without those, longest first, whose removal costs less than the least gain of the criterion."""
+    """The pieces without those, longest first, whose removal costs a negligible part of the criterion."""
     kept = list(chosen)
     for index in sorted(chosen, key=lambda k: -candidates.library[k].seconds):
         rest = list(kept)
         rest.remove(index)
-        if rest and targets.share(candidates.found(rest)[1]) >= min(share, 1.0) - targets.least_gain:
+        if rest and targets.share(candidates.found(rest)[1]) >= min(share, 1.0) - NEGLIGIBLE:
             kept = rest
     return kept

@@ -8,6 +8,7 @@ from stiffness_model.errors import InputError
 
 from ..diagnosis.analysis import Analysis, ProposedExperiment
 from ..diagnosis.discrimination.predicted_isolability import NAMED
+from ..diagnosis.hypotheses import listed
 from ..diagnosis.schema import Diagnosis
 from ..model.contacts.tables import cached_lookup
 from .next_experiment import NextProtocol, next_protocol, rig_of_record
@@ -62,7 +63,7 @@ def open_explanations(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
 def _sentence(found: NextProtocol) -> str:
     runs = len(found.schedule.pieces)
     return (
-        f"next_protocol.csv tells {_listed(found.labels)} apart on this rig: {runs} {'runs' if runs > 1 else 'run'}, "
+        f"next_protocol.csv tells {listed(found.labels)} apart on this rig: {runs} {'runs' if runs > 1 else 'run'}, "
         f"{duration_text(found.schedule.seconds)}; at typical sizes it names the right one in at most "
         f"{_percent(found)} % of cases"
     )
@@ -72,13 +73,9 @@ def _no_protocol(found: NextProtocol) -> str:
     percent, rarely = _percent(found), "none is ever named"
     if percent:
         rarely = f"the best one would name the right one in at most {percent} % of cases"
-    return f"no protocol on the rig of this record tells {_listed(found.labels)} apart: at typical sizes {rarely}"
+    return f"no protocol on the rig of this record tells {listed(found.labels)} apart: at typical sizes {rarely}"
 
 
 def _percent(found: NextProtocol) -> int:
     # Never certain: laws and covariance are taken as known.
     return min(99, round(100 * found.told_apart))
-
-
-def _listed(labels: tuple[str, ...]) -> str:
-    return f"{', '.join(labels[:-1])} and {labels[-1]}"

@@ -111,12 +111,6 @@ def audit(record: Record, ratio: float | None) -> Audit:
     return Audit(n, len(record.starts), rate, smallest if quantised else 0.0, tuple(notes), tuple(defects))
 
 
-def uninformative_columns(record: Record) -> tuple[str, ...]:
-    """Columns that the record lacks, and those whose constant value shows as little: that of a temperature."""
-    constant = "temperature" not in record.missing and float(np.ptp(record.temperature)) == 0
-    return (*record.missing, "temperature") if constant else tuple(record.missing)
-
-
 def exceeds_resolution(values: NDArray[np.float64], resolution: float, magnitude: float) -> bool:
     """Whether the range of values (n,) exceeds the resolution of the finest instrument and the rounding error.
 

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtr
 
 from stiffness_model.numerics.arrays import Array
 
-from ..estimation.intervals import CONFIDENCE, standard_errors
+from ..estimation.intervals import CONFIDENCE, NORMAL_QUANTILE, standard_errors
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..hypotheses import Hypothesis
@@ -83,7 +83,7 @@ def averaged_interval(
             k = rival.at[effect] + index
             parts.append((rival.odds, float(rival.variables[k]), float(rival.errors[k])))
     low, high = mixture_interval(*np.transpose(parts))
-    half = float(ndtri(0.5 + CONFIDENCE / 2)) * error
+    half = NORMAL_QUANTILE * error
     return min(low, variable - half), max(high, variable + half)
 
 

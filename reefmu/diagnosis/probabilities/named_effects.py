@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import find_effect
+from ...effects import Parameter, find_effect
 from ..estimation.intervals import FORM_UNCERTAINTY, bound_reached, interval_errors, one_sided_limit
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import torque_without
 from ..fitted_values import NamedEffect, Value
 from .averaged_intervals import Rival, averaged_interval
-
-MAX_LOGARITHM = 700.0
-"""Logarithm of a parameter beyond which double precision overflows."""
 
 
 def named_effects(problem: Problem, fit: Fit, base: Fit, rivals: Sequence[Rival] = ()) -> list[NamedEffect]:
@@ -33,33 +29,34 @@ def named_effects(problem: Problem, fit: Fit, base: Fit, rivals: Sequence[Rival]
 def _named_effect(
     problem: Problem, fit: Fit, name: str, base: Fit, errors: Array, rivals: Sequence[Rival]
 ) -> NamedEffect:
-    start = problem.layout(fit.names).effects[name].start
-    variables, values = fit.bounds.to_free(fit.parameters), {}
-    for k, p in enumerate(find_effect(name).parameters):
-        at, value, is_phase = start + k, float(fit.parameters[start + k]), p.name.startswith("phase")
+    where, parameters = problem.layout(fit.names).effects[name], find_effect(name).parameters
+    variables = fit.bounds.to_free(fit.parameters)
+    lows, highs, own_errors = variables.copy(), variables.copy(), errors.copy()
+    for k, p in enumerate(parameters):
+        at, is_phase = where.start + k, p.name.startswith("phase")
         # The form of the law affects every parameter but a phase, which is no size.
         form = 0.0 if is_phase else FORM_UNCERTAINTY * (1.0 if fit.bounds.logarithmic[at] else abs(variables[at]))
-        error = float(np.hypot(errors[at], form))
+        own_errors[at] = np.hypot(errors[at], form)
         # Phases that differ by a turn are the same, so that their average says nothing.
-        ends = averaged_interval(float(variables[at]), error, () if is_phase else rivals, name, k)
-        low, high = (_parameter(fit, at, end) for end in ends)
-        low, high = max(low, p.minimum), min(high, p.maximum)
-        bound = bound_reached(fit, at, p)
-        if bound:
-            limit = one_sided_limit(fit, at, error, bound)
-            low, high = (value, limit) if bound == "low" else (limit, value)
-        warning = "at its bound" if bound else ""
-        if not warning and high - low > 1.0 * abs(value) and not is_phase:
-            warning = "wide interval"
-        values[p.name] = Value(value, low, high, p.unit, warning, bound)
+        others = () if is_phase else rivals
+        lows[at], highs[at] = averaged_interval(float(variables[at]), float(own_errors[at]), others, name, k)
+    ends = np.stack([fit.bounds.to_parameters(lows), fit.bounds.to_parameters(highs)], axis=1)[where]
+    values = {
+        p.name: _value(fit, where.start + k, p, float(own_errors[where.start + k]), *ends[k].tolist())
+        for k, p in enumerate(parameters)
+    }
     return NamedEffect(name, values, float(np.clip(_share(problem, fit, name, base), 0.0, 1.0)))
 
 
-def _parameter(fit: Fit, at: int, variable: float) -> float:
-    """The parameter at a value of its fitted variable."""
-    return (
-        math.exp(min(variable, MAX_LOGARITHM)) if fit.bounds.logarithmic[at] else variable * float(fit.bounds.scale[at])
-    )
+def _value(fit: Fit, at: int, parameter: Parameter, error: float, low: float, high: float) -> Value:
+    """A parameter with its interval, one-sided where the fit stopped at a bound. error: of the fitted variable."""
+    value, bound = float(fit.parameters[at]), bound_reached(fit, at, parameter)
+    if bound:
+        limit = one_sided_limit(fit, at, error, bound)
+        low, high = (value, limit) if bound == "low" else (limit, value)
+        return Value(value, low, high, parameter.unit, "at its bound", bound)
+    is_wide = high - low > 1.0 * abs(value) and not parameter.name.startswith("phase")
+    return Value(value, low, high, parameter.unit, "wide interval" if is_wide else "")
 
 
 def _share(problem: Problem, fit: Fit, name: str, base: Fit) -> float:

@@ -78,7 +78,7 @@ def test_a_design_reaches_what_all_pieces_reach(setting: Setting) -> None:
     allowed = feasible(setting.library)
     targets = make_targets(potential(candidates, allowed), 0.9)
     found = design(candidates, allowed, targets, 1800.0)
-    assert found.share > 1 - targets.least_gain
+    assert found.share > 0.999
     assert found.schedule.seconds < 0.2 * setting.whole.seconds
     short = design(candidates, allowed, targets, 5.0)
     assert short.schedule.seconds <= 5.0
