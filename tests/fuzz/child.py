@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import pkgutil
+import re
 import resource
 import signal
 import sys
@@ -63,3 +64,8 @@ def _run(argv: list[str], folder: Path, errors: Path) -> None:
         traceback.print_exc()
     sys.stderr.flush()
     os._exit(status)
+
+
+def error_lines(text: str) -> list[str]:
+    """Lines of stderr without notes, warnings and progress."""
+    return [line for line in text.splitlines() if line.strip() and not re.search(r"^(?:note|warning): |: \d+ %", line)]

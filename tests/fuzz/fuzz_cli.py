@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import importlib.resources
-import re
 import tempfile
 import tomllib
 from collections.abc import Callable, Iterator
@@ -21,7 +20,7 @@ import tomli_w
 
 from stiffness_model.drawing.drive import FIELDS
 from tests.fuzz import show
-from tests.fuzz.child import run
+from tests.fuzz.child import error_lines, run
 from tests.small_study import tables
 
 Rng = np.random.Generator
@@ -211,7 +210,7 @@ def run_case(call: list[str], files: dict[str, str], folder: Path) -> str:
     if any("\x00" in word for word in call):
         return ""  # The system does not pass such a word.
     status, err = run(call, folder, SECONDS)
-    lines = [line for line in err.splitlines() if not re.search(r"^(?:note|warning): |: \d+ %", line)]
+    lines = error_lines(err)
     wrong: list[str] = []
     if status not in (0, 1, 2):
         wrong.append(f"status {status}")

@@ -10,7 +10,6 @@ import argparse
 import contextlib
 import io
 import os
-import re
 import tempfile
 import traceback
 import warnings
@@ -22,6 +21,7 @@ import numpy as np
 from reefmu.cli import main
 from stiffness_model.numerics.arrays import Array
 from tests.fuzz import show
+from tests.fuzz.child import error_lines
 
 Table = dict[str, Array]
 
@@ -266,7 +266,7 @@ def run_case(text: bytes, options: list[str], folder: Path) -> str:
         return traceback.format_exc()
     finally:
         os.chdir(before)
-    lines = [line for line in err.getvalue().splitlines() if not re.search(r"^(?:note|warning): |: \d+ %", line)]
+    lines = error_lines(err.getvalue())
     warned = [f"{x.category.__name__}: {x.message} ({Path(x.filename).name}:{x.lineno})" for x in caught]
     wrong = [f"status {status}"] if status not in LEGAL else []
     wrong += warned

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -23,6 +22,7 @@ import numpy as np
 import tomli_w
 
 from tests.fuzz import show
+from tests.fuzz.child import error_lines
 from tests.small_study import tables
 from tests.subprocesses import TIMEOUT
 
@@ -116,9 +116,7 @@ def kill_case(folder: Path, name: str, number: signal.Signals, group: bool, afte
         return f"still running after {TIMEOUT:g} s"
     status = running.returncode
     wrong: list[str] = []
-    lines = [
-        line for line in errors.splitlines() if line.strip() and not re.search(r"^(?:note|warning): |: \d+ %", line)
-    ]
+    lines = error_lines(errors)
     if number == signal.SIGKILL:
         if status not in (0, -9):
             wrong.append(f"status {status}")
