@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -31,9 +32,14 @@ OUTSIDE = ("foreign host", "not part of this repository")
 
 
 def pytest_configure() -> None:
-    """Each worker of pytest-xdist gets one thread for linear algebra, because the workers already run in parallel."""
+    """Each worker of pytest-xdist gets one thread for linear algebra, because the workers already run in parallel.
+
+    Where pytest was started in the background it ignores the signal of Ctrl-C, and so would the processes of the tests.
+    """
     for name in BLAS_THREADS:
         os.environ.setdefault(name, "1")
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:

@@ -68,4 +68,4 @@ def _run(argv: list[str], folder: Path, errors: Path) -> None:
 
 def error_lines(text: str) -> list[str]:
     """Lines of stderr without notes, warnings and progress."""
-    return [line for line in text.splitlines() if line.strip() and not re.search(r"^(?:note|warning): |: \d+ %", line)]
+    return [line for line in text.splitlines() if not re.search(r"^(?:note|warning): |: \d+ %", line)]

@@ -116,7 +116,7 @@ def kill_case(folder: Path, name: str, number: signal.Signals, group: bool, afte
         return f"still running after {TIMEOUT:g} s"
     status = running.returncode
     wrong: list[str] = []
-    lines = error_lines(errors)
+    lines = [line for line in error_lines(errors) if line.strip()]
     if number == signal.SIGKILL:
         if status not in (0, -9):
             wrong.append(f"status {status}")

@@ -72,16 +72,13 @@ with signals_raised(last=True):
         print(stop.number)
 """
 
-HEEDED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-"""A process that was started in the background ignores the signal of Ctrl-C, and so do those that it starts."""
-
 posix = pytest.mark.skipif(sys.platform == "win32", reason="foreign host: signals of POSIX")
 
 
 def run(script: str, *arguments: str, folder: Path) -> tuple[int, str, str]:
     """Exit status and output of a script."""
     done = subprocess.run(
-        [sys.executable, "-c", f"{HEEDED}\n{script}", *arguments],
+        [sys.executable, "-c", script, *arguments],
         env={**os.environ, "TMPDIR": str(folder)},
         capture_output=True,
         text=True,

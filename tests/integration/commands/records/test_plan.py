@@ -52,7 +52,7 @@ def test_the_plan_of_the_tutorial_names_what_the_tutorial_promises(
     assert promised is not None
     assert main([*words[:-1], str(tmp_path / "plan")]) == 0
     result = json.loads((tmp_path / "plan/plan.json").read_text("utf-8"))
-    wanted = words[words.index("--effects") + 1].split(",")
+    wanted, minutes = words[words.index("--effects") + 1].split(","), float(words[words.index("--minutes") + 1])
     assert promised[1] == {3: "three"}[len(wanted)]
     named = {limit["effect"]: limit["named_at_typical"] for limit in result["limits"]}
     assert sorted(named) == sorted(wanted)
@@ -60,6 +60,7 @@ def test_the_plan_of_the_tutorial_names_what_the_tutorial_promises(
     assert result["ended"] == "reached"
     assert "less than a minute" in page
     assert result["seconds"] < 60
+    assert minutes >= 1
     assert "name 3 of 3 effects of typical size" in capsys.readouterr().out
 
 
