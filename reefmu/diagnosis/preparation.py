@@ -16,6 +16,7 @@ from stiffness_model.numerics.arrays import Array
 from ..model.chosen_effects import inherent_effects
 from ..model.contacts.tables import cached_lookup
 from ..record import Record
+from .estimation.likeliest_seating import with_likeliest_seating
 from .estimation.problem import Problem, block_variances, make_weights, search_blocks, select_candidates
 from .forward.base_curve import BaseCurve, curve_base, drawing_base, lookup_base, power_base, table_base
 from .inference.mean_drive import lacks_ripple
@@ -81,7 +82,7 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
     between = None if noise.repeated else estimate_cycle_scatter(record, trace, blocks, noise)
     if between is not None:
         variance, block_variance = variance + between.weighting_variance, block_variance + between.variance
-    scatter, individuals = _scatter(base, trace, blocks)
+    scatter, individuals = _scatter(base, trace, blocks, variance)
     candidates, excluded = select_candidates(record.missing, base.kind)
     weights = make_weights(variance, scatter, variance if scatter is None else scatter.twist)
     problem = Problem(
@@ -104,15 +105,17 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
     return problem
 
 
-def _scatter(base: BaseCurve, trace: Trace, blocks: Blocks) -> tuple[ToleranceScatter | None, Array]:
+def _scatter(base: BaseCurve, trace: Trace, blocks: Blocks, variance: Array) -> tuple[ToleranceScatter | None, Array]:
     """Scatter of the population along the record, None without tolerances, and torques (m, n), N.m, of individuals less
-    the mean drive's."""
+    the mean drive's; variance: (n,) (N.m)^2, of the noise."""
     twist = blocks.mean(trace.twist) - _zero(trace, base)
     if base.cycloidal is not None:
         return cycloidal_scatter(base.cycloidal, trace, blocks, twist, base.lever)
     if base.drive is None:
         return None, np.zeros((0, len(twist)))
     scatter = Scatter(base.drive, element_responses(base.drive), element_motion(base.drive, trace, blocks), twist)
+    residual = blocks.mean(trace.torque) - base.elastic.evaluate(twist, 0.0, base.shape.start)[0]
+    scatter = with_likeliest_seating(scatter, trace, blocks, variance, residual, base.full_torque)
     return scatter, simulate_individuals(scatter)
 
 

@@ -64,7 +64,7 @@ def noise_whitened(s: Sensitivities, noise: RigNoise) -> tuple[Array, Array, Arr
     weights = problem.weights.with_size(0.0)
     scatter, rest = np.zeros((0, len(problem.torque))), np.zeros(len(problem.torque))
     if problem.scatter is not None:
-        scatter, rest = problem.scatter.columns_at(problem.scatter.twist)
+        scatter, (rest, *_) = problem.scatter.columns_at(problem.scatter.twist)
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (len(problem.torque), N_PROBES))
     precision = (weights.whiten(signs) ** 2).mean(axis=1)
     variance = sum(noise.variances(s.fit.prediction.slope)) / problem.blocks.count

@@ -41,7 +41,7 @@ def fits_without_held_out(problem: Problem, fits: Sequence[Fit]) -> list[Fit]:
         fit(
             problem.predictor(f.names),
             problem.torque,
-            weights.with_size(f.weighting.size),
+            weights.like(f.weighting),
             f.bounds,
             f.parameters,
             HELD_SIZE,

@@ -123,9 +123,9 @@ def leave_cycles_out(problem: Problem, found: Fit) -> JackknifeErrors | None:
     for cycle in left_out:
         variance = np.where(cycles.number == cycle, NO_WEIGHT * problem.variance, problem.variance)
         twist = variance if problem.scatter is None else problem.scatter.twist
-        weights = make_weights(variance, problem.scatter, twist).with_size(found.weighting.size)
+        weights = make_weights(variance, problem.scatter, twist).like(found.weighting)
         if problem.is_mean_drive:
-            weights = replace(weights, individual=weights.mean)
+            weights = replace(weights, individual=(weights.mean,), roughness=0)
         refitted = ranking.fit_from(found.names, found.parameters, weights, REFIT)
         estimates.setdefault(int(cycles.kind[cycle]), []).append(found.bounds.to_free(refitted.parameters))
     return stratified_jackknife([np.array(kind) for kind in estimates.values()])

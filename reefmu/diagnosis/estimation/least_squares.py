@@ -143,7 +143,7 @@ class _Objective:
         return _Point(p, prediction, residual, float(residual.inner(residual)) + prior)
 
     def likeliest(self, weights: Weighting, prediction: Prediction) -> Weighting:
-        return weights.with_likeliest_size(self.torque - prediction.torque)
+        return weights.with_likeliest_scatter(self.torque - prediction.torque)
 
     def jacobian(self, point: _Point, weights: Weighting) -> Projection:
         return weights.project(point.prediction.sensitivities * self.bounds.slope(point.parameters))
@@ -175,7 +175,7 @@ def fit(
         point = better
         if options.estimate_size:
             resized = objective.likeliest(weights, point.prediction)
-            if resized.size != weights.size:
+            if (resized.size, resized.roughness) != (weights.size, weights.roughness):
                 weights = resized
                 point = objective.evaluate(point.parameters, weights, point.prediction)
                 gain = np.inf

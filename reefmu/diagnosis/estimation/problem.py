@@ -133,10 +133,10 @@ class Problem:
         near, alike = SAME_TWIST * self.base.max_twist, SAME_CLEARANCE * self.scatter.clearance_deviation
         for other, play, weights in ((self.scatter.twist, 0.0, self.weights), *self.weights_cache):
             if np.abs(twist - other).max() < near and np.abs(clearance - play).max() < alike:
-                return weights.with_size(found.weighting.size)
+                return weights.like(found.weighting)
         weights = make_weighting(self.variance, *self.scatter.columns_at(twist, clearance))
         self.weights_cache.append((twist, clearance, weights))
-        return weights.with_size(found.weighting.size)
+        return weights.like(found.weighting)
 
     def fit_from(
         self, names: Sequence[str], start: Array, weights: Weighting | None = None, options: FitOptions | None = None
@@ -148,13 +148,13 @@ class Problem:
     def without_weights(self, found: Fit) -> Fit:
         """A fit to send to another process, whose problem has the same weights; others are sent along."""
         is_own = found.weighting.mean is self.weights.mean and found.weighting.individual is self.weights.individual
-        return replace(found, weighting=size_only(found.weighting.size)) if is_own else found
+        return replace(found, weighting=size_only(found.weighting)) if is_own else found
 
     def with_weights(self, found: Fit) -> Fit:
         """A fit as `without_weights` sent it, complete again."""
         if not is_size_only(found.weighting):
             return found
-        return replace(found, weighting=self.weights.with_size(found.weighting.size))
+        return replace(found, weighting=self.weights.like(found.weighting))
 
     def expected_cost(self, found: Fit) -> float:
         """Expected cost of a fit that leaves noise and scatter alone."""

@@ -4,11 +4,12 @@ The covariance of n blocks is diag(variance) + size^2 U U^T; the columns of U ar
 random effect does. It is inverted by the Woodbury identity. `size` is 1 for an individual drive of the population and
 is estimated with every fit: a record without scatter (of the mean drive, or of a drive better than its tolerances)
 shows smaller effects. An individual drive also deviates in ways that the columns do not span; from `INDIVIDUAL_SIZE`
-on, the diagonal holds that variance too.
+on, the diagonal holds that variance too, and how large it is, the roughness, is estimated with the size.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,15 +63,17 @@ class Projection:
 
 @dataclass(frozen=True)
 class Weighting:
-    """mean: covariance for (nearly) the mean drive; individual: for an individual drive; size: of the scatter."""
+    """mean: covariance for (nearly) the mean drive; individual: for an individual drive, by roughness; size: of the
+    scatter; roughness: index of the covariance that holds for an individual drive."""
 
     mean: Covariance
-    individual: Covariance
+    individual: tuple[Covariance, ...]
     size: float
+    roughness: int = 0
 
     @property
     def _active(self) -> Covariance:
-        return self.individual if self.size >= INDIVIDUAL_SIZE else self.mean
+        return self.individual[self.roughness] if self.size >= INDIVIDUAL_SIZE else self.mean
 
     @property
     def scale(self) -> Array:
@@ -114,57 +117,85 @@ class Weighting:
         """(n,), share of the noise in the diagonal."""
         return self._active.noise_share
 
+    def cost(self, residual: Array) -> float:
+        """-2 log likelihood of a residual (n,), N.m, up to a constant of the noise."""
+        return float((self.whiten(residual) ** 2).sum()) + self.log_determinant
+
     def with_size(self, size: float) -> Weighting:
         """The same with another size of the scatter."""
         return replace(self, size=size)
 
+    def like(self, other: Weighting) -> Weighting:
+        """The same with the size and the roughness of another weighting."""
+        return replace(self, size=other.size, roughness=min(other.roughness, len(self.individual) - 1))
+
     def for_mean_drive(self) -> Weighting:
         """For a drive known to be the mean drive: the least scatter of the grid and no individual's variance."""
-        return replace(self, individual=self.mean, size=SCATTER_SIZES[0])
+        return Weighting(self.mean, (self.mean,), SCATTER_SIZES[0])
 
-    def with_likeliest_size(self, residual: Array) -> Weighting:
-        """With the size on the grid that maximises the likelihood of a residual (n,), N.m."""
+    def with_likeliest_scatter(
+        self, residuals: Array, least: float = SCATTER_SIZES[0], most: float = SCATTER_SIZES[-1]
+    ) -> Weighting:
+        """With the size on the grid, from `least` to `most`, and the roughness that maximise the likelihood of
+        residuals (n,) or (n, k), N.m."""
         if not len(self.mean.eigenvalues):
             return self
-        costs = []
-        kinds = [(self.mean, [s for s in SCATTER_SIZES if s < INDIVIDUAL_SIZE])]
-        if self.individual is not self.mean:
-            kinds.append((self.individual, [s for s in SCATTER_SIZES if s >= INDIVIDUAL_SIZE]))
-        for covariance, sizes in kinds:
-            v = residual * covariance.scale
-            along = (covariance.basis.T @ v) ** 2
-            spread = 1 + np.array(sizes)[:, None] ** 2 * covariance.eigenvalues
-            # All sizes of one diagonal share the part of the residual that is orthogonal to the basis.
-            across = float(v @ v) + covariance.log_determinant
-            costs += (across - (along * (1 - 1 / spread)).sum(axis=1) + np.log(spread).sum(axis=1)).tolist()
-        return self.with_size(SCATTER_SIZES[int(np.argmin(costs))])
+        kinds = [(0, self.mean, [s for s in SCATTER_SIZES if least <= s < INDIVIDUAL_SIZE])]
+        if self.individual[0] is not self.mean:
+            sizes = [s for s in SCATTER_SIZES if max(least, INDIVIDUAL_SIZE) <= s <= most]
+            kinds += [(k, covariance, sizes) for k, covariance in enumerate(self.individual)]
+        costs = [
+            (cost, size, roughness)
+            for roughness, covariance, sizes in kinds
+            for cost, size in zip(_costs(covariance, residuals, sizes), sizes, strict=True)
+        ]
+        _, size, roughness = min(costs)
+        return replace(self, size=size, roughness=roughness)
 
 
-def size_only(size: float) -> Weighting:
-    """A weighting of no blocks that only holds a size: the receiver has the rest itself."""
+def _costs(covariance: Covariance, residuals: Array, sizes: Sequence[float]) -> list[float]:
+    """-2 log likelihood of residuals (n,) or (n, k), N.m, at each size, up to a constant of the noise."""
+    if not sizes:
+        return []
+    v = (residuals.T * covariance.scale).T
+    along = (covariance.basis.T @ v) ** 2
+    # Residuals of several drives have the same size, so that their likelihoods multiply.
+    count, along = (1, along) if v.ndim == 1 else (v.shape[1], along.sum(axis=1))
+    spread = 1 + np.array(sizes)[:, None] ** 2 * covariance.eigenvalues
+    # All sizes of one diagonal share the part of the residual that is orthogonal to the basis.
+    across = float((v**2).sum()) + count * covariance.log_determinant
+    return (across - (along * (1 - 1 / spread)).sum(axis=1) + count * np.log(spread).sum(axis=1)).tolist()
+
+
+def size_only(weights: Weighting) -> Weighting:
+    """A weighting of no blocks that only holds size and roughness: the receiver has the rest itself."""
     none = make_weighting(np.zeros(0), np.zeros((0, 0)))
-    return none.with_size(size)
+    return replace(none, size=weights.size, roughness=weights.roughness)
 
 
 def is_size_only(weights: Weighting) -> bool:
-    """Whether a weighting only holds a size."""
-    return len(weights.scale) == 0
+    """Whether a weighting only holds size and roughness."""
+    return len(weights.mean.scale) == 0
 
 
 def make_weighting(
-    variance: Array, scatter: Array, residual_variance: Array | None = None, size: float = 1.0
+    variance: Array, scatter: Array, residual_variances: Array | None = None, size: float = 1.0
 ) -> Weighting:
     """The weighting of n blocks.
 
     variance: (n,) (N.m)^2, of the noise; scatter: (m, n) N.m, what one standard deviation of each random effect does,
-    or (0, n); residual_variance: (n,) (N.m)^2, of an individual drive beyond these columns.
+    or (0, n); residual_variances: (r, n) (N.m)^2, of an individual drive beyond these columns, by roughness.
     """
     mean = _covariance(variance, scatter, 0.0, np.ones(len(variance)))
-    if residual_variance is None or not len(scatter):
-        return Weighting(mean, mean, size)
-    log_determinant = float(np.log1p(residual_variance / variance).sum())
-    total = variance + residual_variance
-    return Weighting(mean, _covariance(total, scatter, log_determinant, variance / total), size)
+    if residual_variances is None or not len(scatter):
+        return Weighting(mean, (mean,), size)
+    # The principal components that are kept beside the noise alone are the only ones that are kept beside more.
+    components = (mean.basis * np.sqrt(mean.eigenvalues)).T / mean.scale
+    individual = [
+        _covariance(variance + rest, components, float(np.log1p(rest / variance).sum()), variance / (variance + rest))
+        for rest in residual_variances
+    ]
+    return Weighting(mean, tuple(individual), size)
 
 
 def _covariance(variance: Array, scatter: Array, log_determinant: float, noise_share: Array) -> Covariance:

@@ -51,8 +51,7 @@ def crank_stands(problem: Problem) -> bool:
 def as_individual(problem: Problem, fit: Fit) -> Fit:
     """The same set fitted under the hypothesis that the drive scatters, at least as much as any individual does."""
     rest = problem.torque - fit.prediction.torque
-    sizes = [problem.weights.with_size(size) for size in SCATTER_SIZES if size >= INDIVIDUAL_SIZE]
-    likeliest = min(sizes, key=lambda w: float((w.whiten(rest) ** 2).sum()) + w.log_determinant)
+    likeliest = problem.weights.with_likeliest_scatter(rest, INDIVIDUAL_SIZE)
     return problem.fit_from(fit.names, fit.parameters, likeliest, options=HELD_SIZE)
 
 

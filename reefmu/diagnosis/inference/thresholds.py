@@ -108,11 +108,12 @@ def calibrate_thresholds(
     drives = problem.individuals
     if problem.is_mean_drive or not len(drives):
         return Thresholds(noise, noise)
-    weights = problem.weights.with_size(1.0)
     rng = np.random.default_rng(np.random.SeedSequence([seed, len(drives)]))
-    basis = orthonormal_basis(weights, base.prediction.sensitivities)
     noise_of_drives = rng.standard_normal((len(problem.torque), len(drives)))
-    residuals = weights.whiten(drives.T + np.sqrt(problem.block_variance)[:, None] * noise_of_drives)
+    residuals = drives.T + np.sqrt(problem.block_variance)[:, None] * noise_of_drives
+    weights = problem.weights.with_likeliest_scatter(residuals, 1.0, 1.0)
+    basis = orthonormal_basis(weights, base.prediction.sensitivities)
+    residuals = weights.whiten(residuals)
     residuals = residuals - basis @ (basis.T @ residuals)
     null_excess = float((residuals**2).sum(axis=0).max() - problem.expected_chi_square(weights))
     individuals = {}

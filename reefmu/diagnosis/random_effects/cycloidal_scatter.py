@@ -61,10 +61,10 @@ class CycloidalScatter:
     def columns_at(self, twist: Array, clearance: Array | float = 0.0) -> tuple[Array, Array]:
         """See `ToleranceScatter`. A clearance shifts the flanks; where the crank turns, nothing is shifted."""
         if not self.crank_stands:
-            return self.components, self.unspanned
+            return self.components, self.unspanned[None]
         at = np.sign(twist) * np.maximum(np.abs(twist) - np.asarray(clearance) / self.lever, 0.0)
         columns = np.stack([np.interp(at, self.grid, row) for row in self.components])
-        return columns, np.interp(at, self.grid, self.unspanned)
+        return columns, np.interp(at, self.grid, self.unspanned)[None]
 
 
 def cycloidal_scatter(

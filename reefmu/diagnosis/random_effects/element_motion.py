@@ -11,6 +11,7 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.numerics.arrays import Array
 
 from ..preprocessing.trace import Blocks, Trace
+from .seating import Seating
 
 N_HARMONICS = 3
 """Harmonics of the elements' passing that are random effects. Chosen by judgement: higher ones average out over the
@@ -70,18 +71,27 @@ def element_motion(drive: Drive, trace: Trace, blocks: Blocks) -> ElementMotion:
     return ElementMotion(blocks.mean(rotation), span, within, np.array(waves), of_eccentrics, blocks.count)
 
 
-def element_positions(drive: Drive, motion: ElementMotion, start: float) -> tuple[Array, NDArray[np.intp], Array]:
-    """Positions of the elements, rad, the lobes that they meet, and the share of each block that they spend within the
-    usable profile, (n, elements) each.
+def at_blocks(motion: ElementMotion, blocks: NDArray[np.intp]) -> ElementMotion:
+    """The motion in some blocks alone."""
+    return ElementMotion(
+        motion.rotation[blocks],
+        motion.span[blocks],
+        motion.within[blocks],
+        motion.waves[:, blocks],
+        motion.eccentric_waves[:, blocks],
+        motion.count[blocks],
+    )
 
-    start: rad, position of the first element at crank angle 0.
-    """
+
+def element_positions(drive: Drive, motion: ElementMotion, seating: Seating) -> tuple[Array, NDArray[np.intp], Array]:
+    """Positions of the elements, rad, the lobes that they meet, and the share of each block that they spend within the
+    usable profile, (n, elements) each."""
     n = np.arange(drive.elements)
-    angle = start + 2 * np.pi * n / len(n) + motion.rotation[:, None] + np.pi
+    angle = seating.start + 2 * np.pi * n / len(n) + motion.rotation[:, None] + np.pi
     turns = np.floor(angle / (2 * np.pi)).astype(np.intp)
     beta = angle - 2 * np.pi * turns - np.pi
     rows = drive.eccentrics
     # Crank and cage of a reversing drive turn in opposite directions: the cage moves on to the next lobe.
-    lobe = (n // rows - drive.orientation * turns) % drive.lobes * rows + n % rows
+    lobe = (np.array(seating.seats)[n // rows] - drive.orientation * turns) % drive.lobes * rows + n % rows
     width = np.clip(motion.within, 1e-6, MAX_EDGE_WIDTH)[:, None]
     return beta, lobe, np.clip((drive.usable_limit - np.abs(beta)) / width + 0.5, 0.0, 1.0)

@@ -8,30 +8,32 @@ from stiffness_model.numerics.arrays import Array
 
 from .element_motion import element_positions
 from .responses import locate_cells
-from .scatter import FULL_TURN, Scatter
+from .scatter import FULL_TURN, PLACES, Scatter, place_deviations
+from .seating import Seating, even_seats
 
 N_INDIVIDUALS = 48
 """Individual drives that are simulated. Chosen by judgement: a few dozen give the spread within 10 %."""
 
 
-def simulate_individuals(scatter: Scatter, count: int = N_INDIVIDUALS, seed: int = 0, places: float = 0.0) -> Array:
+def simulate_individuals(scatter: Scatter, count: int = N_INDIVIDUALS, seed: int = 0, places: float = PLACES) -> Array:
     """(count, n) N.m, torque of individual drives less that of the mean drive, at the blocks of the record.
 
-    The position of the first element at crank angle 0 is random. Deviations of balls and cranks move with the element,
-    those of lobes stay in the gear. The torque is not linearised in the clearance; bores have their mean radius.
-    places: deviation of the places of bores and lobes over that of their sizes, which drawings state alone. A bore or a
-    lobe beside its place twists its element, a lobe farther out acts as a larger one.
+    The elements are seated as the scatter says, from a random position at crank angle 0 where it does not. Deviations
+    of balls and cranks move with the element, those of lobes stay in the gear. The torque is not linearised in the
+    clearance; bores have their mean radius. places: deviation of the places of bores and lobes over that of their
+    sizes. A bore or a lobe beside its place twists its element, a lobe farther out acts as a larger one.
     """
     drive, r = scatter.drive, scatter.responses
     rng = np.random.default_rng(np.random.SeedSequence([seed, len(scatter.twist)]))
     n, rows = drive.elements, drive.eccentrics
     share = {part: np.sqrt(v) for part, v in r.shares.items()}
     mean, fast = mean_torque(scatter), scatter.motion.span > FULL_TURN
-    place = places * max(drive.tolerances["cage"].sigma, drive.tolerances["gear"].sigma)
-    angle = place / (drive.crank_radius + drive.element_radius)
+    place, angle = place_deviations(drive, places)
+    even = even_seats(drive)
     found = np.empty((count, len(scatter.twist)))
     for number in range(count):
-        beta, lobe, inside = element_positions(drive, scatter.motion, rng.uniform(0, 2 * np.pi))
+        start = rng.uniform(0, 2 * np.pi)
+        beta, lobe, inside = element_positions(drive, scatter.motion, scatter.seating or Seating(start, even))
         crank = rng.standard_normal(n)
         if drive.crank_deviation == "eccentric":
             crank = crank[np.arange(n) % rows]

@@ -37,8 +37,9 @@ MAX_CLEARANCES = 61
 """Greatest number of clearances of the tables. Chosen by judgement to bound their size."""
 _CLEARANCE_PER_RADIUS = {"element": -2.0, "crank": -1.0, "gear": 1.0}
 """Change of the clearance between gear and crank by the radius of a part: geometry, at small pressure angles."""
-RESPONSES = ("mean", "linear", "quadratic", "cubic", "bore")
-"""Names of the tables: Hermite terms in the clearance, and the response to the bore of the cage."""
+RESPONSES = ("mean", "linear", "quadratic", "cubic", "bore", "slope", "bend")
+"""Names of the tables: Hermite terms in the clearance, the response to the bore of the cage, and the first and second
+derivative of the mean by the twist."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class ElementResponses:
     twist: (N_TWISTS,) rad; position: (N_POSITIONS,) rad, to the usable limit; clearance: (c,) m; deviation: m, standard
     deviation of a single element's clearance; single: (s, N_TWISTS, N_POSITIONS) N.m, torque at the clearances `solved`
     (s,); tables: (c, N_TWISTS, N_POSITIONS) N.m for each of `RESPONSES`, the mean and what one standard deviation
-    does; shares: of element, crank and gear in the variance of the clearance.
+    does, the derivatives in N.m/rad and N.m/rad^2; shares: of element, crank and gear in the variance of the clearance.
     """
 
     twist: Array
@@ -107,6 +108,8 @@ def _solved(key: DrawingKey[Drive]) -> ElementResponses:
             for shift in clearance
         ]
     )
+    tables["slope"] = np.gradient(tables["mean"], twist, axis=1)
+    tables["bend"] = np.gradient(tables["slope"], twist, axis=1)
     shares = {part: (s / deviation) ** 2 for part, s in sigma.items()}
     return ElementResponses(twist, position, clearance, solved, deviation, single, tables, shares)
 

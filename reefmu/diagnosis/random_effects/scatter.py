@@ -2,9 +2,11 @@
 
 Every ball and bore keeps its deviation while it moves past the crank; the deviations of the lobes stay in the gear, so
 that an element meets another lobe with every turn. Each deviation is one random effect, and its column is what one
-standard deviation does to every block of the record. The position of the first element at crank angle 0 is unknown.
-The columns hold for any such position except at the edges of the usable profile, where elements enter and leave: that
-has two columns for every angle at which the crank stands, and waves of the elements' passing where it turns.
+standard deviation does to every block of the record. Bores and lobes deviate in size and in place; a bore or a lobe
+beside its place twists its element. The seats of the elements are those that the record shows (`likeliest_seating`).
+The position of the first element hardly matters except at the edges of the usable profile, where elements enter and
+leave: that has two columns for every angle at which the crank stands, and waves of the elements' passing where it
+turns.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from stiffness_model.numerics.arrays import Array
 
 from .element_motion import ElementMotion, element_positions
 from .responses import ElementResponses, locate_cells
+from .seating import Seating, even_seats
 
 CLEARANCE_BIN = 0.3
 """Range of clearances, in standard deviations of single elements, that share one interpolation of the tables. Chosen by
@@ -30,14 +33,17 @@ judgement, about twice the 0.014 that the harmonics of a step above the third ho
 MIN_BORE_SHARE = 0.002
 """Least variance from the bores, over the variance from the clearances, for the bores to have columns. Chosen by
 judgement."""
-UNMODELLED_SHARE = 0.05
-"""Standard deviation that the columns do not span, over that of the columns, while the crank turns. Chosen by
-judgement."""
+ROUGHNESS = (0.0, 0.0125, 0.025, 0.05, 0.1)
+"""Standard deviations that the columns may not span while the crank turns, over that of the columns. Which it is, the
+record shows; the spacing was chosen by judgement."""
 FULL_TURN = 2.0
 """rad, rotation within a block from which all positions of an element count equally. Chosen by judgement: the usable
 profile is then crossed within a block."""
 MIN_BLOCKS = 8
 """Blocks at one standing angle from which it has columns of its own. Chosen by judgement."""
+PLACES = 0.5
+"""Deviation of the places of bores and lobes over that of their sizes, which drawings state alone: the middle of the
+range from none to as wide. Chosen by judgement; a covariance that lacks places takes them for kinematic errors."""
 MAX_ANGLES = 32
 """Standing angles, the most frequent first, that have columns. Chosen by judgement to bound the size of the
 covariance."""
@@ -45,16 +51,18 @@ covariance."""
 
 @dataclass(frozen=True)
 class Scatter:
-    """The scatter along one record; twist: (n,) rad, first estimate of the twist at the contacts, by block."""
+    """The scatter along one record; twist: (n,) rad, first estimate of the twist at the contacts, by block; seating: of
+    the elements, None where the record does not show it."""
 
     drive: Drive
     responses: ElementResponses
     motion: ElementMotion
     twist: Array
+    seating: Seating | None = None
 
     def columns_at(self, twist: Array, clearance: Array | float = 0.0) -> tuple[Array, Array]:
-        """Columns (m, n), N.m, of one standard deviation of each random effect, and the variance (n,), (N.m)^2, that
-        they do not span.
+        """Columns (m, n), N.m, of one standard deviation of each random effect, and the variances (r, n), (N.m)^2, that
+        they may not span, by roughness.
 
         twist: (n,) rad, at the contacts; clearance: (n,) m, beyond the drawn one.
         """
@@ -66,14 +74,16 @@ class Scatter:
             # Fast rotation averages over all positions; single samples still vary about that average.
             response[fast] = response[fast].mean(axis=1, keepdims=True)
         edges = [*self._edge_columns(ends["mean"], self.motion.waves), *self._eccentric_edge_columns(ends["linear"])]
-        columns = np.concatenate([*self._element_columns(responses), *self._lobe_columns(responses), *edges])
+        parts = [*self._element_columns(responses), *self._lobe_columns(responses), self._shift_by_places(responses)]
+        columns = np.concatenate([*parts, *edges])
         columns = columns[np.abs(columns).max(axis=1) > 0]
         # While the crank stands the columns span the whole scatter, which is as smooth as they are.
-        variance = (0.0 if self.crank_stands else UNMODELLED_SHARE**2) * (columns**2).sum(axis=0)
-        variance[fast] += (single / self.motion.count)[fast]
+        shares = np.array(ROUGHNESS[:1] if self.crank_stands else ROUGHNESS)
+        variance = shares[:, None] ** 2 * (columns**2).sum(axis=0)
+        variance[:, fast] += (single / self.motion.count)[fast]
         moving = ~self.motion.is_standing(drive)
         power = (ends["mean"] ** 2 + ends["linear"] ** 2).sum(axis=0)
-        variance[moving] += (PASSING_VARIANCE * power / self.motion.count)[moving]
+        variance[:, moving] += (PASSING_VARIANCE * power / self.motion.count)[moving]
         return columns, variance
 
     @property
@@ -111,7 +121,9 @@ class Scatter:
     def _element_columns(self, responses: dict[str, Array]) -> list[Array]:
         """Columns of the deviations that move with the elements, and of the eccentrics."""
         drive, shares, linear = self.drive, self.responses.shares, responses["linear"]
-        bore = [responses["bore"].T] if (responses["bore"] ** 2).sum() > MIN_BORE_SHARE * (linear**2).sum() else []
+        bore = [place_deviations(drive)[1] * responses["slope"].T]
+        if (responses["bore"] ** 2).sum() > MIN_BORE_SHARE * (linear**2).sum():
+            bore.append(responses["bore"].T)
         if drive.crank_deviation == "eccentric":
             rows, share = np.arange(drive.elements) % drive.eccentrics, shares["crank"]
             # All elements of an eccentric share its deviation, so that the nonlinear responses do not average out.
@@ -124,18 +136,30 @@ class Scatter:
         return [*bore, (shares["element"] + shares["crank"]) ** 0.5 * linear.T]
 
     def _lobe_columns(self, responses: dict[str, Array]) -> list[Array]:
-        """Columns of the lobes' deviations, and of the quadratic responses to the deviations of all parts."""
+        """Columns of the lobes' deviations in distance and along the circle, and of the quadratic responses to the
+        deviations of all parts."""
         n_lobes, n = self.drive.lobes * self.drive.eccentrics, len(self.twist)
+        place, angle = place_deviations(self.drive)
+        outwards = (self.responses.shares["gear"] + (place / self.responses.deviation) ** 2) ** 0.5
         index = (self._positions[1] + n_lobes * np.arange(n)[:, None]).ravel()
         return [
             np.bincount(index, v.ravel(), n_lobes * n).astype(float).reshape(n, n_lobes).T
-            for v in (self.responses.shares["gear"] ** 0.5 * responses["linear"], responses["quadratic"])
+            for v in (outwards * responses["linear"], angle * responses["slope"], responses["quadratic"])
         ]
+
+    def _shift_by_places(self, responses: dict[str, Array]) -> Array:
+        """(1, n) N.m, by which deviations of places shift the mean of all individuals, since the torque bends with the
+        twist and the clearance. How large they are is not known, so that it is a random effect."""
+        place, angle = place_deviations(self.drive)
+        outwards = place / self.responses.deviation
+        shift = outwards**2 / np.sqrt(2) * responses["quadratic"] + angle**2 * responses["bend"]
+        return shift.sum(axis=1)[None]
 
     @cached_property
     def _positions(self) -> tuple[Array, NDArray[np.intp], Array]:
-        """`element_positions` of the record, with the first element at 0."""
-        return element_positions(self.drive, self.motion, 0.0)
+        """`element_positions` of the record, with the first element at 0 where the seating is unknown."""
+        seating = self.seating or Seating(0.0, even_seats(self.drive))
+        return element_positions(self.drive, self.motion, seating)
 
     def _eccentric_edge_columns(self, ends: Array) -> list[Array]:
         """Edge columns of the deviations of the eccentrics, shared by all their elements; ends: (2, n) N.m."""
@@ -157,3 +181,9 @@ class Scatter:
         # Whether the element is inside is uniformly distributed, with a variance of 1/12.
         found = [ends * (standing & (place == values[k])) / np.sqrt(12) for k in often if count[k] >= MIN_BLOCKS]
         return [*found, *(waves * end for end in ends)]
+
+
+def place_deviations(drive: Drive, places: float = PLACES) -> tuple[float, float]:
+    """Standard deviation of the places of bores and lobes, m, and the twist of an element by it, rad."""
+    place = places * max(drive.tolerances["cage"].sigma, drive.tolerances["gear"].sigma)
+    return place, place / (drive.crank_radius + drive.element_radius)

@@ -26,6 +26,6 @@ class ToleranceScatter(Protocol):
         ...
 
     def columns_at(self, twist: Array, clearance: Array | float = 0.0) -> tuple[Array, Array]:
-        """Columns (m, n), N.m, of one standard deviation of each random effect, and the variance (n,), (N.m)^2, that
-        they do not span, at a twist (n,), rad, and a clearance, m, beyond the drawn one."""
+        """Columns (m, n), N.m, of one standard deviation of each random effect, and the variances (r, n), (N.m)^2,
+        that they may not span, by roughness, at a twist (n,), rad, and a clearance, m, beyond the drawn one."""
         ...

@@ -2,31 +2,46 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE, MIN_EIGENVALUE, Weighting, make_weighting
+from reefmu.diagnosis.estimation.weighting import (
+    INDIVIDUAL_SIZE,
+    MIN_EIGENVALUE,
+    SCATTER_SIZES,
+    Weighting,
+    make_weighting,
+)
 from stiffness_model.numerics.arrays import Array
 
 N = 30
-SIZES = st.sampled_from([0.0, 0.12, 1.0, 2.8])
+SIZES, ROUGHNESS = st.sampled_from([0.0, 0.12, 1.0, 2.8]), st.sampled_from([0, 1])
 
 
-def example(seed: int, size: float) -> tuple[Weighting, Array, Array]:
+def example(seed: int, size: float, roughness: int) -> tuple[Weighting, Array, Array]:
     """A weighting, its dense covariance (N, N), and three columns of values (N, 3)."""
     rng = np.random.default_rng(seed)
-    variance, beyond = rng.uniform(0.5, 2.0, N), rng.uniform(0.0, 1.0, N)
+    variance, beyond = rng.uniform(0.5, 2.0, N), rng.uniform(0.0, 1.0, (2, N))
     columns = np.array([[5.0], [3.0], [2.0]]) * rng.standard_normal((3, N))
-    diagonal = variance + (beyond if size >= INDIVIDUAL_SIZE else 0.0)
+    diagonal = variance + (beyond[roughness] if size >= INDIVIDUAL_SIZE else 0.0)
     dense = np.diag(diagonal) + size**2 * columns.T @ columns
-    return make_weighting(variance, columns, beyond, size), dense, rng.standard_normal((N, 3))
+    weights = replace(make_weighting(variance, columns, beyond, size), roughness=roughness)
+    return weights, dense, rng.standard_normal((N, 3))
 
 
-@given(st.integers(0, 1000), SIZES)
-def test_whitened_values_have_the_inner_product_of_the_covariance(seed: int, size: float) -> None:
-    weights, dense, values = example(seed, size)
+def dense_cost(weights: Weighting, dense: Array, values: Array) -> float:
+    """-2 log likelihood of values (N,), up to the determinant of the noise, which is common to all weightings."""
+    noise = 1 / weights.mean.scale**2
+    return float(values @ np.linalg.solve(dense, values) + np.linalg.slogdet(dense)[1] - np.log(noise).sum())
+
+
+@given(st.integers(0, 1000), SIZES, ROUGHNESS)
+def test_whitened_values_have_the_inner_product_of_the_covariance(seed: int, size: float, roughness: int) -> None:
+    weights, dense, values = example(seed, size, roughness)
     expected = values.T @ np.linalg.solve(dense, values)
     white = weights.whiten(values)
     np.testing.assert_allclose(white.T @ white, expected, rtol=1e-9, atol=1e-9)
@@ -36,14 +51,23 @@ def test_whitened_values_have_the_inner_product_of_the_covariance(seed: int, siz
     np.testing.assert_allclose(both.inner(first), expected[:, 0], rtol=1e-9, atol=1e-9)
 
 
-@given(st.integers(0, 1000), SIZES)
-def test_the_cost_is_the_likelihood_of_the_covariance(seed: int, size: float) -> None:
-    """Up to the determinant of the noise, which is common to all sizes."""
-    weights, dense, values = example(seed, size)
-    noise = 1 / weights.with_size(0.0).scale ** 2
-    expected = values[:, 0] @ np.linalg.solve(dense, values[:, 0]) + np.linalg.slogdet(dense)[1] - np.log(noise).sum()
-    cost = float((weights.whiten(values[:, 0]) ** 2).sum()) + weights.log_determinant
-    assert cost == pytest.approx(expected, rel=1e-9)
+@given(st.integers(0, 1000), SIZES, ROUGHNESS)
+def test_the_cost_is_the_likelihood_of_the_covariance(seed: int, size: float, roughness: int) -> None:
+    weights, dense, values = example(seed, size, roughness)
+    assert weights.cost(values[:, 0]) == pytest.approx(dense_cost(weights, dense, values[:, 0]), rel=1e-9)
+
+
+@given(st.integers(0, 1000), st.sampled_from([0.1, 0.5, 2.0]), st.sampled_from([0.02, 0.5, 1.4]))
+def test_size_and_roughness_are_those_of_the_greatest_likelihood(seed: int, largest: float, least: float) -> None:
+    """Against the likelihood of every size and roughness by itself, for one residual and for several at once."""
+    weights, _, values = example(seed, 1.0, 0)
+    values *= largest
+    sizes = [size for size in SCATTER_SIZES if size >= least]
+    tried = [replace(weights, size=size, roughness=k) for size in sizes for k in (0, 1)]
+    for residuals in (values[:, :1], values):
+        found = weights.with_likeliest_scatter(residuals[:, 0] if residuals.shape[1] == 1 else residuals, least)
+        cost = min(sum(w.cost(r) for r in residuals.T) for w in tried)
+        assert sum(found.cost(r) for r in residuals.T) == pytest.approx(cost, rel=1e-9)
 
 
 def test_components_far_below_the_noise_are_left_out() -> None:

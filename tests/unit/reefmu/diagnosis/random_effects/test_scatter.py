@@ -12,7 +12,7 @@ from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
-from reefmu.diagnosis.random_effects.scatter import Scatter
+from reefmu.diagnosis.random_effects.scatter import PLACES, Scatter
 from reefmu.model.contacts.tables import cached_lookup
 from stiffness_model.rotation import draw_individual, turning_map
 from tests import diagnosis_rig as rig
@@ -37,9 +37,27 @@ def test_the_random_effects_have_the_variance_of_individuals(scatter: Scatter) -
     loaded = np.abs(scatter.twist) > 0.3 * rig.drive().max_twist
     expected = float(np.sqrt(np.mean(((columns**2).sum(axis=0) + variance)[loaded])))
     assert float(np.sqrt(np.mean(found[:, loaded] ** 2))) == pytest.approx(expected, rel=0.15)
-    # Unbiased: individual drives average to the mean drive.
+    # Unbiased: individual drives of any start without deviations of places average to the mean drive.
+    found = simulate_individuals(replace(scatter, seating=None), 64, seed=3, places=0.0)
     error = found.std(axis=0)[loaded] / np.sqrt(len(found))
     assert np.mean(np.abs(found.mean(axis=0)[loaded]) < 3 * error) > 0.95
+
+
+def test_deviations_of_places_shift_the_mean_of_individuals(scatter: Scatter) -> None:
+    """The shift is a random effect of its own; it grows with the square of the deviations."""
+    loaded = (np.abs(scatter.twist) > 0.3 * rig.drive().max_twist) & (scatter.motion.span < 2.0)
+    wide = 4 * PLACES
+    # One drive of a seed has the same sizes with and without places.
+    plain, placed = (
+        np.concatenate([simulate_individuals(scatter, 1, seed, places) for seed in range(300)])[:, loaded]
+        for places in (0.0, wide)
+    )
+    shift = (placed - plain).mean(axis=0) * (PLACES / wide) ** 2
+    columns = scatter.columns_at(scatter.twist)[0][:, loaded]
+    alike = np.abs(columns @ shift) / np.linalg.norm(columns, axis=1) / np.linalg.norm(shift)
+    best = int(alike.argmax())
+    assert alike[best] > 0.9
+    assert np.linalg.norm(columns[best]) == pytest.approx(np.linalg.norm(shift), rel=0.3)
 
 
 @pytest.mark.parametrize("of_radii", [True, False])
