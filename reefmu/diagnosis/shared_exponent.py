@@ -154,8 +154,8 @@ def lowest_cost(record: Record, trace: Trace, exponent: float) -> float:
     record."""
     base = fixed_exponent_base(exponent)(trace)
     problem = prepare_problem(record, trace, base)
-    # Zero, scale and exponent; then play and friction.
-    fitted = base_fit(problem).parameters[:3]
+    # Those of the rig, scale and exponent; then play and friction.
+    fitted = base_fit(problem).parameters[:-1]
     friction = np.array(FRICTION_STARTS) * [1.0, base.max_twist, base.full_torque, base.max_twist]
     starts = [np.concatenate([fitted, [share * base.max_twist], friction]) for share in PLAY_STARTS]
     return min(problem.fit_from(FRICTION_EFFECTS, start).cost for start in starts)

@@ -36,7 +36,7 @@ def record_problem(drive: Drive, record: Record) -> tuple[Problem, Fit]:
     """The diagnosis' problem for a record, with its scatter at the contacts of the fit, and its fit without effects."""
     trace = make_trace(record, drive.ratio)
     problem = prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace))
-    found = problem.fit_from((), np.concatenate([[0.0], problem.base.shape.start]))
+    found = problem.fit_from((), problem.start(0.0))
     return _scatter_at_contacts(problem, found), found
 
 

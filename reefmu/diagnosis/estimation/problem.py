@@ -12,7 +12,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ...effects import EFFECTS, Requirement
 from ..forward.base_curve import BaseCurve
-from ..forward.parameter_layout import ParameterLayout
+from ..forward.parameter_layout import N_RIG, ParameterLayout
 from ..forward.predictor import Predictor
 from ..preprocessing.cycle_scatter import CycleScatter
 from ..preprocessing.cycles import Cycles
@@ -34,6 +34,10 @@ by judgement, above the usual friction and offset of a sensor."""
 ZERO_MARGIN = 0.05
 """Share of the range of the twist by which its zero may then lie outside, which allows for an offset of the torque
 sensor. Chosen by judgement."""
+DELAY_STEPS, MAX_DELAY = 2.0, 5.0
+"""Standard deviation of the torque's delay, in sampling intervals, and its greatest value, in such deviations. A
+low-pass filter of fourth order at a quarter of the sampling rate, which keeps aliases out, delays by 1.7 intervals;
+five standard deviations are never met."""
 ZERO_SCALE = 0.01
 """Scale of the twist's zero in a fit, over the base curve's greatest twist. Chosen by judgement; it only conditions
 the equations."""
@@ -98,17 +102,28 @@ class Problem:
         return {}
 
     def bounds(self, names: Sequence[str]) -> ParameterBounds:
-        """Bounds of the zero, the base shape and a set of effects."""
-        shape = self.base.shape
+        """Bounds of the rig's parameters, the base shape and a set of effects."""
+        shape, delay = self.base.shape, self.delay_deviation
         base = ParameterBounds(
-            np.concatenate([[self.zero_range[0]], shape.low]),
-            np.concatenate([[self.zero_range[1]], shape.high]),
-            np.concatenate([[ZERO_SCALE * self.base.max_twist], np.ones(shape.size)]),
-            np.zeros(1 + shape.size, bool),
-            np.concatenate([[np.inf], shape.prior_deviation]),
-            np.concatenate([[0.0], shape.start]),
+            np.concatenate([[self.zero_range[0], -MAX_DELAY * delay], shape.low]),
+            np.concatenate([[self.zero_range[1], MAX_DELAY * delay], shape.high]),
+            np.concatenate([[ZERO_SCALE * self.base.max_twist, delay], np.ones(shape.size)]),
+            np.zeros(N_RIG + shape.size, bool),
+            np.concatenate([[np.inf, delay], shape.prior_deviation]),
+            np.concatenate([[0.0, 0.0], shape.start]),
         )
         return make_bounds(tuple(names), base)
+
+    def start(self, zero: float) -> Array:
+        """Parameters of a fit without effects that start from a zero of the twist, rad."""
+        return np.concatenate([[zero, 0.0], self.base.shape.start])
+
+    @cached_property
+    def delay_deviation(self) -> float:
+        """s, standard deviation of the time by which the torque is read later than the angles."""
+        trace = self.trace
+        step = trace.step[~trace.start & (trace.step > 0)]
+        return DELAY_STEPS * float(np.median(step)) if step.size else 1.0
 
     @cached_property
     def zero_range(self) -> tuple[float, float]:

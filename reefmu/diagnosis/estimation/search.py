@@ -68,7 +68,7 @@ def base_fit(problem: Problem) -> Fit:
     near = np.abs(problem.torque) < NEAR_ZERO * problem.base.full_torque
     if near.any():
         starts.append(float(np.median(twist[near])))
-    fits = [problem.fit_from((), np.concatenate([[z], problem.base.shape.start])) for z in dict.fromkeys(starts)]
+    fits = [problem.fit_from((), problem.start(z)) for z in dict.fromkeys(starts)]
     return min(fits, key=lambda f: f.cost)
 
 

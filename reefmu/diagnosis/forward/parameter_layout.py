@@ -12,18 +12,24 @@ from stiffness_model.numerics.arrays import Array
 
 from ...effects import Parameter, find_effect
 
+ZERO, DELAY = 0, 1
+"""Indices of the parameters of the rig: the zero of the twist, rad, and the time, s, by which the torque is read later
+than the angles."""
+N_RIG = 2
+"""Number of the parameters of the rig."""
+
 
 @dataclass(frozen=True)
 class ParameterLayout:
-    """Layout of the vector of a fit: zero of the twist, shape of the base curve, parameters of the effects.
+    """Layout of the vector of a fit: what the rig adds, shape of the base curve, parameters of the effects.
 
     n_shape: number of shape parameters; names: effects in the order of the vector.
 
     >>> layout = ParameterLayout(2, ("backlash", "creep"))
     >>> layout.shape, layout.effects["creep"], layout.size
-    (slice(1, 3, None), slice(4, 6, None), 6)
-    >>> layout.by_effect(np.arange(6.0))["creep"]
-    {'compliance': 4.0, 'time': 5.0}
+    (slice(2, 4, None), slice(5, 7, None), 7)
+    >>> layout.by_effect(np.arange(7.0))["creep"]
+    {'compliance': 5.0, 'time': 6.0}
     """
 
     n_shape: int
@@ -31,13 +37,18 @@ class ParameterLayout:
 
     @property
     def shape(self) -> slice:
-        """The shape of the base curve; index 0 before it is the zero of the twist, rad."""
-        return slice(1, 1 + self.n_shape)
+        """The shape of the base curve, after the parameters of the rig."""
+        return slice(N_RIG, self.n_base)
+
+    @property
+    def n_base(self) -> int:
+        """Number of parameters that every set of effects has: those of the rig and of the base curve."""
+        return N_RIG + self.n_shape
 
     @cached_property
     def effects(self) -> dict[str, slice]:
         """The parameters of every effect."""
-        found, at = {}, 1 + self.n_shape
+        found, at = {}, self.n_base
         for name in self.names:
             found[name] = slice(at, at + len(find_effect(name).parameters))
             at = found[name].stop
@@ -46,7 +57,7 @@ class ParameterLayout:
     @property
     def size(self) -> int:
         """Length of the vector."""
-        return 1 + self.n_shape + sum(len(find_effect(name).parameters) for name in self.names)
+        return self.n_base + sum(len(find_effect(name).parameters) for name in self.names)
 
     def effect_parameters(self) -> list[tuple[int, Parameter]]:
         """Index and declaration of the parameters of all effects, in the order of the vector."""
@@ -64,5 +75,5 @@ class ParameterLayout:
     def restrict(self, names: Collection[str], vector: Array) -> tuple[ParameterLayout, Array]:
         """The layout of those effects that are in `names`, in the same order, and their part of a vector (size,)."""
         kept = tuple(name for name in self.names if name in names)
-        parts = [vector[: 1 + self.n_shape], *(vector[self.effects[name]] for name in kept)]
+        parts = [vector[: self.n_base], *(vector[self.effects[name]] for name in kept)]
         return ParameterLayout(self.n_shape, kept), np.concatenate(parts)

@@ -14,15 +14,15 @@ from stiffness_model.numerics.arrays import Array
 
 from ..preprocessing.trace import Blocks, Trace
 from .base_curve import BaseCurve
-from .effect_functions import effect_functions
-from .parameter_layout import ParameterLayout
+from .effect_functions import Dual, effect_functions
+from .parameter_layout import DELAY, ParameterLayout
 from .record_contacts import RecordContacts
 from .record_stages import RecordStages
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """torque: (n,) N.m; sensitivities: (n, k) by zero, base shape and effects' parameters, in that order;
+    """torque: (n,) N.m; sensitivities: (n, k) by the parameters of rig, base shape and effects, in that order;
     elastic: (n,) N.m; slope: (n,) stiffness, N.m/rad; contact: (n,) rad, twist that the contacts feel; clearance:
     (n,) m, beyond the drawn one. n: blocks where the predictor has blocks, else samples.
     """
@@ -50,13 +50,17 @@ class Predictor:
         self._last: tuple[Array, Prediction] | None = None
 
     def __call__(self, parameters: Array) -> Prediction:
-        """Torque and sensitivities for a parameter vector (size,): zero, base shape, effects' parameters."""
+        """Torque and sensitivities for a parameter vector (size,): see `ParameterLayout`."""
         if self._last is None or not np.array_equal(self._last[0], parameters):
             self._last = np.array(parameters, float), self._predict(parameters)
         return self._last[1]
 
     def _predict(self, parameters: Array) -> Prediction:
         torque, c = self._stages.run(np.asarray(parameters, float).tolist())
+        # A torque that is read later is, to first order, that of the twist before. What effects add is as late, but
+        # changes the torque much less.
+        rate = -c.stiffness * self.trace.twist_rate
+        torque = torque.plus(Dual(parameters[DELAY] * rate, {DELAY: rate}))
         elastic = np.asarray(c.elastic.value)
         n = len(self.trace)
         blocks = self.blocks

@@ -11,6 +11,7 @@ from ...effects import Place
 from ...model.stages.order import CONTACT_EQUILIBRIUM, KINEMATICS, OUTPUT, TORQUE_CHAIN, Stage, advance_order
 from ..preprocessing.trace import Trace
 from .effect_functions import Dual, EffectFunctions, Partials, Tangent, accumulate, is_zero
+from .parameter_layout import ZERO
 from .record_contacts import Coefficients, ContactOutputs, ContactPoint, RecordContacts
 from .record_states import Kinematics, RecordStates, States
 from .trajectory import increments
@@ -25,8 +26,8 @@ _NONE: Tangent = {}
 class RecordStages:
     """The stages of some effects on a trace, every one the method of its name.
 
-    functions: of the effects; slices, shape: indices of their parameters and of the base curve's in a vector p, whose
-    first entry is the zero of the twist, rad.
+    functions: of the effects; slices, shape: indices of their parameters and of the base curve's in a vector p, which
+    also holds the zero of the twist.
     """
 
     def __init__(
@@ -87,7 +88,7 @@ class RecordStages:
     def kinematics(self, u: Signals, p: Sequence[float]) -> Kinematics:
         """The measured twist less its zero, which is a parameter, and the kinematic effects."""
         none = Kinematics(Dual(self.trace.twist, {}), self.trace.smooth_twist, {**u, "twist": self.trace.twist})
-        shift = Dual(p[0], {0: 1.0}).plus(self._total(Place.KINEMATIC, self.states.start, none, p))
+        shift = Dual(p[ZERO], {ZERO: 1.0}).plus(self._total(Place.KINEMATIC, self.states.start, none, p))
         twist, path = none.twist.plus(shift, -1.0), none.path - shift.value
         # Only a kinematic effect changes the direction; the zero of the twist does not.
         moved = isinstance(shift.value, np.ndarray)

@@ -36,7 +36,7 @@ def log_volume(problem: Problem, fit: Fit, sizes: Mapping[str, float], dispersio
     """
     if not fit.names:
         return 0.0
-    n_base = 1 + problem.base.shape.size
+    n_base = problem.layout(()).n_base
     log_prior, precision = 0.0, np.zeros(len(fit.parameters))
     for name, where in problem.layout(fit.names).effects.items():
         for at, parameter in zip(range(where.start, where.stop), find_effect(name).parameters, strict=True):

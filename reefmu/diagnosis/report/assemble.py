@@ -13,6 +13,7 @@ from ..analysis import WrittenFits
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import predicted_scatter
+from ..forward.parameter_layout import DELAY, ZERO
 from ..inference.evidence import Evidence
 from ..inference.isolability import Isolability, separating_experiments
 from ..inference.verdict import Conclusion
@@ -156,7 +157,8 @@ def _base_parameters(problem: Problem, chosen: Fit) -> dict[str, Any]:
     return {
         "kind": problem.base.kind,
         "source": problem.base.source,
-        "zero [rad]": float(chosen.parameters[0]),
+        "zero [rad]": float(chosen.parameters[ZERO]),
+        "delay [s]": float(chosen.parameters[DELAY]),
         **dict(zip(problem.base.shape.names, fitted, strict=True)),
         "scatter_size": chosen.weighting.size if len(chosen.weighting.eigenvalues) else 0.0,
         "full_torque [N.m]": problem.base.full_torque,

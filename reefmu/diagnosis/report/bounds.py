@@ -64,7 +64,7 @@ def parameters_at_bounds(problem: Problem, fit: Fit) -> tuple[ParameterAtBound, 
         if bound
     ]
     errors = standard_errors(problem, fit) if fit.at_bound.any() else np.zeros(0)
-    for k, name in enumerate(shape.names, 1):
+    for k, name in enumerate(shape.names, layout.shape.start):
         if bound := bound_reached(fit, k):
             limit = one_sided_limit(fit, k, errors[k], bound)
             found.append(_at_bound(name, bound, float(fit.parameters[k]), limit, "1", _meaning(name, bound)))

@@ -20,6 +20,7 @@ from ..estimation.problem import Problem
 from ..estimation.weighting import make_weighting
 from ..fitted_values import CrankLosses
 from ..forward.base_curve import BaseCurve, tabulate_base
+from ..forward.parameter_layout import DELAY, ZERO
 from ..preprocessing.trace import Trace
 
 
@@ -31,11 +32,12 @@ def written_fit(problem: Problem, found: Fit, *, held_out: bool = False) -> Fit:
     may be farther from the record than one without effects. Here both are those of the least root mean square over the
     record, held_out: over the blocks that are not held out. A fit without scatter is returned as it is.
     """
-    n, n_base = len(problem.torque), problem.layout(()).size
+    n, n_base = len(problem.torque), problem.layout(()).n_base
     if not len(found.weighting.eigenvalues):
         return found
     low, high = found.bounds.low.copy(), found.bounds.high.copy()
     low[n_base:] = high[n_base:] = found.parameters[n_base:]
+    low[DELAY] = high[DELAY] = 0.0
     variance = np.full(n, float(problem.variance.mean()))
     if held_out:
         variance[held_out_blocks(problem)] *= NO_WEIGHT
@@ -68,7 +70,7 @@ def corrected_model(
     else:
         assert base.drive is not None
         model = build_model(base.drive, effects, lookup=table, inherent=False)
-    return replace(model, twist_zero=float(chosen.parameters[0]))
+    return replace(model, twist_zero=float(chosen.parameters[ZERO]))
 
 
 def stated_effects(base: BaseCurve) -> dict[str, dict[str, float]]:

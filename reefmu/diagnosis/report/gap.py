@@ -20,6 +20,7 @@ from ..estimation.held_out import held_out_blocks
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import predicted_scatter
+from ..forward.parameter_layout import ZERO
 from ..schema import Gap
 from .corrected_model import corrected_model, simulated_torque, written_fit
 
@@ -71,7 +72,7 @@ def own_scatter(problem: Problem, found: Fit) -> Array | None:
 def simulated_residual(problem: Problem, found: Fit) -> Array:
     """Measured less simulated torque (n,), N.m, at all samples."""
     return problem.trace.torque - simulated_torque(
-        corrected_model(problem, found), problem.trace, float(found.parameters[0])
+        corrected_model(problem, found), problem.trace, float(found.parameters[ZERO])
     )
 
 

@@ -13,6 +13,7 @@ from ...estimation.held_out import held_out_blocks
 from ...estimation.least_squares import Fit
 from ...estimation.problem import Problem
 from ...estimation.residuals import predicted_scatter
+from ...forward.parameter_layout import ZERO
 from ...schema import Gap
 from ..location import block_coordinates
 from .svg_figure import svg
@@ -83,7 +84,7 @@ def _with_gaps(problem: Problem, inside: NDArray[np.intp], x: Array) -> Array:
 
 
 def _twist(problem: Problem, chosen: Fit) -> Array:
-    return (problem.blocks.mean(problem.trace.twist) - chosen.parameters[0]) / ARCMIN
+    return (problem.blocks.mean(problem.trace.twist) - chosen.parameters[ZERO]) / ARCMIN
 
 
 def _noise(problem: Problem) -> float:
