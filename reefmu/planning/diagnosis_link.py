@@ -54,8 +54,9 @@ def _scatter_at_contacts(problem: Problem, found: Fit) -> Problem:
 
 
 def noise_whitened(s: Sensitivities, noise: RigNoise) -> tuple[Array, Array, Array]:
-    """Rows that are independent between the runs: columns (n, k), base (n, b) and principal components of
-    the scatter (n, m), whitened by the noise and by what the columns of the scatter do not span.
+    """Rows that are independent between the runs: columns (n, k), base (n, b) and principal components (n, m) of the
+    scatter and of the base model's parameters with priors, whitened by the noise and by what the columns of the scatter
+    do not span.
 
     The covariance of any of the runs is then that of their rows, with the columns of the scatter shared by all of them.
     The whitening is the diagnosis', scaled from the noise that it estimated in one random record to that of the rig.
@@ -69,7 +70,7 @@ def noise_whitened(s: Sensitivities, noise: RigNoise) -> tuple[Array, Array, Arr
     precision = (weights.whiten(signs) ** 2).mean(axis=1)
     variance = sum(noise.variances(s.fit.prediction.slope)) / problem.blocks.count
     scale = (1 / np.sqrt((variance + rest) * precision))[:, None]
-    effects, random = weights.whiten(s.columns) * scale, weights.whiten(scatter.T) * scale
+    effects, random = weights.whiten(s.columns) * scale, weights.whiten(np.hstack([scatter.T, s.held])) * scale
     # As in the diagnosis, principal components well below the noise are left out.
     values, vectors = np.linalg.eigh(random.T @ random)
     return effects, weights.whiten(s.base) * scale, random @ vectors[:, values > MIN_EIGENVALUE]

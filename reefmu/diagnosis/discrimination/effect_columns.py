@@ -16,7 +16,7 @@ from stiffness_model.numerics.arrays import Array
 from ...effects import find_effect
 from ..estimation.least_squares import PRIORS, Fit
 from ..estimation.problem import Problem
-from ..estimation.score_test import Direction, linearise, orthonormal_basis
+from ..estimation.score_test import Direction, absorbing_basis, linearise
 from ..estimation.weighting import Weighting
 
 INDIVIDUAL = 1.0
@@ -60,15 +60,17 @@ class Sensitivities:
     """The effects' columns along one record of n blocks, N.m for one typical size.
 
     variants: of all candidates, linearised; truths: traces of single effects of typical size that are not linearised,
-    with random shape parameters, one column each; columns: (n, k) of both; base: (n, b), columns of the base model, the
-    zero of the twist; run: (n,) index of the run of each block, from 0; problem, fit: of the diagnosis; sizes: typical
-    sizes, SI, by `effect.parameter`.
+    with random shape parameters, one column each; columns: (n, k) of both; base: (n, b), columns of the base model's
+    free parameters, such as the zero of the twist; held: (n, h), of those with a prior, such as the delay of the
+    torque, for one standard deviation of it; run: (n,) index of the run of each block, from 0; problem, fit: of the
+    diagnosis; sizes: typical sizes, SI, by `effect.parameter`.
     """
 
     variants: tuple[Variant, ...]
     truths: tuple[Variant, ...]
     columns: Array
     base: Array
+    held: Array
     run: NDArray[np.int64]
     problem: Problem
     fit: Fit
@@ -121,11 +123,14 @@ def sensitivities(
             truths.append(Variant(name, (count,), 1, of_effect[0].one_sided, False, size))
             count += 1
     run = np.cumsum(np.diff(problem.trace.run[problem.blocks.first], prepend=problem.trace.run[0]) != 0)
+    of_base, deviation = fit.prediction.sensitivities, fit.bounds.prior_deviation
+    free = np.isinf(deviation)
     return Sensitivities(
         tuple(variants),
         tuple(truths),
         np.concatenate(columns, axis=1),
-        fit.prediction.sensitivities,
+        of_base[:, free],
+        of_base[:, ~free] * deviation[~free],
         run.astype(np.int64),
         problem,
         fit,
@@ -201,7 +206,7 @@ def individual_information(s: Sensitivities) -> Array:
 
 def information_under(s: Sensitivities, weights: Weighting) -> Array:
     """(k, k) information of the columns under a covariance, orthogonal to the base model."""
-    basis = orthonormal_basis(weights, s.base)
+    basis = absorbing_basis(weights, s.fit.prediction.sensitivities, s.fit.bounds.prior_deviation)
     white = weights.whiten(s.columns)
     white = white - basis @ (basis.T @ white)
     return white.T @ white

@@ -21,6 +21,8 @@ MAX_TRIALS = 6
 """Damped steps that are tried from one point before the fit ends. Chosen by judgement."""
 MAX_LOG_STEP = 1.5
 """Greatest change of a logarithm in one step: beyond it the linearisation says nothing. Chosen by judgement."""
+COST_DIGITS = 2
+"""Digits after the point to which costs are compared: fits end where a step changes them by less than 0.001."""
 PRIORS = {"missing_ball.size": (1.0, 0.1)}
 """Mean and standard deviation of Gaussian priors, by effect and parameter. A ball is missing or it is present; a tenth
 allows for an imperfect contact law and was chosen by judgement."""
@@ -116,6 +118,12 @@ class FitOptions:
     steps: int = 25
     tolerance: float = 1e-3
     estimate_size: bool = True
+
+
+def by_cost(found: Fit) -> tuple[float, tuple[str, ...]]:
+    """Order of fits, lowest cost first; of sets whose costs differ by rounding alone, the first by its names, whatever
+    the last digits are on this machine."""
+    return round(found.cost, COST_DIGITS), found.names
 
 
 HELD_SIZE = FitOptions(estimate_size=False)

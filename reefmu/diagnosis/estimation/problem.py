@@ -34,10 +34,10 @@ by judgement, above the usual friction and offset of a sensor."""
 ZERO_MARGIN = 0.05
 """Share of the range of the twist by which its zero may then lie outside, which allows for an offset of the torque
 sensor. Chosen by judgement."""
-DELAY_STEPS, MAX_DELAY = 2.0, 5.0
-"""Standard deviation of the torque's delay, in sampling intervals, and its greatest value, in such deviations. A
-low-pass filter of fourth order at a quarter of the sampling rate, which keeps aliases out, delays by 1.7 intervals;
-five standard deviations are never met."""
+DELAY_DEVIATION, MAX_DELAY = 0.005, 2.0
+"""s, standard deviation of the torque's delay, and its greatest value in such deviations. A low-pass filter of fourth
+order (Butterworth) delays by 0.42 over its cut-off frequency: the deviation is that of 80 Hz, the limit that of 40 Hz.
+Both are at most half a sampling interval and a whole one: the rows of a record belong together."""
 ZERO_SCALE = 0.01
 """Scale of the twist's zero in a fit, over the base curve's greatest twist. Chosen by judgement; it only conditions
 the equations."""
@@ -103,10 +103,11 @@ class Problem:
 
     def bounds(self, names: Sequence[str]) -> ParameterBounds:
         """Bounds of the rig's parameters, the base shape and a set of effects."""
-        shape, delay = self.base.shape, self.delay_deviation
+        shape, delay = self.base.shape, min(DELAY_DEVIATION, 0.5 * self.sampling_interval or DELAY_DEVIATION)
+        latest = min(MAX_DELAY * delay, self.sampling_interval)
         base = ParameterBounds(
-            np.concatenate([[self.zero_range[0], -MAX_DELAY * delay], shape.low]),
-            np.concatenate([[self.zero_range[1], MAX_DELAY * delay], shape.high]),
+            np.concatenate([[self.zero_range[0], -latest], shape.low]),
+            np.concatenate([[self.zero_range[1], latest], shape.high]),
             np.concatenate([[ZERO_SCALE * self.base.max_twist, delay], np.ones(shape.size)]),
             np.zeros(N_RIG + shape.size, bool),
             np.concatenate([[np.inf, delay], shape.prior_deviation]),
@@ -119,11 +120,11 @@ class Problem:
         return np.concatenate([[zero, 0.0], self.base.shape.start])
 
     @cached_property
-    def delay_deviation(self) -> float:
-        """s, standard deviation of the time by which the torque is read later than the angles."""
+    def sampling_interval(self) -> float:
+        """s, usual time between samples; 0 where there is none."""
         trace = self.trace
         step = trace.step[~trace.start & (trace.step > 0)]
-        return DELAY_STEPS * float(np.median(step)) if step.size else 1.0
+        return float(np.median(step)) if step.size else 0.0
 
     @cached_property
     def zero_range(self) -> tuple[float, float]:

@@ -16,7 +16,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ...effects import Effect, find_effect
 from ..preprocessing.trace import Trace
-from .least_squares import Fit, is_logarithmic, may_be_infinite
+from .least_squares import COST_DIGITS, Fit, is_logarithmic, may_be_infinite
 from .problem import Problem
 from .weighting import Weighting
 
@@ -113,14 +113,27 @@ def linearise(problem: Problem, name: str, at: Fit, further: Iterable[Array] = (
     return found
 
 
-def orthonormal_basis(weights: Weighting, columns: Array) -> Array:
-    """Orthonormal basis (n, r) of columns (n, k), N.m, after whitening; linearly dependent columns are dropped."""
-    white = weights.whiten(columns)
+def absorbing_basis(weights: Weighting, columns: Array, deviation: Array) -> Array:
+    """Basis Q (n, r) for which x - Q Q^T x is what parameters leave of whitened values x, whitened for them as well.
+
+    columns: (n, k) N.m, derivatives by the parameters; deviation: (k,) standard deviations of their Gaussian priors. A
+    free parameter, of infinite deviation, absorbs its column wholly, so that Q is orthonormal; a prior lets it absorb
+    as much of it as is plausible. Linearly dependent columns are dropped.
+    """
+    free = np.isinf(deviation)
+    span = _orthonormal(weights.whiten(columns[:, free]))
+    held = weights.whiten(columns[:, ~free] * deviation[~free])
+    vectors, size, _ = np.linalg.svd(held - span @ (span.T @ held), full_matrices=False)
+    # (I + U S^2 U^T)^(-1/2) = I - U (1 - 1 / sqrt(1 + S^2)) U^T
+    return np.concatenate([span, vectors * np.sqrt(1 - 1 / np.sqrt(1 + size**2))], axis=1)
+
+
+def _orthonormal(white: Array) -> Array:
+    """Orthonormal basis (n, r) of columns (n, k)."""
     norm = np.linalg.norm(white, axis=0)
     keep = norm > 1e-12 * max(float(norm.max(initial=0.0)), 1e-300)
     q, r = np.linalg.qr(white[:, keep] / norm[keep])
-    good = np.abs(np.diag(r)) > 1e-7
-    return q[:, good]
+    return q[:, np.abs(np.diag(r)) > 1e-7]
 
 
 def score_gains(direction: Direction, weights: Weighting, basis: Array, residuals: Array) -> tuple[Array, Array, float]:
@@ -172,11 +185,11 @@ def rank_directions(
     size: of the scatter under which the gains are computed.
     """
     weights = at.weighting.with_size(size)
-    basis = orthonormal_basis(weights, at.prediction.sensitivities)
+    basis = absorbing_basis(weights, at.prediction.sensitivities, at.bounds.prior_deviation)
     residual = weights.whiten(problem.torque - at.prediction.torque)[:, None]
     residual = residual - basis @ (basis.T @ residual)
     scored = []
     for direction in directions:
         gain, sizes, _ = score_gains(direction, weights, basis, residual)
         scored.append((float(gain[0]), direction.name, starting_parameters(direction, sizes[:, 0])))
-    return sorted(scored, key=lambda item: -item[0])
+    return sorted(scored, key=lambda item: (-round(item[0], COST_DIGITS), item[1]))

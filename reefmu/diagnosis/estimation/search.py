@@ -11,7 +11,7 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import find_effect
-from .least_squares import Fit, FitOptions, is_logarithmic, may_be_infinite
+from .least_squares import Fit, FitOptions, by_cost, is_logarithmic, may_be_infinite
 from .problem import Problem
 from .score_test import Direction, linearise, rank_directions
 from .weighting import SCATTER_SIZES
@@ -103,11 +103,11 @@ def search(
             starts = promising_starts(problem, base, problem.candidates, directions)
         else:
             starts = _extensions(pool, parents, frozenset())
-        ranked = sorted(_best_by_set(fit_starts(pool, starts, report)).values(), key=lambda f: f.cost)
+        ranked = sorted(_best_by_set(fit_starts(pool, starts, report)).values(), key=by_cost)
         if not ranked:
             break
         best[size] = [refine(problem, fit) for fit in ranked[:N_REFINED]] + ranked[N_REFINED:]
-        best[size].sort(key=lambda f: f.cost)
+        best[size].sort(key=by_cost)
         if size >= 2 and best[size - 1][0].cost - best[size][0].cost < MIN_GAIN:
             break
         if size >= 2:
@@ -130,7 +130,7 @@ def exchange_effects(pool: WorkerPool, fits: list[Fit], smaller: list[Fit], pare
     parts = {frozenset(f.names): f for f in smaller}
     extended = {frozenset(f.names) for f in parents}
     for _ in range(MAX_EXCHANGES):
-        best = min(known.values(), key=lambda f: f.cost)
+        best = min(known.values(), key=by_cost)
         reduced = [frozenset(best.names) - {name} for name in best.names]
         new = [part for part in reduced if part not in extended]
         if not new:
@@ -139,7 +139,7 @@ def exchange_effects(pool: WorkerPool, fits: list[Fit], smaller: list[Fit], pare
         bases = [parts[part] if part in parts else problem.fit_from(*restrict_fit(problem, best, part)) for part in new]
         for names, fit in _best_by_set(fit_starts(pool, _extensions(pool, bases, frozenset(known)))).items():
             known[names] = refine(problem, fit) if fit.cost < best.cost else fit
-    return sorted(known.values(), key=lambda f: f.cost)
+    return sorted(known.values(), key=by_cost)
 
 
 def restrict_fit(problem: Problem, fit: Fit, names: frozenset[str]) -> tuple[tuple[str, ...], Array]:
@@ -235,10 +235,8 @@ def refine(problem: Problem, fit: Fit) -> Fit:
 def is_degenerate(problem: Problem, fit: Fit) -> bool:
     """Whether a time, length or speed lies where the record does not resolve it and a simpler effect does the same."""
     t = problem.trace
-    step = t.step[~t.start & (t.step > 0)]
-    shortest = STEPS_RESOLVED * float(np.median(step)) if step.size else 0.0
     limits = {
-        "s": (shortest, RECORDS_RESOLVED * float(t.time[-1] - t.time[0])),
+        "s": (STEPS_RESOLVED * problem.sampling_interval, RECORDS_RESOLVED * float(t.time[-1] - t.time[0])),
         "rad/s": (0.0, SPEEDS_RESOLVED * float(np.abs(t.output_speed).max())),
         "rad": (0.0, TWISTS_RESOLVED * problem.base.max_twist),
     }

@@ -137,7 +137,7 @@ class Weighting:
         self, residuals: Array, least: float = SCATTER_SIZES[0], most: float = SCATTER_SIZES[-1]
     ) -> Weighting:
         """With the size on the grid, from `least` to `most`, and the roughness that maximise the likelihood of
-        residuals (n,) or (n, k), N.m."""
+        residuals (n,) or (n, k), N.m; unchanged without scatter, or where a mean drive has no such size."""
         if not len(self.mean.eigenvalues):
             return self
         kinds = [(0, self.mean, [s for s in SCATTER_SIZES if least <= s < INDIVIDUAL_SIZE])]
@@ -149,7 +149,7 @@ class Weighting:
             for roughness, covariance, sizes in kinds
             for cost, size in zip(_costs(covariance, residuals, sizes), sizes, strict=True)
         ]
-        _, size, roughness = min(costs)
+        _, size, roughness = min(costs, default=(0.0, self.size, self.roughness))
         return replace(self, size=size, roughness=roughness)
 
 

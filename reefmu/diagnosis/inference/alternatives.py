@@ -17,11 +17,11 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import Effect, find_effect
-from ..estimation.least_squares import HELD_SIZE, Fit
+from ..estimation.least_squares import HELD_SIZE, Fit, by_cost
 from ..estimation.least_squares import fit as fit_set
 from ..estimation.problem import Problem
 from ..estimation.residuals import estimate_overdispersion, torque_without
-from ..estimation.score_test import amplitudes, linearise, orthonormal_basis, score_gains, starting_parameters
+from ..estimation.score_test import absorbing_basis, amplitudes, linearise, score_gains, starting_parameters
 from ..estimation.search import is_degenerate, restrict_fit
 from ..estimation.weighting import INDIVIDUAL_SIZE, MEAN_DRIVE_SIZE
 from .evidence import Evidence
@@ -57,7 +57,7 @@ def equivalent_sets(evidence: Evidence, chosen: Fit) -> tuple[tuple[str, ...], .
 def indistinguishable_sets(problem: Problem, chosen: Fit) -> tuple[tuple[str, ...], ...]:
     """Sets with one effect of the chosen set exchanged that the record cannot tell from it, and, where several effects
     can be exchanged, with all of them exchanged, the best first."""
-    found = sorted((e for e in exchanges(problem, chosen) if e.is_indistinguishable), key=lambda e: e.fit.cost)
+    found = sorted((e for e in exchanges(problem, chosen) if e.is_indistinguishable), key=lambda e: by_cost(e.fit))
     sets = [tuple(sorted(e.fit.names)) for e in found]
     pairs = [(set(chosen.names) - set(names), set(names) - set(chosen.names)) for names in sets]
     for first, (lost, gained) in enumerate(pairs):
@@ -74,7 +74,7 @@ def _fitted_sets(evidence: Evidence, chosen: Fit) -> tuple[tuple[str, ...], ...]
     best = evidence.search.best
     fits: Sequence[Fit] = [fit for size, fits in best.items() if 0 < size <= len(chosen.names) for fit in fits]
     found: list[tuple[str, ...]] = []
-    for fit in sorted(fits, key=lambda f: f.cost):
+    for fit in sorted(fits, key=by_cost):
         if set(fit.names) == set(chosen.names):
             continue
         # A gain that a drive without effects reaches by chance does not count.
@@ -123,7 +123,7 @@ def masked_sets(evidence: Evidence, chosen: Fit) -> tuple[tuple[str, ...], ...]:
         return ()
     dispersion, size = estimate_overdispersion(problem, chosen), chosen.weighting.size
     found: list[tuple[str, ...]] = []
-    for fit in sorted(evidence.search.best.get(len(chosen.names) + 1, []), key=lambda f: f.cost):
+    for fit in sorted(evidence.search.best.get(len(chosen.names) + 1, []), key=by_cost):
         more = set(fit.names) - set(chosen.names)
         if len(more) != 1 or (name := more.pop()) not in SCATTER_EFFECTS or is_degenerate(problem, fit):
             continue
@@ -183,8 +183,9 @@ def _starts(problem: Problem, chosen: Fit, name: str) -> Iterator[_Start]:
     names, parameters = restrict_fit(problem, chosen, frozenset(chosen.names) - {name})
     others = replace(chosen, names=names, parameters=parameters)
     own = problem.layout(chosen.names).effects[name]
-    beside = np.delete(chosen.prediction.sensitivities, np.arange(own.start, own.stop), axis=1)
-    basis = orthonormal_basis(weights, beside)
+    is_own = np.arange(own.start, own.stop)
+    beside = np.delete(chosen.prediction.sensitivities, is_own, axis=1)
+    basis = absorbing_basis(weights, beside, np.delete(chosen.bounds.prior_deviation, is_own))
     change = weights.whiten(chosen.prediction.torque - torque_without(problem, chosen, name))[:, None]
     change = change - basis @ (basis.T @ change)
     information = float((change**2).sum())

@@ -15,7 +15,7 @@ from stiffness_model.numerics.arrays import Array
 from ...effects import find_effect, separating_test
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..estimation.score_test import Direction, orthonormal_basis
+from ..estimation.score_test import Direction, absorbing_basis
 
 MIN_TRACE_SHARE = 0.03
 """Share of a trace, by norm, that the base parameters must not absorb, or the effect is invisible; by judgement."""
@@ -40,7 +40,7 @@ class Isolability:
 def isolability(problem: Problem, base: Fit, traces: Mapping[str, Sequence[Direction]]) -> Isolability:
     """From the traces of all variants of the candidates, whitened by the noise alone; base: the fit without effects."""
     weights = problem.weights.with_size(0.0)
-    basis = orthonormal_basis(weights, base.prediction.sensitivities)
+    basis = absorbing_basis(weights, base.prediction.sensitivities, base.bounds.prior_deviation)
     visible: dict[str, list[Array]] = {}
     invisible: dict[str, str] = {}
     for name, variants in traces.items():

@@ -16,7 +16,7 @@ from ...effects import EFFECTS, Place, ToleranceSignature
 from ..estimation.least_squares import HELD_SIZE, Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import estimate_overdispersion
-from ..estimation.score_test import orthonormal_basis
+from ..estimation.score_test import absorbing_basis
 from ..estimation.search import Search, is_degenerate, restrict_fit
 from ..estimation.weighting import MEAN_DRIVE_SIZE, SCATTER_SIZES
 from .individual_drive import LAW_ERROR, crank_stands, population_deviations
@@ -194,7 +194,7 @@ def is_within_tolerances(problem: Problem, fit: Fit, curve: TermFit) -> bool:
     even = np.where(inside, (part + mirrored) / 2, 0.0)
     even_share = float(np.mean(even[inside] ** 2)) / max(float(np.mean((part - even)[inside] ** 2)), 1e-300)
     seen = fit.weighting.whiten(even)
-    basis = orthonormal_basis(fit.weighting, fit.prediction.sensitivities)
+    basis = absorbing_basis(fit.weighting, fit.prediction.sensitivities, fit.bounds.prior_deviation)
     seen = seen - basis @ (basis.T @ seen)
     is_odd = even_share < MAX_EVEN_SHARE or float((seen**2).sum()) < SIGNIFICANT_GAIN
     return is_odd and population_deviations(problem, fit, part) < MAX_CURVE_DEVIATIONS

@@ -21,7 +21,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..estimation.score_test import orthonormal_basis
+from ..estimation.score_test import absorbing_basis
 
 Columns = Callable[[Array], Array]
 
@@ -78,7 +78,7 @@ def fit_terms(problem: Problem, fit: Fit, terms: Sequence[NonparametricTerm] = (
 def fit_terms_to(problem: Problem, fit: Fit, residual: Array, terms: Sequence[NonparametricTerm] = ()) -> list[TermFit]:
     """The same fitted to a residual (n,), N.m; the parameters of the fit stay free, to first order."""
     weights, full_torque = fit.weighting, problem.base.full_torque
-    basis = orthonormal_basis(weights, fit.prediction.sensitivities)
+    basis = absorbing_basis(weights, fit.prediction.sensitivities, fit.bounds.prior_deviation)
     residual = weights.whiten(residual)
     residual = residual - basis @ (basis.T @ residual)
     # Of the predicted torque: the measured one holds the noise, and a curve over it would absorb that noise.

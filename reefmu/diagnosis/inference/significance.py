@@ -16,7 +16,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ...effects import EFFECTS, find_effect
 from ..estimation.held_out import held_out_ratio
-from ..estimation.least_squares import Fit
+from ..estimation.least_squares import Fit, by_cost
 from ..estimation.problem import Problem
 from ..estimation.residuals import estimate_overdispersion, torque_without
 from ..estimation.search import is_degenerate, restrict_fit
@@ -120,15 +120,17 @@ def _removed_share(gain: float, excess: float) -> float:
 
 
 def _leave_out(evidence: Evidence, fit: Fit, name: str) -> Omission:
-    """An effect left out of a set, which is refitted from where it stands and from where the search found it."""
+    """An effect left out of a set, which is refitted from where it stands and from where the search found it.
+
+    Where it stands the scatter is that at the contacts of the whole set: an effect must bring more than a smaller
+    scatter does.
+    """
     problem = evidence.problem
     others = frozenset(fit.names) - {name}
-    smaller = evidence.search.base
-    if others:
-        weights = fit.weighting if problem.weights_at(fit) is not problem.weights else None
-        fits = [problem.fit_from(*restrict_fit(problem, fit, others), weights)]
-        fits += [evidence.fits[others]] if others in evidence.fits else []
-        smaller = min(fits, key=lambda f: f.cost)
+    smaller = problem.fit_from(*restrict_fit(problem, fit, others), fit.weighting)
+    known = evidence.fits.get(others) if others else evidence.search.base
+    if known is not None and known.cost < smaller.cost:
+        smaller = known
     gain = limited_to_tolerances(problem, smaller, fit).cost - fit.cost
     return Omission(name, smaller, gain, torque_without(problem, fit, name) - fit.prediction.torque)
 
@@ -197,7 +199,9 @@ def _is_better_than_smaller_sets(evidence: Evidence, fit: Fit) -> bool:
 def _likeliest(problem: Problem, fits: Sequence[Fit], thresholds: Thresholds) -> Fit:
     """The set whose cost is lowest once the gains are added that each of its effects reaches by chance."""
     resolved = [fit for fit in fits if not is_degenerate(problem, fit)] or list(fits)
-    return min(
-        resolved,
-        key=lambda fit: fit.cost + thresholds.total(fit) + GENERALITY_GAIN * len(GENERAL_EFFECTS & set(fit.names)),
-    )
+
+    def key(fit: Fit) -> tuple[float, tuple[str, ...]]:
+        generality = GENERALITY_GAIN * len(GENERAL_EFFECTS & set(fit.names))
+        return by_cost(replace(fit, cost=fit.cost + thresholds.total(fit) + generality))
+
+    return min(resolved, key=key)

@@ -10,7 +10,7 @@ import numpy as np
 from ...effects import Place, find_effect
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..estimation.score_test import Direction, orthonormal_basis, score_gains
+from ..estimation.score_test import Direction, absorbing_basis, score_gains
 from ..estimation.weighting import MEAN_DRIVE_SIZE
 
 NOISE_GAIN, NOISE_GAIN_PER_PARAMETER = 16.0, 4.0
@@ -46,10 +46,6 @@ class Thresholds:
         """Sum of the thresholds of a fit's effects."""
         return sum(self.of(name, fit.weighting.size) for name in fit.names)
 
-    def beyond_noise(self, fit: Fit) -> float:
-        """What individuals of the population add to the sum of the thresholds of a fit's effects."""
-        return self.total(fit) - sum(self.noise[name] for name in fit.names)
-
     def of(self, name: str, size: float) -> float:
         """Threshold of a candidate beside a scatter of this size."""
         return self.noise[name] + individual_share(size) * max(self.individuals[name] - self.noise[name], 0.0)
@@ -79,7 +75,7 @@ def cycle_excess(
     noise = np.maximum(problem.block_variance - problem.cycle_scatter.variance, 0.0)
     drawn = problem.cycle_scatter.simulate(N_SIMULATED_CYCLES, rng)
     drawn += np.sqrt(noise)[:, None] * rng.standard_normal(drawn.shape)
-    basis = orthonormal_basis(weights, base.prediction.sensitivities)
+    basis = absorbing_basis(weights, base.prediction.sensitivities, base.bounds.prior_deviation)
     residuals = weights.whiten(drawn)
     residuals = residuals - basis @ (basis.T @ residuals)
     found: dict[str, float] = {}
@@ -112,7 +108,7 @@ def calibrate_thresholds(
     noise_of_drives = rng.standard_normal((len(problem.torque), len(drives)))
     residuals = drives.T + np.sqrt(problem.block_variance)[:, None] * noise_of_drives
     weights = problem.weights.with_likeliest_scatter(residuals, 1.0, 1.0)
-    basis = orthonormal_basis(weights, base.prediction.sensitivities)
+    basis = absorbing_basis(weights, base.prediction.sensitivities, base.bounds.prior_deviation)
     residuals = weights.whiten(residuals)
     residuals = residuals - basis @ (basis.T @ residuals)
     null_excess = float((residuals**2).sum(axis=0).max() - problem.expected_chi_square(weights))

@@ -59,7 +59,7 @@ class Verdict:
 class HypothesisWeights:
     """Change of the log posterior of a hypothesis.
 
-    evidence: by the logarithm of one more than the difference of the log evidence from the best; effect: by each
+    evidence: by the square root of the difference of the log evidence from the best; effect: by each
     effect; unnamed, unnamed_beside: by something unnamed, and by that beside effects; scatter: by the squared logarithm
     of the scatter over the drawing's; verdict: by a verdict that gives the effects; differing: by each effect in which
     the verdict differs; unnamed_size, unnamed_excess: by the logarithm of the rms of what is unnamed, over full torque
@@ -80,9 +80,10 @@ class HypothesisWeights:
     verdict_nothing: float
 
 
-CALIBRATED = HypothesisWeights(1.26, -1.23, -0.03, 1.0, -1.41, 0.93, -1.0, 1.06, 0.46, 1.2, 2.61)
-"""Fitted by `tests/benchmarks/diagnosis/calibrate_probabilities.py` to 555 records. Odds fall with a power of the
-difference of the log evidence and not exponentially, as a covariance that is wrong in unknown directions makes them."""
+CALIBRATED = HypothesisWeights(0.48, -2.33, 0.48, -0.17, -0.42, 0.89, -0.48, 0.86, -0.22, 1.79, 1.85)
+"""Fitted by `tests/benchmarks/diagnosis/calibrate_probabilities.py` to 555 records. Log odds fall with the root
+of the difference of the log evidence and not with the difference, as a covariance that is wrong in unknown directions
+makes them; among powers from 0.3 to 1 and the logarithm the root was best."""
 
 
 def probabilities(
@@ -108,7 +109,7 @@ def features(rows: Sequence[Row], verdict: Verdict) -> Array:
 def _features(row: Row, below: float, verdict: Verdict) -> tuple[float, ...]:
     """below: difference of the log evidence from the best."""
     return (
-        -math.log1p(below),
+        -math.sqrt(below),
         len(row.effects),
         row.unnamed,
         row.unnamed and len(row.effects) > 0,

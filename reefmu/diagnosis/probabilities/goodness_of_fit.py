@@ -15,7 +15,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..estimation.score_test import orthonormal_basis
+from ..estimation.score_test import absorbing_basis
 from ..random_effects.individuals import simulate_individuals
 from ..random_effects.scatter import Scatter
 
@@ -35,7 +35,7 @@ def p_value(problem: Problem, fit: Fit, residual: Array, seed: int = 0) -> float
     drives = individuals_with_places(problem)
     if len(drives):
         records = records + fit.weighting.size * drives[rng.integers(len(drives), size=N_RECORDS)].T
-    basis = orthonormal_basis(fit.weighting, fit.prediction.sensitivities)
+    basis = absorbing_basis(fit.weighting, fit.prediction.sensitivities, fit.bounds.prior_deviation)
 
     def left(values: Array) -> Array:
         white = fit.weighting.whiten(values)

@@ -30,7 +30,8 @@ def written_fit(problem: Problem, found: Fit, *, held_out: bool = False) -> Fit:
     A model has the effects and not the scatter of this one drive. Beside that scatter a fit hardly determines the zero
     of the twist and the shape of the base curve, because the scatter takes up what they miss: without it such a model
     may be farther from the record than one without effects. Here both are those of the least root mean square over the
-    record, held_out: over the blocks that are not held out. A fit without scatter is returned as it is.
+    record, held_out: over the blocks that are not held out. Nor has a model the delay of the rig, which remains the one
+    that was found. A fit without scatter is returned as it is.
     """
     n, n_base = len(problem.torque), problem.layout(()).n_base
     if not len(found.weighting.eigenvalues):
@@ -49,7 +50,9 @@ def written_fit(problem: Problem, found: Fit, *, held_out: bool = False) -> Fit:
         found.parameters,
         HELD_SIZE,
     )
-    return replace(found, parameters=closest.parameters, prediction=closest.prediction)
+    parameters = closest.parameters.copy()
+    parameters[DELAY] = found.parameters[DELAY]
+    return replace(found, parameters=parameters, prediction=closest.prediction)
 
 
 def corrected_model(
