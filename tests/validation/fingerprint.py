@@ -113,13 +113,17 @@ def artefacts() -> dict[str, bytes]:
 
 
 def without_probabilities(content: bytes) -> bytes:
-    """diagnosis.json without what simulations count: a last digit decides which side of a limit a draw is on, and it
-    depends on the processor's kernels of linear algebra."""
+    """diagnosis.json without what simulations count and without intervals, which average over explanations: a last
+    digit decides on which side of a limit a draw is and where a fit of two effects that act alike ends, and it depends
+    on the processor's kernels of linear algebra."""
     whole = json.loads(content)
     for key in ("hypotheses", "global_p", "isolability"):
         del whole[key]
     for effect in whole["effects"]:
         del effect["probability"]
+        for parameter in effect["parameters"].values():
+            for key in ("low", "high", "warning"):
+                parameter.pop(key, None)
     return json.dumps(whole, indent=1).encode()
 
 

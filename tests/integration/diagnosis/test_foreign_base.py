@@ -32,8 +32,7 @@ def test_the_zero_stays_within_the_twists_of_both_signs_of_torque() -> None:
     low, high = problem.zero_range
     span = float(np.ptp(trace.twist))
     assert trace.twist.min() - 0.1 * span < low < 3.0 < high < trace.twist.max() + 0.1 * span
-    start = np.array([-36.8, *problem.base.shape.start])
-    fit = problem.fit_from((), start)
+    fit = problem.fit_from((), problem.start(-36.8))
     assert low <= fit.parameters[0] <= high
 
 

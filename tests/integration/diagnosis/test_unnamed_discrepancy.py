@@ -76,7 +76,7 @@ def test_ripple_distinguishes_an_individual_from_the_mean_drive() -> None:
 
 def test_a_misfit_correlated_over_loops_widens_the_intervals() -> None:
     problem = problem_of(rig.measured({"hysteresis": {"torque": 4.0}}, seed=14))
-    fit = problem.fit_from(("hysteresis",), np.array([0.0, 4.0, 1e-4]))
+    fit = problem.fit_from(("hysteresis",), np.concatenate([problem.start(0.0), [4.0, 1e-4]]))
     before = standard_errors(problem, fit)
     direction = problem.blocks.mean(np.sign(problem.trace.twist_rate))
     loops = direction * np.sin(problem.trace.run[problem.blocks.first])
@@ -84,13 +84,17 @@ def test_a_misfit_correlated_over_loops_widens_the_intervals() -> None:
     worse = problem.fit_from(("hysteresis",), fit.parameters)
     # The misfit more than doubles the sum of squares; as noise it would widen the intervals by less than a factor of 2.
     assert worse.chi_square < 3 * fit.chi_square
-    assert standard_errors(problem, worse)[1] > 2.5 * before[1]
+    torque = problem.layout(fit.names).effects["hysteresis"].start
+    assert standard_errors(problem, worse)[torque] > 2.5 * before[torque]
 
 
 def test_effects_that_held_out_runs_refute_are_withdrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     record = rig.measured({"hysteresis": {"torque": 4.0}}, seed=15)
     problem = problem_of(record)
-    base, names = base_fit(problem), problem.fit_from(("hysteresis",), np.array([0.0, 4.0, 1e-4]))
+    base, names = (
+        base_fit(problem),
+        problem.fit_from(("hysteresis",), np.concatenate([problem.start(0.0), [4.0, 1e-4]])),
+    )
     assert not is_refuted(problem, base, names, fits_without_held_out(problem, (base, names)))
     # In the runs that are held out the effect has the opposite sign.
     change = names.prediction.torque - base.prediction.torque

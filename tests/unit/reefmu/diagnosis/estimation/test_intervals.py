@@ -66,7 +66,8 @@ def test_intervals_hold_the_truth() -> None:
     for seed in range(24):
         problem, start = with_hysteresis(seed)
         fit = problem.fit_from(("hysteresis",), start)
-        at, scale = 3, float(fit.bounds.scale[3])
+        at = problem.layout(fit.names).effects["hysteresis"].start
+        scale = float(fit.bounds.scale[at])
         by_cycles = leave_cycles_out(problem, fit)
         assert by_cycles is not None
         error = abs(fit.parameters[at] - 2.0)

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from reefmu.diagnosis.estimation.score_test import absorbing_basis
 from reefmu.diagnosis.estimation.weighting import (
     INDIVIDUAL_SIZE,
     MIN_EIGENVALUE,
@@ -77,3 +78,19 @@ def test_components_far_below_the_noise_are_left_out() -> None:
     weights = make_weighting(np.ones(N), np.concatenate([strong, weak]))
     assert len(weights.eigenvalues) == 1
     assert weights.eigenvalues[0] == pytest.approx(float(strong[0] @ strong[0]), rel=0.01)
+
+
+@given(st.integers(0, 1000))
+def test_parameters_with_priors_absorb_what_is_plausible(seed: int) -> None:
+    """Against the dense covariance: a free column is projected out, one with a prior is a further random effect."""
+    weights, dense, values = example(seed, 1.0, 0)
+    rng = np.random.default_rng(seed + 1)
+    columns, deviation = rng.standard_normal((N, 3)), np.array([np.inf, 0.5, 2.0])
+    basis = absorbing_basis(weights, columns, deviation)
+    white = weights.whiten(values)
+    left = white - basis @ (basis.T @ white)
+    whole = dense + columns[:, 1:] * deviation[1:] ** 2 @ columns[:, 1:].T
+    inverse = np.linalg.inv(whole)
+    free = columns[:, :1]
+    projected = inverse - inverse @ free @ np.linalg.solve(free.T @ inverse @ free, free.T @ inverse)
+    np.testing.assert_allclose(left.T @ left, values.T @ projected @ values, rtol=1e-8, atol=1e-8)

@@ -43,7 +43,7 @@ def _random_trace(rng: np.random.Generator) -> Trace:
 def _random_parameters(rng: np.random.Generator, names: tuple[str, ...]) -> Array:
     declared = [p for name in names for p in EFFECTS[name].parameters]
     values = [np.clip(p.nominal * rng.uniform(0.3, 2), p.minimum, p.maximum) for p in declared]
-    return np.array([1e-6 * rng.standard_normal(), *values])
+    return np.array([1e-6 * rng.standard_normal(), 1e-3 * rng.standard_normal(), *values])
 
 
 @settings(max_examples=40, deadline=None)

@@ -27,7 +27,7 @@ def test_torque_and_sensitivities(names: tuple[str, ...]) -> None:
     nominal = {n: {p.name: p.nominal for p in EFFECTS[n].parameters} for n in names}
     wanted = simulate_record(build_model(rig.drive(), nominal, lookup=lookup), record)["measured.tau"]
     predictor = Predictor(make_trace(record, rig.drive().ratio), drawing_base(rig.drive(), lookup), names)
-    p = np.array([0.0, *(v for n in names for v in nominal[n].values())])
+    p = np.array([0.0, 0.0, *(v for n in names for v in nominal[n].values())])
     found = predictor(p)
     # The simulation integrates creep by another method of the same order.
     assert np.abs(found.torque - wanted).max() < (0.05 if "creep" in names else 1e-9)
@@ -54,6 +54,20 @@ def test_creep_stays_finite_where_the_time_steps_are_too_long(time: float) -> No
         drawing_base(rig.drive(), cached_lookup(rig.drive())),
         ("creep", "damping"),
     )
-    found = predictor(np.array([0.0, 1e-3, time, 0.0]))
+    found = predictor(np.array([0.0, 0.0, 1e-3, time, 0.0]))
     assert np.isfinite(found.torque).all()
     assert np.isfinite(found.sensitivities).all()
+
+
+def test_a_delay_shifts_the_torque_in_time() -> None:
+    """Against the torque at earlier times: of a smooth motion, to second order in the delay."""
+    record = rig.protocol(oversampling=8)
+    trace = make_trace(record, rig.drive().ratio)
+    predictor = Predictor(trace, drawing_base(rig.drive(), cached_lookup(rig.drive())), ())
+    prompt, late, later = (predictor(np.array([0.0, delay])).torque for delay in (0.0, 1e-3, 2e-3))
+    np.testing.assert_allclose(later - prompt, 2 * (late - prompt), atol=1e-9)
+    run = (trace.run == 0) & ~trace.start
+    expected = np.interp(trace.time[run] - 1e-3, trace.time[run], prompt[run]) - prompt[run]
+    change = (late - prompt)[run]
+    # The rate is smoothed at the reversals.
+    assert np.sqrt(np.mean((change - expected) ** 2)) < 0.1 * np.sqrt(np.mean(expected**2))

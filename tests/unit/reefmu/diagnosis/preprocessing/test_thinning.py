@@ -28,16 +28,16 @@ def long_trace() -> tuple[Trace, Blocks]:
 @pytest.mark.parametrize("names", SETS, ids="+".join)
 def test_the_torque_of_a_long_record_is_kept(long: tuple[Trace, Blocks], names: tuple[str, ...]) -> None:
     base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
-    p = np.array([0.0, *(q.nominal for n in names for q in EFFECTS[n].parameters)])
+    p = np.array([0.0, 0.0, *(q.nominal for n in names for q in EFFECTS[n].parameters)])
     whole = Predictor(long[0], base, names, long[1])(p)
     thinned = thin_trace(*long)
     found = Predictor(thinned[0], base, names, thinned[1])(p)
     assert len(thinned[0]) < 0.25 * len(long[0])
-    effects = whole.torque - Predictor(long[0], base, (), long[1])(np.zeros(1)).torque
+    effects = whole.torque - Predictor(long[0], base, (), long[1])(np.zeros(2)).torque
     error, size = (np.sqrt(np.mean(v**2)) for v in (found.torque - whole.torque, effects))
     assert error < 0.02 * BLOCK_NOISE + 0.01 * size
     # By the position of a missing ball the derivative has spikes that samples do not resolve in either trace.
-    smooth = np.array([True, *(q.name not in ("phase", "windup") for n in names for q in EFFECTS[n].parameters)])
+    smooth = np.array([True, True, *(q.name not in ("phase", "windup") for n in names for q in EFFECTS[n].parameters)])
     columns = np.linalg.norm(found.sensitivities - whole.sensitivities, axis=0)
     assert (columns <= 0.05 * np.linalg.norm(whole.sensitivities, axis=0) + 1e-12)[smooth].all()
 

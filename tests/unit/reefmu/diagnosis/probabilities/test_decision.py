@@ -61,7 +61,7 @@ def conclusion_of(evidence: Evidence, verdict: str, names: tuple[str, ...] = NOT
         ({(FRICTION, False): NAMED - 0.01, (SHAFT, False): 0.2}, "ambiguous", FRICTION),
         ({(FRICTION, False): NAMED - 0.1, (FRICTION, True): 0.11}, "named", FRICTION),
         ({(FRICTION, False): 0.5, (FRICTION, True): 0.3}, "partly", FRICTION),
-        ({(FRICTION, True): 0.45, (SHAFT, True): 0.3, (NOTHING, False): 0.2}, "unknown", NOTHING),
+        ({(FRICTION, True): 0.4, (SHAFT, True): 0.3, (NOTHING, False): 0.3}, "unknown", NOTHING),
         ({(FRICTION, True): 0.55, (SHAFT, True): 0.42}, "ambiguous", FRICTION),
     ],
 )

@@ -34,15 +34,12 @@ def test_the_volume_is_the_integral_of_likelihood_times_prior(fitted: Fitted) ->
     """One amplitude beside one base parameter, which covary: Laplace's approximation against quadrature."""
     problem, size = fitted.problem, 0.7
     curvature = np.array([[9.0, 4.0], [4.0, 6.0]])
-    start = replace(fitted.base, names=("torque_sensor_offset",), parameters=np.array([0.0, 2.5]), curvature=curvature)
-    n_base = 1 + problem.base.shape.size
-    if n_base > 1:
-        whole = np.eye(n_base + 1)
-        whole[np.ix_([0, n_base], [0, n_base])] = curvature
-        parameters = np.zeros(n_base + 1)
-        parameters[-1] = 2.5
-        start = replace(start, parameters=parameters, curvature=whole)
-    start = replace(start, bounds=problem.bounds(("torque_sensor_offset",)))
+    n_base = problem.layout(()).n_base
+    whole, parameters = np.eye(n_base + 1), np.zeros(n_base + 1)
+    whole[np.ix_([0, n_base], [0, n_base])] = curvature
+    parameters[-1] = 2.5
+    names = ("torque_sensor_offset",)
+    start = replace(fitted.base, names=names, parameters=parameters, curvature=whole, bounds=problem.bounds(names))
     unit = float(start.bounds.scale[-1])
     width = PRIOR_WIDTH * size / unit
 
@@ -176,7 +173,9 @@ def test_what_the_base_model_absorbs_is_not_named(fitted: Fitted) -> None:
     """With a free offset in the base model an offset of the sensor leaves nothing."""
     prediction = fitted.base.prediction
     columns = np.concatenate([prediction.sensitivities, np.ones((len(prediction.torque), 1))], axis=1)
-    base = replace(fitted.base, prediction=replace(prediction, sensitivities=columns))
+    bounds = fitted.base.bounds
+    bounds = replace(bounds, prior_deviation=np.append(bounds.prior_deviation, np.inf))
+    base = replace(fitted.base, prediction=replace(prediction, sensitivities=columns), bounds=bounds)
     found = record_isolability(fitted.problem, base, fitted.base, record_sizes(fitted.problem))
     place = found.names.index("torque_sensor_offset")
     assert found.matrix[place][place] == 0

@@ -38,7 +38,7 @@ def test_curves_of_other_individuals_lie_within_the_columns() -> None:
     """With the output locked an individual has one curve. Whitened by the columns its deviation has a variance of 1."""
     scatter, individuals = made(TWIST, 0 * TWIST)
     assert scatter.crank_stands
-    columns, unspanned = scatter.columns_at(TWIST)
+    columns, (unspanned,) = scatter.columns_at(TWIST)
     covariance = columns.T @ columns + np.diag(unspanned + NOISE**2)
     population = sm.simulate(DRIVE, TWIST, n_drives=20, seed=7).torque
     mean = sm.simulate(DRIVE, TWIST, n_drives=100, seed=1).torque.mean(axis=0)

@@ -32,7 +32,7 @@ def scatter(problem: Problem) -> Scatter:
 
 
 def test_the_random_effects_have_the_variance_of_individuals(scatter: Scatter) -> None:
-    columns, variance = scatter.columns_at(scatter.twist)
+    columns, (variance, *_) = scatter.columns_at(scatter.twist)
     found = simulate_individuals(scatter, 64, seed=3)
     loaded = np.abs(scatter.twist) > 0.3 * rig.drive().max_twist
     expected = float(np.sqrt(np.mean(((columns**2).sum(axis=0) + variance)[loaded])))

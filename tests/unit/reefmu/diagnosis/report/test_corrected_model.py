@@ -48,7 +48,7 @@ def test_zero_and_base_curve_are_those_without_scatter(beside_scatter: tuple[Pro
     written = written_fit(problem, found)
     assert rms(residual(problem, found)) > 5 * rms(residual(problem, without))
     assert rms(residual(problem, written)) == pytest.approx(rms(residual(problem, without)), rel=0.02)
-    base = 1 + problem.base.shape.size
+    base = problem.layout(()).n_base
     assert written.parameters[0] == pytest.approx(without.parameters[0], abs=5e-6)
     assert np.array_equal(written.parameters[base:], found.parameters[base:]), "effects are as they were found"
     assert written.weighting is found.weighting
