@@ -85,6 +85,12 @@ def _cosine(a: Array, b: Array) -> float:
     return float(np.linalg.svd(a.T @ b, compute_uv=False)[:smaller].min(initial=1.0))
 
 
+def separating_line(first: str, second: str) -> str:
+    """What tells two effects apart, in a line that does not depend on their order."""
+    a, b = sorted((first, second))
+    return f"{a} or {b}: {separating_test(a, b)}"
+
+
 def separating_experiments(sets: Sequence[Sequence[str]]) -> list[str]:
     """Experiments that tell the first set from the others, one for each pair of effects in which they differ."""
     found: list[str] = []
@@ -93,7 +99,7 @@ def separating_experiments(sets: Sequence[Sequence[str]]) -> list[str]:
         mine, theirs = first - set(other), set(other) - first
         for a in sorted(mine) or sorted(first):
             for b in sorted(theirs):
-                line = f"{a} or {b}: {separating_test(a, b)}"
+                line = separating_line(a, b)
                 if line not in found:
                     found.append(line)
     return found[:MAX_EXPERIMENTS]

@@ -15,7 +15,7 @@ from ..estimation.problem import Problem
 from ..estimation.residuals import predicted_scatter
 from ..forward.parameter_layout import DELAY, ZERO
 from ..inference.evidence import Evidence
-from ..inference.isolability import Isolability, separating_experiments
+from ..inference.isolability import Isolability, separating_experiments, separating_line
 from ..inference.verdict import Conclusion
 from ..preprocessing.audit import Audit
 from ..probabilities.assessment import Assessment
@@ -147,7 +147,7 @@ def _next_experiments(
     if conclusion.verdict == "none":
         found += [f"to show {name}: {find_effect(name).experiment}" for name in list(not_candidates)[:MAX_PROPOSED]]
     pairs = [(a, b) for a, b in isolated.indistinguishable if {a, b} & set(names)]
-    found += [f"{a} or {b}: {separating_test(a, b)}" for a, b in pairs[:MAX_PAIRS]]
+    found += [separating_line(a, b) for a, b in pairs[:MAX_PAIRS]]
     return tuple(dict.fromkeys(found))
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis.inference.alternatives import exchanges, indistinguishable_sets
+from reefmu.diagnosis.inference.isolability import separating_experiments, separating_line
 from tests.friction_record import fitted_friction
 
 ONE_LOOP = 1.5e-3 * np.sin(2 * np.pi * np.arange(800) / 800)
@@ -35,3 +36,9 @@ def test_records_that_separate_them_have_no_rivals() -> None:
     assert indistinguishable_sets(*fitted_friction(turning[1], turning[0], ("hysteresis",))) == ()
     problem, chosen = fitted_friction(ONE_LOOP, None, ("hysteresis",), locked="output")
     assert "coulomb_friction" not in problem.candidates or indistinguishable_sets(problem, chosen) == ()
+
+
+def test_a_pair_has_one_line_whichever_of_both_is_named_first() -> None:
+    for first, second in (("hysteresis", "coulomb_friction"), ("backlash", "preload")):
+        assert separating_line(first, second) == separating_line(second, first)
+        assert separating_experiments([(first,), (second,)]) == [separating_line(second, first)]
