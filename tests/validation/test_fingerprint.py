@@ -9,10 +9,8 @@ import pytest
 
 from tests.validation.fingerprint import GOLDEN, fingerprints
 
-DIAGNOSIS = 1e-3
-"""Relative tolerance of fitted sizes and their intervals; of all other numbers `SOLVED`. Fits end where a step changes
-the cost by less than 0.001, so that sizes are known to some hundredths of their standard errors, and which of two
-effects that act alike ends where depends on the last digits of linear algebra."""
+DIAGNOSIS = 1e-6
+"""Relative tolerance of fitted sizes, which iterations stop at; of all other numbers `SOLVED`."""
 SOLVED = 1e-9
 
 
