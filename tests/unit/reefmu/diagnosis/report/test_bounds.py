@@ -19,12 +19,12 @@ from reefmu.diagnosis.schema import Gap
 from reefmu.diagnosis.shared_exponent import SharedExponent, fixed_exponent_base
 from reefmu.record import Record, make_record
 
-PHASE = 2 * np.pi * np.arange(1200) / 400
+PHASE = 2 * np.pi * np.arange(1600) / 400
 TWIST = 2e-3 * np.sin(PHASE)
 
 
 def record(torque: np.ndarray) -> Record:
-    """Three loops of 40 s with a noise of 0.1 N.m."""
+    """Four loops of 40 s with a noise of 0.1 N.m."""
     noise = 0.1 * np.random.default_rng(0).standard_normal(len(TWIST))
     return make_record({"time": 0.1 * np.arange(len(TWIST)), "twist": TWIST, "output_torque": torque + noise}, "loops")
 
@@ -48,7 +48,7 @@ def test_an_exponent_at_its_bound_has_a_one_sided_interval(exponent: float, boun
     open_end, limit = (found.high, found.low) if bound == "high" else (found.low, found.high)
     assert open_end is None
     assert limit is not None
-    assert 0 < abs(limit - value) < 0.6 * value
+    assert 0 < abs(limit - value) < 0.5 * value
     assert f"exponent ended at its {'upper' if bound == 'high' else 'lower'} bound, {value:g}" in bound_text(found)
     assert ("at least" if bound == "high" else "at most") in bound_text(found)
 
