@@ -14,6 +14,9 @@ REST = 0.5
 """Stiffness of the rig in parallel with the drive, over full torque per full twist. As in a real loading device, it
 moves the twist through the drive's play at a finite speed. Chosen by judgement."""
 
+FIRST_TURN = -np.pi
+"""rad, first rotation of an individual's tables; a twist turns the crank without load back from its angle."""
+
 
 @dataclass(frozen=True)
 class ContactLaw:
@@ -31,15 +34,15 @@ class ContactLaw:
 
     def rows(self, clearance: Array, crank: Array) -> Array:
         """Torque over `tables.x` for every sample, (n, nx); crank: rad, clearance: m."""
-        turn = turn_past_cage(self.tables, crank)
+        turn = turn_past_cage(self.tables, crank[:, None], self.tables.x)
         if len(self.torque) == 1:
-            rows = _along_clearance(self.clearance, self.torque, np.zeros(len(turn), int), clearance)
+            rows = _along_clearance(self.clearance, self.torque, np.zeros(turn.shape, int), clearance)
         else:
-            place = turn / (2 * np.pi * TURNS) % 1.0 * len(self.torque)
+            place = (turn - FIRST_TURN) / (2 * np.pi * TURNS) % 1.0 * len(self.torque)
             lower, part = np.floor(place).astype(int) % len(self.torque), place - np.floor(place)
             upper = (lower + 1) % len(self.torque)
-            rows = (1 - part)[:, None] * _along_clearance(self.clearance, self.torque, lower, clearance)
-            rows += part[:, None] * _along_clearance(self.clearance, self.torque, upper, clearance)
+            rows = (1 - part) * _along_clearance(self.clearance, self.torque, lower, clearance)
+            rows += part * _along_clearance(self.clearance, self.torque, upper, clearance)
         if self.less is not None:
             rows -= self._missing(turn, clearance)
         return rows
@@ -51,15 +54,17 @@ class ContactLaw:
         place = (beta - grid[0]) / (grid[1] - grid[0])
         inside = (place >= 0) & (place <= len(grid) - 1)
         lower = np.clip(np.floor(place).astype(int), 0, len(grid) - 2)
-        part = np.clip(place - lower, 0, 1)[:, None]
+        part = np.clip(place - lower, 0, 1)
         coarse = np.linspace(self.tables.c[0], self.tables.c[-1], self.less.shape[2])
         low, high = (_along_clearance(coarse, self.less, lower + k, clearance) for k in (0, 1))
-        return inside[:, None] * ((1 - part) * low + part * high)
+        return inside * ((1 - part) * low + part * high)
 
 
-def turn_past_cage(tables: Tables, crank: Array) -> Array:
-    """Rotation of the crank relative to the cage, rad; the cage turns by crank/ratio."""
-    return crank * (1 - 1 / tables.drive.ratio)
+def turn_past_cage(tables: Tables, crank: Array, twist: Array) -> Array:
+    """Rotation past the cage, rad, of the crank without load, from which the crank is twisted: it turns with the
+    output, and the cage by the ratio less. The twist is that of the contacts."""
+    ratio = tables.drive.ratio
+    return (ratio - 1) * (crank / ratio - twist)
 
 
 def mean_law(tables: Tables, modulus: float = 1.0, missing: float | None = None) -> ContactLaw:
@@ -77,7 +82,7 @@ def individual_law(
     """One individual, solved at clearances, m, over the range of the test; `modulus` and `missing` as in `mean_law`."""
     drive, low, high = tables.drive, *clearances
     nodes = np.array([low]) if high - low < 1e-9 else np.linspace(low, high, 4)
-    turn = np.arange(TURNS * 4 * drive.elements) * 2 * np.pi / (4 * drive.elements)
+    turn = FIRST_TURN + np.arange(TURNS * 4 * drive.elements) * 2 * np.pi / (4 * drive.elements)
     few = tables.x[::2]  # the number of nodes is odd, so that both ends are included
     gone = None if missing is None else int(np.argmin(np.abs(_wrapped(one.start - missing))))
     torque = np.stack([_finer(few, individual_torque(drive, one, turn, few, c, gone), tables.x) for c in nodes], -1)
@@ -129,16 +134,18 @@ def _modulus_part(tables: Tables, modulus: float) -> Array:
     return np.einsum("k,kxc->xc", weights, tables.softer)
 
 
-def _along_clearance(nodes: Array, table: Array, first: Array, clearance: Array) -> Array:
-    """Rows table[first, :, at clearance], (n, nx), by a cubic through the four surrounding nodes."""
+def _along_clearance(nodes: Array, table: Array, row: Array, clearance: Array) -> Array:
+    """Values (n, nx) of a table (rows, nx, nc) at the rows (n, nx) and the clearances (n,), by a cubic through the four
+    surrounding nodes."""
+    column = np.arange(table.shape[1])
     if len(nodes) == 1:
-        return np.array(table[first, :, 0])
+        return np.array(table[row, column, 0])
     if np.ptp(clearance) == 0:
-        return _at(nodes, table, clearance[:1])[..., 0][first]
+        return np.take_along_axis(_at(nodes, table, clearance[:1])[..., 0], row, axis=0)
     place = np.clip((clearance - nodes[0]) / (nodes[1] - nodes[0]), 0, len(nodes) - 1)
     cell = np.clip(np.floor(place).astype(int) - 1, 0, len(nodes) - 4)
     weights = _cubic_weights(place - cell)
-    return sum(w[:, None] * table[first, :, cell + k] for k, w in enumerate(weights))
+    return sum(w[:, None] * table[row, column, cell[:, None] + k] for k, w in enumerate(weights))
 
 
 def _at(nodes: Array, table: Array, clearance: Array) -> Array:

@@ -127,19 +127,21 @@ def individual_torque(
     n, rows = drive.elements, drive.eccentrics
     way = one.start + turn[:, None]
     periods = np.floor((way + np.pi) / (2 * np.pi)).astype(int)
-    beta = (way + np.pi) % (2 * np.pi) - np.pi
-    number = np.broadcast_to(np.arange(n), beta.shape)
+    number = np.broadcast_to(np.arange(n), way.shape)
+    # The cage of a reversing drive turns against the crank, so that an element meets the next lobe, not the previous
+    # one.
+    met = number % rows, (number // rows - drive.orientation * periods) % drive.lobes
+    # An element beside its place is where the output would have to turn back to, at a crank that stands.
+    twisted = one.bore_place[number] + one.lobe_place[met]
+    beta = (way + np.pi) % (2 * np.pi) - np.pi - (drive.ratio - 1) * twisted
     usable = np.abs(beta) <= drive.usable_limit
     if missing is not None:
         usable &= number != missing
-    which, periods = number[usable], periods[usable]
-    # The cage of a reversing drive turns against the crank, so that an element meets the next lobe, not the previous
-    # one.
-    met = which % rows, (which // rows - drive.orientation * periods) % drive.lobes
-    deviations = Deviations(beta[usable], one.element[which], one.crank[which], one.cage[which], one.lobe[met])
+    which, lobe = number[usable], one.lobe[met][usable]
+    deviations = Deviations(beta[usable], one.element[which], one.crank[which], one.cage[which], lobe)
     torque = element_torques(drive, deviations, twist, clearance)
-    if one.bore_place.any() or one.lobe_place.any():
-        torque = _shifted(twist, torque, one.bore_place[which] + one.lobe_place[met])
+    if twisted.any():
+        torque = _shifted(twist, torque, twisted[usable])
     first = np.concatenate([[0], np.cumsum(usable.sum(axis=1))[:-1]])
     return np.add.reduceat(torque, first, axis=0)
 

@@ -139,7 +139,7 @@ def scatter_along(tables: Tables, test: Schedule, motion: Motion, trace: Array) 
     """
     base = motion.stiffness[:, None]
     turns = tables.scatter.shape[1]
-    row = (turn_past_cage(tables, test.crank) / (2 * np.pi * TURNS) % 1.0 * turns).astype(int) % turns
+    row = (turn_past_cage(tables, test.crank, motion.twist) / (2 * np.pi * TURNS) % 1.0 * turns).astype(int) % turns
     place = np.clip(np.interp(motion.twist, tables.x, np.arange(len(tables.x))), 0, len(tables.x) - 1.001)
     column, part = place.astype(int), place % 1.0
     found = (1 - part) * tables.scatter[:, row, column] + part * tables.scatter[:, row, column + 1]
