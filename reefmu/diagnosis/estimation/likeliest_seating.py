@@ -37,8 +37,6 @@ def with_likeliest_seating(
 
     variance: (n,) (N.m)^2, of the noise; residual: (n,) N.m, torque less the base curve's; full_torque: N.m.
     """
-    if scatter.crank_stands:
-        return scatter
     few = np.arange(0, len(residual), 1 + len(residual) // MAX_BLOCKS)
     smooth = full_torque * _smooth_curves(scatter.twist, np.sign(blocks.mean(trace.twist_rate)))[:, few]
     there = replace(scatter, motion=at_blocks(scatter.motion, few), twist=scatter.twist[few])
@@ -49,7 +47,7 @@ def with_likeliest_seating(
         return weights.with_likeliest_scatter(residual[few], INDIVIDUAL_SIZE).cost(residual[few])
 
     # The likelihood is smooth over the first element: every second one shows where the best is.
-    found = possible_seatings(scatter.drive)
+    found = possible_seatings(scatter.drive)[: 1 if scatter.crank_stands else None]
     best = min(range(0, len(found), 2), key=lambda k: cost(found[k]))
     nearest = min(found[max(best - 1, 0) : best + 2], key=cost)
     return replace(scatter, seating=min(shifted(nearest, scatter.drive, N_POSITIONS), key=cost))

@@ -25,8 +25,8 @@ INDIVIDUAL_GAIN_FACTOR = 4.0
 """Factor on `MAX_INDIVIDUAL_GAIN` where the fit itself is that of an individual; chosen by judgement."""
 CHANCE_GAIN, CHANCE_GAIN_PER_PARAMETER = 16.0, 8.0
 """Gain that an effect must reach over an individual at one angle of the crank, and more for each parameter, since each
-parameter removes one degree of freedom of the individual's curve. Chosen by judgement; without the rule no verdict
-changes (ablation)."""
+parameter removes one degree of freedom of the individual's curve. Chosen by judgement; without the rule a small
+clearance is not named in one loop of a mean drive."""
 LAW_ERROR = 0.01
 """Share of the gain of named effects within which a gain beside them is put down to an error of their law, so that it
 justifies neither a further effect of their group nor a nonparametric term in their place. Chosen on simulated records
@@ -118,7 +118,8 @@ def population_deviations(problem: Problem, fit: Fit, change: Array) -> float:
     along = change * scale
     along = along - zero * float(zero @ along)
     size = float(along @ along)
-    deviation = float(np.std(problem.individuals @ (along * scale)))
+    # Individuals deviate from the mean drive's curve also where the elements' passing is the same for all of them.
+    deviation = float(np.sqrt(np.mean((problem.individuals @ (along * scale)) ** 2)))
     return size / max(deviation, 1e-300)
 
 

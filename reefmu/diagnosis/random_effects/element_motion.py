@@ -3,89 +3,87 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiffness_model.drawing.drive import Drive
+from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
 from stiffness_model.numerics.arrays import Array
 
 from ..preprocessing.trace import Blocks, Trace
 from .seating import Seating
 
-N_HARMONICS = 3
-"""Harmonics of the elements' passing that are random effects. Chosen by judgement: higher ones average out over the
-samples of a block."""
-STANDSTILL = 0.125
-"""Rotation within a block, over the pitch of the elements, up to which the crank counts as standing. Chosen by
-judgement."""
-MAX_EDGE_WIDTH = 0.3
-"""rad, greatest rotation within a block over which an element's passing of the profile's edge is averaged. Chosen by
-judgement: blocks that rotate more are represented by their middle."""
+MAX_SAMPLES = 8
+"""Samples of a block at which its elements enter or leave the profile; chosen by judgement to bound the time of long
+records, whose blocks have more."""
+SLOW = 0.5
+"""rad, rotation within a block up to which its elements are taken to stand at their mean positions: an element's
+response, about a sine of the position, is then within 1 % of its average."""
 
 
 @dataclass(frozen=True)
 class ElementMotion:
-    """Motion of the elements past the crank, by block.
+    """Motion of the elements past the crank without load, at points of a record: one for each block, or one for each of
+    its samples where the crank turns fast.
 
-    rotation: (n,) rad, of the crank relative to the cage; span: (n,) rad, rotation within a block and since the sample
-    before; within: (n,) rad, rotation between the samples of a block; waves: (2 N_HARMONICS, n), cosines and sines of
-    the elements' passing averaged over the block, 0 where the crank stands; eccentric_waves: (2 m, n), the same for the
-    orders at which only the elements of one eccentric pass, none for a single eccentric; count: (n,) samples.
+    rotation: (p,) rad, of that crank relative to the cage; offsets: (p, k) rad, rotation of single samples less that of
+    the point; first: (n,), number of the first point of each block.
     """
 
     rotation: Array
-    span: Array
-    within: Array
-    waves: Array
-    eccentric_waves: Array
-    count: Array
+    offsets: Array
+    first: NDArray[np.intp]
 
-    def is_standing(self, drive: Drive) -> NDArray[np.bool_]:
-        """(n,), whether the crank stands during a block."""
-        return self.span <= STANDSTILL * (2 * np.pi / drive.elements)
+    @cached_property
+    def block(self) -> NDArray[np.intp]:
+        """(p,), number of the block of each point."""
+        return np.repeat(np.arange(len(self.first)), self.count)
+
+    @cached_property
+    def count(self) -> NDArray[np.intp]:
+        """(n,), number of points of each block."""
+        return np.diff(self.first, append=len(self.rotation))
+
+    def mean(self, values: Array) -> Array:
+        """(n, ...) means over the blocks of values (p, ...) at the points."""
+        total = np.add.reduceat(values, self.first, axis=0)
+        return total / self.count.reshape(-1, *(1,) * (values.ndim - 1))
 
 
 def element_motion(drive: Drive, trace: Trace, blocks: Blocks) -> ElementMotion:
-    """The motion of a drive's elements along the crank angle of a record."""
-    # Twist does not move the elements: they keep their places while the crank stands.
-    rotation = trace.crank * (1 - 1 / drive.ratio)
+    """The motion of a drive's elements along a record.
+
+    The contacts are those of a crank that is twisted from the position that it has without load (paper, section III).
+    That position follows the output: where the crank is locked, a twist of the output moves the elements along the
+    profile as far as the crank would have to turn for it.
+    """
+    rotation = (drive.ratio - 1) * (trace.crank / drive.ratio - trace.smooth_twist)
     within = np.maximum.reduceat(rotation, blocks.first) - np.minimum.reduceat(rotation, blocks.first)
-    step = np.abs(np.diff(rotation, prepend=rotation[0]))
-    step[trace.start] = 0.0
-    span = within + step[blocks.first]
-    moving = span > STANDSTILL * 2 * np.pi / drive.elements
-    rows = drive.eccentrics
-    waves: list[Array] = []
-    eccentric_waves: list[Array] = []
-    for harmonic in range(1, N_HARMONICS * rows + 1):
-        of_all = harmonic % rows == 0
-        if not of_all and drive.crank_deviation != "eccentric":
-            continue
-        passing = np.exp(1j * harmonic * drive.elements / rows * rotation)
-        # The harmonics of a step, as which elements enter and leave, fall off with their number.
-        number = harmonic / rows if of_all else harmonic
-        mean = np.add.reduceat(passing, blocks.first) / blocks.count * moving / (np.pi * number)
-        (waves if of_all else eccentric_waves).extend([mean.real, mean.imag])
-    of_eccentrics = np.reshape(eccentric_waves, (-1, len(span)))
-    return ElementMotion(blocks.mean(rotation), span, within, np.array(waves), of_eccentrics, blocks.count)
+    samples = blocks.count.astype(np.intp)
+    count = np.where(within > SLOW, samples, 1)
+    first = np.concatenate([[0], np.cumsum(count)[:-1]])
+    single = np.repeat(count > 1, count)
+    sample = np.repeat(blocks.first, count) + np.arange(count.sum()) - np.repeat(first, count)
+    at = np.where(single, rotation[sample], np.repeat(blocks.mean(rotation), count))
+    k = min(int(samples.max()), MAX_SAMPLES)
+    place = ((np.arange(k) + 0.5) / k * np.repeat(samples, count)[:, None]).astype(np.intp)
+    offsets = np.where(single[:, None], 0.0, rotation[np.repeat(blocks.first, count)[:, None] + place] - at[:, None])
+    return ElementMotion(at, offsets, first)
 
 
 def at_blocks(motion: ElementMotion, blocks: NDArray[np.intp]) -> ElementMotion:
-    """The motion in some blocks alone."""
-    return ElementMotion(
-        motion.rotation[blocks],
-        motion.span[blocks],
-        motion.within[blocks],
-        motion.waves[:, blocks],
-        motion.eccentric_waves[:, blocks],
-        motion.count[blocks],
-    )
+    """The motion in some blocks alone, in their order."""
+    count = motion.count[blocks]
+    first = np.concatenate([[0], np.cumsum(count)[:-1]])
+    kept = np.repeat(motion.first[blocks] - first, count) + np.arange(count.sum())
+    return ElementMotion(motion.rotation[kept], motion.offsets[kept], first)
 
 
 def element_positions(drive: Drive, motion: ElementMotion, seating: Seating) -> tuple[Array, NDArray[np.intp], Array]:
-    """Positions of the elements, rad, the lobes that they meet, and the share of each block that they spend within the
-    usable profile, (n, elements) each."""
+    """Positions of the elements, rad, the lobes that they meet, and the share of each point that they spend within the
+    usable profile, (p, elements) each."""
     n = np.arange(drive.elements)
     angle = seating.start + 2 * np.pi * n / len(n) + motion.rotation[:, None] + np.pi
     turns = np.floor(angle / (2 * np.pi)).astype(np.intp)
@@ -93,5 +91,13 @@ def element_positions(drive: Drive, motion: ElementMotion, seating: Seating) -> 
     rows = drive.eccentrics
     # Crank and cage of a reversing drive turn in opposite directions: the cage moves on to the next lobe.
     lobe = (np.array(seating.seats)[n // rows] - drive.orientation * turns) % drive.lobes * rows + n % rows
-    width = np.clip(motion.within, 1e-6, MAX_EDGE_WIDTH)[:, None]
-    return beta, lobe, np.clip((drive.usable_limit - np.abs(beta)) / width + 0.5, 0.0, 1.0)
+    return beta, lobe, inside_profile(drive, motion, beta)
+
+
+def inside_profile(drive: Drive, motion: ElementMotion, beta: Array) -> Array:
+    """Share of each point, (p, elements), that elements at positions beta, (p, elements) rad, spend within the usable
+    profile, at whose edges they fade as in the core's tables."""
+    share = np.zeros(beta.shape)
+    for offset in motion.offsets.T:
+        share += np.clip((drive.usable_limit - np.abs(beta + offset[:, None])) / (2 * FADE_HALF_WIDTH) + 0.5, 0.0, 1.0)
+    return share / motion.offsets.shape[1]

@@ -6,9 +6,9 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from .element_motion import element_positions
+from .element_motion import element_positions, inside_profile
 from .responses import locate_cells
-from .scatter import FULL_TURN, PLACES, Scatter, place_deviations
+from .scatter import PLACES, Scatter, place_deviations
 from .seating import Seating, even_seats
 
 N_INDIVIDUALS = 48
@@ -21,13 +21,14 @@ def simulate_individuals(scatter: Scatter, count: int = N_INDIVIDUALS, seed: int
     The elements are seated as the scatter says, from a random position at crank angle 0 where it does not. Deviations
     of balls and cranks move with the element, those of lobes stay in the gear. The torque is not linearised in the
     clearance; bores have their mean radius. places: deviation of the places of bores and lobes over that of their
-    sizes. A bore or a lobe beside its place twists its element, a lobe farther out acts as a larger one.
+    sizes. A bore or a lobe beside its place moves and twists its element, as in `stiffness_model.rotation`; a lobe
+    farther out acts as a larger one.
     """
     drive, r = scatter.drive, scatter.responses
     rng = np.random.default_rng(np.random.SeedSequence([seed, len(scatter.twist)]))
     n, rows = drive.elements, drive.eccentrics
     share = {part: np.sqrt(v) for part, v in r.shares.items()}
-    mean, fast = mean_torque(scatter), scatter.motion.span > FULL_TURN
+    mean, block = mean_torque(scatter), scatter.motion.block
     place, angle = place_deviations(drive, places)
     even = even_seats(drive)
     found = np.empty((count, len(scatter.twist)))
@@ -39,18 +40,21 @@ def simulate_individuals(scatter: Scatter, count: int = N_INDIVIDUALS, seed: int
             crank = crank[np.arange(n) % rows]
         of_element = share["element"] * rng.standard_normal(n) + share["crank"] * crank
         of_lobe = share["gear"] * rng.standard_normal(drive.lobes * rows)
-        twist_of_element, twist_of_lobe = np.zeros(n), np.zeros(drive.lobes * rows)
+        bore_angle, lobe_angle = np.zeros(n), np.zeros(drive.lobes * rows)
         if places:
             of_lobe += place / r.deviation * rng.standard_normal(drive.lobes * rows)
-            twist_of_element = angle * rng.standard_normal(n)
-            twist_of_lobe = angle * rng.standard_normal(drive.lobes * rows)
-        block, element = np.nonzero(inside > 0)
-        met = lobe[block, element]
+            bore_angle = angle * rng.standard_normal(n)
+            lobe_angle = angle * rng.standard_normal(drive.lobes * rows)
+            # As if the output had turned on by a bore's angle, or back by a lobe's.
+            beta = beta + (drive.ratio - 1) * (bore_angle - lobe_angle[lobe])
+            inside = inside_profile(drive, scatter.motion, beta)
+        point, element = np.nonzero(inside > 0)
+        met = lobe[point, element]
         z = of_element[element] + of_lobe[met]
-        twist = scatter.twist[block] + twist_of_element[element] + twist_of_lobe[met]
-        torque = inside[block, element] * _single(scatter, twist, beta[block, element], z)
-        # Where the crank makes whole turns within a block, all drives have the same average.
-        found[number] = np.where(fast, 0.0, np.bincount(block, torque, len(scatter.twist)) - mean)
+        lead = (1 - 1 / drive.ratio) * lobe_angle[met] - bore_angle[element]
+        torque = inside[point, element] * _single(scatter, scatter.twist[block[point]] + lead, beta[point, element], z)
+        of_points = np.bincount(point, torque, len(block)).astype(float)
+        found[number] = scatter.motion.mean(of_points) - mean
     return found
 
 

@@ -14,21 +14,23 @@ from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.scatter import PLACES, Scatter
 from reefmu.model.contacts.tables import cached_lookup
-from stiffness_model.rotation import draw_individual, turning_map
+from reefmu.record import Record
+from stiffness_model.numerics.arrays import Array
+from stiffness_model.rotation import draw_individual
+from stiffness_model.rotation.element_torques import element_path
 from tests import diagnosis_rig as rig
 
 
 @pytest.fixture(scope="module")
-def problem() -> Problem:
-    record = rig.measured({}, noise=0.5, seed=21)
+def scatter() -> Scatter:
+    found = _problem(rig.measured({}, noise=0.5, seed=21)).scatter
+    assert isinstance(found, Scatter)
+    return found
+
+
+def _problem(record: Record) -> Problem:
     trace = make_trace(record, rig.drive().ratio)
     return prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))
-
-
-@pytest.fixture(scope="module")
-def scatter(problem: Problem) -> Scatter:
-    assert problem.scatter is not None
-    return problem.scatter
 
 
 def test_the_random_effects_have_the_variance_of_individuals(scatter: Scatter) -> None:
@@ -45,7 +47,7 @@ def test_the_random_effects_have_the_variance_of_individuals(scatter: Scatter) -
 
 def test_deviations_of_places_shift_the_mean_of_individuals(scatter: Scatter) -> None:
     """The shift is a random effect of its own; it grows with the square of the deviations."""
-    loaded = (np.abs(scatter.twist) > 0.3 * rig.drive().max_twist) & (scatter.motion.span < 2.0)
+    loaded = (np.abs(scatter.twist) > 0.3 * rig.drive().max_twist) & (scatter.motion.count == 1)
     wide = 4 * PLACES
     # One drive of a seed has the same sizes with and without places.
     plain, placed = (
@@ -68,7 +70,7 @@ def test_places_twist_elements_and_move_lobes_outwards(scatter: Scatter, of_radi
     if not of_radii:
         middle = r.single[len(r.single) // 2]
         scatter = replace(scatter, responses=replace(r, single=np.broadcast_to(middle, r.single.shape).copy()))
-    loaded = (np.abs(scatter.twist) > 0.3 * drive.max_twist) & (scatter.motion.span < 2.0)
+    loaded = (np.abs(scatter.twist) > 0.3 * drive.max_twist) & (scatter.motion.count == 1)
     place = max(drive.tolerances["cage"].sigma, drive.tolerances["gear"].sigma)
     angle = place / (drive.crank_radius + drive.element_radius)
     tables = r.at_clearance(0.0)
@@ -84,27 +86,29 @@ def test_places_twist_elements_and_move_lobes_outwards(scatter: Scatter, of_radi
     assert float(np.mean((placed - plain) ** 2)) == pytest.approx(expected, rel=0.15)
 
 
-def test_the_weights_explain_an_individual_of_the_solver(problem: Problem, scatter: Scatter) -> None:
-    """Elements placed and solved by `stiffness_model.rotation`: whitening removes most of the deviation."""
-    drive = rig.drive()
-    crank = problem.blocks.mean(problem.trace.crank)
-    mean = problem.base.elastic.evaluate(scatter.twist, 0.0, problem.base.shape.start)[0]
-    standing = scatter.motion.span < 0.01
-    weights = problem.weights.with_size(1.0)
-    one = draw_individual(drive, 1)
-    torque = mean.copy()
-    for angle in np.unique(np.round(crank[standing], 2)):
-        here = standing & (np.round(crank, 2) == angle)
-        nodes = np.linspace(scatter.twist[here].min(), scatter.twist[here].max(), 40)
-        solved = turning_map(one, nodes, [angle / drive.ratio]).torque
-        torque[here] = np.interp(scatter.twist[here], nodes, np.ravel(solved))
-    for k in np.flatnonzero(~standing):
-        torque[k] = turning_map(one, scatter.twist[k : k + 1], crank[k : k + 1] / drive.ratio).torque[0, 0]
-    gap = torque - mean
+def test_the_weights_explain_an_individual_of_the_solver() -> None:
+    """Elements placed and solved by `stiffness_model.rotation` at every sample of a record: the record shows where the
+    first of them stands, and whitening removes most of the deviation. A twist moves them along the profile."""
+    drive, plain = rig.drive(), rig.measured({}, noise=0.5, seed=21)
+    output = plain.crank_angle / drive.ratio - _twist(plain)
+    path = element_path(draw_individual(drive, 1), output, _twist(plain))
+    deviation = path.torque.sum(axis=1) - _mean_torque(plain)
+    problem = _problem(replace(plain, output_torque=plain.output_torque + deviation))
+    gap = problem.blocks.mean(deviation)
+    weights = problem.weights.with_likeliest_scatter(gap, 1.0, 1.0)
     raw = float(((gap * weights.scale) ** 2).sum())
     whitened = float((weights.whiten(gap) ** 2).sum())
-    assert whitened < 0.05 * raw
-    assert whitened < 4 * len(weights.eigenvalues)
+    assert whitened < 0.02 * raw
+    assert whitened < 2 * len(weights.eigenvalues)
+
+
+def _twist(record: Record) -> Array:
+    return record.crank_angle / rig.drive().ratio - record.output_angle
+
+
+def _mean_torque(record: Record) -> Array:
+    base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
+    return base.elastic.evaluate(_twist(record), 0.0, base.shape.start)[0]
 
 
 def test_a_preloaded_drive_scatters_at_zero_torque_too(scatter: Scatter) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from reefmu.diagnosis.estimation.likeliest_seating import with_likeliest_seating
 from reefmu.diagnosis.preprocessing.trace import Trace, make_blocks, make_trace
-from reefmu.diagnosis.random_effects.element_motion import element_motion, element_positions
+from reefmu.diagnosis.random_effects.element_motion import at_blocks, element_motion, element_positions
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.responses import element_responses
 from reefmu.diagnosis.random_effects.scatter import Scatter
@@ -68,9 +68,39 @@ def test_a_record_of_an_individual_shows_its_seating(seats: str) -> None:
     assert np.mean((lobes[0][0] == lobes[1][0])[inside]) > 0.9
 
 
-def test_where_the_crank_stands_no_seating_is_sought() -> None:
+def test_where_the_crank_stands_the_seats_are_even() -> None:
     drive = _drive(24)
     trace = make_trace(rig.protocol(full=False), drive.ratio)
     scatter = _scatter(drive, trace)
+    assert scatter.crank_stands
     ones = np.ones(len(scatter.twist))
-    assert with_likeliest_seating(scatter, trace, make_blocks(trace, 4), ones, ones, 100.0) is scatter
+    found = with_likeliest_seating(scatter, trace, make_blocks(trace, 4), ones, ones, 100.0).seating
+    assert found is not None
+    assert found.seats == even_seats(drive)
+
+
+def test_a_twist_at_a_locked_crank_moves_the_elements() -> None:
+    """As in `stiffness_model.rotation`, where positions follow the output: by (ratio - 1) times its angle."""
+    drive = _drive(29)
+    trace = make_trace(rig.protocol(full=False), drive.ratio)
+    motion = element_motion(drive, trace, make_blocks(trace, 1))
+    assert np.ptp(trace.crank) == 0
+    expected = (drive.ratio - 1) * trace.output
+    assert np.allclose(motion.rotation - motion.rotation[0], expected - expected[0], atol=1e-3)
+    assert np.ptp(motion.rotation) > 2 * np.pi / drive.elements
+
+
+def test_where_the_crank_turns_fast_every_sample_is_a_point() -> None:
+    """A sample sees the elements at one instant; few samples of a fast turn do not average over all positions."""
+    drive = _drive(29)
+    trace = make_trace(rig.protocol(), drive.ratio)
+    blocks = make_blocks(trace, 4)
+    motion = element_motion(drive, trace, blocks)
+    turning = motion.count > 1
+    assert turning.any()
+    assert not turning.all()
+    assert np.array_equal(motion.count[turning], blocks.count[turning])
+    assert np.allclose(motion.mean(motion.rotation), blocks.mean(trace.output * (drive.ratio - 1)), atol=0.01)
+    few = np.flatnonzero(turning)[:5]
+    part = at_blocks(motion, few)
+    assert np.allclose(part.mean(part.rotation), motion.mean(motion.rotation)[few])
