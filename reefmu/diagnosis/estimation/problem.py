@@ -21,7 +21,7 @@ from ..preprocessing.thinning import thin_trace
 from ..preprocessing.trace import Blocks, Trace, make_blocks
 from ..random_effects.tolerance_scatter import ToleranceScatter
 from .least_squares import Fit, FitOptions, ParameterBounds, fit, make_bounds
-from .weighting import Weighting, is_size_only, make_weighting, size_only
+from .weighting import Weighting, has_no_blocks, make_weighting, without_blocks
 
 SEARCH_BLOCKS = 2400
 """Approximate number of blocks on which sets of effects are searched. Chosen by judgement to bound the search time."""
@@ -164,11 +164,11 @@ class Problem:
     def without_weights(self, found: Fit) -> Fit:
         """A fit to send to another process, whose problem has the same weights; others are sent along."""
         is_own = found.weighting.mean is self.weights.mean and found.weighting.individual is self.weights.individual
-        return replace(found, weighting=size_only(found.weighting)) if is_own else found
+        return replace(found, weighting=without_blocks(found.weighting)) if is_own else found
 
     def with_weights(self, found: Fit) -> Fit:
         """A fit as `without_weights` sent it, complete again."""
-        if not is_size_only(found.weighting):
+        if not has_no_blocks(found.weighting):
             return found
         return replace(found, weighting=self.weights.like(found.weighting))
 

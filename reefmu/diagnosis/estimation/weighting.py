@@ -167,13 +167,13 @@ def _costs(covariance: Covariance, residuals: Array, sizes: Sequence[float]) -> 
     return (across - (along * (1 - 1 / spread)).sum(axis=1) + count * np.log(spread).sum(axis=1)).tolist()
 
 
-def size_only(weights: Weighting) -> Weighting:
+def without_blocks(weights: Weighting) -> Weighting:
     """A weighting of no blocks that only holds size and roughness: the receiver has the rest itself."""
     none = make_weighting(np.zeros(0), np.zeros((0, 0)))
     return replace(none, size=weights.size, roughness=weights.roughness)
 
 
-def is_size_only(weights: Weighting) -> bool:
+def has_no_blocks(weights: Weighting) -> bool:
     """Whether a weighting only holds size and roughness."""
     return len(weights.mean.scale) == 0
 
