@@ -25,9 +25,6 @@ from .nonparametric import CURVE, NonparametricTerm, TermFit, curve_over_torque,
 SIGNIFICANT_GAIN = 30.0
 """Gain of a term that noise does not reach: simulated records without effects stay below 7, and 15 in its place changes
 no verdict (ablation)."""
-VISIBLE_SHARE = 0.0006
-"""Smallest rms of a term, over full torque, that matters; chosen by judgement, without it no verdict changes
-(ablation)."""
 SIGNIFICANT_SHARE = 0.0015
 """Share of the named effects' gain that a term must also reach, because a law with one relaxation time or one
 presliding twist leaves a residual where the material has several. Chosen on simulated records; without it one of 136
@@ -167,11 +164,11 @@ def _without_static_effects(problem: Problem, base: Fit, fit: Fit) -> Fit:
 
 
 def _is_significant(problem: Problem, fit: Fit, term: TermFit, least_gain: float) -> bool:
-    """Whether a term gains enough, also where the noise is larger than estimated, and is visible."""
+    """Whether a term gains enough, also where the noise is larger than estimated."""
     if term.gain < least_gain:
         return False
     dispersion = estimate_overdispersion(problem, fit, problem.torque - fit.prediction.torque - term.torque)
-    return term.rms > VISIBLE_SHARE * problem.base.full_torque and term.gain > SIGNIFICANT_GAIN * dispersion
+    return term.gain > SIGNIFICANT_GAIN * dispersion
 
 
 def _sets_to_compare(problem: Problem, search: Search, best: Fit) -> list[Fit]:

@@ -26,7 +26,6 @@ STRIBECK_FRICTION = Effect(
     "with Friction (1994), Gaussian form; the constant part is coulomb_friction.",
     identification=Identification(
         confounding_group=ConfoundingGroup.FRICTION,
-        contains_limit=True,
         separated_from=(("hysteresis", "rotate the output both ways at several speeds under load"),),
     ),
 )
