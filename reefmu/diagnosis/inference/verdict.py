@@ -67,6 +67,12 @@ class Conclusion:
     unnamed: TermFit | None = None
     curve_deviation: float = 0.0
 
+    @property
+    def sets(self) -> tuple[frozenset[str], ...]:
+        """The sets of effects at which it arrives, several where it is ambiguous."""
+        others = self.alternatives if self.verdict == "ambiguous" else ()
+        return (frozenset(self.chosen.names), *(frozenset(names) for names in others))
+
 
 def select_effects(evidence: Evidence) -> Selection:
     """The significant effects, under the hypothesis about the drive that explains the record.

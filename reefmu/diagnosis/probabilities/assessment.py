@@ -17,7 +17,7 @@ from ..hypotheses import Hypothesis, IsolabilityMatrix
 from ..inference.evidence import Evidence
 from ..inference.verdict import Conclusion, withdraw_effects
 from .averaged_intervals import Rival, rivals_of
-from .calibration import probabilities, verdict_of
+from .calibration import probabilities
 from .decision import conclude
 from .hypothesis_table import hypothesis_table
 from .priors import NO_PRIORS, Priors
@@ -44,8 +44,7 @@ def assess(evidence: Evidence, tested: Conclusion, priors: Priors = NO_PRIORS) -
     sizes = record_sizes(problem, priors)
     tested, held_out = confirm_effects(problem, base, tested)
     rows = hypothesis_table(evidence, tested.chosen, sizes)
-    verdict = verdict_of(tested.verdict, tested.chosen.names, tested.alternatives)
-    hypotheses = probabilities(rows, verdict, priors)
+    hypotheses = probabilities(rows, tested.sets, priors)
     conclusion = conclude(evidence, tested, rows, hypotheses)
     if conclusion.chosen is not tested.chosen:
         conclusion, held_out = confirm_effects(problem, base, conclusion)

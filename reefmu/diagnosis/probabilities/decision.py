@@ -77,15 +77,15 @@ def conclude(
 
     tested: the conclusion from the tests of significance. It stays where
 
-    * the tests find nothing: a false alarm is worse than a miss;
+    * the tests find nothing and the probabilities name nothing: a false alarm is worse than a miss;
     * both have the same verdict and effects, or the same effects beside a curve that is within tolerances, which no
       hypothesis counts as something unnamed;
     * nothing is the likeliest, but the tests leave effects open that the tolerances may mask;
     * the effects are among several that this record cannot tell apart, which count as one in the calibration.
     """
-    if tested.verdict == "none":
-        return tested
     decision = decide_by_probability(hypotheses)
+    if tested.verdict == "none" and decision.verdict != "named":
+        return tested
     same_effects = decision.effects == frozenset(tested.chosen.names)
     if same_effects and tested.verdict == decision.verdict:
         return tested

@@ -40,25 +40,22 @@ class Row:
     """One hypothesis.
 
     effects: that are missing; unnamed: whether something without a name is missing as well; log_evidence: log marginal
-    likelihood over that of nothing missing; scatter: size of the scatter, 1 as the drawing states, 0 for the mean drive
-    or without a drawing; fit: of the effects; beside: the nonparametric term, of something unnamed or of a curve within
-    tolerances, None where there is none; unnamed_share, unnamed_excess: rms of what is unnamed, over full torque and
-    over the rms that individuals without effects show, 0 where nothing is or no drawing states tolerances. On the mean
-    drive all that is left is unnamed, and not only what the term fits.
+    likelihood over that of nothing missing; fit: of the effects; beside: the nonparametric term, of something unnamed
+    or of a curve within tolerances, None where there is none; unnamed_share: rms of what is unnamed, over full torque,
+    0 where nothing is. On the mean drive all that is left is unnamed, and not only what the term fits.
     """
 
     effects: frozenset[str]
     unnamed: bool
     log_evidence: float
-    scatter: float
     fit: Fit
     beside: TermFit | None = None
     unnamed_share: float = 0.0
-    unnamed_excess: float = 0.0
 
 
 def hypothesis_table(evidence: Evidence, chosen: Fit, sizes: Mapping[str, float]) -> tuple[Row, ...]:
-    """The rows of all fitted sets, each hypothesis once; nothing, and the chosen set, are always among them.
+    """The rows of all fitted sets, each hypothesis once; nothing, and the chosen set without effects that are too small
+    to matter, are always among them.
 
     chosen: the fit of the named effects; sizes: typical ones, SI, by `effect.parameter`.
     """
@@ -68,17 +65,15 @@ def hypothesis_table(evidence: Evidence, chosen: Fit, sizes: Mapping[str, float]
     compared = [*best_fits, *_for_mean_drive(problem, base, best_fits)]
     compared += [] if any(fit is chosen for fit in compared) else [chosen]
     dispersion = _dispersion(problem, base, fits, compared)
-    chance, individual_rms = unnamed_gain_of_individuals(problem, base), rms_of_individuals(problem)
+    chance = unnamed_gain_of_individuals(problem, base)
 
     def row(fit: Fit, gain: float = 0.0, beside: TermFit | None = None, unnamed: bool = False) -> Row:
-        # What the verdict names stays a hypothesis of its own, however small.
-        effects = material_effects(problem, fit, sizes, LEAST_SIZE) | (set(fit.names) & set(chosen.names))
+        effects = material_effects(problem, fit, sizes, LEAST_SIZE)
         log_evidence = _log_evidence(evidence, fit, sizes, dispersion, gain)
         rms = beside.rms if unnamed and beside else 0.0
         if unnamed and not _scatter(fit):
             rms = max(rms, remainder(problem, fit))
-        share, excess = rms / problem.base.full_torque, rms / individual_rms if individual_rms else 0.0
-        return Row(frozenset(effects), unnamed, log_evidence, _scatter(fit), fit, beside, share, excess)
+        return Row(effects, unnamed, log_evidence, fit, beside, rms / problem.base.full_torque)
 
     # An effect that moves the contacts must bring more than the scatter that they then have.
     moved = [problem.fit_from((), base.parameters, fit.weighting) for fit in best_fits if fit.names and _scatter(fit)]
@@ -114,14 +109,6 @@ def unnamed_gain_of_individuals(problem: Problem, base: Fit, seed: int = 0) -> f
     noise = np.sqrt(problem.block_variance) * rng.standard_normal((N_INDIVIDUALS, len(problem.torque)))
     drives = problem.individuals[:N_INDIVIDUALS] + noise
     return max(0.0, *(fit_terms_to(problem, individual, drive)[0].gain for drive in drives))
-
-
-def rms_of_individuals(problem: Problem) -> float:
-    """Rms, N.m, of what individuals without effects show about their own mean, since the zero of the twist is free; 0
-    without stated tolerances."""
-    if not len(problem.individuals):
-        return 0.0
-    return float(np.sqrt(np.mean(np.var(problem.individuals, axis=1))))
 
 
 def _fits(evidence: Evidence) -> list[Fit]:

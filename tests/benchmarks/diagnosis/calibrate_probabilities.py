@@ -33,7 +33,7 @@ from reefmu.diagnosis.inference.verdict import decide, select_effects  # noqa: E
 from reefmu.diagnosis.pipeline import analyse  # noqa: E402
 from reefmu.diagnosis.preparation import BaseCurveSource  # noqa: E402
 from reefmu.diagnosis.probabilities.assessment import confirm_effects, record_sizes  # noqa: E402
-from reefmu.diagnosis.probabilities.calibration import features, verdict_of  # noqa: E402
+from reefmu.diagnosis.probabilities.calibration import features  # noqa: E402
 from reefmu.diagnosis.probabilities.hypothesis_table import LEAST_SIZE, Row, hypothesis_table  # noqa: E402
 from reefmu.record import read_record  # noqa: E402
 from stiffness_model import DoesNotFitWarning, load_drive  # noqa: E402
@@ -43,14 +43,14 @@ from tests.validation.blind.records import Case, Truth, make  # noqa: E402
 
 SEED = 905
 """Seed of the catalogue; those of its scores are others."""
-COUNT, COUNT_ANY_SIZE = 240, 320
+COUNT, COUNT_ANY_SIZE = 140, 180
 """Cases of the catalogue, and up to which number half of them have effects of any size."""
 PERIOD, AS_DRAWN, CLEAR = 4, 0, 1
 """Of every four cases the first is left as the catalogue draws it; it and the second keep the sizes of the catalogue,
 and the other two are there again with effects of any size."""
 SIZES = (0.1, 12.0)
 """Range of these sizes, over noise or scatter, whichever is greater; every order of magnitude is as likely."""
-RARE = {"base": 30, "outside_and": 30, "outside": 15, "poor": 40}
+RARE = {"base": 20, "outside_and": 20, "outside": 10, "poor": 26}
 """Further cases of situations that are rare; `poor` stands for any limited protocol. One in three is left as drawn."""
 FIRST_RARE = 1000
 """Number from which the rare cases are taken."""
@@ -127,14 +127,15 @@ def observe(what: Case) -> dict[str, Any]:
     tested, _ = confirm_effects(evidence.problem, evidence.search.base, decide(select_effects(evidence)))
     sizes = record_sizes(evidence.problem)
     rows = hypothesis_table(evidence, tested.chosen, sizes)
-    verdict = verdict_of(tested.verdict, tested.chosen.names, tested.alternatives)
     pairs = [frozenset(pair) for pair in evidence.indistinguishable]
     return {
         "case": f"{what.number} {what.category} {' '.join(name for name, _ in what.effects)}",
         "individual": what.individual,
         "verdict": found.conclusion.verdict,
+        "named": sorted(found.conclusion.chosen.names),
+        "missing": [*made.truth.effects, *made.truth.outside],
         "rows": [[*sorted(row.effects), *(["unnamed"] if row.unnamed else [])] for row in rows],
-        "features": features(rows, verdict).tolist(),
+        "features": features(rows, tested.sets).tolist(),
         "true": [is_true(row, made.truth, sizes, pairs) for row in rows],
     }
 

@@ -26,11 +26,9 @@ class Fitted:
     hysteresis: Fit
 
 
-def make_row(
-    effects: frozenset[str], unnamed: bool, log_evidence: float, scatter: float, share: float = 0.0, excess: float = 0.0
-) -> Row:
-    """A row whose fit does not matter; share, excess: of what is unnamed."""
-    return Row(effects, unnamed, log_evidence, scatter, cast(Fit, None), None, share, excess)
+def make_row(effects: frozenset[str], unnamed: bool, log_evidence: float, share: float = 0.0) -> Row:
+    """A row whose fit does not matter; share: of what is unnamed, over full torque."""
+    return Row(effects, unnamed, log_evidence, cast(Fit, None), None, share)
 
 
 @pytest.fixture(scope="session")

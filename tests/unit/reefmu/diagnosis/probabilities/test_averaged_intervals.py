@@ -66,7 +66,7 @@ def test_rivals_share_effects_with_the_chosen_explanation(fitted: Fitted) -> Non
     offset = problem.fit_from((*chosen.names, "torque_sensor_offset"), np.append(chosen.parameters, 0.5))
     fits = {frozenset(): fitted.base, FRICTION: chosen, WITH_OFFSET: offset}
     keys = [(frozenset(), False), (FRICTION, False), (FRICTION, True), (WITH_OFFSET, False)]
-    rows = [Row(effects, unnamed, 0.0, 0.0, fits[effects]) for effects, unnamed in keys]
+    rows = [Row(effects, unnamed, 0.0, fits[effects]) for effects, unnamed in keys]
     probabilities = (0.1, 0.3, 0.2, 0.4)
     chances = [Hypothesis(tuple(sorted(e)), u, p) for (e, u), p in zip(keys, probabilities, strict=True)]
     (other,) = rivals_of(problem, chosen, rows, chances)

@@ -39,7 +39,7 @@ def hypotheses_of(probability: Shares) -> list[Hypothesis]:
 def concluded(evidence: Evidence, tested: Conclusion, probability: Shares) -> Conclusion:
     friction = evidence.search.best[1][0]
     fits = {NOTHING: evidence.search.base, FRICTION: friction, SHAFT: replace(friction, names=SHAFT)}
-    rows = [Row(frozenset(names), unnamed, 0.0, 0.0, fits[names]) for names, unnamed in KEYS]
+    rows = [Row(frozenset(names), unnamed, 0.0, fits[names]) for names, unnamed in KEYS]
     return conclude(evidence, tested, rows, hypotheses_of(probability))
 
 
@@ -83,9 +83,12 @@ def test_an_ambiguous_record_holds_the_truth_as_often_as_it_says(fitted: Fitted,
         assert found.chosen.names not in found.alternatives
 
 
-def test_what_no_test_finds_significant_is_not_named(evidence: Evidence) -> None:
+def test_where_tests_find_nothing_probabilities_may_name_effects_and_nothing_else(evidence: Evidence) -> None:
     nothing = conclusion_of(evidence, "none")
-    assert concluded(evidence, nothing, {(FRICTION, False): 0.99}) is nothing
+    assert concluded(evidence, nothing, {(FRICTION, False): 0.99}).chosen.names == FRICTION
+    assert concluded(evidence, nothing, {(FRICTION, False): NAMED - 0.05, (SHAFT, False): 0.4}) is nothing
+    assert concluded(evidence, nothing, {(NOTHING, True): 0.99}) is nothing
+    assert concluded(evidence, nothing, {(FRICTION, True): 0.99}) is nothing
 
 
 def test_a_conclusion_that_probabilities_confirm_stays(evidence: Evidence) -> None:
@@ -128,7 +131,7 @@ def test_effects_that_the_tests_did_not_give_are_tested(evidence: Evidence) -> N
 @pytest.mark.parametrize("unnamed", [False, True])
 def test_what_is_beside_the_effects_is_a_remainder_or_a_curve_of_tolerances(evidence: Evidence, unnamed: bool) -> None:
     term = TermFit(NonparametricTerm("torque", curve_over_torque), 40.0, 3.0 * np.ones(len(evidence.problem.torque)))
-    rows = [Row(frozenset(FRICTION), unnamed, 0.0, 0.0, evidence.search.best[1][0], term)]
+    rows = [Row(frozenset(FRICTION), unnamed, 0.0, evidence.search.best[1][0], term)]
     found = conclude(evidence, conclusion_of(evidence, "unknown"), rows, [Hypothesis(FRICTION, unnamed, 1.0)])
     assert found.verdict == ("partly" if unnamed else "named")
     assert found.unnamed is (term if unnamed else None)
@@ -140,7 +143,7 @@ def test_what_is_beside_the_effects_is_a_remainder_or_a_curve_of_tolerances(evid
 
 
 def test_an_effect_too_small_to_matter_is_left_out_of_the_fit(evidence: Evidence) -> None:
-    rows = [Row(frozenset(), False, 0.0, 0.0, evidence.search.best[1][0])]
+    rows = [Row(frozenset(), False, 0.0, evidence.search.best[1][0])]
     found = conclude(evidence, conclusion_of(evidence, "unknown", FRICTION), rows, [Hypothesis((), False, 1.0)])
     assert found.verdict == "none"
     assert found.chosen is evidence.search.base

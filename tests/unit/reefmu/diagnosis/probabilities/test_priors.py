@@ -10,7 +10,7 @@ import pytest
 from reefmu.cli.program import main
 from reefmu.diagnosis import Diagnosis, Priors, diagnose_record, load_priors
 from reefmu.diagnosis.probabilities.assessment import record_sizes
-from reefmu.diagnosis.probabilities.calibration import probabilities, verdict_of
+from reefmu.diagnosis.probabilities.calibration import probabilities
 from reefmu.diagnosis.probabilities.priors import NO_PRIORS, UNNAMED, priors_from_dict
 from stiffness_model.errors import InputError, UnknownNameError
 from tests import diagnosis_rig as rig
@@ -63,9 +63,9 @@ def test_slips_are_refused_in_one_line(table: dict[str, object], message: str) -
 
 def test_odds_multiply_those_of_the_record() -> None:
     sets = [(), ("wear",), ("creep", "wear")]
-    rows = [make_row(frozenset(names), unnamed, 0.0, 0.0) for names in sets for unnamed in (False, True)]
+    rows = [make_row(frozenset(names), unnamed, 0.0) for names in sets for unnamed in (False, True)]
     before, after = (
-        np.array([h.probability for h in probabilities(rows, verdict_of("unknown", (), ()), priors)])
+        np.array([h.probability for h in probabilities(rows, [frozenset()], priors)])
         for priors in (NO_PRIORS, Priors({"wear": 5.0, UNNAMED: 0.1}))
     )
     np.testing.assert_allclose(after / before / (after / before)[0], [1, 0.1, 5, 0.5, 5, 0.5])
