@@ -33,7 +33,8 @@ SMOOTH_SIZE = 0.1
 def with_likeliest_seating(
     scatter: Scatter, trace: Trace, blocks: Blocks, variance: Array, residual: Array, full_torque: float
 ) -> Scatter:
-    """The scatter with the likeliest seating; unchanged where the crank stands, so that no element returns elsewhere.
+    """The scatter with the likeliest seating: with even seats where the crank stands, so that only the position of the
+    first element shows.
 
     variance: (n,) (N.m)^2, of the noise; residual: (n,) N.m, torque less the base curve's; full_torque: N.m.
     """
