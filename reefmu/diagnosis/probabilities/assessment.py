@@ -41,15 +41,14 @@ def assess(evidence: Evidence, tested: Conclusion, priors: Priors = NO_PRIORS) -
     """The assessment of one record's evidence; tested: the conclusion from the tests of significance; priors: of a
     user. Effects that runs which were not fitted refute are withdrawn, before the probabilities and after."""
     problem, base = evidence.problem, evidence.search.base
-    sizes = record_sizes(problem, priors)
     tested, held_out = confirm_effects(problem, base, tested)
-    rows = hypothesis_table(evidence, tested.chosen, sizes)
+    rows = hypothesis_table(evidence, tested.chosen, stated_sizes(problem, priors))
     hypotheses = probabilities(rows, tested.sets, priors)
     conclusion = conclude(evidence, tested, rows, hypotheses)
     if conclusion.chosen is not tested.chosen:
         conclusion, held_out = confirm_effects(problem, base, conclusion)
     rivals = rivals_of(problem, conclusion.chosen, rows, hypotheses)
-    return Assessment(hypotheses, conclusion, rivals, held_out, sizes)
+    return Assessment(hypotheses, conclusion, rivals, held_out, record_sizes(problem, priors))
 
 
 def confirm_effects(problem: Problem, base: Fit, conclusion: Conclusion) -> tuple[Conclusion, Sequence[Fit]]:
@@ -65,18 +64,24 @@ def confirm_effects(problem: Problem, base: Fit, conclusion: Conclusion) -> tupl
 
 
 def record_sizes(problem: Problem, priors: Priors = NO_PRIORS) -> dict[str, float]:
-    """Typical sizes of the effects in the gear and the record of a problem; nominal ones of effects that have none;
-    those of a user before all."""
+    """Typical sizes of the effects in the gear and the record of a problem, SI, by `effect.parameter`; nominal ones,
+    which are mere units of a fit, of effects that have none."""
+    effects = [find_effect(name) for name in problem.candidates]
+    nominal = {f"{e.name}.{e.parameters[k].name}": e.parameters[k].nominal for e in effects for k in amplitudes(e)}
+    return nominal | stated_sizes(problem, priors)
+
+
+def stated_sizes(problem: Problem, priors: Priors = NO_PRIORS) -> dict[str, float]:
+    """Those typical sizes that the gear, the record or a user states; a user's before the others."""
     base, seconds = problem.base, float(problem.trace.time[-1] - problem.trace.time[0])
     clearance = 0.0
     if base.drive is not None:
         clearance = base.drive.tolerances["gear"].sigma
     elif problem.scatter is not None:
         clearance = problem.scatter.clearance_deviation
-    effects = [find_effect(name) for name in problem.candidates]
-    nominal = {f"{e.name}.{e.parameters[k].name}": e.parameters[k].nominal for e in effects for k in amplitudes(e)}
-    typical = typical_sizes(base.full_torque, base.max_twist, max(seconds, 1e-9), clearance, base.ratio)
-    return nominal | typical | dict(priors.sizes)
+    return typical_sizes(base.full_torque, base.max_twist, max(seconds, 1e-9), clearance, base.ratio) | dict(
+        priors.sizes
+    )
 
 
 def record_isolability(problem: Problem, base: Fit, chosen: Fit, sizes: Mapping[str, float]) -> IsolabilityMatrix:

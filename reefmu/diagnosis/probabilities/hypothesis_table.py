@@ -57,7 +57,8 @@ def hypothesis_table(evidence: Evidence, chosen: Fit, sizes: Mapping[str, float]
     """The rows of all fitted sets, each hypothesis once; nothing, and the chosen set without effects that are too small
     to matter, are always among them.
 
-    chosen: the fit of the named effects; sizes: typical ones, SI, by `effect.parameter`.
+    chosen: the fit of the named effects; sizes: typical ones, SI, by `effect.parameter`, where they are stated: no
+    other effect is too small.
     """
     problem, base = evidence.problem, evidence.search.base
     fits = [fit for fit in _fits(evidence) if not (fit.names and is_degenerate(problem, fit))]

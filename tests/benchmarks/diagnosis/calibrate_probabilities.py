@@ -32,7 +32,7 @@ from reefmu.diagnosis.analysis import Analysis  # noqa: E402
 from reefmu.diagnosis.inference.verdict import decide, select_effects  # noqa: E402
 from reefmu.diagnosis.pipeline import analyse  # noqa: E402
 from reefmu.diagnosis.preparation import BaseCurveSource  # noqa: E402
-from reefmu.diagnosis.probabilities.assessment import confirm_effects, record_sizes  # noqa: E402
+from reefmu.diagnosis.probabilities.assessment import confirm_effects, stated_sizes  # noqa: E402
 from reefmu.diagnosis.probabilities.calibration import features  # noqa: E402
 from reefmu.diagnosis.probabilities.hypothesis_table import LEAST_SIZE, Row, hypothesis_table  # noqa: E402
 from reefmu.record import read_record  # noqa: E402
@@ -125,7 +125,7 @@ def observe(what: Case) -> dict[str, Any]:
         return {}
     evidence = found.evidence
     tested, _ = confirm_effects(evidence.problem, evidence.search.base, decide(select_effects(evidence)))
-    sizes = record_sizes(evidence.problem)
+    sizes = stated_sizes(evidence.problem)
     rows = hypothesis_table(evidence, tested.chosen, sizes)
     pairs = [frozenset(pair) for pair in evidence.indistinguishable]
     return {
