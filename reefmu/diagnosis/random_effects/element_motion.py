@@ -81,9 +81,8 @@ def at_blocks(motion: ElementMotion, blocks: NDArray[np.intp]) -> ElementMotion:
     return ElementMotion(motion.rotation[kept], motion.offsets[kept], first)
 
 
-def element_positions(drive: Drive, motion: ElementMotion, seating: Seating) -> tuple[Array, NDArray[np.intp], Array]:
-    """Positions of the elements, rad, the lobes that they meet, and the share of each point that they spend within the
-    usable profile, (p, elements) each."""
+def element_positions(drive: Drive, motion: ElementMotion, seating: Seating) -> tuple[Array, NDArray[np.intp]]:
+    """Positions of the elements, rad, and the lobes that they meet, (p, elements) each."""
     n = np.arange(drive.elements)
     angle = seating.start + 2 * np.pi * n / len(n) + motion.rotation[:, None] + np.pi
     turns = np.floor(angle / (2 * np.pi)).astype(np.intp)
@@ -91,7 +90,7 @@ def element_positions(drive: Drive, motion: ElementMotion, seating: Seating) -> 
     rows = drive.eccentrics
     # Crank and cage of a reversing drive turn in opposite directions: the cage moves on to the next lobe.
     lobe = (np.array(seating.seats)[n // rows] - drive.orientation * turns) % drive.lobes * rows + n % rows
-    return beta, lobe, inside_profile(drive, motion, beta)
+    return beta, lobe
 
 
 def inside_profile(drive: Drive, motion: ElementMotion, beta: Array) -> Array:

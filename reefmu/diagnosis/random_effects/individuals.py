@@ -15,39 +15,37 @@ N_INDIVIDUALS = 48
 """Individual drives that are simulated. Chosen by judgement: a few dozen give the spread within 10 %."""
 
 
-def simulate_individuals(scatter: Scatter, count: int = N_INDIVIDUALS, seed: int = 0, places: float = PLACES) -> Array:
+def simulate_individuals(
+    scatter: Scatter, count: int = N_INDIVIDUALS, seed: int = 0, places: tuple[float, float] = (0.0, PLACES)
+) -> Array:
     """(count, n) N.m, torque of individual drives less that of the mean drive, at the blocks of the record.
 
     The elements are seated as the scatter says, from a random position at crank angle 0 where it does not. Deviations
     of balls and cranks move with the element, those of lobes stay in the gear. The torque is not linearised in the
-    clearance; bores have their mean radius. places: deviation of the places of bores and lobes over that of their
-    sizes. A bore or a lobe beside its place moves and twists its element, as in `stiffness_model.rotation`; a lobe
-    farther out acts as a larger one.
+    clearance; bores have their mean radius. places: range of the deviation of a drive's places of bores and lobes, over
+    that of their sizes, in which any is as likely, since drawings do not state it. A bore or a lobe beside its place
+    moves and twists its element, as in `stiffness_model.rotation`; a lobe farther out acts as a larger one.
     """
     drive, r = scatter.drive, scatter.responses
     rng = np.random.default_rng(np.random.SeedSequence([seed, len(scatter.twist)]))
     n, rows = drive.elements, drive.eccentrics
     share = {part: np.sqrt(v) for part, v in r.shares.items()}
     mean, block = mean_torque(scatter), scatter.motion.block
-    place, angle = place_deviations(drive, places)
     even = even_seats(drive)
     found = np.empty((count, len(scatter.twist)))
     for number in range(count):
-        start = rng.uniform(0, 2 * np.pi)
-        beta, lobe, inside = element_positions(drive, scatter.motion, scatter.seating or Seating(start, even))
+        start, (place, angle) = rng.uniform(0, 2 * np.pi), place_deviations(drive, rng.uniform(*places))
+        beta, lobe = element_positions(drive, scatter.motion, scatter.seating or Seating(start, even))
         crank = rng.standard_normal(n)
         if drive.crank_deviation == "eccentric":
             crank = crank[np.arange(n) % rows]
         of_element = share["element"] * rng.standard_normal(n) + share["crank"] * crank
         of_lobe = share["gear"] * rng.standard_normal(drive.lobes * rows)
-        bore_angle, lobe_angle = np.zeros(n), np.zeros(drive.lobes * rows)
-        if places:
-            of_lobe += place / r.deviation * rng.standard_normal(drive.lobes * rows)
-            bore_angle = angle * rng.standard_normal(n)
-            lobe_angle = angle * rng.standard_normal(drive.lobes * rows)
-            # As if the output had turned on by a bore's angle, or back by a lobe's.
-            beta = beta + (drive.ratio - 1) * (bore_angle - lobe_angle[lobe])
-            inside = inside_profile(drive, scatter.motion, beta)
+        of_lobe += place / r.deviation * rng.standard_normal(drive.lobes * rows)
+        bore_angle, lobe_angle = angle * rng.standard_normal(n), angle * rng.standard_normal(drive.lobes * rows)
+        # As if the output had turned on by a bore's angle, or back by a lobe's.
+        beta = beta + (drive.ratio - 1) * (bore_angle - lobe_angle[lobe])
+        inside = inside_profile(drive, scatter.motion, beta)
         point, element = np.nonzero(inside > 0)
         met = lobe[point, element]
         z = of_element[element] + of_lobe[met]

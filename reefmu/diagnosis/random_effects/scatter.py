@@ -59,13 +59,13 @@ class Scatter:
         block = self.motion.block
         clearance, twist = np.broadcast_to(np.asarray(clearance, float), twist.shape)[block], twist[block]
         responses = self._responses(twist, clearance, self.responses.tables)
-        displaced = self._displaced(twist, clearance)
+        responses |= self._displaced(twist, clearance, responses["mean"])
         parts = [
-            *self._element_columns(responses, displaced),
-            *self._lobe_columns(responses, displaced),
+            *self._element_columns(responses),
+            *self._lobe_columns(responses),
             self._shift_by_places(responses),
             self._passing(twist, clearance, responses["mean"]),
-            self._by_position(displaced),
+            self._by_position(responses["displaced"]),
         ]
         columns = np.concatenate(parts)
         columns = columns[np.abs(columns).max(axis=1) > 0]
@@ -86,7 +86,8 @@ class Scatter:
         """Responses (p, elements), N.m, at the points of the motion by the names of their tables, of elements that
         stand `ahead`, rad, of their positions; twist, clearance: (p,)."""
         r = self.responses
-        beta, inside = self._positions[0] + ahead, self._inside(ahead)
+        beta = self._positions[0] + ahead
+        inside = inside_profile(self.drive, self.motion, beta)
         found = {name: np.zeros(beta.shape) for name in names}
         for some, tables in self._at_clearances(clearance):
             row, f = locate_cells(r.twist, twist[some])
@@ -107,19 +108,32 @@ class Scatter:
             some = np.flatnonzero(level == value)
             yield some, r.at_clearance(float(clearance[some].mean()))
 
-    def _displaced(self, twist: Array, clearance: Array) -> Array:
-        """(p, elements) N.m, what one standard deviation of the place of an element's bore does to its torque: it
-        stands elsewhere on the profile, as if the output had turned on, but the crank has not."""
-        _, angle = place_deviations(self.drive)
-        ahead = (self.drive.ratio - 1) * angle
-        at, behind = (self._responses(twist, clearance, ("mean",), sign * ahead)["mean"] for sign in (1.0, -1.0))
-        return (at - behind) / 2
+    def _displaced(self, twist: Array, clearance: Array, mean: Array) -> dict[str, Array]:
+        """Responses (p, elements), N.m, to one standard deviation of the place of an element's bore: it stands
+        elsewhere on the profile, as if the output had turned on, but the crank has not.
 
-    def _element_columns(self, responses: dict[str, Array], displaced: Array) -> list[Array]:
-        """Columns of the deviations that move with the elements, and of the eccentrics."""
+        displaced, displaced_twice: of the torque `mean`, in the deviation and in its square; linear_displaced: of its
+        response to a clearance.
+        """
+        _, angle = place_deviations(self.drive)
+        ahead, names = (self.drive.ratio - 1) * angle, ("mean", "linear")
+        at, behind = (self._responses(twist, clearance, names, sign * ahead) for sign in (1.0, -1.0))
+        return {
+            "displaced": (at["mean"] - behind["mean"]) / 2,
+            "displaced_twice": (at["mean"] + behind["mean"]) / 2 - mean,
+            "linear_displaced": (at["linear"] - behind["linear"]) / 2,
+        }
+
+    def _element_columns(self, responses: dict[str, Array]) -> list[Array]:
+        """Columns of the deviations that move with the elements, and of the eccentrics.
+
+        An element's products with the lobes that it meets are random effects of their own, one for each pair; those of
+        the second order stand for them, one for each element.
+        """
         drive, shares, mean = self.drive, self.responses.shares, self.motion.mean
         linear = mean(responses["linear"])
-        bore = [mean(displaced - place_deviations(drive)[1] * responses["slope"]).T]
+        second = [mean(v).T for v in self._second_order(responses)]
+        bore = [mean(responses["displaced"] - place_deviations(drive)[1] * responses["slope"]).T]
         if (responses["bore"] ** 2).sum() > MIN_BORE_SHARE * (responses["linear"] ** 2).sum():
             bore.append(mean(responses["bore"]).T)
         if drive.crank_deviation == "eccentric":
@@ -132,35 +146,47 @@ class Scatter:
             )
             return [
                 *bore,
+                *second,
                 shares["element"] ** 0.5 * linear.T,
                 *(np.stack([v[:, rows == k].sum(axis=1) for k in range(drive.eccentrics)]) for v in shared),
             ]
-        return [*bore, (shares["element"] + shares["crank"]) ** 0.5 * linear.T]
+        return [*bore, *second, (shares["element"] + shares["crank"]) ** 0.5 * linear.T]
 
-    def _lobe_columns(self, responses: dict[str, Array], displaced: Array) -> list[Array]:
-        """Columns of the lobes' deviations in distance and along the circle, and of the quadratic responses to the
-        deviations of all parts."""
+    def _lobe_columns(self, responses: dict[str, Array]) -> list[Array]:
+        """Columns of the lobes' deviations in distance and along the circle, to the second order."""
         n_lobes, n = self.drive.lobes * self.drive.eccentrics, len(self.twist)
-        place, angle = place_deviations(self.drive)
-        outwards = (self.responses.shares["gear"] + (place / self.responses.deviation) ** 2) ** 0.5
+        _, angle = place_deviations(self.drive)
         motion = self.motion
         index = (self._positions[1] + n_lobes * motion.block[:, None]).ravel()
         part = (1 / motion.count)[motion.block][:, None]
         return [
             np.bincount(index, (part * v).ravel(), n_lobes * n).astype(float).reshape(n, n_lobes).T
             for v in (
-                outwards * responses["linear"],
-                (1 - 1 / self.drive.ratio) * angle * responses["slope"] - displaced,
-                responses["quadratic"],
+                self._outwards * responses["linear"],
+                (1 - 1 / self.drive.ratio) * angle * responses["slope"] - responses["displaced"],
+                self._outwards * responses["linear_displaced"],
+                *self._second_order(responses),
             )
         ]
 
+    @property
+    def _outwards(self) -> float:
+        """Standard deviation of a lobe in distance, by its size and its place, over that of an element's clearance."""
+        place, _ = place_deviations(self.drive)
+        return (self.responses.shares["gear"] + (place / self.responses.deviation) ** 2) ** 0.5
+
+    def _second_order(self, responses: dict[str, Array]) -> tuple[Array, Array]:
+        """Responses (p, elements), N.m, to the squares of a lobe's deviations in distance and along the circle, less
+        their means, over their standard deviations."""
+        return self._outwards**2 * responses["quadratic"], np.sqrt(2) * responses["displaced_twice"]
+
     def _shift_by_places(self, responses: dict[str, Array]) -> Array:
         """(1, n) N.m, by which deviations of places shift the mean of all individuals, since the torque bends with the
-        twist and the clearance. How large they are is not known, so that it is a random effect."""
+        twist, the position and the clearance. How large they are is not known, so that it is a random effect."""
         place, angle = place_deviations(self.drive)
         outwards = place / self.responses.deviation
         shift = outwards**2 / np.sqrt(2) * responses["quadratic"] + angle**2 * responses["bend"]
+        shift = shift + 2 * responses["displaced_twice"]
         return self.motion.mean(shift.sum(axis=1))[None]
 
     def _passing(self, twist: Array, clearance: Array, mean: Array) -> Array:
@@ -184,14 +210,10 @@ class Scatter:
         return np.stack([self.motion.mean((displaced * share**k).sum(axis=1)) for k in (0, 1)])
 
     @cached_property
-    def _positions(self) -> tuple[Array, NDArray[np.intp], Array]:
+    def _positions(self) -> tuple[Array, NDArray[np.intp]]:
         """`element_positions` of the record, with the first element at 0 where the seating is unknown."""
         seating = self.seating or Seating(0.0, even_seats(self.drive))
         return element_positions(self.drive, self.motion, seating)
-
-    def _inside(self, ahead: float) -> Array:
-        """(p, elements), share of each point within the usable profile of elements that stand ahead, rad."""
-        return inside_profile(self.drive, self.motion, self._positions[0] + ahead)
 
 
 def _trapezoid(nodes: Array) -> Array:
