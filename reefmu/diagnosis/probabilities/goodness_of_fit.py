@@ -8,6 +8,9 @@ their Application, 1997, section 4.2.3).
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.signal import lfilter
 
@@ -16,11 +19,13 @@ from stiffness_model.numerics.arrays import Array
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.score_test import absorbing_basis
-from ..random_effects.individuals import simulate_individuals
-from ..random_effects.scatter import Scatter
+from ..estimation.weighting import INDIVIDUAL_SIZE, Weighting
 
 N_RECORDS = 199
 """Records that are simulated: the least p-value is 0.005, and one of 0.05 has a standard error of 0.015."""
+N_EXPECTED = 48
+"""Records from which the misfit of every hypothesis is expected. Chosen by judgement: their standard deviation is known
+within a tenth."""
 
 
 def global_p(problem: Problem, fit: Fit, seed: int = 0) -> float:
@@ -30,27 +35,52 @@ def global_p(problem: Problem, fit: Fit, seed: int = 0) -> float:
 
 def p_value(problem: Problem, fit: Fit, residual: Array, seed: int = 0) -> float:
     """The p-value of a residual (n,), N.m, beside a fit."""
-    rng = np.random.default_rng(np.random.SeedSequence([seed, N_RECORDS]))
-    records = simulate_noise(problem, N_RECORDS, rng)
-    drives = individuals_with_places(problem)
-    if len(drives):
-        records = records + fit.weighting.size * drives[rng.integers(len(drives), size=N_RECORDS)].T
     basis = absorbing_basis(fit.weighting, fit.prediction.sensitivities, fit.bounds.prior_deviation)
-
-    def left(values: Array) -> Array:
-        white = fit.weighting.whiten(values)
-        return ((white - basis @ (basis.T @ white)) ** 2).sum(axis=0)
-
-    measured = float(left(residual[:, None])[0])
-    return float((1 + (left(records) >= measured).sum()) / (1 + N_RECORDS))
+    records = simulate_records(problem, fit.weighting, N_RECORDS, seed)
+    measured = float(_left(fit.weighting, basis, residual[:, None])[0])
+    return float((1 + (_left(fit.weighting, basis, records) >= measured).sum()) / (1 + N_RECORDS))
 
 
-def individuals_with_places(problem: Problem) -> Array:
-    """(m, n) N.m, individuals whose bores and lobes deviate in place as widely as in size, which drawings do not state;
-    (0, n) without stated tolerances."""
-    if problem.is_mean_drive or not isinstance(problem.scatter, Scatter):
-        return problem.individuals
-    return simulate_individuals(problem.scatter, seed=1, places=1.0)
+@dataclass(frozen=True)
+class ExpectedFit:
+    """What fits leave of records without anything unnamed: mean and standard deviation of the logarithm of the whitened
+    sum of squares."""
+
+    mean: float
+    deviation: float
+
+    def misfit(self, chi_square: float) -> float:
+        """By how many standard deviations a whitened sum of squares exceeds what is expected; 0 where it does not.
+
+        >>> ExpectedFit(0.0, 0.5).misfit(math.e), ExpectedFit(0.0, 0.5).misfit(0.1)
+        (2.0, 0.0)
+        """
+        return max(0.0, math.log(max(chi_square, 1e-300)) - self.mean) / max(self.deviation, 1e-300)
+
+
+def expected_fit(problem: Problem, base: Fit, weighting: Weighting, seed: int = 0) -> ExpectedFit:
+    """What fits under a weighting leave of simulated records; base: the fit without effects."""
+    basis = absorbing_basis(weighting, base.prediction.sensitivities, base.bounds.prior_deviation)
+    left = np.log(_left(weighting, basis, simulate_records(problem, weighting, N_EXPECTED, seed)))
+    return ExpectedFit(float(left.mean()), float(left.std()))
+
+
+def simulate_records(problem: Problem, weighting: Weighting, count: int, seed: int) -> Array:
+    """(n, count) N.m, residuals of records of drives that are what the model says: noise, and deviations of individuals
+    of the population, as much larger than theirs as the scatter of the weighting is."""
+    rng = np.random.default_rng(np.random.SeedSequence([seed, count]))
+    noise, drives = simulate_noise(problem, count, rng), problem.individuals
+    if problem.is_mean_drive or not len(drives):
+        return noise
+    drawn = drives[rng.integers(len(drives), size=count)].T
+    usual = problem.weights.with_likeliest_scatter(drawn + noise, INDIVIDUAL_SIZE).size
+    return noise + weighting.size / usual * drawn
+
+
+def _left(weighting: Weighting, basis: Array, values: Array) -> Array:
+    """(k,) whitened sums of squares of values (n, k), N.m, beside parameters with a basis (n, p)."""
+    white = weighting.whiten(values)
+    return ((white - basis @ (basis.T @ white)) ** 2).sum(axis=0)
 
 
 def simulate_noise(problem: Problem, count: int, rng: np.random.Generator) -> Array:

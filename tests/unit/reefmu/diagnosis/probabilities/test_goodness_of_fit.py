@@ -5,16 +5,22 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from reefmu.diagnosis.estimation.least_squares import Fit
+from reefmu.diagnosis.estimation.problem import Problem, make_weights
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.probabilities.goodness_of_fit import (
     N_RECORDS,
+    expected_fit,
     global_p,
-    individuals_with_places,
     p_value,
     simulate_noise,
 )
+from reefmu.diagnosis.random_effects.individuals import simulate_individuals
+from reefmu.diagnosis.random_effects.scatter import Scatter
+from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
 from tests.unit.reefmu.diagnosis.probabilities.conftest import Fitted
 
@@ -43,11 +49,38 @@ def test_simulated_noise_has_the_variance_and_the_correlation_that_were_estimate
     assert abs(float(np.mean(neighbours)) - expected) < 0.02
 
 
-def test_individuals_have_places_that_drawings_do_not_state() -> None:
-    """The p-value allows for bores and lobes beside their places; the search does not know them."""
-    record = rig.measured({}, noise=0.5, seed=21, full=False)
+@pytest.fixture(scope="module")
+def individual() -> tuple[Problem, Fit]:
+    """The problem of a drawing's record, weighted as that of an individual, and the fit without effects."""
+    record = rig.measured({}, noise=0.5, seed=21)
     trace = make_trace(record, rig.drive().ratio)
     problem = prepare_problem(record, trace, BaseCurveSource(rig.drive()).base_curve(trace))
-    problem = replace(problem, is_mean_drive=False)
-    assert np.mean(individuals_with_places(problem) ** 2) > 1.1 * np.mean(problem.individuals**2)
-    assert individuals_with_places(replace(problem, is_mean_drive=True)) is problem.individuals
+    assert isinstance(problem.scatter, Scatter)
+    weights = make_weights(problem.variance, problem.scatter, problem.scatter.twist)
+    problem = replace(problem, is_mean_drive=False, weights=weights)
+    return problem, problem.fit_from((), problem.start(0.0), weights)
+
+
+def test_individuals_leave_what_is_expected_and_something_unnamed_leaves_more(individual: tuple[Problem, Fit]) -> None:
+    """Individuals of another seed; a ripple over time, which no part makes, of a hundredth of full torque."""
+    problem, fit = individual
+    assert isinstance(problem.scatter, Scatter)
+    drives = simulate_individuals(problem.scatter, 24, seed=7)
+    noise = simulate_noise(problem, len(drives), np.random.default_rng(2))
+    ripple = 0.01 * problem.base.full_torque * np.sin(problem.blocks.mean(problem.trace.time))
+
+    def p_values(residuals: Array) -> Array:
+        weightings = [problem.weights.with_likeliest_scatter(residual) for residual in residuals]
+        return np.array(
+            [p_value(problem, replace(fit, weighting=w), r) for w, r in zip(weightings, residuals, strict=True)]
+        )
+
+    ordinary, foreign = p_values(drives + noise.T), p_values(drives + noise.T + ripple)
+    assert 0.25 < np.mean(ordinary) < 0.75
+    assert np.mean(foreign < 0.05) > 0.8
+
+
+def test_the_misfit_of_the_right_model_is_ordinary(fitted: Fitted) -> None:
+    expected = expected_fit(fitted.problem, fitted.base, fitted.hysteresis.weighting)
+    assert expected.misfit(fitted.hysteresis.chi_square) < 2.0
+    assert expected.misfit(fitted.base.chi_square) > 10.0
