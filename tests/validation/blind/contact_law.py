@@ -14,6 +14,9 @@ REST = 0.5
 """Stiffness of the rig in parallel with the drive, over full torque per full twist. As in a real loading device, it
 moves the twist through the drive's play at a finite speed. Chosen by judgement."""
 
+NODES = 12
+"""Nodes of an individual's table over the distance of two elements: several within the edge of the profile, where
+elements enter and leave."""
 FIRST_TURN = -np.pi
 """rad, first rotation of an individual's tables; a twist turns the crank without load back from its angle."""
 
@@ -82,7 +85,7 @@ def individual_law(
     """One individual, solved at clearances, m, over the range of the test; `modulus` and `missing` as in `mean_law`."""
     drive, low, high = tables.drive, *clearances
     nodes = np.array([low]) if high - low < 1e-9 else np.linspace(low, high, 4)
-    turn = FIRST_TURN + np.arange(TURNS * 4 * drive.elements) * 2 * np.pi / (4 * drive.elements)
+    turn = FIRST_TURN + np.arange(TURNS * NODES * drive.elements) * 2 * np.pi / (NODES * drive.elements)
     few = tables.x[::2]  # the number of nodes is odd, so that both ends are included
     gone = None if missing is None else int(np.argmin(np.abs(_wrapped(one.start - missing))))
     torque = np.stack([_finer(few, individual_torque(drive, one, turn, few, c, gone), tables.x) for c in nodes], -1)

@@ -17,6 +17,8 @@ from stiffness_model.numerics.arrays import Array
 
 CHUNK = 6000
 """Elements times twists that are solved at once; chosen so that their arrays fit the cache of a core."""
+EDGE = 0.01
+"""Half the width, rad, over which an element enters or leaves the usable profile."""
 TURNS = 4
 """Turns of the crank relative to the cage that the tables of an individual span. A protocol spans no more, or whole
 multiples of the number of lobes more, after which every element meets its first lobe again."""
@@ -134,7 +136,9 @@ def individual_torque(
     # An element beside its place is where the output would have to turn back to, at a crank that stands.
     twisted = one.bore_place[number] + one.lobe_place[met]
     beta = (way + np.pi) % (2 * np.pi) - np.pi - (drive.ratio - 1) * twisted
-    usable = np.abs(beta) <= drive.usable_limit
+    # An element enters and leaves over some distance, between the nodes of `turn`, where a step would be smeared.
+    share = np.clip((drive.usable_limit - np.abs(beta)) / (2 * EDGE) + 0.5, 0.0, 1.0)
+    usable = share > 0
     if missing is not None:
         usable &= number != missing
     which, lobe = number[usable], one.lobe[met][usable]
@@ -143,7 +147,7 @@ def individual_torque(
     if twisted.any():
         torque = _shifted(twist, torque, twisted[usable])
     first = np.concatenate([[0], np.cumsum(usable.sum(axis=1))[:-1]])
-    return np.add.reduceat(torque, first, axis=0)
+    return np.add.reduceat(torque * share[usable][:, None], first, axis=0)
 
 
 assert [f.name for f in fields(Deviations)] == ["beta", "element", "crank", "cage", "gear"]
