@@ -36,10 +36,10 @@ def problem() -> Problem:
 @pytest.mark.parametrize(
     ("name", "parameters", "inside", "outside", "refuted"),
     [
-        ("hysteresis", [4.0, 1e-4], 1.0, 1.0, False),
-        ("hysteresis", [4.0, 1e-4], 1.0, -1.0, True),
+        ("hysteresis", [8.0, 1e-4], 1.0, 1.0, False),
+        ("hysteresis", [8.0, 1e-4], 1.0, -1.0, True),
         # The fitted runs differ by a small clearance, which scatter explains: their raw residual shrinks, not the cost.
-        ("backlash", [2e-6], 0.5, -1.0, False),
+        ("backlash", [3.5e-6], 0.5, -1.0, False),
     ],
 )
 def test_an_effect_is_refuted_where_it_is_shown_and_does_harm(
