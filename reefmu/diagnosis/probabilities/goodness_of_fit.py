@@ -8,9 +8,6 @@ their Application, 1997, section 4.2.3).
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.signal import lfilter
 
@@ -23,9 +20,6 @@ from ..estimation.weighting import INDIVIDUAL_SIZE, Weighting
 
 N_RECORDS = 199
 """Records that are simulated: the least p-value is 0.005, and one of 0.05 has a standard error of 0.015."""
-N_EXPECTED = 48
-"""Records from which the misfit of every hypothesis is expected. Chosen by judgement: their standard deviation is known
-within a tenth."""
 
 
 def global_p(problem: Problem, fit: Fit, seed: int = 0) -> float:
@@ -39,30 +33,6 @@ def p_value(problem: Problem, fit: Fit, residual: Array, seed: int = 0) -> float
     records = simulate_records(problem, fit.weighting, N_RECORDS, seed)
     measured = float(_left(fit.weighting, basis, residual[:, None])[0])
     return float((1 + (_left(fit.weighting, basis, records) >= measured).sum()) / (1 + N_RECORDS))
-
-
-@dataclass(frozen=True)
-class ExpectedFit:
-    """What fits leave of records without anything unnamed: mean and standard deviation of the logarithm of the whitened
-    sum of squares."""
-
-    mean: float
-    deviation: float
-
-    def misfit(self, chi_square: float) -> float:
-        """By how many standard deviations a whitened sum of squares exceeds what is expected; 0 where it does not.
-
-        >>> ExpectedFit(0.0, 0.5).misfit(math.e), ExpectedFit(0.0, 0.5).misfit(0.1)
-        (2.0, 0.0)
-        """
-        return max(0.0, math.log(max(chi_square, 1e-300)) - self.mean) / max(self.deviation, 1e-300)
-
-
-def expected_fit(problem: Problem, base: Fit, weighting: Weighting, seed: int = 0) -> ExpectedFit:
-    """What fits under a weighting leave of simulated records; base: the fit without effects."""
-    basis = absorbing_basis(weighting, base.prediction.sensitivities, base.bounds.prior_deviation)
-    left = np.log(_left(weighting, basis, simulate_records(problem, weighting, N_EXPECTED, seed)))
-    return ExpectedFit(float(left.mean()), float(left.std()))
 
 
 def simulate_records(problem: Problem, weighting: Weighting, count: int, seed: int) -> Array:
