@@ -96,7 +96,7 @@ def test_an_individual_keeps_its_parts_while_it_turns():
 
 def test_a_twist_at_a_locked_crank_moves_the_elements_as_in_the_core(table):
     """The torque of an individual whose lobes are alike, against `stiffness_model.rotation` at the same output angle;
-    there an element fades over 0.02 rad at the edge of the profile, here over a quarter of a pitch."""
+    an element fades over 0.02 rad at the edge of the profile in both."""
     drive = table.drive
     one = draw_individual(drive, np.random.default_rng(0))
     one = replace(one, lobe=0 * one.lobe + drive.element_radius + drive.tolerances["gear"].offset)
