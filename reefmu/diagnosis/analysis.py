@@ -8,7 +8,7 @@ from ..record import Record
 from .estimation.least_squares import Fit
 from .inference.evidence import Evidence
 from .inference.isolability import Isolability
-from .inference.verdict import Conclusion
+from .probabilities.decision import Conclusion
 from .schema import Diagnosis
 
 

@@ -1,4 +1,4 @@
-"""The diagnosis of one record: audit, problem, isolability, thresholds, search, tests, probabilities, result."""
+"""The diagnosis of one record: audit, problem, isolability, search, probabilities, result."""
 
 from __future__ import annotations
 
@@ -18,8 +18,6 @@ from .estimation.worker_pool import open_pool
 from .fitted_values import CrankLosses
 from .inference.evidence import Evidence
 from .inference.isolability import Isolability, isolability
-from .inference.thresholds import calibrate_thresholds
-from .inference.verdict import decide, select_effects
 from .losses.crank_losses import CRANK_FRICTION, LAW, crank_losses, with_losses
 from .losses.stated_friction import friction_inside, without_stated_friction
 from .preparation import BaseCurveSource, prepare_problem
@@ -101,7 +99,7 @@ def _analyse(
     evidence, isolated = _collect_evidence(problem, report, executor)
     report("probabilities", 0.9)
     base = evidence.search.base
-    found = assess(evidence, decide(select_effects(evidence)), priors)
+    found = assess(evidence, priors)
     chosen = found.conclusion.chosen
     report("result", 0.95)
     written = WrittenFits(written_fit(evidence.problem, base), written_fit(evidence.problem, chosen))
@@ -118,7 +116,7 @@ def _analyse(
 
 
 def _collect_evidence(problem: Problem, report: Progress, executor: Executor | None) -> tuple[Evidence, Isolability]:
-    """Fit the sets of effects that this record can show, and find which gains drives without effects reach."""
+    """Fit the sets of effects that this record can show."""
     base = base_fit(problem)
     report("isolability", 0.1)
     with open_pool(problem, executor) as pool:
@@ -126,16 +124,14 @@ def _collect_evidence(problem: Problem, report: Progress, executor: Executor | N
         isolated = isolability(problem, base, traces)
         visible = tuple(name for name in problem.candidates if name not in isolated.invisible)
         problem = replace(problem, candidates=visible)
-        report("thresholds", 0.2)
-        thresholds = calibrate_thresholds(problem, base, traces)
         found = search(
             replace(pool, problem=problem),
             base,
             traces,
             MAX_EFFECTS,
-            lambda stage, share: report(stage, 0.3 + 0.6 * share),
+            lambda stage, share: report(stage, 0.2 + 0.7 * share),
         )
-    return Evidence(problem, found, thresholds, isolated.indistinguishable), isolated
+    return Evidence(problem, found), isolated
 
 
 def _excessive_noise(problem: Problem) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from ..record import Record
 from .estimation.likeliest_seating import with_likeliest_seating
 from .estimation.problem import Problem, block_variances, make_weights, search_blocks, select_candidates
 from .forward.base_curve import BaseCurve, curve_base, drawing_base, lookup_base, power_base, table_base
-from .inference.mean_drive import lacks_ripple
 from .losses.crank_losses import CRANK_FRICTION
 from .preprocessing.audit import ratio_from_angles
 from .preprocessing.cycle_scatter import estimate_cycle_scatter
@@ -70,11 +69,7 @@ class BaseCurveSource:
 
 
 def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
-    """The problem with all candidates that the record's columns allow.
-
-    Where the record lacks the ripple of an individual, the weights are those of the mean drive, so that scatter
-    explains nothing.
-    """
+    """The problem with all candidates that the record's columns allow."""
     slope = _slope(trace, base)
     noise = estimate_noise(trace, slope)
     blocks = search_blocks(trace)
@@ -85,7 +80,7 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
     scatter, individuals = _scatter(base, trace, blocks, variance)
     candidates, excluded = select_candidates(record.missing, base.kind)
     weights = make_weights(variance, scatter, variance if scatter is None else scatter.twist)
-    problem = Problem(
+    return Problem(
         base,
         trace,
         blocks,
@@ -100,9 +95,6 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
         cycle_scatter=between,
         cycles=find_cycles(record, blocks),
     )
-    if lacks_ripple(problem, individuals):
-        return replace(problem, is_mean_drive=True, weights=weights.for_mean_drive())
-    return problem
 
 
 def _scatter(base: BaseCurve, trace: Trace, blocks: Blocks, variance: Array) -> tuple[ToleranceScatter | None, Array]:

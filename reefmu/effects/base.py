@@ -135,9 +135,8 @@ class Identification:
     requirements: columns or a drawing, without which the effect is no candidate. confounding_group: of effects that
     absorb each other's misfit. tolerance_signature: what an individual drive's tolerances change in the same way.
     sign_pair: the effect that is the same quantity with the other sign. limit_of: the more general effect of which this
-    one is a limit. relaxation_spectrum: whether real materials have several of the time constants of which the model
-    has one. separated_from: names of other effects, each with the test that tells the two apart. shown_by: the test
-    that shows the effect alone, where it differs from its excitation. not_a_candidate: why no record can show the
+    one is a limit. separated_from: names of other effects, each with the test that tells the two apart. shown_by: the
+    test that shows the effect alone, where it differs from its excitation. not_a_candidate: why no record can show the
     effect, as part of a sentence; empty for an effect that a diagnosis may name.
     """
 
@@ -146,7 +145,6 @@ class Identification:
     tolerance_signature: ToleranceSignature | None = None
     sign_pair: str = ""
     limit_of: str = ""
-    relaxation_spectrum: bool = False
     separated_from: tuple[tuple[str, str], ...] = ()
     shown_by: str = ""
     not_a_candidate: str = ""

@@ -49,8 +49,7 @@ def _scatter_at_contacts(problem: Problem, found: Fit) -> Problem:
     if not isinstance(problem.scatter, Scatter):
         return problem
     scatter = replace(problem.scatter, twist=found.prediction.contact)
-    weights = make_weights(problem.variance, scatter, scatter.twist)
-    return replace(problem, scatter=scatter, weights=weights.for_mean_drive() if problem.is_mean_drive else weights)
+    return replace(problem, scatter=scatter, weights=make_weights(problem.variance, scatter, scatter.twist))
 
 
 def noise_whitened(s: Sensitivities, noise: RigNoise) -> tuple[Array, Array, Array]:

@@ -19,7 +19,7 @@ freedom are Satterthwaite's, V^2 / sum_h V_h^2/(m_h - 1) (Biometrics Bulletin 2,
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import stdtrit
@@ -124,8 +124,6 @@ def leave_cycles_out(problem: Problem, found: Fit) -> JackknifeErrors | None:
         variance = np.where(cycles.number == cycle, NO_WEIGHT * problem.variance, problem.variance)
         twist = variance if problem.scatter is None else problem.scatter.twist
         weights = make_weights(variance, problem.scatter, twist).like(found.weighting)
-        if problem.is_mean_drive:
-            weights = replace(weights, individual=(weights.mean,), roughness=0)
         refitted = ranking.fit_from(found.names, found.parameters, weights, REFIT)
         estimates.setdefault(int(cycles.kind[cycle]), []).append(found.bounds.to_free(refitted.parameters))
     return stratified_jackknife([np.array(kind) for kind in estimates.values()])

@@ -44,7 +44,8 @@ def with_likeliest_seating(
 
     def cost(seating: Seating) -> float:
         columns, rest = replace(there, seating=seating).columns_at(there.twist)
-        weights = make_weighting(variance[few], np.concatenate([columns, smooth]), rest)
+        middle = rest[len(rest) // 2 :][:1]  # other roughnesses favour the same seating, or a neighbouring start
+        weights = make_weighting(variance[few], np.concatenate([columns, smooth]), middle)
         return weights.with_likeliest_scatter(residual[few], INDIVIDUAL_SIZE).cost(residual[few])
 
     # The likelihood is smooth over the first element: every second one shows where the best is.

@@ -51,10 +51,9 @@ class Problem:
     block, noise and scatter between cycles with their whole autocorrelation; block_variance: (n,) (N.m)^2, variance of
     both in each block mean;
     candidates: effects that may be named; excluded: the others, with the reason; scatter: of the population, None
-    without a drawing; weights_cache: memo of `weights_at`; is_mean_drive: whether the record is known to be of the mean
-    drive; individuals: (m, n) N.m, torque of simulated individual drives less the mean drive's, (0, n) without a
-    drawing; cycle_scatter: between cycles that repeat in torque, None where none do or they repeat in time; cycles:
-    those that repeat in torque, None where none do.
+    without a drawing; weights_cache: memo of `weights_at`; individuals: (m, n) N.m, torque of simulated individual
+    drives less the mean drive's, (0, n) without a drawing; cycle_scatter: between cycles that repeat in torque, None
+    where none do or they repeat in time; cycles: those that repeat in torque, None where none do.
     """
 
     base: BaseCurve
@@ -68,7 +67,6 @@ class Problem:
     excluded: dict[str, str]
     scatter: ToleranceScatter | None
     weights_cache: list[tuple[Array, Array, Weighting]] = field(default_factory=list)
-    is_mean_drive: bool = False
     individuals: Array = field(default_factory=lambda: np.zeros((0, 0)))
     cycle_scatter: CycleScatter | None = None
     cycles: Cycles | None = None
@@ -143,7 +141,7 @@ class Problem:
 
         A drive with backlash scatters where its contacts carry load; a preloaded one scatters at zero torque too.
         """
-        if self.scatter is None or self.is_mean_drive:
+        if self.scatter is None:
             return self.weights
         twist, clearance = found.prediction.contact, found.prediction.clearance
         near, alike = SAME_TWIST * self.base.max_twist, SAME_CLEARANCE * self.scatter.clearance_deviation

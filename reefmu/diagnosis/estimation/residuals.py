@@ -1,8 +1,4 @@
-"""What a fit leaves: remainder, scatter, overdispersion, and the part that repeats with the cycles.
-
-Where a test repeats a cycle, the noise of one cycle is independent of that of the next, so that the mean product of
-their residuals estimates the mean square of what both share, whatever the size and autocorrelation of the noise.
-Elsewhere the variance of the noise is subtracted, which is known only in part.
+"""What a fit leaves: remainder, scatter, and overdispersion.
 
 A missing effect is local: its residual depends on where the drive is. Noise that is larger or slower than estimated is
 everywhere. Where even the median segment of the record exceeds what the noise should leave, gains are divided by that
@@ -11,7 +7,7 @@ overdispersion (McCullagh and Nelder, Generalized Linear Models, 1989, section 4
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,17 +16,10 @@ from scipy.fft import dct
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import find_effect
-from ..forward.predictor import Predictor
-from ..preprocessing.noise import matching_cycles
 from .least_squares import Fit
 from .problem import Problem
 from .score_test import amplitudes
 
-SIGNIFICANT_ERRORS = 3.0
-"""Standard errors above zero at which the covariance of repeated cycles is significant: 0.1 % for normal errors."""
-SEGMENTS_PER_CYCLE = 8
-"""Segments of a pair of cycles whose mean products give the standard error. Chosen by judgement: long against the
-autocorrelation of the noise, and enough for a variance."""
 MAX_SEGMENT_BLOCKS = 60
 """Greatest length of a segment in blocks. Chosen by judgement: short against the whole record, so that a local residual
 does not enter the median segment."""
@@ -38,15 +27,6 @@ N_SLOW_MODES = 6
 """Lowest cosine modes of a segment in which slow noise shows. Chosen by judgement: a tenth of a full segment."""
 CHI_SQUARE_MEDIAN = 0.4549
 """Median of chi-square with one degree of freedom."""
-
-
-@dataclass(frozen=True)
-class CycleCovariance:
-    """Covariance of the residuals of repeated cycles and its standard error, (N.m)^2; pairs: of cycles compared."""
-
-    covariance: float
-    standard_error: float
-    pairs: int
 
 
 def remainder(problem: Problem, fit: Fit) -> float:
@@ -66,46 +46,14 @@ def predicted_scatter(problem: Problem, fit: Fit, residual: Array) -> Array:
     return (w.basis @ (along * variance / (1 + variance))) / w.scale
 
 
-def torque_without(problem: Problem, fit: Fit, name: str) -> Array:
-    """(n,) N.m, torque of a fit with one effect switched off and all other parameters unchanged."""
-    p = fit.parameters.copy()
-    first, effect = problem.layout(fit.names).effects[name].start, find_effect(name)
-    for k in amplitudes(effect):
-        p[first + k] = effect.parameters[k].neutral
+def torque_without(problem: Problem, fit: Fit, names: Collection[str]) -> Array:
+    """(n,) N.m, torque of a fit with some effects switched off and all other parameters unchanged."""
+    p, where = fit.parameters.copy(), problem.layout(fit.names).effects
+    for name in names:
+        effect = find_effect(name)
+        for k in amplitudes(effect):
+            p[where[name].start + k] = effect.parameters[k].neutral
     return problem.predictor(fit.names)(p).torque
-
-
-def is_repeatable(problem: Problem, fit: Fit) -> bool:
-    """Whether the residual of a fit repeats significantly with the cycles; true where no cycles repeat."""
-    predictor = Predictor(problem.trace, problem.base, fit.names)
-    residual = problem.trace.torque - predictor(fit.parameters).torque
-    scatter = predicted_scatter(problem, fit, problem.torque - fit.prediction.torque)
-    residual = residual - np.repeat(scatter, problem.blocks.count.astype(int))
-    pairs = matching_cycles(problem.trace) if problem.cycle_scatter is None else list(problem.cycle_scatter.pairs)
-    shared = cycle_covariance(residual, pairs)
-    return shared is None or shared.covariance > SIGNIFICANT_ERRORS * shared.standard_error
-
-
-def cycle_covariance(residual: Array, pairs: list[tuple[NDArray[np.intp], NDArray[np.intp]]]) -> CycleCovariance | None:
-    """Covariance of residuals (n,), N.m, at the indices of matching samples of pairs of cycles; None for too few.
-
-    >>> rng = np.random.default_rng(0)
-    >>> wave = np.tile(np.sin(np.arange(200) / 5), 20)
-    >>> cycles = [np.arange(200) + 200 * k for k in range(20)]
-    >>> found = cycle_covariance(wave + 3 * rng.standard_normal(4000), list(zip(cycles[::2], cycles[1::2])))
-    >>> abs(found.covariance - 0.5) < 3 * found.standard_error < 1
-    True
-    """
-    means = [
-        float(part.mean())
-        for first, second in pairs
-        for part in np.array_split(residual[first] * residual[second], SEGMENTS_PER_CYCLE)
-        if len(part)
-    ]
-    if len(means) < 2 * SEGMENTS_PER_CYCLE:
-        return None
-    error = float(np.std(means, ddof=1) / np.sqrt(len(means)))
-    return CycleCovariance(float(np.mean(means)), error, len(pairs))
 
 
 def estimate_overdispersion(problem: Problem, fit: Fit, residual: Array | None = None) -> float:

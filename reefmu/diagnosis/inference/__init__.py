@@ -1,9 +1,9 @@
-"""What tests of significance conclude from the fitted sets of effects.
+"""What is asked of a record beside its fits.
 
-* `mean_drive`, `isolability`, `thresholds`: which drive it is, what this excitation shows, which gains chance reaches.
-* `individual_drive`: what an individual of the population shows without any effect.
-* `evidence`: what a verdict is drawn from, and what a fit leaves unexplained.
-* `significance`: which sets of effects are significant; `nonparametric`, `model_comparison`: named effects compared
-  with terms without a name.
-* `alternatives`, `verdict`: what else is possible, and the conclusion, which `probabilities` confirms or changes.
+* `isolability`: what this excitation shows.
+* `exchanges`: sets that a record hardly tells from another.
+* `simulated_records`: without effects, along this one; `dispersion`: by how much gains exceed what the covariance
+  expects, there and here.
+* `nonparametric`: terms without a name; `tolerance_curve`: which of them tolerances make.
+* `evidence`: what a conclusion is drawn from.
 """

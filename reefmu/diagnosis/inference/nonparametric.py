@@ -114,7 +114,7 @@ def possible_terms(problem: Problem, residual: Array) -> Iterator[NonparametricT
     """The terms that this record can show; residual: (n,) whitened, from which frequencies and steps are picked."""
     trace, mean = problem.trace, problem.blocks.mean
     crank, time, warming = mean(trace.crank), mean(trace.time), mean(trace.temperature) - 20.0
-    yield NonparametricTerm(CURVE, curve_over_torque)
+    yield CURVE_TERM
     step = np.diff(trace.smooth_twist, prepend=trace.smooth_twist[0])
     direction = mean(np.sign(np.where(trace.start, 0.0, step)))
     yield NonparametricTerm("direction of the twist, by torque", _by_torque(direction[:, None]))
@@ -164,6 +164,10 @@ def curve_over_torque(torque: Array) -> Array:
     share = torque / max(float(np.abs(torque).max()), 1e-9)
     even = np.stack([np.abs(share), share * np.abs(share)], axis=1)
     return np.concatenate([_splines(share, np.array(KNOTS)), even], axis=1)
+
+
+CURVE_TERM = NonparametricTerm(CURVE, curve_over_torque)
+"""A static curve."""
 
 
 def _independent_of_torque(coordinate: str, columns: Array, n_scanned: float = 1.0) -> NonparametricTerm:

@@ -9,20 +9,18 @@ without a model, from the covariances between levels of the torque at equal twis
 
 Fits remain weighted least squares: blocks get one variance, that of sums over them (working independence: Liang and
 Zeger, Biometrika 73, 1986). Without the zero and the base curve's parameters, which a fit leaves free, the trace of an
-effect has its slowest period in a branch; the variance is that of sums of this period. Effects that vary more slowly
-have higher thresholds (`inference.thresholds`). Whitening by the autoregressions, or a variance for each amplitude,
-would be more efficient if the laws were exact. They are not: the first gives the greatest weight to jumps where the
-motor sticks, the second to small cycles, in which it sticks throughout.
+effect has its slowest period in a branch; the variance is that of sums of this period. Whitening by the
+autoregressions, or a variance for each amplitude, would be more efficient if the laws were exact. They are not: the
+first gives the greatest weight to jumps where the motor sticks, the second to small cycles, in which it sticks
+throughout.
 """
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
 from stiffness_model.numerics.arrays import Array
@@ -49,8 +47,7 @@ class CycleScatter:
     variance: (N.m)^2, of a block; weighting_variance: (N.m)^2, the same with its autocorrelation, as sums over many
     blocks have it. long, short: (n,) correlation of each block with the one before, 0 where a run begins, in either
     autoregression; long_share: of the first in the variance. length: correlation length of the first over that of a
-    branch. pairs: indices of samples at equal twist in two branches that repeat each other. freedom: number of
-    differences between branches from which the variance was estimated.
+    branch.
     """
 
     variance: float
@@ -59,8 +56,6 @@ class CycleScatter:
     short: Array
     long_share: float
     length: float
-    pairs: tuple[tuple[NDArray[np.intp], NDArray[np.intp]], ...]
-    freedom: int
 
     @property
     def rms(self) -> float:
@@ -84,7 +79,6 @@ def estimate_cycle_scatter(record: Record, trace: Trace, blocks: Blocks, noise: 
     branches = torque_branches(record)
     groups = [group for group in repeated_branches(record, branches) if not any(_sticks(trace, b) for b in group)]
     known = [(group, lags) for group in groups if (lags := _lag_covariances(trace, group)) is not None]
-    freedom = sum(len(group) - 1 for group, _ in known)
     near, far = (sum((len(g) - 1) * float(c[list(lags)].mean()) for g, c in known) for lags in (NEAR_LAGS, FAR_LAGS))
     if near <= 0:
         return None
@@ -107,10 +101,9 @@ def estimate_cycle_scatter(record: Record, trace: Trace, blocks: Blocks, noise: 
     # The power density of the longer autoregression at one period for each branch, over that at zero.
     at_branch = 1 / (1 + (2 * np.pi * length / LEVELS) ** 2)
     whole = slow * np.maximum(at_branch * _summed_correlation(long), 1) + fast * _summed_correlation(short)
-    pairs = [pair for group in groups for pair in _equal_twist_pairs(trace, group)]
     slow_mean, fast_mean, mean = (float(np.average(v, weights=blocks.count)) for v in (slow, fast, whole))
     variance = slow_mean + fast_mean
-    return CycleScatter(variance, mean, long, short, slow_mean / variance, length / LEVELS, tuple(pairs), freedom)
+    return CycleScatter(variance, mean, long, short, slow_mean / variance, length / LEVELS)
 
 
 def _variance_parts(group: Sequence[TorqueBranch], lags: Array, length: float, noise: Noise) -> tuple[float, float]:
@@ -162,17 +155,3 @@ def _path_share(trace: Trace, branch: TorqueBranch) -> Array:
     path = trace.smooth_twist[branch.first : branch.past]
     travelled = np.cumsum(np.abs(np.diff(path, prepend=path[0])))
     return travelled / travelled[-1] if travelled[-1] > 0 else np.linspace(0, 1, len(path))
-
-
-def _equal_twist_pairs(trace: Trace, group: Sequence[TorqueBranch]) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Indices of samples at equal twist in every two branches that follow one another in a group."""
-    found: list[tuple[NDArray[np.intp], NDArray[np.intp]]] = []
-    for first, second in itertools.pairwise(group):
-        paths = [trace.smooth_twist[b.first : b.past] * np.sign(b.swing) for b in (first, second)]
-        rising = [np.maximum.accumulate(path) for path in paths]
-        inside = (rising[0] >= rising[1][0]) & (rising[0] <= rising[1][-1])
-        index = np.flatnonzero(inside)
-        other = np.searchsorted(rising[1], rising[0][index]).clip(0, len(rising[1]) - 1)
-        if len(index) >= LEVELS:
-            found.append((index + first.first, other + second.first))
-    return found

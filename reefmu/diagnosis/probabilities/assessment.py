@@ -9,16 +9,15 @@ from ...effects import find_effect
 from ..discrimination.effect_columns import information_under, sensitivities
 from ..discrimination.predicted_isolability import isolability
 from ..discrimination.rival_hypotheses import make_hypotheses
-from ..estimation.held_out import fits_without_held_out, is_refuted
+from ..estimation.held_out import fits_without_held_out
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.score_test import amplitudes
 from ..hypotheses import Hypothesis, IsolabilityMatrix
 from ..inference.evidence import Evidence
-from ..inference.verdict import Conclusion, withdraw_effects
 from .averaged_intervals import Rival, rivals_of
 from .calibration import probabilities
-from .decision import conclude
+from .decision import Conclusion, conclude
 from .hypothesis_table import hypothesis_table
 from .priors import NO_PRIORS, Priors
 from .typical_sizes import typical_sizes
@@ -37,30 +36,15 @@ class Assessment:
     sizes: Mapping[str, float]
 
 
-def assess(evidence: Evidence, tested: Conclusion, priors: Priors = NO_PRIORS) -> Assessment:
-    """The assessment of one record's evidence; tested: the conclusion from the tests of significance; priors: of a
-    user. Effects that runs which were not fitted refute are withdrawn, before the probabilities and after."""
+def assess(evidence: Evidence, priors: Priors = NO_PRIORS) -> Assessment:
+    """The assessment of one record's evidence; priors: of a user."""
     problem, base = evidence.problem, evidence.search.base
-    tested, held_out = confirm_effects(problem, base, tested)
-    rows = hypothesis_table(evidence, tested.chosen, stated_sizes(problem, priors))
-    hypotheses = probabilities(rows, tested.sets, priors)
-    conclusion = conclude(evidence, tested, rows, hypotheses)
-    if conclusion.chosen is not tested.chosen:
-        conclusion, held_out = confirm_effects(problem, base, conclusion)
+    rows = hypothesis_table(evidence, stated_sizes(problem, priors))
+    hypotheses = probabilities(rows, priors)
+    conclusion = conclude(evidence, rows, hypotheses)
+    held_out = fits_without_held_out(problem, (base, conclusion.chosen)) if conclusion.chosen.names else ()
     rivals = rivals_of(problem, conclusion.chosen, rows, hypotheses)
     return Assessment(hypotheses, conclusion, rivals, held_out, record_sizes(problem, priors))
-
-
-def confirm_effects(problem: Problem, base: Fit, conclusion: Conclusion) -> tuple[Conclusion, Sequence[Fit]]:
-    """A conclusion whose effects are withdrawn if runs that were not fitted refute them, and the fits `base` and
-    `chosen` without these runs; none without effects."""
-    chosen = conclusion.chosen
-    if not chosen.names:
-        return conclusion, ()
-    held_out = fits_without_held_out(problem, (base, chosen))
-    if is_refuted(problem, base, chosen, held_out):
-        return withdraw_effects(problem, base, conclusion), ()
-    return conclusion, held_out
 
 
 def record_sizes(problem: Problem, priors: Priors = NO_PRIORS) -> dict[str, float]:

@@ -33,9 +33,6 @@ beyond them."""
 ERRORS = (1e-12, 1e6)
 """Range of standard errors of fitted variables, which are logarithms or in nominal sizes: beyond it a parameter is
 exact, or not determined at all, and its interval is the range of the parameter."""
-LEAST_PROBABILITY = 0.01
-"""Least probability of the chosen explanation. Chosen by judgement: less is that of a verdict which the tests of
-significance have drawn against the probabilities, whose estimate then counts as one of a hundred."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +51,12 @@ def rivals_of(problem: Problem, chosen: Fit, rows: Sequence[Row], hypotheses: Se
 
     hypotheses: of the rows, with their probabilities.
     """
+    if not chosen.names:
+        return []
     own = sum(h.probability for h in hypotheses if set(h.effects) == set(chosen.names))
     found: list[Rival] = []
     for row, hypothesis in zip(rows, hypotheses, strict=True):
-        odds = hypothesis.probability / max(own, LEAST_PROBABILITY)
+        odds = hypothesis.probability / own
         if row.effects != frozenset(chosen.names) and row.effects & set(chosen.names) and odds > LEAST_ODDS:
             fit = row.fit
             at = {name: problem.layout(fit.names).effects[name].start for name in row.effects}

@@ -2,21 +2,22 @@
 
 Evidence alone is overconfident, because no covariance is quite right. The log posterior of a hypothesis is therefore
 a weighted sum of what is known of it, a conditional logit model (McFadden, Conditional Logit Analysis of Qualitative
-Choice Behavior, 1974): its evidence, less than that of the best; its number of effects; in how many effects the tests
-of significance differ from it; and how large what is unnamed is, if anything.
+Choice Behavior, 1974): its evidence, less than that of the best; its number of effects; and how large what is unnamed
+is, if anything. To it comes the prior of the size of the drive's scatter.
 The weights maximise the likelihood of the truths of simulated records whose kind of effect, rig and drive are known.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 
 import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
+from ..estimation.weighting import INDIVIDUAL_SIZE
 from ..hypotheses import Hypothesis
 from .hypothesis_table import Row
 from .priors import NO_PRIORS, Priors
@@ -30,37 +31,30 @@ its logarithm must stay finite."""
 class HypothesisWeights:
     """Change of the log posterior of a hypothesis.
 
-    evidence: by the square root of the difference of the log evidence from the best; effect: by each effect; differing:
-    by each effect in which the nearest set that the tests of significance arrive at differs; unnamed_size: by the
-    logarithm of the rms of what is unnamed, over full torque.
+    evidence: by the root of 1 and the difference of the log evidence from the best, less 1; effect: by each effect;
+    unnamed_size: by the logarithm of the rms of what is unnamed, over full torque.
     """
 
     evidence: float
     effect: float
-    differing: float
     unnamed_size: float
 
 
-CALIBRATED = HypothesisWeights(0.47, -2.07, -1.06, 0.61)
-"""Fitted by `tests/benchmarks/diagnosis/calibrate_probabilities.py` to 326 records. Log odds fall with the root of the
-difference of the log evidence and not with the difference, as a covariance that is wrong in unknown directions makes
-them; among the logarithm and powers from 0.3 to 1 those from 0.3 to 0.5 are alike, and the others worse. Seven further
-features did not improve the cross-validated likelihood."""
+CALIBRATED = HypothesisWeights(0.77, -2.55, 0.80)
+"""Fitted by `tests/benchmarks/diagnosis/calibrate_probabilities.py` to 233 records. Log odds fall with small
+differences of the log evidence, and with the root of large ones, as a covariance that is wrong in unknown directions
+makes them; among powers from 0.4 to 1 the root is the best."""
 
 
 def probabilities(
-    rows: Sequence[Row],
-    tested: Collection[frozenset[str]],
-    priors: Priors = NO_PRIORS,
-    weights: HypothesisWeights = CALIBRATED,
+    rows: Sequence[Row], priors: Priors = NO_PRIORS, weights: HypothesisWeights = CALIBRATED
 ) -> tuple[Hypothesis, ...]:
     """The hypotheses of a table with their probabilities, which sum to 1.
 
-    tested: the sets of effects at which the tests of significance arrive, several where they are ambiguous; priors: of
-    a user, which change the odds of effects.
+    priors: of a user, which change the odds of effects.
     """
     log_odds = np.array([priors.log_odds(row.effects, row.unnamed) for row in rows])
-    log_posterior = features(rows, tested) @ np.array(astuple(weights)) + log_odds
+    log_posterior = features(rows) @ np.array(astuple(weights)) + scatter_prior(rows) + log_odds
     share = np.exp(log_posterior - log_posterior.max())
     share /= share.sum()
     return tuple(
@@ -68,17 +62,23 @@ def probabilities(
     )
 
 
-def features(rows: Sequence[Row], tested: Collection[frozenset[str]]) -> Array:
-    """(r, 4) what is known of each row, in the order of `HypothesisWeights`."""
+def features(rows: Sequence[Row]) -> Array:
+    """(r, 3) what is known of each row, in the order of `HypothesisWeights`."""
     best = max(row.log_evidence for row in rows)
-    return np.array([_features(row, best - row.log_evidence, tested) for row in rows], float)
+    return np.array([_features(row, best - row.log_evidence) for row in rows], float)
 
 
-def _features(row: Row, below: float, tested: Collection[frozenset[str]]) -> tuple[float, ...]:
+def scatter_prior(rows: Sequence[Row]) -> Array:
+    """(r,) logarithm of the prior density of the size of each row's scatter, up to a constant: that of a scale of which
+    nothing is known is inverse to it (Jeffreys, Theory of Probability, 1961, section 3.1), here from that on at which a
+    drive counts as an individual."""
+    return -np.log([max(row.scatter, INDIVIDUAL_SIZE) for row in rows])
+
+
+def _features(row: Row, below: float) -> tuple[float, ...]:
     """below: difference of the log evidence from the best."""
     return (
-        -math.sqrt(below),
+        1.0 - math.sqrt(1.0 + below),
         len(row.effects),
-        min(len(row.effects ^ effects) for effects in tested),
         math.log(max(row.unnamed_share, SMALLEST_UNNAMED)) if row.unnamed else 0.0,
     )

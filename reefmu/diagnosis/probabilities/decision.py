@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from ..estimation.least_squares import HELD_SIZE, Fit
 from ..estimation.residuals import remainder
 from ..estimation.search import restrict_fit
 from ..hypotheses import PROBABILITY_DIGITS, Hypothesis, ranked
 from ..inference.evidence import Evidence
-from ..inference.significance import assess_set
-from ..inference.verdict import Conclusion
+from ..inference.nonparametric import CURVE_TERM, TermFit, fit_terms
 from .hypothesis_table import Row
 
 NAMED = 0.6
-"""Probability from which effects that the tests support are named. A wrong name is taken to cost as much as one and a
+"""Probability from which effects are named. A wrong name is taken to cost as much as one and a
 half records that are left undecided, so that naming pays where it is wrong in less than two cases of five; chosen by
 judgement."""
 UNNAMED = 1 / 3
@@ -26,6 +25,23 @@ CERTAIN = 0.8
 unknown. On the records of the calibration values from 0.8 to 0.95 differ by one verdict."""
 CREDIBLE = 0.98
 """Probability of the smallest set of hypotheses in which the truth is said to be."""
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """What is concluded from a record.
+
+    chosen: the fit of the named effects, or without effects; alternatives: other sets in which the truth may be, where
+    the verdict is ambiguous; remainder: N.m rms; unnamed: nonparametric term of something unnamed; curve_deviation:
+    N.m rms, by which the drive's curve deviates within its tolerances.
+    """
+
+    verdict: str
+    chosen: Fit
+    alternatives: tuple[tuple[str, ...], ...]
+    remainder: float
+    unnamed: TermFit | None = None
+    curve_deviation: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -70,50 +86,29 @@ def decide_by_probability(hypotheses: Sequence[Hypothesis]) -> Decision:
     return Decision("ambiguous", best) if first.effects else Decision("none", nothing)
 
 
-def conclude(
-    evidence: Evidence, tested: Conclusion, rows: Sequence[Row], hypotheses: Sequence[Hypothesis]
-) -> Conclusion:
-    """The conclusion from the probabilities of the rows of a table.
-
-    tested: the conclusion from the tests of significance. It stays where
-
-    * the tests find nothing and the probabilities name nothing: a false alarm is worse than a miss;
-    * both have the same verdict and effects, or the same effects beside a curve that is within tolerances, which no
-      hypothesis counts as something unnamed;
-    * nothing is the likeliest, but the tests leave effects open that the tolerances may mask;
-    * the effects are among several that this record cannot tell apart, which count as one in the calibration.
-    """
-    decision = decide_by_probability(hypotheses)
-    if tested.verdict == "none" and decision.verdict != "named":
-        return tested
-    same_effects = decision.effects == frozenset(tested.chosen.names)
-    if same_effects and tested.verdict == decision.verdict:
-        return tested
-    if same_effects and decision.verdict == "named" and tested.curve_deviation:
-        return tested
-    if same_effects and decision.verdict == "none" and tested.alternatives:
-        return tested
-    if tested.verdict == "ambiguous" and (same_effects or decision.effects in map(frozenset, tested.alternatives)):
-        return tested
-    row = max((r for r in rows if r.effects == decision.effects), key=lambda r: r.unnamed == decision.unnamed)
-    chosen = tested.chosen if same_effects else _without_small_effects(evidence, row)
-    test = assess_set(evidence, chosen) if chosen.names and not same_effects else None
-    rest, beside = remainder(evidence.problem, chosen), row.beside
-    # Effects that the tolerances may mask belong to the fit beside which they were tested.
-    alternatives = tested.alternatives if same_effects else ()
-    if decision.verdict == "ambiguous":
-        alternatives = _credible_sets(hypotheses, decision.effects)
-    return replace(
-        tested,
-        verdict=decision.verdict,
-        chosen=chosen,
-        shares=tested.shares if test is None else dict(test.shares),
-        tests=tested.tests if test is None else (*tested.tests, test),
-        alternatives=alternatives,
-        remainder=max(rest, beside.rms) if decision.unnamed and beside else rest,
-        unnamed=beside if decision.unnamed else None,
-        curve_deviation=beside.rms if beside and not decision.unnamed else 0.0,
+def conclude(evidence: Evidence, rows: Sequence[Row], hypotheses: Sequence[Hypothesis]) -> Conclusion:
+    """The conclusion from the probabilities of the rows of a table."""
+    problem, decision = evidence.problem, decide_by_probability(hypotheses)
+    matching = [row for row in rows if row.effects == decision.effects]
+    row = max(matching, key=lambda r: (r.unnamed == decision.unnamed, r.log_evidence))
+    chosen, beside = _without_small_effects(evidence, row), row.beside
+    rest = remainder(problem, chosen)
+    is_ambiguous = decision.verdict == "ambiguous"
+    return Conclusion(
+        decision.verdict,
+        chosen,
+        _credible_sets(hypotheses, decision.effects) if is_ambiguous else (),
+        max(rest, beside.rms) if decision.unnamed and beside else rest,
+        beside if decision.unnamed else None,
+        _curve_deviation(evidence, chosen) if beside and not decision.unnamed else 0.0,
     )
+
+
+def _curve_deviation(evidence: Evidence, chosen: Fit) -> float:
+    """Rms of the curve over the torque, N.m, that is left beside the effects where no scatter takes a part of it."""
+    weights = evidence.problem.weights.for_mean_drive()
+    fit = evidence.problem.fit_from(chosen.names, chosen.parameters, weights, HELD_SIZE)
+    return fit_terms(evidence.problem, fit, [CURVE_TERM])[0].rms
 
 
 def _without_small_effects(evidence: Evidence, row: Row) -> Fit:

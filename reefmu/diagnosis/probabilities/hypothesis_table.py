@@ -13,23 +13,22 @@ import numpy as np
 
 from ..estimation.least_squares import Fit, by_cost
 from ..estimation.problem import Problem
-from ..estimation.residuals import estimate_overdispersion, remainder
+from ..estimation.residuals import remainder
 from ..estimation.search import is_degenerate
 from ..estimation.weighting import INDIVIDUAL_SIZE, MEAN_DRIVE_SIZE
+from ..inference.dispersion import ChanceGains, dispersion
 from ..inference.evidence import Evidence
-from ..inference.model_comparison import is_within_tolerances
-from ..inference.nonparametric import CURVE, TermFit, fit_terms, fit_terms_to
+from ..inference.exchanges import exchanged_fits
+from ..inference.nonparametric import CURVE, CURVE_TERM, TermFit, fit_terms
+from ..inference.simulated_records import simulate_records
+from ..inference.tolerance_curve import CURVE_EFFECTS, SIGNIFICANT_GAIN, is_within_tolerances, tolerances_in
 from .marginal_likelihood import log_volume, material_effects
 
 LEAST_SIZE = 0.1
 """Smallest amplitude, over the typical size, that counts as an effect: a tenth of a tolerance's deviation is within
 what every drive deviates by."""
-COVARIANCE_ERROR = 0.02
-"""Error of the trace of large effects on an individual, over the trace: the laws of effects and the scatter beside them
-are no better known. Chosen among 0, 0.02, 0.05 and 0.1 by the calibration of the probabilities; on the mean drive 0 was
-best."""
-N_INDIVIDUALS = 8
-"""Individuals whose nonparametric terms are computed. Chosen by judgement to bound the time."""
+N_RECORDS = 48
+"""Records without effects that are simulated: the greatest gain along them is exceeded by chance in one of 49."""
 N_BEST, N_BEST_BY_SIZE, N_MEAN_DRIVE = 8, 4, 4
 """Fits that are compared with nonparametric terms: the best of all, of every number of effects, and refitted for the
 mean drive. Chosen by judgement to bound the time at a tenth of a diagnosis."""
@@ -42,7 +41,8 @@ class Row:
     effects: that are missing; unnamed: whether something without a name is missing as well; log_evidence: log marginal
     likelihood over that of nothing missing; fit: of the effects; beside: the nonparametric term, of something unnamed
     or of a curve within tolerances, None where there is none; unnamed_share: rms of what is unnamed, over full torque,
-    0 where nothing is. On the mean drive all that is left is unnamed, and not only what the term fits.
+    0 where nothing is, on the mean drive of all that is left and not only of what the term fits; scatter: size of the
+    drive's scatter, 0 of the mean drive.
     """
 
     effects: frozenset[str]
@@ -51,40 +51,49 @@ class Row:
     fit: Fit
     beside: TermFit | None = None
     unnamed_share: float = 0.0
+    scatter: float = 0.0
 
 
-def hypothesis_table(evidence: Evidence, chosen: Fit, sizes: Mapping[str, float]) -> tuple[Row, ...]:
-    """The rows of all fitted sets, each hypothesis once; nothing, and the chosen set without effects that are too small
-    to matter, are always among them.
+def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Row, ...]:
+    """The rows of all fitted sets, and of those that the record hardly tells from the likeliest of them, each
+    hypothesis once; nothing is always among them.
 
-    chosen: the fit of the named effects; sizes: typical ones, SI, by `effect.parameter`, where they are stated: no
-    other effect is too small.
+    sizes: typical ones, SI, by `effect.parameter`, where they are stated: no other effect is too small.
     """
     problem, base = evidence.problem, evidence.search.base
     fits = [fit for fit in _fits(evidence) if not (fit.names and is_degenerate(problem, fit))]
     best_fits = _best(fits)
     compared = [*best_fits, *_for_mean_drive(problem, base, best_fits)]
-    compared += [] if any(fit is chosen for fit in compared) else [chosen]
-    dispersion = _dispersion(problem, base, fits, compared)
-    chance = unnamed_gain_of_individuals(problem, base)
+    divided = dispersion(problem, compared, max(base.cost - fits[0].cost, 0.0) if _scatter(fits[0]) else 0.0)
+    chance = ChanceGains(problem, base, simulate_records(problem, N_RECORDS, seed=0))
 
     def row(fit: Fit, gain: float = 0.0, beside: TermFit | None = None, unnamed: bool = False) -> Row:
         effects = material_effects(problem, fit, sizes, LEAST_SIZE)
-        log_evidence = _log_evidence(evidence, fit, sizes, dispersion, gain)
+        log_evidence = (_gain(base, fit, chance) + gain) / (2 * divided) + log_volume(problem, fit, sizes, divided)
         rms = beside.rms if unnamed and beside else 0.0
         if unnamed and not _scatter(fit):
             rms = max(rms, remainder(problem, fit))
-        return Row(effects, unnamed, log_evidence, fit, beside, rms / problem.base.full_torque)
+        return Row(effects, unnamed, log_evidence, fit, beside, rms / problem.base.full_torque, _scatter(fit))
 
     # An effect that moves the contacts must bring more than the scatter that they then have.
     moved = [problem.fit_from((), base.parameters, fit.weighting) for fit in best_fits if fit.names and _scatter(fit)]
-    rows = [row(fit) for fit in (*fits, chosen, *moved)]
-    for fit in compared:
+    rows = [row(fit) for fit in (*fits, *moved)]
+    likeliest = max(rows, key=lambda r: r.log_evidence).fit
+    exchanged = list(exchanged_fits(problem, likeliest))
+    rows += [row(fit) for fit in exchanged]
+    # What effects do to the curve of an individual within its tolerances, those may do as well. On the mean drive only
+    # several effects that make one curve are doubtful.
+    doubtful = [found for found in rows if found.scatter or len(CURVE_EFFECTS & set(found.fit.names)) > 1]
+    rows += [other for found in doubtful for other in _without_tolerances(problem, found)]
+    for fit in (*compared, *exchanged):
         is_tolerance, curve, terms = _nonparametric(problem, fit)
         if is_tolerance:
             rows.append(row(fit, max(0.0, curve.gain), curve))
+            if curve.gain > SIGNIFICANT_GAIN:
+                # The whole deviation, of which the effects and the curve are parts, may be that of the tolerances.
+                rows += _without_tolerances(problem, rows[-1])
         unnamed = max((t for t in terms if not (is_tolerance and t.term.coordinate == CURVE)), key=lambda t: t.gain)
-        rows.append(row(fit, max(0.0, unnamed.gain) - (chance if _scatter(fit) else 0.0), unnamed, unnamed=True))
+        rows.append(row(fit, max(0.0, unnamed.gain) - chance.unnamed(fit.weighting), unnamed, unnamed=True))
     best: dict[tuple[frozenset[str], bool], Row] = {}
     for found in rows:
         key = found.effects, found.unnamed
@@ -93,23 +102,17 @@ def hypothesis_table(evidence: Evidence, chosen: Fit, sizes: Mapping[str, float]
     return tuple(best.values())
 
 
-def _log_evidence(evidence: Evidence, fit: Fit, sizes: Mapping[str, float], dispersion: float, gain: float) -> float:
-    """Log marginal likelihood of a fit over that of nothing; gain: in -2 log likelihood, of what is beside its
-    effects."""
-    gain += evidence.search.base.cost - fit.cost
-    return gain / (2 * dispersion) + log_volume(evidence.problem, fit, sizes, dispersion)
+def _without_tolerances(problem: Problem, found: Row) -> Iterator[Row]:
+    """The hypotheses that put effects of a row down to the tolerances, with the curve that is beside them, if any."""
+    curve = found.beside or TermFit(CURVE_TERM, 0.0, np.zeros(len(problem.torque)))
+    for names in tolerances_in(problem, found.fit, curve.torque):
+        yield replace(found, effects=found.effects - names, beside=curve)
 
 
-def unnamed_gain_of_individuals(problem: Problem, base: Fit, seed: int = 0) -> float:
-    """Greatest gain, in -2 log likelihood, of any nonparametric term beside the base curve on simulated individuals
-    without effects; 0 where no drawing states tolerances."""
-    if not len(problem.individuals) or problem.is_mean_drive:
-        return 0.0
-    individual = replace(base, weighting=problem.weights.with_size(1.0))
-    rng = np.random.default_rng(np.random.SeedSequence([seed, N_INDIVIDUALS]))
-    noise = np.sqrt(problem.block_variance) * rng.standard_normal((N_INDIVIDUALS, len(problem.torque)))
-    drives = problem.individuals[:N_INDIVIDUALS] + noise
-    return max(0.0, *(fit_terms_to(problem, individual, drive)[0].gain for drive in drives))
+def _gain(base: Fit, fit: Fit, chance: ChanceGains) -> float:
+    """Gain of a fit over that without effects, in -2 log likelihood, less what its effects gain by chance."""
+    gain = base.cost - fit.cost
+    return gain - min(chance.named(fit), max(gain, 0.0))
 
 
 def _fits(evidence: Evidence) -> list[Fit]:
@@ -141,14 +144,6 @@ def _scatter(fit: Fit, least: float = INDIVIDUAL_SIZE) -> float:
     """Size of a fit's scatter, 0 below `least` or without random effects."""
     size = fit.weighting.size
     return size if len(fit.weighting.eigenvalues) and size >= least else 0.0
-
-
-def _dispersion(problem: Problem, base: Fit, fits: Sequence[Fit], compared: Sequence[Fit]) -> float:
-    """Variance of the residual over that of the weights: by what all sets leave, and by the error of the covariance
-    beside large effects."""
-    left = min(estimate_overdispersion(problem, fit) for fit in compared)
-    error = COVARIANCE_ERROR if _scatter(fits[0]) else 0.0
-    return left + error**2 * max(base.cost - fits[0].cost, 0.0)
 
 
 def _nonparametric(problem: Problem, fit: Fit) -> tuple[bool, TermFit, list[TermFit]]:

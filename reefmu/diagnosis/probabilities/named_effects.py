@@ -70,6 +70,6 @@ def _share(problem: Problem, fit: Fit, name: str, base: Fit) -> float:
     full = float(np.mean((problem.torque - fit.prediction.torque) ** 2))
     removed = (before - max(full - noise, 0.0)) / before
     missed = {
-        n: max(float(np.mean((problem.torque - torque_without(problem, fit, n)) ** 2)) - full, 0.0) for n in fit.names
+        n: max(float(np.mean((problem.torque - torque_without(problem, fit, [n])) ** 2)) - full, 0.0) for n in fit.names
     }
     return removed * missed[name] / max(sum(missed.values()), 1e-300)

@@ -59,9 +59,7 @@ def simulate_individuals(
 def mean_torque(scatter: Scatter) -> Array:
     """(n,) N.m, torque of the mean drive from the same tables, averaged over deviations and positions."""
     r, drive = scatter.responses, scatter.drive
-    trapezoid = np.ones(len(r.position))
-    trapezoid[[0, -1]] = 0.5
-    curve = drive.elements * (r.at_clearance(0.0)["mean"] @ trapezoid) * (r.position[1] - r.position[0]) / (2 * np.pi)
+    curve = drive.elements / (2 * np.pi) * np.trapezoid(r.at_clearance(0.0)["mean"], r.position, axis=1)
     return np.interp(scatter.twist, r.twist, curve)
 
 

@@ -197,11 +197,13 @@ class Scatter:
         """
         r, drive, powers = self.responses, self.drive, (0, 1)
         share, nodes = self._positions[0] / drive.usable_limit, r.position / drive.usable_limit
-        density = drive.elements / (2 * np.pi) * _trapezoid(r.position)
+        density = drive.elements / (2 * np.pi)
         average = np.zeros((2, len(twist)))
         for some, tables in self._at_clearances(clearance):
             for k in powers:
-                average[k, some] = np.interp(twist[some], r.twist, tables["mean"] @ (density * nodes**k))
+                average[k, some] = density * np.interp(
+                    twist[some], r.twist, np.trapezoid(tables["mean"] * nodes**k, r.position, axis=1)
+                )
         return np.stack([self.motion.mean((mean * share**k).sum(axis=1) - average[k]) for k in powers])
 
     def _by_position(self, displaced: Array) -> Array:
@@ -214,13 +216,6 @@ class Scatter:
         """`element_positions` of the record, with the first element at 0 where the seating is unknown."""
         seating = self.seating or Seating(0.0, even_seats(self.drive))
         return element_positions(self.drive, self.motion, seating)
-
-
-def _trapezoid(nodes: Array) -> Array:
-    """Weights (k,) of the integral over uniform nodes."""
-    weights = np.full(len(nodes), nodes[1] - nodes[0])
-    weights[[0, -1]] /= 2
-    return weights
 
 
 def place_deviations(drive: Drive, places: float = PLACES) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""What fits and thresholds need to know of the scatter of a population along one record, whatever the kind of drive."""
+"""What fits need to know of the scatter of a population along one record, whatever the kind of drive."""
 
 from __future__ import annotations
 

@@ -16,9 +16,9 @@ from ..estimation.residuals import predicted_scatter
 from ..forward.parameter_layout import DELAY, ZERO
 from ..inference.evidence import Evidence
 from ..inference.isolability import Isolability, separating_experiments, separating_line
-from ..inference.verdict import Conclusion
 from ..preprocessing.audit import Audit
 from ..probabilities.assessment import Assessment
+from ..probabilities.decision import Conclusion
 from ..probabilities.named_effects import named_effects
 from ..schema import Diagnosis, Gap, Location
 from .bounds import parameters_at_bounds
@@ -127,16 +127,10 @@ def _next_experiments(
     not_candidates: dict[str, str],
 ) -> tuple[str, ...]:
     """What to measure next, the most useful first."""
-    names, alternatives = conclusion.chosen.names, conclusion.alternatives
+    names = conclusion.chosen.names
     found: list[str] = []
     if conclusion.verdict == "ambiguous":
-        found += separating_experiments([names, *alternatives])
-    elif alternatives:
-        masked = dict.fromkeys(name for others in alternatives for name in others if name not in names)
-        found.append(
-            f"{' or '.join(masked)}, or this drive's own tolerances: the same test on a second drive of the drawing "
-            "(an effect repeats on another drive, tolerances do not)"
-        )
+        found += separating_experiments([names, *conclusion.alternatives])
     if conclusion.verdict in ("partly", "unknown") and remainder_where:
         first = remainder_where[0]
         found.append(

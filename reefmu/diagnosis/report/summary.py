@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...effects import find_effect
-from ..inference.verdict import Conclusion
+from ..probabilities.decision import Conclusion
 from ..schema import Gap
 from .text import sets_text
 
@@ -31,11 +31,9 @@ def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
                 f"and so may {sets_text(conclusion.alternatives)}."
             )
         case "unknown":
-            masked = " or ".join(_additional_names(conclusion))
-            together = f" alone; {masked} together with this drive's own tolerances may" if masked else ""
             return (
                 f"Something unknown is missing: a remainder of {rest} exceeds noise and tolerance scatter, and no "
-                f"known effect explains it{together or where}."
+                f"known effect explains it{where}."
             )
         case _:
             tolerances = _tolerances(conclusion)
@@ -43,18 +41,8 @@ def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
 
 
 def _tolerances(conclusion: Conclusion) -> str:
-    """What is put down to the tolerances, and which effects they may mask."""
-    deviation = masked = ""
-    if conclusion.curve_deviation:
-        deviation = (
-            f"; the curve deviates by {conclusion.curve_deviation:.3g} N.m, as curves of individual drives of the "
-            "drawing do"
-        )
-    if names := _additional_names(conclusion):
-        masked = f"; this drive's tolerances may mask {' or '.join(names)}"
-    return deviation + masked
-
-
-def _additional_names(conclusion: Conclusion) -> list[str]:
-    """What each alternative has beside the chosen effects."""
-    return [" and ".join(sorted(set(names) - set(conclusion.chosen.names))) for names in conclusion.alternatives]
+    """What is put down to the tolerances."""
+    if not conclusion.curve_deviation:
+        return ""
+    deviation = f"{conclusion.curve_deviation:.3g} N.m"
+    return f"; the curve deviates by {deviation}, as curves of individual drives of the drawing do"

@@ -29,7 +29,6 @@ CREEP = Effect(
     "Materials (1976).",
     identification=Identification(
         confounding_group=ConfoundingGroup.COMPLIANCE,
-        relaxation_spectrum=True,
         separated_from=(
             ("structural_compliance", "hold the torque for five time constants, and unload for as long"),
             ("damping", "hold the torque for five time constants, and loop at three rates a decade apart"),

@@ -29,11 +29,10 @@ from scipy.optimize import minimize
 sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
 from reefmu.diagnosis.analysis import Analysis  # noqa: E402
-from reefmu.diagnosis.inference.verdict import decide, select_effects  # noqa: E402
 from reefmu.diagnosis.pipeline import analyse  # noqa: E402
 from reefmu.diagnosis.preparation import BaseCurveSource  # noqa: E402
-from reefmu.diagnosis.probabilities.assessment import confirm_effects, stated_sizes  # noqa: E402
-from reefmu.diagnosis.probabilities.calibration import features  # noqa: E402
+from reefmu.diagnosis.probabilities.assessment import stated_sizes  # noqa: E402
+from reefmu.diagnosis.probabilities.calibration import features, scatter_prior  # noqa: E402
 from reefmu.diagnosis.probabilities.hypothesis_table import LEAST_SIZE, Row, hypothesis_table  # noqa: E402
 from reefmu.record import read_record  # noqa: E402
 from stiffness_model import DoesNotFitWarning, load_drive  # noqa: E402
@@ -43,7 +42,7 @@ from tests.validation.blind.records import Case, Truth, make  # noqa: E402
 
 SEED = 905
 """Seed of the catalogue; those of its scores are others."""
-COUNT, COUNT_ANY_SIZE = 140, 180
+COUNT, COUNT_ANY_SIZE = 120, 150
 """Cases of the catalogue, and up to which number half of them have effects of any size."""
 PERIOD, AS_DRAWN, CLEAR = 4, 0, 1
 """Of every four cases the first is left as the catalogue draws it; it and the second keep the sizes of the catalogue,
@@ -124,10 +123,9 @@ def observe(what: Case) -> dict[str, Any]:
     if not isinstance(found, Analysis):
         return {}
     evidence = found.evidence
-    tested, _ = confirm_effects(evidence.problem, evidence.search.base, decide(select_effects(evidence)))
     sizes = stated_sizes(evidence.problem)
-    rows = hypothesis_table(evidence, tested.chosen, sizes)
-    pairs = [frozenset(pair) for pair in evidence.indistinguishable]
+    rows = hypothesis_table(evidence, sizes)
+    pairs = [frozenset(pair) for pair in found.isolability.indistinguishable]
     return {
         "case": f"{what.number} {what.category} {' '.join(name for name, _ in what.effects)}",
         "individual": what.individual,
@@ -135,7 +133,8 @@ def observe(what: Case) -> dict[str, Any]:
         "named": sorted(found.conclusion.chosen.names),
         "missing": [*made.truth.effects, *made.truth.outside],
         "rows": [[*sorted(row.effects), *(["unnamed"] if row.unnamed else [])] for row in rows],
-        "features": features(rows, tested.sets).tolist(),
+        "features": features(rows).tolist(),
+        "prior": scatter_prior(rows).tolist(),
         "true": [is_true(row, made.truth, sizes, pairs) for row in rows],
     }
 
@@ -164,13 +163,13 @@ def _is_material(name: str, values: Mapping[str, float], sizes: Mapping[str, flo
 
 def fit_weights(records: Sequence[dict[str, Any]]) -> Array:
     """(w,) weights that maximise the penalised likelihood of the truths."""
-    tables = [(np.array(r["features"]), np.array(r["true"], bool)) for r in records]
+    tables = [(np.array(r["features"]), np.array(r["prior"]), np.array(r["true"], bool)) for r in records]
     count = tables[0][0].shape[1]
 
     def cost(weights: Array) -> tuple[float, Array]:
         total, slope = RIDGE * float(weights @ weights), 2 * RIDGE * weights
-        for x, true in tables:
-            p = shares(x, weights)
+        for x, prior, true in tables:
+            p = shares(x, prior, weights)
             right = float(p[true].sum())
             mixed = (1 - OUTLIERS) * right + OUTLIERS
             total -= float(np.log(mixed))
@@ -180,9 +179,9 @@ def fit_weights(records: Sequence[dict[str, Any]]) -> Array:
     return np.asarray(minimize(cost, np.full(count, 0.1), jac=True, method="L-BFGS-B").x)
 
 
-def shares(x: Array, weights: Array) -> Array:
-    """Probabilities of the rows of a table of features (r, w)."""
-    z = x @ weights
+def shares(x: Array, prior: Array, weights: Array) -> Array:
+    """Probabilities of the rows of a table of features (r, w) with log priors (r,)."""
+    z = x @ weights + prior
     p = np.exp(z - z.max())
     return p / p.sum()
 
@@ -195,7 +194,7 @@ def cross_validated(records: Sequence[dict[str, Any]]) -> list[Array]:
         inside = set(part.tolist())
         weights = fit_weights([r for k, r in enumerate(records) if k not in inside])
         for k in part.tolist():
-            found[k] = shares(np.array(records[k]["features"]), weights)
+            found[k] = shares(np.array(records[k]["features"]), np.array(records[k]["prior"]), weights)
     return found
 
 

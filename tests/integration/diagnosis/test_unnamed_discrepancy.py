@@ -9,16 +9,14 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis import diagnose_record
-from reefmu.diagnosis.estimation.held_out import fits_without_held_out, held_out_blocks, is_refuted
 from reefmu.diagnosis.estimation.intervals import standard_errors
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
+from reefmu.diagnosis.estimation.weighting import MEAN_DRIVE_SIZE
 from reefmu.diagnosis.forward.base_curve import drawing_base
-from reefmu.diagnosis.inference.mean_drive import lacks_ripple, ripple_size
 from reefmu.diagnosis.inference.nonparametric import fit_terms
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
-from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.record import Record
 from stiffness_model.numerics.arrays import Array
@@ -62,16 +60,13 @@ def test_noise_gives_nonparametric_terms_no_gain() -> None:
         assert fit_terms(problem, base_fit(problem))[0].gain < 12
 
 
-def test_ripple_distinguishes_an_individual_from_the_mean_drive() -> None:
+def test_a_fit_finds_whether_the_drive_is_an_individual() -> None:
+    """The mean drive lacks the ripple that every individual has, with an effect as without one."""
     problem = problem_of(rig.measured({"backlash": {"clearance": 3e-6}}, noise=0.3, seed=13))
-    assert problem.scatter is not None
-    individuals = simulate_individuals(problem.scatter)
-    assert lacks_ripple(problem, individuals)
-    first, others = individuals[0], individuals[2:]
-    problem.__dict__["torque"] = problem.torque + first
-    assert ripple_size(problem, others) == pytest.approx(1.0, abs=0.5)
-    assert not lacks_ripple(problem, others)
-    assert not lacks_ripple(problem, individuals[:0])
+    start = np.append(problem.start(0.0), 3e-6)
+    assert problem.fit_from(("backlash",), start).weighting.size < MEAN_DRIVE_SIZE
+    problem.__dict__["torque"] = problem.torque + problem.individuals[0]
+    assert 0.5 <= problem.fit_from(("backlash",), start).weighting.size <= 2.0
 
 
 def test_a_misfit_correlated_over_loops_widens_the_intervals() -> None:
@@ -86,21 +81,3 @@ def test_a_misfit_correlated_over_loops_widens_the_intervals() -> None:
     assert worse.chi_square < 3 * fit.chi_square
     torque = problem.layout(fit.names).effects["hysteresis"].start
     assert standard_errors(problem, worse)[torque] > 2.5 * before[torque]
-
-
-def test_effects_that_held_out_runs_refute_are_withdrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    record = rig.measured({"hysteresis": {"torque": 4.0}}, seed=15)
-    problem = problem_of(record)
-    base, names = (
-        base_fit(problem),
-        problem.fit_from(("hysteresis",), np.concatenate([problem.start(0.0), [4.0, 1e-4]])),
-    )
-    assert not is_refuted(problem, base, names, fits_without_held_out(problem, (base, names)))
-    # In the runs that are held out the effect has the opposite sign.
-    change = names.prediction.torque - base.prediction.torque
-    problem.__dict__["torque"] = problem.torque - 2 * change * held_out_blocks(problem)
-    assert is_refuted(problem, base, names, fits_without_held_out(problem, (base, names)))
-    monkeypatch.setattr("reefmu.diagnosis.probabilities.assessment.is_refuted", lambda *args: bool(args[2].names))
-    found = diagnose_record(record, drive=rig.drive())
-    assert (found.verdict, found.effects) == ("unknown", ())
-    assert found.remainder > 1.0

@@ -215,7 +215,7 @@ def _details(diagnosis: Diagnosis) -> list[str]:
 
 
 def _method(found: Analysis) -> list[str]:
-    """Details of the method: noise, scatter, the best sets with their gains, why sets are not significant."""
+    """Details of the method: noise, scatter, the best sets with their gains."""
     problem, search, noise = found.evidence.problem, found.evidence.search, found.evidence.problem.noise
     kind = f"differences of {noise.pairs} pairs of cycles" if noise.repeated else "smoothness alone"
     runs = len(found.record.starts)
@@ -234,14 +234,8 @@ def _method(found: Analysis) -> list[str]:
         for size in sorted(search.best)
         for f in search.best[size][:4]
     ]
-    reasons = [
-        f"{', '.join(test.fit.names)}: {name} {reason}"
-        for test in found.conclusion.tests
-        for name, reason in test.reasons.items()
-    ]
     return [
         *section_list("Method", lines),
         table(["set of effects", "gain (-2 log likelihood)", "excess left"], rows),
         explanation(SEARCH_MEANING),
-        *section_list("Sets that are not significant", reasons),
     ]

@@ -12,7 +12,6 @@ from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import Search, base_fit
 from reefmu.diagnosis.inference.evidence import Evidence
-from reefmu.diagnosis.inference.thresholds import Thresholds
 from reefmu.diagnosis.probabilities.hypothesis_table import Row
 from tests.friction_record import fitted_friction
 
@@ -26,9 +25,11 @@ class Fitted:
     hysteresis: Fit
 
 
-def make_row(effects: frozenset[str], unnamed: bool, log_evidence: float, share: float = 0.0) -> Row:
+def make_row(
+    effects: frozenset[str], unnamed: bool, log_evidence: float, share: float = 0.0, scatter: float = 0.0
+) -> Row:
     """A row whose fit does not matter; share: of what is unnamed, over full torque."""
-    return Row(effects, unnamed, log_evidence, cast(Fit, None), None, share)
+    return Row(effects, unnamed, log_evidence, cast(Fit, None), None, share, scatter)
 
 
 @pytest.fixture(scope="session")
@@ -40,6 +41,4 @@ def fitted() -> Fitted:
 
 def evidence_of(fitted: Fitted) -> Evidence:
     """What is known of the record where the search fitted these two sets."""
-    chance = dict.fromkeys(fitted.problem.candidates, 20.0)
-    search = Search(fitted.base, {0: [fitted.base], 1: [fitted.hysteresis]})
-    return Evidence(fitted.problem, search, Thresholds(chance, chance))
+    return Evidence(fitted.problem, Search(fitted.base, {0: [fitted.base], 1: [fitted.hysteresis]}))

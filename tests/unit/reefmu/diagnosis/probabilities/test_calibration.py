@@ -1,14 +1,14 @@
-"""Probabilities of hypotheses: a distribution, which follows the evidence and the tests of significance."""
+"""Probabilities of hypotheses: a distribution, which follows the evidence and what each hypothesis assumes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE
 from reefmu.diagnosis.hypotheses import Hypothesis
 from reefmu.diagnosis.probabilities.calibration import CALIBRATED, probabilities
 from reefmu.diagnosis.probabilities.hypothesis_table import Row
@@ -21,37 +21,31 @@ def table(evidence: dict[frozenset[str], float]) -> list[Row]:
     return [make_row(names, unnamed, log) for names, log in evidence.items() for unnamed in (False, True)]
 
 
-def probability(
-    rows: list[Row], names: frozenset[str], unnamed: bool = False, tested: Sequence[frozenset[str]] = (NOTHING,)
-) -> float:
-    found = probabilities(rows, tested)
+def probability(rows: list[Row], names: frozenset[str], unnamed: bool = False) -> float:
+    found = probabilities(rows)
     return sum(h.probability for h in found if (frozenset(h.effects), h.unnamed) == (names, unnamed))
 
 
 @given(st.lists(st.floats(-1e5, 1e5), min_size=3, max_size=3), st.floats(-1e4, 1e4))
 def test_they_sum_to_one_and_depend_on_differences_of_evidence_alone(logs: list[float], shift: float) -> None:
     rows = table(dict(zip((NOTHING, CREEP, WEAR), logs, strict=True)))
-    found = probabilities(rows, [NOTHING])
+    found = probabilities(rows)
     assert sum(h.probability for h in found) == pytest.approx(1.0)
     moved = [make_row(r.effects, r.unnamed, r.log_evidence + shift) for r in rows]
-    for one, other in zip(found, probabilities(moved, [NOTHING]), strict=True):
+    for one, other in zip(found, probabilities(moved), strict=True):
         assert one.probability == pytest.approx(other.probability, rel=1e-3, abs=1e-6)
 
 
 def test_odds_follow_the_weights() -> None:
-    """Two hypotheses of one effect: the odds are those of their evidence, flattened, and of what tests arrive at."""
+    """Two hypotheses: the odds are those of their evidence, flattened, and of their number."""
     rows = [make_row(CREEP, False, 50.0), make_row(WEAR, False, 20.0)]
-    odds = math.exp(CALIBRATED.evidence * math.sqrt(30.0))
+    odds = math.exp(CALIBRATED.evidence * (math.sqrt(31.0) - 1))
     assert probability(rows, CREEP) == pytest.approx(odds / (1 + odds))
-    odds *= math.exp(-2 * CALIBRATED.differing)
-    assert probability(rows, CREEP, tested=[CREEP]) == pytest.approx(odds / (1 + odds))
-
-
-def test_the_nearest_of_several_sets_of_the_tests_counts() -> None:
-    rows = [make_row(CREEP, False, 50.0), make_row(WEAR, False, 20.0)]
-    both = probability(rows, CREEP, tested=[CREEP, WEAR])
-    assert both == pytest.approx(probability(rows, CREEP, tested=[NOTHING]))
-    assert both < probability(rows, CREEP, tested=[CREEP])
+    rows[1] = make_row(CREEP | WEAR, False, 20.0)
+    odds *= math.exp(-CALIBRATED.effect)
+    assert probability(rows, CREEP) == pytest.approx(odds / (1 + odds))
+    rows[1] = make_row(CREEP | WEAR, False, 20.0, scatter=3 * INDIVIDUAL_SIZE)
+    assert probability(rows, CREEP) == pytest.approx(3 * odds / (1 + 3 * odds))
 
 
 def test_something_unnamed_is_likelier_the_larger_it_is() -> None:
@@ -72,4 +66,4 @@ def test_more_effects_and_something_unnamed_cost_probability() -> None:
 
 
 def test_they_are_hypotheses_of_the_schema() -> None:
-    assert probabilities([make_row(CREEP, True, 3.0)], [NOTHING]) == (Hypothesis(("creep",), True, 1.0),)
+    assert probabilities([make_row(CREEP, True, 3.0)]) == (Hypothesis(("creep",), True, 1.0),)

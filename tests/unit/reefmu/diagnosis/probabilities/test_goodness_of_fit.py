@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis.estimation.least_squares import Fit
-from reefmu.diagnosis.estimation.problem import Problem, make_weights
+from reefmu.diagnosis.estimation.problem import Problem
+from reefmu.diagnosis.inference.simulated_records import simulate_noise
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.probabilities.goodness_of_fit import (
     N_RECORDS,
     global_p,
     p_value,
-    simulate_noise,
 )
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.scatter import Scatter
@@ -55,9 +55,7 @@ def individual() -> tuple[Problem, Fit]:
     trace = make_trace(record, rig.drive().ratio)
     problem = prepare_problem(record, trace, BaseCurveSource(rig.drive()).base_curve(trace))
     assert isinstance(problem.scatter, Scatter)
-    weights = make_weights(problem.variance, problem.scatter, problem.scatter.twist)
-    problem = replace(problem, is_mean_drive=False, weights=weights)
-    return problem, problem.fit_from((), problem.start(0.0), weights)
+    return problem, problem.fit_from((), problem.start(0.0), problem.weights)
 
 
 def test_p_values_of_individuals_are_ordinary_and_of_something_unnamed_small(individual: tuple[Problem, Fit]) -> None:

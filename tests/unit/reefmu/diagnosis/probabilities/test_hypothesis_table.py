@@ -14,7 +14,6 @@ from reefmu.diagnosis.estimation.search import Search
 from reefmu.diagnosis.probabilities.assessment import record_isolability, record_sizes
 from reefmu.diagnosis.probabilities.hypothesis_table import (
     hypothesis_table,
-    unnamed_gain_of_individuals,
 )
 from reefmu.diagnosis.probabilities.marginal_likelihood import (
     PRIOR_WIDTH,
@@ -80,8 +79,8 @@ def test_of_several_fits_of_a_set_the_best_counts(fitted: Fitted) -> None:
     for fits in ([better, worse], [worse, better]):
         evidence = evidence_of(fitted)
         evidence = replace(evidence, search=Search(fitted.base, {0: [fitted.base], 1: fits}))
-        both = {(r.effects, r.unnamed): r for r in hypothesis_table(evidence, better, sizes)}
-        alone = {(r.effects, r.unnamed): r for r in hypothesis_table(evidence_of(fitted), better, sizes)}
+        both = {(r.effects, r.unnamed): r for r in hypothesis_table(evidence, sizes)}
+        alone = {(r.effects, r.unnamed): r for r in hypothesis_table(evidence_of(fitted), sizes)}
         assert both[HYSTERESIS, False].log_evidence == pytest.approx(alone[HYSTERESIS, False].log_evidence)
 
 
@@ -107,46 +106,37 @@ def test_small_effects_are_immaterial(fitted: Fitted) -> None:
 
 
 def test_each_hypothesis_has_one_row_and_the_truth_the_most_evidence(fitted: Fitted) -> None:
-    rows = hypothesis_table(evidence_of(fitted), fitted.hysteresis, record_sizes(fitted.problem))
+    rows = hypothesis_table(evidence_of(fitted), record_sizes(fitted.problem))
     keys = [(r.effects, r.unnamed) for r in rows]
-    assert sorted(map(str, keys)) == sorted(map(str, {(n, u) for n in (NOTHING, HYSTERESIS) for u in (False, True)}))
+    assert len(keys) == len(set(keys))
+    assert set(keys) >= {(n, u) for n in (NOTHING, HYSTERESIS) for u in (False, True)}
     evidence = {key: r.log_evidence for key, r in zip(keys, rows, strict=True)}
     assert evidence[HYSTERESIS, False] > evidence[NOTHING, True]
     assert evidence[HYSTERESIS, False] > evidence[NOTHING, False] + 50
 
 
-def test_what_is_too_small_to_matter_is_nothing_whatever_the_tests_name(fitted: Fitted) -> None:
+def test_what_is_too_small_to_matter_is_nothing(fitted: Fitted) -> None:
     sizes = record_sizes(fitted.problem)
     evidence = evidence_of(fitted)
-    assert HYSTERESIS in {r.effects for r in hypothesis_table(evidence, fitted.hysteresis, sizes)}
+    assert HYSTERESIS in {r.effects for r in hypothesis_table(evidence, sizes)}
     large = sizes | {"hysteresis.torque": 1e3}
-    for chosen in (fitted.hysteresis, fitted.base):
-        assert {r.effects for r in hypothesis_table(evidence, chosen, large)} == {NOTHING}
+    assert HYSTERESIS not in {r.effects for r in hypothesis_table(evidence, large)}
 
 
-def test_the_chosen_set_is_a_hypothesis_that_the_search_did_not_fit(fitted: Fitted) -> None:
-    evidence = evidence_of(fitted)
-    evidence = replace(evidence, search=Search(fitted.base, {0: [fitted.base]}))
-    rows = hypothesis_table(evidence, fitted.hysteresis, record_sizes(fitted.problem))
-    assert {(r.effects, r.unnamed) for r in rows} >= {(HYSTERESIS, False), (HYSTERESIS, True)}
+def test_a_set_that_the_record_hardly_tells_from_the_likeliest_is_a_hypothesis(fitted: Fitted) -> None:
+    """With a locked crank, friction at the output makes the same torque as friction inside; no search fitted it."""
+    rows = hypothesis_table(evidence_of(fitted), record_sizes(fitted.problem))
+    evidence = {r.effects: r.log_evidence for r in rows if not r.unnamed}
+    other = frozenset({"coulomb_friction"})
+    assert evidence[other] == pytest.approx(evidence[HYSTERESIS], abs=0.1)
 
 
 def test_all_that_is_left_on_a_mean_drive_is_unnamed(fitted: Fitted) -> None:
     problem, base = fitted.problem, fitted.base
-    rows = hypothesis_table(evidence_of(fitted), base, record_sizes(problem))
+    rows = hypothesis_table(evidence_of(fitted), record_sizes(problem))
     row = next(r for r in rows if (r.effects, r.unnamed) == (NOTHING, True))
     assert row.unnamed_share * problem.base.full_torque >= 0.99 * remainder(problem, base) > 0
     assert all(r.unnamed_share == 0.0 for r in rows if not r.unnamed)
-
-
-def test_what_individuals_show_is_no_evidence_for_something_unnamed(fitted: Fitted) -> None:
-    """Individuals with a wave of their own: a term must gain more than it does on them. A sheet has none."""
-    problem, base = fitted.problem, fitted.base
-    assert unnamed_gain_of_individuals(problem, base) == 0.0
-    wave = np.sin(np.arange(len(problem.torque)) / 7.0)
-    drives = np.outer(np.linspace(1, 3, 8), wave)
-    gains = [unnamed_gain_of_individuals(replace(problem, individuals=k * drives), base) for k in (1, 2)]
-    assert gains[1] > 2 * gains[0] > 100
 
 
 def test_isolability_of_one_loop(fitted: Fitted) -> None:
