@@ -72,9 +72,13 @@ def total_information(pieces: PieceInformation, schedule: Schedule) -> Array:
     Drift and wear go on over the whole record: a run that starts later than in the library's record, or after more
     turns, adds an offset or a clearance to their columns.
     """
-    places = _places(pieces.library, schedule.chosen)
-    m = pieces.products[places]
-    total = m.sum(axis=0)
+    places, m = _places(pieces.library, schedule.chosen), pieces.products
+
+    def by_run(weights: Array) -> Array:
+        """(r,) sums of the weights (k,) of the chosen pieces over the runs of the library."""
+        return np.asarray(np.bincount(places, weights, minlength=len(m)), float)
+
+    total = np.tensordot(by_run(np.ones(len(places))), m, 1)
     shift = {
         "torque_sensor_drift": schedule.begin - pieces.library.begin[places],
         "wear": schedule.travelled - pieces.library.travelled[places],
@@ -82,12 +86,12 @@ def total_information(pieces: PieceInformation, schedule: Schedule) -> Array:
     # The columns become A (I + s E), with the shift s of a run and E, which has one entry for each continued column.
     entries = [(to, source, ratio * shift[name]) for to, source, ratio, name in pieces.continued]
     for to, source, by in entries:
-        moved = np.tensordot(by, m[:, source, :], 1)
+        moved = np.tensordot(by_run(by), m[:, source, :], 1)
         total[to, :] += moved
         total[:, to] += moved
     for to, source, by in entries:
         for other, other_source, other_by in entries:
-            total[to, other] += float((by * other_by) @ m[:, source, other_source])
+            total[to, other] += float(by_run(by * other_by) @ m[:, source, other_source])
     return _eliminated(total, pieces.n_effects, pieces.n_base)
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -17,8 +19,17 @@ from reefmu.planning.setting import Checked, Setting
 SETS = [("backlash",), ("hysteresis",)]
 
 
-def choose(setting: Setting, minutes: float, kept: float) -> Choice:
-    """The choice where records hold the share `kept` of the information of the library."""
+Choose = Callable[[float, float], Choice]
+
+
+@pytest.fixture(scope="session")
+def choose(setting: Setting) -> Choose:
+    """The choice by minutes of the rig and the share of the information of the library that records hold; each is
+    computed once."""
+    return cache(partial(_choose, setting))
+
+
+def _choose(setting: Setting, minutes: float, kept: float) -> Choice:
     rig = replace(setting.rig, minutes=minutes)
     candidates: Candidates = setting.candidates(rig, SETS, SETS)
 
@@ -30,37 +41,37 @@ def choose(setting: Setting, minutes: float, kept: float) -> Choice:
     return choose_protocol(candidates, check, lambda stage, share: None, 0.9)
 
 
-def test_a_choice_goes_on_until_records_name_every_effect(setting: Setting) -> None:
-    easy, hard = choose(setting, 30.0, 1.0), choose(setting, 30.0, 0.6)
+def test_a_choice_goes_on_until_records_name_every_effect(choose: Choose) -> None:
+    easy, hard = choose(30.0, 1.0), choose(30.0, 0.6)
     assert (easy.ended, hard.ended) == (Ended.REACHED, Ended.REACHED)
     assert min(easy.checked.named_right()) >= 0.9
     assert min(hard.checked.named_right()) >= 0.9
     assert hard.schedule.seconds > easy.schedule.seconds
 
 
-def test_a_choice_says_whether_time_or_rig_ended_it(setting: Setting) -> None:
-    short = choose(setting, 0.05, 0.6)
+def test_a_choice_says_whether_time_or_rig_ended_it(choose: Choose) -> None:
+    short = choose(0.05, 0.6)
     assert short.ended is Ended.TIME
     assert short.schedule.seconds <= 3.0
-    hopeless = choose(setting, 600.0, 0.05)
+    hopeless = choose(600.0, 0.05)
     assert hopeless.ended is Ended.NOTHING
     assert min(hopeless.checked.named_right()) < 0.9
 
 
-def test_half_of_the_time_would_not_do(setting: Setting) -> None:
-    found = choose(setting, 30.0, 0.6)
-    assert choose(setting, found.schedule.seconds / 120, 0.6).ended is not Ended.REACHED
+def test_half_of_the_time_would_not_do(choose: Choose) -> None:
+    found = choose(30.0, 0.6)
+    assert choose(found.schedule.seconds / 120, 0.6).ended is not Ended.REACHED
 
 
-def test_the_shortest_piece_alone_may_do(setting: Setting) -> None:
+def test_the_shortest_piece_alone_may_do(choose: Choose, setting: Setting) -> None:
     """Much information: one run names both effects, and no shorter protocol is looked for."""
-    found = choose(setting, 30.0, 100.0)
+    found = choose(30.0, 100.0)
     assert found.ended is Ended.REACHED
     assert found.schedule.seconds == min(piece.seconds for piece in setting.library)
 
 
-def test_more_time_never_names_less(setting: Setting) -> None:
-    named = [min(choose(setting, minutes, 0.6).checked.named_right()) for minutes in (0.05, 0.2, 30.0)]
+def test_more_time_never_names_less(choose: Choose) -> None:
+    named = [min(choose(minutes, 0.6).checked.named_right()) for minutes in (0.05, 0.2, 30.0)]
     assert named[0] < 0.9 <= named[-1]
     assert named[1] >= named[0]
 
