@@ -42,6 +42,19 @@ def test_noise_does_not_lengthen_the_path(correlation: float) -> None:
     assert speed[5:20] == pytest.approx(1 / 0.29, rel=0.25)
 
 
+def test_a_ripple_is_no_noise() -> None:
+    """Two of three runs hold a torque while the crank turns: their twist follows the elements, a period in 12 samples;
+    in a fourth nothing moves and the last digit stands still."""
+    k, rng = np.arange(160), np.random.default_rng(4)
+    ripple = 1e-5 * np.sin(2 * np.pi * k / 12)
+    angle = np.concatenate([1e-3 * np.sin(2 * np.pi * k / 160), ripple, ripple]) + 1e-6 * rng.standard_normal(480)
+    runs = [(0, 160), (160, 320), (320, 480), (480, 640)]
+    found = angle_noise(np.concatenate([angle, np.full(160, 2e-4)]), runs)
+    assert found == pytest.approx(1e-6, rel=0.3)
+    path = monotone_path(angle[160:320], found)
+    assert np.abs(path - ripple).max() < 5e-6
+
+
 def test_angles_without_noise_are_unchanged() -> None:
     np.testing.assert_array_equal(monotone_path(TRUE, 0.0), TRUE)
     smooth = np.sin(TIME)
