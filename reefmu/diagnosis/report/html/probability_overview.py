@@ -12,7 +12,7 @@ from ...hypotheses import hypothesis_text, likeliest, probability_text
 from ...schema import Diagnosis, IsolabilityMatrix
 from ..rivals import is_reported, relevant_effects, rivals
 from ..text import CALIBRATION, POOR_FIT, global_p_text
-from .elements import bulleted, table
+from .elements import bulleted
 
 MAX_BARS = 6
 """Hypotheses with a bar of their own at most, for a reader's sake."""
@@ -95,11 +95,8 @@ def _cell(probability: float, colour: tuple[int, int, int]) -> str:
 
 
 def _changes(diagnosis: Diagnosis) -> str:
-    """Rivals of the chosen hypothesis with their probabilities, and the next experiments."""
-    rows = [[escape(hypothesis_text(h)), escape(probability_text(h.probability))] for h in rivals(diagnosis)]
-    content = "<p>No other explanation reaches a probability of 1 %.</p>"
-    if rows:
-        content = table(["another explanation", "probability"], rows)
+    """The next experiments, whose records would make other explanations more or less likely than the bars show."""
+    content = "" if rivals(diagnosis) else "<p>No other explanation reaches a probability of 1 %.</p>"
     if diagnosis.next_experiment:
         content += f"<p>What to measure next:</p>{bulleted(diagnosis.next_experiment)}"
-    return f"<section><h2>What would change the verdict</h2>{content}</section>"
+    return f"<section><h2>What would change the verdict</h2>{content}</section>" if content else ""
