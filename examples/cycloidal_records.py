@@ -4,13 +4,15 @@
 Diagnosis of measured records: a printed cycloidal actuator at six preloads, output locked, without a drawing.
 
 The base curve is a power law with a dead band; one exponent is fitted to all records, because they are of one gear.
-That a printed gear has friction is known beforehand and stated as a prior. The likeliest explanation of all records is
-constant friction and friction that depends on the load, beside a repeatable remainder of 1.5 to 3.3 times the noise;
-four of the six leave open whether creep, or loss that depends on the rate, comes with them.
+That a printed gear has friction is known beforehand and stated as a prior. The likeliest explanation of all records has
+constant friction and friction that depends on the load, of two also creep, beside a repeatable remainder of 1.2 to 2.9
+times the noise. Three verdicts are partly, because of that remainder; three leave open whether creep, loss that depends
+on the rate, or an error of the torque sensor comes with friction.
 Beside the diagnosis stands the lost motion that the small cycles show without any model: the twist between rising and
 falling through zero torque. It decreases with the first two steps of preload and then remains. The fitted play, a part
-of the large cycles' curve, decreases to a third, but not with every step. The exponent reaches its lower bound, that of
-a spring; the remaining curvature between flanks and dead band is part of the remainder.
+of the large cycles' curve, decreases from the second step on, to two fifths; before, friction that grows with the load,
+which is largest there, takes a part of it. The exponent reaches its lower bound, that of a spring; the remaining
+curvature between flanks and dead band is part of the remainder.
 
 ::
 
@@ -41,9 +43,9 @@ from stiffness_model.units import ARCMIN
 COLUMNS = read_column_map(Path(__file__).with_name("cycloidal_columns.toml"))
 LARGE_CYCLES = 100
 """Number of the first run with large cycles."""
-FRICTION = Priors(odds={"hysteresis": 20.0, "load_dependent_hysteresis": 20.0})
+FRICTION = Priors(odds={"hysteresis": 10.0, "load_dependent_hysteresis": 10.0})
 """A printed gear has friction, part of it in proportion to the load. The calibration takes every effect for as rare as
-one in twenty; these odds make both kinds of friction as likely as not."""
+one in ten; these odds make both kinds of friction as likely as not."""
 
 
 def thinned(record: Record, every: int) -> Record:

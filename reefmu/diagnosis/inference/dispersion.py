@@ -3,51 +3,53 @@
 An effect that is absent gains about 1 in -2 log likelihood for each of its parameters if the covariance is right. Along
 records that are simulated without effects it gains more: scatter between cycles is correlated where the weights of the
 blocks take it as independent, and individual drives deviate in more ways than the columns of the scatter span, among
-them in those of a kinematic error. The greatest gain along simulated records is no evidence, of effects as of what has
-no name. What is left is divided by what even the best explanation leaves beyond the noise, and by the error of laws and
+them in those of a kinematic error. What is gained along simulated records is no evidence, of effects as of what has no
+name. What is left is divided by what even the best explanation leaves beyond the noise, and by the error of laws and
 scatter beside large effects.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import find_effect
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import estimate_overdispersion
-from ..estimation.score_test import amplitudes
 from ..estimation.weighting import Projection, Weighting
-from .nonparametric import fit_terms_to
+from .nonparametric import TermFit, fit_terms_to
 from .simulated_records import SimulatedRecords
 
 COVARIANCE_ERROR = 0.02
 """Error of the trace of large effects on an individual, over the trace: the laws of effects and the scatter beside them
-are no better known. Chosen among 0, 0.02, 0.05 and 0.1 by the calibration of the probabilities; on the mean drive 0 was
-best."""
+are no better known. Chosen among six values from 0 to 0.06 by the calibration of the probabilities, to which 0.03 is
+the same."""
 N_WITH_TERMS = 8
 """Simulated records to which nonparametric terms are fitted. Chosen by judgement to bound the time."""
 
 
-def dispersion(problem: Problem, fits: Sequence[Fit], gain: float) -> float:
+def dispersion(problem: Problem, explanations: Iterable[tuple[Fit, TermFit | None]], gain: float) -> float:
     """Variance of the residual over that of the weights, at least 1.
 
-    fits: the likeliest; gain: greatest one in -2 log likelihood, of effects on an individual, 0 on the mean drive.
+    explanations: the likeliest, fits with or without a nonparametric term beside; gain: greatest one in -2 log
+    likelihood, of effects on an individual, 0 on the mean drive.
     """
-    left = min(estimate_overdispersion(problem, fit) for fit in fits)
+    left = min(
+        estimate_overdispersion(problem, fit, problem.torque - fit.prediction.torque - (beside.torque if beside else 0))
+        for fit, beside in explanations
+    )
     return left + COVARIANCE_ERROR**2 * gain
 
 
 @dataclass(frozen=True)
 class ChanceGains:
-    """The greatest gains along records without effects, in -2 log likelihood, with and without names.
+    """Gains along records without effects, in -2 log likelihood, with and without names.
 
-    base: the fit without effects; records: simulated ones without effects; projected, gains: memos by weighting.
+    base: the fit without effects; records: m simulated ones without effects; projected, gains: memos by weighting.
     """
 
     problem: Problem
@@ -56,23 +58,15 @@ class ChanceGains:
     projected: dict[tuple[int, float, int], tuple[Weighting, Projection]] = field(default_factory=dict)
     gains: dict[tuple[float, int], float] = field(default_factory=dict)
 
-    def named(self, fit: Fit) -> float:
-        """Sum of what each effect of a fit gains by chance beside the others, at most what it gains here; 0 without
-        effects. Both are taken to first order."""
-        slope = fit.bounds.slope(fit.parameters)
-        columns = fit.weighting.project(fit.prediction.sensitivities * slope)
-        unit = np.sqrt(np.maximum(np.diag(fit.curvature), 1e-300))
-        covariance = np.linalg.pinv(fit.curvature / np.outer(unit, unit), hermitian=True)
-        estimates = covariance @ (columns.inner(self._under(fit.weighting)) / unit[:, None])
-        found = 0.0
-        for name, where in self.problem.layout(fit.names).effects.items():
-            effect, block = find_effect(name), np.arange(where.start, where.stop)
-            sizes = block[amplitudes(effect)]
-            neutral = np.array([effect.parameters[k].neutral for k in amplitudes(effect)])
-            own = ((fit.parameters[sizes] - neutral) / fit.bounds.scale[sizes] * unit[sizes])[:, None]
-            here = float(_wald(own, covariance[np.ix_(sizes, sizes)])[0])
-            found += min(here, float(_wald(estimates[block], covariance[np.ix_(block, block)]).max()))
-        return found
+    def of_effects(self, fit: Fit, weighting: Weighting) -> Array:
+        """(m,) gains of the effects of a fit over its base parameters along the records of a weighting and under it, to
+        first order."""
+        n_base, slope = self.problem.layout(()).n_base, fit.bounds.slope(fit.parameters)
+        columns = weighting.project(fit.prediction.sensitivities * slope)
+        curvature = columns.inner(columns) + np.diag((slope / fit.bounds.prior_deviation) ** 2)
+        unit = np.sqrt(np.maximum(np.diag(curvature), 1e-300))
+        along, curvature = columns.inner(self._under(weighting)) / unit[:, None], curvature / np.outer(unit, unit)
+        return _explained(along, curvature) - _explained(along[:n_base], curvature[:n_base, :n_base])
 
     def unnamed(self, weighting: Weighting) -> float:
         """Greatest gain of any nonparametric term beside the base curve on some of the records, at the contacts of the
@@ -92,6 +86,7 @@ class ChanceGains:
         return self.projected[key][1]
 
 
-def _wald(estimates: Array, covariance: Array) -> Array:
-    """(m,) squares of estimates (k, m) over their covariance (k, k)."""
-    return (estimates * (np.linalg.pinv(covariance, hermitian=True) @ estimates)).sum(axis=0)
+def _explained(along: Array, curvature: Array) -> Array:
+    """(m,) by how much columns of a curvature (k, k), along which m records have the inner products (k, m), reduce
+    their costs."""
+    return (along * (np.linalg.pinv(curvature, hermitian=True) @ along)).sum(axis=0)

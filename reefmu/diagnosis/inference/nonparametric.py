@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from stiffness_model.numerics.arrays import Array
+from stiffness_model.units import ARCMIN
 
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
@@ -139,6 +140,12 @@ def possible_terms(problem: Problem, residual: Array) -> Iterator[NonparametricT
     highest = min(MAX_PERIODS / 2 / span, 0.4 / max(float(np.median(np.diff(time))), 1e-9))
     frequency, n = _strongest_frequency(problem, time, residual, np.ones(len(time), bool), highest)
     yield _independent_of_torque(f"time, period {1 / frequency:.3g} s", _wave(2 * np.pi * frequency * time), n)
+    twist = mean(trace.twist)
+    change = np.abs(np.diff(twist))
+    highest = min(MAX_PERIODS / 2 / max(float(np.ptp(twist)), 1e-9), 0.4 / max(float(np.median(change)), 1e-9))
+    frequency, n = _strongest_frequency(problem, twist, residual, np.ones(len(twist), bool), highest)
+    period = f"twist, period {1 / frequency / ARCMIN:.3g} arcmin"
+    yield _independent_of_torque(period, _wave(2 * np.pi * frequency * twist), n)
     yield from _terms_of_runs(problem, residual)
 
 

@@ -27,8 +27,9 @@ from .marginal_likelihood import log_volume, material_effects
 LEAST_SIZE = 0.1
 """Smallest amplitude, over the typical size, that counts as an effect: a tenth of a tolerance's deviation is within
 what every drive deviates by."""
-N_RECORDS = 48
-"""Records without effects that are simulated: the greatest gain along them is exceeded by chance in one of 49."""
+N_RECORDS, CHANCE_LEVEL = 48, 0.95
+"""Records without effects that are simulated, and the quantile of gains along them that counts as by chance: the usual
+level of 5 %."""
 N_BEST, N_BEST_BY_SIZE, N_MEAN_DRIVE = 8, 4, 4
 """Fits that are compared with nonparametric terms: the best of all, of every number of effects, and refitted for the
 mean drive. Chosen by judgement to bound the time at a tenth of a diagnosis."""
@@ -39,16 +40,17 @@ class Row:
     """One hypothesis.
 
     effects: that are missing; unnamed: whether something without a name is missing as well; log_evidence: log marginal
-    likelihood over that of nothing missing; fit: of the effects; beside: the nonparametric term, of something unnamed
-    or of a curve within tolerances, None where there is none; unnamed_share: rms of what is unnamed, over full torque,
-    0 where nothing is, on the mean drive of all that is left and not only of what the term fits; scatter: size of the
-    drive's scatter, 0 of the mean drive.
+    likelihood over that of nothing missing; fit: of the effects; gain: of effects and term, in -2 log likelihood;
+    beside: the nonparametric term, of something unnamed or of a curve within tolerances, None where there is none;
+    unnamed_share: rms of what is unnamed, over full torque, 0 where nothing is, on the mean drive of all that is left
+    and not only of what the term fits; scatter: size of the drive's scatter, 0 of the mean drive.
     """
 
     effects: frozenset[str]
     unnamed: bool
     log_evidence: float
     fit: Fit
+    gain: float = 0.0
     beside: TermFit | None = None
     unnamed_share: float = 0.0
     scatter: float = 0.0
@@ -63,43 +65,64 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
     problem, base = evidence.problem, evidence.search.base
     fits = [fit for fit in _fits(evidence) if not (fit.names and is_degenerate(problem, fit))]
     best_fits = _best(fits)
-    compared = [*best_fits, *_for_mean_drive(problem, base, best_fits)]
-    divided = dispersion(problem, compared, max(base.cost - fits[0].cost, 0.0) if _scatter(fits[0]) else 0.0)
+    compared = [(fit, fit_terms(problem, fit)) for fit in (*best_fits, *_for_mean_drive(problem, base, best_fits))]
+    explanations = [(fit, beside) for fit, terms in compared for beside in (None, terms[0])]
+    divided = dispersion(problem, explanations, max(base.cost - fits[0].cost, 0.0) if _scatter(fits[0]) else 0.0)
     chance = ChanceGains(problem, base, simulate_records(problem, N_RECORDS, seed=0))
 
     def row(fit: Fit, gain: float = 0.0, beside: TermFit | None = None, unnamed: bool = False) -> Row:
         effects = material_effects(problem, fit, sizes, LEAST_SIZE)
-        log_evidence = (_gain(base, fit, chance) + gain) / (2 * divided) + log_volume(problem, fit, sizes, divided)
+        whole = base.cost - fit.cost + gain
+        log_evidence = whole / (2 * divided) + log_volume(problem, fit, sizes, divided)
         rms = beside.rms if unnamed and beside else 0.0
         if unnamed and not _scatter(fit):
             rms = max(rms, remainder(problem, fit))
-        return Row(effects, unnamed, log_evidence, fit, beside, rms / problem.base.full_torque, _scatter(fit))
+        return Row(effects, unnamed, log_evidence, fit, whole, beside, rms / problem.base.full_torque, _scatter(fit))
 
     # An effect that moves the contacts must bring more than the scatter that they then have.
     moved = [problem.fit_from((), base.parameters, fit.weighting) for fit in best_fits if fit.names and _scatter(fit)]
     rows = [row(fit) for fit in (*fits, *moved)]
     likeliest = max(rows, key=lambda r: r.log_evidence).fit
-    exchanged = list(exchanged_fits(problem, likeliest))
-    rows += [row(fit) for fit in exchanged]
+    exchanged = [(fit, fit_terms(problem, fit)) for fit in exchanged_fits(problem, likeliest)]
+    rows += [row(fit) for fit, _ in exchanged]
     # What effects do to the curve of an individual within its tolerances, those may do as well. On the mean drive only
     # several effects that make one curve are doubtful.
     doubtful = [found for found in rows if found.scatter or len(CURVE_EFFECTS & set(found.fit.names)) > 1]
     rows += [other for found in doubtful for other in _without_tolerances(problem, found)]
-    for fit in (*compared, *exchanged):
-        is_tolerance, curve, terms = _nonparametric(problem, fit)
+    for fit, terms in (*compared, *exchanged):
+        curve = next(term for term in terms if term.term.coordinate == CURVE)
+        is_tolerance = is_within_tolerances(problem, fit, curve)
         if is_tolerance:
             rows.append(row(fit, max(0.0, curve.gain), curve))
             if curve.gain > SIGNIFICANT_GAIN:
                 # The whole deviation, of which the effects and the curve are parts, may be that of the tolerances.
                 rows += _without_tolerances(problem, rows[-1])
-        unnamed = max((t for t in terms if not (is_tolerance and t.term.coordinate == CURVE)), key=lambda t: t.gain)
+        unnamed = next(term for term in terms if not (is_tolerance and term is curve))
         rows.append(row(fit, max(0.0, unnamed.gain) - chance.unnamed(fit.weighting), unnamed, unnamed=True))
     best: dict[tuple[frozenset[str], bool], Row] = {}
-    for found in rows:
+    for found in less_chance(rows, chance, divided):
         key = found.effects, found.unnamed
         if key not in best or found.log_evidence > best[key].log_evidence:
             best[key] = found
     return tuple(best.values())
+
+
+def less_chance(rows: Sequence[Row], chance: ChanceGains, divided: float) -> list[Row]:
+    """The rows, with less evidence against them by what the likeliest row gains over them by chance, along records of
+    drives that scatter as that row says.
+
+    Of two sets that differ by little only what the difference gains is by chance, of two alternatives likewise.
+    """
+    best = max(rows, key=lambda r: r.log_evidence)
+    weighting = best.fit.weighting
+    fits = {id(row.fit): row.fit for row in rows}
+    gains = {key: chance.of_effects(fit, weighting) for key, fit in fits.items()}
+
+    def by_chance(row: Row) -> float:
+        gained = float(np.quantile(gains[id(best.fit)] - gains[id(row.fit)], CHANCE_LEVEL))
+        return min(max(0.0, gained), max(0.0, best.gain - row.gain))
+
+    return [replace(row, log_evidence=row.log_evidence + by_chance(row) / (2 * divided)) for row in rows]
 
 
 def _without_tolerances(problem: Problem, found: Row) -> Iterator[Row]:
@@ -107,12 +130,6 @@ def _without_tolerances(problem: Problem, found: Row) -> Iterator[Row]:
     curve = found.beside or TermFit(CURVE_TERM, 0.0, np.zeros(len(problem.torque)))
     for names in tolerances_in(problem, found.fit, curve.torque):
         yield replace(found, effects=found.effects - names, beside=curve)
-
-
-def _gain(base: Fit, fit: Fit, chance: ChanceGains) -> float:
-    """Gain of a fit over that without effects, in -2 log likelihood, less what its effects gain by chance."""
-    gain = base.cost - fit.cost
-    return gain - min(chance.named(fit), max(gain, 0.0))
 
 
 def _fits(evidence: Evidence) -> list[Fit]:
@@ -144,10 +161,3 @@ def _scatter(fit: Fit, least: float = INDIVIDUAL_SIZE) -> float:
     """Size of a fit's scatter, 0 below `least` or without random effects."""
     size = fit.weighting.size
     return size if len(fit.weighting.eigenvalues) and size >= least else 0.0
-
-
-def _nonparametric(problem: Problem, fit: Fit) -> tuple[bool, TermFit, list[TermFit]]:
-    """Whether the curve that a fit leaves is one that tolerances make, that curve, and all nonparametric terms."""
-    terms = fit_terms(problem, fit)
-    curve = next(term for term in terms if term.term.coordinate == CURVE)
-    return is_within_tolerances(problem, fit, curve), curve, terms

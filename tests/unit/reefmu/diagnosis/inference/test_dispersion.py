@@ -6,18 +6,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
 
 from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import power_base
 from reefmu.diagnosis.inference.dispersion import COVARIANCE_ERROR, ChanceGains, dispersion
+from reefmu.diagnosis.inference.nonparametric import CURVE_TERM, TermFit
 from reefmu.diagnosis.inference.simulated_records import SimulatedRecords, simulate_records
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from stiffness_model.numerics.arrays import Array
 from tests.unit.reefmu.diagnosis.preprocessing.test_cycle_scatter import ramps
+
+LOOPS = {"hysteresis": [2.0, 1e-3], "damping": [1.0]}
+"""Effects with parameters from which fits begin."""
 
 
 @pytest.fixture(scope="module")
@@ -28,47 +31,50 @@ def friction() -> tuple[Problem, Fit, Fit]:
     trace = make_trace(record, 1.0)
     problem = prepare_problem(record, trace, power_base(trace))
     base = base_fit(problem)
-    return problem, base, problem.fit_from(("hysteresis", "damping"), np.append(base.parameters, [2.0, 1e-3, 1.0]))
+    return (
+        problem,
+        base,
+        problem.fit_from(tuple(LOOPS), np.append(base.parameters, np.concatenate(list(LOOPS.values())))),
+    )
 
 
-def least_squares_gains(problem: Problem, fit: Fit, name: str, records: Array) -> Array:
-    """(m,) by how much the columns of one effect reduce the sums of squares of records (n, m) beside all others."""
+def least_squares_gains(problem: Problem, fit: Fit, records: Array) -> Array:
+    """(m,) reduction of the sums of squares of records (n, m) by columns of effects beside those of the base; a prior
+    is a row that measures zero."""
     scale = 1 / np.sqrt(problem.variance)[:, None]
-    columns = fit.prediction.sensitivities * fit.bounds.slope(fit.parameters) * scale
-    columns = columns / np.linalg.norm(columns, axis=0)
-    where = problem.layout(fit.names).effects[name]
+    slope = fit.bounds.slope(fit.parameters)
+    prior = np.diag(slope / fit.bounds.prior_deviation)
+    columns = np.concatenate([fit.prediction.sensitivities * slope * scale, prior])
+    values = np.concatenate([records * scale, np.zeros((len(slope), records.shape[1]))])
     left = []
-    for part in (np.delete(columns, np.arange(where.start, where.stop), axis=1), columns):
-        rest = records * scale - part @ np.linalg.lstsq(part, records * scale, rcond=None)[0]
-        left.append((rest**2).sum(axis=0))
+    for part in (columns[:, : problem.layout(()).n_base], columns):
+        part = part / np.linalg.norm(part, axis=0)
+        left.append(((values - part @ np.linalg.lstsq(part, values, rcond=None)[0]) ** 2).sum(axis=0))
     return left[0] - left[1]
 
 
-def test_gains_by_chance_are_the_greatest_along_records_without_effects(friction: tuple[Problem, Fit, Fit]) -> None:
-    """Two loops that only single cycles tell apart gain by chance what scatter between the cycles makes of them."""
+def test_gains_along_simulated_records_are_those_of_least_squares(friction: tuple[Problem, Fit, Fit]) -> None:
     problem, base, fit = friction
     simulated = simulate_records(problem, 40, seed=5)
-    expected = 0.0
-    for name in fit.names:
-        (other,) = set(fit.names) - {name}
-        where = problem.layout(fit.names).effects[other]
-        start = np.concatenate([fit.parameters[: len(base.parameters)], fit.parameters[where]])
-        here = problem.fit_from((other,), start).cost - fit.cost
-        expected += min(here, float(least_squares_gains(problem, fit, name, simulated.noise).max()))
-    found = ChanceGains(problem, base, simulated).named(fit)
-    assert found == pytest.approx(expected, rel=0.2, abs=1.0)
-    assert found > 10.0
-    assert ChanceGains(problem, base, simulated).named(base) == 0.0
+    chance = ChanceGains(problem, base, simulated)
+    expected = least_squares_gains(problem, fit, simulated.noise)
+    np.testing.assert_allclose(chance.of_effects(fit, fit.weighting), expected, rtol=0.01, atol=0.01)
+    np.testing.assert_allclose(chance.of_effects(base, fit.weighting), 0.0, atol=1e-9)
 
 
-def test_an_effect_that_is_there_keeps_its_gain_but_for_chance(friction: tuple[Problem, Fit, Fit]) -> None:
-    """White noise of the weights' own size gains as much as the greatest of 200 chi-squares of two parameters."""
+def test_alternatives_that_differ_by_single_cycles_gain_over_each_other_by_chance(
+    friction: tuple[Problem, Fit, Fit],
+) -> None:
+    """Loops of the direction and of the rate: scatter between cycles favours one or the other by more than the weights
+    expect, although either gains much alone."""
     problem, base, _ = friction
-    fit = problem.fit_from(("hysteresis",), np.append(base.parameters, [2.0, 1e-3]))
-    white = np.sqrt(problem.variance)[:, None] * np.random.default_rng(0).standard_normal((len(problem.torque), 200))
-    chance = ChanceGains(problem, base, SimulatedRecords(white, np.zeros((len(white), 0))))
-    assert chance.named(fit) == pytest.approx(chi2(2).ppf(1 - 1 / 200), rel=0.5)
-    assert chance.named(fit) < 0.02 * (base.cost - fit.cost)
+    loops = [problem.fit_from((name,), np.append(base.parameters, p)) for name, p in LOOPS.items()]
+    chance = ChanceGains(problem, base, simulate_records(problem, 40, seed=5))
+    direction, rate = (chance.of_effects(fit, base.weighting) for fit in loops)
+    differences = direction - rate
+    assert np.abs(differences).max() < 0.7 * max(direction.max(), rate.max())
+    # The greatest of 40 differences between two noises of variance 1 is near 2.2.
+    assert differences.max() > 4.0
 
 
 def test_individuals_with_a_wave_of_their_own_gain_by_terms_without_a_name(friction: tuple[Problem, Fit, Fit]) -> None:
@@ -85,7 +91,7 @@ def test_individuals_with_a_wave_of_their_own_gain_by_terms_without_a_name(frict
 
 def test_large_gains_add_the_error_of_the_covariance(friction: tuple[Problem, Fit, Fit]) -> None:
     problem, _, fit = friction
-    without, beside = (dispersion(problem, [fit], gain) for gain in (0.0, 1e5))
+    without, beside = (dispersion(problem, [(fit, None)], gain) for gain in (0.0, 1e5))
     assert without >= 1.0
     assert beside - without == pytest.approx(COVARIANCE_ERROR**2 * 1e5)
 
@@ -99,3 +105,16 @@ def test_simulated_records_have_the_scatter_of_a_weighting(friction: tuple[Probl
     found = simulate_records(replace(problem, individuals=drives), 20, seed=0)
     one, two = (found.under(weights.with_size(size)) - found.noise for size in (1.0, 2.0))
     np.testing.assert_allclose(two, 2 * one)
+
+
+def test_what_a_nonparametric_term_explains_is_no_dispersion(friction: tuple[Problem, Fit, Fit]) -> None:
+    """Without the term, what it stands for would make all evidence count less, its own included."""
+    problem, _, fit = friction
+    wave = 30 * np.sqrt(problem.variance) * np.sin(np.arange(len(problem.torque)) / 7.0)
+    disturbed = replace(problem)
+    vars(disturbed)["torque"] = problem.torque + wave
+    term = TermFit(CURVE_TERM, 0.0, wave)
+    assert dispersion(disturbed, [(fit, None)], 0.0) > 20.0
+    assert dispersion(disturbed, [(fit, None), (fit, term)], 0.0) == pytest.approx(
+        dispersion(problem, [(fit, None)], 0.0)
+    )

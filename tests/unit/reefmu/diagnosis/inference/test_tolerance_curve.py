@@ -91,9 +91,13 @@ def test_one_loop_of_the_mean_drive_shows_backlash(clearance: float) -> None:
 
 @pytest.mark.parametrize("number", [0, 7])
 def test_one_loop_of_an_individual_shows_backlash_beyond_its_tolerances(number: int) -> None:
-    """Only a scatter wider than the tolerances could explain it, which is less likely."""
+    """Only a scatter nearly three times as wide as the tolerances could explain it, which is less likely; one loop does
+    not exclude it."""
     found = one_loop(number, clearance=4.2e-6)
-    assert (found.verdict, [e.name for e in found.effects]) == ("named", ["backlash"])
+    probability = {h.effects: h.probability for h in found.hypotheses if not h.unnamed}
+    assert found.verdict in ("named", "ambiguous")
+    assert [e.name for e in found.effects] == ["backlash"]
+    assert probability["backlash",] > probability[()]
     assert found.effects[0].parameters["clearance"].value == pytest.approx(4.2e-6, rel=0.15)
 
 

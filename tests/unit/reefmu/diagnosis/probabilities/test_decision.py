@@ -97,7 +97,7 @@ def test_an_ambiguous_record_is_told_with_all_that_may_be_missing(evidence: Evid
 @pytest.mark.parametrize("unnamed", [False, True])
 def test_what_is_beside_the_effects_is_a_remainder_or_a_curve_of_tolerances(evidence: Evidence, unnamed: bool) -> None:
     term = TermFit(NonparametricTerm("torque", curve_over_torque), 40.0, 3.0 * np.ones(len(evidence.problem.torque)))
-    rows = [Row(frozenset(FRICTION), unnamed, 0.0, evidence.search.best[1][0], term)]
+    rows = [Row(frozenset(FRICTION), unnamed, 0.0, evidence.search.best[1][0], beside=term)]
     found = conclude(evidence, rows, [Hypothesis(FRICTION, unnamed, 1.0)])
     assert found.verdict == ("partly" if unnamed else "named")
     assert found.unnamed is (term if unnamed else None)
