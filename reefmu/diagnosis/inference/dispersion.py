@@ -10,7 +10,7 @@ scatter beside large effects.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -49,24 +49,19 @@ def dispersion(problem: Problem, explanations: Iterable[tuple[Fit, TermFit | Non
 class ChanceGains:
     """Gains along records without effects, in -2 log likelihood, with and without names.
 
-    base: the fit without effects; records: m simulated ones without effects; projected, gains: memos by weighting.
+    base: the fit without effects; records: m simulated ones without effects; gains: memo by weighting.
     """
 
     problem: Problem
     base: Fit
     records: SimulatedRecords
-    projected: dict[tuple[int, float, int], tuple[Weighting, Projection]] = field(default_factory=dict)
     gains: dict[tuple[float, int], float] = field(default_factory=dict)
 
-    def of_effects(self, fit: Fit, weighting: Weighting) -> Array:
-        """(m,) gains of the effects of a fit over its base parameters along the records of a weighting and under it, to
-        first order."""
-        n_base, slope = self.problem.layout(()).n_base, fit.bounds.slope(fit.parameters)
-        columns = weighting.project(fit.prediction.sensitivities * slope)
-        curvature = columns.inner(columns) + np.diag((slope / fit.bounds.prior_deviation) ** 2)
-        unit = np.sqrt(np.maximum(np.diag(curvature), 1e-300))
-        along, curvature = columns.inner(self._under(weighting)) / unit[:, None], curvature / np.outer(unit, unit)
-        return _explained(along, curvature) - _explained(along[:n_base], curvature[:n_base, :n_base])
+    def of_effects(self, fits: Sequence[Fit], weighting: Weighting) -> list[Array]:
+        """(m,) gains of the effects of each fit over its base parameters along the records of a weighting and under it,
+        to first order."""
+        records = weighting.project(self.records.under(weighting))
+        return [_gains_of_effects(fit, weighting, records, self.problem.layout(()).n_base) for fit in fits]
 
     def unnamed(self, weighting: Weighting) -> float:
         """Greatest gain of any nonparametric term beside the base curve on some of the records, at the contacts of the
@@ -78,12 +73,14 @@ class ChanceGains:
             self.gains[key] = max(0.0, *(fit_terms_to(self.problem, fit, record)[0].gain for record in records))
         return self.gains[key]
 
-    def _under(self, weighting: Weighting) -> Projection:
-        """The records projected by a weighting, which stays alive with the memo."""
-        key = id(weighting.mean), weighting.size, weighting.roughness
-        if key not in self.projected:
-            self.projected[key] = weighting, weighting.project(self.records.under(weighting))
-        return self.projected[key][1]
+
+def _gains_of_effects(fit: Fit, weighting: Weighting, records: Projection, n_base: int) -> Array:
+    slope = fit.bounds.slope(fit.parameters)
+    columns = weighting.project(fit.prediction.sensitivities * slope)
+    curvature = columns.inner(columns) + np.diag((slope / fit.bounds.prior_deviation) ** 2)
+    unit = np.sqrt(np.maximum(np.diag(curvature), 1e-300))
+    along, curvature = columns.inner(records) / unit[:, None], curvature / np.outer(unit, unit)
+    return _explained(along, curvature) - _explained(along[:n_base], curvature[:n_base, :n_base])
 
 
 def _explained(along: Array, curvature: Array) -> Array:

@@ -137,15 +137,9 @@ def possible_terms(problem: Problem, residual: Array) -> Iterator[NonparametricT
     scaled = 2 * (time - time[0]) / span - 1
     yield _independent_of_torque("time, smoothly", _splines(scaled, np.linspace(-1, 1, 7)))
     yield NonparametricTerm("time, by torque", _by_torque(_splines(scaled, np.linspace(-1, 1, 5)), 2))
-    highest = min(MAX_PERIODS / 2 / span, 0.4 / max(float(np.median(np.diff(time))), 1e-9))
-    frequency, n = _strongest_frequency(problem, time, residual, np.ones(len(time), bool), highest)
-    yield _independent_of_torque(f"time, period {1 / frequency:.3g} s", _wave(2 * np.pi * frequency * time), n)
+    yield _strongest_wave(problem, time, residual, lambda period: f"time, period {period:.3g} s")
     twist = mean(trace.twist)
-    change = np.abs(np.diff(twist))
-    highest = min(MAX_PERIODS / 2 / max(float(np.ptp(twist)), 1e-9), 0.4 / max(float(np.median(change)), 1e-9))
-    frequency, n = _strongest_frequency(problem, twist, residual, np.ones(len(twist), bool), highest)
-    period = f"twist, period {1 / frequency / ARCMIN:.3g} arcmin"
-    yield _independent_of_torque(period, _wave(2 * np.pi * frequency * twist), n)
+    yield _strongest_wave(problem, twist, residual, lambda period: f"twist, period {period / ARCMIN:.3g} arcmin")
     yield from _terms_of_runs(problem, residual)
 
 
@@ -219,6 +213,17 @@ def _speed_functions(speed: Array) -> Array:
 
 def _wave(phase: Array) -> Array:
     return np.stack([np.cos(phase), np.sin(phase)], axis=1)
+
+
+def _strongest_wave(
+    problem: Problem, x: Array, residual: Array, coordinate: Callable[[float], str]
+) -> NonparametricTerm:
+    """The wave over x (n,) with the largest amplitude, of any period that the blocks resolve; coordinate: in words,
+    from the period."""
+    step, span = max(float(np.median(np.abs(np.diff(x)))), 1e-9), max(float(np.ptp(x)), 1e-9)
+    highest = min(MAX_PERIODS / 2 / span, 0.4 / step)
+    frequency, n = _strongest_frequency(problem, x, residual, np.ones(len(x), bool), highest)
+    return _independent_of_torque(coordinate(1 / frequency), _wave(2 * np.pi * frequency * x), n)
 
 
 def _strongest_frequency(

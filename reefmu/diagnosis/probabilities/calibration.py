@@ -41,9 +41,9 @@ class HypothesisWeights:
 
 
 CALIBRATED = HypothesisWeights(0.71, -2.51, 0.74)
-"""Fitted by `tests/benchmarks/diagnosis/calibrate_probabilities.py` to 166 records. Log odds fall with small
-differences of the log evidence, and with the root of large ones, as a covariance that is wrong in unknown directions
-makes them: the root is better than the powers 0.7 and 1, and as good as 0.35."""
+"""Fitted as `tests/benchmarks/diagnosis/calibrate_probabilities.py` does, to 166 of its 286 records. Log odds fall
+with small differences of the log evidence, and with the root of large ones, as a covariance that is wrong in unknown
+directions makes them: the root is better than the powers 0.7 and 1, and as good as 0.35."""
 
 
 def probabilities(

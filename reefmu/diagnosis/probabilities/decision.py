@@ -14,9 +14,8 @@ from ..inference.nonparametric import CURVE_TERM, TermFit, fit_terms
 from .hypothesis_table import Row
 
 NAMED = 0.6
-"""Probability from which effects are named. A wrong name is taken to cost as much as one and a
-half records that are left undecided, so that naming pays where it is wrong in less than two cases of five; chosen by
-judgement."""
+"""Probability from which effects are named. A wrong name is taken to cost as much as one and a half records that are
+left undecided, so that naming pays where it is wrong in less than two cases of five; chosen by judgement."""
 UNNAMED = 1 / 3
 """Probability from which something unnamed is reported. To miss it is taken to cost as much as two false suspicions;
 chosen by judgement."""

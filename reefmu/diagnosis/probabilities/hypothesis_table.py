@@ -114,9 +114,8 @@ def less_chance(rows: Sequence[Row], chance: ChanceGains, divided: float) -> lis
     Of two sets that differ by little only what the difference gains is by chance, of two alternatives likewise.
     """
     best = max(rows, key=lambda r: r.log_evidence)
-    weighting = best.fit.weighting
     fits = {id(row.fit): row.fit for row in rows}
-    gains = {key: chance.of_effects(fit, weighting) for key, fit in fits.items()}
+    gains = dict(zip(fits, chance.of_effects(tuple(fits.values()), best.fit.weighting), strict=True))
 
     def by_chance(row: Row) -> float:
         gained = float(np.quantile(gains[id(best.fit)] - gains[id(row.fit)], CHANCE_LEVEL))

@@ -2,14 +2,14 @@
 
 STYLE = """
 *{box-sizing:border-box}
-body{font:15px/1.45 system-ui,"DejaVu Sans",sans-serif;color:#222;max-width:1120px;margin:20px auto;padding:0 16px}
+body{font:15px/1.45 system-ui,"DejaVu Sans",sans-serif;color:#222;max-width:1120px;margin:10px auto;padding:0 16px}
 h1{font-size:15px;font-weight:400;color:#555;margin:0 0 6px;overflow-wrap:anywhere}
 h2{font-size:16px;margin:22px 0 6px;border-bottom:1px solid #ddd}
 .verdict{display:inline-block;padding:2px 12px;border-radius:4px;color:#fff;font-weight:600;font-size:17px}
 .named,.none{background:#2a7f49}.partly,.ambiguous{background:#9a6200}.unknown{background:#b2382a}
 .insufficient{background:#5c5c5c}.meaning{color:#555;margin-left:8px}
 .explain{font-size:13px;color:#555;margin:4px 0}
-.lead{font-size:18px;line-height:1.4;margin:8px 0 14px;overflow-wrap:anywhere}
+.lead{font-size:18px;line-height:1.4;margin:6px 0 8px;overflow-wrap:anywhere}
 .cards,.row{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(300px,100%),1fr));gap:12px}
 .row{grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));margin-top:14px}
 .card{border:1px solid #ddd;border-radius:6px;padding:8px 12px}
@@ -38,7 +38,7 @@ border:1px solid #fff;overflow-wrap:normal}.heat .zero{background:#f1f1f1;color:
 line-height:1.1}
 .layers{display:flex;flex-wrap:wrap;gap:2px 14px;font-size:13px;color:#555;min-height:21px}
 .layers label{cursor:pointer}.layers input{margin:0;vertical-align:-1px}.readout{color:#222}
-.origin{font-size:13px;color:#555;margin:0 0 10px}.origin strong{font-weight:600}.origin code,.command{font-size:13px}
+.origin{font-size:13px;color:#555;margin:0 0 6px}.origin strong{font-weight:600}.origin code,.command{font-size:13px}
 .origin>span{display:inline-block;margin-right:14px;overflow-wrap:anywhere}.scroll{overflow-x:auto}
 svg[data-figure]{touch-action:pan-y}
 .steps{list-style:none;padding:0}.steps li{margin:6px 0}button{font:inherit;font-size:12px;cursor:pointer}

@@ -58,8 +58,8 @@ def test_gains_along_simulated_records_are_those_of_least_squares(friction: tupl
     simulated = simulate_records(problem, 40, seed=5)
     chance = ChanceGains(problem, base, simulated)
     expected = least_squares_gains(problem, fit, simulated.noise)
-    np.testing.assert_allclose(chance.of_effects(fit, fit.weighting), expected, rtol=0.01, atol=0.01)
-    np.testing.assert_allclose(chance.of_effects(base, fit.weighting), 0.0, atol=1e-9)
+    np.testing.assert_allclose(chance.of_effects([fit], fit.weighting)[0], expected, rtol=0.01, atol=0.01)
+    np.testing.assert_allclose(chance.of_effects([base], fit.weighting)[0], 0.0, atol=1e-9)
 
 
 def test_alternatives_that_differ_by_single_cycles_gain_over_each_other_by_chance(
@@ -70,7 +70,7 @@ def test_alternatives_that_differ_by_single_cycles_gain_over_each_other_by_chanc
     problem, base, _ = friction
     loops = [problem.fit_from((name,), np.append(base.parameters, p)) for name, p in LOOPS.items()]
     chance = ChanceGains(problem, base, simulate_records(problem, 40, seed=5))
-    direction, rate = (chance.of_effects(fit, base.weighting) for fit in loops)
+    direction, rate = chance.of_effects(loops, base.weighting)
     differences = direction - rate
     assert np.abs(differences).max() < 0.7 * max(direction.max(), rate.max())
     # The greatest of 40 differences between two noises of variance 1 is near 2.2.

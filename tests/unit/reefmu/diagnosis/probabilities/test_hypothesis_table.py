@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -125,8 +125,8 @@ class Gains(ChanceGains):
 
     by_names: Mapping[tuple[str, ...], Array] = field(default_factory=dict[tuple[str, ...], Array])
 
-    def of_effects(self, fit: Fit, weighting: Weighting) -> Array:
-        return self.by_names[fit.names]
+    def of_effects(self, fits: Sequence[Fit], weighting: Weighting) -> list[Array]:
+        return [self.by_names[fit.names] for fit in fits]
 
 
 def test_what_a_set_gains_by_chance_over_another_is_no_evidence_against_it(fitted: Fitted) -> None:
