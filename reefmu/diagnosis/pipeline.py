@@ -12,6 +12,7 @@ import numpy as np
 from ..effects import declared_test
 from ..record import TORQUE_SIDES, Record
 from .analysis import Analysis, WrittenFits
+from .estimation.least_squares import by_cost
 from .estimation.problem import Problem
 from .estimation.search import base_fit, linearise_candidates, search
 from .estimation.worker_pool import open_pool
@@ -20,7 +21,7 @@ from .inference.evidence import Evidence
 from .inference.isolability import Isolability, isolability
 from .losses.crank_losses import CRANK_FRICTION, LAW, crank_losses, with_losses
 from .losses.stated_friction import friction_inside, without_stated_friction
-from .preparation import BaseCurveSource, prepare_problem
+from .preparation import BaseCurveSource, prepare_problem, with_scatter_beside
 from .preprocessing.audit import Audit, audit
 from .preprocessing.trace import make_trace
 from .probabilities.assessment import assess, record_isolability
@@ -117,6 +118,7 @@ def _analyse(
 
 def _collect_evidence(problem: Problem, report: Progress, executor: Executor | None) -> tuple[Evidence, Isolability]:
     """Fit the sets of effects that this record can show."""
+    problem = _seated(problem, executor)
     base = base_fit(problem)
     report("isolability", 0.1)
     with open_pool(problem, executor) as pool:
@@ -132,6 +134,14 @@ def _collect_evidence(problem: Problem, report: Progress, executor: Executor | N
             lambda stage, share: report(stage, 0.2 + 0.7 * share),
         )
     return Evidence(problem, found), isolated
+
+
+def _seated(problem: Problem, executor: Executor | None) -> Problem:
+    """The problem with the scatter of its elements that shows beside the likeliest single effect."""
+    base = base_fit(problem)
+    with open_pool(problem, executor) as pool:
+        singles = search(pool, base, linearise_candidates(pool, base), 1).best.get(1, [base])
+    return with_scatter_beside(problem, min(base, singles[0], key=by_cost))
 
 
 def _excessive_noise(problem: Problem) -> str:

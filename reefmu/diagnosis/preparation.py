@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,15 +16,19 @@ from stiffness_model.numerics.arrays import Array
 from ..model.chosen_effects import inherent_effects
 from ..model.contacts.tables import cached_lookup
 from ..record import Record
+from .estimation.least_squares import Fit
 from .estimation.likeliest_seating import with_likeliest_seating
 from .estimation.problem import Problem, block_variances, make_weights, search_blocks, select_candidates
+from .estimation.search import base_fit
+from .estimation.weighting import INDIVIDUAL_SIZE
 from .forward.base_curve import BaseCurve, curve_base, drawing_base, lookup_base, power_base, table_base
+from .forward.parameter_layout import DELAY, ZERO
 from .losses.crank_losses import CRANK_FRICTION
 from .preprocessing.audit import ratio_from_angles
 from .preprocessing.cycle_scatter import estimate_cycle_scatter
 from .preprocessing.cycles import find_cycles
 from .preprocessing.noise import estimate_noise
-from .preprocessing.trace import Blocks, Trace
+from .preprocessing.trace import Trace
 from .random_effects.cycloidal_scatter import cycloidal_scatter
 from .random_effects.element_motion import element_motion
 from .random_effects.individuals import simulate_individuals
@@ -35,6 +39,9 @@ from .random_effects.tolerance_scatter import ToleranceScatter
 UNLOADED_SHARE = 0.05
 """Share of full torque below which a sample counts as unloaded when the zero of the twist is guessed; chosen by
 judgement, the fit corrects the guess."""
+N_REPEATED, LEAST_GAIN = 4, 1.0
+"""How often the elements are placed anew by the delay of a fit, and the gain in -2 log likelihood that is worth it.
+Chosen by judgement: each time the delay comes nearer by a half or more."""
 
 
 @dataclass(frozen=True)
@@ -77,38 +84,76 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
     between = None if noise.repeated else estimate_cycle_scatter(record, trace, blocks, noise)
     if between is not None:
         variance, block_variance = variance + between.weighting_variance, block_variance + between.variance
-    scatter, individuals = _scatter(base, trace, blocks, variance)
     candidates, excluded = select_candidates(record.missing, base.kind)
-    weights = make_weights(variance, scatter, variance if scatter is None else scatter.twist)
-    return Problem(
+    problem = Problem(
         base,
         trace,
         blocks,
         noise,
-        weights,
+        make_weights(variance, None, variance),
         variance,
         block_variance,
         candidates,
         excluded,
-        scatter,
-        individuals=individuals,
+        None,
         cycle_scatter=between,
         cycles=find_cycles(record, blocks),
     )
+    return _with_scatter(problem, base_fit(problem))
 
 
-def _scatter(base: BaseCurve, trace: Trace, blocks: Blocks, variance: Array) -> tuple[ToleranceScatter | None, Array]:
-    """Scatter of the population along the record, None without tolerances, and torques (m, n), N.m, of individuals less
-    the mean drive's; variance: (n,) (N.m)^2, of the noise."""
-    twist = blocks.mean(trace.twist) - _zero(trace, base)
+def with_scatter_beside(problem: Problem, found: Fit) -> Problem:
+    """The problem with the seats of its elements, the delay and the zero of the twist that show beside the effects of a
+    fit; itself where that fit is likelier with those that it has.
+
+    The delay shows beside the scatter, and the elements are where they were when the torque acted: both are repeated
+    until the fit gets no better. On the mean drive neither shows.
+    """
+    if not isinstance(problem.scatter, Scatter) or found.weighting.size < INDIVIDUAL_SIZE:
+        return problem
+    best, fit = _likelier(problem, found, with_likeliest_seating(problem, problem.scatter, found))
+    for _ in range(N_REPEATED):
+        assert isinstance(best.scatter, Scatter)
+        other, fit = _likelier(best, fit, _read_late(best, best.scatter, fit))
+        if other is best:
+            break
+        best = other
+    assert isinstance(best.scatter, Scatter)
+    return best if best is problem else replace(best, individuals=simulate_individuals(best.scatter))
+
+
+def _likelier(problem: Problem, found: Fit, scatter: Scatter) -> tuple[Problem, Fit]:
+    """A problem with another scatter and a fit there, or the same as before where that is likelier."""
+    other = _with_weights(problem, scatter)
+    fit = other.fit_from(found.names, found.parameters, other.weights_at(found))
+    return (other, fit) if fit.cost < found.cost - LEAST_GAIN else (problem, found)
+
+
+def _read_late(problem: Problem, scatter: Scatter, found: Fit) -> Scatter:
+    """The scatter with the elements and the contacts where they were when the torque acted that is read by the delay of
+    a fit later."""
+    trace, blocks, (zero, delay) = problem.trace, problem.blocks, found.parameters[[ZERO, DELAY]]
+    twist = blocks.mean(trace.twist - delay * trace.twist_rate) - zero
+    return replace(scatter, motion=element_motion(scatter.drive, trace, blocks, float(delay)), twist=twist)
+
+
+def _with_scatter(problem: Problem, without_effects: Fit) -> Problem:
+    """The problem with the scatter of its population, at the twist of the contacts in the fit without effects; itself
+    without tolerances."""
+    base, trace, blocks, twist = problem.base, problem.trace, problem.blocks, without_effects.prediction.contact
     if base.cycloidal is not None:
-        return cycloidal_scatter(base.cycloidal, trace, blocks, twist, base.lever)
+        scatter, individuals = cycloidal_scatter(base.cycloidal, trace, blocks, twist, base.lever)
+        return replace(_with_weights(problem, scatter), individuals=individuals)
     if base.drive is None:
-        return None, np.zeros((0, len(twist)))
-    scatter = Scatter(base.drive, element_responses(base.drive), element_motion(base.drive, trace, blocks), twist)
-    residual = blocks.mean(trace.torque) - base.elastic.evaluate(twist, 0.0, base.shape.start)[0]
-    scatter = with_likeliest_seating(scatter, trace, blocks, variance, residual, base.full_torque)
-    return scatter, simulate_individuals(scatter)
+        return problem
+    start = Scatter(base.drive, element_responses(base.drive), element_motion(base.drive, trace, blocks), twist)
+    scatter = with_likeliest_seating(problem, start, without_effects)
+    return replace(_with_weights(problem, scatter), individuals=simulate_individuals(scatter))
+
+
+def _with_weights(problem: Problem, scatter: ToleranceScatter) -> Problem:
+    weights = make_weights(problem.variance, scatter, scatter.twist)
+    return replace(problem, scatter=scatter, weights=weights, weights_cache=[])
 
 
 def _slope(trace: Trace, base: BaseCurve) -> Array:

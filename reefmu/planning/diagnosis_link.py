@@ -4,7 +4,6 @@ noise of a rig."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -13,11 +12,10 @@ from stiffness_model.numerics.arrays import Array
 
 from ..diagnosis.discrimination.effect_columns import Sensitivities
 from ..diagnosis.estimation.least_squares import Fit
-from ..diagnosis.estimation.problem import Problem, make_weights, select_candidates
+from ..diagnosis.estimation.problem import Problem, select_candidates
 from ..diagnosis.estimation.weighting import MIN_EIGENVALUE
 from ..diagnosis.preparation import BaseCurveSource, prepare_problem
 from ..diagnosis.preprocessing.trace import make_trace
-from ..diagnosis.random_effects.scatter import Scatter
 from ..record import Record
 from .protocols.rig import RigNoise
 
@@ -33,23 +31,10 @@ def excluded_effects(missing: Sequence[str]) -> dict[str, str]:
 
 
 def record_problem(drive: Drive, record: Record) -> tuple[Problem, Fit]:
-    """The diagnosis' problem for a record, with its scatter at the contacts of the fit, and its fit without effects."""
+    """The diagnosis' problem for a record, and its fit without effects."""
     trace = make_trace(record, drive.ratio)
     problem = prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace))
-    found = problem.fit_from((), problem.start(0.0))
-    return _scatter_at_contacts(problem, found), found
-
-
-def _scatter_at_contacts(problem: Problem, found: Fit) -> Problem:
-    """The problem with its scatter at the twist of a fit.
-
-    The scatter of a problem is at a first guess of the twist's zero. The columns of the effects are at the zero of the
-    fit, and a clearance would be told from the tolerances, which act as it does, by the difference of both zeros alone.
-    """
-    if not isinstance(problem.scatter, Scatter):
-        return problem
-    scatter = replace(problem.scatter, twist=found.prediction.contact)
-    return replace(problem, scatter=scatter, weights=make_weights(problem.variance, scatter, scatter.twist))
+    return problem, problem.fit_from((), problem.start(0.0))
 
 
 def noise_whitened(s: Sensitivities, noise: RigNoise) -> tuple[Array, Array, Array]:

@@ -23,8 +23,8 @@ from .record_stages import RecordStages
 @dataclass(frozen=True)
 class Prediction:
     """torque: (n,) N.m; sensitivities: (n, k) by the parameters of rig, base shape and effects, in that order;
-    elastic: (n,) N.m; slope: (n,) stiffness, N.m/rad; contact: (n,) rad, twist that the contacts feel; clearance:
-    (n,) m, beyond the drawn one. n: blocks where the predictor has blocks, else samples.
+    elastic: (n,) N.m; slope: (n,) stiffness, N.m/rad; contact: (n,) rad, twist that the contacts felt when the torque
+    acted that is read; clearance: (n,) m, beyond the drawn one. n: blocks where the predictor has blocks, else samples.
     """
 
     torque: Array
@@ -61,7 +61,7 @@ class Predictor:
         # changes the torque much less.
         rate = -c.stiffness * self.trace.twist_rate
         torque = torque.plus(Dual(parameters[DELAY] * rate, {DELAY: rate}))
-        elastic = np.asarray(c.elastic.value)
+        elastic, contact = np.asarray(c.elastic.value), c.contact - parameters[DELAY] * self.trace.twist_rate
         n = len(self.trace)
         blocks = self.blocks
         width = n if blocks is None else len(blocks.count)
@@ -70,13 +70,13 @@ class Predictor:
         for k, value in torque.tangent.items():
             columns[k] = blocks.mean(value) if blocks is not None and isinstance(value, np.ndarray) else value
         if blocks is None:
-            return Prediction(np.asarray(torque.value), columns.T, elastic, c.stiffness, c.contact, clearance)
+            return Prediction(np.asarray(torque.value), columns.T, elastic, c.stiffness, contact, clearance)
         mean = blocks.mean
         return Prediction(
             mean(np.asarray(torque.value)),
             columns.T,
             mean(elastic),
             mean(c.stiffness),
-            mean(c.contact),
+            mean(contact),
             clearance if len(clearance) == width else mean(clearance),
         )

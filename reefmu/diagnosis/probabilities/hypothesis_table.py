@@ -85,13 +85,13 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
     likeliest = max(rows, key=lambda r: r.log_evidence).fit
     exchanged = [(fit, fit_terms(problem, fit)) for fit in exchanged_fits(problem, likeliest)]
     rows += [row(fit) for fit, _ in exchanged]
-    # What effects do to the curve of an individual within its tolerances, those may do as well. On the mean drive only
-    # several effects that make one curve are doubtful.
-    doubtful = [found for found in rows if found.scatter or len(CURVE_EFFECTS & set(found.fit.names)) > 1]
+    # The scatter of an individual holds the tolerances of its curve. On the mean drive several effects that make one
+    # curve are doubtful.
+    doubtful = [found for found in rows if not found.scatter and len(CURVE_EFFECTS & set(found.fit.names)) > 1]
     rows += [other for found in doubtful for other in _without_tolerances(problem, found)]
     for fit, terms in (*compared, *exchanged):
         curve = next(term for term in terms if term.term.coordinate == CURVE)
-        is_tolerance = is_within_tolerances(problem, fit, curve)
+        is_tolerance = not _scatter(fit) and is_within_tolerances(problem, fit, curve)
         if is_tolerance:
             rows.append(row(fit, max(0.0, curve.gain), curve))
             if curve.gain > SIGNIFICANT_GAIN:

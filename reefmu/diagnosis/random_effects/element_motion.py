@@ -52,14 +52,16 @@ class ElementMotion:
         return total / self.count.reshape(-1, *(1,) * (values.ndim - 1))
 
 
-def element_motion(drive: Drive, trace: Trace, blocks: Blocks) -> ElementMotion:
-    """The motion of a drive's elements along a record.
+def element_motion(drive: Drive, trace: Trace, blocks: Blocks, delay: float = 0.0) -> ElementMotion:
+    """The motion of a drive's elements along a record, as it was when the torque acted.
 
+    delay: s, by which the torque is read later than the angles.
     The contacts are those of a crank that is twisted from the position that it has without load (paper, section III).
     That position follows the output: where the crank is locked, a twist of the output moves the elements along the
     profile as far as the crank would have to turn for it.
     """
-    rotation = (drive.ratio - 1) * (trace.crank / drive.ratio - trace.smooth_twist)
+    crank, twist = trace.crank - delay * trace.crank_speed, trace.smooth_twist - delay * trace.twist_rate
+    rotation = (drive.ratio - 1) * (crank / drive.ratio - twist)
     within = np.maximum.reduceat(rotation, blocks.first) - np.minimum.reduceat(rotation, blocks.first)
     samples = blocks.count.astype(np.intp)
     count = np.where(within > SLOW, samples, 1)

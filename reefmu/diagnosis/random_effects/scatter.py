@@ -11,7 +11,7 @@ leave in steps, about which the base curve is the average.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.numerics.arrays import Array
 
+from .curve_columns import curve_columns
 from .element_motion import ElementMotion, element_positions, inside_profile
 from .responses import ElementResponses, locate_cells
 from .seating import Seating, even_seats
@@ -41,8 +42,8 @@ places takes them for kinematic errors."""
 
 @dataclass(frozen=True)
 class Scatter:
-    """The scatter along one record; twist: (n,) rad, first estimate of the twist at the contacts, by block; seating: of
-    the elements, None where the record does not show it."""
+    """The scatter along one record; motion: of the elements where the contacts have the twist (n,), rad, of a first
+    estimate, by block; seating: of the elements, None where the record does not show it."""
 
     drive: Drive
     responses: ElementResponses
@@ -56,20 +57,30 @@ class Scatter:
 
         twist: (n,) rad, at the contacts; clearance: (n,) m, beyond the drawn one.
         """
+        if twist is not self.twist:
+            return self._moved(twist).columns_at(twist, clearance)
         block = self.motion.block
         clearance, twist = np.broadcast_to(np.asarray(clearance, float), twist.shape)[block], twist[block]
         responses = self._responses(twist, clearance, self.responses.tables)
         responses |= self._displaced(twist, clearance, responses["mean"])
+        average = self._averages(twist, clearance)
         parts = [
             *self._element_columns(responses),
             *self._lobe_columns(responses),
             self._shift_by_places(responses),
-            self._passing(twist, clearance, responses["mean"]),
+            self._passing(responses["mean"], average),
             self._by_position(responses["displaced"]),
         ]
         columns = np.concatenate(parts)
         columns = columns[np.abs(columns).max(axis=1) > 0]
-        return columns, np.array(ROUGHNESS)[:, None] ** 2 * (columns**2).sum(axis=0)
+        rest = np.array(ROUGHNESS)[:, None] ** 2 * (columns**2).sum(axis=0)
+        return np.concatenate([columns, curve_columns(self.motion.mean(average[0]), columns)]), rest
+
+    def _moved(self, twist: Array) -> Scatter:
+        """The scatter with the elements where the contacts have another twist (n,), rad: what effects add to the twist
+        between the contacts and the sensors moves no element along the profile."""
+        ahead = ((self.drive.ratio - 1) * (self.twist - twist))[self.motion.block]
+        return replace(self, motion=replace(self.motion, rotation=self.motion.rotation + ahead), twist=twist)
 
     @property
     def clearance_deviation(self) -> float:
@@ -189,22 +200,27 @@ class Scatter:
         shift = shift + 2 * responses["displaced_twice"]
         return self.motion.mean(shift.sum(axis=1))[None]
 
-    def _passing(self, twist: Array, clearance: Array, mean: Array) -> Array:
-        """(2, n) N.m, what the elements' passing of the edges of the profile does to the torque: that of elements
-        without deviations, (p, elements) N.m, less its average over all positions, in total and by their position.
-
-        The base curve is that average. How large the steps at both edges are is not known exactly.
-        """
-        r, drive, powers = self.responses, self.drive, (0, 1)
-        share, nodes = self._positions[0] / drive.usable_limit, r.position / drive.usable_limit
-        density = drive.elements / (2 * np.pi)
+    def _averages(self, twist: Array, clearance: Array) -> Array:
+        """(2, p) N.m, torque of elements without deviations at the points of the motion, averaged over all positions:
+        in total, and by their position over the usable limit."""
+        r, nodes = self.responses, self.responses.position / self.drive.usable_limit
+        density = self.drive.elements / (2 * np.pi)
         average = np.zeros((2, len(twist)))
         for some, tables in self._at_clearances(clearance):
-            for k in powers:
+            for k in (0, 1):
                 average[k, some] = density * np.interp(
                     twist[some], r.twist, np.trapezoid(tables["mean"] * nodes**k, r.position, axis=1)
                 )
-        return np.stack([self.motion.mean((mean * share**k).sum(axis=1) - average[k]) for k in powers])
+        return average
+
+    def _passing(self, mean: Array, average: Array) -> Array:
+        """(2, n) N.m, what the elements' passing of the edges of the profile does to the torque: that of elements
+        without deviations, (p, elements) N.m, less its average over all positions, (2, p).
+
+        The base curve is that average. How large the steps at both edges are is not known exactly.
+        """
+        share = self._positions[0] / self.drive.usable_limit
+        return np.stack([self.motion.mean((mean * share**k).sum(axis=1) - average[k]) for k in (0, 1)])
 
     def _by_position(self, displaced: Array) -> Array:
         """(2, n) N.m, by an error of the first element's position, at both edges."""

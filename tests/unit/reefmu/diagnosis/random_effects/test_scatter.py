@@ -10,7 +10,9 @@ import pytest
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.preparation import prepare_problem
-from reefmu.diagnosis.preprocessing.trace import make_trace
+from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
+from reefmu.diagnosis.random_effects.curve_columns import CURVE_DEGREE
+from reefmu.diagnosis.random_effects.element_motion import element_motion
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.scatter import PLACES, Scatter
 from reefmu.model.contacts.tables import cached_lookup
@@ -35,6 +37,7 @@ def _problem(record: Record) -> Problem:
 
 def test_the_random_effects_have_the_variance_of_individuals(scatter: Scatter) -> None:
     columns, (variance, *_) = scatter.columns_at(scatter.twist)
+    columns = columns[: -(CURVE_DEGREE + 1)]  # the base curve of simulated individuals is right
     found = simulate_individuals(scatter, 64, seed=3, places=(PLACES, PLACES))
     loaded = np.abs(scatter.twist) > 0.3 * rig.drive().max_twist
     expected = float(np.sqrt(np.mean(((columns**2).sum(axis=0) + variance)[loaded])))
@@ -130,3 +133,28 @@ def test_a_preloaded_drive_scatters_at_zero_torque_too(scatter: Scatter) -> None
         np.sqrt((scatter.columns_at(scatter.twist, c)[0] ** 2).sum(axis=0))[near].mean() for c in (0.0, -6e-6)
     )
     assert tight > 3 * plain
+
+
+def test_what_is_between_contacts_and_sensors_moves_no_element(scatter: Scatter) -> None:
+    """Elements follow the twist of the contacts: columns at another one are those of a record with that twist."""
+    record = rig.measured({}, noise=0.5, seed=21)
+    trace = make_trace(record, rig.drive().ratio)
+    ahead = 3e-4 * np.sin(trace.crank) + 1e-6 * trace.torque
+    blocks = make_blocks(trace, 2)
+    here = Scatter(
+        scatter.drive,
+        scatter.responses,
+        element_motion(scatter.drive, trace, blocks),
+        blocks.mean(trace.smooth_twist),
+        scatter.seating,
+    )
+    moved = replace(trace, smooth_twist=trace.smooth_twist - ahead)
+    twist = blocks.mean(moved.smooth_twist)
+    there = replace(here, motion=element_motion(scatter.drive, moved, blocks), twist=twist)
+    still = np.abs(np.diff(trace.crank, append=trace.crank[-1])) < 1e-9
+    kept = blocks.mean(still.astype(float)) == 1
+    found, expected = (s.columns_at(twist)[0][:, kept] for s in (here, there))
+    size = float(np.abs(expected).max())
+    assert np.abs(found - expected).max() < 0.02 * size
+    unmoved = here.columns_at(here.twist)[0][:, kept]
+    assert np.abs(unmoved - expected).max() > 0.1 * size

@@ -8,8 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.estimation.likeliest_seating import with_likeliest_seating
-from reefmu.diagnosis.preprocessing.trace import Trace, make_blocks, make_trace
+from reefmu.diagnosis.estimation.problem import Problem
+from reefmu.diagnosis.estimation.search import base_fit
+from reefmu.diagnosis.forward.base_curve import drawing_base
+from reefmu.diagnosis.forward.parameter_layout import DELAY
+from reefmu.diagnosis.preparation import prepare_problem, with_scatter_beside
+from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
 from reefmu.diagnosis.random_effects.element_motion import (
     at_blocks,
     element_motion,
@@ -20,7 +24,10 @@ from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.responses import element_responses
 from reefmu.diagnosis.random_effects.scatter import Scatter
 from reefmu.diagnosis.random_effects.seating import Seating, even_seats, possible_seatings
+from reefmu.model.contacts.tables import cached_lookup
+from reefmu.record import Record
 from stiffness_model import DoesNotFitWarning, Drive, load_drive
+from stiffness_model.numerics.arrays import Array
 from stiffness_model.rotation.element_positions import element_lobe_pairs
 from tests import diagnosis_rig as rig
 
@@ -29,12 +36,6 @@ def _drive(per_row: int) -> Drive:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DoesNotFitWarning)
         return load_drive("drive_1", elements=3 * per_row)
-
-
-def _scatter(drive: Drive, trace: Trace) -> Scatter:
-    blocks = make_blocks(trace, 4)
-    twist = blocks.mean(trace.twist)
-    return Scatter(drive, element_responses(drive), element_motion(drive, trace, blocks), twist)
 
 
 @pytest.mark.parametrize("per_row", [7, 24, 29])
@@ -55,33 +56,85 @@ def test_a_full_row_has_one_seating_and_a_row_with_free_seats_several() -> None:
     assert len(found) == len(set(found)) == 48
 
 
+def _seated(drive: Drive, record: Record) -> tuple[Problem, Scatter]:
+    """The problem of a record, and its scatter with the likeliest seating."""
+    trace = make_trace(record, drive.ratio)
+    problem = prepare_problem(record, trace, drawing_base(drive, cached_lookup(drive)))
+    assert isinstance(problem.scatter, Scatter)
+    return problem, problem.scatter
+
+
+def _record_of_individual(drive: Drive, true: Seating, further: Array | float = 0.0, late: float = 0.0) -> Record:
+    """The record of an individual whose elements have these seats, with noise of 0.3 N.m.
+
+    further: N.m, of effects; late: s, by which the torque is read later than the angles.
+    """
+    record = rig.protocol()
+    runs = np.split(np.arange(len(record)), record.starts[1:])
+    crank, output = (
+        np.concatenate([np.interp(record.time[r] - late, record.time[r], angle[r]) for r in runs])
+        for angle in (record.crank_angle, record.output_angle)
+    )
+    trace = make_trace(replace(record, crank_angle=crank, output_angle=output), drive.ratio)
+    motion = element_motion(drive, trace, make_blocks(trace, 1))
+    scatter = Scatter(drive, element_responses(drive), motion, trace.twist, true)
+    (own,) = simulate_individuals(scatter, 1, seed=4, places=(0.0, 0.0))
+    noise = 0.3 * np.random.default_rng(0).standard_normal(len(record))
+    return replace(record, output_torque=cached_lookup(drive).torque(trace.twist) + own + further + noise)
+
+
+def _share_of_right_lobes(drive: Drive, scatter: Scatter, true: Seating) -> float:
+    assert scatter.seating is not None
+    positions = (element_positions(drive, scatter.motion, seating) for seating in (scatter.seating, true))
+    (at, lobe), (true_at, true_lobe) = positions
+    inside = np.minimum(*(inside_profile(drive, scatter.motion, beta) for beta in (at, true_at))) > 0.5
+    return float(np.mean((lobe == true_lobe)[inside]))
+
+
 @pytest.mark.parametrize("seats", ["even", "side by side"])
 def test_a_record_of_an_individual_shows_its_seating(seats: str) -> None:
     drive = _drive(24)
-    trace = make_trace(rig.protocol(), drive.ratio)
-    scatter = _scatter(drive, trace)
     true = Seating(2 * np.pi * 5 / 24, even_seats(drive) if seats == "even" else tuple(range(24)))
-    (torque,) = simulate_individuals(replace(scatter, seating=true), 1, seed=4, places=(0.0, 0.0))
-    noise = 0.002 * float(np.abs(torque).max()) * np.random.default_rng(0).standard_normal(len(torque))
-    variance = np.full(len(torque), float(np.var(noise)))
-    blocks = make_blocks(trace, 4)
-    found = with_likeliest_seating(scatter, trace, blocks, variance, torque + noise, 100.0).seating
-    assert found is not None
-    assert found.seats == true.seats
-    (at, lobe), (true_at, true_lobe) = (element_positions(drive, scatter.motion, seating) for seating in (found, true))
-    inside = np.minimum(*(inside_profile(drive, scatter.motion, beta) for beta in (at, true_at))) > 0.5
-    assert np.mean((lobe == true_lobe)[inside]) > 0.9
+    _, scatter = _seated(drive, _record_of_individual(drive, true))
+    assert scatter.seating is not None
+    assert scatter.seating.seats == true.seats
+    assert _share_of_right_lobes(drive, scatter, true) > 0.9
+
+
+def test_seats_show_beside_an_effect() -> None:
+    """Large damping hides them; what is left beside it shows them."""
+    drive = _drive(24)
+    true = Seating(2 * np.pi * 7 / 24, even_seats(drive))
+    trace = make_trace(rig.protocol(), drive.ratio)
+    problem, _ = _seated(drive, _record_of_individual(drive, true, 3000.0 * trace.twist_rate))
+    base = base_fit(problem)
+    fit = problem.fit_from(("damping",), np.append(base.parameters, 3000.0))
+    found = with_scatter_beside(problem, fit)
+    assert isinstance(found.scatter, Scatter)
+    assert _share_of_right_lobes(drive, found.scatter, true) > 0.9
+    assert found.fit_from(fit.names, fit.parameters).cost <= fit.cost
+
+
+def test_elements_are_where_they_were_when_the_torque_acted() -> None:
+    """The delay of a torque is found beside the scatter, whose elements have then moved on less far."""
+    drive, late = _drive(24), 0.004
+    true = Seating(2 * np.pi * 5 / 24, even_seats(drive))
+    problem, _ = _seated(drive, _record_of_individual(drive, true, late=late))
+    base = base_fit(problem)
+    better = base_fit(with_scatter_beside(problem, base))
+    assert better.cost < base.cost - 100
+    assert better.parameters[DELAY] == pytest.approx(late, abs=0.001)
 
 
 def test_where_the_crank_stands_the_seats_are_even() -> None:
     drive = _drive(24)
-    trace = make_trace(rig.protocol(full=False), drive.ratio)
-    scatter = _scatter(drive, trace)
+    record = rig.protocol(full=False)
+    noise = np.random.default_rng(0).standard_normal(len(record))
+    twist = record.twist(drive.ratio)
+    _, scatter = _seated(drive, replace(record, output_torque=cached_lookup(drive).torque(twist) + noise))
     assert scatter.crank_stands
-    ones = np.ones(len(scatter.twist))
-    found = with_likeliest_seating(scatter, trace, make_blocks(trace, 4), ones, ones, 100.0).seating
-    assert found is not None
-    assert found.seats == even_seats(drive)
+    assert scatter.seating is not None
+    assert scatter.seating.seats == even_seats(drive)
 
 
 def test_a_twist_at_a_locked_crank_moves_the_elements() -> None:
