@@ -62,7 +62,11 @@ def test_a_rig_that_cannot_decide_is_told_so(one_loop: Analysis) -> None:
     proposed = propose_protocol(one_loop)
     assert proposed is not None
     assert proposed.sentence.startswith("no protocol on the rig of this record tells")
-    assert proposed.sentence.endswith("apart: at typical sizes none is ever named")
+    # Damping and viscous friction are among the alternatives: of four effects, other rates tell one.
+    shown = re.search(
+        r"apart: at typical sizes the best one would name the right one in at most (\d+) %", proposed.sentence
+    )
+    assert proposed.sentence.endswith("none is ever named") or (shown and int(shown[1]) <= 25)
     assert proposed.protocol == ""
     assert one_loop.with_proposal(proposed).diagnosis.next_experiment[0] == proposed.sentence
 

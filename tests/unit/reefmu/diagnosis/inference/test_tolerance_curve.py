@@ -82,11 +82,12 @@ def test_one_loop_of_the_mean_drive_does_not_decide_about_a_third_of_a_tolerance
     assert probability["backlash",] + probability[()] > 0.9
 
 
-@pytest.mark.parametrize("clearance", [8e-7, 1.6e-6])
-def test_one_loop_of_the_mean_drive_shows_backlash(clearance: float) -> None:
-    """The whole deviation is that of a clearance; an individual would have it only by chance."""
+@pytest.mark.parametrize(("clearance", "verdict"), [(8e-7, "ambiguous"), (1.6e-6, "named")])
+def test_one_loop_of_the_mean_drive_shows_backlash(clearance: float, verdict: str) -> None:
+    """The whole deviation is that of a clearance; an individual would have it only by chance, which one loop does not
+    exclude where the clearance is within a tolerance."""
     found = one_loop(None, clearance=clearance)
-    assert (found.verdict, [e.name for e in found.effects]) == ("named", ["backlash"])
+    assert (found.verdict, [e.name for e in found.effects]) == (verdict, ["backlash"])
 
 
 @pytest.mark.parametrize("number", [0, 7])
