@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis.estimation.problem import Problem
+from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
@@ -158,3 +159,13 @@ def test_what_is_between_contacts_and_sensors_moves_no_element(scatter: Scatter)
     assert np.abs(found - expected).max() < 0.02 * size
     unmoved = here.columns_at(here.twist)[0][:, kept]
     assert np.abs(unmoved - expected).max() > 0.1 * size
+
+
+def test_the_covariance_holds_a_base_curve_that_is_off_as_individuals_are() -> None:
+    """A scale that is off by one standard deviation of individuals' curves is one standard deviation of the covariance
+    at most, although it makes no ripple."""
+    problem = _problem(rig.measured({}, noise=0.5, seed=21))
+    curve = base_fit(problem).prediction.elastic
+    shares = problem.individuals @ curve / float(curve @ curve)
+    off = float(shares.std()) * curve
+    assert float((problem.weights.with_size(1.0).whiten(off) ** 2).sum()) < 2.0
