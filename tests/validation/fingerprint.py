@@ -113,10 +113,12 @@ def artefacts() -> dict[str, bytes]:
 
 
 def without_probabilities(content: bytes) -> bytes:
-    """diagnosis.json without what simulations count and without intervals, which average over explanations: a last
-    digit decides on which side of a limit a draw is and where a fit of two effects that act alike ends, and it depends
-    on the processor's kernels of linear algebra."""
+    """diagnosis.json without what simulations count, without the order of alternatives, which is that of their
+    probabilities, and without intervals, which average over explanations: a last digit decides on which side of a limit
+    a draw is and where a fit of two effects that act alike ends, and it depends on the processor's kernels of linear
+    algebra."""
     whole = json.loads(content)
+    whole["alternatives"] = sorted(whole["alternatives"])
     for key in ("hypotheses", "global_p", "isolability"):
         del whole[key]
     for effect in whole["effects"]:
