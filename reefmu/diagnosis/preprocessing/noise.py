@@ -39,6 +39,10 @@ CLIPPED_DEVIATIONS = 3.5
 """Robust standard deviations at which residuals of a smoothed record are clipped. Chosen by judgement: noise hardly
 exceeds them, corners at reversals do."""
 
+SLOPE_DIGITS = 2
+"""Decimals of the squared stiffness over its median from which on two values are the same: by smaller differences the
+noise of the twist cannot be told from that of the torque. Chosen by judgement."""
+
 
 @dataclass(frozen=True)
 class Noise:
@@ -187,7 +191,7 @@ def _variance_parts(squares: Array, slope: Array) -> tuple[float, float]:
     """Constant and coefficient of slope^2 of the variance, neither negative, from squared noise (n,) and slope (n,)."""
     scale = float(np.median(np.abs(slope))) or 1.0
     x = (slope / scale) ** 2
-    edges = np.unique(np.quantile(x, np.linspace(0, 1, 13)))
+    edges = np.unique(np.quantile(x, np.linspace(0, 1, 13)).round(SLOPE_DIGITS))
     if len(edges) < 4:
         return float(squares.mean()), 0.0
     bins = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)

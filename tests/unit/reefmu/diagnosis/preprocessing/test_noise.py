@@ -66,3 +66,12 @@ def test_loops_of_growing_amplitude_have_a_period() -> None:
     assert cycle_period(np.linspace(0, 1, 400)) == 0
     rng = np.random.default_rng(0)
     assert cycle_period(np.cumsum(rng.standard_normal(400))) == 0
+
+
+@pytest.mark.parametrize("variation", [1e-14, 1e-9, 1e-5])
+def test_a_stiffness_that_hardly_varies_tells_no_noise_of_the_twist(variation: float) -> None:
+    """Where a play has no stiffness, the noise of the torque is as large as elsewhere."""
+    trace = make_trace(rig.measured({}, noise=0.8, correlation=0.0, full=False), rig.drive().ratio)
+    found = estimate_noise(trace, 2e4 * (1 + variation * np.arange(len(trace.twist))))
+    assert found.torque == pytest.approx(0.8, rel=0.1)
+    assert found.twist == 0.0
