@@ -14,7 +14,7 @@ from ..record import TORQUE_SIDES, Record
 from .analysis import Analysis, WrittenFits
 from .estimation.least_squares import by_cost
 from .estimation.problem import Problem
-from .estimation.search import base_fit, linearise_candidates, search
+from .estimation.search import base_fit, linearise_candidates, several_effects, single_effects
 from .estimation.worker_pool import open_pool
 from .fitted_values import CrankLosses
 from .inference.evidence import Evidence
@@ -117,31 +117,29 @@ def _analyse(
 
 
 def _collect_evidence(problem: Problem, report: Progress, executor: Executor | None) -> tuple[Evidence, Isolability]:
-    """Fit the sets of effects that this record can show."""
-    problem = _seated(problem, executor)
+    """Fit the sets of effects that this record can show, with the scatter of the drive's elements that shows beside the
+    likeliest single effect."""
+    report("single effects", 0.1)
+    evidence, isolated = _single_effects(problem, executor)
+    seated = with_scatter_beside(problem, min(evidence.search.all_fits, key=by_cost))
+    if seated is not problem:
+        evidence, isolated = _single_effects(seated, executor)
+    with open_pool(evidence.problem, executor) as pool:
+        whole = several_effects(
+            pool, evidence.search, MAX_EFFECTS, lambda stage, share: report(stage, 0.2 + 0.7 * share)
+        )
+    return replace(evidence, search=whole), isolated
+
+
+def _single_effects(problem: Problem, executor: Executor | None) -> tuple[Evidence, Isolability]:
+    """Fit every effect alone that this record can show."""
     base = base_fit(problem)
-    report("isolability", 0.1)
     with open_pool(problem, executor) as pool:
         traces = linearise_candidates(pool, base)
         isolated = isolability(problem, base, traces)
         visible = tuple(name for name in problem.candidates if name not in isolated.invisible)
         problem = replace(problem, candidates=visible)
-        found = search(
-            replace(pool, problem=problem),
-            base,
-            traces,
-            MAX_EFFECTS,
-            lambda stage, share: report(stage, 0.2 + 0.7 * share),
-        )
-    return Evidence(problem, found), isolated
-
-
-def _seated(problem: Problem, executor: Executor | None) -> Problem:
-    """The problem with the scatter of its elements that shows beside the likeliest single effect."""
-    base = base_fit(problem)
-    with open_pool(problem, executor) as pool:
-        singles = search(pool, base, linearise_candidates(pool, base), 1).best.get(1, [base])
-    return with_scatter_beside(problem, min(base, singles[0], key=by_cost))
+        return Evidence(problem, single_effects(replace(pool, problem=problem), base, traces)), isolated
 
 
 def _excessive_noise(problem: Problem) -> str:

@@ -34,7 +34,7 @@ def fits_without_held_out(problem: Problem, fits: Sequence[Fit]) -> list[Fit]:
         fit(
             problem.predictor(f.names),
             problem.torque,
-            _weights_without(problem, out, f.weighting),
+            weights_without(problem, out, f.weighting),
             f.bounds,
             f.parameters,
             HELD_SIZE,
@@ -43,7 +43,7 @@ def fits_without_held_out(problem: Problem, fits: Sequence[Fit]) -> list[Fit]:
     ]
 
 
-def _weights_without(problem: Problem, left_out: NDArray[np.bool_], like: Weighting) -> Weighting:
+def weights_without(problem: Problem, left_out: NDArray[np.bool_], like: Weighting) -> Weighting:
     """Weights without some blocks (n,), with the size and the roughness of others."""
     variance = np.where(left_out, NO_WEIGHT * problem.variance, problem.variance)
     if problem.scatter is None:

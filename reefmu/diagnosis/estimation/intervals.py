@@ -1,4 +1,4 @@
-"""Errors of the parameters of a fit, and bounds that stopped them.
+"""Errors of the parameters of a fit, bounds that stopped them, and bounds of what a record resolves.
 
 A model never has quite the true form, and the misfit it leaves is correlated over a loop: it does not average out like
 noise. Two covariances of the parameters are therefore computed, one from the curvature of the fit and one from the
@@ -27,9 +27,9 @@ from scipy.special import stdtrit
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import Parameter
-from .held_out import NO_WEIGHT
-from .least_squares import Fit, FitOptions
-from .problem import Problem, make_weights
+from .held_out import weights_without
+from .least_squares import Fit, FitOptions, is_logarithmic, may_be_infinite
+from .problem import Problem
 from .residuals import segments
 
 FORM_UNCERTAINTY = 0.005
@@ -44,6 +44,9 @@ likelihood is a tenth of a standard error."""
 MAX_CYCLES = 24
 """Cycles that are left out at most, to bound the time; of more, every k-th one. Chosen by judgement: 24 give a standard
 error within a seventh of its size."""
+STEPS_RESOLVED, RECORDS_RESOLVED, SPEEDS_RESOLVED, TWISTS_RESOLVED = 2, 10, 5, 2
+"""Time steps above and record lengths, greatest speeds and greatest twists below which a time, a speed or a length is
+resolved. Chosen by judgement: beyond them the effect has the form of a simpler one."""
 
 
 def interval_errors(problem: Problem, fit: Fit) -> Array:
@@ -72,6 +75,22 @@ def bound_reached(fit: Fit, index: int, parameter: Parameter | None = None) -> s
     is_share = (parameter.minimum, parameter.maximum) == (0.0, 1.0)
     is_neutral = parameter.neutral == (parameter.minimum if bound == "low" else parameter.maximum)
     return "" if is_share or parameter.name.startswith("phase") or is_neutral else bound
+
+
+def is_degenerate(problem: Problem, fit: Fit) -> bool:
+    """Whether a time, length or speed lies where the record does not resolve it and a simpler effect does the same."""
+    t = problem.trace
+    limits = {
+        "s": (STEPS_RESOLVED * problem.sampling_interval, RECORDS_RESOLVED * float(t.time[-1] - t.time[0])),
+        "rad/s": (0.0, SPEEDS_RESOLVED * float(np.abs(t.output_speed).max())),
+        "rad": (0.0, TWISTS_RESOLVED * problem.base.max_twist),
+    }
+    for at, p in problem.layout(fit.names).effect_parameters():
+        low, high = limits.get(p.unit, (0.0, np.inf))
+        high = np.inf if may_be_infinite(p) else high
+        if is_logarithmic(p) and not low <= fit.parameters[at] <= high:
+            return True
+    return False
 
 
 def one_sided_limit(fit: Fit, index: int, error: float, bound: str) -> float:
@@ -121,9 +140,7 @@ def leave_cycles_out(problem: Problem, found: Fit) -> JackknifeErrors | None:
     ranking, left_out = problem.for_ranking, range(0, len(cycles), -(-len(cycles) // MAX_CYCLES))
     estimates: dict[int, list[Array]] = {}
     for cycle in left_out:
-        variance = np.where(cycles.number == cycle, NO_WEIGHT * problem.variance, problem.variance)
-        twist = variance if problem.scatter is None else problem.scatter.twist
-        weights = make_weights(variance, problem.scatter, twist).like(found.weighting)
+        weights = weights_without(problem, cycles.number == cycle, found.weighting)
         refitted = ranking.fit_from(found.names, found.parameters, weights, REFIT)
         estimates.setdefault(int(cycles.kind[cycle]), []).append(found.bounds.to_free(refitted.parameters))
     return stratified_jackknife([np.array(kind) for kind in estimates.values()])

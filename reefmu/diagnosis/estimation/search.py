@@ -11,7 +11,7 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import find_effect
-from .least_squares import Fit, FitOptions, by_cost, is_logarithmic, may_be_infinite
+from .least_squares import Fit, FitOptions, by_cost
 from .problem import Problem
 from .score_test import Direction, linearise, rank_directions
 from .weighting import SCATTER_SIZES
@@ -36,9 +36,6 @@ FIRST_STEPS = FitOptions(steps=6, tolerance=0.1, estimate_size=False)
 """The first steps under the least scatter. Chosen by judgement."""
 NEAR_ZERO = 0.05
 """Torque, over full torque, below which the middle of the twist is a start of its zero. Chosen by judgement."""
-STEPS_RESOLVED, RECORDS_RESOLVED, SPEEDS_RESOLVED, TWISTS_RESOLVED = 2, 10, 5, 2
-"""Time steps above and record lengths, greatest speeds and greatest twists below which a time, a speed or a length is
-resolved. Chosen by judgement: beyond them the effect has the form of a simpler one."""
 
 Directions = Mapping[str, Sequence[Direction]]
 """Variants of every candidate, linearised about one fit."""
@@ -50,6 +47,11 @@ class Search:
 
     base: Fit
     best: dict[int, list[Fit]]
+
+    @property
+    def all_fits(self) -> list[Fit]:
+        """The fits of every number of effects, that without effects first."""
+        return [fit for _, fits in sorted(self.best.items()) for fit in fits]
 
 
 @dataclass(frozen=True)
@@ -82,37 +84,37 @@ def _linearise(problem: Problem, job: tuple[str, Fit]) -> list[Direction]:
     return linearise(problem, job[0], problem.with_weights(job[1]))
 
 
-def search(
-    pool: WorkerPool,
-    base: Fit,
-    directions: Directions,
-    most: int = 3,
-    progress: Callable[[str, float], None] | None = None,
-) -> Search:
-    """Fit sets of up to `most` effects; a size that gains less than `MIN_GAIN` over the one before is the last.
+def single_effects(pool: WorkerPool, base: Fit, directions: Directions) -> Search:
+    """Fit every candidate alone. directions: of the candidates about the base fit."""
+    singles = _fit_sets(pool, promising_starts(pool.problem, base, pool.problem.candidates, directions))
+    return Search(base, {0: [base], 1: singles} if singles else {0: [base]})
 
-    directions: of the candidates about the base fit; progress: called with (what is done, share done).
+
+def several_effects(
+    pool: WorkerPool, singles: Search, most: int, progress: Callable[[str, float], None] | None = None
+) -> Search:
+    """Fit sets of up to `most` effects as well; a size that gains less than `MIN_GAIN` over the one before is the last.
+
+    singles: of `single_effects`; progress: called with (what is done, share done).
     """
-    problem = pool.problem
-    best: dict[int, list[Fit]] = {0: [base]}
-    for size in range(1, most + 1):
+    best = dict(singles.best)
+    for size in range(2, most + 1):
         report = partial(_report, progress, size, most)
-        report(0.0)
-        parents = best[size - 1][: BEAM_WIDTH if size < 3 else BEAM_WIDTH // 2]
-        if size == 1:
-            starts = promising_starts(problem, base, problem.candidates, directions)
-        else:
-            starts = _extensions(pool, parents, frozenset())
-        ranked = sorted(_best_by_set(fit_starts(pool, starts, report)).values(), key=by_cost)
-        if not ranked:
+        parents = best.get(size - 1, [])[: BEAM_WIDTH if size < 3 else BEAM_WIDTH // 2]
+        found = _fit_sets(pool, _extensions(pool, parents, frozenset()), report)
+        if not found:
             break
-        best[size] = [refine(problem, fit) for fit in ranked[:N_REFINED]] + ranked[N_REFINED:]
-        best[size].sort(key=by_cost)
-        if size >= 2 and best[size - 1][0].cost - best[size][0].cost < MIN_GAIN:
+        best[size] = found
+        if parents[0].cost - found[0].cost < MIN_GAIN:
             break
-        if size >= 2:
-            best[size] = exchange_effects(pool, best[size], best[size - 1], parents)
-    return Search(base, best)
+        best[size] = exchange_effects(pool, found, best[size - 1], parents)
+    return Search(singles.base, best)
+
+
+def _fit_sets(pool: WorkerPool, starts: Sequence[Start], report: Callable[[float], None] | None = None) -> list[Fit]:
+    """The best fit of every set of some starts, the first `N_REFINED` to the full tolerance, lowest cost first."""
+    ranked = sorted(_best_by_set(fit_starts(pool, starts, report)).values(), key=by_cost)
+    return sorted([refine(pool.problem, fit) for fit in ranked[:N_REFINED]] + ranked[N_REFINED:], key=by_cost)
 
 
 def _report(progress: Callable[[str, float], None] | None, size: int, most: int, share: float) -> None:
@@ -230,19 +232,3 @@ def refine(problem: Problem, fit: Fit) -> Fit:
     weights = problem.weights_at(fit)
     better = problem.fit_from(fit.names, fit.parameters, weights if weights is not problem.weights else None)
     return better if problem.for_ranking is not problem or better.cost < fit.cost else fit
-
-
-def is_degenerate(problem: Problem, fit: Fit) -> bool:
-    """Whether a time, length or speed lies where the record does not resolve it and a simpler effect does the same."""
-    t = problem.trace
-    limits = {
-        "s": (STEPS_RESOLVED * problem.sampling_interval, RECORDS_RESOLVED * float(t.time[-1] - t.time[0])),
-        "rad/s": (0.0, SPEEDS_RESOLVED * float(np.abs(t.output_speed).max())),
-        "rad": (0.0, TWISTS_RESOLVED * problem.base.max_twist),
-    }
-    for at, p in problem.layout(fit.names).effect_parameters():
-        low, high = limits.get(p.unit, (0.0, np.inf))
-        high = np.inf if may_be_infinite(p) else high
-        if is_logarithmic(p) and not low <= fit.parameters[at] <= high:
-            return True
-    return False

@@ -15,11 +15,12 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import Effect, find_effect
+from ..estimation.intervals import is_degenerate
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import torque_without
 from ..estimation.score_test import absorbing_basis, amplitudes, linearise, score_gains, starting_parameters
-from ..estimation.search import is_degenerate, restrict_fit
+from ..estimation.search import restrict_fit
 
 MIN_EXPLAINED = 0.8
 """Share of an effect's information (squared cosine of the angle) that another effect must explain to first order to be
