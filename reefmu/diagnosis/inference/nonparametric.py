@@ -15,7 +15,6 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.units import ARCMIN
@@ -23,6 +22,8 @@ from stiffness_model.units import ARCMIN
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.score_test import absorbing_basis
+from .coordinates import over_range, speed_functions, splines, twist_direction, wave
+from .law_errors import law_columns
 
 Columns = Callable[[Array], Array]
 
@@ -77,9 +78,12 @@ def fit_terms(problem: Problem, fit: Fit, terms: Sequence[NonparametricTerm] = (
 
 
 def fit_terms_to(problem: Problem, fit: Fit, residual: Array, terms: Sequence[NonparametricTerm] = ()) -> list[TermFit]:
-    """The same fitted to a residual (n,), N.m; the parameters of the fit stay free, to first order."""
+    """The same fitted to a residual (n,), N.m; the parameters of the fit stay free, to first order, and the laws of its
+    effects may be wrong."""
     weights, full_torque = fit.weighting, problem.base.full_torque
-    basis = absorbing_basis(weights, fit.prediction.sensitivities, fit.bounds.prior_deviation)
+    errors = law_columns(problem, fit)
+    columns = np.concatenate([fit.prediction.sensitivities, errors], axis=1)
+    basis = absorbing_basis(weights, columns, np.append(fit.bounds.prior_deviation, np.ones(errors.shape[1])))
     residual = weights.whiten(residual)
     residual = residual - basis @ (basis.T @ residual)
     # Of the predicted torque: the measured one holds the noise, and a curve over it would absorb that noise.
@@ -116,27 +120,24 @@ def possible_terms(problem: Problem, residual: Array) -> Iterator[NonparametricT
     trace, mean = problem.trace, problem.blocks.mean
     crank, time, warming = mean(trace.crank), mean(trace.time), mean(trace.temperature) - 20.0
     yield CURVE_TERM
-    step = np.diff(trace.smooth_twist, prepend=trace.smooth_twist[0])
-    direction = mean(np.sign(np.where(trace.start, 0.0, step)))
-    yield NonparametricTerm("direction of the twist, by torque", _by_torque(direction[:, None]))
-    yield NonparametricTerm("rate of the twist, by torque", _by_torque(_speed_functions(mean(trace.twist_rate))))
+    yield NonparametricTerm("direction of the twist, by torque", _by_torque(twist_direction(problem)[:, None]))
+    yield NonparametricTerm("rate of the twist, by torque", _by_torque(speed_functions(mean(trace.twist_rate))))
     speed = mean(trace.output_speed)
     if np.abs(speed).max() > 0:
-        yield NonparametricTerm("speed of the output, by torque", _by_torque(_speed_functions(speed)))
+        yield NonparametricTerm("speed of the output, by torque", _by_torque(speed_functions(speed)))
     if np.ptp(warming) > MIN_WARMING:
         factor = (warming / np.abs(warming).max())[:, None]
         yield NonparametricTerm("temperature, by torque", partial(_factor_times_curve, factor))
     if np.ptp(crank) > MIN_TURN:
         for order in range(1, ORDERS + 1):
-            yield NonparametricTerm(f"order {order} of the crank, by torque", _by_torque(_wave(order * crank)))
+            yield NonparametricTerm(f"order {order} of the crank, by torque", _by_torque(wave(order * crank)))
         near = np.abs(crank - crank[0]) < 2 * np.pi * NEAR_TURNS
         order, n = _strongest_frequency(problem, crank / (2 * np.pi), residual, near, HIGHEST_ORDER)
-        wave = _wave(order * crank) * near[:, None]
-        yield _independent_of_torque(f"order {order:.3g} of the crank at any load", wave, n)
-    span = max(float(np.ptp(time)), 1e-9)
-    scaled = 2 * (time - time[0]) / span - 1
-    yield _independent_of_torque("time, smoothly", _splines(scaled, np.linspace(-1, 1, 7)))
-    yield NonparametricTerm("time, by torque", _by_torque(_splines(scaled, np.linspace(-1, 1, 5)), 2))
+        nearby = wave(order * crank) * near[:, None]
+        yield _independent_of_torque(f"order {order:.3g} of the crank at any load", nearby, n)
+    scaled = over_range(time)
+    yield _independent_of_torque("time, smoothly", splines(scaled, np.linspace(-1, 1, 7)))
+    yield NonparametricTerm("time, by torque", _by_torque(splines(scaled, np.linspace(-1, 1, 5)), 2))
     yield _strongest_wave(problem, time, residual, lambda period: f"time, period {period:.3g} s")
     twist = mean(trace.twist)
     yield _strongest_wave(problem, twist, residual, lambda period: f"twist, period {period / ARCMIN:.3g} arcmin")
@@ -164,7 +165,7 @@ def curve_over_torque(torque: Array) -> Array:
     """Columns (n, k) of smooth curves over a torque (n,), with a kink or a change of curvature at zero."""
     share = torque / max(float(np.abs(torque).max()), 1e-9)
     even = np.stack([np.abs(share), share * np.abs(share)], axis=1)
-    return np.concatenate([_splines(share, np.array(KNOTS)), even], axis=1)
+    return np.concatenate([splines(share, np.array(KNOTS)), even], axis=1)
 
 
 CURVE_TERM = NonparametricTerm(CURVE, curve_over_torque)
@@ -197,24 +198,6 @@ def _proportional_to_torque(indicator: Array, torque: Array) -> Array:
     return indicator * torque[:, None]
 
 
-def _splines(x: Array, knots: Array) -> Array:
-    """Cubic B-splines (n, k) over [-1, 1]."""
-    padded = np.concatenate([[-1] * 3, knots, [1] * 3])
-    return BSpline.design_matrix(np.clip(x, -1, 1), padded, 3).toarray()
-
-
-def _speed_functions(speed: Array) -> Array:
-    """Functions (n, 3) of a speed over several decades, odd and even."""
-    slow = max(float(np.quantile(np.abs(speed), 0.5)), 1e-12)
-    compressed = np.arcsinh(speed / slow)
-    compressed = compressed / max(float(np.abs(compressed).max()), 1e-12)
-    return np.stack([compressed, np.abs(compressed), compressed**3], axis=1)
-
-
-def _wave(phase: Array) -> Array:
-    return np.stack([np.cos(phase), np.sin(phase)], axis=1)
-
-
 def _strongest_wave(
     problem: Problem, x: Array, residual: Array, coordinate: Callable[[float], str]
 ) -> NonparametricTerm:
@@ -223,7 +206,7 @@ def _strongest_wave(
     step, span = max(float(np.median(np.abs(np.diff(x)))), 1e-9), max(float(np.ptp(x)), 1e-9)
     highest = min(MAX_PERIODS / 2 / span, 0.4 / step)
     frequency, n = _strongest_frequency(problem, x, residual, np.ones(len(x), bool), highest)
-    return _independent_of_torque(coordinate(1 / frequency), _wave(2 * np.pi * frequency * x), n)
+    return _independent_of_torque(coordinate(1 / frequency), wave(2 * np.pi * frequency * x), n)
 
 
 def _strongest_frequency(

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import EFFECTS, Place, ToleranceSignature
-from ..estimation.least_squares import Fit
+from ..estimation.intervals import NORMAL_QUANTILE, standard_errors
+from ..estimation.least_squares import HELD_SIZE, Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import torque_without
 from ..estimation.score_test import absorbing_basis
@@ -30,6 +32,47 @@ MAX_EVEN_SHARE = 0.1
 noise; tolerances act alike on both flanks. Chosen by judgement."""
 SIGNIFICANT_GAIN = 30.0
 """Gain in -2 log likelihood that noise does not reach: simulated records without effects stay below 7."""
+
+MODULUS = "modulus_error"
+"""The effect by whose size a deviation of the curve is told."""
+
+MOST_DEVIATIONS = 2.576
+"""Standard deviations within which 99 % of a normal population are: what a tolerance may still explain."""
+
+
+@dataclass(frozen=True)
+class CurveDeviation:
+    """By what the curve of a drive deviates from that of its drawing: a modulus that is off, or its tolerances.
+
+    rms: N.m; modulus_error: that would make it; population: standard deviation of that error over individual drives.
+    """
+
+    rms: float
+    modulus_error: float
+    population: float
+
+
+def curve_deviation(problem: Problem, fit: Fit) -> CurveDeviation | None:
+    """The deviation of the curve beside the other effects of a fit; None where the record shows none, where it is
+    beyond 99 % of individual drives, where no drawing states tolerances, and where another effect of the fit changes
+    the curve."""
+    if MODULUS not in problem.candidates or not len(problem.individuals) or CURVE_EFFECTS & set(fit.names) - {MODULUS}:
+        return None
+    found = fit if MODULUS in fit.names else _with_modulus(problem, fit)
+    at = problem.layout(found.names).effects[MODULUS].start
+    if abs(found.bounds.to_free(found.parameters)[at]) < NORMAL_QUANTILE * standard_errors(problem, found)[at]:
+        return None
+    change, error = found.prediction.torque - torque_without(problem, found, [MODULUS]), float(found.parameters[at])
+    deviations = population_deviations(problem, found, change)
+    if deviations > MOST_DEVIATIONS:
+        return None
+    return CurveDeviation(float(np.sqrt(np.mean(change**2))), error, abs(error) / deviations)
+
+
+def _with_modulus(problem: Problem, fit: Fit) -> Fit:
+    """The fit with a modulus error beside its effects, where no scatter takes a part of it."""
+    start = np.append(fit.parameters, 0.0)
+    return problem.fit_from((*fit.names, MODULUS), start, problem.weights.for_mean_drive(), HELD_SIZE)
 
 
 def tolerances_in(problem: Problem, fit: Fit, beside: Array | float = 0.0) -> Iterator[frozenset[str]]:

@@ -2,8 +2,8 @@
 
 Evidence alone is overconfident, because no covariance is quite right. The log posterior of a hypothesis is therefore
 a weighted sum of what is known of it, a conditional logit model (McFadden, Conditional Logit Analysis of Qualitative
-Choice Behavior, 1974): its evidence, less than that of the best; its number of effects; and how large what is unnamed
-is, if anything. To it comes the prior of the size of the drive's scatter.
+Choice Behavior, 1974): its evidence, less than that of the best; its number of effects; how large what is unnamed is,
+if anything; and how widely the drive would have to scatter.
 The weights maximise the likelihood of the truths of simulated records whose kind of effect, rig and drive are known.
 """
 
@@ -32,19 +32,20 @@ class HypothesisWeights:
     """Change of the log posterior of a hypothesis.
 
     evidence: by the root of 1 and the difference of the log evidence from the best, less 1; effect: by each effect;
-    unnamed_size: by the logarithm of the rms of what is unnamed, over full torque.
+    unnamed_size: by the logarithm of the rms of what is unnamed, over full torque; scatter_size: by that of the size of
+    the drive's scatter, over that from which on it counts as an individual.
     """
 
     evidence: float
     effect: float
     unnamed_size: float
+    scatter_size: float
 
 
-CALIBRATED = HypothesisWeights(0.66, -2.70, 0.62)
-"""Fitted as `tests/benchmarks/diagnosis/calibrate_probabilities.py` does, to 285 records, 119 of them with the present
-seats and delays and 166 with those of the version before. Log odds fall with small differences of the log evidence, and
-with the root of large ones, as a covariance that is wrong in unknown directions makes them: the root is better than the
-powers 0.7 and 1, and as good as 0.35."""
+CALIBRATED = HypothesisWeights(0.62, -2.63, 0.62, -2.18)
+"""Fitted as `tests/benchmarks/diagnosis/calibrate_probabilities.py` does, to 179 of its records. Log odds fall with
+small differences of the log evidence, and with the root of large ones, as a covariance that is wrong in unknown
+directions makes them: the root is better than the powers 0.7 and 1, and as good as 0.35."""
 
 
 def probabilities(
@@ -55,7 +56,7 @@ def probabilities(
     priors: of a user, which change the odds of effects.
     """
     log_odds = np.array([priors.log_odds(row.effects, row.unnamed) for row in rows])
-    log_posterior = features(rows) @ np.array(astuple(weights)) + scatter_prior(rows) + log_odds
+    log_posterior = features(rows) @ np.array(astuple(weights)) + log_odds
     share = np.exp(log_posterior - log_posterior.max())
     share /= share.sum()
     return tuple(
@@ -64,16 +65,9 @@ def probabilities(
 
 
 def features(rows: Sequence[Row]) -> Array:
-    """(r, 3) what is known of each row, in the order of `HypothesisWeights`."""
+    """(r, 4) what is known of each row, in the order of `HypothesisWeights`."""
     best = max(row.log_evidence for row in rows)
     return np.array([_features(row, best - row.log_evidence) for row in rows], float)
-
-
-def scatter_prior(rows: Sequence[Row]) -> Array:
-    """(r,) logarithm of the prior density of the size of each row's scatter, up to a constant: that of a scale of which
-    nothing is known is inverse to it (Jeffreys, Theory of Probability, 1961, section 3.1), here from that on at which a
-    drive counts as an individual."""
-    return -np.log([max(row.scatter, INDIVIDUAL_SIZE) for row in rows])
 
 
 def _features(row: Row, below: float) -> tuple[float, ...]:
@@ -82,4 +76,5 @@ def _features(row: Row, below: float) -> tuple[float, ...]:
         1.0 - math.sqrt(1.0 + below),
         len(row.effects),
         math.log(max(row.unnamed_share, SMALLEST_UNNAMED)) if row.unnamed else 0.0,
+        math.log(max(row.scatter / INDIVIDUAL_SIZE, 1.0)),
     )

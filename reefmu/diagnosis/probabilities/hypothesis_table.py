@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..estimation.intervals import is_degenerate
 from ..estimation.least_squares import Fit, by_cost
 from ..estimation.problem import Problem
 from ..estimation.residuals import remainder
-from ..estimation.search import is_degenerate
 from ..estimation.weighting import INDIVIDUAL_SIZE, MEAN_DRIVE_SIZE
 from ..inference.dispersion import ChanceGains, dispersion
 from ..inference.evidence import Evidence
@@ -79,7 +79,8 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
             rms = max(rms, remainder(problem, fit))
         return Row(effects, unnamed, log_evidence, fit, whole, beside, rms / problem.base.full_torque, _scatter(fit))
 
-    # An effect that moves the contacts must bring more than the scatter that they then have.
+    # The scatter changes in steps with the twist of the contacts, which even an effect too small to show moves: it must
+    # gain more than the scatter at those contacts does without it.
     moved = [problem.fit_from((), base.parameters, fit.weighting) for fit in best_fits if fit.names and _scatter(fit)]
     rows = [row(fit) for fit in (*fits, *moved)]
     likeliest = max(rows, key=lambda r: r.log_evidence).fit
@@ -109,7 +110,7 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
 
 def less_chance(rows: Sequence[Row], chance: ChanceGains, divided: float) -> list[Row]:
     """The rows, with less evidence against them by what the likeliest row gains over them by chance, along records of
-    drives that scatter as that row says.
+    noise and of scatter between cycles.
 
     Of two sets that differ by little only what the difference gains is by chance, of two alternatives likewise.
     """
@@ -133,7 +134,7 @@ def _without_tolerances(problem: Problem, found: Row) -> Iterator[Row]:
 
 def _fits(evidence: Evidence) -> list[Fit]:
     """All fitted sets, the best first."""
-    return sorted((fit for fits in evidence.search.best.values() for fit in fits), key=by_cost)
+    return sorted(evidence.search.all_fits, key=by_cost)
 
 
 def _best(fits: Sequence[Fit]) -> list[Fit]:

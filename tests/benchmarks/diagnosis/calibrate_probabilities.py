@@ -5,8 +5,8 @@ rows.json` only the weights are fitted. The records are those of the blind catal
 four as drawn there, mostly of mean drives, the others of individuals whose bores and lobes deviate in place, with a
 torque that is read late and noise with an autocorrelation of up to 0.97. Half of these records are there once more with
 effects of any size, from what no record shows to what any does. Situations that the catalogue draws too rarely to tell
-what they need are added: base curves within tolerance, something unnamed, limited protocols. Scores are
-cross-validated: every record is judged by weights that were fitted to the others.
+what they need are added: base curves within tolerance, something unnamed, limited protocols, several effects. Scores
+are cross-validated: every record is judged by weights that were fitted to the others.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from reefmu.diagnosis.analysis import Analysis  # noqa: E402
 from reefmu.diagnosis.pipeline import analyse  # noqa: E402
 from reefmu.diagnosis.preparation import BaseCurveSource  # noqa: E402
 from reefmu.diagnosis.probabilities.assessment import stated_sizes  # noqa: E402
-from reefmu.diagnosis.probabilities.calibration import features, scatter_prior  # noqa: E402
+from reefmu.diagnosis.probabilities.calibration import features  # noqa: E402
 from reefmu.diagnosis.probabilities.hypothesis_table import LEAST_SIZE, Row, hypothesis_table  # noqa: E402
 from reefmu.record import read_record  # noqa: E402
 from stiffness_model import DoesNotFitWarning, load_drive  # noqa: E402
@@ -53,6 +53,8 @@ RARE = {"base": 20, "outside_and": 20, "outside": 10, "poor": 26}
 """Further cases of situations that are rare; `poor` stands for any limited protocol. One in three is left as drawn."""
 FIRST_RARE = 1000
 """Number from which the rare cases are taken."""
+SEVERAL, FIRST_SEVERAL, PERIOD_SEVERAL = 40, 3000, 6
+"""Further cases with two or three effects, and the number from which they are taken; one in six is left as drawn."""
 PLACES, DELAYS, CORRELATIONS = (0.0, 0.5, 1.0), (0.0, 0.001, 0.002), (0.0, 0.5, 0.8, 0.9, 0.95, 0.97)
 """Deviations of places over those of sizes, delays of the torque, s, and autocorrelations of the others."""
 RIDGE = 0.3
@@ -80,6 +82,7 @@ def cases() -> Iterator[Case]:
         if number % PERIOD != CLEAR:
             yield of_any_size(single, rng)
     yield from rare_cases()
+    yield from itertools.islice(several_cases(), SEVERAL)
 
 
 def rare_cases() -> Iterator[Case]:
@@ -93,6 +96,14 @@ def rare_cases() -> Iterator[Case]:
         if left.get(group):
             left[group] -= 1
             yield drawn if left[group] % 3 == 0 else individual(drawn, _generator(number))
+
+
+def several_cases() -> Iterator[Case]:
+    """The cases of the catalogue with several effects, from `FIRST_SEVERAL` on."""
+    drawn = (case(number, SEED) for number in itertools.count(FIRST_SEVERAL))
+    several = (what for what in drawn if what.category in ("pair", "three"))
+    for k, what in enumerate(several):
+        yield what if k % PERIOD_SEVERAL == 0 else individual(what, _generator(what.number))
 
 
 def _generator(number: int) -> np.random.Generator:
@@ -134,7 +145,6 @@ def observe(what: Case) -> dict[str, Any]:
         "missing": [*made.truth.effects, *made.truth.outside],
         "rows": [[*sorted(row.effects), *(["unnamed"] if row.unnamed else [])] for row in rows],
         "features": features(rows).tolist(),
-        "prior": scatter_prior(rows).tolist(),
         "true": [is_true(row, made.truth, sizes, pairs) for row in rows],
     }
 
@@ -163,13 +173,13 @@ def _is_material(name: str, values: Mapping[str, float], sizes: Mapping[str, flo
 
 def fit_weights(records: Sequence[dict[str, Any]]) -> Array:
     """(w,) weights that maximise the penalised likelihood of the truths."""
-    tables = [(np.array(r["features"]), np.array(r["prior"]), np.array(r["true"], bool)) for r in records]
+    tables = [(np.array(r["features"]), np.array(r["true"], bool)) for r in records]
     count = tables[0][0].shape[1]
 
     def cost(weights: Array) -> tuple[float, Array]:
         total, slope = RIDGE * float(weights @ weights), 2 * RIDGE * weights
-        for x, prior, true in tables:
-            p = shares(x, prior, weights)
+        for x, true in tables:
+            p = shares(x, weights)
             right = float(p[true].sum())
             mixed = (1 - OUTLIERS) * right + OUTLIERS
             total -= float(np.log(mixed))
@@ -179,9 +189,9 @@ def fit_weights(records: Sequence[dict[str, Any]]) -> Array:
     return np.asarray(minimize(cost, np.full(count, 0.1), jac=True, method="L-BFGS-B").x)
 
 
-def shares(x: Array, prior: Array, weights: Array) -> Array:
-    """Probabilities of the rows of a table of features (r, w) with log priors (r,)."""
-    z = x @ weights + prior
+def shares(x: Array, weights: Array) -> Array:
+    """Probabilities of the rows of a table of features (r, w)."""
+    z = x @ weights
     p = np.exp(z - z.max())
     return p / p.sum()
 
@@ -194,7 +204,7 @@ def cross_validated(records: Sequence[dict[str, Any]]) -> list[Array]:
         inside = set(part.tolist())
         weights = fit_weights([r for k, r in enumerate(records) if k not in inside])
         for k in part.tolist():
-            found[k] = shares(np.array(records[k]["features"]), np.array(records[k]["prior"]), weights)
+            found[k] = shares(np.array(records[k]["features"]), weights)
     return found
 
 

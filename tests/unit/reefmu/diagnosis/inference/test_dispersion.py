@@ -1,4 +1,4 @@
-"""What effects gain along records without them, and the error of laws beside large effects, make gains count less."""
+"""Gains along noise, what the likeliest explanation leaves, and errors of large effects make evidence count less."""
 
 from __future__ import annotations
 
@@ -60,6 +60,9 @@ def test_gains_along_simulated_records_are_those_of_least_squares(friction: tupl
     expected = least_squares_gains(problem, fit, simulated.noise)
     np.testing.assert_allclose(chance.of_effects([fit], fit.weighting)[0], expected, rtol=0.01, atol=0.01)
     np.testing.assert_allclose(chance.of_effects([base], fit.weighting)[0], 0.0, atol=1e-9)
+    drives = replace(simulated, drives=100 * np.ones_like(simulated.noise))
+    of_drives = ChanceGains(problem, base, drives).of_effects([fit], fit.weighting)[0]
+    np.testing.assert_array_equal(of_drives, chance.of_effects([fit], fit.weighting)[0], "their scatter is covariance")
 
 
 def test_alternatives_that_differ_by_single_cycles_gain_over_each_other_by_chance(
@@ -114,7 +117,21 @@ def test_what_a_nonparametric_term_explains_is_no_dispersion(friction: tuple[Pro
     disturbed = replace(problem)
     vars(disturbed)["torque"] = problem.torque + wave
     term = TermFit(CURVE_TERM, 0.0, wave)
-    assert dispersion(disturbed, [(fit, None)], 0.0) > 20.0
-    assert dispersion(disturbed, [(fit, None), (fit, term)], 0.0) == pytest.approx(
+    added = float((wave**2 / problem.variance).sum())
+    worse = replace(fit, chi_square=fit.chi_square + added, cost=fit.cost + added)
+    assert dispersion(disturbed, [(worse, None)], 0.0) > 20.0
+    explained = replace(term, gain=added)
+    assert dispersion(disturbed, [(worse, None), (worse, explained)], 0.0) == pytest.approx(
         dispersion(problem, [(fit, None)], 0.0)
     )
+
+
+def test_a_misfit_of_a_part_of_the_record_is_dispersion(friction: tuple[Problem, Fit, Fit]) -> None:
+    """It is no noise of the whole record, which the median segment would show, but the likeliest explanation leaves
+    it."""
+    problem, _, fit = friction
+    expected = problem.expected_chi_square(fit.weighting)
+    assert dispersion(problem, [(replace(fit, chi_square=7 * expected), None)], 0.0) == pytest.approx(7.0)
+    likelier = replace(fit, chi_square=5 * expected, cost=fit.cost - 10.0)
+    both = [(replace(fit, chi_square=7 * expected), None), (likelier, None)]
+    assert dispersion(problem, both, 0.0) == pytest.approx(5.0)

@@ -45,7 +45,8 @@ def test_odds_follow_the_weights() -> None:
     odds *= math.exp(-CALIBRATED.effect)
     assert probability(rows, CREEP) == pytest.approx(odds / (1 + odds))
     rows[1] = make_row(CREEP | WEAR, False, 20.0, scatter=3 * INDIVIDUAL_SIZE)
-    assert probability(rows, CREEP) == pytest.approx(3 * odds / (1 + 3 * odds))
+    odds *= 3**-CALIBRATED.scatter_size
+    assert probability(rows, CREEP) == pytest.approx(odds / (1 + odds))
 
 
 def test_something_unnamed_is_likelier_the_larger_it_is() -> None:

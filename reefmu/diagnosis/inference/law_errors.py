@@ -1,0 +1,61 @@
+"""Errors of the laws of the effects in a fit: their torque may be wrong by a few per cent, smoothly over what varies.
+
+No friction is exactly constant and no wear exactly in proportion to the travel, and the paths on which they depend are
+measured with noise. What has no name must therefore show more than such errors of the effects beside it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+
+from stiffness_model.numerics.arrays import Array
+
+from ...effects import find_effect
+from ..estimation.least_squares import Fit
+from ..estimation.problem import Problem
+from ..estimation.score_test import amplitudes
+from .coordinates import over_range, speed_functions, twist_direction, wave
+
+LAW_ERROR = 0.05
+"""Standard deviation of the torque of an effect, over that torque, by each of the functions that change it. Chosen
+among 0, 0.01, 0.02 and 0.05 by the calibration of the probabilities, each of which is better than the one before."""
+TORQUE_DEGREE, TIME_DEGREE = 3, 2
+"""Degrees of the polynomials over torque and time; chosen by judgement."""
+ORDERS = (1, 2)
+"""Orders of the crank over which the torque of an effect may vary; chosen by judgement."""
+
+
+def law_columns(problem: Problem, fit: Fit) -> Array:
+    """(n, k) N.m, one standard deviation of each error of the laws of a fit's effects; (n, 0) without effects."""
+    torques = _effect_torques(problem, fit)
+    factors = _factors(problem, fit.prediction.torque)
+    return LAW_ERROR * (torques[:, :, None] * factors[:, None, :]).reshape(len(factors), -1)
+
+
+def _effect_torques(problem: Problem, fit: Fit) -> Array:
+    """(n, e) N.m, what each effect adds to the torque, to first order."""
+    torques = np.zeros((len(problem.torque), len(fit.names)))
+    for column, (name, where) in enumerate(problem.layout(fit.names).effects.items()):
+        effect = find_effect(name)
+        for k in amplitudes(effect):
+            size = fit.parameters[where.start + k] - effect.parameters[k].neutral
+            torques[:, column] += fit.prediction.sensitivities[:, where.start + k] * size
+    return torques
+
+
+def _factors(problem: Problem, torque: Array) -> Array:
+    """(n, k) functions of the torque (n,), N.m, and of what else the record varies."""
+    trace, mean = problem.trace, problem.blocks.mean
+    size = torque / max(float(np.abs(torque).max(initial=0.0)), 1e-300)
+    crank = mean(trace.crank)
+    parts: list[Array] = [
+        np.asarray(legvander(size, TORQUE_DEGREE)[:, 1:], float),
+        np.asarray(legvander(over_range(mean(trace.time)), TIME_DEGREE)[:, 1:], float),
+        twist_direction(problem)[:, None],
+        speed_functions(mean(trace.twist_rate)),
+        speed_functions(mean(trace.output_speed)),
+        over_range(mean(trace.temperature))[:, None],
+        *(wave(order * crank) for order in ORDERS if np.ptp(crank) > 0),
+    ]
+    return np.concatenate(parts, axis=1)

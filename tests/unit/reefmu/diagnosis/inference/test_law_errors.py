@@ -1,0 +1,48 @@
+"""What has no name must show more than errors of the laws of the effects beside it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from reefmu.diagnosis.estimation.residuals import torque_without
+from reefmu.diagnosis.inference.coordinates import twist_direction
+from reefmu.diagnosis.inference.law_errors import LAW_ERROR, law_columns
+from reefmu.diagnosis.inference.nonparametric import fit_terms
+from tests.unit.reefmu.diagnosis.probabilities.conftest import Fitted, fitted
+
+__all__ = ["fitted"]
+
+
+def test_the_columns_are_shares_of_the_torque_of_the_effects(fitted: Fitted) -> None:
+    """Of every column the greatest value is that share, where its function is greatest; nothing has no law."""
+    problem, fit = fitted.problem, fitted.hysteresis
+    assert law_columns(problem, fitted.base).shape == (len(problem.torque), 0)
+    torque = fit.prediction.torque - torque_without(problem, fit, ["hysteresis"])
+    columns = law_columns(problem, fit)
+    assert np.abs(columns).max() <= LAW_ERROR * np.abs(torque).max() * 1.001
+    both = problem.fit_from(("hysteresis", "torque_sensor_offset"), np.append(fit.parameters, 1.0))
+    assert law_columns(problem, both).shape[1] == 2 * columns.shape[1]
+
+
+@pytest.mark.parametrize(("share", "remains"), [(0.02, False), (0.6, True)])
+def test_what_a_law_error_explains_is_not_unnamed(fitted: Fitted, share: float, remains: bool) -> None:
+    """A friction that grows with the torque is off its law by that share of its own torque."""
+    problem, fit = fitted.problem, fitted.hysteresis
+    own = fit.prediction.torque - torque_without(problem, fit, ["hysteresis"])
+    size = np.abs(fit.prediction.torque) / np.abs(fit.prediction.torque).max()
+    changed = replace(problem)
+    vars(changed)["torque"] = problem.torque + share * own * size
+    term = next(t for t in fit_terms(problem, fit) if t.term.coordinate.startswith("direction"))
+    found = next(t for t in fit_terms(changed, fit) if t.term.coordinate.startswith("direction"))
+    assert (found.gain - term.gain > 20.0) is remains
+
+
+def test_the_direction_is_that_of_the_twist(fitted: Fitted) -> None:
+    problem = fitted.problem
+    rate = problem.blocks.mean(problem.trace.twist_rate)
+    moving = np.abs(rate) > 0.5 * np.abs(rate).max()
+    moving[problem.trace.start[problem.blocks.first]] = False
+    np.testing.assert_array_equal(np.sign(twist_direction(problem)[moving]), np.sign(rate[moving]))
