@@ -74,15 +74,16 @@ class Diagnosis:
     """The diagnosis of one record.
 
     verdict: one of `VERDICTS`; sentence: the verdict in words; effects: that are missing in the model. alternatives:
-    other sets of effects that may explain the record where the verdict is ambiguous, else sets that the scatter of this
-    drive's tolerances may mask. where: locations of the gap without effects, the largest share first. next_experiment:
-    tests that would tell more. remainder: N.m rms, left beside the effects, and remainder_where its locations.
-    not_candidates: effects that this record cannot show, with the reason. indistinguishable: pairs of effects with the
-    test that tells them apart. notes: on the quality of the record. base: kind, source and parameters of the base
-    curve. at_bounds: parameters that stopped at a bound of their range. amplitudes: sizes in small and large cycles.
-    seconds: computing time. hypotheses: every explanation with its probability, of sum 1; empty where none were
-    compared. global_p: p-value of the chosen model, whether it explains the record. isolability: which effects this
-    record tells apart. losses: friction at the crank, of a record with the torques of crank and output.
+    the other sets of effects that the record does not exclude, those of the likeliest explanations of 98 % in total, ()
+    where nothing may be missing; none where the verdict finds no effect. where: locations of the gap without effects,
+    the largest share first. next_experiment: tests that would tell more. remainder: N.m rms, left beside the effects,
+    and remainder_where its locations. not_candidates: effects that this record cannot show, with the reason.
+    indistinguishable: pairs of effects with the test that tells them apart. notes: on the quality of the record. base:
+    kind, source and parameters of the base curve. at_bounds: parameters that stopped at a bound of their range.
+    amplitudes: sizes in small and large cycles. seconds: computing time. hypotheses: every explanation with its
+    probability, of sum 1; empty where none were compared. global_p: p-value of the chosen model, whether it explains
+    the record. isolability: which effects this record tells apart. losses: friction at the crank, of a record with the
+    torques of crank and output.
     """
 
     verdict: str

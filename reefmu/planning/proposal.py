@@ -56,7 +56,7 @@ def open_explanations(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
     reported: list[tuple[str, ...]] = []
     if diagnosis.verdict == "ambiguous":
         sets = [tuple(effect.name for effect in diagnosis.effects), *diagnosis.alternatives]
-        reported = [tuple(sorted(names)) for names in sets]
+        reported = [tuple(sorted(names)) for names in sets if names]
     return tuple(dict.fromkeys((*reported, *likely)))[:MAX_RIVALS]
 
 

@@ -143,7 +143,7 @@ def diagnosis_text(name: str, diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "insufficient":
         lines = [verdict, f"  {diagnosis.sentence}"]
     if diagnosis.alternatives:
-        head = "or" if diagnosis.verdict == "ambiguous" else "tolerances may mask"
+        head = "or" if diagnosis.verdict == "ambiguous" else "not excluded"
         lines.append(f"  {head}: {sets_text(diagnosis.alternatives)}")
     lines += [f"  {refusal}"] if (refusal := no_model_text(diagnosis)) else []
     lines += [f"  {bound_text(found)}" for found in diagnosis.at_bounds]

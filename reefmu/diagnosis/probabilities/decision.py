@@ -10,12 +10,16 @@ from ..estimation.residuals import remainder
 from ..estimation.search import restrict_fit
 from ..hypotheses import PROBABILITY_DIGITS, Hypothesis, ranked
 from ..inference.evidence import Evidence
-from ..inference.nonparametric import CURVE_TERM, TermFit, fit_terms
+from ..inference.nonparametric import TermFit
+from ..inference.tolerance_curve import CurveDeviation, curve_deviation
 from .hypothesis_table import Row
 
 NAMED = 0.6
 """Probability from which effects are named. A wrong name is taken to cost as much as one and a half records that are
 left undecided, so that naming pays where it is wrong in less than two cases of five; chosen by judgement."""
+NOTHING = 0.5
+"""Probability from which nothing is said to be missing: to miss something is taken to cost as much as a record that is
+left undecided; chosen by judgement."""
 UNNAMED = 1 / 3
 """Probability from which something unnamed is reported. To miss it is taken to cost as much as two false suspicions;
 chosen by judgement."""
@@ -30,9 +34,10 @@ CREDIBLE = 0.98
 class Conclusion:
     """What is concluded from a record.
 
-    chosen: the fit of the named effects, or without effects; alternatives: other sets in which the truth may be, where
-    the verdict is ambiguous; remainder: N.m rms; unnamed: nonparametric term of something unnamed; curve_deviation:
-    N.m rms, by which the drive's curve deviates within its tolerances.
+    chosen: the fit of the named effects, or without effects; alternatives: the other sets of effects that the record
+    does not exclude, () where nothing may be missing, none of a verdict that finds no effect; remainder: N.m rms;
+    unnamed: nonparametric term of something unnamed; curve_deviation: what the tolerances of the drive explain as well
+    as a modulus that is off, where the record shows it.
     """
 
     verdict: str
@@ -40,7 +45,7 @@ class Conclusion:
     alternatives: tuple[tuple[str, ...], ...]
     remainder: float
     unnamed: TermFit | None = None
-    curve_deviation: float = 0.0
+    curve_deviation: CurveDeviation | None = None
 
 
 @dataclass(frozen=True)
@@ -61,7 +66,7 @@ def decide_by_probability(hypotheses: Sequence[Hypothesis]) -> Decision:
 
     Effects are named where they are the missing ones, with or without something unnamed beside them, with a probability
     of `NAMED`. Otherwise, unless it is `CERTAIN` that effects are, something unnamed is missing where its probability,
-    alone or beside any effects, reaches `UNNAMED`; nothing is, where that is the likeliest hypothesis; and else the
+    alone or beside any effects, reaches `UNNAMED`; nothing is, where that has a probability of `NOTHING`; and else the
     record is ambiguous.
 
     >>> table = [((), False, 0.1), (("creep",), False, 0.5), (("creep",), True, 0.3), (("wear",), False, 0.1)]
@@ -81,8 +86,9 @@ def decide_by_probability(hypotheses: Sequence[Hypothesis]) -> Decision:
         return Decision("partly" if beside.get(best, 0.0) >= UNNAMED * likely[best] else "named", best)
     if sum(beside.values()) >= UNNAMED and sum(likely.values()) < CERTAIN:
         return Decision("unknown", nothing)
-    first = ranked(hypotheses)[0]
-    return Decision("ambiguous", best) if first.effects else Decision("none", nothing)
+    if alone.get(nothing, 0.0) >= NOTHING:
+        return Decision("none", nothing)
+    return Decision("ambiguous", best if ranked(hypotheses)[0].effects else nothing)
 
 
 def conclude(evidence: Evidence, rows: Sequence[Row], hypotheses: Sequence[Hypothesis]) -> Conclusion:
@@ -92,22 +98,15 @@ def conclude(evidence: Evidence, rows: Sequence[Row], hypotheses: Sequence[Hypot
     row = max(matching, key=lambda r: (r.unnamed == decision.unnamed, r.log_evidence))
     chosen, beside = _without_small_effects(evidence, row), row.beside
     rest = remainder(problem, chosen)
-    is_ambiguous = decision.verdict == "ambiguous"
+    has_alternatives = decision.verdict in ("named", "partly", "ambiguous")
     return Conclusion(
         decision.verdict,
         chosen,
-        _credible_sets(hypotheses, decision.effects) if is_ambiguous else (),
+        _credible_sets(hypotheses, decision.effects) if has_alternatives else (),
         max(rest, beside.rms) if decision.unnamed and beside else rest,
         beside if decision.unnamed else None,
-        _curve_deviation(evidence, chosen) if beside and not decision.unnamed else 0.0,
+        None if decision.unnamed else curve_deviation(problem, chosen),
     )
-
-
-def _curve_deviation(evidence: Evidence, chosen: Fit) -> float:
-    """Rms of the curve over the torque, N.m, that is left beside the effects where no scatter takes a part of it."""
-    weights = evidence.problem.weights.for_mean_drive()
-    fit = evidence.problem.fit_from(chosen.names, chosen.parameters, weights, HELD_SIZE)
-    return fit_terms(evidence.problem, fit, [CURVE_TERM])[0].rms
 
 
 def _without_small_effects(evidence: Evidence, row: Row) -> Fit:
@@ -121,13 +120,14 @@ def _without_small_effects(evidence: Evidence, row: Row) -> Fit:
 
 
 def _credible_sets(hypotheses: Sequence[Hypothesis], chosen: frozenset[str]) -> tuple[tuple[str, ...], ...]:
-    """Sets of effects other than the chosen one among the likeliest hypotheses of `CREDIBLE` in total."""
+    """Sets of effects, () of nothing, other than the chosen one among the likeliest hypotheses of `CREDIBLE`."""
     found: dict[tuple[str, ...], None] = {}
     total = 0.0
     for hypothesis in ranked(hypotheses):
         if total >= CREDIBLE:
             break
         total += hypothesis.probability
-        if hypothesis.effects and frozenset(hypothesis.effects) != chosen:
+        unnamed_alone = hypothesis.unnamed and not hypothesis.effects
+        if not unnamed_alone and frozenset(hypothesis.effects) != chosen:
             found[tuple(sorted(hypothesis.effects))] = None
     return tuple(found)

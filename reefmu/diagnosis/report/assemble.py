@@ -137,7 +137,7 @@ def _next_experiments(
             f"the remainder varies with {first.coordinate} ({first.region}): repeat the test there in finer steps"
         )
     if conclusion.curve_deviation:
-        found.append("tolerances, or a law of another curvature: the same test on a second drive of the drawing")
+        found.append("modulus or tolerance: the same test on a second drive of the drawing")
     if conclusion.verdict == "none":
         found += [f"to show {name}: {find_effect(name).experiment}" for name in list(not_candidates)[:MAX_PROPOSED]]
     pairs = [(a, b) for a, b in isolated.indistinguishable if {a, b} & set(names)]

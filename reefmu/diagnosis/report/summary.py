@@ -24,12 +24,13 @@ def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
                 f"explains{where}{_tolerances(conclusion)}."
             )
         case "ambiguous":
-            if not conclusion.alternatives:
-                return f"This record cannot tell whether an effect is missing: {names} may explain it ({change})."
-            return (
-                f"This record cannot tell which effect is missing: {names} may explain it ({change}), "
-                f"and so may {sets_text(conclusion.alternatives)}."
-            )
+            others = [names for names in conclusion.alternatives if names]
+            doubt = "which" if names and len(others) == len(conclusion.alternatives) else "whether an"
+            doubt = f"This record cannot tell {doubt} effect is missing"
+            if not names:
+                return f"{doubt}: perhaps none is, perhaps {sets_text(others) or 'something unnamed'}."
+            and_others = f", and so may {sets_text(others)}" if others else ""
+            return f"{doubt}: {names} may explain it ({change}){and_others}."
         case "unknown":
             return (
                 f"Something unknown is missing: a remainder of {rest} exceeds noise and tolerance scatter, and no "
@@ -42,7 +43,11 @@ def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
 
 def _tolerances(conclusion: Conclusion) -> str:
     """What is put down to the tolerances."""
-    if not conclusion.curve_deviation:
+    found = conclusion.curve_deviation
+    if found is None:
         return ""
-    deviation = f"{conclusion.curve_deviation:.3g} N.m"
-    return f"; the curve deviates by {deviation}, as curves of individual drives of the drawing do"
+    return (
+        f"; the curve deviates by {found.rms:.3g} N.m rms, as a modulus that is {100 * found.modulus_error:+.2g} % off "
+        f"would make it, and as those of individual drives of the drawing do (standard deviation "
+        f"{100 * found.population:.2g} %): modulus or tolerance"
+    )

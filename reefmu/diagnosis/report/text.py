@@ -44,10 +44,10 @@ def sets_text(alternatives: Sequence[Sequence[str]], most: int = MAX_LISTED) -> 
 
     >>> sets_text([("creep",), ("wear", "preload")])
     'creep, or wear and preload'
-    >>> sets_text([("creep",), ("wear",), ("damping",)], 2)
-    'creep, or wear, or one of 1 other'
+    >>> sets_text([("creep",), (), ("damping",)], 2)
+    'creep, or nothing, or one of 1 other'
     """
-    words = [" and ".join(names) for names in alternatives[:most]]
+    words = [" and ".join(names) or "nothing" for names in alternatives[:most]]
     left = len(alternatives) - most
     if left > 0:
         words.append(f"one of {left} other{'s' if left > 1 else ''}")

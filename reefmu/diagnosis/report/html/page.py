@@ -60,8 +60,7 @@ def report_html(found: Analysis | Diagnosis, origin: Origin | None = None, recor
     if diagnosis.losses is not None:
         parts += losses_section(diagnosis.losses)
     if diagnosis.alternatives:
-        titles = {"ambiguous": "Other explanations", "unknown": "Explanations together with this drive's tolerances"}
-        title = titles.get(diagnosis.verdict, "Effects that this drive's tolerances may mask")
+        title = "Other explanations" if diagnosis.verdict == "ambiguous" else "What the record does not exclude"
         parts += section_list(title, [_names(a) for a in diagnosis.alternatives])
     if not diagnosis.hypotheses:
         parts += section_list("What to measure next", diagnosis.next_experiment)
@@ -80,7 +79,7 @@ def _ratio_known(found: Analysis | Diagnosis) -> bool:
 
 
 def _names(names: Sequence[str]) -> str:
-    return " and ".join(f"{find_effect(n).title.lower()} ({n})" for n in names)
+    return " and ".join(f"{find_effect(n).title.lower()} ({n})" for n in names) or "nothing is missing"
 
 
 # -- first screen -----------------------------------------------------------------------------------------------

@@ -15,7 +15,12 @@ from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.residuals import torque_without
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
-from reefmu.diagnosis.inference.tolerance_curve import MAX_CURVE_DEVIATIONS, population_deviations, tolerances_in
+from reefmu.diagnosis.inference.tolerance_curve import (
+    MAX_CURVE_DEVIATIONS,
+    curve_deviation,
+    population_deviations,
+    tolerances_in,
+)
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.schema import Diagnosis
@@ -82,12 +87,11 @@ def test_one_loop_of_the_mean_drive_does_not_decide_about_a_third_of_a_tolerance
     assert probability["backlash",] + probability[()] > 0.9
 
 
-@pytest.mark.parametrize(("clearance", "verdict"), [(8e-7, "ambiguous"), (1.6e-6, "named")])
-def test_one_loop_of_the_mean_drive_shows_backlash(clearance: float, verdict: str) -> None:
-    """The whole deviation is that of a clearance; an individual would have it only by chance, which one loop does not
-    exclude where the clearance is within a tolerance."""
+@pytest.mark.parametrize("clearance", [8e-7, 1.6e-6])
+def test_one_loop_of_the_mean_drive_shows_backlash(clearance: float) -> None:
+    """The whole deviation is that of a clearance; an individual would have it only by chance."""
     found = one_loop(None, clearance=clearance)
-    assert (found.verdict, [e.name for e in found.effects]) == (verdict, ["backlash"])
+    assert (found.verdict, [e.name for e in found.effects]) == ("named", ["backlash"])
 
 
 @pytest.mark.parametrize("number", [0, 7])
@@ -108,5 +112,28 @@ def test_a_curve_that_deviates_within_the_tolerances_is_reported() -> None:
     bent = replace(record, output_torque=torque * (1 + 0.02 * np.abs(torque) / np.abs(torque).max()))
     found = diagnose_record(bent, drive=rig.drive())
     assert found.verdict == "none"
+    assert found.sentence.endswith("modulus or tolerance.")
     deviation = float(re.findall(r"the curve deviates by ([\d.]+) N\.m", found.sentence)[0])
     assert deviation == pytest.approx(np.sqrt(np.mean((bent.output_torque - torque) ** 2)), rel=0.2)
+
+
+def test_the_modulus_that_would_make_a_deviation_is_told_within_the_tolerances() -> None:
+    of, names = problem(), ("modulus_error",)
+    base = base_fit(of)
+    assert curve_deviation(of, base) is None, "the record of the mean drive shows none"
+
+    def softer(error: float) -> tuple[Problem, Fit]:
+        change = of.predictor(names)(np.append(base.parameters, error)).torque - base.prediction.torque
+        return with_residual(change + of.torque - base.prediction.torque)
+
+    found = curve_deviation(*softer(0.04))
+    assert found is not None
+    assert found.modulus_error == pytest.approx(0.04, rel=0.1)
+    assert curve_deviation(*softer(0.04 + 4 * found.population)) is None, "no drive of the drawing has such a curve"
+    named = of.fit_from(names, np.append(base.parameters, 0.0))
+    changed, _ = softer(0.04)
+    own = curve_deviation(changed, changed.fit_from(names, named.parameters, changed.weights.for_mean_drive()))
+    assert own is not None, "of a modulus that is named as well"
+    assert own.modulus_error == pytest.approx(found.modulus_error, rel=0.02)
+    spring = of.fit_from(("structural_compliance",), np.append(base.parameters, 1e-7))
+    assert curve_deviation(of, spring) is None, "another effect has changed the curve"
