@@ -27,9 +27,10 @@ def test_the_columns_are_shares_of_the_torque_of_the_effects(fitted: Fitted) -> 
     assert law_columns(problem, both).shape[1] == 2 * columns.shape[1]
 
 
-@pytest.mark.parametrize(("share", "remains"), [(0.02, False), (0.6, True)])
+@pytest.mark.parametrize(("share", "remains"), [(0.1, False), (0.6, True)])
 def test_what_a_law_error_explains_is_not_unnamed(fitted: Fitted, share: float, remains: bool) -> None:
-    """A friction that grows with the torque is off its law by that share of its own torque."""
+    """A friction that grows with the torque is off its law by that share of its own torque; without errors of laws the
+    smaller one would gain 38 as well."""
     problem, fit = fitted.problem, fitted.hysteresis
     own = fit.prediction.torque - torque_without(problem, fit, ["hysteresis"])
     size = np.abs(fit.prediction.torque) / np.abs(fit.prediction.torque).max()
