@@ -1,4 +1,4 @@
-"""Functions of what a record varies: the direction and the rate of its motion, waves over an angle, smooth curves."""
+"""Functions of what a record varies: speeds over several decades, waves over an angle, smooth curves."""
 
 from __future__ import annotations
 
@@ -6,15 +6,6 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from stiffness_model.numerics.arrays import Array
-
-from ..estimation.problem import Problem
-
-
-def twist_direction(problem: Problem) -> Array:
-    """(n,) mean sign of the twist's changes in every block."""
-    trace = problem.trace
-    step = np.diff(trace.smooth_twist, prepend=trace.smooth_twist[0])
-    return problem.blocks.mean(np.sign(np.where(trace.start, 0.0, step)))
 
 
 def speed_functions(speed: Array) -> Array:

@@ -15,11 +15,12 @@ from ...effects import find_effect
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.score_test import amplitudes
-from .coordinates import over_range, speed_functions, twist_direction, wave
+from .coordinates import over_range, speed_functions, wave
 
 LAW_ERROR = 0.05
 """Standard deviation of the torque of an effect, over that torque, by each of the functions that change it. Chosen
-among 0, 0.01, 0.02 and 0.05 by the calibration of the probabilities, each of which is better than the one before."""
+by the calibration of the probabilities, where 0.01, 0.02 and 0.05 are each better than the one before, and 0.1 and 0.2
+are the same."""
 TORQUE_DEGREE, TIME_DEGREE = 3, 2
 """Degrees of the polynomials over torque and time; chosen by judgement."""
 ORDERS = (1, 2)
@@ -52,7 +53,7 @@ def _factors(problem: Problem, torque: Array) -> Array:
     parts: list[Array] = [
         np.asarray(legvander(size, TORQUE_DEGREE)[:, 1:], float),
         np.asarray(legvander(over_range(mean(trace.time)), TIME_DEGREE)[:, 1:], float),
-        twist_direction(problem)[:, None],
+        mean(trace.twist_direction)[:, None],
         speed_functions(mean(trace.twist_rate)),
         speed_functions(mean(trace.output_speed)),
         over_range(mean(trace.temperature))[:, None],

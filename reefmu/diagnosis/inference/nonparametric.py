@@ -22,7 +22,7 @@ from stiffness_model.units import ARCMIN
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.score_test import absorbing_basis
-from .coordinates import over_range, speed_functions, splines, twist_direction, wave
+from .coordinates import over_range, speed_functions, splines, wave
 from .law_errors import law_columns
 
 Columns = Callable[[Array], Array]
@@ -120,7 +120,7 @@ def possible_terms(problem: Problem, residual: Array) -> Iterator[NonparametricT
     trace, mean = problem.trace, problem.blocks.mean
     crank, time, warming = mean(trace.crank), mean(trace.time), mean(trace.temperature) - 20.0
     yield CURVE_TERM
-    yield NonparametricTerm("direction of the twist, by torque", _by_torque(twist_direction(problem)[:, None]))
+    yield NonparametricTerm("direction of the twist, by torque", _by_torque(mean(trace.twist_direction)[:, None]))
     yield NonparametricTerm("rate of the twist, by torque", _by_torque(speed_functions(mean(trace.twist_rate))))
     speed = mean(trace.output_speed)
     if np.abs(speed).max() > 0:

@@ -32,10 +32,8 @@ MAX_EVEN_SHARE = 0.1
 noise; tolerances act alike on both flanks. Chosen by judgement."""
 SIGNIFICANT_GAIN = 30.0
 """Gain in -2 log likelihood that noise does not reach: simulated records without effects stay below 7."""
-
 MODULUS = "modulus_error"
 """The effect by whose size a deviation of the curve is told."""
-
 MOST_DEVIATIONS = 2.576
 """Standard deviations within which 99 % of a normal population are: what a tolerance may still explain."""
 

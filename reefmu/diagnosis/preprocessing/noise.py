@@ -38,7 +38,6 @@ OUTLIER_RATIO = 5.0
 CLIPPED_DEVIATIONS = 3.5
 """Robust standard deviations at which residuals of a smoothed record are clipped. Chosen by judgement: noise hardly
 exceeds them, corners at reversals do."""
-
 SLOPE_DIGITS = 2
 """Decimals of the squared stiffness over its median from which on two values are the same: by smaller differences the
 noise of the twist cannot be told from that of the torque. Chosen by judgement."""

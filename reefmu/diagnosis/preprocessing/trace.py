@@ -60,12 +60,20 @@ class Trace:
     @cached_property
     def crank_direction(self) -> Array:
         """(n,) sign of the crank's motion since the sample before."""
-        return np.sign(np.where(self.start, 0.0, np.diff(self.crank, prepend=self.crank[0])))
+        return self._direction(self.crank)
 
     @cached_property
     def output_direction(self) -> Array:
         """(n,) sign of the output's motion since the sample before."""
-        return np.sign(np.where(self.start, 0.0, np.diff(self.output, prepend=self.output[0])))
+        return self._direction(self.output)
+
+    @cached_property
+    def twist_direction(self) -> Array:
+        """(n,) sign of the twist's change since the sample before."""
+        return self._direction(self.smooth_twist)
+
+    def _direction(self, path: Array) -> Array:
+        return np.sign(np.where(self.start, 0.0, np.diff(path, prepend=path[0])))
 
     @property
     def run_ranges(self) -> list[tuple[int, int]]:

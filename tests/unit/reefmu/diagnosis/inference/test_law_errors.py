@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis.estimation.residuals import torque_without
-from reefmu.diagnosis.inference.coordinates import twist_direction
 from reefmu.diagnosis.inference.law_errors import LAW_ERROR, law_columns
 from reefmu.diagnosis.inference.nonparametric import fit_terms
 from tests.unit.reefmu.diagnosis.probabilities.conftest import Fitted, fitted
@@ -46,4 +45,5 @@ def test_the_direction_is_that_of_the_twist(fitted: Fitted) -> None:
     rate = problem.blocks.mean(problem.trace.twist_rate)
     moving = np.abs(rate) > 0.5 * np.abs(rate).max()
     moving[problem.trace.start[problem.blocks.first]] = False
-    np.testing.assert_array_equal(np.sign(twist_direction(problem)[moving]), np.sign(rate[moving]))
+    direction = problem.blocks.mean(problem.trace.twist_direction)
+    np.testing.assert_array_equal(np.sign(direction[moving]), np.sign(rate[moving]))
