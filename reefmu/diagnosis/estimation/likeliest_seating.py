@@ -52,7 +52,7 @@ def with_likeliest_seating(problem: Problem, scatter: Scatter, found: Fit) -> Sc
         # Other roughnesses favour the same seating, or a neighbouring start.
         scale = 1 / np.sqrt(variance[some] + rest[len(rest) // 2])
         rows = np.concatenate([columns, smooth[:, some]]) * scale
-        return _least_cost(rows, residual[some] * scale) - 2 * float(np.log(scale).sum())
+        return least_cost(rows, residual[some] * scale) - 2 * float(np.log(scale).sum())
 
     every = np.arange(len(residual))
     few = every[:: 1 + len(every) // MAX_BLOCKS]
@@ -71,13 +71,16 @@ def with_likeliest_seating(problem: Problem, scatter: Scatter, found: Fit) -> Sc
     return replace(scatter, seating=best)
 
 
-def _least_cost(rows: Array, residual: Array) -> float:
+def least_cost(rows: Array, residual: Array) -> float:
     """-2 log likelihood of a whitened residual (n,) beside random effects (m, n), under the likeliest of `SIZES`."""
-    inner, along = rows @ rows.T, rows @ residual
-    costs = []
+    # The smaller of two matrices is factored: the identity and the inner products of the effects, or of the blocks.
+    by_effects = len(rows) < len(residual)
+    inner, along = (rows @ rows.T, rows @ residual) if by_effects else (rows.T @ rows, residual)
+    costs: list[float] = []
     for size in SIZES:
         factor = cho_factor(np.eye(len(inner)) + size**2 * inner)
-        explained = size**2 * float(along @ cho_solve(factor, along))
+        form = float(along @ cho_solve(factor, along))
+        explained = size**2 * form if by_effects else float(residual @ residual) - form
         costs.append(2 * float(np.log(np.diag(factor[0])).sum()) - explained)
     return float(residual @ residual) + min(costs)
 

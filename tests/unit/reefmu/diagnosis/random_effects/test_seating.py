@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from reefmu.diagnosis.estimation.likeliest_seating import SIZES, least_cost
 from reefmu.diagnosis.estimation.problem import Problem, make_weights
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
@@ -164,3 +165,15 @@ def test_where_the_crank_turns_fast_every_sample_is_a_point() -> None:
     few = np.flatnonzero(turning)[:5]
     part = at_blocks(motion, few)
     assert np.allclose(part.mean(part.rotation), motion.mean(motion.rotation)[few])
+
+
+@pytest.mark.parametrize(("effects", "blocks"), [(5, 9), (9, 5)])
+def test_seats_are_compared_by_the_likelihood_of_the_residual(effects: int, blocks: int) -> None:
+    """However many random effects there are, the covariance of the blocks in full gives the same."""
+    rng = np.random.default_rng(0)
+    rows, residual = rng.standard_normal((effects, blocks)), rng.standard_normal(blocks)
+    costs = []
+    for size in SIZES:
+        covariance = np.eye(blocks) + size**2 * rows.T @ rows
+        costs.append(np.linalg.slogdet(covariance)[1] + residual @ np.linalg.solve(covariance, residual))
+    assert least_cost(rows, residual) == pytest.approx(min(costs))
