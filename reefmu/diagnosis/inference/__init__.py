@@ -2,8 +2,9 @@
 
 * `isolability`: what this excitation shows.
 * `exchanges`: sets that a record hardly tells from another.
-* `simulated_records`: without effects, along this one; `dispersion`: by how much gains exceed what the covariance
-  expects, there and here.
-* `nonparametric`: terms without a name; `tolerance_curve`: which of them tolerances make.
+* `simulated_records`: without effects, along this one, and what gains there by chance; `dispersion`: by how much this
+  one deviates more than the covariance says.
+* `nonparametric`: terms without a name; `law_errors`: which of them errors of laws make; `tolerance_curve`: how far
+  tolerances let a curve be off.
 * `evidence`: what a conclusion is drawn from.
 """

@@ -9,8 +9,13 @@ from scipy.signal import lfilter
 
 from stiffness_model.numerics.arrays import Array
 
+from ..estimation.least_squares import Fit, fit
 from ..estimation.problem import Problem
 from ..estimation.weighting import INDIVIDUAL_SIZE, Weighting
+from .nonparametric import fit_terms_to
+
+N_WITH_TERMS = 8
+"""Simulated records to which nonparametric terms are fitted. Chosen by judgement to bound the time."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +42,20 @@ def simulate_records(problem: Problem, count: int, seed: int) -> SimulatedRecord
         return SimulatedRecords(noise, np.zeros((len(noise), 0)))
     drawn = drives[rng.integers(len(drives), size=count)].T
     return SimulatedRecords(noise, drawn / problem.weights.with_likeliest_scatter(drawn + noise, INDIVIDUAL_SIZE).size)
+
+
+def gain_by_chance(problem: Problem, base: Fit, records: SimulatedRecords, size: float) -> float:
+    """Greatest gain in -2 log likelihood of any nonparametric term along the first of some records, each beside the
+    base curve and the scatter that fit it best.
+
+    base: fit without effects; size: of the scatter of the simulated drives, 1 for individuals as drawn.
+    """
+    gains = [0.0]
+    for record in records.under(base.weighting.with_size(size)).T[:N_WITH_TERMS]:
+        torque = base.prediction.torque + record
+        found = fit(problem.predictor(()), torque, problem.weights, problem.bounds(()), base.parameters)
+        gains.append(fit_terms_to(problem, found, torque - found.prediction.torque)[0].gain)
+    return max(gains)
 
 
 def simulate_noise(problem: Problem, count: int, rng: np.random.Generator) -> Array:

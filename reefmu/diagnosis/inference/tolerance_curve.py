@@ -1,9 +1,8 @@
-"""Whether a smooth deviation of the curve of torque over twist is one that individual drives of the population have."""
+"""How far tolerances let the curve of torque over twist deviate: that of a mean drive whose parts are all off alike,
+and the modulus that would make the same deviation."""
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +14,8 @@ from ..estimation.intervals import NORMAL_QUANTILE, standard_errors
 from ..estimation.least_squares import HELD_SIZE, Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import torque_without
-from ..estimation.score_test import absorbing_basis
-from .nonparametric import TermFit
+from ..estimation.weighting import SCATTER_SIZES, Weighting, make_weighting
+from ..random_effects.curve_columns import curve_columns
 
 CURVE_EFFECTS = frozenset(
     e.name
@@ -24,14 +23,6 @@ CURVE_EFFECTS = frozenset(
     if e.identification.tolerance_signature is ToleranceSignature.CURVE and e.place is not Place.SENSOR
 )
 """Effects that change the drive's own curve alone, as its tolerances do."""
-MAX_CURVE_DEVIATIONS = 1.8
-"""Standard deviations of the population within which a deviation of the curve counts as tolerance: a scale at the limit
-of its tolerance together with a change of curvature reaches 1.6."""
-MAX_EVEN_SHARE = 0.1
-"""Mean square of the even part of a curve, over that of the odd part, up to which tolerances make it, unless it is
-noise; tolerances act alike on both flanks. Chosen by judgement."""
-SIGNIFICANT_GAIN = 30.0
-"""Gain in -2 log likelihood that noise does not reach: simulated records without effects stay below 7."""
 MODULUS = "modulus_error"
 """The effect by whose size a deviation of the curve is told."""
 MOST_DEVIATIONS = 2.576
@@ -48,6 +39,17 @@ class CurveDeviation:
     rms: float
     modulus_error: float
     population: float
+
+
+def weights_of_curve_within_tolerance(problem: Problem, torque: Array) -> Weighting | None:
+    """Weights of a mean drive whose curve as a whole is off, by as much as the curves of individual drives differ; None
+    where no drawing states tolerances. torque: (n,) N.m, of the base curve."""
+    if problem.scatter is None or not len(problem.individuals):
+        return None
+    curves = curve_columns(torque, problem.individuals / np.sqrt(len(problem.individuals)))
+    columns, _ = problem.scatter.columns_at(problem.scatter.twist)
+    # The mean drive has the least scatter, by which all columns are multiplied.
+    return make_weighting(problem.variance, np.concatenate([curves / SCATTER_SIZES[0], columns])).for_mean_drive()
 
 
 def curve_deviation(problem: Problem, fit: Fit) -> CurveDeviation | None:
@@ -71,33 +73,6 @@ def _with_modulus(problem: Problem, fit: Fit) -> Fit:
     """The fit with a modulus error beside its effects, where no scatter takes a part of it."""
     start = np.append(fit.parameters, 0.0)
     return problem.fit_from((*fit.names, MODULUS), start, problem.weights.for_mean_drive(), HELD_SIZE)
-
-
-def tolerances_in(problem: Problem, fit: Fit, beside: Array | float = 0.0) -> Iterator[frozenset[str]]:
-    """Effects of a fit that together do no more to the curve than tolerances; beside: (n,) N.m, by which the curve
-    deviates as well."""
-    own = CURVE_EFFECTS & set(fit.names)
-    for names in itertools.chain.from_iterable(itertools.combinations(sorted(own), k + 1) for k in range(len(own))):
-        change = fit.prediction.torque - torque_without(problem, fit, names) + beside
-        if population_deviations(problem, fit, change) < MAX_CURVE_DEVIATIONS:
-            yield frozenset(names)
-
-
-def is_within_tolerances(problem: Problem, fit: Fit, curve: TermFit) -> bool:
-    """Whether a curve over the torque is as small, and as odd, as those of individuals of the population."""
-    torque, part = problem.torque, curve.torque
-    order = np.argsort(torque)
-    mirrored = np.interp(-torque, torque[order], part[order])
-    inside = (-torque > torque.min()) & (-torque < torque.max())
-    if not len(problem.individuals) or not inside.any():
-        return False
-    even = np.where(inside, (part + mirrored) / 2, 0.0)
-    even_share = float(np.mean(even[inside] ** 2)) / max(float(np.mean((part - even)[inside] ** 2)), 1e-300)
-    seen = fit.weighting.whiten(even)
-    basis = absorbing_basis(fit.weighting, fit.prediction.sensitivities, fit.bounds.prior_deviation)
-    seen = seen - basis @ (basis.T @ seen)
-    is_odd = even_share < MAX_EVEN_SHARE or float((seen**2).sum()) < SIGNIFICANT_GAIN
-    return is_odd and population_deviations(problem, fit, part) < MAX_CURVE_DEVIATIONS
 
 
 def population_deviations(problem: Problem, fit: Fit, change: Array) -> float:

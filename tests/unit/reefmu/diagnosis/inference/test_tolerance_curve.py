@@ -10,19 +10,18 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis import diagnose_record
-from reefmu.diagnosis.estimation.least_squares import Fit, FitOptions
+from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
-from reefmu.diagnosis.estimation.residuals import torque_without
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.inference.tolerance_curve import (
-    MAX_CURVE_DEVIATIONS,
     curve_deviation,
     population_deviations,
-    tolerances_in,
+    weights_of_curve_within_tolerance,
 )
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
+from reefmu.diagnosis.random_effects.curve_columns import CURVE_DEGREE
 from reefmu.diagnosis.schema import Diagnosis
 from reefmu.model.contacts.tables import cached_lookup
 from stiffness_model.numerics.arrays import Array
@@ -52,18 +51,19 @@ def test_an_individual_is_within_the_population(number: int) -> None:
     assert population_deviations(of, fit, individual) < 4.0
 
 
-@pytest.mark.parametrize("share", [0.8, 1.2])
-def test_what_an_effect_does_to_the_curve_is_a_tolerance_up_to_some_deviations(share: float) -> None:
-    """A compliance of a size at which the curve deviates by a share of the limit; friction never is a tolerance."""
-    of = problem()
-    names = ("structural_compliance", "hysteresis")
-    start = np.concatenate([base_fit(of).parameters, [1e-9, 1.0, 1e-4]])
-    fit = of.fit_from(names, start, options=FitOptions(steps=0))
-    change = fit.prediction.torque - torque_without(of, fit, ["structural_compliance"])
-    size = share * MAX_CURVE_DEVIATIONS / population_deviations(of, fit, change)
-    start[-3] *= size
-    found = set(tolerances_in(of, of.fit_from(names, start, options=FitOptions(steps=0))))
-    assert found == ({frozenset({"structural_compliance"})} if share < 1 else set())
+def test_the_mean_drive_s_curve_may_be_off_as_far_as_those_of_individuals() -> None:
+    """Scale, bend and curvature of the individuals' curves are three independent deviations of 1 under the weights,
+    less where noise hides one, and impossible for the mean drive as drawn."""
+    of, torque = problem(), base_fit(problem()).prediction.torque
+    size = np.abs(torque) / np.abs(torque).max()
+    curves = torque * np.stack([size**k for k in range(CURVE_DEGREE + 1)])
+    smooth = of.individuals @ np.linalg.pinv(curves) @ curves
+    weights = weights_of_curve_within_tolerance(of, torque)
+    assert weights is not None
+    squares = (weights.whiten(smooth.T) ** 2).sum(axis=0)
+    assert CURVE_DEGREE < squares.mean() <= CURVE_DEGREE + 1
+    assert (of.weights.for_mean_drive().whiten(smooth.T) ** 2).sum(axis=0).mean() > 1000 * squares.mean()
+    assert weights_of_curve_within_tolerance(replace(of, scatter=None), torque) is None
 
 
 def one_loop(number: int | None, **clearance: float) -> Diagnosis:

@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import dblquad, quad
 
-from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.residuals import remainder
 from reefmu.diagnosis.estimation.search import Search
-from reefmu.diagnosis.estimation.weighting import Weighting
-from reefmu.diagnosis.inference.dispersion import ChanceGains
-from reefmu.diagnosis.inference.simulated_records import SimulatedRecords
 from reefmu.diagnosis.probabilities.assessment import record_isolability, record_sizes
-from reefmu.diagnosis.probabilities.hypothesis_table import Row, hypothesis_table, less_chance
+from reefmu.diagnosis.probabilities.hypothesis_table import hypothesis_table
 from reefmu.diagnosis.probabilities.marginal_likelihood import (
     PRIOR_WIDTH,
     log_volume,
@@ -25,7 +20,6 @@ from reefmu.diagnosis.probabilities.marginal_likelihood import (
     parameter_prior,
 )
 from reefmu.effects import find_effect
-from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
 from tests.unit.reefmu.diagnosis.probabilities.conftest import Fitted, evidence_of
 
@@ -117,38 +111,6 @@ def test_each_hypothesis_has_one_row_and_the_truth_the_most_evidence(fitted: Fit
     evidence = {key: r.log_evidence for key, r in zip(keys, rows, strict=True)}
     assert evidence[HYSTERESIS, False] > evidence[NOTHING, True]
     assert evidence[HYSTERESIS, False] > evidence[NOTHING, False] + 50
-
-
-@dataclass(frozen=True)
-class Gains(ChanceGains):
-    """Gains by the names of effects."""
-
-    by_names: Mapping[tuple[str, ...], Array] = field(default_factory=dict[tuple[str, ...], Array])
-
-    def of_effects(self, fits: Sequence[Fit], weighting: Weighting) -> list[Array]:
-        return [self.by_names[fit.names] for fit in fits]
-
-
-def test_what_a_set_gains_by_chance_over_another_is_no_evidence_against_it(fitted: Fitted) -> None:
-    """Of evidence in -2 log likelihood of 100, 50 and 40, at a dispersion of 2."""
-    sets = {(): 0.0, ("hysteresis",): 50.0, ("damping",): 40.0, ("creep", "damping"): 100.0}
-    rows = [
-        Row(frozenset(names), False, gain / 4, replace(fitted.base, names=names), gain) for names, gain in sets.items()
-    ]
-    gains = {
-        (): np.zeros(41),
-        ("hysteresis",): np.array([*[5.0] * 3, *[30.0] * 38]),
-        ("damping",): np.array([*[6.0] * 3, *[29.0] * 38]),
-        ("creep", "damping"): np.array([*[10.0] * 3, *[31.0] * 38]),
-    }
-    records = SimulatedRecords(np.zeros((0, 41)), np.zeros((0, 0)))
-    found = less_chance(rows, Gains(fitted.problem, fitted.base, records, by_names=gains), 2.0)
-    less = {row.fit.names: row.log_evidence - before.log_evidence for row, before in zip(found, rows, strict=True)}
-    assert less == {(): 31 / 4, ("hysteresis",): 5 / 4, ("damping",): 4 / 4, ("creep", "damping"): 0.0}
-    # By chance it cannot have gained more than it has gained.
-    close = [replace(row, gain=100.0 - k) for k, row in enumerate(reversed(rows))]
-    found = less_chance(close, Gains(fitted.problem, fitted.base, records, by_names=gains), 2.0)
-    assert [a.log_evidence - b.log_evidence for a, b in zip(found, close, strict=True)] == [0, 1 / 4, 2 / 4, 3 / 4]
 
 
 def test_what_is_too_small_to_matter_is_nothing(fitted: Fitted) -> None:
