@@ -60,8 +60,9 @@ def test_a_misspelt_name_is_answered_with_it(capsys: pytest.CaptureFixture[str],
 
 @pytest.mark.slow
 def test_a_diagnosis_names_it() -> None:
+    """Twice as stiff a spring as one that the tolerances of the curve would explain."""
     effect_functions.cache_clear()
-    record = rig.measured({"cubic_spring": {"rate": 1500.0}, "damping": {"coefficient": 0.0}})
+    record = rig.measured({"cubic_spring": {"rate": 3000.0}, "damping": {"coefficient": 0.0}})
     found = diagnose_record(record, rig.drive())
     assert found.verdict == "named"
     assert [effect.name for effect in found.effects] == ["cubic_spring"]

@@ -38,7 +38,7 @@ class Row:
     likelihood over that of nothing missing; fit: of the effects; beside: the nonparametric term of something unnamed,
     None where there is none; unnamed_share: rms of what is unnamed, over full torque, 0 where nothing is, on the mean
     drive of all that is left and not only of what the term fits; scatter: size of the drive's scatter, 0 of the mean
-    drive.
+    drive; off_curve: whether the curve of the mean drive is off within its tolerances.
     """
 
     effects: frozenset[str]
@@ -48,6 +48,7 @@ class Row:
     beside: TermFit | None = None
     unnamed_share: float = 0.0
     scatter: float = 0.0
+    off_curve: bool = False
 
 
 def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Row, ...]:
@@ -80,7 +81,8 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
         log_evidence = gain / (2 * divided) + log_volume(problem, fit, sizes, divided)
         rms = 0.0 if beside is None else beside.rms if _scatter(fit) else max(beside.rms, remainder(problem, fit))
         share = rms / problem.base.full_torque
-        return Row(effects, beside is not None, log_evidence, fit, beside, share, _scatter(fit))
+        is_off = any(fit is one for one in off_curve)
+        return Row(effects, beside is not None, log_evidence, fit, beside, share, _scatter(fit), is_off)
 
     # The scatter changes in steps with the twist of the contacts, which even an effect too small to show moves: it must
     # gain more than the scatter at those contacts does without it.

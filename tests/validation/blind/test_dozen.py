@@ -69,7 +69,6 @@ def test_an_effect_below_a_tenth_of_a_tolerance_is_not_named() -> None:
     assert (found.verdict, tuple(found.named)) == ("named", ("missing_ball",))
 
 
-@pytest.mark.xfail(strict=True, reason="on this mean drive a play imitates the hardening better than tolerances do")
 def test_a_hardening_spring_beside_hysteresis_is_a_remainder() -> None:
     """It bends the curve as tolerances may."""
     found = outcome(Case(16, "outside_and", (("hardening", 9.0), ("hysteresis", 8.0)), drawing=2, sensors=_CALM))
