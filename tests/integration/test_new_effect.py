@@ -58,11 +58,14 @@ def test_a_misspelt_name_is_answered_with_it(capsys: pytest.CaptureFixture[str],
     assert "did you mean 'cubic_spring'" in capsys.readouterr().err
 
 
+WITHIN_CURVE = pytest.mark.xfail(strict=True, reason="tolerances of the curve explain it as well: none, with 0.6")
+
+
 @pytest.mark.slow
-def test_a_diagnosis_names_it() -> None:
-    """Twice as stiff a spring as one that the tolerances of the curve would explain."""
+@pytest.mark.parametrize("rate", [3000.0, pytest.param(1500.0, marks=WITHIN_CURVE)])
+def test_a_diagnosis_names_it(rate: float) -> None:
     effect_functions.cache_clear()
-    record = rig.measured({"cubic_spring": {"rate": 3000.0}, "damping": {"coefficient": 0.0}})
+    record = rig.measured({"cubic_spring": {"rate": rate}, "damping": {"coefficient": 0.0}})
     found = diagnose_record(record, rig.drive())
     assert found.verdict == "named"
     assert [effect.name for effect in found.effects] == ["cubic_spring"]

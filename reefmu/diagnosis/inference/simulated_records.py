@@ -45,13 +45,13 @@ def simulate_records(problem: Problem, count: int, seed: int) -> SimulatedRecord
 
 
 def gain_by_chance(problem: Problem, base: Fit, records: SimulatedRecords, size: float) -> float:
-    """Greatest gain in -2 log likelihood of any nonparametric term along the first of some records, each beside the
-    base curve and the scatter that fit it best.
+    """Greatest gain in -2 log likelihood of any nonparametric term along some records, each beside the base curve and
+    the scatter that fit it best.
 
     base: fit without effects; size: of the scatter of the simulated drives, 1 for individuals as drawn.
     """
     gains = [0.0]
-    for record in records.under(base.weighting.with_size(size)).T[:N_WITH_TERMS]:
+    for record in records.under(base.weighting.with_size(size)).T:
         torque = base.prediction.torque + record
         found = fit(problem.predictor(()), torque, problem.weights, problem.bounds(()), base.parameters)
         gains.append(fit_terms_to(problem, found, torque - found.prediction.torque)[0].gain)
