@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis import diagnose_record
+from reefmu.diagnosis.analysis import Analysis
 from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
@@ -19,8 +20,11 @@ from reefmu.diagnosis.inference.tolerance_curve import (
     population_deviations,
     weights_of_curve_within_tolerance,
 )
-from reefmu.diagnosis.preparation import prepare_problem
+from reefmu.diagnosis.pipeline import analyse
+from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
+from reefmu.diagnosis.probabilities.assessment import stated_sizes
+from reefmu.diagnosis.probabilities.hypothesis_table import hypothesis_table
 from reefmu.diagnosis.random_effects.curve_columns import CURVE_DEGREE
 from reefmu.diagnosis.schema import Diagnosis
 from reefmu.model.contacts.tables import cached_lookup
@@ -115,6 +119,16 @@ def test_a_curve_that_deviates_within_the_tolerances_is_reported() -> None:
     assert found.sentence.endswith("modulus or tolerance.")
     deviation = float(re.findall(r"the curve deviates by ([\d.]+) N\.m", found.sentence)[0])
     assert deviation == pytest.approx(np.sqrt(np.mean((bent.output_torque - torque) ** 2)), rel=0.2)
+
+
+def test_nothing_missing_stands_for_a_curve_within_tolerance() -> None:
+    record = rig.measured({}, noise=0.3, seed=3)
+    stiffer = replace(record, output_torque=1.02 * record.output_torque)
+    found = analyse(stiffer, BaseCurveSource(rig.drive()))
+    assert isinstance(found, Analysis)
+    rows = hypothesis_table(found.evidence, stated_sizes(found.evidence.problem))
+    nothing = next(row for row in rows if not row.effects and not row.unnamed)
+    assert nothing.off_curve
 
 
 def test_the_modulus_that_would_make_a_deviation_is_told_within_the_tolerances() -> None:

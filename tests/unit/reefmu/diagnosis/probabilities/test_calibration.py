@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -68,3 +69,11 @@ def test_more_effects_and_something_unnamed_cost_probability() -> None:
 
 def test_they_are_hypotheses_of_the_schema() -> None:
     assert probabilities([make_row(CREEP, True, 3.0)]) == (Hypothesis(("creep",), True, 1.0),)
+
+
+def test_a_mean_drive_s_curve_that_would_have_to_be_off_is_less_likely() -> None:
+    drawn = make_row(NOTHING, False, 1.0)
+    off = replace(drawn, off_curve=True)
+    as_drawn, as_off = (h.probability for h in probabilities((drawn, off)))
+    assert math.log(as_off / as_drawn) == pytest.approx(CALIBRATED.off_curve)
+    assert CALIBRATED.off_curve < 0
