@@ -45,7 +45,7 @@ class HypothesisWeights:
 
 
 CALIBRATED = HypothesisWeights(0.62, -2.63, 0.62, -2.18, -1.6)
-"""Fitted as `tests/benchmarks/diagnosis/calibrate_probabilities.py` does: the first four to 179 of its records as the
+"""Fitted as `tests/benchmarks/probabilities/calibrate_probabilities.py` does: the first four to 179 of its records as the
 version before saw them, the last beside these four to 180 of them on half as many blocks, where all fitted anew the
 first two came out within 0.05 of these. Log odds fall with small differences of the log evidence, and with the root of
 large ones, as a covariance that is wrong in unknown directions makes them: the root is better than the powers 0.7 and

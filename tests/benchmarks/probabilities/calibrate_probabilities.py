@@ -1,6 +1,6 @@
 """Fits the weights of `reefmu.diagnosis.probabilities.calibration` to simulated records, and shows how well they hold.
 
-Run as `python tests/benchmarks/diagnosis/calibrate_probabilities.py --workers 2 --out rows.json`; with `--rows
+Run as `python tests/benchmarks/probabilities/calibrate_probabilities.py --workers 2 --out rows.json`; with `--rows
 rows.json` only the weights are fitted. The records are those of the blind catalogue (tests/validation/blind): one in
 four as drawn there, mostly of mean drives, the others of individuals whose bores and lobes deviate in place, with a
 torque that is read late and noise with an autocorrelation of up to 0.97. Half of these records are there once more with
