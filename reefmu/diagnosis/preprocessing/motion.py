@@ -24,9 +24,6 @@ friction it leaves less residual than the median of all runs in 13, by up to 30 
 REVERSAL_DEVIATIONS = 8.0
 """Return of an angle, in standard deviations of its noise, that makes a reversal. Chosen by judgement, above the range
 of about 6 that some hundred samples of white noise span."""
-MAX_REVERSAL_SHARE = 0.05
-"""Upper limit of that return over the whole range of the angle. Chosen by judgement, so that loops of small amplitude
-keep their reversals."""
 MIN_DWELL = 12
 """Samples near a reversal from which on the angle stood still there and its level is their median. Chosen by
 judgement."""
@@ -76,7 +73,7 @@ def turning_points(angle: Array, least: float) -> list[int]:
 
 def monotone_path(angle: Array, noise: float) -> Array:
     """Path (n,), rad, of an angle of one run without the oscillation of its noise (standard deviation, rad)."""
-    least = min(REVERSAL_DEVIATIONS * noise, MAX_REVERSAL_SHARE * float(np.ptp(angle)))
+    least = REVERSAL_DEVIATIONS * noise
     if least <= 0 or len(angle) < 3:
         return angle.copy()
     points = turning_points(angle, least)

@@ -42,6 +42,15 @@ def test_noise_does_not_lengthen_the_path(correlation: float) -> None:
     assert speed[5:20] == pytest.approx(1 / 0.29, rel=0.25)
 
 
+@pytest.mark.parametrize("samples", [40, 300, 3000])
+def test_an_angle_that_stands_still_has_no_path(samples: int) -> None:
+    """Of a run that is all noise, whose range is that of the noise, as of one that moves as well."""
+    angle = 0.3 + 0.005 * np.random.default_rng(2).standard_normal(samples)
+    path = monotone_path(angle, 0.005)
+    assert np.abs(np.diff(path)).sum() < 4 * 0.005
+    assert np.mean(np.diff(path) == 0) > 0.8
+
+
 def test_a_ripple_is_no_noise() -> None:
     """Two of three runs hold a torque while the crank turns: their twist follows the elements, a period in 12 samples;
     in a fourth nothing moves and the last digit stands still."""
