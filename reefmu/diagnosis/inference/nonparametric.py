@@ -139,7 +139,8 @@ def possible_terms(problem: Problem, residual: Array) -> Iterator[NonparametricT
     yield _independent_of_torque("time, smoothly", splines(scaled, np.linspace(-1, 1, 7)))
     yield NonparametricTerm("time, by torque", _by_torque(splines(scaled, np.linspace(-1, 1, 5)), 2))
     yield _strongest_wave(problem, time, residual, lambda period: f"time, period {period:.3g} s")
-    twist = mean(trace.twist)
+    # Noise of the angles is a wave over a twist that holds it, wherever the twist stands still.
+    twist = mean(trace.smooth_twist)
     yield _strongest_wave(problem, twist, residual, lambda period: f"twist, period {period / ARCMIN:.3g} arcmin")
     yield from _terms_of_runs(problem, residual)
 
@@ -203,8 +204,10 @@ def _strongest_wave(
 ) -> NonparametricTerm:
     """The wave over x (n,) with the largest amplitude, of any period that the blocks resolve; coordinate: in words,
     from the period."""
-    step, span = max(float(np.median(np.abs(np.diff(x)))), 1e-9), max(float(np.ptp(x)), 1e-9)
-    highest = min(MAX_PERIODS / 2 / span, 0.4 / step)
+    way = np.abs(np.diff(x))[np.diff(problem.trace.run[problem.blocks.first]) == 0]
+    # The mean step over the way: blocks in which x stands still resolve no period.
+    step, span = float((way**2).sum() / max(way.sum(), 1e-300)), max(float(np.ptp(x)), 1e-9)
+    highest = min(MAX_PERIODS / 2 / span, 0.4 / max(step, 1e-9))
     frequency, n = _strongest_frequency(problem, x, residual, np.ones(len(x), bool), highest)
     return _independent_of_torque(coordinate(1 / frequency), wave(2 * np.pi * frequency * x), n)
 
