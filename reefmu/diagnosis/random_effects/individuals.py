@@ -30,7 +30,7 @@ def simulate_individuals(
     rng = np.random.default_rng(np.random.SeedSequence([seed, len(scatter.twist)]))
     n, rows = drive.elements, drive.eccentrics
     share = {part: np.sqrt(v) for part, v in r.shares.items()}
-    mean, block = mean_torque(scatter), scatter.motion.block
+    mean, twist = mean_torque(scatter), scatter.motion.twist_from(scatter.twist)
     even = even_seats(drive)
     found = np.empty((count, len(scatter.twist)))
     for number in range(count):
@@ -50,8 +50,8 @@ def simulate_individuals(
         met = lobe[point, element]
         z = of_element[element] + of_lobe[met]
         lead = (1 - 1 / drive.ratio) * lobe_angle[met] - bore_angle[element]
-        torque = inside[point, element] * _single(scatter, scatter.twist[block[point]] + lead, beta[point, element], z)
-        of_points = np.bincount(point, torque, len(block)).astype(float)
+        torque = inside[point, element] * _single(scatter, twist[point] + lead, beta[point, element], z)
+        of_points = np.bincount(point, torque, len(twist)).astype(float)
         found[number] = scatter.motion.mean(of_points) - mean
     return found
 
@@ -60,7 +60,7 @@ def mean_torque(scatter: Scatter) -> Array:
     """(n,) N.m, torque of the mean drive from the same tables, averaged over deviations and positions."""
     r, drive = scatter.responses, scatter.drive
     curve = drive.elements / (2 * np.pi) * np.trapezoid(r.at_clearance(0.0)["mean"], r.position, axis=1)
-    return np.interp(scatter.twist, r.twist, curve)
+    return scatter.motion.mean(np.interp(scatter.motion.twist_from(scatter.twist), r.twist, curve))
 
 
 def _single(scatter: Scatter, twist: Array, beta: Array, z: Array) -> Array:

@@ -59,8 +59,8 @@ class Scatter:
         """
         if twist is not self.twist:
             return self._moved(twist).columns_at(twist, clearance)
-        block = self.motion.block
-        clearance, twist = np.broadcast_to(np.asarray(clearance, float), twist.shape)[block], twist[block]
+        clearance = np.broadcast_to(np.asarray(clearance, float), twist.shape)[self.motion.block]
+        twist = self.motion.twist_from(twist)
         responses = self._responses(twist, clearance, self.responses.tables)
         responses |= self._displaced(twist, clearance, responses["mean"])
         average = self._averages(twist, clearance)
@@ -169,7 +169,7 @@ class Scatter:
         _, angle = place_deviations(self.drive)
         motion = self.motion
         index = (self._positions[1] + n_lobes * motion.block[:, None]).ravel()
-        part = (1 / motion.count)[motion.block][:, None]
+        part = motion.weight[:, None]
         return [
             np.bincount(index, (part * v).ravel(), n_lobes * n).astype(float).reshape(n, n_lobes).T
             for v in (

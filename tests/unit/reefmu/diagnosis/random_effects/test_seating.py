@@ -15,6 +15,7 @@ from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.forward.parameter_layout import DELAY
 from reefmu.diagnosis.preparation import prepare_problem, with_scatter_beside
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
+from reefmu.diagnosis.random_effects.curve_columns import curve_columns
 from reefmu.diagnosis.random_effects.element_motion import (
     at_blocks,
     element_motion,
@@ -151,18 +152,38 @@ def test_a_twist_at_a_locked_crank_moves_the_elements() -> None:
     assert np.ptp(motion.rotation) > 2 * np.pi / drive.elements
 
 
-def test_where_the_crank_turns_fast_every_sample_is_a_point() -> None:
-    """A sample sees the elements at one instant; few samples of a fast turn do not average over all positions."""
+@pytest.mark.parametrize("full", [True, False])
+def test_the_covariance_of_blocks_is_that_of_their_samples(full: bool) -> None:
+    """A sample sees the elements and the twist at one instant, whether the crank turns fast or stands: few samples of a
+    fast turn do not average over all positions."""
+    drive = _drive(29)
+    trace = make_trace(rig.protocol(full=full), drive.ratio)
+
+    def covariance(samples: int) -> np.ndarray:
+        blocks = make_blocks(trace, samples)
+        motion, twist = element_motion(drive, trace, blocks), blocks.mean(trace.smooth_twist)
+        columns, _ = Scatter(drive, element_responses(drive), motion, twist).columns_at(twist)
+        # The curve as a whole deviates by as much as the other columns do, which need not be alike.
+        columns = columns[: -len(curve_columns(np.zeros(len(twist)), columns))]
+        blocks = make_blocks(trace, 10)
+        if samples == 1:
+            columns = np.add.reduceat(columns, blocks.first, axis=1) / blocks.count
+        return columns.T @ columns
+
+    exact = covariance(1)
+    assert np.linalg.norm(covariance(10) - exact) < 0.01 * np.linalg.norm(exact)
+
+
+def test_motion_in_some_blocks_is_that_of_their_parts() -> None:
     drive = _drive(29)
     trace = make_trace(rig.protocol(), drive.ratio)
     blocks = make_blocks(trace, 4)
     motion = element_motion(drive, trace, blocks)
-    turning = motion.count > 1
-    assert turning.any()
-    assert not turning.all()
-    assert np.array_equal(motion.count[turning], blocks.count[turning])
+    assert motion.count.min() == 1
+    assert motion.count.max() == 4
     assert np.allclose(motion.mean(motion.rotation), blocks.mean(trace.output * (drive.ratio - 1)), atol=0.01)
-    few = np.flatnonzero(turning)[:5]
+    assert np.allclose(motion.mean(motion.twist), 0.0, atol=1e-12)
+    few = np.flatnonzero(motion.count > 1)[:5]
     part = at_blocks(motion, few)
     assert np.allclose(part.mean(part.rotation), motion.mean(motion.rotation)[few])
 
