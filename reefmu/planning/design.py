@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
+from scipy.special import logit, ndtri
 
 from stiffness_model.numerics.arrays import Array
 
-from ..diagnosis.discrimination.predicted_isolability import NAMED, PRIOR_ODDS
+from ..diagnosis.calibrated_odds import CALIBRATED, NAMED, least_evidence
 from ..diagnosis.discrimination.rival_hypotheses import RivalHypothesis, separations
 from .information import PieceInformation, total_information
 from .protocols.motion_pieces import Piece
@@ -63,14 +63,14 @@ def wanted_separations(power: float) -> tuple[float, float]:
     """Squared separations, from nothing and from a rival, at which an effect is named with this probability.
 
     The log Bayes factor of two simple hypotheses at a squared separation q is Gaussian with mean q/2 and variance q; it
-    must exceed the threshold, with its prior odds, with the probability `power`.
+    must exceed what the calibrated odds of a name take, with the probability `power`.
 
     >>> [round(q, 1) for q in wanted_separations(0.9)]
-    [29.9, 16.2]
+    [96.0, 12.0]
     """
     z = float(ndtri(power))
-    odds = NAMED / (1 - NAMED)
-    thresholds = (np.log(odds / PRIOR_ODDS) + OCCAM, np.log(odds))
+    odds = float(logit(NAMED))
+    thresholds = (least_evidence(odds - CALIBRATED.effect) + OCCAM, least_evidence(odds))
     against_nothing, against_rival = ((z + np.sqrt(z**2 + 2 * t)) ** 2 for t in thresholds)
     return float(against_nothing), float(against_rival)
 

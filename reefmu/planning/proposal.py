@@ -7,7 +7,6 @@ import numpy as np
 from stiffness_model.errors import InputError
 
 from ..diagnosis.analysis import Analysis, ProposedExperiment
-from ..diagnosis.discrimination.predicted_isolability import NAMED
 from ..diagnosis.hypotheses import listed
 from ..diagnosis.schema import Diagnosis
 from ..model.contacts.tables import cached_lookup
@@ -15,8 +14,8 @@ from .next_experiment import NextProtocol, next_protocol, rig_of_record
 from .plan_report.protocol_table import protocol_csv
 from .protocols.schedule import duration_text
 
-OPEN = 1 - NAMED
-"""Probability from which an explanation is still open: what is left beside one that is named."""
+OPEN = 0.05
+"""Probability from which an explanation is still open, one case in twenty; chosen by judgement."""
 MAX_RIVALS = 4
 """Explanations that are told apart at most, the likeliest of them, to bound the time."""
 DECISIVE = 0.5

@@ -3,7 +3,7 @@
 The score statistics of all hypotheses are jointly Gaussian, with the information matrix of their columns as covariance
 and its product with the true trace as mean. A Monte Carlo simulation therefore draws a few numbers instead of a record.
 A hypothesis' evidence is its marginal likelihood over Gaussian priors on its amplitudes, in closed form, averaged over
-its variants; a hypothesis is named where its posterior probability is large.
+its variants; probabilities follow from it as in the diagnosis, and a hypothesis is named as there.
 """
 
 from __future__ import annotations
@@ -17,13 +17,10 @@ from scipy.special import log_ndtr, logsumexp
 
 from stiffness_model.numerics.arrays import Array
 
+from ..calibrated_odds import NAMED, log_odds
 from .effect_columns import Variant
 from .rival_hypotheses import RivalHypothesis
 
-PRIOR_ODDS = 1 / 20
-"""Prior odds of each effect against its absence: of some 17 effects about one is expected in a drive that is tested."""
-NAMED = 0.95
-"""Posterior probability from which the diagnosis names a hypothesis, as in its verdict."""
 SIZES = tuple(float(x) for x in 10.0 ** np.linspace(-2.0, 1.0, 13))
 """Sizes, over the typical ones, at which the probability of a name is computed: a factor of 1.8 apart, interpolated."""
 DRAWS, DRAWS_BY_SIZE = 100, 40
@@ -80,12 +77,14 @@ def isolability(
     values, vectors = np.linalg.eigh(information)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     evidence = [_Evidence(information, h) for h in candidates]
+    count = np.array([0, *(len(h.names) for h in candidates)])
 
     def names(traces: Array) -> NDArray[np.intp]:
         """(d,) name, an index of the candidates or their number for none, for one draw of each true trace (d, k)."""
         scores = traces @ information + rng.standard_normal(traces.shape) @ root.T
-        log = np.stack([np.zeros(len(traces)), *(e.log_posterior_odds(scores) for e in evidence)], axis=1)
-        log_posterior = log[:, 1:] - np.asarray(logsumexp(log, axis=1, keepdims=True))
+        log = np.stack([np.zeros(len(traces)), *(e.log_evidence(scores) for e in evidence)], axis=1)
+        odds = log_odds(log.max(axis=1, keepdims=True) - log, count)
+        log_posterior = odds[:, 1:] - np.asarray(logsumexp(odds, axis=1, keepdims=True))
         best = log_posterior.argmax(axis=1)
         return np.where(log_posterior[np.arange(len(best)), best] >= np.log(NAMED), best, len(candidates))
 
@@ -123,16 +122,15 @@ def mean_isolability(found: Sequence[PredictedIsolability]) -> PredictedIsolabil
 
 
 class _Evidence:
-    """Log posterior odds of one hypothesis against nothing, for many draws of the scores."""
+    """Log evidence of one hypothesis over that of nothing, for many draws of the scores."""
 
     def __init__(self, information: Array, hypothesis: RivalHypothesis) -> None:
-        self._prior = len(hypothesis.names) * float(np.log(PRIOR_ODDS))
         self._parts = [_Marginal.of(information, parts) for parts in hypothesis.variants]
 
-    def log_posterior_odds(self, scores: Array) -> Array:
+    def log_evidence(self, scores: Array) -> Array:
         """(d,) for scores (d, k)."""
         log = np.stack([part.log_evidence(scores) for part in self._parts])
-        return self._prior + np.asarray(logsumexp(log, axis=0)) - np.log(len(self._parts))
+        return np.asarray(logsumexp(log, axis=0)) - np.log(len(self._parts))
 
 
 @dataclass(frozen=True)

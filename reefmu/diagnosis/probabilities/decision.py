@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ..calibrated_odds import NAMED
 from ..estimation.least_squares import HELD_SIZE, Fit
 from ..estimation.residuals import remainder
 from ..estimation.search import restrict_fit
@@ -14,9 +15,6 @@ from ..inference.nonparametric import TermFit
 from ..inference.tolerance_curve import CurveDeviation, curve_deviation
 from .hypothesis_table import Row
 
-NAMED = 0.6
-"""Probability from which effects are named. A wrong name is taken to cost as much as one and a half records that are
-left undecided, so that naming pays where it is wrong in less than two cases of five; chosen by judgement."""
 NOTHING = 0.5
 """Probability from which nothing is said to be missing: to miss something is taken to cost as much as a record that is
 left undecided; chosen by judgement."""

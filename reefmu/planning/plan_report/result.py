@@ -7,20 +7,17 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from scipy.special import ndtri
-
-from ...diagnosis.discrimination.predicted_isolability import NAMED, PRIOR_ODDS
 from ...effects import find_effect
 from ...effects.base import Requirement
 from ..checked_choice import Ended
+from ..design import wanted_separations
 from ..protocols.schedule import duration_text
 from ..remedies import Remedy
 from ..shortest_plan import Plan
 
 SCHEMA = 1
-DETECTION_ERRORS = math.sqrt(2 * math.log(NAMED / (1 - NAMED) / PRIOR_ODDS)) + float(ndtri(NAMED))
-"""Standard errors from which an effect is detected with the probability `NAMED` where it has no rival: 3.4 from its
-prior odds to the posterior probability at which it is named, and 1.6 for the probability."""
+DETECTED = 0.95
+"""Probability with which an effect without rivals is detected from its detection limit on."""
 COLUMN_SENSORS = {
     Requirement.TEMPERATURE: "a sensor of the drive's temperature",
     Requirement.CRANK_ANGLE: "an encoder at a crank whose angle can be set",
@@ -46,6 +43,7 @@ class Limit:
 def limits(plan: Plan) -> list[Limit]:
     """The limits of every effect of interest."""
     found: list[Limit] = []
+    errors = math.sqrt(wanted_separations(DETECTED)[0])
     for k, name in enumerate(plan.isolability.true):
         key = next(key for key in plan.sizes if key.startswith(name + "."))
         parameter = next(p for p in find_effect(name).parameters if f"{name}.{p.name}" == key)
@@ -56,7 +54,7 @@ def limits(plan: Plan) -> list[Limit]:
                 parameter.name,
                 parameter.unit,
                 typical,
-                DETECTION_ERRORS * float(plan.isolability.standard_error[k]) * typical,
+                errors * float(plan.isolability.standard_error[k]) * typical,
                 None if from_size is None else from_size * typical,
                 plan.isolability.named_right(name),
             )

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
+from reefmu.diagnosis.calibrated_odds import CALIBRATED, NAMED, least_evidence
 from reefmu.diagnosis.discrimination.effect_columns import Variant
 from reefmu.diagnosis.discrimination.predicted_isolability import isolability
 from reefmu.diagnosis.discrimination.rival_hypotheses import RivalHypothesis
@@ -70,6 +72,18 @@ def test_strong_separate_columns_are_named() -> None:
     assert limit is not None
     # About sqrt(wanted separation) standard errors of 1/20.
     assert 0.5 < limit / (np.sqrt(wanted_separations(0.9)[0]) / 20) < 1.6
+
+
+@pytest.mark.parametrize("separation", [7.0, 9.0, 11.0])
+def test_an_effect_alone_is_named_where_the_diagnosis_would(separation: float) -> None:
+    """One effect against nothing: its log evidence, s^2 / 2 (I + 1) - ln(I + 1) / 2 for a score s of mean and variance
+    I, must reach what the calibrated odds of a name take."""
+    information = separation**2
+    found = isolability(np.array([[information]]), PAIR[:1], PAIR[:1], sizes=(), draws=(20000, 0))
+    least = least_evidence(np.log(NAMED / (1 - NAMED)) - CALIBRATED.effect)
+    score = np.sqrt((information + 1) * (2 * least + np.log(information + 1)))
+    sides = norm.cdf((np.array([-score, score]) - information) / separation)
+    assert found.named_right("creep") == pytest.approx(1 + sides[0] - sides[1], abs=0.01)
 
 
 def test_a_design_reaches_what_all_pieces_reach(setting: Setting) -> None:

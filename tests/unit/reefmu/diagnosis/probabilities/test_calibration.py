@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from reefmu.diagnosis.calibrated_odds import CALIBRATED, log_odds
 from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE
 from reefmu.diagnosis.hypotheses import Hypothesis
-from reefmu.diagnosis.probabilities.calibration import CALIBRATED, probabilities
+from reefmu.diagnosis.probabilities.calibration import probabilities
 from reefmu.diagnosis.probabilities.hypothesis_table import Row
 from tests.unit.reefmu.diagnosis.probabilities.conftest import make_row
 
@@ -48,6 +50,14 @@ def test_odds_follow_the_weights() -> None:
     rows[1] = make_row(CREEP | WEAR, False, 20.0, scatter=3 * INDIVIDUAL_SIZE)
     odds *= 3**-CALIBRATED.scatter_size
     assert probability(rows, CREEP) == pytest.approx(odds / (1 + odds))
+
+
+def test_predictions_have_the_odds_of_the_diagnosis() -> None:
+    evidence = {NOTHING: 3.0, CREEP: 40.0, CREEP | WEAR: 45.0}
+    found = probabilities([make_row(names, False, log) for names, log in evidence.items()])
+    below = max(evidence.values()) - np.array([*evidence.values()])
+    share = np.exp(log_odds(below, np.array([0, 1, 2])))
+    assert np.allclose([h.probability for h in found], share / share.sum())
 
 
 def test_something_unnamed_is_likelier_the_larger_it_is() -> None:

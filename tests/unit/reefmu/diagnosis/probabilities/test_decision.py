@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from reefmu.diagnosis.calibrated_odds import NAMED
 from reefmu.diagnosis.hypotheses import Hypothesis
 from reefmu.diagnosis.inference.evidence import Evidence
 from reefmu.diagnosis.inference.nonparametric import NonparametricTerm, TermFit, curve_over_torque
 from reefmu.diagnosis.inference.tolerance_curve import CurveDeviation
 from reefmu.diagnosis.probabilities.decision import (
     CREDIBLE,
-    NAMED,
     UNNAMED,
     Conclusion,
     conclude,
