@@ -21,7 +21,7 @@ from .inference.evidence import Evidence
 from .inference.isolability import Isolability, isolability
 from .losses.crank_losses import CRANK_FRICTION, LAW, crank_losses, with_losses
 from .losses.stated_friction import friction_inside, without_stated_friction
-from .preparation import BaseCurveSource, prepare_problem, with_scatter_beside
+from .preparation import BaseCurveSource, prepare_problem, with_individuals, with_scatter_beside
 from .preprocessing.audit import Audit, audit
 from .preprocessing.trace import make_trace
 from .probabilities.assessment import assess, record_isolability
@@ -128,7 +128,7 @@ def _collect_evidence(problem: Problem, report: Progress, executor: Executor | N
         whole = several_effects(
             pool, evidence.search, MAX_EFFECTS, lambda stage, share: report(stage, 0.2 + 0.7 * share)
         )
-    return replace(evidence, search=whole), isolated
+    return replace(evidence, problem=with_individuals(evidence.problem), search=whole), isolated
 
 
 def _single_effects(problem: Problem, executor: Executor | None) -> tuple[Evidence, Isolability]:

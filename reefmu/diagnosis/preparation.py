@@ -76,7 +76,7 @@ class BaseCurveSource:
 
 
 def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
-    """The problem with all candidates that the record's columns allow."""
+    """The problem with all candidates that the record's columns allow, without simulated individuals of a drawing."""
     slope = _slope(trace, base)
     noise = estimate_noise(trace, slope)
     blocks = search_blocks(trace)
@@ -118,8 +118,14 @@ def with_scatter_beside(problem: Problem, found: Fit) -> Problem:
         if other is best:
             break
         best = other
-    assert isinstance(best.scatter, Scatter)
-    return best if best is problem else replace(best, individuals=simulate_individuals(best.scatter))
+    return best
+
+
+def with_individuals(problem: Problem) -> Problem:
+    """The problem with simulated individuals of its population, where a drawing states tolerances."""
+    if not isinstance(problem.scatter, Scatter):
+        return problem
+    return replace(problem, individuals=simulate_individuals(problem.scatter))
 
 
 def _likelier(problem: Problem, found: Fit, scatter: Scatter) -> tuple[Problem, Fit]:
@@ -148,7 +154,7 @@ def _with_scatter(problem: Problem, without_effects: Fit) -> Problem:
         return problem
     start = Scatter(base.drive, element_responses(base.drive), element_motion(base.drive, trace, blocks), twist)
     scatter = with_likeliest_seating(problem, start, without_effects)
-    return replace(_with_weights(problem, scatter), individuals=simulate_individuals(scatter))
+    return _with_weights(problem, scatter)
 
 
 def _with_weights(problem: Problem, scatter: ToleranceScatter) -> Problem:

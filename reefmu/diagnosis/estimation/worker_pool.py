@@ -56,7 +56,7 @@ def open_pool(problem: Problem, executor: Executor | None) -> Generator[WorkerPo
         return
     with scratch_folder() as folder:
         file = folder / "problem"
-        sent = replace(problem, scatter=None, weights_cache=[], individuals=problem.individuals[:0])
+        sent = replace(problem, scatter=None, weights_cache=[])
         file.write_bytes(pickle.dumps(sent))
         yield WorkerPool(problem, executor, str(file))
 

@@ -15,7 +15,7 @@ from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.estimation.weighting import MEAN_DRIVE_SIZE
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.inference.nonparametric import fit_terms
-from reefmu.diagnosis.preparation import prepare_problem
+from reefmu.diagnosis.preparation import prepare_problem, with_individuals
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.record import Record
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.slow
 
 def problem_of(record: Record) -> Problem:
     trace = make_trace(record, rig.drive().ratio)
-    return prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))
+    return with_individuals(prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive()))))
 
 
 def softer_when_warm(record: Record) -> Array:

@@ -12,7 +12,7 @@ from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
-from reefmu.diagnosis.preparation import prepare_problem
+from reefmu.diagnosis.preparation import prepare_problem, with_individuals
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.model.contacts.tables import cached_lookup
 from tests import diagnosis_rig as rig
@@ -26,7 +26,7 @@ def problem() -> Problem:
     record = rig.measured({}, noise=0.3, seed=3)
     trace = make_trace(record, rig.drive().ratio)
     base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
-    mean_drive = prepare_problem(record, trace, base)
+    mean_drive = with_individuals(prepare_problem(record, trace, base))
     scatter = np.repeat(mean_drive.individuals[5], mean_drive.blocks.count.astype(int))
     record = replace(record, output_torque=record.output_torque + scatter)
     return prepare_problem(record, make_trace(record, rig.drive().ratio), base)

@@ -21,7 +21,7 @@ from reefmu.diagnosis.inference.tolerance_curve import (
     weights_of_curve_within_tolerance,
 )
 from reefmu.diagnosis.pipeline import analyse
-from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
+from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem, with_individuals
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.probabilities.assessment import stated_sizes
 from reefmu.diagnosis.probabilities.hypothesis_table import hypothesis_table
@@ -38,7 +38,7 @@ pytestmark = pytest.mark.slow
 def problem() -> Problem:
     record = rig.measured({}, noise=0.3, full=False)
     base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
-    return prepare_problem(record, make_trace(record, rig.drive().ratio), base)
+    return with_individuals(prepare_problem(record, make_trace(record, rig.drive().ratio), base))
 
 
 def with_residual(rest: Array) -> tuple[Problem, Fit]:

@@ -10,7 +10,7 @@ import pytest
 from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.inference.simulated_records import simulate_noise
-from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
+from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem, with_individuals
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.probabilities.goodness_of_fit import (
     N_RECORDS,
@@ -53,7 +53,7 @@ def individual() -> tuple[Problem, Fit]:
     """The problem of a drawing's record, weighted as that of an individual, and the fit without effects."""
     record = rig.measured({}, noise=0.5, seed=21)
     trace = make_trace(record, rig.drive().ratio)
-    problem = prepare_problem(record, trace, BaseCurveSource(rig.drive()).base_curve(trace))
+    problem = with_individuals(prepare_problem(record, trace, BaseCurveSource(rig.drive()).base_curve(trace)))
     assert isinstance(problem.scatter, Scatter)
     return problem, problem.fit_from((), problem.start(0.0), problem.weights)
 

@@ -10,7 +10,7 @@ import pytest
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
-from reefmu.diagnosis.preparation import prepare_problem
+from reefmu.diagnosis.preparation import prepare_problem, with_individuals
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
 from reefmu.diagnosis.random_effects.curve_columns import CURVE_DEGREE
 from reefmu.diagnosis.random_effects.element_motion import element_motion
@@ -33,7 +33,7 @@ def scatter() -> Scatter:
 
 def _problem(record: Record) -> Problem:
     trace = make_trace(record, rig.drive().ratio)
-    return prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))
+    return with_individuals(prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive()))))
 
 
 def test_the_random_effects_have_the_variance_of_individuals(scatter: Scatter) -> None:
