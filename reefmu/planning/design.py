@@ -66,7 +66,7 @@ def wanted_separations(power: float) -> tuple[float, float]:
     must exceed what the calibrated odds of a name take, with the probability `power`.
 
     >>> [round(q, 1) for q in wanted_separations(0.9)]
-    [96.0, 12.0]
+    [96.7, 12.6]
     """
     z = float(ndtri(power))
     odds = float(logit(NAMED))

@@ -62,7 +62,8 @@ def test_a_choice_of_pieces_is_as_informative_as_its_own_record(setting: Setting
 
 def test_a_clearance_is_no_easier_to_see_in_the_library_than_in_a_record(setting: Setting) -> None:
     """The tolerances of an individual act as a clearance, wherever the first guess of the twist's zero was: loops at
-    five angles and rotation separate it as far in the library as in records of individuals."""
+    five angles and rotation separate it no farther in the library than in records of individuals. The blocks of the
+    library's record have three samples, over which its step at zero torque is averaged: it is separated less far."""
     sets = [("backlash",)]
     candidates = setting.candidates(setting.rig, sets, sets)
     loops = [setting.library.index(p) for p in setting.library if p.label.startswith("loops to 100 %")][1:6]
@@ -74,7 +75,7 @@ def test_a_clearance_is_no_easier_to_see_in_the_library_than_in_a_record(setting
         held = separations(
             record_information(s, rig_noise(setting.rig, setting.drive.ratio)), *[make_hypotheses(s, sets)] * 2
         )
-        assert float(held[0][:, 0].min()) == pytest.approx(promised, rel=0.2), seed
+        assert 0.7 < promised / float(held[0][:, 0].min()) < 1.1, seed
 
 
 def test_the_covariance_is_that_of_the_diagnosis(setting: Setting) -> None:
