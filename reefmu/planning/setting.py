@@ -10,7 +10,7 @@ import numpy as np
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.numerics.arrays import Array
 
-from ..diagnosis.discrimination.effect_columns import Sensitivities, individual_information, sensitivities
+from ..diagnosis.discrimination.effect_columns import Sensitivities, information_under, sensitivities
 from ..diagnosis.discrimination.predicted_isolability import PredictedIsolability, isolability, mean_isolability
 from ..diagnosis.discrimination.rival_hypotheses import make_hypotheses, separations
 from ..diagnosis.probabilities.typical_sizes import typical_sizes
@@ -112,7 +112,7 @@ def check_schedule(
     for seed in PROTOCOL_SEEDS:
         problem, fit = record_problem(drive, measured_record(drive, rig, schedule, seed, individual=own))
         columns = sensitivities(problem, fit, setting.sizes, setting.names)
-        information = individual_information(columns) if own else record_information(columns, noise)
+        information = information_under(columns, fit.weighting) if own else record_information(columns, noise)
         sets = make_hypotheses(columns, true), make_hypotheses(columns, rivals)
         found.append(isolability(information, *sets, seed=seed))
         apart.append(separations(information, *sets))

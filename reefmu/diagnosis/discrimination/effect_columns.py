@@ -19,8 +19,6 @@ from ..estimation.problem import Problem
 from ..estimation.score_test import Direction, absorbing_basis, linearise
 from ..estimation.weighting import Weighting
 
-INDIVIDUAL = 1.0
-"""Size of the scatter of an individual drive of the population, which every real drive is."""
 SHAPE_STEP = 0.7
 """Change of the logarithm of a time, length or speed that its column stands for. Chosen by judgement: the values from
 which the diagnosis starts are about 2 apart, so that no true one is farther than 1 from one of them."""
@@ -197,11 +195,6 @@ def draw_parameters(variants: Sequence[Direction], sizes: Mapping[str, float], d
     sign = 1.0 - 2.0 * (draw % 2) if p.minimum < p.neutral else 1.0
     values[chosen] = np.clip(sign * sizes[f"{name}.{p.name}"], p.minimum, p.maximum)
     return values, float(values[chosen])
-
-
-def individual_information(s: Sensitivities) -> Array:
-    """(k, k) information of the columns under the diagnosis' whole covariance of an individual."""
-    return information_under(s, s.problem.weights.with_size(INDIVIDUAL))
 
 
 def information_under(s: Sensitivities, weights: Weighting) -> Array:

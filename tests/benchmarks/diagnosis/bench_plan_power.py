@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
 
 from reefmu.cli import BLAS_THREADS
 from reefmu.diagnosis import diagnose_record
-from reefmu.diagnosis.discrimination.effect_columns import draw_parameters, individual_information, sensitivities
+from reefmu.diagnosis.discrimination.effect_columns import draw_parameters, information_under, sensitivities
 from reefmu.diagnosis.discrimination.predicted_isolability import PredictedIsolability, isolability
 from reefmu.diagnosis.discrimination.rival_hypotheses import make_hypotheses
 from reefmu.diagnosis.estimation.score_test import linearise
@@ -127,7 +127,7 @@ def predicted(drive: Drive, plan: Plan, schedule: Schedule) -> PredictedIsolabil
     sets = [(name,) for name in plan.interest]
     rivals = [(name,) for name in plan.isolability.names]
     return isolability(
-        individual_information(columns), make_hypotheses(columns, sets), make_hypotheses(columns, rivals)
+        information_under(columns, fit.weighting), make_hypotheses(columns, sets), make_hypotheses(columns, rivals)
     )
 
 

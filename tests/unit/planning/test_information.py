@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.discrimination.effect_columns import individual_information, sensitivities
+from reefmu.diagnosis.discrimination.effect_columns import information_under, sensitivities
 from reefmu.diagnosis.discrimination.rival_hypotheses import make_hypotheses, separations
 from reefmu.planning.design import Candidates
 from reefmu.planning.diagnosis_link import record_problem
@@ -83,7 +83,7 @@ def test_the_covariance_is_that_of_the_diagnosis(setting: Setting) -> None:
     diagnosis estimates in this record."""
     record = measured_record(setting.drive, setting.rig, setting.whole, 1, individual=True)
     s = sensitivities(*record_problem(setting.drive, record), setting.sizes)
-    of_diagnosis = np.diag(individual_information(s))
+    of_diagnosis = np.diag(information_under(s, s.problem.weights.with_size(1.0)))
     noise = s.problem.noise
     ours = np.diag(record_information(s, RigNoise(noise.torque, noise.twist, correlation=0.0)))
     big = of_diagnosis > 1.0
