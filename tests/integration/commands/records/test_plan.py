@@ -65,15 +65,29 @@ def test_the_plan_of_the_tutorial_names_what_the_tutorial_promises(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    "effect",
+    [
+        "missing_ball",
+        pytest.param(
+            "backlash",
+            marks=pytest.mark.xfail(
+                reason="individuals differ by as much as a clearance of one tolerance: no run is predicted to help, "
+                "although diagnoses name it in three of five records",
+                strict=True,
+            ),
+        ),
+    ],
+)
 def test_a_longer_protocol_is_advised_where_time_is_short_and_names_what_the_short_one_does_not(
-    lookup: Lookup, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    effect: str, lookup: Lookup, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["plan", "drive_1", "--effects", "backlash", "--out", str(tmp_path / "plan"), "--minutes"]
+    words = ["plan", "drive_1", "--effects", effect, "--out", str(tmp_path / "plan"), "--minutes"]
     assert main([*words, "0.1"]) == 0
     short = capsys.readouterr().out
     assert re.search(r"in \d s name 0 of 1 effect ", short)
     assert "No further run that would help fits into the 6 s allowed." in short
-    assert "backlash cannot be reliably distinguished from no effect; a longer protocol on the same rig could" in short
+    assert f"{effect} cannot be reliably distinguished from no effect; a longer protocol on the same rig could" in short
     assert main([*words, "5"]) == 0
     assert "name 1 of 1 effect of typical size with a probability of 90 % or more. No further run is needed." in (
         capsys.readouterr().out
