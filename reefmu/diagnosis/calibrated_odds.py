@@ -45,8 +45,8 @@ left undecided, so that naming pays where it is wrong in less than two cases of 
 
 
 def flattened(below: Array | float) -> Array:
-    """Differences of the log evidence, any shape, as they count in log odds: themselves where they are small, halved,
-    and like their root where they are large."""
+    """Differences of the log evidence, of any shape, as they count in log odds: half of those that are small, and the
+    root of those that are large."""
     return np.sqrt(1.0 + np.asarray(below, float)) - 1.0
 
 

@@ -139,7 +139,7 @@ def possible_terms(problem: Problem, residual: Array) -> Iterator[NonparametricT
     yield _independent_of_torque("time, smoothly", splines(scaled, np.linspace(-1, 1, 7)))
     yield NonparametricTerm("time, by torque", _by_torque(splines(scaled, np.linspace(-1, 1, 5)), 2))
     yield _strongest_wave(problem, time, residual, lambda period: f"time, period {period:.3g} s")
-    # Noise of the angles is a wave over a twist that holds it, wherever the twist stands still.
+    # The measured twist holds the noise of the encoders, which the residual holds as well.
     twist = mean(trace.smooth_twist)
     yield _strongest_wave(problem, twist, residual, lambda period: f"twist, period {period / ARCMIN:.3g} arcmin")
     yield from _terms_of_runs(problem, residual)

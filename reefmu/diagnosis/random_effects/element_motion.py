@@ -33,8 +33,7 @@ class ElementMotion:
 
     rotation: (p,) rad, of that crank relative to the cage; twist: (p,) rad, less its mean over the block; weight: (p,),
     share of the part in the block's samples; offsets: (p, k) rad, rotation of single samples less that of the part,
-    infinite where it has fewer;
-    first: (n,), number of the first part of each block.
+    infinite where it has fewer than k; first: (n,), number of the first part of each block.
     """
 
     rotation: Array
