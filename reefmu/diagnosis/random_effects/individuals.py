@@ -51,8 +51,8 @@ def simulate_individuals(
         z = of_element[element] + of_lobe[met]
         lead = (1 - 1 / drive.ratio) * lobe_angle[met] - bore_angle[element]
         torque = inside[point, element] * _single(scatter, twist[point] + lead, beta[point, element], z)
-        of_points = np.bincount(point, torque, len(twist)).astype(float)
-        found[number] = scatter.motion.mean(of_points) - mean
+        of_parts = np.bincount(point, torque, len(twist)).astype(float)
+        found[number] = scatter.motion.mean(of_parts) - mean
     return found
 
 

@@ -94,7 +94,7 @@ class Scatter:
         return float(np.ptp(self.motion.rotation)) <= 2 * np.pi / self.drive.seats.seats
 
     def _responses(self, twist: Array, clearance: Array, names: Iterable[str], ahead: float = 0.0) -> dict[str, Array]:
-        """Responses (p, elements), N.m, at the points of the motion by the names of their tables, of elements that
+        """Responses (p, elements), N.m, in the parts of the motion by the names of their tables, of elements that
         stand `ahead`, rad, of their positions; twist, clearance: (p,)."""
         r = self.responses
         beta = self._positions[0] + ahead
@@ -112,7 +112,7 @@ class Scatter:
         return found
 
     def _at_clearances(self, clearance: Array) -> Iterator[tuple[NDArray[np.intp], dict[str, Array]]]:
-        """The points of nearly the same clearance, m, and the tables there."""
+        """The parts of nearly the same clearance, m, and the tables there."""
         r = self.responses
         level = np.round(clearance / max(CLEARANCE_BIN * r.deviation, 1e-12))
         for value in np.unique(level):
@@ -201,7 +201,7 @@ class Scatter:
         return self.motion.mean(shift.sum(axis=1))[None]
 
     def _averages(self, twist: Array, clearance: Array) -> Array:
-        """(2, p) N.m, torque of elements without deviations at the points of the motion, averaged over all positions:
+        """(2, p) N.m, torque of elements without deviations in the parts of the motion, averaged over all positions:
         in total, and by their position over the usable limit."""
         r, nodes = self.responses, self.responses.position / self.drive.usable_limit
         density = self.drive.elements / (2 * np.pi)
