@@ -28,8 +28,8 @@ def plan_html(plan: Plan) -> str:
         figure(
             plan_figures.matrix_figure(plan),
             "Probability, %, that the diagnosis names the effect of a column while that of a row is true at its "
-            "typical size, with random shape parameters, on an individual drive of the population. An upper bound: it "
-            "holds for laws and a covariance that are those of the model.",
+            "typical size, with random shape parameters, on an individual drive of the population. It holds "
+            "for laws and a covariance that are those of the model.",
         ),
         "<h2>Detection limits</h2>",
         figure(
