@@ -58,10 +58,10 @@ def log_odds(below: Array, effects: Array) -> Array:
     return CALIBRATED.effect * effects - CALIBRATED.evidence * flattened(below)
 
 
-def least_evidence(log_odds: float) -> float:
-    """Difference of the log evidence that gives some log odds, at least 0.
+def least_evidence(wanted: float) -> float:
+    """Difference of the log evidence that gives some log odds, 0 for those below 0.
 
     >>> round(CALIBRATED.evidence * float(flattened(least_evidence(3.0))), 6)
     3.0
     """
-    return (1.0 + max(log_odds, 0.0) / CALIBRATED.evidence) ** 2 - 1.0
+    return (1.0 + max(wanted, 0.0) / CALIBRATED.evidence) ** 2 - 1.0

@@ -46,7 +46,7 @@ def thin_trace(trace: Trace, blocks: Blocks) -> tuple[Trace, Blocks]:
         return trace, blocks
     number = np.repeat(np.arange(len(blocks.count)), blocks.count.astype(int))
     within = np.arange(len(trace)) - blocks.first[number]
-    parts = np.maximum(np.ceil(_spans(trace.crank, blocks) / CRANK_TRAVEL), PARTS)
+    parts = np.maximum(np.ceil(blocks.span(trace.crank) / CRANK_TRAVEL), PARTS)
     parts = np.where(_kept_blocks(trace, blocks, number), blocks.count, np.minimum(parts, blocks.count))
     part = np.floor(within * parts[number] / blocks.count[number])
     first = np.flatnonzero((within == 0) | (np.diff(part, prepend=0.0) != 0))
@@ -76,16 +76,11 @@ def thin_trace(trace: Trace, blocks: Blocks) -> tuple[Trace, Blocks]:
     return thinned, WeightedBlocks(np.searchsorted(first, blocks.first), blocks.count, weight)
 
 
-def _spans(signal: Array, blocks: Blocks) -> Array:
-    """(n_blocks,) greatest less least value of a signal (n,) in each block."""
-    return np.maximum.reduceat(signal, blocks.first) - np.minimum.reduceat(signal, blocks.first)
-
-
 def _kept_blocks(trace: Trace, blocks: Blocks, number: NDArray[np.intp]) -> NDArray[np.bool_]:
     """(n_blocks,), whether a block keeps all its samples. number: (n,) block of each sample."""
     kept = np.zeros(len(blocks.count), bool)
     for speed in (trace.output_speed, trace.twist_rate):
-        kept |= _spans(speed, blocks) > MAX_SPEED_CHANGE * np.abs(speed).max()
+        kept |= blocks.span(speed) > MAX_SPEED_CHANGE * np.abs(speed).max()
     kept[number[trace.start]] = True
     for path in (trace.smooth_twist, trace.crank, trace.output):
         direction = np.sign(np.where(trace.start, 0.0, np.diff(path, prepend=path[0])))

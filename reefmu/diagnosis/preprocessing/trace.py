@@ -125,6 +125,10 @@ class Blocks:
         """Means (n,) over the blocks of values of all samples."""
         return np.add.reduceat(values, self.first) / self.count
 
+    def span(self, values: Array) -> Array:
+        """(n,) greatest less least of the values of all samples in each block."""
+        return np.maximum.reduceat(values, self.first) - np.minimum.reduceat(values, self.first)
+
 
 def make_blocks(trace: Trace, samples: int) -> Blocks:
     """Blocks of `samples` samples within the runs; a remainder of less than half of that joins the block before."""

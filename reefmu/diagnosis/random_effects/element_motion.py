@@ -72,7 +72,7 @@ def element_motion(drive: Drive, trace: Trace, blocks: Blocks, delay: float = 0.
     crank, twist = trace.crank - delay * trace.crank_speed, trace.smooth_twist - delay * trace.twist_rate
     rotation = (drive.ratio - 1) * (crank / drive.ratio - twist)
     samples = blocks.count.astype(np.intp)
-    steps = np.maximum(_span(rotation, blocks) / SLOW, _span(twist, blocks) / (TWIST_STEP * drive.max_twist))
+    steps = np.maximum(blocks.span(rotation) / SLOW, blocks.span(twist) / (TWIST_STEP * drive.max_twist))
     count = np.clip(np.ceil(steps).astype(np.intp), 1, samples)
     first = np.cumsum(count) - count
     number = np.arange(count.sum()) - np.repeat(first, count)
@@ -90,11 +90,6 @@ def element_motion(drive: Drive, trace: Trace, blocks: Blocks, delay: float = 0.
     beside = means(twist) - np.repeat(blocks.mean(twist), count)
     weight = length / np.repeat(samples, count)
     return ElementMotion(at, beside, weight, offsets, first)
-
-
-def _span(signal: Array, blocks: Blocks) -> Array:
-    """(n,) greatest less least value of a signal in each block."""
-    return np.maximum.reduceat(signal, blocks.first) - np.minimum.reduceat(signal, blocks.first)
 
 
 def at_blocks(motion: ElementMotion, blocks: NDArray[np.intp]) -> ElementMotion:

@@ -14,7 +14,7 @@ from ..protocols.schedule import duration_text
 from ..remedies import NOTHING
 from ..shortest_plan import Plan
 from . import plan_figures
-from .result import limits, remedy_for_excluded, summary
+from .result import DETECTED, limits, remedy_for_excluded, summary
 
 
 def plan_html(plan: Plan) -> str:
@@ -34,8 +34,8 @@ def plan_html(plan: Plan) -> str:
         "<h2>Detection limits</h2>",
         figure(
             plan_figures.power_figure(plan),
-            f"Sizes from which an effect is detected (95 %) beside noise and tolerance scatter, and named "
-            f"({100 * plan.power:.0f} %) among all rivals.",
+            f"Sizes from which an effect is detected ({100 * DETECTED:.0f} %) beside noise and tolerance scatter, and "
+            f"named ({100 * plan.power:.0f} %) among all rivals.",
         ),
         _limits(plan),
         *_untold(plan),

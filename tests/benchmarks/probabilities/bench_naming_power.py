@@ -29,7 +29,7 @@ from reefmu.diagnosis.analysis import Analysis  # noqa: E402
 from reefmu.diagnosis.calibrated_odds import NAMED  # noqa: E402
 from reefmu.diagnosis.estimation.least_squares import HELD_SIZE, Fit  # noqa: E402
 from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
-from reefmu.diagnosis.estimation.search import promising_starts, restrict_fit  # noqa: E402
+from reefmu.diagnosis.estimation.search import base_fit, promising_starts, restrict_fit  # noqa: E402
 from reefmu.diagnosis.forward.predictor import Predictor  # noqa: E402
 from reefmu.effects import find_effect  # noqa: E402
 from tests.benchmarks.probabilities.cases import drawn_cases  # noqa: E402
@@ -97,8 +97,7 @@ def judged(found: Analysis, truth: Truth) -> Outcome | None:
 
 def true_fit(problem: Problem, truth: Truth) -> Fit:
     """The fit of the true set, which begins at the true parameters."""
-    base = problem.fit_from((), problem.start(float(np.median(problem.trace.twist))))
-    start = [base.parameters]
+    start = [base_fit(problem).parameters]
     for name in truth.effects:
         true = truth.parameters.get(name, {})
         start.append(np.array([true.get(p.name, p.nominal) for p in find_effect(name).parameters]))
