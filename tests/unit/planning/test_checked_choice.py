@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache, partial
 
@@ -17,7 +17,7 @@ from reefmu.planning.information import total_information
 from reefmu.planning.protocols.schedule import Schedule
 from reefmu.planning.setting import Checked, Setting
 
-SETS = [("structural_compliance",), ("hysteresis",)]
+SETS = (("structural_compliance",), ("hysteresis",))
 """A spring that all motions of the rig separate 2.5 times as far as a name takes, and a friction that one does."""
 
 
@@ -31,9 +31,9 @@ def choose(setting: Setting) -> Choose:
     return cache(partial(_choose, setting))
 
 
-def _choose(setting: Setting, minutes: float, kept: float) -> Choice:
+def _choose(setting: Setting, minutes: float, kept: float, sets: Sequence[tuple[str]] = SETS) -> Choice:
     rig = replace(setting.rig, minutes=minutes)
-    candidates: Candidates = setting.candidates(rig, SETS, SETS)
+    candidates: Candidates = setting.candidates(rig, sets, sets)
 
     def check(schedule: Schedule) -> Checked:
         information = kept * total_information(candidates.pieces, schedule)
@@ -49,6 +49,15 @@ def test_a_choice_goes_on_until_records_name_every_effect(choose: Choose) -> Non
     assert min(easy.checked.named_right()) >= 0.9
     assert min(hard.checked.named_right()) >= 0.9
     assert hard.schedule.seconds > easy.schedule.seconds
+
+
+@pytest.mark.xfail(
+    reason="all motions of the rig separate a clearance of one tolerance by 6.6 standard deviations, and a name takes "
+    "9.8: individuals differ by as much",
+    strict=True,
+)
+def test_a_choice_reaches_a_clearance_of_typical_size(setting: Setting) -> None:
+    assert _choose(setting, 30.0, 1.0, (("backlash",), ("hysteresis",))).ended is Ended.REACHED
 
 
 def test_a_choice_says_whether_time_or_rig_ended_it(choose: Choose) -> None:

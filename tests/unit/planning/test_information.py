@@ -60,22 +60,37 @@ def test_a_choice_of_pieces_is_as_informative_as_its_own_record(setting: Setting
         assert of_effect(setting, chosen, name) == pytest.approx(of_effect(setting, own, name), rel=0.25), name
 
 
-def test_a_clearance_is_no_easier_to_see_in_the_library_than_in_a_record(setting: Setting) -> None:
-    """The tolerances of an individual act as a clearance, wherever the first guess of the twist's zero was: loops at
-    five angles and rotation separate it no farther in the library than in records of individuals. The blocks of the
-    library's record have three samples, over which its step at zero torque is averaged: it is separated less far."""
+def _held_of_promised(setting: Setting) -> list[float]:
+    """Separations of a clearance in two records of individuals, over that in the library: loops at five angles and
+    rotation."""
     sets = [("backlash",)]
     candidates = setting.candidates(setting.rig, sets, sets)
     loops = [setting.library.index(p) for p in setting.library if p.label.startswith("loops to 100 %")][1:6]
     schedule = make_schedule(setting.library, [*loops, *pieces_with(setting, "under 0 %")], setting.rig)
     promised = float(candidates.found(schedule.chosen)[1][0][:, 0].min())
+    found: list[float] = []
     for seed in (2, 3):
         record = measured_record(setting.drive, setting.rig, schedule, seed, individual=True)
         s = sensitivities(*record_problem(setting.drive, record), setting.sizes, ["backlash"])
         held = separations(
             record_information(s, rig_noise(setting.rig, setting.drive.ratio)), *[make_hypotheses(s, sets)] * 2
         )
-        assert 0.7 < promised / float(held[0][:, 0].min()) < 1.1, seed
+        found.append(float(held[0][:, 0].min()) / promised)
+    return found
+
+
+def test_a_clearance_is_no_easier_to_see_in_the_library_than_in_a_record(setting: Setting) -> None:
+    """The tolerances of an individual act as a clearance, wherever the first guess of the twist's zero was."""
+    assert min(_held_of_promised(setting)) > 0.8
+
+
+@pytest.mark.xfail(
+    reason="blocks of the library's record have three samples, over which the step of a clearance at zero torque is "
+    "averaged: it promises 20 where records hold 24 and 27; with blocks of one sample 26",
+    strict=True,
+)
+def test_a_clearance_is_no_harder_to_see_in_the_library_than_in_a_record(setting: Setting) -> None:
+    assert max(_held_of_promised(setting)) < 1.2
 
 
 def test_the_covariance_is_that_of_the_diagnosis(setting: Setting) -> None:
