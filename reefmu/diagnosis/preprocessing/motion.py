@@ -42,11 +42,13 @@ def angle_noise(angle: Array, runs: list[tuple[int, int]]) -> float:
     Third differences of white noise have 20 times its variance, and motion is smoother than that nearly everywhere.
     They are taken over every other sample, since the errors of neighbouring encoder samples are correlated. Motion that
     is not smooth, such as the ripple under a turning crank, adds to them in some runs: the quarter of the runs with the
-    least counts. A run in which an encoder's last digit does not change says nothing.
+    least counts. A run in which an encoder's last digit does not change says nothing; one that moves evenly has none.
     """
-    differences = [np.abs(p[6:] - 3 * p[4:-2] + 3 * p[2:-4] - p[:-6]) for a, b in runs if len(p := angle[a:b]) > 12]
     rounding = 8 * np.finfo(float).eps * float(np.abs(angle).max(initial=0.0))
-    found = [median for part in differences if (median := float(np.median(part))) > rounding]
+    parts = [angle[a:b] for a, b in runs if b - a > 12]
+    moving = [p for p in parts if np.median(np.abs(p[6:] - p[:-6])) > rounding]
+    medians = [float(np.median(np.abs(p[6:] - 3 * p[4:-2] + 3 * p[2:-4] - p[:-6]))) for p in moving]
+    found = [median if median > rounding else 0.0 for median in medians]
     return 1.4826 * float(np.quantile(found, LEAST_MOVING, method="lower")) / np.sqrt(20) if found else 0.0
 
 
