@@ -64,6 +64,17 @@ def test_a_ripple_is_no_noise() -> None:
     assert np.abs(path - ripple).max() < 5e-6
 
 
+def test_loops_of_few_samples_are_no_noise_where_the_others_move_evenly() -> None:
+    """Of simulated angles: two runs of slow loops, and one of loops of ten samples, nearly all reversals."""
+    slow = np.abs(np.arange(240) % 60 - 30.0) * 3e-5
+    fast = np.abs(np.arange(22) % 10 - 5.0) * 6e-4
+    angle = np.concatenate([slow, slow, fast])
+    runs = [(0, 240), (240, 480), (480, 502)]
+    assert angle_noise(angle, runs) == 0.0
+    noisy = angle + 1e-6 * np.random.default_rng(3).standard_normal(len(angle))
+    assert angle_noise(noisy, runs) == pytest.approx(1e-6, rel=0.3)
+
+
 def test_angles_without_noise_are_unchanged() -> None:
     np.testing.assert_array_equal(monotone_path(TRUE, 0.0), TRUE)
     smooth = np.sin(TIME)
