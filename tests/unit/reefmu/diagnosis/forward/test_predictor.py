@@ -9,6 +9,7 @@ from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.effects import EFFECTS
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.model.drive_model import build_model
+from reefmu.record import make_record
 from reefmu.simulate import simulate_record
 from tests import diagnosis_rig as rig
 
@@ -39,6 +40,28 @@ def test_torque_and_sensitivities(names: tuple[str, ...]) -> None:
         # Finite differences cross the kinks of friction and are less accurate than the sensitivities.
         error = np.sqrt(np.mean((slope - found.sensitivities[:, k]) ** 2))
         assert error <= 1e-2 * np.sqrt(np.mean(slope**2)) + 1e-9, names
+
+
+@pytest.mark.parametrize("name", ["coulomb_friction", "hysteresis", "damping"])
+def test_loops_of_few_samples_among_slow_ones_are_followed(name: str) -> None:
+    """As at the sampling rate of a slow rig: two loops of 120 samples in 12 s, and two of ten samples in half a second,
+    nearly all of which are at a reversal. Angles without noise are taken as they are."""
+    turns = [np.arange(240) * 0.1, np.arange(240) * 0.1, np.arange(22) * 0.05]
+    periods = [12.0, 12.0, 0.5]
+    twist = [np.arcsin(np.sin(2 * np.pi * t / period)) for t, period in zip(turns, periods, strict=True)]
+    record = make_record(
+        {
+            "time": np.concatenate([t + 100.0 * k for k, t in enumerate(turns)]),
+            "run": np.repeat([0.0, 1.0, 2.0], [len(t) for t in turns]),
+            "crank_angle": np.full(sum(map(len, turns)), 0.3),
+            "output_angle": 0.3 / rig.drive().ratio - 0.5 * rig.drive().max_twist * np.concatenate(twist),
+            "output_torque": np.zeros(sum(map(len, turns))),
+        }
+    )
+    lookup, sizes = cached_lookup(rig.drive()), {p.name: p.nominal for p in EFFECTS[name].parameters}
+    wanted = simulate_record(build_model(rig.drive(), {name: sizes}, lookup=lookup), record)["measured.tau"]
+    predictor = Predictor(make_trace(record, rig.drive().ratio), drawing_base(rig.drive(), lookup), (name,))
+    assert np.abs(predictor(np.array([0.0, 0.0, *sizes.values()])).torque - wanted).max() < 1e-9
 
 
 def test_every_candidate_is_in_a_set() -> None:
