@@ -101,27 +101,48 @@ def estimate_speed(angle: Array, time: Array, noise: float) -> Array:
     n = len(angle)
     if noise <= NOISE_FREE * float(np.ptp(angle)):
         return central_speed(angle, time)  # simulated: as the simulation took it
-    speed, pending = np.zeros(n), np.ones(n, bool)
     windows = [w for w in WINDOWS if w <= n]
+    if not windows:
+        return np.zeros(n)
     # A coarse or late clock gives many samples one time stamp: steps far shorter than their neighbours give no speed.
-    step = np.diff(time, append=2 * time[-1] - time[-2]) if n > 1 else np.ones(n)
-    usual = median_step(step)
+    # Where no window shows motion, the widest has the usual step in their place.
+    usual = median_step(np.diff(time, append=2 * time[-1] - time[-2]))
+    widest = _slope(time, windows[-1])
+    widest = np.where((widest > 0.5 * usual) & (widest > 0), widest, usual)
+    speed = np.divide(_slope(angle, windows[-1]), widest, out=np.zeros(n), where=widest > 0)
+    pending = np.ones(n, bool)
     for window in windows:
-        order = 2 if window == 3 else 1
-        change = np.asarray(savgol_filter(angle, 3, 2, deriv=1), float) if order == 2 else _slope(angle, window)
-        # Time stamps rise, and so does their linear slope; that of a parabola may vanish where the rate changes.
-        duration = _slope(time, window)
-        sound = (duration > 0.5 * usual) & (duration > 0)
-        deviation = np.full(n, noise * np.sqrt(12 / (window * (window**2 - 1))))
-        if order == 2:
-            deviation[[0, -1]] *= np.sqrt(13)  # slope of a parabola at its ends
-        shown = np.abs(change) > SIGNIFICANT_SLOPE * deviation
-        last = window == windows[-1]
-        duration = np.where(sound, duration, usual) if last else duration
-        now = pending & (duration > 0) & (sound | last) & (shown | last)
-        speed[now] = change[now] / duration[now]
-        pending &= ~now
+        slope, deviation = (
+            _parabola_slope(angle, time, usual) if window == 3 else _line_slope(angle, time, usual, window)
+        )
+        shown = pending & (np.abs(slope) > SIGNIFICANT_SLOPE * noise * deviation)
+        speed[shown] = slope[shown]
+        pending &= ~shown
     return speed
+
+
+def _parabola_slope(angle: Array, time: Array, usual: Array) -> tuple[Array, Array]:
+    """Slopes (n,), rad/s, of parabolas through three samples each, and their standard deviations (n,), 1/s, over that
+    of an angle; slopes of 0 where a step is far shorter than the usual ones (n,), s.
+
+    At a change of the sampling rate the slope is that of the shorter step, nearly.
+    """
+    n = len(angle)
+    three = np.clip(np.arange(n) - 1, 0, n - 3) + np.arange(3)[:, None]
+    a, b, c = time[three] - time
+    sound = np.all(np.diff(time[three], axis=0) > 0.5 * usual[three[:2]], axis=0)
+    # Derivatives of Lagrange's polynomials.
+    numerator = -np.stack([b + c, a + c, a + b])
+    denominator = np.stack([(a - b) * (a - c), (b - a) * (b - c), (c - a) * (c - b)])
+    weights = np.divide(numerator, denominator, out=np.zeros((3, n)), where=sound)
+    return (weights * angle[three]).sum(axis=0), np.sqrt((weights**2).sum(axis=0))
+
+
+def _line_slope(angle: Array, time: Array, usual: Array, window: int) -> tuple[Array, Array]:
+    """The same for straight lines through a window about each sample."""
+    duration = _slope(time, window)  # of rising time stamps never negative
+    duration = np.where((duration > 0.5 * usual) & (duration > 0), duration, np.inf)
+    return _slope(angle, window) / duration, np.sqrt(12 / (window * (window**2 - 1))) / duration
 
 
 def _slope(values: Array, window: int) -> Array:
