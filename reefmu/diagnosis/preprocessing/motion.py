@@ -107,9 +107,8 @@ def estimate_speed(angle: Array, time: Array, noise: float) -> Array:
     # A coarse or late clock gives many samples one time stamp: steps far shorter than their neighbours give no speed.
     # Where no window shows motion, the widest has the usual step in their place.
     usual = median_step(np.diff(time, append=2 * time[-1] - time[-2]))
-    widest = _slope(time, windows[-1])
-    widest = np.where((widest > 0.5 * usual) & (widest > 0), widest, usual)
-    speed = np.divide(_slope(angle, windows[-1]), widest, out=np.zeros(n), where=widest > 0)
+    duration = _duration(time, windows[-1], usual, usual)
+    speed = np.divide(_slope(angle, windows[-1]), duration, out=np.zeros(n), where=duration > 0)
     pending = np.ones(n, bool)
     for window in windows:
         slope, deviation = (
@@ -140,9 +139,15 @@ def _parabola_slope(angle: Array, time: Array, usual: Array) -> tuple[Array, Arr
 
 def _line_slope(angle: Array, time: Array, usual: Array, window: int) -> tuple[Array, Array]:
     """The same for straight lines through a window about each sample."""
-    duration = _slope(time, window)  # of rising time stamps never negative
-    duration = np.where((duration > 0.5 * usual) & (duration > 0), duration, np.inf)
+    duration = _duration(time, window, usual, np.inf)
     return _slope(angle, window) / duration, np.sqrt(12 / (window * (window**2 - 1))) / duration
+
+
+def _duration(time: Array, window: int, usual: Array, otherwise: Array | float) -> Array:
+    """Mean steps (n,), s, in a window about each sample, or `otherwise` where they are far shorter than the usual ones
+    (n,), s."""
+    step = _slope(time, window)
+    return np.where(step > 0.5 * usual, step, otherwise)
 
 
 def _slope(values: Array, window: int) -> Array:

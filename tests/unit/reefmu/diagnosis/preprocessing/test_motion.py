@@ -81,15 +81,15 @@ def test_angles_without_noise_are_unchanged() -> None:
     assert estimate_speed(smooth, TIME, 0.0) == pytest.approx(np.cos(TIME), abs=1e-2)
 
 
-def test_the_speed_is_exact_to_second_order_where_the_sampling_rate_changes() -> None:
+@pytest.mark.parametrize("change", ["to shorter steps", "to longer steps"])
+def test_the_speed_is_exact_to_second_order_where_the_sampling_rate_changes(change: str) -> None:
     """Central differences over both steps alike would give the speed in their middle, 22 ms away."""
-    time = np.concatenate([np.arange(0.0, 1.0, 0.05), 1.0 + 0.005 * np.arange(300)])
-    for sign in (1, -1):
-        t = time if sign > 0 else (time[-1] - time)[::-1]
-        angle = np.sin(t) + 2e-6 * np.random.default_rng(0).standard_normal(len(t))
-        speed = estimate_speed(angle, t, 2e-6)
-        moving = np.abs(np.cos(t)) > 0.1
-        assert np.abs(speed - np.cos(t))[moving].max() < 4e-3
+    time = np.concatenate([np.arange(0.0, 1.0, 0.05), 1.0 + 0.005 * np.arange(200)])
+    if change == "to longer steps":
+        time = (time[-1] - time)[::-1]
+    angle = np.sin(time) + 2e-6 * np.random.default_rng(0).standard_normal(len(time))
+    moving = np.abs(np.cos(time)) > 0.1
+    assert np.abs(estimate_speed(angle, time, 2e-6) - np.cos(time))[moving].max() < 4e-3
 
 
 @given(st.lists(st.floats(-1, 1), min_size=2, max_size=40), st.floats(0.01, 1))
