@@ -52,6 +52,11 @@ class ElementMotion:
         """(n,), number of parts of each block."""
         return np.diff(self.first, append=len(self.rotation))
 
+    @cached_property
+    def reach(self) -> Array:
+        """(p,) rad, distance from the edge of the profile within which an element is on it for a share of the part."""
+        return np.where(np.isfinite(self.offsets), np.abs(self.offsets), 0.0).max(axis=1) + FADE_HALF_WIDTH
+
     def twist_from(self, mean: Array) -> Array:
         """(p,) rad, twist in the parts whose mean over each block is `mean` (n,)."""
         return mean[self.block] + self.twist
@@ -100,22 +105,38 @@ def at_blocks(motion: ElementMotion, blocks: NDArray[np.intp]) -> ElementMotion:
     return ElementMotion(motion.rotation[kept], motion.twist[kept], motion.weight[kept], motion.offsets[kept], first)
 
 
-def element_positions(drive: Drive, motion: ElementMotion, seating: Seating) -> tuple[Array, NDArray[np.intp]]:
-    """Positions of the elements, rad, and the lobes that they meet, (p, elements) each."""
+@dataclass(frozen=True)
+class ElementsOnProfile:
+    """k pairs of a part of a motion and an element that is on the profile in it: numbers (k,) of the part, the element
+    and the lobe that it meets, and position (k,), rad."""
+
+    part: NDArray[np.intp]
+    element: NDArray[np.intp]
+    lobe: NDArray[np.intp]
+    position: Array
+
+
+def elements_on_profile(drive: Drive, motion: ElementMotion, seating: Seating, margin: float) -> ElementsOnProfile:
+    """The elements that are on the usable profile, or within `margin`, rad, of it, at a sample of a part."""
     n = np.arange(drive.elements)
     angle = seating.start + 2 * np.pi * n / len(n) + motion.rotation[:, None] + np.pi
-    turns = np.floor(angle / (2 * np.pi)).astype(np.intp)
+    turns = np.floor(angle / (2 * np.pi))
     beta = angle - 2 * np.pi * turns - np.pi
+    near = np.abs(beta) < (drive.usable_limit + margin + motion.reach)[:, None]
+    part, element = np.nonzero(near)
     rows = drive.eccentrics
     # Crank and cage of a reversing drive turn in opposite directions: the cage moves on to the next lobe.
-    lobe = (np.array(seating.seats)[n // rows] - drive.orientation * turns) % drive.lobes * rows + n % rows
-    return beta, lobe
+    seat = np.array(seating.seats)[element // rows] - drive.orientation * turns[near].astype(np.intp)
+    return ElementsOnProfile(part, element, seat % drive.lobes * rows + element % rows, beta[near])
 
 
-def inside_profile(drive: Drive, motion: ElementMotion, beta: Array) -> Array:
-    """Share of each point, (p, elements), that elements at positions beta, (p, elements) rad, spend within the usable
+def inside_profile(drive: Drive, motion: ElementMotion, part: NDArray[np.intp], beta: Array) -> Array:
+    """Share (k,) of the parts (k,), by number, that elements at positions beta (k,), rad, spend within the usable
     profile, at whose edges they fade as in the core's tables."""
-    share = np.zeros(beta.shape)
-    for offset in motion.offsets.T:
-        share += np.clip((drive.usable_limit - np.abs(beta + offset[:, None])) / (2 * FADE_HALF_WIDTH) + 0.5, 0.0, 1.0)
-    return share / np.isfinite(motion.offsets).sum(axis=1)[:, None]
+    share = (np.abs(beta) < drive.usable_limit).astype(float)
+    # Only those near an edge are inside for a share of the time.
+    near = np.flatnonzero(np.abs(np.abs(beta) - drive.usable_limit) < motion.reach[part])
+    at = np.abs(beta[near, None] + motion.offsets[part[near]])
+    within = np.clip((drive.usable_limit - at) / (2 * FADE_HALF_WIDTH) + 0.5, 0.0, 1.0)
+    share[near] = within.sum(axis=1) / np.isfinite(at).sum(axis=1)
+    return share

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
-from .element_motion import element_positions, inside_profile
+from .element_motion import elements_on_profile, inside_profile
 from .responses import locate_cells
 from .scatter import PLACES, Scatter, place_deviations
 from .seating import Seating, even_seats
@@ -30,12 +31,12 @@ def simulate_individuals(
     rng = np.random.default_rng(np.random.SeedSequence([seed, len(scatter.twist)]))
     n, rows = drive.elements, drive.eccentrics
     share = {part: np.sqrt(v) for part, v in r.shares.items()}
-    mean, twist = mean_torque(scatter), scatter.motion.twist_from(scatter.twist)
+    parts = len(scatter.motion.block)
+    mean = scatter.average_torque(np.zeros(parts))[0]
     even = even_seats(drive)
     found = np.empty((count, len(scatter.twist)))
     for number in range(count):
         start, (place, angle) = rng.uniform(0, 2 * np.pi), place_deviations(drive, rng.uniform(*places))
-        beta, lobe = element_positions(drive, scatter.motion, scatter.seating or Seating(start, even))
         crank = rng.standard_normal(n)
         if drive.crank_deviation == "eccentric":
             crank = crank[np.arange(n) % rows]
@@ -44,39 +45,27 @@ def simulate_individuals(
         of_lobe += place / r.deviation * rng.standard_normal(drive.lobes * rows)
         bore_angle, lobe_angle = angle * rng.standard_normal(n), angle * rng.standard_normal(drive.lobes * rows)
         # As if the output had turned on by a bore's angle, or back by a lobe's.
-        beta = beta + (drive.ratio - 1) * (bore_angle - lobe_angle[lobe])
-        inside = inside_profile(drive, scatter.motion, beta)
-        point, element = np.nonzero(inside > 0)
-        met = lobe[point, element]
-        z = of_element[element] + of_lobe[met]
-        lead = (1 - 1 / drive.ratio) * lobe_angle[met] - bore_angle[element]
-        torque = inside[point, element] * _single(scatter, twist[point] + lead, beta[point, element], z)
-        of_parts = np.bincount(point, torque, len(twist)).astype(float)
+        margin = abs(drive.ratio - 1) * float(np.abs(bore_angle).max() + np.abs(lobe_angle).max())
+        on = elements_on_profile(drive, scatter.motion, scatter.seating or Seating(start, even), margin)
+        beta = on.position + (drive.ratio - 1) * (bore_angle[on.element] - lobe_angle[on.lobe])
+        inside = inside_profile(drive, scatter.motion, on.part, beta)
+        z = of_element[on.element] + of_lobe[on.lobe]
+        lead = (1 - 1 / drive.ratio) * lobe_angle[on.lobe] - bore_angle[on.element]
+        torque = _single(scatter, on.part, lead, beta, z, inside)
+        of_parts = np.asarray(np.bincount(on.part, torque, parts), float)
         found[number] = scatter.motion.mean(of_parts) - mean
     return found
 
 
-def mean_torque(scatter: Scatter) -> Array:
-    """(n,) N.m, torque of the mean drive from the same tables, averaged over deviations and positions."""
-    r, drive = scatter.responses, scatter.drive
-    curve = drive.elements / (2 * np.pi) * np.trapezoid(r.at_clearance(0.0)["mean"], r.position, axis=1)
-    return scatter.motion.mean(np.interp(scatter.motion.twist_from(scatter.twist), r.twist, curve))
+def _single(scatter: Scatter, part: NDArray[np.intp], lead: Array, beta: Array, z: Array, weight: Array) -> Array:
+    """(k,) N.m, torque of single elements by linear interpolation along all three axes, times a weight.
 
-
-def _single(scatter: Scatter, twist: Array, beta: Array, z: Array) -> Array:
-    """(k,) N.m, torque of single elements by linear interpolation along all three axes.
-
-    twist: (k,) rad; beta: (k,) rad, position; z: (k,), deviation of the clearance in standard deviations.
+    part: (k,), numbers of the parts; lead: (k,) rad, twist of the element beyond that of the part; beta: (k,) rad,
+    position; z: (k,), deviation of the clearance in standard deviations.
     """
     r = scatter.responses
-    t, f = locate_cells(r.twist, twist)
-    b, g = locate_cells(r.position, beta)
     k, h = locate_cells(r.solved, z * r.deviation)
-    flat, (_, n_twist, n_position) = r.single.ravel(), r.single.shape
-    first = (k * n_twist + t) * n_position + b
-    planes = []
-    for offset in (0, n_twist * n_position):
-        low = (1 - g) * flat[first + offset] + g * flat[first + offset + 1]
-        high = (1 - g) * flat[first + offset + n_position] + g * flat[first + offset + n_position + 1]
-        planes.append((1 - f) * low + f * high)
-    return (1 - h) * planes[0] + h * planes[1]
+    twist = scatter.motion.twist_from(scatter.twist)[part] + lead
+    planes = np.stack([r.single[:-1], r.single[1:]], axis=-1)
+    low, high = r.interpolate(planes, k, twist, beta, weight)
+    return (1 - h) * low + h * high

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.drawing.drive import Drive
@@ -61,10 +62,36 @@ class ElementResponses:
     tables: dict[str, Array]
     shares: dict[str, float]
 
-    def at_clearance(self, clearance: float) -> dict[str, Array]:
-        """Tables (N_TWISTS, N_POSITIONS), N.m, at one clearance, m, held at the ends, by name."""
-        k, f = locate_cells(self.clearance, np.array(clearance))
+    def at_clearances(self, clearance: Array) -> dict[str, Array]:
+        """Tables (c, N_TWISTS, N_POSITIONS), N.m, at clearances (c,), m, held at the ends, by name."""
+        k, f = locate_cells(self.clearance, clearance)
+        f = f[:, None, None]
         return {name: (1 - f) * table[k] + f * table[k + 1] for name, table in self.tables.items()}
+
+    def interpolate(
+        self, tables: Array, number: NDArray[np.intp], twist: Array, position: Array, weight: Array
+    ) -> Array:
+        """Values (r, k) of c tables (c, N_TWISTS, N_POSITIONS, r) at k points, linear between nodes, times a weight.
+
+        number: (k,), of the table of each point; twist, position: (k,) rad, held at the ends; weight: (k,).
+        """
+        row, f = locate_cells(self.twist, twist)
+        column, g = locate_cells(self.position, position)
+        nodes, size = len(self.position), len(self.twist) * len(self.position)
+        # Both arrays in the types and the order of a sparse matrix, which then copies neither.
+        corner, share = np.empty((len(twist), 4), np.int32), np.empty((len(twist), 4))
+        corner[:, 0] = number * size + row * nodes + column
+        for k, step in enumerate((1, nodes, nodes + 1), 1):
+            np.add(corner[:, 0], step, out=corner[:, k])
+        above = weight * f
+        below = weight - above
+        np.multiply(below, g, out=share[:, 1])
+        np.subtract(below, share[:, 1], out=share[:, 0])
+        np.multiply(above, g, out=share[:, 3])
+        np.subtract(above, share[:, 3], out=share[:, 2])
+        ends = np.arange(0, share.size + 1, 4, dtype=np.int32)
+        matrix = csr_array((share.ravel(), corner.ravel(), ends), shape=(len(twist), len(tables) * size))
+        return np.ascontiguousarray((matrix @ tables.reshape(-1, tables.shape[-1])).T)
 
 
 def element_responses(drive: Drive) -> ElementResponses:

@@ -10,7 +10,6 @@ leave in steps, about which the base curve is the average.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -21,8 +20,8 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.numerics.arrays import Array
 
 from .curve_columns import curve_columns
-from .element_motion import ElementMotion, element_positions, inside_profile
-from .responses import ElementResponses, locate_cells
+from .element_motion import ElementMotion, ElementsOnProfile, elements_on_profile, inside_profile
+from .responses import ElementResponses
 from .seating import Seating, even_seats
 
 CLEARANCE_BIN = 0.3
@@ -60,21 +59,19 @@ class Scatter:
         if twist is not self.twist:
             return self._moved(twist).columns_at(twist, clearance)
         clearance = np.broadcast_to(np.asarray(clearance, float), twist.shape)[self.motion.block]
-        twist = self.motion.twist_from(twist)
-        responses = self._responses(twist, clearance, self.responses.tables)
-        responses |= self._displaced(twist, clearance, responses["mean"])
-        average = self._averages(twist, clearance)
+        average = self.average_torque(clearance)
+        responses = self._responses(clearance)
         parts = [
             *self._element_columns(responses),
             *self._lobe_columns(responses),
             self._shift_by_places(responses),
-            self._passing(responses["mean"], average),
+            self._by_position(responses["mean"]) - average,
             self._by_position(responses["displaced"]),
         ]
         columns = np.concatenate(parts)
-        columns = columns[np.abs(columns).max(axis=1) > 0]
-        rest = np.array(ROUGHNESS)[:, None] ** 2 * (columns**2).sum(axis=0)
-        return np.concatenate([columns, curve_columns(self.motion.mean(average[0]), columns)]), rest
+        columns = columns[columns.any(axis=1)]
+        rest = np.array(ROUGHNESS)[:, None] ** 2 * np.einsum("mn,mn->n", columns, columns)
+        return np.concatenate([columns, curve_columns(average[0], columns)]), rest
 
     def _moved(self, twist: Array) -> Scatter:
         """The scatter with the elements where the contacts have another twist (n,), rad: what effects add to the twist
@@ -93,47 +90,42 @@ class Scatter:
         takes the place of the next. The curve of an individual is then nearly as smooth as that of the mean drive."""
         return float(np.ptp(self.motion.rotation)) <= 2 * np.pi / self.drive.seats.seats
 
-    def _responses(self, twist: Array, clearance: Array, names: Iterable[str], ahead: float = 0.0) -> dict[str, Array]:
-        """Responses (p, elements), N.m, in the parts of the motion by the names of their tables, of elements that
-        stand `ahead`, rad, of their positions; twist, clearance: (p,)."""
-        r = self.responses
-        beta = self._positions[0] + ahead
-        inside = inside_profile(self.drive, self.motion, beta)
-        found = {name: np.zeros(beta.shape) for name in names}
-        for some, tables in self._at_clearances(clearance):
-            row, f = locate_cells(r.twist, twist[some])
-            column, g = locate_cells(r.position, beta[some])
-            corner = [(row[:, None] + a) * len(r.position) + column + b for a in (0, 1) for b in (0, 1)]
-            f2 = f[:, None]
-            weights = [inside[some] * w for w in ((1 - f2) * (1 - g), (1 - f2) * g, f2 * (1 - g), f2 * g)]
-            for name in found:
-                flat = tables[name].ravel()
-                found[name][some] = sum(w * flat[c] for w, c in zip(weights, corner, strict=True))
-        return found
-
-    def _at_clearances(self, clearance: Array) -> Iterator[tuple[NDArray[np.intp], dict[str, Array]]]:
-        """The parts of nearly the same clearance, m, and the tables there."""
-        r = self.responses
-        level = np.round(clearance / max(CLEARANCE_BIN * r.deviation, 1e-12))
-        for value in np.unique(level):
-            some = np.flatnonzero(level == value)
-            yield some, r.at_clearance(float(clearance[some].mean()))
-
-    def _displaced(self, twist: Array, clearance: Array, mean: Array) -> dict[str, Array]:
-        """Responses (p, elements), N.m, to one standard deviation of the place of an element's bore: it stands
-        elsewhere on the profile, as if the output had turned on, but the crank has not.
+    def _responses(self, clearance: Array) -> dict[str, Array]:
+        """Responses (k,), N.m, of the elements on the profile, times the share of the part in its block, by name, at
+        clearances (p,), m: those of the tables, and those to one standard deviation of the place of an element's bore.
+        It then stands elsewhere on the profile, as if the output had turned on, but the crank has not.
 
         displaced, displaced_twice: of the torque `mean`, in the deviation and in its square; linear_displaced: of its
         response to a clearance.
         """
-        _, angle = place_deviations(self.drive)
-        ahead, names = (self.drive.ratio - 1) * angle, ("mean", "linear")
-        at, behind = (self._responses(twist, clearance, names, sign * ahead) for sign in (1.0, -1.0))
-        return {
+        level, values = self._levels(clearance)
+        tables = self.responses.at_clearances(values)
+        here = self._interpolate(level, 0.0, tables)
+        moved = {name: tables[name] for name in ("mean", "linear")}
+        at, behind = (self._interpolate(level, sign * self._ahead, moved) for sign in (1.0, -1.0))
+        return here | {
             "displaced": (at["mean"] - behind["mean"]) / 2,
-            "displaced_twice": (at["mean"] + behind["mean"]) / 2 - mean,
+            "displaced_twice": (at["mean"] + behind["mean"]) / 2 - here["mean"],
             "linear_displaced": (at["linear"] - behind["linear"]) / 2,
         }
+
+    def _interpolate(self, level: NDArray[np.intp], ahead: float, tables: dict[str, Array]) -> dict[str, Array]:
+        """Responses (k,), N.m, by the names of their tables (c, twists, positions), of elements that stand `ahead`,
+        rad, of their positions, times the share of the part in its block; level: (p,), number of the table."""
+        on, motion = self._elements, self.motion
+        beta = on.position + ahead
+        weight = inside_profile(self.drive, motion, on.part, beta) * motion.weight[on.part]
+        twist = motion.twist_from(self.twist)[on.part]
+        nodes = np.stack(list(tables.values()), axis=-1)
+        found = self.responses.interpolate(nodes, level[on.part], twist, beta, weight)
+        return dict(zip(tables, found, strict=True))
+
+    def _levels(self, clearance: Array) -> tuple[NDArray[np.intp], Array]:
+        """The number (p,) of the group of nearly the same clearance, m, of each part, and the mean clearance (c,), m,
+        of each group."""
+        step = max(CLEARANCE_BIN * self.responses.deviation, 1e-12)
+        _, level = np.unique(np.round(clearance / step), return_inverse=True)
+        return level, np.bincount(level, clearance) / np.bincount(level)
 
     def _element_columns(self, responses: dict[str, Array]) -> list[Array]:
         """Columns of the deviations that move with the elements, and of the eccentrics.
@@ -141,37 +133,34 @@ class Scatter:
         An element's products with the lobes that it meets are random effects of their own, one for each pair; those of
         the second order stand for them, one for each element.
         """
-        drive, shares, mean = self.drive, self.responses.shares, self.motion.mean
-        linear = mean(responses["linear"])
-        second = [mean(v).T for v in self._second_order(responses)]
-        bore = [mean(responses["displaced"] - place_deviations(drive)[1] * responses["slope"]).T]
-        if (responses["bore"] ** 2).sum() > MIN_BORE_SHARE * (responses["linear"] ** 2).sum():
-            bore.append(mean(responses["bore"]).T)
+        drive, shares, by_element = self.drive, self.responses.shares, self._by_element
+        linear = by_element(responses["linear"])
+        second = [by_element(v) for v in self._second_order(responses)]
+        bore = [by_element(responses["displaced"] - place_deviations(drive)[1] * responses["slope"])]
+        of_bores = by_element(responses["bore"])
+        if (of_bores**2).sum() > MIN_BORE_SHARE * (linear**2).sum():
+            bore.append(of_bores)
         if drive.crank_deviation == "eccentric":
             rows, share = np.arange(drive.elements) % drive.eccentrics, shares["crank"]
             # All elements of an eccentric share its deviation, so that the nonlinear responses do not average out.
             shared = (
                 share**0.5 * linear,
-                share * mean(responses["quadratic"]),
-                share**1.5 * mean(responses["cubic"]),
+                share * by_element(responses["quadratic"]),
+                share**1.5 * by_element(responses["cubic"]),
             )
             return [
                 *bore,
                 *second,
-                shares["element"] ** 0.5 * linear.T,
-                *(np.stack([v[:, rows == k].sum(axis=1) for k in range(drive.eccentrics)]) for v in shared),
+                shares["element"] ** 0.5 * linear,
+                *(np.stack([v[rows == k].sum(axis=0) for k in range(drive.eccentrics)]) for v in shared),
             ]
-        return [*bore, *second, (shares["element"] + shares["crank"]) ** 0.5 * linear.T]
+        return [*bore, *second, (shares["element"] + shares["crank"]) ** 0.5 * linear]
 
     def _lobe_columns(self, responses: dict[str, Array]) -> list[Array]:
         """Columns of the lobes' deviations in distance and along the circle, to the second order."""
-        n_lobes, n = self.drive.lobes * self.drive.eccentrics, len(self.twist)
         _, angle = place_deviations(self.drive)
-        motion = self.motion
-        index = (self._positions[1] + n_lobes * motion.block[:, None]).ravel()
-        part = motion.weight[:, None]
         return [
-            np.bincount(index, (part * v).ravel(), n_lobes * n).astype(float).reshape(n, n_lobes).T
+            self._by_lobe(v)
             for v in (
                 self._outwards * responses["linear"],
                 (1 - 1 / self.drive.ratio) * angle * responses["slope"] - responses["displaced"],
@@ -187,7 +176,7 @@ class Scatter:
         return (self.responses.shares["gear"] + (place / self.responses.deviation) ** 2) ** 0.5
 
     def _second_order(self, responses: dict[str, Array]) -> tuple[Array, Array]:
-        """Responses (p, elements), N.m, to the squares of a lobe's deviations in distance and along the circle, less
+        """Responses (k,), N.m, to the squares of a lobe's deviations in distance and along the circle, less
         their means, over their standard deviations."""
         return self._outwards**2 * responses["quadratic"], np.sqrt(2) * responses["displaced_twice"]
 
@@ -197,41 +186,55 @@ class Scatter:
         place, angle = place_deviations(self.drive)
         outwards = place / self.responses.deviation
         shift = outwards**2 / np.sqrt(2) * responses["quadratic"] + angle**2 * responses["bend"]
-        shift = shift + 2 * responses["displaced_twice"]
-        return self.motion.mean(shift.sum(axis=1))[None]
+        return self._by_block(shift + 2 * responses["displaced_twice"])[None]
 
-    def _averages(self, twist: Array, clearance: Array) -> Array:
-        """(2, p) N.m, torque of elements without deviations in the parts of the motion, averaged over all positions:
-        in total, and by their position over the usable limit."""
+    def average_torque(self, clearance: Array) -> Array:
+        """(2, n) N.m, torque of elements without deviations, averaged over all positions, at clearances (p,), m, of the
+        parts: in total, and by their position over the usable limit. The first is the base curve."""
         r, nodes = self.responses, self.responses.position / self.drive.usable_limit
-        density = self.drive.elements / (2 * np.pi)
+        twist, density = self.motion.twist_from(self.twist), self.drive.elements / (2 * np.pi)
+        level, values = self._levels(clearance)
         average = np.zeros((2, len(twist)))
-        for some, tables in self._at_clearances(clearance):
+        for number, table in enumerate(r.at_clearances(values)["mean"]):
+            some = np.flatnonzero(level == number)
             for k in (0, 1):
-                average[k, some] = density * np.interp(
-                    twist[some], r.twist, np.trapezoid(tables["mean"] * nodes**k, r.position, axis=1)
-                )
-        return average
+                curve = np.trapezoid(table * nodes**k, r.position, axis=1)
+                average[k, some] = density * np.interp(twist[some], r.twist, curve)
+        return np.stack([self.motion.mean(of_parts) for of_parts in average])
 
-    def _passing(self, mean: Array, average: Array) -> Array:
-        """(2, n) N.m, what the elements' passing of the edges of the profile does to the torque: that of elements
-        without deviations, (p, elements) N.m, less its average over all positions, (2, p).
+    def _by_position(self, torque: Array) -> Array:
+        """(2, n) N.m, sums over the elements of their torque (k,), and of its product with their position over the
+        usable limit: the steps at both edges of the profile, of which the base curve is the average, are not known
+        exactly, nor is the first element's position."""
+        share = self._elements.position / self.drive.usable_limit
+        return np.stack([self._by_block(torque), self._by_block(torque * share)])
 
-        The base curve is that average. How large the steps at both edges are is not known exactly.
-        """
-        share = self._positions[0] / self.drive.usable_limit
-        return np.stack([self.motion.mean((mean * share**k).sum(axis=1) - average[k]) for k in (0, 1)])
+    def _by_element(self, values: Array) -> Array:
+        return self._sums(self._elements.element, self.drive.elements, values)
 
-    def _by_position(self, displaced: Array) -> Array:
-        """(2, n) N.m, by an error of the first element's position, at both edges."""
-        share = self._positions[0] / self.drive.usable_limit
-        return np.stack([self.motion.mean((displaced * share**k).sum(axis=1)) for k in (0, 1)])
+    def _by_lobe(self, values: Array) -> Array:
+        return self._sums(self._elements.lobe, self.drive.lobes * self.drive.eccentrics, values)
+
+    def _by_block(self, values: Array) -> Array:
+        return np.asarray(np.bincount(self.motion.block[self._elements.part], values, len(self.twist)), float)
+
+    def _sums(self, number: NDArray[np.intp], count: int, values: Array) -> Array:
+        """(count, n) sums over the blocks of values (k,) of the elements on the profile that have each of `count`
+        numbers."""
+        n = len(self.twist)
+        place = number * n + self.motion.block[self._elements.part]
+        return np.asarray(np.bincount(place, values, count * n), float).reshape(count, n)
+
+    @property
+    def _ahead(self) -> float:
+        """rad, by which one standard deviation of the place of its bore moves an element along the profile."""
+        return (self.drive.ratio - 1) * place_deviations(self.drive)[1]
 
     @cached_property
-    def _positions(self) -> tuple[Array, NDArray[np.intp]]:
-        """`element_positions` of the record, with the first element at 0 where the seating is unknown."""
+    def _elements(self) -> ElementsOnProfile:
+        """The elements on the profile, with the first element at 0 where the seating is unknown."""
         seating = self.seating or Seating(0.0, even_seats(self.drive))
-        return element_positions(self.drive, self.motion, seating)
+        return elements_on_profile(self.drive, self.motion, seating, abs(self._ahead))
 
 
 def place_deviations(drive: Drive, places: float = PLACES) -> tuple[float, float]:
