@@ -19,7 +19,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ..diagnosis.calibrated_odds import CALIBRATED, NAMED, least_evidence
 from ..diagnosis.discrimination.rival_hypotheses import RivalHypothesis, separations
-from .information import PieceInformation, total_information
+from .information import PieceInformation, summed_products, total_information
 from .protocols.motion_pieces import Piece
 from .protocols.rig import Rig
 from .protocols.schedule import Schedule, make_schedule
@@ -96,8 +96,16 @@ class Candidates:
 
     def found(self, chosen: Sequence[int]) -> tuple[Schedule, list[Array]]:
         """The schedule of the pieces and the separations along it."""
-        schedule = make_schedule(self.library, chosen, self.rig)
-        return schedule, separations(total_information(self.pieces, schedule), self.true, self.rivals)
+        schedule = self.schedule(chosen)
+        return schedule, self.separations(schedule)
+
+    def schedule(self, chosen: Sequence[int]) -> Schedule:
+        """The pieces in the order in which this rig runs them."""
+        return make_schedule(self.library, chosen, self.rig)
+
+    def separations(self, schedule: Schedule, summed: Array | None = None) -> list[Array]:
+        """The separations along a schedule of pieces of the library; summed: see `total_information`."""
+        return separations(total_information(self.pieces, schedule, summed), self.true, self.rivals)
 
 
 def potential(candidates: Candidates, allowed: Sequence[int]) -> list[Array]:
@@ -162,15 +170,17 @@ def best_addition(
 
     Pieces whose gain is worthwhile come first: many short ones with small gains would take the time of a few.
     """
-    now = make_schedule(candidates.library, chosen, candidates.rig).seconds if chosen else 0.0
+    now = candidates.schedule(chosen).seconds if chosen else 0.0
+    summed = summed_products(candidates.pieces, chosen)
     best, rank = None, (False, 0.0)
     for index in allowed:
         if chosen.count(index) >= MAX_COPIES:
             continue
-        if make_schedule(candidates.library, [*chosen, index], candidates.rig).seconds > seconds:
+        schedule = candidates.schedule([*chosen, index])
+        if schedule.seconds > seconds:
             continue
-        schedule, found = candidates.found([*chosen, index])
-        reached = targets.share(found)
+        with_it = summed + summed_products(candidates.pieces, [index])
+        reached = targets.share(candidates.separations(schedule, with_it))
         gain = reached - share
         own = gain > targets.worthwhile, gain / max(schedule.seconds - now, 1.0)
         if gain > NEGLIGIBLE and own > rank:

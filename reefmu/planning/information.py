@@ -66,32 +66,43 @@ def _products(rows: Array, run: NDArray[np.int64], count: int) -> Array:
     return np.stack([rows[run == number].T @ rows[run == number] for number in range(count)])
 
 
-def total_information(pieces: PieceInformation, schedule: Schedule) -> Array:
+def summed_products(pieces: PieceInformation, chosen: Sequence[int]) -> Array:
+    """(t, t) sum of the products of pieces, by their index in the library, at the times that they have there."""
+    total = np.zeros(pieces.products.shape[1:])
+    for place in _places(pieces.library, chosen):
+        total += pieces.products[place]
+    return total
+
+
+def total_information(pieces: PieceInformation, schedule: Schedule, summed: Array | None = None) -> Array:
     """(k, k) information of the effects' columns along a schedule; base model and scatter are eliminated.
 
+    summed: (t, t) products of its pieces as `summed_products` gives them, computed if None.
     Drift and wear go on over the whole record: a run that starts later than in the library's record, or after more
     turns, adds an offset or a clearance to their columns.
     """
-    places, m = _places(pieces.library, schedule.chosen), pieces.products
+    # Copies of a piece have the place of its run in the library.
+    places, copy = np.unique(_places(pieces.library, schedule.chosen), return_inverse=True)
 
     def by_run(weights: Array) -> Array:
-        """(r,) sums of the weights (k,) of the chosen pieces over the runs of the library."""
-        return np.asarray(np.bincount(places, weights, minlength=len(m)), float)
+        """(u,) sums of the weights (k,) of the chosen pieces over the runs of the library that they are."""
+        return np.asarray(np.bincount(copy, weights), float)
 
-    total = np.tensordot(by_run(np.ones(len(places))), m, 1)
+    total = summed_products(pieces, schedule.chosen) if summed is None else summed.copy()
     shift = {
-        "torque_sensor_drift": schedule.begin - pieces.library.begin[places],
-        "wear": schedule.travelled - pieces.library.travelled[places],
+        "torque_sensor_drift": schedule.begin - pieces.library.begin[places[copy]],
+        "wear": schedule.travelled - pieces.library.travelled[places[copy]],
     }
     # The columns become A (I + s E), with the shift s of a run and E, which has one entry for each continued column.
     entries = [(to, source, ratio * shift[name]) for to, source, ratio, name in pieces.continued]
+    rows = {source: pieces.products[places, source, :] for source in {source for _, source, _ in entries}}
     for to, source, by in entries:
-        moved = np.tensordot(by_run(by), m[:, source, :], 1)
+        moved = by_run(by) @ rows[source]
         total[to, :] += moved
         total[:, to] += moved
     for to, source, by in entries:
         for other, other_source, other_by in entries:
-            total[to, other] += float(by_run(by * other_by) @ m[:, source, other_source])
+            total[to, other] += float(by_run(by * other_by) @ rows[source][:, other_source])
     return _eliminated(total, pieces.n_effects, pieces.n_base)
 
 
