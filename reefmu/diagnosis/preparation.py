@@ -34,6 +34,7 @@ from .random_effects.element_motion import element_motion
 from .random_effects.individuals import simulate_individuals
 from .random_effects.responses import element_responses
 from .random_effects.scatter import Scatter
+from .random_effects.seating import Seating
 from .random_effects.tolerance_scatter import ToleranceScatter
 
 UNLOADED_SHARE = 0.05
@@ -75,8 +76,11 @@ class BaseCurveSource:
         return power_base(trace) if self.curve is None else curve_base(self.curve, trace.ratio)
 
 
-def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
-    """The problem with all candidates that the record's columns allow, without simulated individuals of a drawing."""
+def prepare_problem(record: Record, trace: Trace, base: BaseCurve, seating: Seating | None = None) -> Problem:
+    """The problem with all candidates that the record's columns allow, without simulated individuals of a drawing.
+
+    seating: of the elements of a drive that is known, such as a simulated one; None: that which the record shows.
+    """
     slope = _slope(trace, base)
     noise = estimate_noise(trace, slope)
     blocks = search_blocks(trace)
@@ -99,7 +103,7 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
         cycle_scatter=between,
         cycles=find_cycles(record, blocks),
     )
-    return _with_scatter(problem, base_fit(problem))
+    return _with_scatter(problem, base_fit(problem), seating)
 
 
 def with_scatter_beside(problem: Problem, found: Fit) -> Problem:
@@ -143,7 +147,7 @@ def _read_late(problem: Problem, scatter: Scatter, found: Fit) -> Scatter:
     return replace(scatter, motion=element_motion(scatter.drive, trace, blocks, float(delay)), twist=twist)
 
 
-def _with_scatter(problem: Problem, without_effects: Fit) -> Problem:
+def _with_scatter(problem: Problem, without_effects: Fit, seating: Seating | None) -> Problem:
     """The problem with the scatter of its population, at the twist of the contacts in the fit without effects; itself
     without tolerances."""
     base, trace, blocks, twist = problem.base, problem.trace, problem.blocks, without_effects.prediction.contact
@@ -152,8 +156,10 @@ def _with_scatter(problem: Problem, without_effects: Fit) -> Problem:
         return replace(_with_weights(problem, scatter), individuals=individuals)
     if base.drive is None:
         return problem
-    start = Scatter(base.drive, element_responses(base.drive), element_motion(base.drive, trace, blocks), twist)
-    scatter = with_likeliest_seating(problem, start, without_effects)
+    motion = element_motion(base.drive, trace, blocks)
+    scatter = Scatter(base.drive, element_responses(base.drive), motion, twist, seating)
+    if seating is None:
+        scatter = with_likeliest_seating(problem, scatter, without_effects)
     return _with_weights(problem, scatter)
 
 

@@ -16,6 +16,7 @@ from ..diagnosis.estimation.problem import Problem, select_candidates
 from ..diagnosis.estimation.weighting import MIN_EIGENVALUE
 from ..diagnosis.preparation import BaseCurveSource, prepare_problem
 from ..diagnosis.preprocessing.trace import make_trace
+from ..diagnosis.random_effects.seating import Seating, even_seats
 from ..record import Record
 from .protocols.rig import RigNoise
 
@@ -30,10 +31,14 @@ def excluded_effects(missing: Sequence[str]) -> dict[str, str]:
     return select_candidates(missing, "drawing")[1]
 
 
-def record_problem(drive: Drive, record: Record) -> tuple[Problem, Fit]:
-    """The diagnosis' problem for a record, and its fit without effects."""
+def record_problem(drive: Drive, record: Record, start: float | None = None) -> tuple[Problem, Fit]:
+    """The diagnosis' problem for the record of a simulated drive, and its fit without effects.
+
+    start: rad, position of an individual's first element at the output angle 0; None: that which the record shows.
+    """
     trace = make_trace(record, drive.ratio)
-    problem = prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace))
+    seating = None if start is None else Seating(start, even_seats(drive))
+    problem = prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace), seating)
     return problem, problem.fit_from((), problem.start(0.0))
 
 

@@ -117,8 +117,8 @@ def measured_record(
     seed: of an individual's deviations and of the noise. The rig states torque_noise (`Rig.for_drive`).
     """
     assert rig.torque_noise is not None
-    streams = np.random.SeedSequence([seed, len(schedule)]).spawn(4)
-    one = int(streams[0].generate_state(1)[0]) if individual else None
+    streams = _streams(schedule, seed)
+    one = _individual_seed(schedule, seed) if individual else None
     true = motion_record(schedule, drive.ratio, rig.missing)
     torque = simulate_record(build_model(drive, effects, individual=one), true)["measured.tau"]
     runs = [np.flatnonzero(true.run == number) for number in np.unique(true.run)]
@@ -139,6 +139,20 @@ def measured_record(
         crank_angle=angles[0],
         output_angle=angles[1],
     )
+
+
+def first_element(drive: Drive, schedule: Schedule, seed: int) -> float:
+    """Position, rad, of the first element at the output angle 0 in the `measured_record` of an individual drive."""
+    return draw_individual(drive, _individual_seed(schedule, seed)).start
+
+
+def _individual_seed(schedule: Schedule, seed: int) -> int:
+    return int(_streams(schedule, seed)[0].generate_state(1)[0])
+
+
+def _streams(schedule: Schedule, seed: int) -> list[np.random.SeedSequence]:
+    """Of the individual and of the noise of torque, crank angle and output angle."""
+    return np.random.SeedSequence([seed, len(schedule)]).spawn(4)
 
 
 def has_individuals(drive: Drive) -> bool:

@@ -33,7 +33,7 @@ from reefmu.effects import EFFECTS
 from reefmu.planning import Plan, Rig, load_rig, make_plan
 from reefmu.planning.diagnosis_link import record_problem
 from reefmu.planning.protocols.motion_pieces import Piece
-from reefmu.planning.protocols.schedule import Schedule, make_schedule, measured_record
+from reefmu.planning.protocols.schedule import Schedule, first_element, make_schedule, measured_record
 from stiffness_model import DoesNotFitWarning, Drive, load_drive
 from tests.validation.blind.protocols import full
 
@@ -122,7 +122,8 @@ def hand_made(drive: Drive, plan: Plan) -> Schedule:
 
 def predicted(drive: Drive, plan: Plan, schedule: Schedule) -> PredictedIsolability:
     """The isolability of the plan's effects along another schedule, as that of the plan along its own."""
-    problem, fit = record_problem(drive, measured_record(drive, plan.rig, schedule, 2, individual=True))
+    record = measured_record(drive, plan.rig, schedule, 2, individual=True)
+    problem, fit = record_problem(drive, record, first_element(drive, schedule, 2))
     columns = sensitivities(problem, fit, plan.sizes)
     sets = [(name,) for name in plan.interest]
     rivals = [(name,) for name in plan.isolability.names]

@@ -60,6 +60,7 @@ def test_a_choice_reaches_a_clearance_of_typical_size(setting: Setting) -> None:
     assert _choose(setting, 30.0, 1.0, (("backlash",), ("hysteresis",))).ended is Ended.REACHED
 
 
+@pytest.mark.slow
 def test_a_choice_says_whether_time_or_rig_ended_it(choose: Choose) -> None:
     short = choose(0.05, 0.6)
     assert short.ended is Ended.TIME

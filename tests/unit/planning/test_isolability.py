@@ -118,6 +118,7 @@ def test_unknown_and_excluded_effects_are_refused(drive: Drive) -> None:
         make_plan(drive, Rig(crank="locked"), ["missing_ball"])
 
 
+@pytest.mark.slow
 def test_the_next_protocol_tells_sets_apart(drive: Drive) -> None:
     found = next_protocol(drive, Rig(), [("hysteresis",), ("coulomb_friction", "viscous_friction")])
     assert found.labels == ("hysteresis", "coulomb_friction + viscous_friction")

@@ -82,6 +82,7 @@ def test_a_decided_record_and_a_gear_without_drawing_get_no_proposal(one_loop: A
     assert propose_protocol(undrawn) is None
 
 
+@pytest.mark.slow
 def test_the_protocol_is_a_file_beside_the_report(one_loop: Analysis, tmp_path: Path) -> None:
     """It stays within the rig of the record, and a later diagnosis without a proposal removes it."""
     record = one_loop.record
