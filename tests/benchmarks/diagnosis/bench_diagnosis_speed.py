@@ -1,4 +1,5 @@
-"""Time of a diagnosis, of its predictor for sets of effects, and of thinning; ratios to plain evaluations in this run.
+"""Time of a diagnosis, of its predictor for sets of effects, of thinning, and of a plan; ratios to plain evaluations in
+this run.
 
 Run as `python tests/benchmarks/diagnosis/bench_diagnosis_speed.py` with one thread of BLAS (OMP_NUM_THREADS=1);
 `--records 3 27` gives the lengths in multiples of 4240 samples. The plain predictor is made anew for every call, so
@@ -21,13 +22,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
 
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.problem import search_blocks
-from reefmu.diagnosis.forward.base_curve import drawing_base
+from reefmu.diagnosis.forward.base_curve import BaseCurve, drawing_base
 from reefmu.diagnosis.forward.predictor import Predictor
 from reefmu.diagnosis.preprocessing.thinning import thin_trace
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.effects import EFFECTS
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.model.drive_model import build_model
+from reefmu.planning import Rig, make_plan
 from reefmu.record import Record
 from reefmu.simulate import simulate_record
 from stiffness_model import DoesNotFitWarning
@@ -43,24 +45,26 @@ SETS: tuple[tuple[str, ...], ...] = (
     ("creep", "structural_compliance", "hysteresis"),
     ("missing_ball", "thermal_clearance"),
 )
+PLANNED = ("hysteresis", "creep", "backlash")
 ENCODER_NOISE = 2e-6
 """rad, standard deviation of the output angle's noise."""
 
 
-def noisy_record(oversampling: int) -> Record:
-    """A record with hysteresis, noise of the torque (0.6 N.m, correlated) and of the output's encoder."""
+def noisy_record(oversampling: int, individual: int | None = None) -> Record:
+    """A record with hysteresis, noise of the torque (0.6 N.m, correlated) and of the output's encoder; of the mean
+    drive, or of the individual of a seed."""
     record = rig.protocol(oversampling=oversampling)
-    model = build_model(
-        rig.drive(), {"hysteresis": {"torque": 2.5, "presliding": 1e-4}}, lookup=cached_lookup(rig.drive())
-    )
+    effects = {"hysteresis": {"torque": 2.5, "presliding": 1e-4}}
+    model = build_model(rig.drive(), effects, lookup=cached_lookup(rig.drive()), individual=individual)
     torque = simulate_record(model, record)["measured.tau"] + rig.noise_of(len(record), 0.6, 0.5, 0)
     noise = ENCODER_NOISE * np.random.default_rng(1).standard_normal(len(record))
     return replace(record, output_torque=torque, output_angle=record.output_angle + noise)
 
 
-def fit_path(names: tuple[str, ...]) -> list[Array]:
-    """Parameters that a fit of these effects might pass through: five steps, each a third of the one before."""
-    nominal = np.array([1e-6, *(p.nominal for n in names for p in EFFECTS[n].parameters)])
+def fit_path(base: BaseCurve, names: tuple[str, ...]) -> list[Array]:
+    """Parameters that a fit of these effects might pass through: five steps, each a third of the one before. The first
+    are the zero of the twist, rad, the delay of the torque, s, and those of the base curve."""
+    nominal = np.array([1e-6, 1e-4, *base.shape.start, *(p.nominal for n in names for p in EFFECTS[n].parameters)])
     return [nominal * (1 + 0.2 / 3**k) for k in range(5)]
 
 
@@ -83,7 +87,7 @@ def compare_predictors(record: Record) -> None:
     base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
     print(f"{len(trace)} samples, {len(blocks.count)} blocks, {len(thinned[0])} samples of the thinned trace")
     for names in SETS:
-        points = fit_path(names)
+        points = fit_path(base, names)
         plain = seconds(lambda p, names=names: Predictor(trace, base, names, blocks)(p), points)
         reused = seconds(Predictor(trace, base, names, blocks), points)
         ranked = seconds(Predictor(thinned[0], base, names, thinned[1]), points)
@@ -91,6 +95,15 @@ def compare_predictors(record: Record) -> None:
             f"  {'+'.join(names) or 'base curve':45s} plain {1e3 * plain:7.2f} ms"
             f"   reuse {plain / reused:4.1f} times   with thinning {plain / ranked:5.1f} times faster"
         )
+
+
+def time_diagnosis(what: str, record: Record) -> None:
+    """Print the time of a diagnosis in one process, and its verdict."""
+    started = time.perf_counter(), time.process_time()
+    found = diagnose_record(record, drive=rig.drive())
+    wall, cpu = time.perf_counter() - started[0], time.process_time() - started[1]
+    names = "+".join(effect.name for effect in found.effects)
+    print(f"  diagnosis, {what}: {wall:.1f} s, {cpu:.1f} s of processor time ({found.verdict} {names})")
 
 
 def main() -> None:
@@ -102,11 +115,12 @@ def main() -> None:
     for oversampling in options.records:
         record = noisy_record(oversampling)
         compare_predictors(record)
-        started = time.perf_counter(), time.process_time()
-        found = diagnose_record(record, drive=rig.drive())
-        wall, cpu = time.perf_counter() - started[0], time.process_time() - started[1]
-        names = "+".join(effect.name for effect in found.effects)
-        print(f"  diagnosis in one process: {wall:.1f} s, {cpu:.1f} s of processor time ({found.verdict} {names})")
+        time_diagnosis("mean drive", record)
+        time_diagnosis("individual", noisy_record(oversampling, individual=7))
+    started = time.process_time()
+    plan = make_plan(rig.drive(), Rig(), PLANNED)
+    cpu = time.process_time() - started
+    print(f"plan for {len(PLANNED)} effects: {cpu:.1f} s of processor time (protocol of {plan.seconds:.0f} s)")
 
 
 if __name__ == "__main__":
