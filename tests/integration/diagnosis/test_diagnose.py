@@ -28,6 +28,7 @@ def test_a_record_without_effects_gets_none() -> None:
     assert found.global_p > 0.01
 
 
+@pytest.mark.slow
 def test_probabilities_are_those_of_the_schema() -> None:
     """Sorted, with a sum of 1; an effect's is that of its hypotheses; the matrix has rows below 1."""
     answer = diagnose_record(rig.measured({"hysteresis": {"torque": 4.0}}, seed=3), drive=rig.drive()).to_dict()

@@ -63,8 +63,16 @@ def first_states(component: Component, start: Mapping[str, float], inputs: Mappi
     return dict(zip((s.name for s in component.states), x, strict=True))
 
 
-@pytest.mark.parametrize(("backend", "fmi"), FORMS)
-@pytest.mark.parametrize("kind", ["drive", "joint"])
+@pytest.mark.parametrize(
+    ("kind", "backend", "fmi"),
+    [
+        *(("drive", backend, fmi) for backend, fmi in FORMS),
+        *(
+            pytest.param("joint", backend, fmi, marks=pytest.mark.slow if backend == "python" else ())
+            for backend, fmi in FORMS
+        ),
+    ],
+)
 def test_a_start_under_a_torque_stays_at_rest(
     steady_model: DriveModel, files: Mapping[tuple[str, str, str], Path], kind: str, backend: str, fmi: str
 ) -> None:

@@ -132,8 +132,15 @@ SHARES = (0.003, 0.007, 0.012, 0.03, 0.04, 0.06, 0.09, 0.12, 0.17, 0.25, 0.35, 0
 """Twists over the greatest one; none is among those to which the friction is fitted, except the last."""
 
 
-@pytest.mark.parametrize("name", ["drive_1", "drive_2", "drive_3", "workshop"])
-@pytest.mark.parametrize("mu", [0.05, 0.3])
+@pytest.mark.parametrize(
+    ("name", "mu"),
+    [
+        ("drive_1", 0.3),
+        ("drive_3", 0.05),
+        *(pytest.param(name, 0.05, marks=pytest.mark.slow) for name in ("drive_1", "drive_2", "workshop")),
+        *(pytest.param(name, 0.3, marks=pytest.mark.slow) for name in ("drive_2", "drive_3", "workshop")),
+    ],
+)
 def test_friction_of_models_has_these_efficiencies_at_any_load(name: str, mu: float) -> None:
     drive = sm.load_drive(name, friction_coefficient=mu)
     (parameters,) = contact_friction(drive).values()

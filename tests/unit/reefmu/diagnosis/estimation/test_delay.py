@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -29,21 +30,25 @@ def delayed(delay: float) -> Record:
     return replace(record, output_torque=torque)
 
 
-def problem_of(record: Record) -> Problem:
+@cache
+def problem_of(delay: float) -> Problem:
     base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
+    record = delayed(delay)
     return prepare_problem(record, make_trace(record, rig.drive().ratio), base)
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.001, 0.003])
+@pytest.mark.parametrize(
+    "delay", [pytest.param(0.0, marks=pytest.mark.slow), 0.001, pytest.param(0.003, marks=pytest.mark.slow)]
+)
 def test_the_delay_is_estimated_and_nothing_unnamed_is_left(delay: float) -> None:
-    problem = problem_of(delayed(delay))
+    problem = problem_of(delay)
     fit = base_fit(problem)
     assert fit.parameters[DELAY] == pytest.approx(delay, abs=3e-4)
     assert fit_terms(problem, fit)[0].gain < 12
 
 
 def test_without_the_delay_something_unnamed_would_be_found() -> None:
-    problem = problem_of(delayed(0.003))
+    problem = problem_of(0.003)
     found = base_fit(problem)
     prompt = found.parameters.copy()
     prompt[DELAY] = 0.0
@@ -55,7 +60,7 @@ def test_without_the_delay_something_unnamed_would_be_found() -> None:
 
 
 def test_a_delay_is_at_most_that_of_the_slowest_filter() -> None:
-    problem = problem_of(delayed(0.0))
+    problem = problem_of(0.003)
     low, high = (bound[DELAY] for bound in (problem.bounds(()).low, problem.bounds(()).high))
     assert (low, high) == pytest.approx((-MAX_DELAY * DELAY_DEVIATION, MAX_DELAY * DELAY_DEVIATION))
     assert high <= problem.sampling_interval

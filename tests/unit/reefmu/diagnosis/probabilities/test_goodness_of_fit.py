@@ -58,6 +58,7 @@ def individual() -> tuple[Problem, Fit]:
     return problem, problem.fit_from((), problem.start(0.0), problem.weights)
 
 
+@pytest.mark.slow
 def test_p_values_of_individuals_are_ordinary_and_of_something_unnamed_small(individual: tuple[Problem, Fit]) -> None:
     """Individuals of another seed; a ripple over time, which no part makes, of a hundredth of full torque."""
     problem, fit = individual
