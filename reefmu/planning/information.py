@@ -81,35 +81,29 @@ def total_information(pieces: PieceInformation, schedule: Schedule, summed: Arra
     Drift and wear go on over the whole record: a run that starts later than in the library's record, or after more
     turns, adds an offset or a clearance to their columns.
     """
-    # Copies of a piece have the place of its run in the library.
-    places, copy = np.unique(_places(pieces.library, schedule.chosen), return_inverse=True)
-
-    def by_run(weights: Array) -> Array:
-        """(u,) sums of the weights (k,) of the chosen pieces over the runs of the library that they are."""
-        return np.asarray(np.bincount(copy, weights), float)
-
+    places = _places(pieces.library, schedule.chosen)
     total = summed_products(pieces, schedule.chosen) if summed is None else summed.copy()
     shift = {
-        "torque_sensor_drift": schedule.begin - pieces.library.begin[places[copy]],
-        "wear": schedule.travelled - pieces.library.travelled[places[copy]],
+        "torque_sensor_drift": schedule.begin - pieces.library.begin[places],
+        "wear": schedule.travelled - pieces.library.travelled[places],
     }
     # The columns become A (I + s E), with the shift s of a run and E, which has one entry for each continued column.
     entries = [(to, source, ratio * shift[name]) for to, source, ratio, name in pieces.continued]
     rows = {source: pieces.products[places, source, :] for source in {source for _, source, _ in entries}}
     for to, source, by in entries:
-        moved = by_run(by) @ rows[source]
+        moved = by @ rows[source]
         total[to, :] += moved
         total[:, to] += moved
     for to, source, by in entries:
         for other, other_source, other_by in entries:
-            total[to, other] += float(by_run(by * other_by) @ rows[source][:, other_source])
+            total[to, other] += float((by * other_by) @ rows[source][:, other_source])
     return _eliminated(total, pieces.n_effects, pieces.n_base)
 
 
-def _places(library: Schedule, chosen: Sequence[int]) -> list[int]:
+def _places(library: Schedule, chosen: Sequence[int]) -> NDArray[np.intp]:
     """Positions of pieces, by their index in the library, in the library's own schedule."""
     where = {index: place for place, index in enumerate(library.chosen)}
-    return [where[index] for index in chosen]
+    return np.array([where[index] for index in chosen], np.intp)
 
 
 def _eliminated(total: Array, n_effects: int, n_base: int) -> Array:

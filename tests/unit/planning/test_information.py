@@ -66,6 +66,12 @@ def test_a_piece_is_added_to_the_sum_of_the_others(setting: Setting, candidates:
     assert np.array_equal(summed, before)
 
 
+def test_no_pieces_hold_no_information(setting: Setting, candidates: Candidates) -> None:
+    """As where a rig can run none of them."""
+    assert candidates.pieces.continued
+    assert not along(setting, candidates, []).any()
+
+
 def test_a_choice_of_pieces_is_as_informative_as_its_own_record(setting: Setting, candidates: Candidates) -> None:
     """Drift and wear go on over a record: along another schedule they are those of a record simulated along it."""
     loop, turns = pieces_with(setting, "loops to 100 %")[0], pieces_with(setting, "then loops")[1]
