@@ -29,6 +29,7 @@ from .preprocessing.cycle_scatter import estimate_cycle_scatter
 from .preprocessing.cycles import find_cycles
 from .preprocessing.noise import estimate_noise
 from .preprocessing.trace import Trace
+from .preprocessing.twist_noise import at_twist_of_neighbours
 from .random_effects.cycloidal_scatter import cycloidal_scatter
 from .random_effects.element_motion import element_motion
 from .random_effects.individuals import simulate_individuals
@@ -103,6 +104,8 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve, seating: Seat
         cycle_scatter=between,
         cycles=find_cycles(record, blocks),
     )
+    trace = at_twist_of_neighbours(trace, blocks, base_fit(problem).prediction.slope)
+    problem = replace(problem, trace=trace)
     return _with_scatter(problem, base_fit(problem), seating)
 
 

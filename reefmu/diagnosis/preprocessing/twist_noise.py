@@ -1,0 +1,52 @@
+"""The noise of the twist, taken off twist and torque alike.
+
+Torques are compared at a measured twist. The noise of that twist is in the residual, times the stiffness of the base
+curve, and in everything that is computed from the twist: a softer drive, a steeper curve or any two functions of the
+torque whose sum is flat but steep would explain it (regression with errors in variables: Fuller, Measurement Error
+Models, 1987, section 1.1). The twist that the neighbours of a block have does not hold the block's noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stiffness_model.numerics.arrays import Array
+
+from .motion import angle_noise
+from .trace import Blocks, Trace
+
+MOST_DEVIATIONS = 4.0
+"""Standard deviations beyond which the difference of a block from its neighbours is motion, such as a reversal: white
+noise exceeds them once in 16 000 blocks."""
+
+CUBIC = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6
+"""Coefficients of the difference of a value from the cubic through two equidistant neighbours on either side."""
+
+
+def at_twist_of_neighbours(trace: Trace, blocks: Blocks, slope: Array) -> Trace:
+    """The trace with every block at the twist that the two blocks before and the two after it in its run have, and with
+    the torque that the base curve has there.
+
+    slope: (n,) N.m/rad, stiffness of the base curve in the blocks. Effects change the stiffness by a part of it, so
+    that of what the neighbours have differently only that part enters the residual.
+    """
+    noise = np.repeat(_noise(trace, blocks), blocks.count.astype(int))
+    return replace(
+        trace,
+        twist=trace.twist - noise,
+        torque=trace.torque - np.repeat(slope, blocks.count.astype(int)) * noise,
+    )
+
+
+def _noise(trace: Trace, blocks: Blocks) -> Array:
+    """(n,) rad, difference of the mean twist of each block from the cubic through its neighbours; 0 where that is
+    motion, and in the two blocks at either end of a run."""
+    twist, run = blocks.mean(trace.twist), trace.run[blocks.first]
+    found = np.zeros(len(twist))
+    if len(twist) > 4:
+        found[2:-2] = np.convolve(twist, CUBIC, "valid")
+        found[2:-2][run[:-4] != run[4:]] = 0.0
+    deviation = angle_noise(trace.twist, trace.run_ranges) * np.sqrt((CUBIC**2).sum() / blocks.count)
+    return np.where(np.abs(found) < MOST_DEVIATIONS * deviation, found, 0.0)
