@@ -32,7 +32,7 @@ from .preprocessing.trace import Trace
 from .preprocessing.twist_noise import at_twist_of_neighbours
 from .random_effects.cycloidal_scatter import cycloidal_scatter
 from .random_effects.element_motion import element_motion
-from .random_effects.individuals import simulate_individuals
+from .random_effects.individuals import N_INDIVIDUALS, simulate_individuals
 from .random_effects.responses import element_responses
 from .random_effects.scatter import Scatter
 from .random_effects.seating import Seating
@@ -128,11 +128,11 @@ def with_scatter_beside(problem: Problem, found: Fit) -> Problem:
     return best
 
 
-def with_individuals(problem: Problem) -> Problem:
+def with_individuals(problem: Problem, count: int = N_INDIVIDUALS) -> Problem:
     """The problem with simulated individuals of its population, where a drawing states tolerances."""
     if not isinstance(problem.scatter, Scatter):
         return problem
-    return replace(problem, individuals=simulate_individuals(problem.scatter))
+    return replace(problem, individuals=simulate_individuals(problem.scatter, count))
 
 
 def _likelier(problem: Problem, found: Fit, scatter: Scatter) -> tuple[Problem, Fit]:

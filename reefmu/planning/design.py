@@ -8,6 +8,7 @@ submodular criteria is near the optimum (Krause, McMahan, Guestrin and Gupta, Ro
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -18,6 +19,7 @@ from scipy.special import logit, ndtri
 from stiffness_model.numerics.arrays import Array
 
 from ..diagnosis.calibrated_odds import CALIBRATED, NAMED, least_evidence
+from ..diagnosis.discrimination.effect_columns import AMPLITUDE_DEVIATION
 from ..diagnosis.discrimination.rival_hypotheses import RivalHypothesis, separations
 from .information import PieceInformation, summed_products, total_information
 from .protocols.motion_pieces import Piece
@@ -32,8 +34,8 @@ by judgement: a protocol would hold fifty such pieces before one pair is separat
 NEGLIGIBLE = 3e-4
 """Change of the criterion, whose greatest value is 1, for which no piece is added and a chosen one is removed. Chosen
 by judgement: a tenth of what one pair of 17 effects contributes."""
-OCCAM = 2.0
-"""Expected logarithm of prior over posterior width of one amplitude at the limit of detection, ln(5.4) rounded up."""
+OCCAM = math.log(10 * AMPLITUDE_DEVIATION)
+"""Logarithm of prior over posterior width of one amplitude of typical size at the limit of detection, 10 deviations."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ def wanted_separations(power: float) -> tuple[float, float]:
     must exceed what the calibrated odds of a name take, with the probability `power`.
 
     >>> [round(q, 1) for q in wanted_separations(0.9)]
-    [96.7, 12.6]
+    [104.8, 12.6]
     """
     z = float(ndtri(power))
     odds = float(logit(NAMED))

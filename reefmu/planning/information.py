@@ -14,17 +14,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 
 from stiffness_model.numerics.arrays import Array
 
 from ..diagnosis.discrimination.effect_columns import ACCUMULATING, Sensitivities
+from ..diagnosis.discrimination.simulated_scores import eliminate
 from .diagnosis_link import noise_whitened
 from .protocols.rig import RigNoise
 from .protocols.schedule import Schedule
-
-MIN_BASE_EIGENVALUE = 1e-9
-"""Relative size of an eigenvalue of the base model's information below which it counts as zero: rounding."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +56,7 @@ def piece_information(s: Sensitivities, library: Schedule, noise: RigNoise) -> P
 def record_information(s: Sensitivities, noise: RigNoise) -> Array:
     """(k, k) information of the effects' columns along a whole record, measured with this noise."""
     rows = np.concatenate(noise_whitened(s, noise), axis=1)
-    return _eliminated(rows.T @ rows, s.columns.shape[1], s.base.shape[1])
+    return eliminate(rows.T @ rows, s.columns.shape[1], s.base.shape[1])
 
 
 def _products(rows: Array, run: NDArray[np.int64], count: int) -> Array:
@@ -97,25 +94,10 @@ def total_information(pieces: PieceInformation, schedule: Schedule, summed: Arra
     for to, source, by in entries:
         for other, other_source, other_by in entries:
             total[to, other] += float((by * other_by) @ rows[source][:, other_source])
-    return _eliminated(total, pieces.n_effects, pieces.n_base)
+    return eliminate(total, pieces.n_effects, pieces.n_base)
 
 
 def _places(library: Schedule, chosen: Sequence[int]) -> NDArray[np.intp]:
     """Positions of pieces, by their index in the library, in the library's own schedule."""
     where = {index: place for place, index in enumerate(library.chosen)}
     return np.array([where[index] for index in chosen], np.intp)
-
-
-def _eliminated(total: Array, n_effects: int, n_base: int) -> Array:
-    """The Schur complement of scatter, with unit prior information, and of the base model without any."""
-    k, inner = n_effects, n_effects + n_base
-    with_scatter = total[:inner, :inner]
-    if total.shape[0] > inner:
-        across = total[inner:, :inner]
-        lower = np.linalg.cholesky(total[inner:, inner:] + np.eye(total.shape[0] - inner))
-        half = solve_triangular(lower, across, lower=True, check_finite=False)
-        with_scatter = with_scatter - half.T @ half
-    values, vectors = np.linalg.eigh(with_scatter[k:, k:])
-    keep = values > MIN_BASE_EIGENVALUE * max(float(values.max(initial=0.0)), 1e-300)
-    half = (vectors[:, keep] / np.sqrt(values[keep])).T @ with_scatter[k:, :k]
-    return with_scatter[:k, :k] - half.T @ half

@@ -12,7 +12,7 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
 from stiffness_model.numerics.arrays import Array
 
-from ..diagnosis.discrimination.predicted_isolability import PredictedIsolability
+from ..diagnosis.discrimination.predicted_isolability import SIZES, PredictedIsolability
 from ..effects import EFFECTS, find_effect
 from ..model.contacts.tables import cached_lookup
 from .checked_choice import Ended, choose_protocol
@@ -84,12 +84,13 @@ def make_plan(
     report("sensors and motions that are missing", 0.9)
     other = partial(setting.candidates, true=sets, rivals=rivals)
     remedies = find_remedies(candidates, other, chosen, POWER)
+    found = check(chosen.schedule, sizes=SIZES).isolability
     torque = cached_lookup(drive).torque(np.concatenate([p.twist for p in chosen.schedule.pieces]))
     return Plan(
         drive,
         rig,
         chosen.schedule,
-        chosen.checked.isolability,
+        found,
         setting.sizes,
         interest,
         excluded,

@@ -5,8 +5,9 @@ The columns are linearised about the fit without effects.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +15,20 @@ from numpy.typing import NDArray
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import find_effect
+from ..calibrated_odds import PRIOR_WIDTH
 from ..estimation.least_squares import PRIORS, Fit
 from ..estimation.problem import Problem
-from ..estimation.score_test import Direction, absorbing_basis, linearise
-from ..estimation.weighting import Weighting
+from ..estimation.score_test import Direction, linearise
 
 SHAPE_STEP = 0.7
 """Change of the logarithm of a time, length or speed that its column stands for. Chosen by judgement: the values from
 which the diagnosis starts are about 2 apart, so that no true one is farther than 1 from one of them."""
+AMPLITUDE_DEVIATION = math.sqrt(math.pi / 2) * PRIOR_WIDTH
+"""Standard deviation, in typical sizes, of the Gaussian prior of an amplitude that has the density at zero of the
+diagnosis' Cauchy prior, 1 / (pi `PRIOR_WIDTH`), which hardly falls within the sizes that occur."""
+WAVE_DEVIATION = math.sqrt(math.pi * PRIOR_WIDTH)
+"""The same of a cosine and of a sine, in typical sizes over sqrt(2): an amplitude a of any phase has the density
+1 / (pi^2 `PRIOR_WIDTH` a) in their plane, here at one typical size."""
 ACCUMULATING = {"torque_sensor_drift": "torque_sensor_offset", "wear": "backlash"}
 """Effects that accumulate over the whole record, with the effect that an earlier start adds: an offset, a clearance."""
 
@@ -43,10 +50,12 @@ class Variant:
     size: float
 
     def prior(self, column: int) -> tuple[float, float]:
-        """Mean and standard deviation of the prior of a column, in typical sizes: those of the diagnosis for an effect
-        that is present or absent, else 0 and 1."""
+        """Mean and standard deviation of the prior of a column, in its unit: of amplitudes those of the diagnosis, of
+        changes of shape 0 and 1."""
+        if column >= self.n_amplitudes:
+            return 0.0, 1.0
         keys = [key for key in PRIORS if key.startswith(self.effect + ".")]
-        return PRIORS[keys[0]] if keys and column < self.n_amplitudes else (0.0, 1.0)
+        return PRIORS[keys[0]] if keys else (0.0, WAVE_DEVIATION if self.paired else AMPLITUDE_DEVIATION)
 
     def is_one_sided(self, column: int) -> bool:
         """Whether the prior of a column is cut at zero; one about another mean hardly reaches zero."""
@@ -90,13 +99,10 @@ def sensitivities(
 ) -> Sensitivities:
     """The columns of all variants of the candidates, or of those among `names`, and `n_truths` traces of each.
 
-    Effects that accumulate over the record are linear in time or travel, so that their columns along other records with
-    the same runs follow from these: a drift has no settling time.
+    Traces of effects that accumulate over the record are linear in time or travel: a drift has no settling time.
     """
     chosen = [name for name in problem.candidates if names is None or name in names]
     directions = {name: linearise(problem, name, fit) for name in chosen}
-    # The last variant of a drift has the longest settling time.
-    directions |= {name: directions[name][-1:] for name in ACCUMULATING if name in directions}
     variants: list[Variant] = []
     truths: list[Variant] = []
     columns: list[Array] = []
@@ -112,9 +118,10 @@ def sensitivities(
             count += width
     for name, of_effect in directions.items():
         for draw in range(n_truths):
-            parameters, size = draw_parameters(of_effect, sizes, draw)
+            parameters, size = draw_parameters(of_effect[-1:] if name in ACCUMULATING else of_effect, sizes, draw)
             if name in ACCUMULATING:
-                columns.append(of_effect[0].columns * size)
+                # The last variant of a drift has the longest settling time.
+                columns.append(of_effect[-1].columns * size)
             else:
                 trace = problem.predictor((name,))(np.concatenate([fit.parameters, parameters])).torque
                 columns.append((trace - fit.prediction.torque)[:, None])
@@ -134,6 +141,13 @@ def sensitivities(
         fit,
         sizes,
     )
+
+
+def linear_in_time(s: Sensitivities) -> Sensitivities:
+    """The same without the variants of accumulating effects that settle: the columns of the others along other records
+    with the same runs follow from these."""
+    last = {v.effect: v for v in s.variants if v.effect in ACCUMULATING}
+    return replace(s, variants=tuple(v for v in s.variants if last.get(v.effect, v) is v))
 
 
 def _scales(direction: Direction, sizes: Mapping[str, float]) -> Array:
@@ -195,11 +209,3 @@ def draw_parameters(variants: Sequence[Direction], sizes: Mapping[str, float], d
     sign = 1.0 - 2.0 * (draw % 2) if p.minimum < p.neutral else 1.0
     values[chosen] = np.clip(sign * sizes[f"{name}.{p.name}"], p.minimum, p.maximum)
     return values, float(values[chosen])
-
-
-def information_under(s: Sensitivities, weights: Weighting) -> Array:
-    """(k, k) information of the columns under a covariance, orthogonal to the base model."""
-    basis = absorbing_basis(weights, s.fit.prediction.sensitivities, s.fit.bounds.prior_deviation)
-    white = weights.whiten(s.columns)
-    white = white - basis @ (basis.T @ white)
-    return white.T @ white

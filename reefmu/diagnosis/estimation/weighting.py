@@ -107,6 +107,21 @@ class Weighting:
         along = covariance.basis.T @ scaled
         return Projection(scaled, along * (damping if values.ndim == 1 else damping[:, None]))
 
+    def products(self, values: Array, sizes: Sequence[float]) -> list[Array]:
+        """Inner products (k, k) of whitened values (n, k), N.m, under every size of the scatter."""
+        by_kind: dict[bool, tuple[Array, Array, Array]] = {}
+        found: list[Array] = []
+        for size in sizes:
+            kind = size >= INDIVIDUAL_SIZE
+            if kind not in by_kind:
+                covariance = self.with_size(size)._active
+                scaled = values * covariance.scale[:, None]
+                by_kind[kind] = scaled.T @ scaled, covariance.basis.T @ scaled, covariance.eigenvalues
+            across, along, eigenvalues = by_kind[kind]
+            spread = size**2 * eigenvalues
+            found.append(across - along.T @ (along * (spread / (1 + spread))[:, None]))
+        return found
+
     @property
     def log_determinant(self) -> float:
         """Logarithm of the determinant of the covariance over that of the noise alone."""

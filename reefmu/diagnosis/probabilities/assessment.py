@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ...effects import find_effect
-from ..discrimination.effect_columns import information_under, sensitivities
+from ..discrimination.effect_columns import sensitivities
 from ..discrimination.predicted_isolability import isolability
 from ..discrimination.rival_hypotheses import make_hypotheses
+from ..discrimination.simulated_scores import scores_of_records
 from ..estimation.held_out import fits_without_held_out
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
@@ -21,6 +22,10 @@ from .decision import Conclusion, conclude
 from .hypothesis_table import hypothesis_table
 from .priors import NO_PRIORS, Priors
 from .typical_sizes import typical_sizes
+
+N_RECORDS = 100
+"""Simulated records from which the isolability is computed. With four traces of an effect, the standard error of a
+probability is below 5 percentage points."""
 
 
 @dataclass(frozen=True)
@@ -78,5 +83,5 @@ def record_isolability(problem: Problem, base: Fit, chosen: Fit, sizes: Mapping[
         return IsolabilityMatrix((), ())
     columns = sensitivities(problem, base, sizes)
     single = make_hypotheses(columns, [(name,) for name in problem.candidates])
-    found = isolability(information_under(columns, chosen.weighting), single, single, sizes=())
+    found = isolability(scores_of_records(columns, chosen.weighting, N_RECORDS, 0), single, single)
     return IsolabilityMatrix(found.true, tuple(tuple(float(p) for p in row[:-1]) for row in found.matrix[1:]))

@@ -15,12 +15,10 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import Parameter, find_effect
+from ..calibrated_odds import PRIOR_WIDTH
 from ..estimation.least_squares import Fit, is_logarithmic
 from ..estimation.problem import Problem
 
-PRIOR_WIDTH = 20.0
-"""Half-width of the prior of an amplitude, over its typical size. Chosen among 1, 5, 20 and 50 by the calibration of
-the probabilities, where 20 and 50 are alike and smaller widths worse: a prior that hardly prefers any size."""
 LOGARITHMIC_RANGE = 2 * math.log(10.0)
 """Range of the logarithm of a time, length or speed that is as likely as any: two decades, chosen by judgement."""
 SINGULAR = 1e-9

@@ -25,15 +25,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
 
 from reefmu.cli import BLAS_THREADS
 from reefmu.diagnosis import diagnose_record
-from reefmu.diagnosis.discrimination.effect_columns import draw_parameters, information_under, sensitivities
-from reefmu.diagnosis.discrimination.predicted_isolability import PredictedIsolability, isolability
-from reefmu.diagnosis.discrimination.rival_hypotheses import make_hypotheses
+from reefmu.diagnosis.discrimination.effect_columns import draw_parameters
+from reefmu.diagnosis.discrimination.predicted_isolability import PredictedIsolability
 from reefmu.diagnosis.estimation.score_test import linearise
 from reefmu.effects import EFFECTS
 from reefmu.planning import Plan, Rig, load_rig, make_plan
 from reefmu.planning.diagnosis_link import record_problem
 from reefmu.planning.protocols.motion_pieces import Piece
-from reefmu.planning.protocols.schedule import Schedule, first_element, make_schedule, measured_record
+from reefmu.planning.protocols.schedule import Schedule, make_schedule, measured_record
+from reefmu.planning.setting import check_schedule, prepare_setting
 from stiffness_model import DoesNotFitWarning, Drive, load_drive
 from tests.validation.blind.protocols import full
 
@@ -122,14 +122,9 @@ def hand_made(drive: Drive, plan: Plan) -> Schedule:
 
 def predicted(drive: Drive, plan: Plan, schedule: Schedule) -> PredictedIsolability:
     """The isolability of the plan's effects along another schedule, as that of the plan along its own."""
-    record = measured_record(drive, plan.rig, schedule, 2, individual=True)
-    problem, fit = record_problem(drive, record, first_element(drive, schedule, 2))
-    columns = sensitivities(problem, fit, plan.sizes)
+    setting = prepare_setting(drive, plan.rig, None, lambda stage, share: None)
     sets = [(name,) for name in plan.interest]
-    rivals = [(name,) for name in plan.isolability.names]
-    return isolability(
-        information_under(columns, fit.weighting), make_hypotheses(columns, sets), make_hypotheses(columns, rivals)
-    )
+    return check_schedule(setting, schedule, sets, [(name,) for name in plan.isolability.names]).isolability
 
 
 def compare_time(drive: Drive, plan: Plan) -> None:

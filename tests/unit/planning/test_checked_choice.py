@@ -11,6 +11,7 @@ import pytest
 
 from reefmu.diagnosis.calibrated_odds import NAMED, log_odds
 from reefmu.diagnosis.discrimination.predicted_isolability import isolability
+from reefmu.diagnosis.discrimination.simulated_scores import gaussian_scores
 from reefmu.planning.checked_choice import Choice, Ended, choose_protocol
 from reefmu.planning.design import Candidates, wanted_separations
 from reefmu.planning.information import total_information
@@ -37,7 +38,7 @@ def _choose(setting: Setting, minutes: float, kept: float, sets: Sequence[tuple[
 
     def check(schedule: Schedule) -> Checked:
         information = kept * total_information(candidates.pieces, schedule)
-        found = isolability(information, candidates.true, candidates.rivals, sizes=(), draws=(100, 0))
+        found = isolability(gaussian_scores(information, 100, 0), candidates.true, candidates.rivals)
         return Checked(found, tuple(kept * part for part in candidates.found(schedule.chosen)[1]))
 
     return choose_protocol(candidates, check, lambda stage, share: None, 0.9)

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.discrimination.effect_columns import information_under, sensitivities
+from reefmu.diagnosis.discrimination.effect_columns import sensitivities
 from reefmu.diagnosis.discrimination.rival_hypotheses import make_hypotheses, separations
+from reefmu.diagnosis.discrimination.simulated_scores import information_under
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.random_effects.scatter import Scatter

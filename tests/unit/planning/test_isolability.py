@@ -7,9 +7,10 @@ import pytest
 from scipy.stats import norm
 
 from reefmu.diagnosis.calibrated_odds import CALIBRATED, NAMED, least_evidence
-from reefmu.diagnosis.discrimination.effect_columns import Variant
-from reefmu.diagnosis.discrimination.predicted_isolability import isolability
+from reefmu.diagnosis.discrimination.effect_columns import AMPLITUDE_DEVIATION, Variant
+from reefmu.diagnosis.discrimination.predicted_isolability import SIZES, isolability
 from reefmu.diagnosis.discrimination.rival_hypotheses import RivalHypothesis
+from reefmu.diagnosis.discrimination.simulated_scores import gaussian_scores
 from reefmu.planning import Plan, Rig, make_plan, next_protocol
 from reefmu.planning.design import design, make_targets, potential, wanted_separations
 from reefmu.planning.protocols.motion_pieces import feasible
@@ -38,8 +39,8 @@ def test_rows_are_probabilities(plan: Plan) -> None:
 def test_the_limit_falls_with_the_root_of_time(runs: int) -> None:
     """White noise without scatter: n equal runs have n times the information of one."""
     information = np.array([[40.0, 8.0], [8.0, 30.0]])
-    one = isolability(information, PAIR, PAIR, sizes=(), draws=(10, 0))
-    many = isolability(runs * information, PAIR, PAIR, sizes=(), draws=(10, 0))
+    one = isolability(gaussian_scores(information, 10, 0), PAIR, PAIR)
+    many = isolability(gaussian_scores(runs * information, 10, 0), PAIR, PAIR)
     assert np.allclose(many.standard_error, one.standard_error / np.sqrt(runs))
 
 
@@ -59,14 +60,14 @@ def test_white_noise_runs_add_without_scatter(setting: Setting) -> None:
 
 def test_equal_columns_are_not_named() -> None:
     """Two effects with the same trace are detected, and neither is named."""
-    found = isolability(400 * np.ones((2, 2)), PAIR, PAIR, draws=(400, 100))
+    found = isolability(gaussian_scores(400 * np.ones((2, 2)), 400, 0), PAIR, PAIR, SIZES)
     assert found.named_right("creep") == 0
     assert found.matrix[1, -1] == 1
     assert found.named_from("creep", 0.9) is None
 
 
 def test_strong_separate_columns_are_named() -> None:
-    found = isolability(np.diag([400.0, 400.0]), PAIR, PAIR, draws=(400, 100))
+    found = isolability(gaussian_scores(np.diag([400.0, 400.0]), 400, 0), PAIR, PAIR, SIZES)
     assert found.named_right("creep") > 0.99
     limit = found.named_from("creep", 0.9)
     assert limit is not None
@@ -74,14 +75,15 @@ def test_strong_separate_columns_are_named() -> None:
     assert 0.5 < limit / (np.sqrt(wanted_separations(0.9)[0]) / 20) < 1.6
 
 
-@pytest.mark.parametrize("separation", [7.0, 9.0, 11.0])
+@pytest.mark.parametrize("separation", [8.0, 10.0, 12.0])
 def test_an_effect_alone_is_named_where_the_diagnosis_would(separation: float) -> None:
-    """One effect against nothing: its log evidence, s^2 / 2 (I + 1) - ln(I + 1) / 2 for a score s of mean and variance
-    I, must reach what the calibrated odds of a name take."""
+    """One effect against nothing: its log evidence, s^2 / 2 (I + 1 / w^2) - ln(I w^2 + 1) / 2 for a score s of mean and
+    variance I and a prior of width w, must reach what the calibrated odds of a name take."""
     information = separation**2
-    found = isolability(np.array([[information]]), PAIR[:1], PAIR[:1], sizes=(), draws=(20000, 0))
+    found = isolability(gaussian_scores(np.array([[information]]), 20000, 0), PAIR[:1], PAIR[:1])
     least = least_evidence(np.log(NAMED / (1 - NAMED)) - CALIBRATED.effect)
-    score = np.sqrt((information + 1) * (2 * least + np.log(information + 1)))
+    precision = 1 / AMPLITUDE_DEVIATION**2
+    score = np.sqrt((information + precision) * (2 * least + np.log(information / precision + 1)))
     sides = norm.cdf((np.array([-score, score]) - information) / separation)
     assert found.named_right("creep") == pytest.approx(1 + sides[0] - sides[1], abs=0.01)
 

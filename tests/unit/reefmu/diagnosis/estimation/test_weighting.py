@@ -52,6 +52,14 @@ def test_whitened_values_have_the_inner_product_of_the_covariance(seed: int, siz
     np.testing.assert_allclose(both.inner(first), expected[:, 0], rtol=1e-9, atol=1e-9)
 
 
+@given(st.integers(0, 1000), ROUGHNESS)
+def test_products_under_every_size_are_those_of_whitened_values(seed: int, roughness: int) -> None:
+    weights, _, values = example(seed, 1.0, roughness)
+    for size, found in zip(SCATTER_SIZES, weights.products(values, SCATTER_SIZES), strict=True):
+        white = weights.with_size(size).whiten(values)
+        np.testing.assert_allclose(found, white.T @ white, rtol=1e-9, atol=1e-9)
+
+
 @given(st.integers(0, 1000), SIZES, ROUGHNESS)
 def test_the_cost_is_the_likelihood_of_the_covariance(seed: int, size: float, roughness: int) -> None:
     weights, dense, values = example(seed, size, roughness)

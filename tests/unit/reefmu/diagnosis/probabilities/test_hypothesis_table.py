@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad, quad
 
+from reefmu.diagnosis.calibrated_odds import PRIOR_WIDTH
 from reefmu.diagnosis.estimation.residuals import remainder
 from reefmu.diagnosis.estimation.search import Search
 from reefmu.diagnosis.probabilities.assessment import record_isolability, record_sizes
 from reefmu.diagnosis.probabilities.hypothesis_table import hypothesis_table
 from reefmu.diagnosis.probabilities.marginal_likelihood import (
-    PRIOR_WIDTH,
     log_volume,
     material_effects,
     parameter_prior,
