@@ -71,9 +71,18 @@ def test_a_choice_says_whether_time_or_rig_ended_it(choose: Choose) -> None:
     assert min(hopeless.checked.named_right()) < 0.9
 
 
-def test_half_of_the_time_would_not_do(choose: Choose) -> None:
+@pytest.mark.parametrize("share", [0.5, 0.75])
+def test_less_time_would_not_do(choose: Choose, share: float) -> None:
     found = choose(30.0, 0.6)
-    assert choose(found.schedule.seconds / 120, 0.6).ended is not Ended.REACHED
+    assert choose(share * found.schedule.seconds / 60, 0.6).ended is not Ended.REACHED
+
+
+def test_a_choice_that_leaves_an_effect_unnamed_is_shortened_too(setting: Setting) -> None:
+    """No protocol names the clearance; the shortest loops name the friction."""
+    found = _choose(setting, 30.0, 1.0, (("backlash",), ("hysteresis",)))
+    assert found.ended is Ended.NOTHING
+    assert found.checked.named_right()[1] >= 0.9
+    assert found.schedule.seconds <= 2 * setting.rig.shortest_loop
 
 
 def test_the_shortest_piece_alone_may_do(choose: Choose, setting: Setting) -> None:
