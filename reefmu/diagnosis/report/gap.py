@@ -21,6 +21,7 @@ from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import predicted_scatter
 from ..forward.parameter_layout import ZERO
+from ..preprocessing.trace import Trace, make_trace
 from ..schema import Gap
 from .corrected_model import corrected_model, simulated_torque, written_fit
 
@@ -38,12 +39,15 @@ def measure_gap(problem: Problem, record: Record, written: WrittenFits, held: Se
     if problem.cycle_scatter is not None:
         variance = variance + problem.cycle_scatter.variance
     noise = float(np.sqrt(np.average(variance, weights=problem.blocks.count)))
-    before = after = simulated_residual(problem, base)
+    # The problem's trace has the twist of the neighbours; a reader compares with what was measured.
+    trace = make_trace(record, problem.trace.ratio)
+    before = after = simulated_residual(problem, trace, base)
     held_before = held_after = _rms(before[samples])
     if held:
-        after = simulated_residual(problem, chosen)
+        after = simulated_residual(problem, trace, chosen)
         held_before, held_after = (
-            _rms(simulated_residual(problem, written_fit(problem, found, held_out=True))[samples]) for found in held
+            _rms(simulated_residual(problem, trace, written_fit(problem, found, held_out=True))[samples])
+            for found in held
         )
     raw_before = raw_after = raw_residual(problem, record, base)
     if chosen.names:
@@ -69,11 +73,9 @@ def own_scatter(problem: Problem, found: Fit) -> Array | None:
     return np.repeat(predicted_scatter(problem, found, rest), problem.blocks.count.astype(int))
 
 
-def simulated_residual(problem: Problem, found: Fit) -> Array:
-    """Measured less simulated torque (n,), N.m, at all samples."""
-    return problem.trace.torque - simulated_torque(
-        corrected_model(problem, found), problem.trace, float(found.parameters[ZERO])
-    )
+def simulated_residual(problem: Problem, trace: Trace, found: Fit) -> Array:
+    """Measured less simulated torque (n,), N.m, at all samples of a trace."""
+    return trace.torque - simulated_torque(corrected_model(problem, found), trace, float(found.parameters[ZERO]))
 
 
 def raw_residual(problem: Problem, record: Record, found: Fit) -> Array:
