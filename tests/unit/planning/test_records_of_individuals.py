@@ -8,6 +8,7 @@ import pytest
 
 from reefmu.diagnosis.discrimination.effect_columns import ACCUMULATING, linear_in_time, sensitivities
 from reefmu.diagnosis.discrimination.simulated_scores import information_under, scores_of_records
+from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE
 from reefmu.diagnosis.inference.nonparametric import fit_terms
 from reefmu.diagnosis.preparation import with_individuals
 from reefmu.planning.diagnosis_link import record_problem
@@ -62,7 +63,7 @@ def test_a_diagnosis_finds_individuals_under_their_own_scatter(setting: Setting,
     simulated = scores_of_records(columns, fit.weighting, 40, seed=0)
     cost = np.array([at.cost for at in simulated.at])
     likeliest = np.array([at.scatter for at in simulated.at])[cost.argmin(axis=0)]
-    assert np.median(np.exp(likeliest)) * 0.25 == pytest.approx(fit.weighting.size, rel=0.5)
+    assert INDIVIDUAL_SIZE * np.median(np.exp(likeliest)) == pytest.approx(fit.weighting.size, rel=0.5)
     assert len(simulated.at) < 10
 
 
