@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from .elements import TURNS, Array, Individual, individual_torque
+from .elements import Array, Individual, individual_torque
 from .tables import MODULI, Tables
 
 REST = 0.5
@@ -15,10 +16,8 @@ REST = 0.5
 moves the twist through the drive's play at a finite speed. Chosen by judgement."""
 
 NODES = 12
-"""Nodes of an individual's table over the distance of two elements: several within the edge of the profile, where
+"""Nodes of an individual's rotation over the distance of two elements: several within the edge of the profile, where
 elements enter and leave."""
-FIRST_TURN = -np.pi
-"""rad, first rotation of an individual's tables; a twist turns the crank without load back from its angle."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class ContactLaw:
     """Torque tables of one simulated drive, over contact twist and clearance, and over the rotation of an individual.
 
     torque: (n_turn or 1, nx, nc) N.m; less: (n_beta, nx, nc) N.m, of a missing element, or None; less_start: its
-    position on the profile at crank angle 0, rad.
+    position on the profile at crank angle 0, rad; turns: (n_turn,) numbers of the nodes of the rotation, ascending.
     """
 
     tables: Tables
@@ -34,16 +33,16 @@ class ContactLaw:
     clearance: Array
     less: Array | None = None
     less_start: float = 0.0
+    turns: NDArray[np.intp] | None = None
 
     def rows(self, clearance: Array, crank: Array) -> Array:
         """Torque over `tables.x` for every sample, (n, nx); crank: rad, clearance: m."""
         turn = turn_past_cage(self.tables, crank[:, None], self.tables.x)
-        if len(self.torque) == 1:
+        if self.turns is None:
             rows = _along_clearance(self.clearance, self.torque, np.zeros(turn.shape, int), clearance)
         else:
-            place = (turn - FIRST_TURN) / (2 * np.pi * TURNS) % 1.0 * len(self.torque)
-            lower, part = np.floor(place).astype(int) % len(self.torque), place - np.floor(place)
-            upper = (lower + 1) % len(self.torque)
+            low, high, part = _turn_nodes(self.tables, turn)
+            lower, upper = (np.searchsorted(self.turns, number) for number in (low, high))
             rows = (1 - part) * _along_clearance(self.clearance, self.torque, lower, clearance)
             rows += part * _along_clearance(self.clearance, self.torque, upper, clearance)
         if self.less is not None:
@@ -80,18 +79,20 @@ def mean_law(tables: Tables, modulus: float = 1.0, missing: float | None = None)
 
 
 def individual_law(
-    tables: Tables, one: Individual, clearances: tuple[float, float], modulus: float = 1.0, missing: float | None = None
+    tables: Tables, one: Individual, crank: Array, clearance: Array, modulus: float = 1.0, missing: float | None = None
 ) -> ContactLaw:
-    """One individual, solved at clearances, m, over the range of the test; `modulus` and `missing` as in `mean_law`."""
-    drive, low, high = tables.drive, *clearances
+    """One individual, solved for the angles of the crank (n,), rad, and over the range of the clearances (n,), m, of a
+    test; `modulus` and `missing` as in `mean_law`."""
+    drive, low, high = tables.drive, clearance.min(), clearance.max()
     nodes = np.array([low]) if high - low < 1e-9 else np.linspace(low, high, 4)
-    turn = FIRST_TURN + np.arange(TURNS * NODES * drive.elements) * 2 * np.pi / (NODES * drive.elements)
+    numbers = np.unique(_turn_nodes(tables, turn_past_cage(tables, crank[:, None], tables.x))[:2])
+    turn = numbers * 2 * np.pi / (NODES * drive.elements)
     few = tables.x[::2]  # the number of nodes is odd, so that both ends are included
     gone = None if missing is None else int(np.argmin(np.abs(_wrapped(one.start - missing))))
     torque = np.stack([_finer(few, individual_torque(drive, one, turn, few, c, gone), tables.x) for c in nodes], -1)
     if modulus != 1.0:
         torque = torque + _at(tables.c, _modulus_part(tables, modulus), nodes)
-    return ContactLaw(tables, torque, nodes)
+    return ContactLaw(tables, torque, nodes, turns=numbers)
 
 
 def torque_at(x: Array, rows: Array, twist: Array) -> Array:
@@ -128,6 +129,16 @@ def rest(tables: Tables, rows: Array, command: Array) -> tuple[Array, Array]:
 def mean_torque_at(tables: Tables, twist: Array) -> Array:
     """Torque, N.m, of the mean drive of the drawing, from which a diagnosis starts."""
     return torque_at(tables.x, tables.mean[None, :, len(tables.c) // 2], twist)
+
+
+def _turn_nodes(tables: Tables, turn: Array) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    """Numbers of the nodes of an individual's rotation before and after some rotations, rad, and the part of the way
+    between them, arrays alike. Where the elements have met all lobes the nodes start anew."""
+    count = NODES * tables.drive.elements
+    place = turn * count / (2 * np.pi)
+    below = np.floor(place).astype(np.intp)
+    rounds = count * tables.drive.lobes
+    return below % rounds, (below + 1) % rounds, place - below
 
 
 def _modulus_part(tables: Tables, modulus: float) -> Array:

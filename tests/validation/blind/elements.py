@@ -19,9 +19,6 @@ CHUNK = 6000
 """Elements times twists that are solved at once; chosen so that their arrays fit the cache of a core."""
 EDGE = 0.01
 """Half the width, rad, over which an element enters or leaves the usable profile."""
-TURNS = 4
-"""Turns of the crank relative to the cage that the tables of an individual span. A protocol spans no more, or whole
-multiples of the number of lobes more, after which every element meets its first lobe again."""
 
 
 def element_torques(drive: Drive, deviations: Deviations, twist: Array, clearance: float) -> Array:

@@ -88,8 +88,7 @@ def law_of(tables: Tables, behaviour: Behaviour, test: Schedule, one: Individual
     """The contacts of the mean drive, or of the individual `one`."""
     if one is None:
         return mean_law(tables, behaviour.modulus, behaviour.missing)
-    needed = clearances(behaviour, test)
-    return individual_law(tables, one, (needed.min(), needed.max()), behaviour.modulus, behaviour.missing)
+    return individual_law(tables, one, test.crank, clearances(behaviour, test), behaviour.modulus, behaviour.missing)
 
 
 def run(tables: Tables, behaviour: Behaviour, test: Schedule, one: Individual | None = None) -> Motion:

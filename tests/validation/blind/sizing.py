@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from .contact_law import turn_past_cage
-from .elements import TURNS, Array
+from .elements import Array
 from .outside import KINDS, Outside
 from .plant import Behaviour, Motion, run
 from .protocols import Schedule
-from .tables import Tables
+from .tables import SCATTER_NODES, SCATTER_TURNS, Tables
 
 Setter = Callable[[Behaviour, float], Behaviour]
 """(behaviour, size) -> the behaviour with one effect of that size, at least 0."""
@@ -138,8 +138,8 @@ def scatter_along(tables: Tables, test: Schedule, motion: Motion, trace: Array) 
     The zero of the twist is first projected out of both, because every diagnosis estimates it.
     """
     base = motion.stiffness[:, None]
-    turns = tables.scatter.shape[1]
-    row = (turn_past_cage(tables, test.crank, motion.twist) / (2 * np.pi * TURNS) % 1.0 * turns).astype(int) % turns
+    turn = turn_past_cage(tables, test.crank, motion.twist) / (2 * np.pi)
+    row = (turn * SCATTER_NODES).astype(int) % (SCATTER_TURNS * SCATTER_NODES)
     place = np.clip(np.interp(motion.twist, tables.x, np.arange(len(tables.x))), 0, len(tables.x) - 1.001)
     column, part = place.astype(int), place % 1.0
     found = (1 - part) * tables.scatter[:, row, column] + part * tables.scatter[:, row, column + 1]

@@ -24,6 +24,9 @@ RANGE = 1.8
 """Greatest contact twist of the tables, over the drawing's max_twist; chosen by judgement."""
 N_SCATTER = 12
 """Individuals from which the size of the scatter is estimated; chosen by judgement."""
+SCATTER_TURNS, SCATTER_NODES = 3, 60
+"""Turns past the cage over which their torque is known, and its nodes in each. Chosen by judgement: the size of the
+scatter is a mean over all of them."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,7 @@ class Tables:
     mean: (nx, nc) of the mean drive; absolute: (nx,) mean sum of the elements' absolute torques; softer:
     (len(MODULI), nx, nc) change of the torque at other moduli; element: (n_beta, nx, nc_coarse) mean torque of one
     element at `beta`; spread: standard deviation of individuals over their mean torque at full twist.
-    scatter: (N_SCATTER, n_turn, nx) difference of individuals from the mean over `TURNS` turns.
+    scatter: (N_SCATTER, n_turn, nx) difference of individuals from the mean over `SCATTER_TURNS` turns.
     """
 
     drive: Drive
@@ -138,7 +141,7 @@ def _other_modulus(drive: Drive, factor: float, x: Array, c: Array) -> Array:
 
 
 def _scatter(drive: Drive, x: Array, few: Array, mean: Array) -> Array:
-    turn = np.arange(3 * 60) * 2 * np.pi / 60
+    turn = np.arange(SCATTER_TURNS * SCATTER_NODES) * 2 * np.pi / SCATTER_NODES
     out = []
     for number in range(N_SCATTER):
         one = draw_individual(drive, np.random.default_rng(np.random.SeedSequence(7, spawn_key=(number,))))

@@ -12,7 +12,7 @@ import stiffness_model as sm
 from stiffness_model.rotation import Individual
 from stiffness_model.rotation.element_torques import element_path
 from tests.validation.blind import forms
-from tests.validation.blind.contact_law import individual_law, mean_torque_at
+from tests.validation.blind.contact_law import individual_law, mean_torque_at, turn_past_cage
 from tests.validation.blind.drawings import load
 from tests.validation.blind.elements import draw_individual, individual_torque
 from tests.validation.blind.plant import Behaviour, Motion, run
@@ -101,7 +101,7 @@ def test_a_twist_at_a_locked_crank_moves_the_elements_as_in_the_core(table):
     one = draw_individual(drive, np.random.default_rng(0))
     one = replace(one, lobe=0 * one.lobe + drive.element_radius + drive.tolerances["gear"].offset)
     angle = np.array([0.4, 2.0, 3.9])
-    law = individual_law(table, one, (0.0, 0.0))
+    law = individual_law(table, one, angle, np.zeros(3))
     rows, inside = law.rows(np.zeros(3), angle), np.abs(table.x) < 1.2 * table.full_twist
     core = Individual(drive, float(one.start[0]), one.element, one.crank, one.cage, one.lobe)
     for row, crank in zip(rows, angle, strict=True):
@@ -112,6 +112,17 @@ def test_a_twist_at_a_locked_crank_moves_the_elements_as_in_the_core(table):
         error, without = (np.median(np.abs(v - expected)[inside]) / table.full_torque for v in (row, still))
         assert error < 1e-4
         assert without > 3e-3
+
+
+def test_an_individual_that_turns_on_meets_its_lobes_in_their_order(table):
+    """Also between the first and the last of many turns, where a table of few turns would bring the first ones back."""
+    drive, chosen = table.drive, np.arange(4, len(table.x), 23)
+    one = draw_individual(drive, np.random.default_rng(0), places=1.0)
+    crank = 0.4 + 2 * np.pi * np.array([0.0, 5.3, 11.6, 2.0 * drive.lobes + 7.1])
+    rows = individual_law(table, one, crank, np.zeros(4)).rows(np.zeros(4), crank)[:, chosen]
+    for row, turn in zip(rows, turn_past_cage(table, crank[:, None], table.x)[:, chosen], strict=True):
+        exact = individual_torque(drive, one, turn, table.x, 0.0)[np.arange(len(turn)), chosen]
+        np.testing.assert_allclose(row, exact, atol=0.01 * table.full_torque)
 
 
 def test_a_drive_without_effects_has_no_gap(plain, table):
