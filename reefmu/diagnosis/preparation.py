@@ -22,7 +22,7 @@ from .estimation.problem import Problem, block_variances, make_weights, search_b
 from .estimation.search import base_fit
 from .estimation.weighting import INDIVIDUAL_SIZE
 from .forward.base_curve import BaseCurve, curve_base, drawing_base, lookup_base, power_base, table_base
-from .forward.parameter_layout import DELAY, ZERO
+from .forward.parameter_layout import DELAY
 from .losses.crank_losses import CRANK_FRICTION
 from .preprocessing.audit import ratio_from_angles
 from .preprocessing.cycle_scatter import estimate_cycle_scatter
@@ -110,21 +110,22 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve, seating: Seat
 
 
 def with_scatter_beside(problem: Problem, found: Fit) -> Problem:
-    """The problem with the seats of its elements, the delay and the zero of the twist that show beside the effects of a
-    fit; itself where that fit is likelier with those that it has.
+    """The problem with the seats of its elements, and the way in which its torque is read late, that show beside the
+    effects of a fit; itself where the fit is likelier as it is. On the mean drive neither shows.
 
-    The delay shows beside the scatter, and the elements are where they were when the torque acted: both are repeated
-    until the fit gets no better. On the mean drive neither shows.
+    While elements pass, a rig holds the torque or the twist. Where several pass between two samples, a torque that is
+    read late is in the first case that of the elements as they are, less what it has changed by; in the second case it
+    is that of the elements as they were. The record shows which.
     """
     if not isinstance(problem.scatter, Scatter) or found.weighting.size < INDIVIDUAL_SIZE:
         return problem
-    best, fit = _likelier(problem, found, with_likeliest_seating(problem, problem.scatter, found))
+    seated = _with_weights(problem, with_likeliest_seating(problem, problem.scatter, found))
+    best, fit = _likelier((problem, found), seated)
     for _ in range(N_REPEATED):
-        assert isinstance(best.scatter, Scatter)
-        other, fit = _likelier(best, fit, _read_late(best, best.scatter, fit))
+        other, there = _likelier((best, fit), _with_elements_as_they_were(best, fit))
         if other is best:
             break
-        best = other
+        best, fit = other, there
     return best
 
 
@@ -135,19 +136,22 @@ def with_individuals(problem: Problem, count: int = N_INDIVIDUALS) -> Problem:
     return replace(problem, individuals=simulate_individuals(problem.scatter, count))
 
 
-def _likelier(problem: Problem, found: Fit, scatter: Scatter) -> tuple[Problem, Fit]:
-    """A problem with another scatter and a fit there, or the same as before where that is likelier."""
-    other = _with_weights(problem, scatter)
+def _likelier(fitted: tuple[Problem, Fit], other: Problem) -> tuple[Problem, Fit]:
+    """A problem with a fit of it, or another problem with the fit of the same effects, where that is likelier."""
+    _, found = fitted
     fit = other.fit_from(found.names, found.parameters, other.weights_at(found))
-    return (other, fit) if fit.cost < found.cost - LEAST_GAIN else (problem, found)
+    return (other, fit) if fit.cost < found.cost - LEAST_GAIN else fitted
 
 
-def _read_late(problem: Problem, scatter: Scatter, found: Fit) -> Scatter:
-    """The scatter with the elements and the contacts where they were when the torque acted that is read by the delay of
-    a fit later."""
-    trace, blocks, (zero, delay) = problem.trace, problem.blocks, found.parameters[[ZERO, DELAY]]
-    twist = blocks.mean(trace.twist - delay * trace.twist_rate) - zero
-    return replace(scatter, motion=element_motion(scatter.drive, trace, blocks, float(delay)), twist=twist)
+def _with_elements_as_they_were(problem: Problem, found: Fit) -> Problem:
+    """The problem with the elements where they were by the delay of a fit before every sample, and with the change of
+    the torque that the change of the twist makes."""
+    assert isinstance(problem.scatter, Scatter)
+    blocks, trace = problem.blocks, problem.trace
+    slope = np.repeat(found.prediction.slope, blocks.count.astype(int))
+    motion = element_motion(problem.scatter.drive, trace, blocks, float(found.parameters[DELAY]))
+    moved = replace(problem, trace=replace(trace, torque_rate=slope * trace.twist_rate))
+    return _with_weights(moved, replace(problem.scatter, motion=motion))
 
 
 def _with_scatter(problem: Problem, without_effects: Fit, seating: Seating | None) -> Problem:

@@ -23,8 +23,8 @@ from .record_stages import RecordStages
 @dataclass(frozen=True)
 class Prediction:
     """torque: (n,) N.m; sensitivities: (n, k) by the parameters of rig, base shape and effects, in that order;
-    elastic: (n,) N.m; slope: (n,) stiffness, N.m/rad; contact: (n,) rad, twist that the contacts felt when the torque
-    acted that is read; clearance: (n,) m, beyond the drawn one. n: blocks where the predictor has blocks, else samples.
+    elastic: (n,) N.m; slope: (n,) stiffness, N.m/rad; contact: (n,) rad, twist of the contacts; clearance: (n,) m,
+    beyond the drawn one. n: blocks where the predictor has blocks, else samples.
     """
 
     torque: Array
@@ -57,11 +57,11 @@ class Predictor:
 
     def _predict(self, parameters: Array) -> Prediction:
         torque, c = self._stages.run(np.asarray(parameters, float).tolist())
-        # A torque that is read later is, to first order, that of the twist before. What effects add is as late, but
-        # changes the torque much less.
-        rate = -c.stiffness * self.trace.twist_rate
+        # A torque that is read later is the torque of these angles less, to first order, what it has changed by since.
+        # Its own rate shows that also where the elements move on by more than their distance between two samples.
+        rate = -self.trace.torque_rate
         torque = torque.plus(Dual(parameters[DELAY] * rate, {DELAY: rate}))
-        elastic, contact = np.asarray(c.elastic.value), c.contact - parameters[DELAY] * self.trace.twist_rate
+        elastic, contact = np.asarray(c.elastic.value), np.asarray(c.contact)
         n = len(self.trace)
         blocks = self.blocks
         width = n if blocks is None else len(blocks.count)

@@ -36,16 +36,16 @@ SIGNIFICANT_SLOPE = 8.0
 """Slope over its standard deviation from which motion exceeds the noise. Chosen by judgement, like a reversal."""
 
 
-def angle_noise(angle: Array, runs: list[tuple[int, int]]) -> float:
-    """Standard deviation, rad, of the noise of an angle (n,) over runs given by first and past-the-last index.
+def signal_noise(signal: Array, runs: list[tuple[int, int]]) -> float:
+    """Standard deviation of the noise of an angle or a torque (n,) over runs given by first and past-the-last index.
 
     Third differences of white noise have 20 times its variance, and motion is smoother than that nearly everywhere.
     They are taken over every other sample, since the errors of neighbouring encoder samples are correlated. Motion that
     is not smooth, such as the ripple under a turning crank, adds to them in some runs: the quarter of the runs with the
     least counts. A run in which an encoder's last digit does not change says nothing; one that moves evenly has none.
     """
-    rounding = 8 * np.finfo(float).eps * float(np.abs(angle).max(initial=0.0))
-    parts = [angle[a:b] for a, b in runs if b - a > 12]
+    rounding = 8 * np.finfo(float).eps * float(np.abs(signal).max(initial=0.0))
+    parts = [signal[a:b] for a, b in runs if b - a > 12]
     moving = [p for p in parts if np.median(np.abs(p[6:] - p[:-6])) > rounding]
     medians = [float(np.median(np.abs(p[6:] - 3 * p[4:-2] + 3 * p[2:-4] - p[:-6]))) for p in moving]
     found = [median if median > rounding else 0.0 for median in medians]
@@ -97,7 +97,8 @@ def monotone_path(angle: Array, noise: float) -> Array:
 
 
 def estimate_speed(angle: Array, time: Array, noise: float) -> Array:
-    """Speed (n,), rad/s, of an angle (n,) of one run with noise of a standard deviation, rad."""
+    """Rate of change (n,), per second, of an angle or a torque (n,) of one run with noise of a standard deviation in
+    its unit."""
     n = len(angle)
     if noise <= NOISE_FREE * float(np.ptp(angle)):
         return central_speed(angle, time)  # simulated: as the simulation took it

@@ -69,6 +69,7 @@ def thin_trace(trace: Trace, blocks: Blocks) -> tuple[Trace, Blocks]:
         twist=means(trace.twist),
         smooth_twist=means(trace.smooth_twist),
         twist_rate=means(trace.twist_rate),
+        torque_rate=means(trace.torque_rate),
         torque=means(trace.torque),
         ratio=trace.ratio,
     )

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stiffness_model.numerics.arrays import Array
 
 from ...record import Record
-from .motion import angle_noise, estimate_speed, monotone_path
+from .motion import estimate_speed, monotone_path, signal_noise
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,8 @@ class Trace:
 
     start: whether a sample is the first of its run; step: s, time since the sample before, never negative; twist: rad,
     as measured; smooth_twist, crank, output: rad, paths without noise (see `motion`); *_speed, twist_rate: rad/s;
-    torque: N.m, as measured; ratio: signed, None where it is not known: the crank then stands still, or its angle and
-    speed are referred to the output.
+    torque: N.m, as measured; torque_rate: N.m/s, of the torque without noise; ratio: signed, None where it is not
+    known: the crank then stands still, or its angle and speed are referred to the output.
     """
 
     time: Array
@@ -42,6 +42,7 @@ class Trace:
     smooth_twist: Array
     twist_rate: Array
     torque: Array
+    torque_rate: Array
     ratio: float | None
 
     def __len__(self) -> int:
@@ -88,13 +89,17 @@ def make_trace(record: Record, ratio: float | None) -> Trace:
     start[record.starts] = True
     run_ranges = list(itertools.pairwise([*record.starts.tolist(), len(record)]))
     twist = record.twist(ratio)
-    angles = {"crank": record.crank_angle, "output": record.output_angle, "twist": twist}
-    noise = {name: angle_noise(angle, run_ranges) for name, angle in angles.items()}
+    signals = {
+        "crank": record.crank_angle,
+        "output": record.output_angle,
+        "twist": twist,
+        "torque": record.output_torque,
+    }
     path, speed = {}, {}
-    for name, angle in angles.items():
-        parts = [slice(a, b) for a, b in run_ranges]
-        path[name] = np.concatenate([monotone_path(angle[p], noise[name]) for p in parts])
-        speed[name] = np.concatenate([estimate_speed(angle[p], record.time[p], noise[name]) for p in parts])
+    for name, signal in signals.items():
+        noise, parts = signal_noise(signal, run_ranges), [slice(a, b) for a, b in run_ranges]
+        path[name] = np.concatenate([monotone_path(signal[p], noise) for p in parts])
+        speed[name] = np.concatenate([estimate_speed(signal[p], record.time[p], noise) for p in parts])
     step = np.maximum(np.diff(record.time, prepend=record.time[0]), 0.0)
     return Trace(
         time=record.time,
@@ -110,6 +115,7 @@ def make_trace(record: Record, ratio: float | None) -> Trace:
         smooth_twist=path["twist"],
         twist_rate=speed["twist"],
         torque=record.output_torque,
+        torque_rate=speed["torque"],
         ratio=ratio,
     )
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from .motion import angle_noise
+from .motion import signal_noise
 from .trace import Blocks, Trace
 
 MOST_DEVIATIONS = 4.0
@@ -48,5 +48,5 @@ def _noise(trace: Trace, blocks: Blocks) -> Array:
     if len(twist) > 4:
         found[2:-2] = np.convolve(twist, CUBIC, "valid")
         found[2:-2][run[:-4] != run[4:]] = 0.0
-    deviation = angle_noise(trace.twist, trace.run_ranges) * np.sqrt((CUBIC**2).sum() / blocks.count)
+    deviation = signal_noise(trace.twist, trace.run_ranges) * np.sqrt((CUBIC**2).sum() / blocks.count)
     return np.where(np.abs(found) < MOST_DEVIATIONS * deviation, found, 0.0)

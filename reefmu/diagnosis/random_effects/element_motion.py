@@ -66,15 +66,14 @@ class ElementMotion:
         return np.add.reduceat(self.weight.reshape(-1, *(1,) * (values.ndim - 1)) * values, self.first, axis=0)
 
 
-def element_motion(drive: Drive, trace: Trace, blocks: Blocks, delay: float = 0.0) -> ElementMotion:
-    """The motion of a drive's elements along a record, as it was when the torque acted.
+def element_motion(drive: Drive, trace: Trace, blocks: Blocks, before: float = 0.0) -> ElementMotion:
+    """The motion of a drive's elements along a record, as it was some time, s, before every sample.
 
-    delay: s, by which the torque is read later than the angles.
     The contacts are those of a crank that is twisted from the position that it has without load (paper, section III).
     That position follows the output: where the crank is locked, a twist of the output moves the elements along the
     profile as far as the crank would have to turn for it.
     """
-    crank, twist = trace.crank - delay * trace.crank_speed, trace.smooth_twist - delay * trace.twist_rate
+    crank, twist = trace.crank - before * trace.crank_speed, trace.smooth_twist - before * trace.twist_rate
     rotation = (drive.ratio - 1) * (crank / drive.ratio - twist)
     samples = blocks.count.astype(np.intp)
     steps = np.maximum(blocks.span(rotation) / SLOW, blocks.span(twist) / (TWIST_STEP * drive.max_twist))

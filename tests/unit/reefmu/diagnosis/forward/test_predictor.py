@@ -1,5 +1,7 @@
 """The predictor agrees with the simulated model, and its sensitivities with finite differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -27,7 +29,8 @@ def test_torque_and_sensitivities(names: tuple[str, ...]) -> None:
     record, lookup = rig.protocol(), cached_lookup(rig.drive())
     nominal = {n: {p.name: p.nominal for p in EFFECTS[n].parameters} for n in names}
     wanted = simulate_record(build_model(rig.drive(), nominal, lookup=lookup), record)["measured.tau"]
-    predictor = Predictor(make_trace(record, rig.drive().ratio), drawing_base(rig.drive(), lookup), names)
+    trace = make_trace(replace(record, output_torque=wanted), rig.drive().ratio)
+    predictor = Predictor(trace, drawing_base(rig.drive(), lookup), names)
     p = np.array([0.0, 0.0, *(v for n in names for v in nominal[n].values())])
     found = predictor(p)
     # The simulation integrates creep by another method of the same order.
@@ -84,9 +87,9 @@ def test_creep_stays_finite_where_the_time_steps_are_too_long(time: float) -> No
 
 def test_a_delay_shifts_the_torque_in_time() -> None:
     """Against the torque at earlier times: of a smooth motion, to second order in the delay."""
-    record = rig.protocol(oversampling=8)
-    trace = make_trace(record, rig.drive().ratio)
-    predictor = Predictor(trace, drawing_base(rig.drive(), cached_lookup(rig.drive())), ())
+    record, lookup = rig.protocol(oversampling=8), cached_lookup(rig.drive())
+    trace = make_trace(replace(record, output_torque=lookup.torque(record.twist(rig.drive().ratio))), rig.drive().ratio)
+    predictor = Predictor(trace, drawing_base(rig.drive(), lookup), ())
     prompt, late, later = (predictor(np.array([0.0, delay])).torque for delay in (0.0, 1e-3, 2e-3))
     np.testing.assert_allclose(later - prompt, 2 * (late - prompt), atol=1e-9)
     run = (trace.run == 0) & ~trace.start

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reefmu.diagnosis.preprocessing.motion import angle_noise, estimate_speed, monotone_path, turning_points
+from reefmu.diagnosis.preprocessing.motion import estimate_speed, monotone_path, signal_noise, turning_points
 
 TRUE = np.concatenate(
     [
@@ -30,7 +30,7 @@ def test_noise_does_not_lengthen_the_path(correlation: float) -> None:
     for k in range(1, len(noise)):
         noise[k] = correlation * noise[k - 1] + np.sqrt(1 - correlation**2) * noise[k]
     angle = TRUE + 0.005 * noise
-    size = angle_noise(angle, [(0, len(angle))])
+    size = signal_noise(angle, [(0, len(angle))])
     assert size == pytest.approx(0.005, rel=0.35)
     path = monotone_path(angle, size)
     length = np.abs(np.diff(TRUE)).sum()
@@ -58,7 +58,7 @@ def test_a_ripple_is_no_noise() -> None:
     ripple = 1e-5 * np.sin(2 * np.pi * k / 12)
     angle = np.concatenate([1e-3 * np.sin(2 * np.pi * k / 160), ripple, ripple]) + 1e-6 * rng.standard_normal(480)
     runs = [(0, 160), (160, 320), (320, 480), (480, 640)]
-    found = angle_noise(np.concatenate([angle, np.full(160, 2e-4)]), runs)
+    found = signal_noise(np.concatenate([angle, np.full(160, 2e-4)]), runs)
     assert found == pytest.approx(1e-6, rel=0.3)
     path = monotone_path(angle[160:320], found)
     assert np.abs(path - ripple).max() < 5e-6
@@ -70,9 +70,9 @@ def test_loops_of_few_samples_are_no_noise_where_the_others_move_evenly() -> Non
     fast = np.abs(np.arange(22) % 10 - 5.0) * 6e-4
     angle = np.concatenate([slow, slow, fast])
     runs = [(0, 240), (240, 480), (480, 502)]
-    assert angle_noise(angle, runs) == 0.0
+    assert signal_noise(angle, runs) == 0.0
     noisy = angle + 1e-6 * np.random.default_rng(3).standard_normal(len(angle))
-    assert angle_noise(noisy, runs) == pytest.approx(1e-6, rel=0.3)
+    assert signal_noise(noisy, runs) == pytest.approx(1e-6, rel=0.3)
 
 
 def test_angles_without_noise_are_unchanged() -> None:
