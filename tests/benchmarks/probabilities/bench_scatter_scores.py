@@ -1,0 +1,100 @@
+"""How much like each effect individual drives without effects look, beyond what the covariance of the diagnosis says.
+
+Run as `python tests/benchmarks/probabilities/bench_scatter_scores.py --drives 48`. Individuals of three drives, whose
+torque is not linearised, are simulated along one record with noise; each gain in -2 log likelihood of an effect that is
+linearised about the base curve is a score statistic (Rao's test). Under an exact covariance its mean is the number of
+the effect's amplitudes, or half of it where an amplitude has one sign, a few more where variants are tried.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
+
+from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
+from reefmu.diagnosis.estimation.score_test import absorbing_basis, linearise, score_gains  # noqa: E402
+from reefmu.diagnosis.estimation.search import base_fit  # noqa: E402
+from reefmu.diagnosis.inference.simulated_records import simulate_noise  # noqa: E402
+from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem  # noqa: E402
+from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
+from reefmu.diagnosis.random_effects.individuals import simulate_individuals  # noqa: E402
+from reefmu.diagnosis.random_effects.scatter import Scatter  # noqa: E402
+from reefmu.diagnosis.random_effects.seating import Seating, even_seats  # noqa: E402
+from reefmu.record import Record, make_record  # noqa: E402
+from stiffness_model import DoesNotFitWarning, Drive, load_drive  # noqa: E402
+from stiffness_model.numerics.arrays import Array  # noqa: E402
+from tests import diagnosis_rig as rig  # noqa: E402
+
+DRIVES = ("drive_1", "drive_2", "drive_3")
+NOISE = 0.002
+"""Standard deviation of the noise of the torque, over full torque."""
+
+
+def record_of(drive: Drive) -> Record:
+    """The record of the mean drive along the rig's protocol, to this drive's greatest twist, with noise."""
+    plain = rig.protocol()
+    twist = plain.twist(rig.drive().ratio) * drive.max_twist / rig.drive().max_twist
+    base = BaseCurveSource(drive).base_curve(make_trace(plain, drive.ratio))
+    torque = base.elastic.evaluate(twist, 0.0, base.shape.start)[0]
+    noise = NOISE * base.full_torque * np.random.default_rng(0).standard_normal(len(plain))
+    columns = {
+        "time": plain.time,
+        "run": plain.run.astype(float),
+        "crank_angle": plain.crank_angle,
+        "output_angle": plain.crank_angle / drive.ratio - twist,
+        "temperature": plain.temperature,
+        "output_torque": torque + noise,
+    }
+    return make_record(columns)
+
+
+def problem_of(drive: Drive) -> Problem:
+    """The problem of that record, whose elements have even seats."""
+    record = record_of(drive)
+    trace = make_trace(record, drive.ratio)
+    seating = Seating(0.3, even_seats(drive))
+    return prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace), seating)
+
+
+def score_statistics(problem: Problem, count: int, places: float) -> dict[str, Array]:
+    """Gains (count,) of every candidate on individuals with so wide deviations of places, over that of sizes."""
+    assert isinstance(problem.scatter, Scatter)
+    base = base_fit(problem)
+    drives = simulate_individuals(problem.scatter, count, seed=1, places=(places, places))
+    drives = drives + simulate_noise(problem, count, np.random.default_rng(1)).T
+    free = base.prediction.sensitivities
+    directions = {name: linearise(problem, name, base) for name in problem.candidates}
+    found: dict[str, list[float]] = {name: [] for name in directions}
+    for torque in drives:
+        beside = torque - free @ np.linalg.lstsq(base.weighting.whiten(free), base.weighting.whiten(torque))[0]
+        weights = base.weighting.with_likeliest_scatter(beside)
+        basis = absorbing_basis(weights, free, base.bounds.prior_deviation)
+        residual = weights.whiten(torque)[:, None]
+        residual = residual - basis @ (basis.T @ residual)
+        for name, variants in directions.items():
+            found[name].append(max(float(score_gains(d, weights, basis, residual)[0][0]) for d in variants))
+    return {name: np.array(gains) for name, gains in found.items()}
+
+
+def main() -> None:
+    """Print the mean gains."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser.add_argument("--drives", type=int, default=48, help="individuals of each drive")
+    count = parser.parse_args().drives
+    warnings.simplefilter("ignore", DoesNotFitWarning)
+    for name in DRIVES:
+        problem = problem_of(load_drive(name))
+        for places in (0.0, 1.0):
+            gains = score_statistics(problem, count, places)
+            order = sorted(gains, key=lambda effect: -float(gains[effect].mean()))
+            print(f"{name}, places {places}:", ", ".join(f"{e} {gains[e].mean():.1f}" for e in order), flush=True)
+
+
+if __name__ == "__main__":
+    main()
