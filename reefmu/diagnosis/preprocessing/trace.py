@@ -89,17 +89,12 @@ def make_trace(record: Record, ratio: float | None) -> Trace:
     start[record.starts] = True
     run_ranges = list(itertools.pairwise([*record.starts.tolist(), len(record)]))
     twist = record.twist(ratio)
-    signals = {
-        "crank": record.crank_angle,
-        "output": record.output_angle,
-        "twist": twist,
-        "torque": record.output_torque,
+    angles = {"crank": record.crank_angle, "output": record.output_angle, "twist": twist}
+    path = {name: _path(angle, run_ranges) for name, angle in angles.items()}
+    rate = {
+        name: _rate(signal, record.time, run_ranges)
+        for name, signal in (angles | {"torque": record.output_torque}).items()
     }
-    path, speed = {}, {}
-    for name, signal in signals.items():
-        noise, parts = signal_noise(signal, run_ranges), [slice(a, b) for a, b in run_ranges]
-        path[name] = np.concatenate([monotone_path(signal[p], noise) for p in parts])
-        speed[name] = np.concatenate([estimate_speed(signal[p], record.time[p], noise) for p in parts])
     step = np.maximum(np.diff(record.time, prepend=record.time[0]), 0.0)
     return Trace(
         time=record.time,
@@ -107,17 +102,27 @@ def make_trace(record: Record, ratio: float | None) -> Trace:
         start=start,
         step=step,
         crank=path["crank"],
-        crank_speed=speed["crank"],
+        crank_speed=rate["crank"],
         output=path["output"],
-        output_speed=speed["output"],
+        output_speed=rate["output"],
         temperature=record.temperature,
         twist=twist,
         smooth_twist=path["twist"],
-        twist_rate=speed["twist"],
+        twist_rate=rate["twist"],
         torque=record.output_torque,
-        torque_rate=speed["torque"],
+        torque_rate=rate["torque"],
         ratio=ratio,
     )
+
+
+def _path(angle: Array, run_ranges: list[tuple[int, int]]) -> Array:
+    noise = signal_noise(angle, run_ranges)
+    return np.concatenate([monotone_path(angle[a:b], noise) for a, b in run_ranges])
+
+
+def _rate(signal: Array, time: Array, run_ranges: list[tuple[int, int]]) -> Array:
+    noise = signal_noise(signal, run_ranges)
+    return np.concatenate([estimate_speed(signal[a:b], time[a:b], noise) for a, b in run_ranges])
 
 
 @dataclass(frozen=True)
