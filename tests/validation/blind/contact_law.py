@@ -25,7 +25,8 @@ class ContactLaw:
     """Torque tables of one simulated drive, over contact twist and clearance, and over the rotation of an individual.
 
     torque: (n_turn or 1, nx, nc) N.m; less: (n_beta, nx, nc) N.m, of a missing element, or None; less_start: its
-    position on the profile at crank angle 0, rad; turns: (n_turn,) numbers of the nodes of the rotation, ascending.
+    position on the profile at crank angle 0, rad; turns: (n_turn,) numbers of the nodes of the rotation,
+    ascending, None of the mean drive.
     """
 
     tables: Tables
