@@ -148,7 +148,7 @@ def _with_elements_as_they_were(problem: Problem, found: Fit) -> Problem:
     the torque that the change of the twist makes."""
     assert isinstance(problem.scatter, Scatter)
     blocks, trace = problem.blocks, problem.trace
-    slope = np.repeat(found.prediction.slope, blocks.count.astype(int))
+    slope = blocks.spread(found.prediction.slope)
     motion = element_motion(problem.scatter.drive, trace, blocks, float(found.parameters[DELAY]))
     moved = replace(problem, trace=replace(trace, torque_rate=slope * trace.twist_rate))
     return _with_weights(moved, replace(problem.scatter, motion=motion))

@@ -44,7 +44,7 @@ def thin_trace(trace: Trace, blocks: Blocks) -> tuple[Trace, Blocks]:
     """The thinned trace and its blocks; a trace with few samples a block is returned as it is."""
     if len(trace) < 2 * PARTS * len(blocks.count):
         return trace, blocks
-    number = np.repeat(np.arange(len(blocks.count)), blocks.count.astype(int))
+    number = blocks.spread(np.arange(len(blocks.count)))
     within = np.arange(len(trace)) - blocks.first[number]
     parts = np.maximum(np.ceil(blocks.span(trace.crank) / CRANK_TRAVEL), PARTS)
     parts = np.where(_kept_blocks(trace, blocks, number), blocks.count, np.minimum(parts, blocks.count))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,6 +136,10 @@ class Blocks:
     def mean(self, values: Array) -> Array:
         """Means (n,) over the blocks of values of all samples."""
         return np.add.reduceat(values, self.first) / self.count
+
+    def spread(self, values: NDArray[Any]) -> NDArray[Any]:
+        """The values (n,) of the blocks at all their samples."""
+        return np.repeat(values, self.count.astype(np.intp))
 
     def span(self, values: Array) -> Array:
         """(n,) greatest less least of the values of all samples in each block."""

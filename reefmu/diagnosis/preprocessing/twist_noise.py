@@ -32,11 +32,11 @@ def at_twist_of_neighbours(trace: Trace, blocks: Blocks, slope: Array) -> Trace:
     slope: (n,) N.m/rad, stiffness of the base curve in the blocks. Effects change the stiffness by a part of it, so
     that of what the neighbours have differently only that part enters the residual.
     """
-    noise = np.repeat(_noise(trace, blocks), blocks.count.astype(int))
+    noise = blocks.spread(_noise(trace, blocks))
     return replace(
         trace,
         twist=trace.twist - noise,
-        torque=trace.torque - np.repeat(slope, blocks.count.astype(int)) * noise,
+        torque=trace.torque - blocks.spread(slope) * noise,
     )
 
 

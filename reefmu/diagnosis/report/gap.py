@@ -33,7 +33,7 @@ def measure_gap(problem: Problem, record: Record, written: WrittenFits, held: Se
     empty where no effect is named.
     """
     base, chosen = written.base, written.corrected
-    samples = np.repeat(held_out_blocks(problem), problem.blocks.count.astype(int))
+    samples = problem.blocks.spread(held_out_blocks(problem))
     slope = chosen.prediction.slope
     variance = problem.noise.variance(slope)
     if problem.cycle_scatter is not None:
@@ -70,7 +70,7 @@ def own_scatter(problem: Problem, found: Fit) -> Array | None:
     if problem.scatter is None or not len(found.weighting.eigenvalues):
         return None
     rest = problem.torque - found.prediction.torque
-    return np.repeat(predicted_scatter(problem, found, rest), problem.blocks.count.astype(int))
+    return problem.blocks.spread(predicted_scatter(problem, found, rest))
 
 
 def simulated_residual(problem: Problem, trace: Trace, found: Fit) -> Array:
