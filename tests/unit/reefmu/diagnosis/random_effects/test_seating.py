@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -24,28 +22,20 @@ from reefmu.diagnosis.random_effects.element_motion import (
     elements_on_profile,
     inside_profile,
 )
-from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.responses import element_responses
 from reefmu.diagnosis.random_effects.scatter import Scatter
 from reefmu.diagnosis.random_effects.seating import Seating, even_seats, possible_seatings
 from reefmu.record import Record
-from stiffness_model import DoesNotFitWarning, Drive, load_drive
-from stiffness_model.lookup.build_lookup import build_lookup
-from stiffness_model.lookup.table import Lookup
+from stiffness_model import Drive
 from stiffness_model.rotation.element_positions import element_lobe_pairs
 from tests import diagnosis_rig as rig
-
-
-def _drive(per_row: int) -> Drive:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DoesNotFitWarning)
-        return load_drive("drive_1", elements=3 * per_row)
+from tests.individual_records import mean_lookup, record_at_held_torque, record_of_individual, seated_drive
 
 
 @pytest.mark.parametrize("per_row", [7, 24, 29])
 def test_elements_meet_the_lobes_of_the_core(per_row: int) -> None:
     """Elements on even seats share lobes with each other as in `stiffness_model.rotation`: numbered back to front."""
-    drive = _drive(per_row)
+    drive = seated_drive(per_row)
     _, lobe = element_lobe_pairs(drive)
     ours = np.array(even_seats(drive))
     turn, number = np.divmod(np.arange(per_row * 4), per_row)
@@ -55,63 +45,17 @@ def test_elements_meet_the_lobes_of_the_core(per_row: int) -> None:
 
 
 def test_a_full_row_has_one_seating_and_a_row_with_free_seats_several() -> None:
-    assert possible_seatings(_drive(29)) == (Seating(0.0, tuple(range(29))),)
-    found = possible_seatings(_drive(24))
+    assert possible_seatings(seated_drive(29)) == (Seating(0.0, tuple(range(29))),)
+    found = possible_seatings(seated_drive(24))
     assert len(found) == len(set(found)) == 48
-
-
-@cache
-def _lookup(drive: Drive) -> Lookup:
-    """Of few drives: the diagnosis takes the mean torque alone, which does not depend on them."""
-    return build_lookup(drive, n_drives=16)
 
 
 def _seated(drive: Drive, record: Record) -> tuple[Problem, Scatter]:
     """The problem of a record, and its scatter with the likeliest seating."""
     trace = make_trace(record, drive.ratio)
-    problem = prepare_problem(record, trace, drawing_base(drive, _lookup(drive)))
+    problem = prepare_problem(record, trace, drawing_base(drive, mean_lookup(drive)))
     assert isinstance(problem.scatter, Scatter)
     return problem, problem.scatter
-
-
-def _record_of_individual(drive: Drive, true: Seating, late: float = 0.0) -> Record:
-    """The record of an individual whose elements have these seats, with noise of 0.3 N.m.
-
-    late: s, by which the torque is read later than the angles.
-    """
-    record = rig.protocol()
-    runs = np.split(np.arange(len(record)), record.starts[1:])
-    crank, output = (
-        np.concatenate([np.interp(record.time[r] - late, record.time[r], angle[r]) for r in runs])
-        for angle in (record.crank_angle, record.output_angle)
-    )
-    trace = make_trace(replace(record, crank_angle=crank, output_angle=output), drive.ratio)
-    motion = element_motion(drive, trace, make_blocks(trace, 1))
-    scatter = Scatter(drive, element_responses(drive), motion, trace.twist, true)
-    (own,) = simulate_individuals(scatter, 1, seed=4, places=(0.0, 0.0))
-    noise = 0.3 * np.random.default_rng(0).standard_normal(len(record))
-    return replace(record, output_torque=_lookup(drive).torque(trace.twist) + own + noise)
-
-
-def _record_at_held_torque(drive: Drive, true: Seating, late: float) -> Record:
-    """The same of a rig that drives the torque, so that the twist gives way while elements pass."""
-    record, lookup = rig.protocol(), _lookup(drive)
-    wanted = lookup.torque(record.twist(drive.ratio))
-    for _ in range(4):
-        trace = make_trace(record, drive.ratio)
-        motion = element_motion(drive, trace, make_blocks(trace, 1))
-        scatter = Scatter(drive, element_responses(drive), motion, trace.twist, true)
-        (own,) = simulate_individuals(scatter, 1, seed=4, places=(0.0, 0.0))
-        torque, step = lookup.torque(trace.twist) + own, 1e-3 * drive.max_twist
-        stiffness = (lookup.torque(trace.twist + step) - lookup.torque(trace.twist - step)) / (2 * step)
-        twist = trace.twist - (torque - wanted) / stiffness
-        record = replace(record, output_angle=record.crank_angle / drive.ratio - twist)
-    read = [
-        np.interp(record.time[r] - late, record.time[r], torque[r])
-        for r in np.split(np.arange(len(record)), record.starts[1:])
-    ]
-    noise = 0.3 * np.random.default_rng(0).standard_normal(len(record))
-    return replace(record, output_torque=np.concatenate(read) + noise)
 
 
 def _share_of_right_lobes(drive: Drive, scatter: Scatter, true: Seating) -> float:
@@ -126,9 +70,9 @@ def _share_of_right_lobes(drive: Drive, scatter: Scatter, true: Seating) -> floa
 
 @pytest.mark.parametrize("seats", [pytest.param("even", marks=pytest.mark.slow), "side by side"])
 def test_a_record_of_an_individual_shows_its_seating(seats: str) -> None:
-    drive = _drive(24)
+    drive = seated_drive(24)
     true = Seating(2 * np.pi * 5 / 24, even_seats(drive) if seats == "even" else tuple(range(24)))
-    _, scatter = _seated(drive, _record_of_individual(drive, true))
+    _, scatter = _seated(drive, record_of_individual(drive, true))
     assert scatter.seating is not None
     assert scatter.seating.seats == true.seats
     assert _share_of_right_lobes(drive, scatter, true) > 0.9
@@ -137,9 +81,9 @@ def test_a_record_of_an_individual_shows_its_seating(seats: str) -> None:
 @pytest.mark.slow
 def test_wrong_seats_are_mended_beside_a_fit() -> None:
     """As where an effect hid them: the fit gets likelier by hundreds with those that its residual shows."""
-    drive = _drive(24)
+    drive = seated_drive(24)
     true = Seating(2 * np.pi * 7 / 24, even_seats(drive))
-    problem, right = _seated(drive, _record_of_individual(drive, true))
+    problem, right = _seated(drive, record_of_individual(drive, true))
     scatter = replace(right, seating=Seating(true.start + np.pi, tuple(range(24))))
     assert _share_of_right_lobes(drive, scatter, true) < 0.9
     wrong = replace(
@@ -153,11 +97,11 @@ def test_wrong_seats_are_mended_beside_a_fit() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("made", "gain"), [(_record_of_individual, 1000.0), (_record_at_held_torque, 0.0)])
+@pytest.mark.parametrize(("made", "gain"), [(record_of_individual, 1000.0), (record_at_held_torque, 0.0)])
 def test_a_late_torque_is_known_whether_the_rig_holds_twist_or_torque(made: Callable[..., Record], gain: float) -> None:
     """While the crank turns by several elements between two samples, of which one steps on within the delay. Where the
     twist is held the record is likelier with the elements as they were, where the torque is held as they are."""
-    drive, late = _drive(24), 0.004
+    drive, late = seated_drive(24), 0.004
     true = Seating(2 * np.pi * 5 / 24, even_seats(drive))
     problem, _ = _seated(drive, made(drive, true, late=late))
     base = base_fit(problem)
@@ -170,11 +114,11 @@ def test_a_late_torque_is_known_whether_the_rig_holds_twist_or_torque(made: Call
 
 
 def test_where_the_crank_stands_the_seats_are_even() -> None:
-    drive = _drive(24)
+    drive = seated_drive(24)
     record = rig.protocol(full=False)
     noise = np.random.default_rng(0).standard_normal(len(record))
     twist = record.twist(drive.ratio)
-    _, scatter = _seated(drive, replace(record, output_torque=_lookup(drive).torque(twist) + noise))
+    _, scatter = _seated(drive, replace(record, output_torque=mean_lookup(drive).torque(twist) + noise))
     assert scatter.crank_stands
     assert scatter.seating is not None
     assert scatter.seating.seats == even_seats(drive)
@@ -182,7 +126,7 @@ def test_where_the_crank_stands_the_seats_are_even() -> None:
 
 def test_a_twist_at_a_locked_crank_moves_the_elements() -> None:
     """As in `stiffness_model.rotation`, where positions follow the output: by (ratio - 1) times its angle."""
-    drive = _drive(29)
+    drive = seated_drive(29)
     trace = make_trace(rig.protocol(full=False), drive.ratio)
     motion = element_motion(drive, trace, make_blocks(trace, 1))
     assert np.ptp(trace.crank) == 0
@@ -195,7 +139,7 @@ def test_a_twist_at_a_locked_crank_moves_the_elements() -> None:
 def test_the_covariance_of_blocks_is_that_of_their_samples(full: bool) -> None:
     """A sample sees the elements and the twist at one instant, whether the crank turns fast or stands: few samples of a
     fast turn do not average over all positions."""
-    drive = _drive(29)
+    drive = seated_drive(29)
     trace = make_trace(rig.protocol(full=full), drive.ratio)
 
     def covariance(samples: int) -> np.ndarray:
@@ -214,7 +158,7 @@ def test_the_covariance_of_blocks_is_that_of_their_samples(full: bool) -> None:
 
 
 def test_motion_in_some_blocks_is_that_of_their_parts() -> None:
-    drive = _drive(29)
+    drive = seated_drive(29)
     trace = make_trace(rig.protocol(), drive.ratio)
     blocks = make_blocks(trace, 4)
     motion = element_motion(drive, trace, blocks)
