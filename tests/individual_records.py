@@ -34,10 +34,10 @@ def mean_lookup(drive: Drive) -> Lookup:
     return build_lookup(drive, n_drives=16)
 
 
-def record_of_individual(drive: Drive, true: Seating, late: float = 0.0) -> Record:
-    """The record of an individual whose elements have these seats, with noise of 0.3 N.m.
+def record_of_individual(drive: Drive, true: Seating, late: float = 0.0, noise: float = 0.3) -> Record:
+    """The record of an individual whose elements have these seats.
 
-    late: s, by which the torque is read later than the angles.
+    late: s, by which the torque is read later than the angles; noise: N.m, of the torque.
     """
     record = rig.protocol()
     runs = np.split(np.arange(len(record)), record.starts[1:])
@@ -49,12 +49,12 @@ def record_of_individual(drive: Drive, true: Seating, late: float = 0.0) -> Reco
     motion = element_motion(drive, trace, make_blocks(trace, 1))
     scatter = Scatter(drive, element_responses(drive), motion, trace.twist, true)
     (own,) = simulate_individuals(scatter, 1, seed=4, places=(0.0, 0.0))
-    noise = 0.3 * np.random.default_rng(0).standard_normal(len(record))
-    return replace(record, output_torque=mean_lookup(drive).torque(trace.twist) + own + noise)
+    added = noise * np.random.default_rng(0).standard_normal(len(record))
+    return replace(record, output_torque=mean_lookup(drive).torque(trace.twist) + own + added)
 
 
 def record_at_held_torque(drive: Drive, true: Seating, late: float) -> Record:
-    """The same of a rig that drives the torque, so that the twist gives way while elements pass."""
+    """The same of a rig that drives the torque, so that the twist gives way while elements pass; noise: 0.3 N.m."""
     record, lookup = rig.protocol(), mean_lookup(drive)
     wanted = lookup.torque(record.twist(drive.ratio))
     for _ in range(4):

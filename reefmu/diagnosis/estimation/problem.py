@@ -148,7 +148,8 @@ class Problem:
         for other, play, weights in ((self.scatter.twist, 0.0, self.weights), *self.weights_cache):
             if np.abs(twist - other).max() < near and np.abs(clearance - play).max() < alike:
                 return weights.like(found.weighting)
-        weights = make_weighting(self.variance, *self.scatter.columns_at(twist, clearance))
+        beside = self.predictor(found.names).twist_beside_sensors(found.parameters)
+        weights = make_weighting(self.variance, *self.scatter.columns_at(twist, clearance, beside))
         self.weights_cache.append((twist, clearance, weights))
         return weights.like(found.weighting)
 

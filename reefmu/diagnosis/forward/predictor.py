@@ -55,6 +55,11 @@ class Predictor:
             self._last = np.array(parameters, float), self._predict(parameters)
         return self._last[1]
 
+    def twist_beside_sensors(self, parameters: Array) -> Array:
+        """(samples,) rad, twist of the contacts less that of the sensors."""
+        _, contacts = self._stages.run(np.asarray(parameters, float).tolist())
+        return np.asarray(contacts.contact) - self.trace.twist
+
     def _predict(self, parameters: Array) -> Prediction:
         torque, c = self._stages.run(np.asarray(parameters, float).tolist())
         # A torque that is read later is the torque of these angles less, to first order, what it has changed by since.

@@ -58,7 +58,9 @@ class CycloidalScatter:
         """Whether every individual has one curve along the whole record."""
         return len(self.grid) > 0
 
-    def columns_at(self, twist: Array, clearance: Array | float = 0.0) -> tuple[Array, Array]:
+    def columns_at(
+        self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None
+    ) -> tuple[Array, Array]:
         """See `ToleranceScatter`. A clearance shifts the flanks; where the crank turns, nothing is shifted."""
         if not self.crank_stands:
             return self.components, self.unspanned[None]

@@ -33,7 +33,8 @@ class ElementMotion:
 
     rotation: (p,) rad, of that crank relative to the cage; twist: (p,) rad, less its mean over the block; weight: (p,),
     share of the part in the block's samples; offsets: (p, k) rad, rotation of single samples less that of the part,
-    infinite where it has fewer than k; first: (n,), number of the first part of each block.
+    infinite where it has fewer than k; first: (n,), number of the first part of each block; start, samples: (p,), first
+    sample of each part, and how many it has.
     """
 
     rotation: Array
@@ -41,6 +42,8 @@ class ElementMotion:
     weight: Array
     offsets: Array
     first: NDArray[np.intp]
+    start: NDArray[np.intp]
+    samples: NDArray[np.intp]
 
     @cached_property
     def block(self) -> NDArray[np.intp]:
@@ -60,6 +63,12 @@ class ElementMotion:
     def twist_from(self, mean: Array) -> Array:
         """(p,) rad, twist in the parts whose mean over each block is `mean` (n,)."""
         return mean[self.block] + self.twist
+
+    def beside_mean(self, values: Array) -> Array:
+        """(p,) means over the parts of values of all samples, less those over their blocks."""
+        sums = np.concatenate([[0.0], np.cumsum(values)])
+        means = (sums[self.start + self.samples] - sums[self.start]) / self.samples
+        return means - self.mean(means)[self.block]
 
     def mean(self, values: Array) -> Array:
         """(n, ...) means over the blocks of values (p, ...) in the parts."""
@@ -93,7 +102,7 @@ def element_motion(drive: Drive, trace: Trace, blocks: Blocks, before: float = 0
     offsets = np.where(np.arange(k) < taken, rotation[start[:, None] + place] - at[:, None], np.inf)
     beside = means(twist) - np.repeat(blocks.mean(twist), count)
     weight = length / np.repeat(samples, count)
-    return ElementMotion(at, beside, weight, offsets, first)
+    return ElementMotion(at, beside, weight, offsets, first, start, length)
 
 
 def at_blocks(motion: ElementMotion, blocks: NDArray[np.intp]) -> ElementMotion:
@@ -101,7 +110,15 @@ def at_blocks(motion: ElementMotion, blocks: NDArray[np.intp]) -> ElementMotion:
     count = motion.count[blocks]
     first = np.concatenate([[0], np.cumsum(count)[:-1]])
     kept = np.repeat(motion.first[blocks] - first, count) + np.arange(count.sum())
-    return ElementMotion(motion.rotation[kept], motion.twist[kept], motion.weight[kept], motion.offsets[kept], first)
+    return ElementMotion(
+        motion.rotation[kept],
+        motion.twist[kept],
+        motion.weight[kept],
+        motion.offsets[kept],
+        first,
+        motion.start[kept],
+        motion.samples[kept],
+    )
 
 
 @dataclass(frozen=True)

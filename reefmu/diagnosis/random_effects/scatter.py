@@ -50,14 +50,12 @@ class Scatter:
     twist: Array
     seating: Seating | None = None
 
-    def columns_at(self, twist: Array, clearance: Array | float = 0.0) -> tuple[Array, Array]:
-        """Columns (m, n), N.m, of one standard deviation of each random effect, and the variances (r, n), (N.m)^2, that
-        they may not span, by roughness.
-
-        twist: (n,) rad, at the contacts; clearance: (n,) m, beyond the drawn one.
-        """
+    def columns_at(
+        self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None
+    ) -> tuple[Array, Array]:
+        """See `ToleranceScatter`."""
         if twist is not self.twist:
-            return self._moved(twist).columns_at(twist, clearance)
+            return self._moved(twist, beside).columns_at(twist, clearance)
         clearance = np.broadcast_to(np.asarray(clearance, float), twist.shape)[self.motion.block]
         average = self.average_torque(clearance)
         responses = self._responses(clearance)
@@ -73,11 +71,14 @@ class Scatter:
         rest = np.array(ROUGHNESS)[:, None] ** 2 * np.einsum("mn,mn->n", columns, columns)
         return np.concatenate([columns, curve_columns(average[0], columns)]), rest
 
-    def _moved(self, twist: Array) -> Scatter:
+    def _moved(self, twist: Array, beside: Array | None) -> Scatter:
         """The scatter with the elements where the contacts have another twist (n,), rad: what effects add to the twist
         between the contacts and the sensors moves no element along the profile."""
-        ahead = ((self.drive.ratio - 1) * (self.twist - twist))[self.motion.block]
-        return replace(self, motion=replace(self.motion, rotation=self.motion.rotation + ahead), twist=twist)
+        motion = self.motion
+        within = 0.0 if beside is None else motion.beside_mean(beside)
+        ahead = (self.drive.ratio - 1) * ((self.twist - twist)[motion.block] - within)
+        motion = replace(motion, rotation=motion.rotation + ahead, twist=motion.twist + within)
+        return replace(self, motion=motion, twist=twist)
 
     @property
     def clearance_deviation(self) -> float:

@@ -25,7 +25,13 @@ class ToleranceScatter(Protocol):
         """Whether the same contacts carry the load throughout: the curve of an individual is then smooth."""
         ...
 
-    def columns_at(self, twist: Array, clearance: Array | float = 0.0) -> tuple[Array, Array]:
+    def columns_at(
+        self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None
+    ) -> tuple[Array, Array]:
         """Columns (m, n), N.m, of one standard deviation of each random effect, and the variances (r, n), (N.m)^2,
-        that they may not span, by roughness, at a twist (n,), rad, and a clearance, m, beyond the drawn one."""
+        that they may not span, by roughness.
+
+        twist: (n,) rad, at the contacts; clearance: (n,) m, beyond the drawn one; beside: rad, at all samples of the
+        record, what effects add to the twist of the contacts beyond that of the sensors, nothing if None.
+        """
         ...

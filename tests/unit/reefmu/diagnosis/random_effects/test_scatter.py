@@ -138,11 +138,11 @@ def test_a_preloaded_drive_scatters_at_zero_torque_too(scatter: Scatter) -> None
 
 
 def test_what_is_between_contacts_and_sensors_moves_no_element(scatter: Scatter) -> None:
-    """Elements follow the twist of the contacts: columns at another one are those of a record with that twist."""
+    """Elements follow the twist of the contacts: the covariance at another one is that of a record with that twist."""
     record = rig.measured({}, noise=0.5, seed=21)
     trace = make_trace(record, rig.drive().ratio)
-    ahead = 3e-4 * np.sin(trace.crank) + 1e-6 * trace.torque
-    blocks = make_blocks(trace, 2)
+    ahead = 6e-4 * np.sin(2 * trace.crank) + 1e-6 * trace.torque
+    blocks = make_blocks(trace, 8)
     here = Scatter(
         scatter.drive,
         scatter.responses,
@@ -153,12 +153,19 @@ def test_what_is_between_contacts_and_sensors_moves_no_element(scatter: Scatter)
     moved = replace(trace, smooth_twist=trace.smooth_twist - ahead)
     twist = blocks.mean(moved.smooth_twist)
     there = replace(here, motion=element_motion(scatter.drive, moved, blocks), twist=twist)
-    still = np.abs(np.diff(trace.crank, append=trace.crank[-1])) < 1e-9
-    kept = blocks.mean(still.astype(float)) == 1
-    found, expected = (s.columns_at(twist)[0][:, kept] for s in (here, there))
+    some = np.arange(0, len(twist), 3)
+
+    def covariance(scatter: Scatter, at: Array, beside: Array | None = None) -> Array:
+        columns = scatter.columns_at(at, 0.0, beside)[0][:, some]
+        return columns.T @ columns
+
+    expected = covariance(there, twist)
+    found, block_means, unmoved = (
+        covariance(here, at, beside) for at, beside in ((twist, -ahead), (twist, None), (here.twist, None))
+    )
     size = float(np.abs(expected).max())
     assert np.abs(found - expected).max() < 0.02 * size
-    unmoved = here.columns_at(here.twist)[0][:, kept]
+    assert np.abs(block_means - expected).max() > 0.05 * size
     assert np.abs(unmoved - expected).max() > 0.1 * size
 
 
