@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from ..model.chosen_effects import inherent_effects
 from ..model.contacts.tables import cached_lookup
 from ..record import Record
 from .estimation.least_squares import Fit
-from .estimation.likeliest_seating import with_likeliest_seating
+from .estimation.likeliest_seating import with_finer_seating, with_likeliest_seating
 from .estimation.problem import Problem, block_variances, make_weights, search_blocks, select_candidates
 from .estimation.search import base_fit
 from .estimation.weighting import INDIVIDUAL_SIZE
@@ -109,24 +109,36 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve, seating: Seat
     return _with_scatter(problem, base_fit(problem), seating)
 
 
-def with_scatter_beside(problem: Problem, found: Fit) -> Problem:
+def with_scatter_beside(problem: Problem, fits: Sequence[Fit]) -> Problem:
     """The problem with the seats of its elements, and the way in which its torque is read late, that show beside the
-    effects of a fit; itself where the fit is likelier as it is. On the mean drive neither shows.
+    likeliest of some fits; itself where the first of them is likelier as it is. On the mean drive neither shows.
 
     While elements pass, a rig holds the torque or the twist. Where several pass between two samples, a torque that is
     read late is in the first case that of the elements as they are, less what it has changed by; in the second case it
     is that of the elements as they were. The record shows which.
     """
-    if not isinstance(problem.scatter, Scatter) or found.weighting.size < INDIVIDUAL_SIZE:
+    scatter, own = problem.scatter, fits[0]
+    if not isinstance(scatter, Scatter) or own.weighting.size < INDIVIDUAL_SIZE:
         return problem
-    seated = _with_weights(problem, with_likeliest_seating(problem, problem.scatter, found))
-    best, fit = _likelier((problem, found), seated)
+    seated, found = with_likeliest_seating(problem, scatter, fits)
+    best, fit = _likelier((problem, own), _with_weights(problem, with_finer_seating(problem, seated, found)), found)
     for _ in range(N_REPEATED):
-        other, there = _likelier((best, fit), _with_elements_as_they_were(best, fit))
+        other, there = _likelier((best, fit), _with_elements_as_they_were(best, fit), fit)
         if other is best:
             break
         best, fit = other, there
     return best
+
+
+def with_independent_scatter(problem: Problem) -> Problem:
+    """The problem with a scatter of the same variances that is independent from block to block: as much as is known of
+    it before the seats of the elements are; itself without scatter."""
+    if problem.scatter is None:
+        return problem
+    columns, rest = problem.scatter.columns_at(problem.scatter.twist)
+    variance = problem.variance + (columns**2).sum(axis=0) + rest[len(rest) // 2]
+    weights = make_weights(variance, None, variance)
+    return replace(problem, variance=variance, weights=weights, scatter=None, weights_cache=[])
 
 
 def with_individuals(problem: Problem, count: int = N_INDIVIDUALS) -> Problem:
@@ -136,11 +148,15 @@ def with_individuals(problem: Problem, count: int = N_INDIVIDUALS) -> Problem:
     return replace(problem, individuals=simulate_individuals(problem.scatter, count))
 
 
-def _likelier(fitted: tuple[Problem, Fit], other: Problem) -> tuple[Problem, Fit]:
-    """A problem with a fit of it, or another problem with the fit of the same effects, where that is likelier."""
-    _, found = fitted
-    fit = other.fit_from(found.names, found.parameters, other.weights_at(found))
-    return (other, fit) if fit.cost < found.cost - LEAST_GAIN else fitted
+def _likelier(fitted: tuple[Problem, Fit], other: Problem, found: Fit) -> tuple[Problem, Fit]:
+    """A problem with a fit of it, or another problem with the fit from another one found, where that is likelier."""
+    fit = _fit_again(other, found)
+    return (other, fit) if fit.cost < fitted[1].cost - LEAST_GAIN else fitted
+
+
+def _fit_again(problem: Problem, found: Fit) -> Fit:
+    """The fit of the same effects from another fit, with the scatter at its contacts."""
+    return problem.fit_from(found.names, found.parameters, problem.weights_at(found))
 
 
 def _with_elements_as_they_were(problem: Problem, found: Fit) -> Problem:
@@ -166,7 +182,8 @@ def _with_scatter(problem: Problem, without_effects: Fit, seating: Seating | Non
     motion = element_motion(base.drive, trace, blocks)
     scatter = Scatter(base.drive, element_responses(base.drive), motion, twist, seating)
     if seating is None:
-        scatter = with_likeliest_seating(problem, scatter, without_effects)
+        scatter, _ = with_likeliest_seating(problem, scatter, [without_effects])
+        scatter = with_finer_seating(problem, scatter, without_effects)
     return _with_weights(problem, scatter)
 
 

@@ -7,7 +7,9 @@ is not in the fit, can make other seats likelier by hundreds in -2 log likelihoo
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,40 +37,84 @@ SMOOTH_SIZE = 0.1
 """Standard deviation of each polynomial, over full torque; chosen by judgement, far above most effects."""
 
 
-def with_likeliest_seating(problem: Problem, scatter: Scatter, found: Fit) -> Scatter:
-    """The scatter with the seating that makes the residual of a fit likeliest; even seats where the crank stands, so
-    that only the position of the first element shows.
+def with_likeliest_seating(problem: Problem, scatter: Scatter, fits: Sequence[Fit]) -> tuple[Scatter, Fit]:
+    """The scatter with the seating that makes the residual of one of some fits likeliest, and that fit; even seats
+    where the crank stands, so that only the position of the first element shows.
 
     Effects that are not in the fit may make any smooth curve over the twist and its direction.
     """
-    residual, variance = problem.torque - found.prediction.torque, problem.variance
-    twist, clearance = found.prediction.contact, np.broadcast_to(found.prediction.clearance, residual.shape)
-    direction = np.sign(problem.blocks.mean(problem.trace.twist_rate))
-    smooth = problem.base.full_torque * _smooth_curves(twist, direction)
-
-    def cost(seating: Seating, some: NDArray[np.intp]) -> float:
-        there = replace(scatter, motion=at_blocks(scatter.motion, some), twist=scatter.twist[some], seating=seating)
-        columns, rest = there.columns_at(twist[some], clearance[some])
-        # Other roughnesses favour the same seating, or a neighbouring start.
-        scale = 1 / np.sqrt(variance[some] + rest[len(rest) // 2])
-        rows = np.concatenate([columns, smooth[:, some]]) * scale
-        return least_cost(rows, residual[some] * scale) - 2 * float(np.log(scale).sum())
-
-    every = np.arange(len(residual))
-    few = every[:: 1 + len(every) // MAX_BLOCKS]
-    # The likelihood is smooth over the first element: every second one shows where the best is.
     seatings = possible_seatings(scatter.drive)[: 1 if scatter.crank_stands else None]
-    middle = min(range(0, len(seatings), 2), key=lambda k: cost(seatings[k], few))
-    nearest = min(seatings[max(middle - 1, 0) : middle + 2], key=lambda seating: cost(seating, few))
-    positions = shifted(nearest, scatter.drive, N_POSITIONS)
-    best, step = min(positions, key=lambda seating: cost(seating, few)), positions[1].start - positions[0].start
-    least = cost(best, every)
+    tried = [(*_among(seatings, _Beside(problem, scatter, fit)), fit) for fit in fits]
+    _, best, found = min(tried, key=lambda item: item[0])
+    return replace(scatter, seating=best), found
+
+
+def with_finer_seating(problem: Problem, scatter: Scatter, found: Fit) -> Scatter:
+    """The scatter with the position of the first element, near its present one, that makes the residual of a fit
+    likeliest."""
+    best, one = scatter.seating, _Beside(problem, scatter, found)
+    assert best is not None
+    first, second = shifted(best, scatter.drive, N_POSITIONS)[:2]
+    step, least = second.start - first.start, one.cost(best, one.every)
     for _ in range(N_HALVINGS):
         for start in (best.start - step, best.start + step):
-            if (there := cost(moved := replace(best, start=start), every)) < least:
+            if (there := one.cost(moved := replace(best, start=start), one.every)) < least:
                 best, least = moved, there
         step /= 2
     return replace(scatter, seating=best)
+
+
+def _among(seatings: Sequence[Seating], one: _Beside) -> tuple[float, Seating]:
+    """The least cost and the likeliest of some seatings beside a fit, to a position of the first element."""
+    # The likelihood is smooth over the first element: every second one shows where the best is.
+    middle = min(range(0, len(seatings), 2), key=lambda k: one.cost(seatings[k], one.few))
+    nearest = min(seatings[max(middle - 1, 0) : middle + 2], key=lambda seating: one.cost(seating, one.few))
+    positions = shifted(nearest, one.scatter.drive, N_POSITIONS)
+    costs = [one.cost(seating, one.few) for seating in positions]
+    return min(costs), positions[int(np.argmin(costs))]
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """How likely a seating is beside a fit of the n blocks of a problem."""
+
+    problem: Problem
+    scatter: Scatter
+    found: Fit
+
+    @cached_property
+    def every(self) -> NDArray[np.intp]:
+        """(n,), numbers of all blocks."""
+        return np.arange(len(self.problem.torque))
+
+    @property
+    def few(self) -> NDArray[np.intp]:
+        """Numbers of at most `MAX_BLOCKS` blocks."""
+        return self.every[:: 1 + len(self.every) // MAX_BLOCKS]
+
+    @cached_property
+    def beside(self) -> Array:
+        """(samples,) rad, twist of the contacts less that of the sensors."""
+        return self.problem.predictor(self.found.names).twist_beside_sensors(self.found.parameters)
+
+    @cached_property
+    def smooth(self) -> Array:
+        """(k, n) N.m, curves that effects may make which are not in the fit."""
+        direction = np.sign(self.problem.blocks.mean(self.problem.trace.twist_rate))
+        return self.problem.base.full_torque * _smooth_curves(self.found.prediction.contact, direction)
+
+    def cost(self, seating: Seating, some: NDArray[np.intp]) -> float:
+        """-2 log likelihood of what the fit leaves of the torque in some blocks."""
+        scatter, prediction = self.scatter, self.found.prediction
+        motion, twist = at_blocks(scatter.motion, some), scatter.twist[some]
+        there = replace(scatter, motion=motion, twist=twist, seating=seating)
+        clearance = np.broadcast_to(prediction.clearance, self.every.shape)
+        columns, rest = there.columns_at(prediction.contact[some], clearance[some], self.beside)
+        # Other roughnesses favour the same seating, or a neighbouring start.
+        scale = 1 / np.sqrt(self.problem.variance[some] + rest[len(rest) // 2])
+        rows = np.concatenate([columns, self.smooth[:, some]]) * scale
+        residual = (self.problem.torque - prediction.torque)[some]
+        return least_cost(rows, residual * scale) - 2 * float(np.log(scale).sum())
 
 
 def least_cost(rows: Array, residual: Array) -> float:

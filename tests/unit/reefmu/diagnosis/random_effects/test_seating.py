@@ -90,7 +90,7 @@ def test_wrong_seats_are_mended_beside_a_fit() -> None:
         problem, scatter=scatter, weights=make_weights(problem.variance, scatter, scatter.twist), weights_cache=[]
     )
     fit = base_fit(wrong)
-    found = with_scatter_beside(wrong, fit)
+    found = with_scatter_beside(wrong, [fit])
     assert isinstance(found.scatter, Scatter)
     assert _share_of_right_lobes(drive, found.scatter, true) > 0.9
     assert base_fit(found).cost < fit.cost - 200
@@ -105,7 +105,7 @@ def test_a_late_torque_is_known_whether_the_rig_holds_twist_or_torque(made: Call
     true = Seating(2 * np.pi * 5 / 24, even_seats(drive))
     problem, _ = _seated(drive, made(drive, true, late=late))
     base = base_fit(problem)
-    found = with_scatter_beside(problem, base)
+    found = with_scatter_beside(problem, [base])
     fit = base_fit(found)
     assert fit.cost <= base.cost - gain
     assert (found is problem) == (gain == 0)
