@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from reefmu.diagnosis.analysis import Analysis
+from reefmu.diagnosis.estimation.least_squares import Fit
+from reefmu.diagnosis.estimation.problem import Problem
+from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.pipeline import analyse
-from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem, with_independent_scatter
+from reefmu.diagnosis.preparation import (
+    BaseCurveSource,
+    prepare_problem,
+    with_independent_scatter,
+    with_scatter_beside,
+)
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.random_effects.seating import Seating, even_seats
+from reefmu.effects import find_effect
 from reefmu.record import Record
 from stiffness_model import Drive
 from tests.individual_records import mean_lookup, record_of_individual, seated_drive
@@ -28,6 +38,10 @@ def _seating(drive: Drive) -> Seating:
 def _with_kinematic_error(record: Record) -> Record:
     """What twists the output beside the contacts moves none of them."""
     return replace(record, output_angle=record.output_angle - AMPLITUDE * np.sin(2 * record.crank_angle + 0.7))
+
+
+def _amplitude(problem: Problem, fit: Fit) -> float:
+    return problem.layout(fit.names).by_effect(fit.parameters)["kinematic_error"]["amplitude_2"]
 
 
 def test_independent_scatter_has_the_variance_of_the_columns() -> None:
@@ -50,6 +64,31 @@ def test_independent_scatter_has_the_variance_of_the_columns() -> None:
 
 
 @pytest.mark.slow
+def test_seats_are_told_beside_an_effect_that_shows_without_them() -> None:
+    """Its fit under independent scatter is nearly exact; beside it the record shows where the elements stand, and is
+    likelier by thousands than with the position that shows beside nothing."""
+    drive = seated_drive(24)
+    record = _with_kinematic_error(record_of_individual(drive, _seating(drive), noise=0.1))
+    trace = make_trace(record, drive.ratio)
+    problem = prepare_problem(record, trace, drawing_base(drive, mean_lookup(drive)))
+    apart, name = with_independent_scatter(problem), ("kinematic_error",)
+    values = np.array([p.neutral for p in find_effect(*name).parameters])
+    values[[p.name for p in find_effect(*name).parameters].index("amplitude_2")] = 1e-4
+    shown = apart.fit_from(name, np.concatenate([base_fit(apart).parameters, values]))
+    assert _amplitude(apart, shown) == pytest.approx(AMPLITUDE, rel=0.1)
+
+    def fit_beside(fits: Sequence[Fit]) -> tuple[Fit, float]:
+        seated = with_scatter_beside(problem, fits)
+        fit = seated.fit_from(name, shown.parameters, seated.weights_at(shown))
+        return fit, _amplitude(seated, fit)
+
+    (hidden, _), (found, amplitude) = fit_beside([base_fit(problem)]), fit_beside([base_fit(problem), shown])
+    assert found.cost < hidden.cost - 2000
+    assert amplitude == pytest.approx(AMPLITUDE, rel=0.02)
+    assert found.weighting.roughness == 0 < hidden.weighting.roughness
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("per_row", [24, 29])
 def test_a_large_kinematic_error_does_not_hide_in_the_scatter(per_row: int) -> None:
     """It moves the elements along the profile, also between the samples of a block, and hides their seats."""
@@ -58,9 +97,8 @@ def test_a_large_kinematic_error_does_not_hide_in_the_scatter(per_row: int) -> N
     found = analyse(record, BaseCurveSource(drive, make=lambda trace: drawing_base(drive, mean_lookup(drive))))
     assert isinstance(found, Analysis)
     (fit,) = (fit for fit in found.evidence.search.all_fits if fit.names == ("kinematic_error",))
-    values = found.evidence.problem.layout(fit.names).by_effect(fit.parameters)["kinematic_error"]
     assert found.diagnosis.verdict == "named"
     assert [effect.name for effect in found.diagnosis.effects] == ["kinematic_error"]
-    assert values["amplitude_2"] == pytest.approx(AMPLITUDE, rel=0.04)
+    assert _amplitude(found.evidence.problem, fit) == pytest.approx(AMPLITUDE, rel=0.04)
     assert fit.weighting.size <= 1
     assert fit.weighting.roughness == 0
