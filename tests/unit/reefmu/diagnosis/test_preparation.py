@@ -11,7 +11,8 @@ import pytest
 from reefmu.diagnosis.analysis import Analysis
 from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
-from reefmu.diagnosis.estimation.search import base_fit
+from reefmu.diagnosis.estimation.search import Search, base_fit, several_effects
+from reefmu.diagnosis.estimation.worker_pool import WorkerPool
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.pipeline import analyse
 from reefmu.diagnosis.preparation import (
@@ -61,6 +62,21 @@ def test_independent_scatter_has_the_variance_of_the_columns() -> None:
     left = apart.weights.whiten(problem.torque - problem.fit_from((), problem.start(0.0)).prediction.torque)
     assert 0.2 < np.mean(left**2) < 3
     assert with_independent_scatter(apart) is apart
+
+
+def test_a_search_also_starts_from_fits_under_other_weights() -> None:
+    """Effects that no single effect of the search leads to are among its sets."""
+    drive = seated_drive(29)
+    record = record_of_individual(drive, _seating(drive))
+    trace = make_trace(record, drive.ratio)
+    problem = prepare_problem(record, trace, drawing_base(drive, mean_lookup(drive)), _seating(drive))
+    problem = replace(problem, candidates=("preload", "modulus_error"))
+    base, apart = base_fit(problem), with_independent_scatter(problem)
+    neutral = [np.array([p.neutral for p in find_effect(name).parameters]) for name in ("backlash", "damping")]
+    pair = apart.fit_from(("backlash", "damping"), np.concatenate([base.parameters, *neutral]))
+    found = several_effects(WorkerPool(problem), Search(base, {0: [base], 1: [base]}), 2, others=[pair])
+    (fit,) = (fit for fit in found.best[2] if fit.names == pair.names)
+    assert fit.weighting.individual is problem.weights.individual
 
 
 @pytest.mark.slow
