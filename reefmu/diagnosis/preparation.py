@@ -17,7 +17,7 @@ from ..model.chosen_effects import inherent_effects
 from ..model.contacts.tables import cached_lookup
 from ..record import Record
 from .estimation.least_squares import Fit
-from .estimation.likeliest_seating import with_finer_seating, with_likeliest_seating
+from .estimation.likeliest_seating import with_likeliest_seating
 from .estimation.problem import Problem, block_variances, make_weights, search_blocks, select_candidates
 from .estimation.search import base_fit
 from .estimation.weighting import INDIVIDUAL_SIZE
@@ -121,7 +121,7 @@ def with_scatter_beside(problem: Problem, fits: Sequence[Fit]) -> Problem:
     if not isinstance(scatter, Scatter) or own.weighting.size < INDIVIDUAL_SIZE:
         return problem
     seated, found = with_likeliest_seating(problem, scatter, fits)
-    best, fit = _likelier((problem, own), _with_weights(problem, with_finer_seating(problem, seated, found)), found)
+    best, fit = _likelier((problem, own), _with_weights(problem, seated), found)
     for _ in range(N_REPEATED):
         other, there = _likelier((best, fit), _with_elements_as_they_were(best, fit), fit)
         if other is best:
@@ -150,13 +150,8 @@ def with_individuals(problem: Problem, count: int = N_INDIVIDUALS) -> Problem:
 
 def _likelier(fitted: tuple[Problem, Fit], other: Problem, found: Fit) -> tuple[Problem, Fit]:
     """A problem with a fit of it, or another problem with the fit from another one found, where that is likelier."""
-    fit = _fit_again(other, found)
+    fit = other.fit_again(found)
     return (other, fit) if fit.cost < fitted[1].cost - LEAST_GAIN else fitted
-
-
-def _fit_again(problem: Problem, found: Fit) -> Fit:
-    """The fit of the same effects from another fit, with the scatter at its contacts."""
-    return problem.fit_from(found.names, found.parameters, problem.weights_at(found))
 
 
 def _with_elements_as_they_were(problem: Problem, found: Fit) -> Problem:
@@ -183,7 +178,6 @@ def _with_scatter(problem: Problem, without_effects: Fit, seating: Seating | Non
     scatter = Scatter(base.drive, element_responses(base.drive), motion, twist, seating)
     if seating is None:
         scatter, _ = with_likeliest_seating(problem, scatter, [without_effects])
-        scatter = with_finer_seating(problem, scatter, without_effects)
     return _with_weights(problem, scatter)
 
 

@@ -44,16 +44,8 @@ def with_likeliest_seating(problem: Problem, scatter: Scatter, fits: Sequence[Fi
     Effects that are not in the fit may make any smooth curve over the twist and its direction.
     """
     seatings = possible_seatings(scatter.drive)[: 1 if scatter.crank_stands else None]
-    tried = [(*_among(seatings, _Beside(problem, scatter, fit)), fit) for fit in fits]
-    _, best, found = min(tried, key=lambda item: item[0])
-    return replace(scatter, seating=best), found
-
-
-def with_finer_seating(problem: Problem, scatter: Scatter, found: Fit) -> Scatter:
-    """The scatter with the position of the first element, near its present one, that makes the residual of a fit
-    likeliest."""
-    best, one = scatter.seating, _Beside(problem, scatter, found)
-    assert best is not None
+    tried = [(*_among(seatings, one := _Beside(problem, scatter, fit)), one) for fit in fits]
+    _, best, one = min(tried, key=lambda item: item[0])
     first, second = shifted(best, scatter.drive, N_POSITIONS)[:2]
     step, least = second.start - first.start, one.cost(best, one.every)
     for _ in range(N_HALVINGS):
@@ -61,7 +53,7 @@ def with_finer_seating(problem: Problem, scatter: Scatter, found: Fit) -> Scatte
             if (there := one.cost(moved := replace(best, start=start), one.every)) < least:
                 best, least = moved, there
         step /= 2
-    return replace(scatter, seating=best)
+    return replace(scatter, seating=best), one.found
 
 
 def _among(seatings: Sequence[Seating], one: _Beside) -> tuple[float, Seating]:

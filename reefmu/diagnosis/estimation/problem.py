@@ -160,6 +160,10 @@ class Problem:
         weights = self.weights if weights is None else weights
         return fit(self.predictor(names), self.torque, weights, self.bounds(names), start, options)
 
+    def fit_again(self, found: Fit) -> Fit:
+        """The fit of the same effects from another fit, with the scatter at its contacts."""
+        return self.fit_from(found.names, found.parameters, self.weights_at(found))
+
     def without_weights(self, found: Fit) -> Fit:
         """A fit to send to another process, whose problem has the same weights; others are sent along."""
         is_own = found.weighting.mean is self.weights.mean and found.weighting.individual is self.weights.individual

@@ -102,8 +102,8 @@ def several_effects(
     singles: of `single_effects`; progress: called with (what is done, share done); others: further starts, fits under
     other weights.
     """
-    problem, best = pool.problem, dict(singles.best)
-    known = [problem.fit_from(fit.names, fit.parameters, problem.weights_at(fit)) for fit in others]
+    best = dict(singles.best)
+    known = [pool.problem.fit_again(fit) for fit in others]
     if 1 in best:
         best[1] = _merged(best[1], [fit for fit in known if len(fit.names) == 1])
     for size in range(2, most + 1):

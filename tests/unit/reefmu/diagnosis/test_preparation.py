@@ -29,7 +29,7 @@ from stiffness_model import Drive
 from tests.individual_records import mean_lookup, record_of_individual, seated_drive
 
 AMPLITUDE = 3e-4
-"""rad, of the kinematic error, six times the scatter."""
+"""rad, of the kinematic error: its torque is 9 to 12 times the scatter."""
 
 
 def _seating(drive: Drive) -> Seating:
@@ -95,7 +95,7 @@ def test_seats_are_told_beside_an_effect_that_shows_without_them() -> None:
 
     def fit_beside(fits: Sequence[Fit]) -> tuple[Fit, float]:
         seated = with_scatter_beside(problem, fits)
-        fit = seated.fit_from(name, shown.parameters, seated.weights_at(shown))
+        fit = seated.fit_again(shown)
         return fit, _amplitude(seated, fit)
 
     (hidden, _), (found, amplitude) = fit_beside([base_fit(problem)]), fit_beside([base_fit(problem), shown])
