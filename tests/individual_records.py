@@ -1,4 +1,4 @@
-"""Records of simulated individuals whose elements have known seats."""
+"""Records of simulated individuals, at a twist or a torque that the rig holds."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from reefmu.diagnosis.random_effects.element_motion import element_motion
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.responses import element_responses
 from reefmu.diagnosis.random_effects.scatter import Scatter
-from reefmu.diagnosis.random_effects.seating import Seating
 from reefmu.record import Record
 from stiffness_model import DoesNotFitWarning, Drive, load_drive
 from stiffness_model.lookup.build_lookup import build_lookup
@@ -34,8 +33,8 @@ def mean_lookup(drive: Drive) -> Lookup:
     return build_lookup(drive, n_drives=16)
 
 
-def record_of_individual(drive: Drive, true: Seating, late: float = 0.0, noise: float = 0.3) -> Record:
-    """The record of an individual whose elements have these seats.
+def record_of_individual(drive: Drive, late: float = 0.0, noise: float = 0.3) -> Record:
+    """The record of an individual.
 
     late: s, by which the torque is read later than the angles; noise: N.m, of the torque.
     """
@@ -47,20 +46,20 @@ def record_of_individual(drive: Drive, true: Seating, late: float = 0.0, noise: 
     )
     trace = make_trace(replace(record, crank_angle=crank, output_angle=output), drive.ratio)
     motion = element_motion(drive, trace, make_blocks(trace, 1))
-    scatter = Scatter(drive, element_responses(drive), motion, trace.twist, true)
+    scatter = Scatter(drive, element_responses(drive), motion, trace.twist)
     (own,) = simulate_individuals(scatter, 1, seed=4, places=(0.0, 0.0))
     added = noise * np.random.default_rng(0).standard_normal(len(record))
     return replace(record, output_torque=mean_lookup(drive).torque(trace.twist) + own + added)
 
 
-def record_at_held_torque(drive: Drive, true: Seating, late: float) -> Record:
+def record_at_held_torque(drive: Drive, late: float) -> Record:
     """The same of a rig that drives the torque, so that the twist gives way while elements pass; noise: 0.3 N.m."""
     record, lookup = rig.protocol(), mean_lookup(drive)
     wanted = lookup.torque(record.twist(drive.ratio))
     for _ in range(4):
         trace = make_trace(record, drive.ratio)
         motion = element_motion(drive, trace, make_blocks(trace, 1))
-        scatter = Scatter(drive, element_responses(drive), motion, trace.twist, true)
+        scatter = Scatter(drive, element_responses(drive), motion, trace.twist)
         (own,) = simulate_individuals(scatter, 1, seed=4, places=(0.0, 0.0))
         torque, step = lookup.torque(trace.twist) + own, 1e-3 * drive.max_twist
         stiffness = (lookup.torque(trace.twist + step) - lookup.torque(trace.twist - step)) / (2 * step)

@@ -12,29 +12,20 @@ import numpy as np
 from ..effects import declared_test
 from ..record import TORQUE_SIDES, Record
 from .analysis import Analysis, WrittenFits
-from .estimation.least_squares import Fit, by_cost
 from .estimation.problem import Problem
 from .estimation.search import base_fit, linearise_candidates, several_effects, single_effects
-from .estimation.weighting import INDIVIDUAL_SIZE
 from .estimation.worker_pool import open_pool
 from .fitted_values import CrankLosses
 from .inference.evidence import Evidence
 from .inference.isolability import Isolability, isolability
 from .losses.crank_losses import CRANK_FRICTION, LAW, crank_losses, with_losses
 from .losses.stated_friction import friction_inside, without_stated_friction
-from .preparation import (
-    BaseCurveSource,
-    prepare_problem,
-    with_independent_scatter,
-    with_individuals,
-    with_scatter_beside,
-)
+from .preparation import BaseCurveSource, prepare_problem, with_individuals
 from .preprocessing.audit import Audit, audit
 from .preprocessing.trace import make_trace
 from .probabilities.assessment import assess, record_isolability
 from .probabilities.goodness_of_fit import global_p
 from .probabilities.priors import NO_PRIORS, Priors
-from .random_effects.scatter import Scatter
 from .report.assemble import assemble_diagnosis, base_refusal, insufficient_diagnosis
 from .report.corrected_model import corrected_model, written_fit
 from .report.gap import measure_gap
@@ -125,31 +116,14 @@ def _analyse(
 
 
 def _collect_evidence(problem: Problem, report: Progress, executor: Executor | None) -> tuple[Evidence, Isolability]:
-    """Fit the sets of effects that this record can show, with the scatter of the drive's elements that shows beside the
-    likeliest effects."""
+    """Fit the sets of effects that this record can show."""
     report("single effects", 0.1)
     evidence, isolated = _single_effects(problem, executor)
-    likeliest = min(evidence.search.all_fits, key=by_cost)
-    unseated = _fits_of_independent_scatter(problem, likeliest, executor)
-    seated = with_scatter_beside(problem, [likeliest, *unseated])
-    if seated is not problem:
-        evidence, isolated = _single_effects(seated, executor)
     with open_pool(evidence.problem, executor) as pool:
         whole = several_effects(
-            pool, evidence.search, MAX_EFFECTS, lambda stage, share: report(stage, 0.2 + 0.7 * share), unseated
+            pool, evidence.search, MAX_EFFECTS, lambda stage, share: report(stage, 0.2 + 0.7 * share)
         )
     return replace(evidence, problem=with_individuals(evidence.problem), search=whole), isolated
-
-
-def _fits_of_independent_scatter(problem: Problem, likeliest: Fit, executor: Executor | None) -> list[Fit]:
-    """The likeliest effect and the likeliest pair under a scatter that knows no seats, in which large effects do not
-    hide; none where no elements scatter, as on the mean drive."""
-    if not isinstance(problem.scatter, Scatter) or likeliest.weighting.size < INDIVIDUAL_SIZE:
-        return []
-    evidence, _ = _single_effects(with_independent_scatter(problem), executor)
-    with open_pool(evidence.problem, executor) as pool:
-        whole = several_effects(pool, evidence.search, 2)
-    return [fits[0] for size, fits in sorted(whole.best.items()) if size]
 
 
 def _single_effects(problem: Problem, executor: Executor | None) -> tuple[Evidence, Isolability]:

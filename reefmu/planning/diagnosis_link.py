@@ -16,7 +16,6 @@ from ..diagnosis.estimation.problem import Problem, select_candidates
 from ..diagnosis.estimation.weighting import MIN_EIGENVALUE
 from ..diagnosis.preparation import BaseCurveSource, prepare_problem
 from ..diagnosis.preprocessing.trace import make_trace
-from ..diagnosis.random_effects.seating import Seating, even_seats
 from ..record import Record
 from .protocols.rig import RigNoise
 
@@ -31,35 +30,30 @@ def excluded_effects(missing: Sequence[str]) -> dict[str, str]:
     return select_candidates(missing, "drawing")[1]
 
 
-def record_problem(drive: Drive, record: Record, start: float | None = None) -> tuple[Problem, Fit]:
-    """The diagnosis' problem for the record of a simulated drive, and its fit without effects.
-
-    start: rad, position of an individual's first element at the output angle 0; None: that which the record shows.
-    """
+def record_problem(drive: Drive, record: Record) -> tuple[Problem, Fit]:
+    """The diagnosis' problem for the record of a simulated drive, and its fit without effects."""
     trace = make_trace(record, drive.ratio)
-    seating = None if start is None else Seating(start, even_seats(drive))
-    problem = prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace), seating)
+    problem = prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace))
     return problem, problem.fit_from((), problem.start(0.0))
 
 
 def noise_whitened(s: Sensitivities, noise: RigNoise) -> tuple[Array, Array, Array]:
     """Rows that are independent between the runs: columns (n, k), base (n, b) and principal components (n, m) of the
-    scatter and of the base model's parameters with priors, whitened by the noise and by what the columns of the scatter
-    do not span.
+    scatter and of the base model's parameters with priors, whitened by the noise.
 
-    The covariance of any of the runs is then that of their rows, with the columns of the scatter shared by all of them.
+    The covariance of any of the runs is then that of their rows, with the random effects shared by all of them.
     The whitening is the diagnosis', scaled from the noise that it estimated in one random record to that of the rig.
     """
     problem = s.problem
     weights = problem.weights.with_size(0.0)
-    scatter, rest = np.zeros((0, len(problem.torque))), np.zeros(len(problem.torque))
-    if problem.scatter is not None:
-        scatter, (rest, *_) = problem.scatter.columns_at(problem.scatter.twist)
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (len(problem.torque), N_PROBES))
     precision = (weights.whiten(signs) ** 2).mean(axis=1)
     variance = sum(noise.variances(s.fit.prediction.slope)) / problem.blocks.count
-    scale = (1 / np.sqrt((variance + rest) * precision))[:, None]
-    effects, random = weights.whiten(s.columns) * scale, weights.whiten(np.hstack([scatter.T, s.held])) * scale
+    scale = (1 / np.sqrt(variance * precision))[:, None]
+    effects, random = (
+        weights.whiten(s.columns) * scale,
+        weights.whiten(np.hstack([weights.components.T, s.held])) * scale,
+    )
     # As in the diagnosis, principal components well below the noise are left out.
     values, vectors = np.linalg.eigh(random.T @ random)
     return effects, weights.whiten(s.base) * scale, random @ vectors[:, values > MIN_EIGENVALUE]

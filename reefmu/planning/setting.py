@@ -23,7 +23,7 @@ from .diagnosis_link import record_problem
 from .information import piece_information, record_information
 from .protocols.motion_pieces import Piece, motion_library
 from .protocols.rig import Rig, rig_noise
-from .protocols.schedule import Schedule, first_element, has_individuals, make_schedule, measured_record
+from .protocols.schedule import Schedule, has_individuals, make_schedule, measured_record
 
 LIBRARY_SEED, PROTOCOL_SEEDS = 1, (2, 3, 4, 5)
 """Seeds of the library's record, which is one of the mean drive, and of the protocol's records, which are of individual
@@ -125,8 +125,7 @@ def check_schedule(
     found: list[PredictedIsolability] = []
     apart: list[list[Array]] = []
     for seed in PROTOCOL_SEEDS:
-        start = first_element(drive, schedule, seed) if own else None
-        problem, fit = record_problem(drive, measured_record(drive, rig, schedule, seed, individual=own), start)
+        problem, fit = record_problem(drive, measured_record(drive, rig, schedule, seed, individual=own))
         columns = sensitivities(with_individuals(problem, N_INDIVIDUALS), fit, setting.sizes, setting.names)
         if own:
             divided = dispersion(problem, [(fit, None)], 0.0)

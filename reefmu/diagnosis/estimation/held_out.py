@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .least_squares import HELD_SIZE, Fit, fit
 from .problem import Problem
-from .weighting import Weighting, make_weighting
+from .weighting import Weighting
 
 HELD_OUT_PERIOD = 3
 """Every third run is held out, of one or two runs the last third of the record. Chosen by judgement: two thirds still
@@ -44,9 +44,6 @@ def fits_without_held_out(problem: Problem, fits: Sequence[Fit]) -> list[Fit]:
 
 
 def weights_without(problem: Problem, left_out: NDArray[np.bool_], like: Weighting) -> Weighting:
-    """Weights without some blocks (n,), with the size and the roughness of others."""
+    """Weights without some blocks (n,), with the size of others."""
     variance = np.where(left_out, NO_WEIGHT * problem.variance, problem.variance)
-    if problem.scatter is None:
-        return make_weighting(variance, np.zeros((0, len(variance)))).like(like)
-    columns, rest = problem.scatter.columns_at(problem.scatter.twist)
-    return make_weighting(variance, columns, rest[[like.roughness]]).like(like)
+    return problem.weights.with_variance(variance).with_size(like.size)

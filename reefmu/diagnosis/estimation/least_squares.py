@@ -183,7 +183,7 @@ def fit(
         point = better
         if options.estimate_size:
             resized = objective.likeliest(weights, point.prediction)
-            if (resized.size, resized.roughness) != (weights.size, weights.roughness):
+            if resized.size != weights.size:
                 weights = resized
                 point = objective.evaluate(point.parameters, weights, point.prediction)
                 gain = np.inf

@@ -21,7 +21,14 @@ from ..preprocessing.thinning import thin_trace
 from ..preprocessing.trace import Blocks, Trace, make_blocks
 from ..random_effects.tolerance_scatter import ToleranceScatter
 from .least_squares import Fit, FitOptions, ParameterBounds, fit, make_bounds
-from .weighting import Weighting, has_no_blocks, make_weighting, without_blocks
+from .weighting import (
+    INDIVIDUAL_SIZE,
+    Weighting,
+    has_no_blocks,
+    make_weighting,
+    weighting_of_covariance,
+    without_blocks,
+)
 
 SEARCH_BLOCKS = 2400
 """Approximate number of blocks on which sets of effects are searched. Chosen by judgement to bound the search time."""
@@ -141,17 +148,18 @@ class Problem:
 
         A drive with backlash scatters where its contacts carry load; a preloaded one scatters at zero torque too.
         """
-        if self.scatter is None:
-            return self.weights
+        if self.scatter is None or found.weighting.size < INDIVIDUAL_SIZE:
+            return self.weights.with_size(found.weighting.size)
         twist, clearance = found.prediction.contact, found.prediction.clearance
         near, alike = SAME_TWIST * self.base.max_twist, SAME_CLEARANCE * self.scatter.clearance_deviation
         for other, play, weights in ((self.scatter.twist, 0.0, self.weights), *self.weights_cache):
             if np.abs(twist - other).max() < near and np.abs(clearance - play).max() < alike:
-                return weights.like(found.weighting)
+                return weights.with_size(found.weighting.size)
         beside = self.predictor(found.names).twist_beside_sensors(found.parameters)
-        weights = make_weighting(self.variance, *self.scatter.columns_at(twist, clearance, beside))
+        covariance = self.scatter.covariance_at(twist, clearance, beside)
+        weights = weighting_of_covariance(self.variance, covariance, found.weighting.size)
         self.weights_cache.append((twist, clearance, weights))
-        return weights.like(found.weighting)
+        return weights
 
     def fit_from(
         self, names: Sequence[str], start: Array, weights: Weighting | None = None, options: FitOptions | None = None
@@ -166,31 +174,28 @@ class Problem:
 
     def without_weights(self, found: Fit) -> Fit:
         """A fit to send to another process, whose problem has the same weights; others are sent along."""
-        is_own = found.weighting.mean is self.weights.mean and found.weighting.individual is self.weights.individual
+        is_own = found.weighting.basis is self.weights.basis
         return replace(found, weighting=without_blocks(found.weighting)) if is_own else found
 
     def with_weights(self, found: Fit) -> Fit:
         """A fit as `without_weights` sent it, complete again."""
         if not has_no_blocks(found.weighting):
             return found
-        return replace(found, weighting=self.weights.like(found.weighting))
+        return replace(found, weighting=self.weights.with_size(found.weighting.size))
 
-    def expected_cost(self, found: Fit) -> float:
-        """Expected cost of a fit that leaves noise and scatter alone."""
-        return self.expected_chi_square(found.weighting) + found.weighting.log_determinant
-
-    def expected_chi_square(self, weights: Weighting) -> float:
+    @property
+    def expected_chi_square(self) -> float:
         """Expected sum of squares of whitened noise and scatter."""
-        return float(self.expected_chi_square_by_block(weights).sum())
+        return float(self.expected_chi_square_by_block.sum())
 
-    def expected_chi_square_by_block(self, weights: Weighting) -> Array:
+    @property
+    def expected_chi_square_by_block(self) -> Array:
         """The same for every block, (n,)."""
-        share = weights.noise_share
-        return share * self.block_variance / self.variance + 1 - share
+        return self.block_variance / self.variance
 
     def excess_cost(self, found: Fit) -> float:
         """The cost of a fit beyond its expectation under noise and scatter alone."""
-        return found.cost - self.expected_cost(found)
+        return found.cost - self.expected_chi_square - found.weighting.log_determinant
 
 
 def search_blocks(trace: Trace) -> Blocks:
@@ -236,11 +241,9 @@ def select_candidates(missing: Sequence[str], base_kind: str) -> tuple[tuple[str
     return tuple(name for name in EFFECTS if name not in excluded), excluded
 
 
-def make_weights(variance: Array, scatter: ToleranceScatter | None, twist: Array) -> Weighting:
-    """Weights of blocks with a noise `variance` (n,), (N.m)^2, whose contacts have the twist (n,), rad.
-
-    Without a drawing `scatter` is None and there are no random effects.
-    """
+def make_weights(variance: Array, scatter: ToleranceScatter | None) -> Weighting:
+    """Weights of blocks with a noise `variance` (n,), (N.m)^2; without a drawing `scatter` is None and there are no
+    random effects."""
     if scatter is None:
         return make_weighting(variance, np.zeros((0, len(variance))))
-    return make_weighting(variance, *scatter.columns_at(twist))
+    return weighting_of_covariance(variance, scatter.covariance_at(scatter.twist))

@@ -95,22 +95,16 @@ def several_effects(
     singles: Search,
     most: int,
     progress: Callable[[str, float], None] | None = None,
-    others: Sequence[Fit] = (),
 ) -> Search:
     """Fit sets of up to `most` effects as well; a size that gains less than `MIN_GAIN` over the one before is the last.
 
-    singles: of `single_effects`; progress: called with (what is done, share done); others: further starts, fits under
-    other weights.
+    singles: of `single_effects`; progress: called with (what is done, share done).
     """
     best = dict(singles.best)
-    known = [pool.problem.fit_again(fit) for fit in others]
-    if 1 in best:
-        best[1] = _merged(best[1], [fit for fit in known if len(fit.names) == 1])
     for size in range(2, most + 1):
         report = partial(_report, progress, size, most)
         parents = best.get(size - 1, [])[: BEAM_WIDTH if size < 3 else BEAM_WIDTH // 2]
         found = _fit_sets(pool, _extensions(pool, parents, frozenset()), report)
-        found = _merged(found, [fit for fit in known if len(fit.names) == size])
         if not found:
             break
         best[size] = found
@@ -226,11 +220,6 @@ def _fit_start(problem: Problem, start: Start) -> Fit:
     if start.size == SCATTER_SIZES[0]:
         at = ranking.fit_from(start.names, at, problem.weights.with_size(start.size), FIRST_STEPS).parameters
     return problem.without_weights(ranking.fit_from(start.names, at, options=RANKING))
-
-
-def _merged(fits: Sequence[Fit], others: Sequence[Fit]) -> list[Fit]:
-    """The best fit of every set of two lists, lowest cost first."""
-    return sorted(_best_by_set([*fits, *others]).values(), key=by_cost)
 
 
 def _best_by_set(fits: Sequence[Fit]) -> dict[frozenset[str], Fit]:

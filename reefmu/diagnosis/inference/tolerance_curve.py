@@ -46,10 +46,11 @@ def weights_of_curve_within_tolerance(problem: Problem, torque: Array) -> Weight
     where no drawing states tolerances. torque: (n,) N.m, of the base curve."""
     if problem.scatter is None or not len(problem.individuals):
         return None
-    curves = curve_columns(torque, problem.individuals / np.sqrt(len(problem.individuals)))
-    columns, _ = problem.scatter.columns_at(problem.scatter.twist)
-    # The mean drive has the least scatter, by which all columns are multiplied.
-    return make_weighting(problem.variance, np.concatenate([curves / SCATTER_SIZES[0], columns])).for_mean_drive()
+    individuals = problem.individuals
+    curves = curve_columns(torque, individuals.T @ individuals / len(individuals))
+    # The mean drive has the least scatter, by which all random effects are multiplied.
+    random_effects = np.concatenate([curves / SCATTER_SIZES[0], problem.weights.components])
+    return make_weighting(problem.variance, random_effects).for_mean_drive()
 
 
 def curve_deviation(problem: Problem, fit: Fit) -> CurveDeviation | None:

@@ -15,15 +15,15 @@ bend are what parts that all elements share change; a column more costs 4 in -2 
 and brings up to 170 on simulated individuals without effects."""
 
 
-def curve_columns(torque: Array, columns: Array) -> Array:
+def curve_columns(torque: Array, scatter: Array) -> Array:
     """(3, n) N.m, one standard deviation of each independent deviation of a curve in scale, bend and curvature over the
     size of its torque.
 
-    torque: (n,) N.m, of the base curve; columns: (m, n) N.m, of the random effects of an individual. The curve as a
-    whole may be off by as much as those random effects make the curves of individuals differ.
+    torque: (n,) N.m, of the base curve; scatter: (n, n) (N.m)^2, covariance of individuals. The curve as a whole may be
+    off by as much as these deviations make the curves of individuals differ.
     """
     size = np.abs(torque) / max(float(np.abs(torque).max(initial=0.0)), 1e-300)
     curves = torque * np.polynomial.legendre.legvander(2 * size - 1, CURVE_DEGREE).T
-    share = columns @ np.linalg.pinv(curves)
-    variances, directions = np.linalg.eigh(share.T @ share)
+    inverse = np.linalg.pinv(curves)
+    variances, directions = np.linalg.eigh(inverse.T @ scatter @ inverse)
     return np.sqrt(np.maximum(variances, 0.0))[:, None] * (directions.T @ curves)

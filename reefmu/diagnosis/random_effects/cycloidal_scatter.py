@@ -4,7 +4,7 @@ The contacts of a disc act together, so that no response of single contacts can 
 population are simulated instead, at the position of the discs that each block has, up to the unknown position at which
 the record begins. A factor of an individual's stiffness is the scale of the base curve, which is fitted; every
 individual is therefore divided by its factor, and what remains of its difference from the mean curve is the scatter:
-play, the shape of the curve, and where the crank turns, the ripple. Its principal components are the random effects.
+play, the shape of the curve, and where the crank turns, the ripple. Its principal components have its covariance.
 """
 
 from __future__ import annotations
@@ -58,15 +58,13 @@ class CycloidalScatter:
         """Whether every individual has one curve along the whole record."""
         return len(self.grid) > 0
 
-    def columns_at(
-        self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None
-    ) -> tuple[Array, Array]:
+    def covariance_at(self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None) -> Array:
         """See `ToleranceScatter`. A clearance shifts the flanks; where the crank turns, nothing is shifted."""
         if not self.crank_stands:
-            return self.components, self.unspanned[None]
+            return self.components.T @ self.components + np.diag(self.unspanned)
         at = np.sign(twist) * np.maximum(np.abs(twist) - np.asarray(clearance) / self.lever, 0.0)
         columns = np.stack([np.interp(at, self.grid, row) for row in self.components])
-        return columns, np.interp(at, self.grid, self.unspanned)[None]
+        return columns.T @ columns + np.diag(np.interp(at, self.grid, self.unspanned))
 
 
 def cycloidal_scatter(

@@ -105,22 +105,6 @@ def element_motion(drive: Drive, trace: Trace, blocks: Blocks, before: float = 0
     return ElementMotion(at, beside, weight, offsets, first, start, length)
 
 
-def at_blocks(motion: ElementMotion, blocks: NDArray[np.intp]) -> ElementMotion:
-    """The motion in some blocks alone, in their order."""
-    count = motion.count[blocks]
-    first = np.concatenate([[0], np.cumsum(count)[:-1]])
-    kept = np.repeat(motion.first[blocks] - first, count) + np.arange(count.sum())
-    return ElementMotion(
-        motion.rotation[kept],
-        motion.twist[kept],
-        motion.weight[kept],
-        motion.offsets[kept],
-        first,
-        motion.start[kept],
-        motion.samples[kept],
-    )
-
-
 @dataclass(frozen=True)
 class ElementsOnProfile:
     """k pairs of a part of a motion and an element that is on the profile in it: numbers (k,) of the part, the element

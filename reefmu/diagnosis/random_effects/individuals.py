@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
+from .element_columns import PLACES, average_torque, place_deviations
 from .element_motion import elements_on_profile, inside_profile
 from .responses import locate_cells
-from .scatter import PLACES, Scatter, place_deviations
+from .scatter import Scatter
 from .seating import Seating, even_seats
 
 N_INDIVIDUALS = 48
@@ -21,18 +22,18 @@ def simulate_individuals(
 ) -> Array:
     """(count, n) N.m, torque of individual drives less that of the mean drive, at the blocks of the record.
 
-    The elements are seated as the scatter says, from a random position at crank angle 0 where it does not. Deviations
-    of balls and cranks move with the element, those of lobes stay in the gear. The torque is not linearised in the
-    clearance; bores have their mean radius. places: range of the deviation of a drive's places of bores and lobes, over
-    that of their sizes, in which any is as likely, since drawings do not state it. A bore or a lobe beside its place
-    moves and twists its element, as in `stiffness_model.rotation`; a lobe farther out acts as a larger one.
+    The elements are spread as evenly as their seats allow, from a random position at crank angle 0. Deviations of balls
+    and cranks move with the element, those of lobes stay in the gear. The torque is not linearised in the clearance;
+    bores have their mean radius. places: range of the deviation of a drive's places of bores and lobes, over that of
+    their sizes, in which any is as likely, since drawings do not state it. A bore or a lobe beside its place moves and
+    twists its element, as in `stiffness_model.rotation`; a lobe farther out acts as a larger one.
     """
     drive, r = scatter.drive, scatter.responses
     rng = np.random.default_rng(np.random.SeedSequence([seed, len(scatter.twist)]))
     n, rows = drive.elements, drive.eccentrics
     share = {part: np.sqrt(v) for part, v in r.shares.items()}
     parts = len(scatter.motion.block)
-    mean = scatter.average_torque(np.zeros(parts))[0]
+    mean = average_torque(drive, r, scatter.motion, scatter.twist, np.zeros(parts))[0]
     even = even_seats(drive)
     found = np.empty((count, len(scatter.twist)))
     for number in range(count):
@@ -46,7 +47,7 @@ def simulate_individuals(
         bore_angle, lobe_angle = angle * rng.standard_normal(n), angle * rng.standard_normal(drive.lobes * rows)
         # As if the output had turned on by a bore's angle, or back by a lobe's.
         margin = abs(drive.ratio - 1) * float(np.abs(bore_angle).max() + np.abs(lobe_angle).max())
-        on = elements_on_profile(drive, scatter.motion, scatter.seating or Seating(start, even), margin)
+        on = elements_on_profile(drive, scatter.motion, Seating(start, even), margin)
         beta = on.position + (drive.ratio - 1) * (bore_angle[on.element] - lobe_angle[on.lobe])
         inside = inside_profile(drive, scatter.motion, on.part, beta)
         z = of_element[on.element] + of_lobe[on.lobe]

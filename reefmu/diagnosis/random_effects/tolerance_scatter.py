@@ -20,16 +20,8 @@ class ToleranceScatter(Protocol):
         """m, standard deviation of a clearance, the unit of changes that alter the scatter."""
         ...
 
-    @property
-    def crank_stands(self) -> bool:
-        """Whether the same contacts carry the load throughout: the curve of an individual is then smooth."""
-        ...
-
-    def columns_at(
-        self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None
-    ) -> tuple[Array, Array]:
-        """Columns (m, n), N.m, of one standard deviation of each random effect, and the variances (r, n), (N.m)^2,
-        that they may not span, by roughness.
+    def covariance_at(self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None) -> Array:
+        """(n, n) (N.m)^2, covariance of the torque of individual drives less that of the mean drive.
 
         twist: (n,) rad, at the contacts; clearance: (n,) m, beyond the drawn one; beside: rad, at all samples of the
         record, what effects add to the twist of the contacts beyond that of the sensors, nothing if None.

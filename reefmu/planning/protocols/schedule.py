@@ -141,11 +141,6 @@ def measured_record(
     )
 
 
-def first_element(drive: Drive, schedule: Schedule, seed: int) -> float:
-    """Position, rad, of the first element at the output angle 0 in the `measured_record` of an individual drive."""
-    return draw_individual(drive, _individual_seed(schedule, seed)).start
-
-
 def _individual_seed(schedule: Schedule, seed: int) -> int:
     return int(_streams(schedule, seed)[0].generate_state(1)[0])
 

@@ -25,7 +25,6 @@ from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem  # noq
 from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals  # noqa: E402
 from reefmu.diagnosis.random_effects.scatter import Scatter  # noqa: E402
-from reefmu.diagnosis.random_effects.seating import Seating, even_seats  # noqa: E402
 from reefmu.record import Record, make_record  # noqa: E402
 from stiffness_model import DoesNotFitWarning, Drive, load_drive  # noqa: E402
 from stiffness_model.numerics.arrays import Array  # noqa: E402
@@ -55,11 +54,10 @@ def record_of(drive: Drive) -> Record:
 
 
 def problem_of(drive: Drive) -> Problem:
-    """The problem of that record, whose elements have even seats."""
+    """The problem of that record."""
     record = record_of(drive)
     trace = make_trace(record, drive.ratio)
-    seating = Seating(0.3, even_seats(drive))
-    return prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace), seating)
+    return prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace))
 
 
 def score_statistics(problem: Problem, count: int, places: float) -> dict[str, Array]:

@@ -10,9 +10,6 @@ import pytest
 from reefmu.diagnosis.discrimination.effect_columns import sensitivities
 from reefmu.diagnosis.discrimination.rival_hypotheses import make_hypotheses, separations
 from reefmu.diagnosis.discrimination.simulated_scores import information_under
-from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
-from reefmu.diagnosis.preprocessing.trace import make_trace
-from reefmu.diagnosis.random_effects.scatter import Scatter
 from reefmu.planning.design import Candidates
 from reefmu.planning.diagnosis_link import record_problem
 from reefmu.planning.information import (
@@ -23,7 +20,7 @@ from reefmu.planning.information import (
 )
 from reefmu.planning.protocols.motion_pieces import feasible
 from reefmu.planning.protocols.rig import RigNoise, rig_noise
-from reefmu.planning.protocols.schedule import first_element, make_schedule, measured_record
+from reefmu.planning.protocols.schedule import make_schedule, measured_record
 from reefmu.planning.setting import Setting
 from stiffness_model.numerics.arrays import Array
 
@@ -99,8 +96,7 @@ def held_of_promised(setting: Setting) -> list[float]:
     found: list[float] = []
     for seed in (2, 3):
         record = measured_record(setting.drive, setting.rig, schedule, seed, individual=True)
-        start = first_element(setting.drive, schedule, seed)
-        s = sensitivities(*record_problem(setting.drive, record, start), setting.sizes, ["backlash"])
+        s = sensitivities(*record_problem(setting.drive, record), setting.sizes, ["backlash"])
         held = separations(
             record_information(s, rig_noise(setting.rig, setting.drive.ratio)), *[make_hypotheses(s, sets)] * 2
         )
@@ -122,25 +118,11 @@ def test_a_clearance_is_no_harder_to_see_in_the_library_than_in_a_record(held_of
     assert max(held_of_promised) < 1.2
 
 
-@pytest.mark.slow
-def test_the_first_element_of_a_simulated_individual_is_where_its_record_shows_it(setting: Setting) -> None:
-    """The likeliest seating of its record puts an element there, to a twentieth of their distance."""
-    record = measured_record(setting.drive, setting.rig, setting.whole, 2, individual=True)
-    trace = make_trace(record, setting.drive.ratio)
-    scatter = prepare_problem(record, trace, BaseCurveSource(setting.drive).base_curve(trace)).scatter
-    assert isinstance(scatter, Scatter)
-    assert scatter.seating is not None
-    apart = scatter.seating.start - first_element(setting.drive, setting.whole, 2)
-    distance = 2 * np.pi / setting.drive.elements
-    assert (apart + distance / 2) % distance == pytest.approx(distance / 2, abs=distance / 20)
-
-
 def test_the_covariance_is_that_of_the_diagnosis(setting: Setting) -> None:
     """The information of a record of an individual is that of the diagnosis' own whitening, up to the noise that the
     diagnosis estimates in this record."""
     record = measured_record(setting.drive, setting.rig, setting.whole, 1, individual=True)
-    start = first_element(setting.drive, setting.whole, 1)
-    s = sensitivities(*record_problem(setting.drive, record, start), setting.sizes)
+    s = sensitivities(*record_problem(setting.drive, record), setting.sizes)
     of_diagnosis = np.diag(information_under(s, s.problem.weights.with_size(1.0)))
     noise = s.problem.noise
     ours = np.diag(record_information(s, RigNoise(noise.torque, noise.twist, correlation=0.0)))

@@ -1,120 +1,55 @@
-"""What is known of the scatter before and after the seats of the elements are, on records of individuals."""
+"""The problem of an individual's record: how its torque is read late, and an effect that moves its elements."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from reefmu.diagnosis.analysis import Analysis
-from reefmu.diagnosis.estimation.least_squares import Fit
-from reefmu.diagnosis.estimation.problem import Problem
-from reefmu.diagnosis.estimation.search import Search, base_fit, several_effects
-from reefmu.diagnosis.estimation.worker_pool import WorkerPool
+from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
+from reefmu.diagnosis.forward.parameter_layout import DELAY
 from reefmu.diagnosis.pipeline import analyse
-from reefmu.diagnosis.preparation import (
-    BaseCurveSource,
-    prepare_problem,
-    with_independent_scatter,
-    with_scatter_beside,
-)
+from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
-from reefmu.diagnosis.random_effects.seating import Seating, even_seats
-from reefmu.effects import find_effect
 from reefmu.record import Record
-from stiffness_model import Drive
-from tests.individual_records import mean_lookup, record_of_individual, seated_drive
+from tests.individual_records import mean_lookup, record_at_held_torque, record_of_individual, seated_drive
 
 AMPLITUDE = 3e-4
 """rad, of the kinematic error: its torque is 9 to 12 times the scatter."""
 
 
-def _seating(drive: Drive) -> Seating:
-    return Seating(2 * np.pi * 5.37 / 24, even_seats(drive))
-
-
-def _with_kinematic_error(record: Record) -> Record:
-    """What twists the output beside the contacts moves none of them."""
-    return replace(record, output_angle=record.output_angle - AMPLITUDE * np.sin(2 * record.crank_angle + 0.7))
-
-
-def _amplitude(problem: Problem, fit: Fit) -> float:
-    return problem.layout(fit.names).by_effect(fit.parameters)["kinematic_error"]["amplitude_2"]
-
-
-def test_independent_scatter_has_the_variance_of_the_columns() -> None:
-    drive = seated_drive(29)
-    seating = Seating(0.02, even_seats(drive))
-    record = record_of_individual(drive, seating)
-    trace = make_trace(record, drive.ratio)
-    problem = prepare_problem(record, trace, drawing_base(drive, mean_lookup(drive)), seating)
-    apart = with_independent_scatter(problem)
-    assert problem.scatter is not None
-    assert apart.scatter is None
-    columns, rest = problem.scatter.columns_at(problem.scatter.twist)
-    np.testing.assert_allclose(
-        apart.variance, problem.variance + np.diag(columns.T @ columns) + rest[len(rest) // 2], rtol=1e-9
-    )
-    # What is left of an individual is then about as large as expected, though not independent.
-    left = apart.weights.whiten(problem.torque - problem.fit_from((), problem.start(0.0)).prediction.torque)
-    assert 0.2 < np.mean(left**2) < 3
-    assert with_independent_scatter(apart) is apart
-
-
-def test_a_search_also_starts_from_fits_under_other_weights() -> None:
-    """Effects that no single effect of the search leads to are among its sets."""
-    drive = seated_drive(29)
-    record = record_of_individual(drive, _seating(drive))
-    trace = make_trace(record, drive.ratio)
-    problem = prepare_problem(record, trace, drawing_base(drive, mean_lookup(drive)), _seating(drive))
-    problem = replace(problem, candidates=("preload", "modulus_error"))
-    base, apart = base_fit(problem), with_independent_scatter(problem)
-    neutral = [np.array([p.neutral for p in find_effect(name).parameters]) for name in ("backlash", "damping")]
-    pair = apart.fit_from(("backlash", "damping"), np.concatenate([base.parameters, *neutral]))
-    found = several_effects(WorkerPool(problem), Search(base, {0: [base], 1: [base]}), 2, others=[pair])
-    (fit,) = (fit for fit in found.best[2] if fit.names == pair.names)
-    assert fit.weighting.individual is problem.weights.individual
-
-
 @pytest.mark.slow
-def test_seats_are_told_beside_an_effect_that_shows_without_them() -> None:
-    """Its fit under independent scatter is nearly exact; beside it the record shows where the elements stand, and is
-    likelier by thousands than with the position that shows beside nothing."""
-    drive = seated_drive(24)
-    record = _with_kinematic_error(record_of_individual(drive, _seating(drive), noise=0.1))
-    trace = make_trace(record, drive.ratio)
-    problem = prepare_problem(record, trace, drawing_base(drive, mean_lookup(drive)))
-    apart, name = with_independent_scatter(problem), ("kinematic_error",)
-    values = np.array([p.neutral for p in find_effect(*name).parameters])
-    values[[p.name for p in find_effect(*name).parameters].index("amplitude_2")] = 1e-4
-    shown = apart.fit_from(name, np.concatenate([base_fit(apart).parameters, values]))
-    assert _amplitude(apart, shown) == pytest.approx(AMPLITUDE, rel=0.1)
-
-    def fit_beside(fits: Sequence[Fit]) -> tuple[Fit, float]:
-        seated = with_scatter_beside(problem, fits)
-        fit = seated.fit_again(shown)
-        return fit, _amplitude(seated, fit)
-
-    (hidden, _), (found, amplitude) = fit_beside([base_fit(problem)]), fit_beside([base_fit(problem), shown])
-    assert found.cost < hidden.cost - 2000
-    assert amplitude == pytest.approx(AMPLITUDE, rel=0.02)
-    assert found.weighting.roughness == 0 < hidden.weighting.roughness
+@pytest.mark.parametrize("made", [record_of_individual, record_at_held_torque])
+def test_a_late_torque_is_known_whether_the_rig_holds_twist_or_torque(made: Callable[..., Record]) -> None:
+    """While the crank turns by several elements between two samples, of which one steps on within the delay: what the
+    passing elements make is scatter, at any time."""
+    drive, late = seated_drive(24), 0.004
+    record = made(drive, late=late)
+    problem = prepare_problem(record, make_trace(record, drive.ratio), drawing_base(drive, mean_lookup(drive)))
+    fit = base_fit(problem)
+    assert fit.parameters[DELAY] == pytest.approx(late, abs=3e-4)
+    assert fit.weighting.size == pytest.approx(1.0, abs=0.5)
+    assert fit.chi_square < 1.3 * problem.expected_chi_square
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("per_row", [24, 29])
 def test_a_large_kinematic_error_does_not_hide_in_the_scatter(per_row: int) -> None:
-    """It moves the elements along the profile, also between the samples of a block, and hides their seats."""
+    """What twists the output beside the contacts moves none of the elements, also between the samples of a block."""
     drive = seated_drive(per_row)
-    record = _with_kinematic_error(record_of_individual(drive, _seating(drive), noise=0.1))
+    record = record_of_individual(drive, noise=0.1)
+    twisted = record.output_angle - AMPLITUDE * np.sin(2 * record.crank_angle + 0.7)
+    record = replace(record, output_angle=twisted)
     found = analyse(record, BaseCurveSource(drive, make=lambda trace: drawing_base(drive, mean_lookup(drive))))
     assert isinstance(found, Analysis)
     (fit,) = (fit for fit in found.evidence.search.all_fits if fit.names == ("kinematic_error",))
     assert found.diagnosis.verdict == "named"
     assert [effect.name for effect in found.diagnosis.effects] == ["kinematic_error"]
-    assert _amplitude(found.evidence.problem, fit) == pytest.approx(AMPLITUDE, rel=0.04)
+    layout = found.evidence.problem.layout(fit.names)
+    amplitude = layout.by_effect(fit.parameters)["kinematic_error"]["amplitude_2"]
+    assert amplitude == pytest.approx(AMPLITUDE, rel=0.04)
     assert fit.weighting.size <= 1
-    assert fit.weighting.roughness == 0

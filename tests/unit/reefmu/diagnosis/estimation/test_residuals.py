@@ -10,7 +10,6 @@ from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.residuals import estimate_overdispersion
 from reefmu.diagnosis.estimation.search import base_fit
-from reefmu.diagnosis.estimation.weighting import Covariance
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
@@ -30,14 +29,9 @@ def clean(correlation: float = 0.0) -> tuple[Problem, Fit]:
 
 def with_underestimated_noise(problem: Problem, fit: Fit, factor: float) -> tuple[Problem, Fit]:
     """The same with the standard deviation of the noise estimated too small by a factor."""
-
-    def scaled(c: Covariance) -> Covariance:
-        return replace(c, scale=factor * c.scale, eigenvalues=factor**2 * c.eigenvalues)
-
     weights = replace(
-        fit.weighting, mean=scaled(fit.weighting.mean), individual=tuple(map(scaled, fit.weighting.individual))
+        fit.weighting, scale=factor * fit.weighting.scale, eigenvalues=factor**2 * fit.weighting.eigenvalues
     )
-
     underestimated = replace(
         problem, variance=problem.variance / factor**2, block_variance=problem.block_variance / factor**2
     )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,38 +9,36 @@ from hypothesis import strategies as st
 
 from reefmu.diagnosis.estimation.score_test import absorbing_basis
 from reefmu.diagnosis.estimation.weighting import (
-    INDIVIDUAL_SIZE,
     MIN_EIGENVALUE,
     SCATTER_SIZES,
     Weighting,
     make_weighting,
+    weighting_of_covariance,
 )
 from stiffness_model.numerics.arrays import Array
 
 N = 30
-SIZES, ROUGHNESS = st.sampled_from([0.0, 0.12, 1.0, 2.8]), st.sampled_from([0, 1])
+SIZES = st.sampled_from([0.0, 0.12, 1.0, 2.8])
 
 
-def example(seed: int, size: float, roughness: int) -> tuple[Weighting, Array, Array]:
+def example(seed: int, size: float) -> tuple[Weighting, Array, Array]:
     """A weighting, its dense covariance (N, N), and three columns of values (N, 3)."""
     rng = np.random.default_rng(seed)
-    variance, beyond = rng.uniform(0.5, 2.0, N), rng.uniform(0.0, 1.0, (2, N))
+    variance = rng.uniform(0.5, 2.0, N)
     columns = np.array([[5.0], [3.0], [2.0]]) * rng.standard_normal((3, N))
-    diagonal = variance + (beyond[roughness] if size >= INDIVIDUAL_SIZE else 0.0)
-    dense = np.diag(diagonal) + size**2 * columns.T @ columns
-    weights = replace(make_weighting(variance, columns, beyond, size), roughness=roughness)
-    return weights, dense, rng.standard_normal((N, 3))
+    dense = np.diag(variance) + size**2 * columns.T @ columns
+    return make_weighting(variance, columns, size), dense, rng.standard_normal((N, 3))
 
 
 def dense_cost(weights: Weighting, dense: Array, values: Array) -> float:
     """-2 log likelihood of values (N,), up to the determinant of the noise, which is common to all weightings."""
-    noise = 1 / weights.mean.scale**2
+    noise = 1 / weights.scale**2
     return float(values @ np.linalg.solve(dense, values) + np.linalg.slogdet(dense)[1] - np.log(noise).sum())
 
 
-@given(st.integers(0, 1000), SIZES, ROUGHNESS)
-def test_whitened_values_have_the_inner_product_of_the_covariance(seed: int, size: float, roughness: int) -> None:
-    weights, dense, values = example(seed, size, roughness)
+@given(st.integers(0, 1000), SIZES)
+def test_whitened_values_have_the_inner_product_of_the_covariance(seed: int, size: float) -> None:
+    weights, dense, values = example(seed, size)
     expected = values.T @ np.linalg.solve(dense, values)
     white = weights.whiten(values)
     np.testing.assert_allclose(white.T @ white, expected, rtol=1e-9, atol=1e-9)
@@ -52,31 +48,53 @@ def test_whitened_values_have_the_inner_product_of_the_covariance(seed: int, siz
     np.testing.assert_allclose(both.inner(first), expected[:, 0], rtol=1e-9, atol=1e-9)
 
 
-@given(st.integers(0, 1000), ROUGHNESS)
-def test_products_under_every_size_are_those_of_whitened_values(seed: int, roughness: int) -> None:
-    weights, _, values = example(seed, 1.0, roughness)
+@given(st.integers(0, 1000))
+def test_products_under_every_size_are_those_of_whitened_values(seed: int) -> None:
+    weights, _, values = example(seed, 1.0)
     for size, found in zip(SCATTER_SIZES, weights.products(values, SCATTER_SIZES), strict=True):
         white = weights.with_size(size).whiten(values)
         np.testing.assert_allclose(found, white.T @ white, rtol=1e-9, atol=1e-9)
 
 
-@given(st.integers(0, 1000), SIZES, ROUGHNESS)
-def test_the_cost_is_the_likelihood_of_the_covariance(seed: int, size: float, roughness: int) -> None:
-    weights, dense, values = example(seed, size, roughness)
+@given(st.integers(0, 1000), SIZES)
+def test_the_cost_is_the_likelihood_of_the_covariance(seed: int, size: float) -> None:
+    weights, dense, values = example(seed, size)
     assert weights.cost(values[:, 0]) == pytest.approx(dense_cost(weights, dense, values[:, 0]), rel=1e-9)
 
 
 @given(st.integers(0, 1000), st.sampled_from([0.1, 0.5, 2.0]), st.sampled_from([0.02, 0.5, 1.4]))
-def test_size_and_roughness_are_those_of_the_greatest_likelihood(seed: int, largest: float, least: float) -> None:
-    """Against the likelihood of every size and roughness by itself, for one residual and for several at once."""
-    weights, _, values = example(seed, 1.0, 0)
+def test_the_size_is_that_of_the_greatest_likelihood(seed: int, largest: float, least: float) -> None:
+    """Against the likelihood of every size by itself, for one residual and for several at once."""
+    weights, _, values = example(seed, 1.0)
     values *= largest
-    sizes = [size for size in SCATTER_SIZES if size >= least]
-    tried = [replace(weights, size=size, roughness=k) for size in sizes for k in (0, 1)]
+    tried = [weights.with_size(size) for size in SCATTER_SIZES if size >= least]
     for residuals in (values[:, :1], values):
         found = weights.with_likeliest_scatter(residuals[:, 0] if residuals.shape[1] == 1 else residuals, least)
         cost = min(sum(w.cost(r) for r in residuals.T) for w in tried)
         assert sum(found.cost(r) for r in residuals.T) == pytest.approx(cost, rel=1e-9)
+
+
+@given(st.integers(0, 1000), SIZES)
+def test_random_effects_and_their_covariance_make_the_same_weighting(seed: int, size: float) -> None:
+    weights, _, values = example(seed, size)
+    components, variance = weights.components, 1 / weights.scale**2
+    found = weighting_of_covariance(variance, components.T @ components, size)
+    np.testing.assert_allclose(found.eigenvalues, weights.eigenvalues, rtol=1e-9)
+    white = found.whiten(values)
+    np.testing.assert_allclose(white.T @ white, weights.whiten(values).T @ weights.whiten(values), rtol=1e-9, atol=1e-9)
+
+
+@given(st.integers(0, 1000), SIZES)
+def test_another_noise_leaves_the_scatter_as_it_is(seed: int, size: float) -> None:
+    weights, dense, values = example(seed, size)
+    more = np.random.default_rng(seed + 1).uniform(1.0, 3.0, N)
+    found = weights.with_variance(1 / weights.scale**2 + more)
+    expected = values.T @ np.linalg.solve(dense + np.diag(more), values)
+    white = found.whiten(values)
+    # Components that are then below the noise are left out.
+    if len(found.eigenvalues) == len(weights.eigenvalues):
+        np.testing.assert_allclose(white.T @ white, expected, rtol=1e-9, atol=1e-9)
+    assert found.size == size
 
 
 def test_components_far_below_the_noise_are_left_out() -> None:
@@ -91,7 +109,7 @@ def test_components_far_below_the_noise_are_left_out() -> None:
 @given(st.integers(0, 1000))
 def test_parameters_with_priors_absorb_what_is_plausible(seed: int) -> None:
     """Against the dense covariance: a free column is projected out, one with a prior is a further random effect."""
-    weights, dense, values = example(seed, 1.0, 0)
+    weights, dense, values = example(seed, 1.0)
     rng = np.random.default_rng(seed + 1)
     columns, deviation = rng.standard_normal((N, 3)), np.array([np.inf, 0.5, 2.0])
     basis = absorbing_basis(weights, columns, deviation)

@@ -48,7 +48,7 @@ def test_a_fit_survives_sending_without_its_weights() -> None:
     sent = pickle.dumps(problem.without_weights(fit))
     assert len(sent) < len(pickle.dumps(fit)) / 3
     back = problem.with_weights(pickle.loads(sent))
-    assert back.weighting.mean is problem.weights.mean
+    assert back.weighting.basis is problem.weights.basis
     assert back.weighting.size == fit.weighting.size
-    other = problem.fit_from((), fit.parameters, problem.weights.for_mean_drive())
+    other = problem.fit_from((), fit.parameters, problem.weights.with_variance(2 * problem.variance))
     assert problem.with_weights(problem.without_weights(other)) is other

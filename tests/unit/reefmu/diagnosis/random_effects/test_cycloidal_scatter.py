@@ -34,28 +34,30 @@ NOISE = 0.05
 
 
 @pytest.mark.slow
-def test_curves_of_other_individuals_lie_within_the_columns() -> None:
-    """With the output locked an individual has one curve. Whitened by the columns its deviation has a variance of 1."""
+def test_the_covariance_is_that_of_the_curves_of_other_individuals() -> None:
+    """With the output locked an individual has one curve. Whitened by the covariance its deviation has a variance of
+    1."""
     scatter, individuals = made(TWIST, 0 * TWIST)
     assert scatter.crank_stands
-    columns, (unspanned,) = scatter.columns_at(TWIST)
-    covariance = columns.T @ columns + np.diag(unspanned + NOISE**2)
+    covariance = scatter.covariance_at(TWIST)
+    noisy = covariance + NOISE**2 * np.eye(len(TWIST))
     population = sm.simulate(DRIVE, TWIST, n_drives=20, seed=7).torque
     mean = sm.simulate(DRIVE, TWIST, n_drives=100, seed=1).torque.mean(axis=0)
     fresh = np.array([scale_free(torque, mean) for torque in population])
-    assert np.sqrt((fresh**2).mean()) == pytest.approx(np.sqrt((columns**2).sum(axis=0).mean()), rel=0.3)
-    left = np.array([deviation @ np.linalg.solve(covariance, deviation) for deviation in (*fresh, *individuals)])
-    assert np.median(left) < 3 * len(columns), "as many degrees of freedom as columns, at most"
-    # Columns without the play's part of the flanks do not hold them.
-    without = columns[1:].T @ columns[1:] + np.diag(unspanned + NOISE**2)
+    assert np.sqrt((fresh**2).mean()) == pytest.approx(np.sqrt(np.diag(covariance).mean()), rel=0.3)
+    left = np.array([deviation @ np.linalg.solve(noisy, deviation) for deviation in (*fresh, *individuals)])
+    assert np.median(left) < 3 * len(scatter.components), "as many degrees of freedom as components, at most"
+    # Components without the play's part of the flanks do not hold them.
+    play = np.interp(TWIST, scatter.grid, scatter.components[0])
+    without = noisy - np.outer(play, play)
     assert np.mean([d @ np.linalg.solve(without, d) for d in fresh]) > 3 * np.mean(left)
 
 
-def test_a_clearance_shifts_the_flanks_of_the_columns() -> None:
+def test_a_clearance_shifts_the_flanks() -> None:
     scatter, _ = made(TWIST, 0 * TWIST)
     play = 0.2 * DRIVE.max_twist
-    shifted, _ = scatter.columns_at(TWIST + np.sign(TWIST) * play, LEVER * play)
-    np.testing.assert_allclose(shifted, scatter.columns_at(TWIST)[0], atol=1e-9)
+    shifted = scatter.covariance_at(TWIST + np.sign(TWIST) * play, LEVER * play)
+    np.testing.assert_allclose(shifted, scatter.covariance_at(TWIST), atol=1e-9)
 
 
 @pytest.mark.slow
