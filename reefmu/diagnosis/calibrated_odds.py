@@ -2,8 +2,8 @@
 
 Evidence alone is overconfident, because no covariance is quite right. The log posterior of a hypothesis is therefore
 a weighted sum of what is known of it, a conditional logit model (McFadden, Conditional Logit Analysis of Qualitative
-Choice Behavior, 1974): its evidence, less than that of the best; its number of effects; how large what is unnamed is,
-if anything; how widely the drive would have to scatter; and whether the curve of the mean drive would have to be off.
+Choice Behavior, 1974): its evidence, less than that of the best; its number of effects; and how large what is unnamed
+is, if anything.
 The weights maximise the likelihood of the truths of simulated records whose kind of effect, rig and drive are known.
 """
 
@@ -21,24 +21,19 @@ class HypothesisWeights:
     """Change of the log posterior of a hypothesis.
 
     evidence: by `flattened` of the difference of the log evidence from the best, with a minus; effect: by each effect;
-    unnamed_size: by the logarithm of the rms of what is unnamed, over full torque; scatter_size: by that of the size of
-    the drive's scatter, over that from which on it counts as an individual; off_curve: where the curve of the mean
-    drive is off within its tolerances.
+    unnamed_size: by the logarithm of the rms of what is unnamed, over full torque.
     """
 
     evidence: float
     effect: float
     unnamed_size: float
-    scatter_size: float
-    off_curve: float
 
 
-CALIBRATED = HypothesisWeights(0.62, -2.63, 0.62, -2.18, -1.6)
-"""Fitted as `tests/benchmarks/probabilities/calibrate_probabilities.py` does: the first four to 179 of its records as
-the version before saw them, the last beside these four to 180 of them on half as many blocks, where all fitted anew the
-first two came out within 0.05 of these. Log odds fall with small differences of the log evidence, and with the root of
-large ones, as a covariance that is wrong in unknown directions makes them: the root is better than the powers 0.7 and
-1, and as good as 0.35."""
+CALIBRATED = HypothesisWeights(1.61, -1.67, 1.68)
+"""Fitted to the first 70 records of `tests/benchmarks/probabilities/calibrate_probabilities.py --count 127`. Log odds
+fall with small differences of the log evidence, and with the root of large ones, as a covariance or laws that are wrong
+in unknown directions make them: the root is better than the powers 0.35, 0.7 and 1. The size of the scatter, and
+whether the curve of the mean drive would have to be off, have weights that change no score by 0.01."""
 PRIOR_WIDTH = 20.0
 """Half-width of the prior of an amplitude, over its typical size. Chosen among 1, 5, 20 and 50 by the calibration of
 the probabilities, where 20 and 50 are alike and smaller widths worse: a prior that hardly prefers any size."""
@@ -53,13 +48,13 @@ def flattened(below: Array | float) -> Array:
     return np.sqrt(1.0 + np.asarray(below, float)) - 1.0
 
 
-def log_odds(below: Array, effects: Array, scatter: Array | float = 0.0) -> Array:
+def log_odds(below: Array, effects: Array) -> Array:
     """Log odds of sets of effects with nothing unnamed beside, up to a constant.
 
-    below: differences of their log evidence from the best, any shape; effects: their numbers of effects; scatter:
-    logarithms of the size of the drive's scatter over that from which on it counts as an individual; both broadcast.
+    below: differences of their log evidence from the best, any shape; effects: their numbers of effects, which
+    broadcast.
     """
-    return CALIBRATED.effect * effects + CALIBRATED.scatter_size * scatter - CALIBRATED.evidence * flattened(below)
+    return CALIBRATED.effect * effects - CALIBRATED.evidence * flattened(below)
 
 
 def least_evidence(wanted: float) -> float:

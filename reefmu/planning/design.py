@@ -68,7 +68,7 @@ def wanted_separations(power: float) -> tuple[float, float]:
     must exceed what the calibrated odds of a name take, with the probability `power`.
 
     >>> [round(q, 1) for q in wanted_separations(0.9)]
-    [104.8, 12.6]
+    [34.6, 8.7]
     """
     z = float(ndtri(power))
     odds = float(logit(NAMED))

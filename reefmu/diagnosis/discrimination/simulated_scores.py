@@ -13,7 +13,7 @@ from scipy.linalg import solve_triangular
 
 from stiffness_model.numerics.arrays import Array
 
-from ..estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES, Weighting
+from ..estimation.weighting import SCATTER_SIZES, Weighting
 from ..inference.simulated_records import simulate_records
 from .effect_columns import Sensitivities
 
@@ -26,15 +26,13 @@ class ScoresAtSize:
     """m simulated records without effects, under the covariance with one size of the scatter.
 
     information: (k, k) of the effects' columns, orthogonal to the base model; scores: (m, k); cost: (m,), -2 log
-    likelihood without effects; scatter: logarithm of the size over the least one of an individual, 0 below it;
-    individual: whether the size is that of an individual.
+    likelihood without effects; size: of the scatter, 0 where there is none.
     """
 
     information: Array
     scores: Array
     cost: Array
-    scatter: float = 0.0
-    individual: bool = False
+    size: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -62,9 +60,8 @@ def scores_of_records(
     for products, size in zip(weights.products(values, sizes), sizes, strict=True):
         own = eliminate(products, k + count, s.base.shape[1])
         cost = np.diag(own)[k:] + weights.with_size(size).log_determinant
-        individual = bool(len(weights.eigenvalues)) and size >= INDIVIDUAL_SIZE
-        scatter = float(np.log(size / INDIVIDUAL_SIZE)) if individual else 0.0
-        found.append(ScoresAtSize(own[:k, :k] / divided, own[k:, :k] / divided, cost / divided, scatter, individual))
+        own_size = size if len(weights.eigenvalues) else 0.0
+        found.append(ScoresAtSize(own[:k, :k] / divided, own[k:, :k] / divided, cost / divided, own_size))
     return SimulatedScores(information_under(s, weights) / divided, tuple(found))
 
 

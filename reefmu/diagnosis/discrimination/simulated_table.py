@@ -17,6 +17,7 @@ from stiffness_model.numerics.arrays import Array
 from ...effects import find_effect
 from ..calibrated_odds import NAMED, log_odds
 from ..estimation.search import MIN_GAIN
+from ..estimation.weighting import INDIVIDUAL_SIZE
 from ..inference.dispersion import COVARIANCE_ERROR
 from .amplitude_evidence import AmplitudeEvidence
 from .rival_hypotheses import RivalHypothesis
@@ -28,8 +29,7 @@ class SimulatedTable:
 
     def __init__(self, simulated: SimulatedScores, candidates: Sequence[RivalHypothesis]) -> None:
         self._at, self._candidates = simulated.at, candidates
-        self._scatter = np.array([at.scatter for at in simulated.at])
-        self._individual = np.array([at.individual for at in simulated.at])
+        self._individual = np.array([at.size >= INDIVIDUAL_SIZE for at in simulated.at])
         self._sets = _Sets(range(len(candidates)), candidates)
         self._evidence = [AmplitudeEvidence(at.information, self._sets.combinations) for at in simulated.at]
         self._beside: dict[tuple[int, int], tuple[_Sets, AmplitudeEvidence]] = {}
@@ -43,19 +43,17 @@ class SimulatedTable:
         of_variants = np.stack([e.log_evidence(s) for e, s in zip(self._evidence, scores, strict=True)])
         alone = np.stack([self._sets.mean(log) for log in of_variants]) + nothing[:, None, :]
         # Rows of the table: nothing, every hypothesis, and the likeliest of them extended.
-        size = np.vstack([nothing.argmax(axis=0), alone.argmax(axis=0)])
         parent = alone.max(axis=0).argmax(axis=0)
-        own_size = size[1 + parent, draws]
+        own_size = alone.argmax(axis=0)[parent, draws]
         likeliest = np.where(self._sets.of_variant[:, None] == parent, of_variants[own_size, :, draws].T, -np.inf)
         extended = self._extended(scores, own_size, likeliest.argmax(axis=0)) + alone[own_size, parent, draws]
         log = np.vstack([nothing.max(axis=0), alone.max(axis=0), extended])
         count = np.zeros(log.shape)
         count[1 : 1 + len(n_effects)] = n_effects[:, None]
         count[1 + len(n_effects) :] = n_effects[parent] + 1
-        scatter = self._scatter[np.vstack([size, np.broadcast_to(own_size, extended.shape)])]
         below = log.max(axis=0) - log
         below = below / (1 + COVARIANCE_ERROR**2 * 2 * below[0] * self._individual[own_size])
-        log_posterior = log_odds(below, count, scatter)
+        log_posterior = log_odds(below, count)
         log_posterior -= np.asarray(logsumexp(log_posterior, axis=0))
         best = log_posterior.argmax(axis=0)
         is_named = (best > 0) & (best <= len(n_effects)) & (log_posterior[best, draws] >= np.log(NAMED))

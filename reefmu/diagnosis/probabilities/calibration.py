@@ -14,7 +14,6 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ..calibrated_odds import CALIBRATED, HypothesisWeights, flattened
-from ..estimation.weighting import INDIVIDUAL_SIZE
 from ..hypotheses import Hypothesis
 from .hypothesis_table import Row
 from .priors import NO_PRIORS, Priors
@@ -41,7 +40,7 @@ def probabilities(
 
 
 def features(rows: Sequence[Row]) -> Array:
-    """(r, 5) what is known of each row, in the order of `HypothesisWeights`."""
+    """(r, 3) what is known of each row, in the order of `HypothesisWeights`."""
     best = max(row.log_evidence for row in rows)
     return np.array([_features(row, best - row.log_evidence) for row in rows], float)
 
@@ -52,6 +51,4 @@ def _features(row: Row, below: float) -> tuple[float, ...]:
         -float(flattened(below)),
         len(row.effects),
         math.log(max(row.unnamed_share, SMALLEST_UNNAMED)) if row.unnamed else 0.0,
-        math.log(max(row.scatter / INDIVIDUAL_SIZE, 1.0)),
-        float(row.off_curve),
     )

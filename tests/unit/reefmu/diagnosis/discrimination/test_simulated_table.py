@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.calibrated_odds import CALIBRATED, log_odds
+from reefmu.diagnosis.calibrated_odds import CALIBRATED, NAMED, least_evidence
 from reefmu.diagnosis.discrimination.effect_columns import Variant
 from reefmu.diagnosis.discrimination.rival_hypotheses import RivalHypothesis
 from reefmu.diagnosis.discrimination.simulated_scores import (
@@ -48,32 +48,25 @@ def at_two_sizes(cost_of_the_wider: float) -> SimulatedScores:
     """Records with a scatter that absorbs the first effect wholly if it is wider, which costs something."""
     narrow = gaussian_scores(np.diag([400.0, 400.0, 400.0]), COUNT, 0).at[0]
     absorbing = np.diag([1e-6, 1.0, 1.0])
-    wide = ScoresAtSize(
-        narrow.information @ absorbing, narrow.scores @ absorbing, narrow.cost + cost_of_the_wider, 0.0, True
-    )
+    wide = ScoresAtSize(narrow.information @ absorbing, narrow.scores @ absorbing, narrow.cost + cost_of_the_wider, 1.0)
     return SimulatedScores(narrow.information, (narrow, wide))
 
 
 def test_nothing_is_as_likely_as_under_its_likeliest_scatter() -> None:
     """An effect that a wider scatter absorbs is named where that costs more than a name takes."""
-    assert names(at_two_sizes(1000.0), [1.0, 0.0, 0.0])[0] > 0.98
-    assert names(at_two_sizes(20.0), [1.0, 0.0, 0.0])[0] < 0.02
-    assert names(at_two_sizes(20.0), [0.0, 1.0, 0.0])[1] > 0.98
-
-
-def test_a_wider_scatter_has_lower_odds() -> None:
-    wide, narrow = log_odds(np.zeros(2), np.zeros(2), np.array([np.log(4.0), 0.0]))
-    assert narrow - wide > 0
-    assert narrow - wide == pytest.approx(-CALIBRATED.scatter_size * np.log(4.0))
+    least = 2 * least_evidence(np.log(NAMED / (1 - NAMED)) - CALIBRATED.effect)
+    assert names(at_two_sizes(50 * least), [1.0, 0.0, 0.0])[0] > 0.98
+    assert names(at_two_sizes(0.5 * least), [1.0, 0.0, 0.0])[0] < 0.02
+    assert names(at_two_sizes(0.5 * least), [0.0, 1.0, 0.0])[1] > 0.98
 
 
 def test_large_effects_on_individuals_are_told_apart_only_as_well_as_laws_are_known() -> None:
-    """Two large effects whose traces are 1 % of either apart are told apart less often than on the mean drive."""
+    """Two large effects whose traces are 0.6 % of either apart are told apart less often than on the mean drive."""
     size = 2.0e5
-    information = size * np.array([[1.0, 0.99995, 0.0], [0.99995, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    information = size * np.array([[1.0, 0.99998, 0.0], [0.99998, 1.0, 0.0], [0.0, 0.0, 1.0]])
     mean_drive = gaussian_scores(information, COUNT, 0)
     at = mean_drive.at[0]
-    individual = SimulatedScores(information, (ScoresAtSize(at.information, at.scores, at.cost, 0.0, True),))
+    individual = SimulatedScores(information, (ScoresAtSize(at.information, at.scores, at.cost, 1.0),))
     assert names(mean_drive, [1.0, 0.0, 0.0])[0] > names(individual, [1.0, 0.0, 0.0])[0] + 0.1
 
 

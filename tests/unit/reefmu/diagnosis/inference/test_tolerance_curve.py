@@ -84,18 +84,15 @@ def test_one_loop_of_an_individual_names_nothing(number: int) -> None:
     assert one_loop(number).verdict == "none"
 
 
-def test_one_loop_of_the_mean_drive_does_not_decide_about_a_third_of_a_tolerance() -> None:
-    found = one_loop(None, clearance=4e-7)
-    probability = {h.effects: h.probability for h in found.hypotheses if not h.unnamed}
-    assert found.verdict in ("none", "ambiguous")
-    assert probability["backlash",] + probability[()] > 0.9
-
-
-@pytest.mark.parametrize("clearance", [8e-7, 1.6e-6])
+@pytest.mark.parametrize("clearance", [4e-7, 8e-7, 1.6e-6])
 def test_one_loop_of_the_mean_drive_shows_backlash(clearance: float) -> None:
     """The whole deviation is that of a clearance; an individual would have it only by chance."""
     found = one_loop(None, clearance=clearance)
     assert (found.verdict, [e.name for e in found.effects]) == ("named", ["backlash"])
+
+
+def test_a_clearance_below_a_tenth_of_its_tolerance_is_nothing() -> None:
+    assert one_loop(None, clearance=1e-7).verdict == "none"
 
 
 @pytest.mark.parametrize("number", [0, 7])
@@ -128,7 +125,7 @@ def test_nothing_missing_stands_for_a_curve_within_tolerance() -> None:
     assert isinstance(found, Analysis)
     rows = hypothesis_table(found.evidence, stated_sizes(found.evidence.problem))
     nothing = next(row for row in rows if not row.effects and not row.unnamed)
-    assert nothing.off_curve
+    assert nothing.fit.cost < found.evidence.search.base.cost - 100
 
 
 def test_the_modulus_that_would_make_a_deviation_is_told_within_the_tolerances() -> None:

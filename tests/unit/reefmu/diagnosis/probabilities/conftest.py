@@ -25,11 +25,9 @@ class Fitted:
     hysteresis: Fit
 
 
-def make_row(
-    effects: frozenset[str], unnamed: bool, log_evidence: float, share: float = 0.0, scatter: float = 0.0
-) -> Row:
+def make_row(effects: frozenset[str], unnamed: bool, log_evidence: float, share: float = 0.0) -> Row:
     """A row whose fit does not matter; share: of what is unnamed, over full torque."""
-    return Row(effects, unnamed, log_evidence, cast(Fit, None), None, share, scatter)
+    return Row(effects, unnamed, log_evidence, cast(Fit, None), None, share)
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reefmu.diagnosis.calibrated_odds import CALIBRATED, log_odds
-from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE
 from reefmu.diagnosis.hypotheses import Hypothesis
 from reefmu.diagnosis.probabilities.calibration import probabilities
 from reefmu.diagnosis.probabilities.hypothesis_table import Row
@@ -47,9 +45,6 @@ def test_odds_follow_the_weights() -> None:
     rows[1] = make_row(CREEP | WEAR, False, 20.0)
     odds *= math.exp(-CALIBRATED.effect)
     assert probability(rows, CREEP) == pytest.approx(odds / (1 + odds))
-    rows[1] = make_row(CREEP | WEAR, False, 20.0, scatter=3 * INDIVIDUAL_SIZE)
-    odds *= 3**-CALIBRATED.scatter_size
-    assert probability(rows, CREEP) == pytest.approx(odds / (1 + odds))
 
 
 def test_predictions_have_the_odds_of_the_diagnosis() -> None:
@@ -79,11 +74,3 @@ def test_more_effects_and_something_unnamed_cost_probability() -> None:
 
 def test_they_are_hypotheses_of_the_schema() -> None:
     assert probabilities([make_row(CREEP, True, 3.0)]) == (Hypothesis(("creep",), True, 1.0),)
-
-
-def test_a_mean_drive_s_curve_that_would_have_to_be_off_is_less_likely() -> None:
-    drawn = make_row(NOTHING, False, 1.0)
-    off = replace(drawn, off_curve=True)
-    as_drawn, as_off = (h.probability for h in probabilities((drawn, off)))
-    assert math.log(as_off / as_drawn) == pytest.approx(CALIBRATED.off_curve)
-    assert CALIBRATED.off_curve < 0
