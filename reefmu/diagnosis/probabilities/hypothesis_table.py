@@ -17,7 +17,8 @@ from ..estimation.weighting import INDIVIDUAL_SIZE, MEAN_DRIVE_SIZE
 from ..inference.dispersion import dispersion
 from ..inference.evidence import Evidence
 from ..inference.exchanges import exchanged_fits
-from ..inference.nonparametric import TermFit, fit_terms
+from ..inference.fit_beside_term import fit_beside_term
+from ..inference.nonparametric import TermFit
 from ..inference.simulated_records import N_WITH_TERMS, gain_by_chance, simulate_records
 from ..inference.tolerance_curve import weights_of_curve_within_tolerance
 from .marginal_likelihood import log_volume, material_effects
@@ -37,8 +38,7 @@ class Row:
     effects: that are missing; unnamed: whether something without a name is missing as well; log_evidence: log marginal
     likelihood over that of nothing missing; fit: of the effects; beside: the nonparametric term of something unnamed,
     None where there is none; unnamed_share: rms of what is unnamed, over full torque, 0 where nothing is, on the mean
-    drive of all that is left and not only of what the term fits; scatter: size of the drive's scatter, 0 of the mean
-    drive; off_curve: whether the curve of the mean drive is off within its tolerances.
+    drive of all that is left and not only of what the term fits.
     """
 
     effects: frozenset[str]
@@ -47,8 +47,6 @@ class Row:
     fit: Fit
     beside: TermFit | None = None
     unnamed_share: float = 0.0
-    scatter: float = 0.0
-    off_curve: bool = False
 
 
 def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Row, ...]:
@@ -62,8 +60,9 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
     best_fits = _best(fits)
     mean_drive = [*_for_mean_drive(problem, base, best_fits)]
     off_curve = [*_with_curve_within_tolerance(problem, base, best_fits)]
-    compared = [(fit, fit_terms(problem, fit)) for fit in (*best_fits, *mean_drive, *off_curve)]
-    explanations = [(fit, beside) for fit, terms in compared for beside in (None, terms[0])]
+    plain = (*best_fits, *mean_drive, *off_curve)
+    compared = [fit_beside_term(problem, fit) for fit in plain]
+    explanations = [*((fit, None) for fit in plain), *compared]
     divided = dispersion(problem, explanations, max(base.cost - fits[0].cost, 0.0) if _scatter(fits[0]) else 0.0)
 
     records, chance = simulate_records(problem, N_WITH_TERMS, seed=0), dict[float, float]()
@@ -81,17 +80,13 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
         log_evidence = gain / (2 * divided) + log_volume(problem, fit, sizes, divided)
         rms = 0.0 if beside is None else beside.rms if _scatter(fit) else max(beside.rms, remainder(problem, fit))
         share = rms / problem.base.full_torque
-        is_off = any(fit is one for one in off_curve)
-        return Row(effects, beside is not None, log_evidence, fit, beside, share, _scatter(fit), is_off)
+        return Row(effects, beside is not None, log_evidence, fit, beside, share)
 
-    # The scatter changes in steps with the twist of the contacts, which even an effect too small to show moves: it must
-    # gain more than the scatter at those contacts does without it.
-    moved = [problem.fit_from((), base.parameters, fit.weighting) for fit in best_fits if fit.names and _scatter(fit)]
-    rows = [row(fit) for fit in (*fits, *moved, *off_curve)]
+    rows = [row(fit) for fit in (*fits, *off_curve)]
     likeliest = max(rows, key=lambda r: r.log_evidence).fit
-    exchanged = [(fit, fit_terms(problem, fit)) for fit in exchanged_fits(problem, likeliest)]
-    rows += [row(fit) for fit, _ in exchanged]
-    rows += [row(fit, terms[0]) for fit, terms in (*compared, *exchanged)]
+    exchanged = exchanged_fits(problem, likeliest)
+    rows += [row(fit) for fit in exchanged]
+    rows += [row(*both) for both in (*compared, *(fit_beside_term(problem, fit) for fit in exchanged))]
     best: dict[tuple[frozenset[str], bool], Row] = {}
     for found in rows:
         key = found.effects, found.unnamed
@@ -121,7 +116,7 @@ def _for_mean_drive(problem: Problem, base: Fit, fits: Sequence[Fit]) -> Iterato
     """The best sets under the hypothesis of the mean drive, where they scatter more, and the fit without effects."""
     weights = problem.weights.for_mean_drive()
     for fit in (*_scattering(fits), base):
-        yield problem.fit_from(fit.names, fit.parameters, weights)
+        yield problem.fit_from(fit.names, fit.parameters, weights, HELD_SIZE)
 
 
 def _with_curve_within_tolerance(problem: Problem, base: Fit, fits: Sequence[Fit]) -> Iterator[Fit]:
