@@ -68,7 +68,7 @@ def wanted_separations(power: float) -> tuple[float, float]:
     must exceed what the calibrated odds of a name take, with the probability `power`.
 
     >>> [round(q, 1) for q in wanted_separations(0.9)]
-    [34.6, 8.7]
+    [49.1, 9.7]
     """
     z = float(ndtri(power))
     odds = float(logit(NAMED))

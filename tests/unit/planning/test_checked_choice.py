@@ -57,7 +57,7 @@ def test_a_choice_goes_on_until_records_name_every_effect(choose: Choose) -> Non
 
 @pytest.mark.xfail(
     reason="all motions of the rig separate a clearance of one tolerance by 5.4 standard deviations, and a name takes "
-    "5.9: individuals differ by as much",
+    "7.0: individuals differ by as much",
     strict=True,
 )
 def test_a_choice_reaches_a_clearance_of_typical_size(setting: Setting) -> None:
