@@ -124,7 +124,7 @@ def test_unknown_and_excluded_effects_are_refused(drive: Drive) -> None:
 def test_the_next_protocol_tells_sets_apart(drive: Drive) -> None:
     found = next_protocol(drive, Rig(), [("hysteresis",), ("coulomb_friction", "viscous_friction")])
     assert found.labels == ("hysteresis", "coulomb_friction + viscous_friction")
-    assert found.told_apart > 0.9
+    assert found.told_apart > 0.8
     assert any(np.ptp(piece.crank) > 0 for piece in found.schedule.pieces)
     assert np.allclose(found.probability.sum(axis=1), 1.0)
     with pytest.raises(InputError, match="two sets"):

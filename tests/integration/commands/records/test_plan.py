@@ -85,7 +85,7 @@ def test_a_longer_protocol_is_advised_where_time_is_short_and_names_what_the_sho
     words = ["plan", "drive_1", "--effects", effect, "--out", str(tmp_path / "plan"), "--minutes"]
     assert main([*words, "0.1"]) == 0
     short = capsys.readouterr().out
-    assert re.search(r"in \d s name 0 of 1 effect ", short)
+    assert re.search(r"in \d s names? 0 of 1 effect ", short)
     assert "No further run that would help fits into the 6 s allowed." in short
     assert f"{effect} cannot be reliably distinguished from no effect; a longer protocol on the same rig could" in short
     assert main([*words, "5"]) == 0

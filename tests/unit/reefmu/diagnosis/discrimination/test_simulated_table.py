@@ -40,7 +40,9 @@ def test_two_effects_are_not_named_as_one() -> None:
 def test_sets_of_two_take_a_part_of_the_probability_of_one() -> None:
     """Beside an effect with odds of about 2 against nothing, another one of three deviations makes the verdict open."""
     information = np.diag([45.0, 45.0, 1e-9])
-    alone, both = (names(gaussian_scores(information, COUNT, 1), [1.0, share, 0.0])[0] for share in (0.0, 3 / np.sqrt(45.0)))
+    alone, both = (
+        names(gaussian_scores(information, COUNT, 1), [1.0, share, 0.0])[0] for share in (0.0, 3 / np.sqrt(45.0))
+    )
     assert alone - both > 0.1
 
 
