@@ -3,8 +3,7 @@
 Evidence alone is overconfident, because no covariance is quite right. The log posterior of a hypothesis is therefore
 a weighted sum of what is known of it, a conditional logit model (McFadden, Conditional Logit Analysis of Qualitative
 Choice Behavior, 1974): its evidence, less than that of the best; its number of effects; and how large what is unnamed
-is, if anything.
-The weights maximise the likelihood of the truths of simulated records whose kind of effect, rig and drive are known.
+is, if anything. The weights follow from the truths of simulated records whose kind of effect, rig and drive are known.
 """
 
 from __future__ import annotations

@@ -91,10 +91,7 @@ def single_effects(pool: WorkerPool, base: Fit, directions: Directions) -> Searc
 
 
 def several_effects(
-    pool: WorkerPool,
-    singles: Search,
-    most: int,
-    progress: Callable[[str, float], None] | None = None,
+    pool: WorkerPool, singles: Search, most: int, progress: Callable[[str, float], None] | None = None
 ) -> Search:
     """Fit sets of up to `most` effects as well; a size that gains less than `MIN_GAIN` over the one before is the last.
 

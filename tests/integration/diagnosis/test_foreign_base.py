@@ -56,10 +56,17 @@ def test_a_foreign_curve_is_refused_and_no_model_written(factor: float, tmp_path
 
 
 @pytest.mark.slow
+@pytest.mark.xfail(reason="damping is named with a probability of 0.64, hysteresis has 0.25", strict=True)
+def test_cycles_of_one_rate_leave_open_whether_a_loop_is_one_of_the_direction_or_of_the_rate(tmp_path: Path) -> None:
+    """Cycles of nearly one rate, which differ by 0.5 N.m, do not tell one from the other."""
+    record = with_twist_zero(ramps(0.5, cycles=3), -0.7)
+    assert diagnose_record(record, curve=spring(tmp_path, 1.0)).verdict == "ambiguous"
+
+
+@pytest.mark.slow
 def test_the_right_curve_is_diagnosed_and_its_file_reproduces_the_gap(tmp_path: Path) -> None:
     record = with_twist_zero(ramps(0.5, cycles=3), -0.7)
     found = diagnose_record(record, curve=spring(tmp_path, 1.0), out=tmp_path / "out")
-    # Cycles of nearly one rate, which differ by 0.5 N.m, hardly tell a loop of the direction from one of the rate.
     assert {e.name for e in found.effects} | {name for names in found.alternatives for name in names} >= {
         "damping",
         "hysteresis",

@@ -13,6 +13,7 @@ from reefmu.diagnosis.discrimination.rival_hypotheses import RivalHypothesis
 from reefmu.diagnosis.discrimination.simulated_scores import gaussian_scores
 from reefmu.planning import Plan, Rig, make_plan, next_protocol
 from reefmu.planning.design import design, make_targets, potential, wanted_separations
+from reefmu.planning.next_experiment import NextProtocol
 from reefmu.planning.protocols.motion_pieces import feasible
 from reefmu.planning.setting import Setting
 from stiffness_model import Drive
@@ -120,9 +121,20 @@ def test_unknown_and_excluded_effects_are_refused(drive: Drive) -> None:
         make_plan(drive, Rig(crank="locked"), ["missing_ball"])
 
 
+@pytest.fixture(scope="module")
+def between_sets(drive: Drive) -> NextProtocol:
+    return next_protocol(drive, Rig(), [("hysteresis",), ("coulomb_friction", "viscous_friction")])
+
+
 @pytest.mark.slow
-def test_the_next_protocol_tells_sets_apart(drive: Drive) -> None:
-    found = next_protocol(drive, Rig(), [("hysteresis",), ("coulomb_friction", "viscous_friction")])
+@pytest.mark.xfail(reason="hysteresis is named in 74 % of the records that are simulated along it: 0.87", strict=True)
+def test_the_next_protocol_names_the_right_set_in_nine_of_ten_records(between_sets: NextProtocol) -> None:
+    assert between_sets.told_apart > 0.9
+
+
+@pytest.mark.slow
+def test_the_next_protocol_tells_sets_apart(drive: Drive, between_sets: NextProtocol) -> None:
+    found = between_sets
     assert found.labels == ("hysteresis", "coulomb_friction + viscous_friction")
     assert found.told_apart > 0.8
     assert any(np.ptp(piece.crank) > 0 for piece in found.schedule.pieces)
