@@ -14,12 +14,23 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.numerics.arrays import Array
 
 from .element_motion import ElementMotion, ElementsOnProfile, elements_on_profile, inside_profile
-from .responses import ElementResponses
+from .responses import (
+    MAX_ORDER,
+    NODE_WEIGHTS,
+    NODES,
+    TERMS,
+    ElementResponses,
+    PlaceDeviations,
+    hermite,
+    place_deviations,
+    term,
+)
 from .seating import Seating
 
 CLEARANCE_BIN = 0.3
@@ -28,10 +39,10 @@ judgement, half the step of the tables."""
 MIN_BORE_SHARE = 0.002
 """Least variance from the bores, over the variance from the clearances, for the bores to have columns. Chosen by
 judgement."""
-PLACES = 1.0
-"""Deviation of the places of bores and lobes over that of their sizes, which drawings state alone: as wide. Among 0.25,
-0.5 and 1 it is the likeliest on simulated individuals whose places deviate half as widely; a covariance that lacks
-places takes them for kinematic errors."""
+MIN_SHARE = 1e-4
+"""Least variance of a term of an element, a lobe or a pair of both, over that of the linear term of the clearance, for
+the term to have columns. Chosen by the likelihood of individuals, which 1e-5 changes by less than 20 and 1e-3 by up to
+260."""
 
 
 @dataclass(frozen=True)
@@ -47,108 +58,108 @@ class SeatedElements:
     seating: Seating
 
     def columns(self, average: Array) -> Array:
-        """(m, n) N.m, of one standard deviation of each random effect; average: (2, n) N.m, of `average_torque`."""
-        responses = self._responses()
-        parts = [
-            *self._element_columns(responses),
-            *self._lobe_columns(responses),
-            self._shift_by_places(responses),
-            self._by_position(responses["mean"]) - average,
-            self._by_position(responses["displaced"]),
-        ]
-        columns = np.concatenate(parts)
+        """(m, n) N.m, of one standard deviation of each random effect of elements, lobes and eccentrics, and of the
+        drive as a whole; average: (2, n) N.m, of `average_torque`."""
+        responses = self._responses
+        found = [self._shift_by_places(), self._by_position(responses["mean"]) - average]
+        if (responses["bore"] ** 2).sum() > MIN_BORE_SHARE * self._linear_variance:
+            found.append(self._by_element(responses["bore"]))
+        for orders in TERMS:
+            values = responses[term(*orders)]
+            if self._counts(of_element := self._of_elements(orders), values):
+                found.append(of_element**0.5 * self._by_element(values))
+            if self._counts(of_lobe := self._of_lobes(orders), values):
+                # A lobe along the circle twists its element a little less than a bore.
+                less = self._places.lobe / self._places.radius / self.drive.ratio if orders == (0, 1) else 0.0
+                found.append(self._by_lobe(of_lobe**0.5 * values + less * responses["slope"]))
+            if (of_cranks := self._of_cranks(orders)) > 0:
+                found.append(self._of_eccentrics(of_cranks**0.5 * values))
+        columns = np.concatenate(found)
         return columns[columns.any(axis=1)]
 
-    def _responses(self) -> dict[str, Array]:
-        """Responses (k,), N.m, of the elements on the profile, times the share of the part in its block, by name: those
-        of the tables, and those to one standard deviation of the place of an element's bore. It then stands elsewhere
-        on the profile, as if the output had turned on, but the crank has not.
+    def of_pairs(self) -> Array:
+        """(n, n) (N.m)^2, covariance of what products of the deviations of an element and of the lobe that it meets do:
+        random effects of every pair."""
+        shares = [1 - self._of_elements(o) - self._of_lobes(o) - self._of_cranks(o) for o in TERMS]
+        terms = [share**0.5 * self._responses[term(*o)] for share, o in zip(shares, TERMS, strict=True) if share > 0]
+        values = [of_term for of_term in terms if self._counts(1.0, of_term)]
+        if not values:
+            return np.zeros((len(self.twist), len(self.twist)))
+        on = self._elements
+        met, pair = np.unique(on.element * self.drive.lobes * self.drive.eccentrics + on.lobe, return_inverse=True)
+        rows = np.concatenate([pair + number * len(met) for number in range(len(values))])
+        at = rows, np.tile(self.motion.block[on.part], len(values))
+        columns = csr_array((np.concatenate(values), at), (len(values) * len(met), len(self.twist)))
+        return np.asarray((columns.T @ columns).toarray(), float)
 
-        displaced, displaced_twice: of the torque `mean`, in the deviation and in its square; linear_displaced: of its
-        response to a clearance.
-        """
+    @cached_property
+    def _responses(self) -> dict[str, Array]:
+        """Responses (k,), N.m, of the elements on the profile, times the share of the part in its block, by name of
+        the table."""
+        on, motion = self._elements, self.motion
         level, values = clearance_levels(self.responses, self.clearance)
         tables = self.responses.at_clearances(values)
-        here = self._interpolate(level, 0.0, tables)
-        moved = {name: tables[name] for name in ("mean", "linear")}
-        at, behind = (self._interpolate(level, sign * self._ahead, moved) for sign in (1.0, -1.0))
-        return here | {
-            "displaced": (at["mean"] - behind["mean"]) / 2,
-            "displaced_twice": (at["mean"] + behind["mean"]) / 2 - here["mean"],
-            "linear_displaced": (at["linear"] - behind["linear"]) / 2,
-        }
+        twist, nodes = motion.twist_from(self.twist)[on.part], np.stack(list(tables.values()), axis=-1)
+        found = self.responses.interpolate(nodes, level[on.part], twist, on.position, motion.weight[on.part])
+        free = dict(zip(tables, found, strict=True))
+        inside = inside_profile(self.drive, motion, on.part, on.position)
+        near, terms = self._terms_at_edges(free)
+        return {name: _replaced(inside * values, near, terms.get(name)) for name, values in free.items()}
 
-    def _interpolate(self, level: NDArray[np.intp], ahead: float, tables: dict[str, Array]) -> dict[str, Array]:
-        """Responses (k,), N.m, by the names of their tables (c, twists, positions), of elements that stand `ahead`,
-        rad, of their positions, times the share of the part in its block; level: (p,), number of the table."""
-        on, motion = self._elements, self.motion
-        beta = on.position + ahead
-        weight = inside_profile(self.drive, motion, on.part, beta) * motion.weight[on.part]
-        twist = motion.twist_from(self.twist)[on.part]
-        nodes = np.stack(list(tables.values()), axis=-1)
-        found = self.responses.interpolate(nodes, level[on.part], twist, beta, weight)
-        return dict(zip(tables, found, strict=True))
-
-    def _element_columns(self, responses: dict[str, Array]) -> list[Array]:
-        """Columns of the deviations that move with the elements, and of the eccentrics.
-
-        An element's products with the lobes that it meets are random effects of their own, one for each pair; those of
-        the second order stand for them, one for each element.
-        """
-        drive, shares, by_element = self.drive, self.responses.shares, self._by_element
-        linear = by_element(responses["linear"])
-        second = [by_element(v) for v in self._second_order(responses)]
-        bore = [by_element(responses["displaced"] - place_deviations(drive)[1] * responses["slope"])]
-        of_bores = by_element(responses["bore"])
-        if (of_bores**2).sum() > MIN_BORE_SHARE * (linear**2).sum():
-            bore.append(of_bores)
-        if drive.crank_deviation == "eccentric":
-            rows, share = np.arange(drive.elements) % drive.eccentrics, shares["crank"]
-            # All elements of an eccentric share its deviation, so that the nonlinear responses do not average out.
-            shared = (
-                share**0.5 * linear,
-                share * by_element(responses["quadratic"]),
-                share**1.5 * by_element(responses["cubic"]),
-            )
-            return [
-                *bore,
-                *second,
-                shares["element"] ** 0.5 * linear,
-                *(np.stack([v[rows == k].sum(axis=0) for k in range(drive.eccentrics)]) for v in shared),
-            ]
-        return [*bore, *second, (shares["element"] + shares["crank"]) ** 0.5 * linear]
-
-    def _lobe_columns(self, responses: dict[str, Array]) -> list[Array]:
-        """Columns of the lobes' deviations in distance and along the circle, to the second order."""
-        _, angle = place_deviations(self.drive)
-        return [
-            self._by_lobe(v)
-            for v in (
-                self._outwards * responses["linear"],
-                (1 - 1 / self.drive.ratio) * angle * responses["slope"] - responses["displaced"],
-                self._outwards * responses["linear_displaced"],
-                *self._second_order(responses),
-            )
-        ]
+    def _terms_at_edges(self, free: dict[str, Array]) -> tuple[NDArray[np.intp], dict[str, Array]]:
+        """Numbers of the elements that are on the profile or not by the deviations of their places, and their terms,
+        N.m, by name; free: (k,) N.m, those of elements that are always on it."""
+        on, ahead, edge = self._elements, self._ahead, self.drive.usable_limit
+        margin = NODES.max() * abs(ahead) + self.motion.reach[on.part]
+        near = np.flatnonzero(np.abs(np.abs(on.position) - edge) < margin)
+        part, position = on.part[near], on.position[near]
+        inside = np.stack([inside_profile(self.drive, self.motion, part, position + x * ahead) for x in NODES])
+        found: dict[str, Array] = {}
+        for p in range(MAX_ORDER + 1):
+            orders = range(MAX_ORDER + 1 - p)
+            polynomials = np.stack([hermite(q, NODES) for q in orders])
+            at_nodes = polynomials.T @ np.stack([free[term(p, q)][near] for q in orders])
+            projected = (polynomials * NODE_WEIGHTS) @ (inside * at_nodes)
+            found |= {term(p, q): projected[q] for q in orders}
+        return near, found
 
     @property
-    def _outwards(self) -> float:
-        """Standard deviation of a lobe in distance, by its size and its place, over that of an element's clearance."""
-        place, _ = place_deviations(self.drive)
-        return (self.responses.shares["gear"] + (place / self.responses.deviation) ** 2) ** 0.5
+    def _by_eccentric(self) -> bool:
+        """Whether all elements of an eccentric share the deviation of its crank."""
+        return self.drive.crank_deviation == "eccentric"
 
-    def _second_order(self, responses: dict[str, Array]) -> tuple[Array, Array]:
-        """Responses (k,), N.m, to the squares of a lobe's deviations in distance and along the circle, less
-        their means, over their standard deviations."""
-        return self._outwards**2 * responses["quadratic"], np.sqrt(2) * responses["displaced_twice"]
+    def _of_elements(self, orders: tuple[int, int]) -> float:
+        """Share of what moves with an element in the variance of a term."""
+        shares = self.responses.shares
+        own = shares["element"] + (0.0 if self._by_eccentric else shares["crank"])
+        return own ** orders[0] * shares["bore"] ** orders[1]
 
-    def _shift_by_places(self, responses: dict[str, Array]) -> Array:
+    def _of_lobes(self, orders: tuple[int, int]) -> float:
+        """That of the lobes."""
+        shares = self.responses.shares
+        return (shares["gear"] + shares["place"]) ** orders[0] * (1 - shares["bore"]) ** orders[1]
+
+    def _of_cranks(self, orders: tuple[int, int]) -> float:
+        """That of a crank whose deviation all elements of an eccentric share."""
+        return self.responses.shares["crank"] ** orders[0] if self._by_eccentric and not orders[1] else 0.0
+
+    def _counts(self, share: float, values: Array) -> bool:
+        """Whether a share of a term, values (k,), N.m, is large enough for columns."""
+        return share * float((values**2).sum()) > MIN_SHARE * self._linear_variance
+
+    @cached_property
+    def _linear_variance(self) -> float:
+        return float((self._responses[term(1, 0)] ** 2).sum())
+
+    def _of_eccentrics(self, values: Array) -> Array:
+        """(eccentrics, n) sums of values (k,) over the elements of every eccentric."""
+        rows, by_element = np.arange(self.drive.elements) % self.drive.eccentrics, self._by_element(values)
+        return np.stack([by_element[rows == k].sum(axis=0) for k in range(self.drive.eccentrics)])
+
+    def _shift_by_places(self) -> Array:
         """(1, n) N.m, by which deviations of places shift the mean of all individuals, since the torque bends with the
         twist, the position and the clearance. How large they are is not known, so that it is a random effect."""
-        place, angle = place_deviations(self.drive)
-        outwards = place / self.responses.deviation
-        shift = outwards**2 / np.sqrt(2) * responses["quadratic"] + angle**2 * responses["bend"]
-        return self._by_block(shift + 2 * responses["displaced_twice"])[None]
+        return self._by_block(self._responses[term(0, 0)] - self._responses["mean"])[None]
 
     def _by_position(self, torque: Array) -> Array:
         """(2, n) N.m, sums over the elements of their torque (k,), and of its product with their position over the
@@ -173,15 +184,26 @@ class SeatedElements:
         place = number * n + self.motion.block[self._elements.part]
         return np.asarray(np.bincount(place, values, count * n), float).reshape(count, n)
 
+    @cached_property
+    def _places(self) -> PlaceDeviations:
+        return place_deviations(self.drive)
+
     @property
     def _ahead(self) -> float:
-        """rad, by which one standard deviation of the place of its bore moves an element along the profile."""
-        return (self.drive.ratio - 1) * place_deviations(self.drive)[1]
+        """rad, by which one standard deviation of places moves an element along the profile."""
+        return (self.drive.ratio - 1) * self._places.along
 
     @cached_property
     def _elements(self) -> ElementsOnProfile:
         """The elements on the profile."""
-        return elements_on_profile(self.drive, self.motion, self.seating, abs(self._ahead))
+        return elements_on_profile(self.drive, self.motion, self.seating, NODES.max() * abs(self._ahead))
+
+
+def _replaced(values: Array, some: NDArray[np.intp], others: Array | None) -> Array:
+    """Values (k,) with those of some numbers replaced, if there are others."""
+    if others is not None:
+        values[some] = others
+    return values
 
 
 def average_torque(
@@ -207,9 +229,3 @@ def clearance_levels(responses: ElementResponses, clearance: Array) -> tuple[NDA
     step = max(CLEARANCE_BIN * responses.deviation, 1e-12)
     _, level = np.unique(np.round(clearance / step), return_inverse=True)
     return level, np.bincount(level, clearance) / np.bincount(level)
-
-
-def place_deviations(drive: Drive, places: float = PLACES) -> tuple[float, float]:
-    """Standard deviation of the places of bores and lobes, m, and the twist of an element by it, rad."""
-    place = places * max(drive.tolerances["cage"].sigma, drive.tolerances["gear"].sigma)
-    return place, place / (drive.crank_radius + drive.element_radius)

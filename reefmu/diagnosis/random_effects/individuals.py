@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
-from .element_columns import PLACES, average_torque, place_deviations
+from .element_columns import average_torque
 from .element_motion import elements_on_profile, inside_profile
-from .responses import locate_cells
+from .responses import PLACES, locate_cells, place_deviations
 from .scatter import Scatter
 from .seating import Seating, even_seats
 
@@ -37,14 +37,15 @@ def simulate_individuals(
     even = even_seats(drive)
     found = np.empty((count, len(scatter.twist)))
     for number in range(count):
-        start, (place, angle) = rng.uniform(0, 2 * np.pi), place_deviations(drive, rng.uniform(*places))
+        start, wide = rng.uniform(0, 2 * np.pi), place_deviations(drive, rng.uniform(*places))
         crank = rng.standard_normal(n)
         if drive.crank_deviation == "eccentric":
             crank = crank[np.arange(n) % rows]
         of_element = share["element"] * rng.standard_normal(n) + share["crank"] * crank
         of_lobe = share["gear"] * rng.standard_normal(drive.lobes * rows)
-        of_lobe += place / r.deviation * rng.standard_normal(drive.lobes * rows)
-        bore_angle, lobe_angle = angle * rng.standard_normal(n), angle * rng.standard_normal(drive.lobes * rows)
+        of_lobe += wide.lobe / r.deviation * rng.standard_normal(drive.lobes * rows)
+        bore_angle = wide.bore / wide.radius * rng.standard_normal(n)
+        lobe_angle = wide.lobe / wide.radius * rng.standard_normal(drive.lobes * rows)
         # As if the output had turned on by a bore's angle, or back by a lobe's.
         margin = abs(drive.ratio - 1) * float(np.abs(bore_angle).max() + np.abs(lobe_angle).max())
         on = elements_on_profile(drive, scatter.motion, Seating(start, even), margin)

@@ -1,5 +1,5 @@
-"""Values between the nodes of an element's tables against SciPy's interpolation, and the elements on the profile
-against a loop over all samples."""
+"""Values between the nodes of an element's tables against SciPy's interpolation, the elements on the profile against a
+loop over all samples, and the terms of the scatter against elements at random."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from scipy.interpolate import RegularGridInterpolator
 
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
 from reefmu.diagnosis.random_effects.element_motion import element_motion, elements_on_profile, inside_profile
-from reefmu.diagnosis.random_effects.responses import element_responses
+from reefmu.diagnosis.random_effects.responses import TERMS, element_responses, place_deviations, term
 from reefmu.diagnosis.random_effects.seating import Seating, even_seats
+from stiffness_model import load_drive
 from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
 from tests import diagnosis_rig as rig
 
@@ -48,3 +49,37 @@ def test_elements_on_the_profile_are_those_of_every_sample(samples: int) -> None
         edge = (drive.usable_limit - np.abs((beta + np.pi) % (2 * np.pi) - np.pi)) / (2 * FADE_HALF_WIDTH) + 0.5
         assert share[part] == pytest.approx(np.clip(edge, 0, 1).mean(axis=0), abs=1e-9)
     assert ((share > 0) & (share < 1)).any()
+
+
+def test_terms_hold_the_covariance_of_one_element() -> None:
+    """At two twists, of elements whose clearance and place deviate at random: an element whose bore lies ahead has less
+    twist and stands farther on the profile. Where the element lifts off, the linear terms alone hold too little."""
+    drive = load_drive("drive_1", gear_tolerance="IT9", cage_tolerance="IT8")
+    r, places = element_responses(drive), place_deviations(drive)
+    middle = [len(r.twist) // 2 + k for k in (3, 9)]
+    at, position = r.twist[middle], r.position[36]
+    rng = np.random.default_rng(5)
+    outwards, along = rng.standard_normal((2, 20000))
+    torque_of = RegularGridInterpolator((r.solved, r.twist, r.position), r.single, bounds_error=False, fill_value=None)
+    clearance = np.clip(outwards * r.deviation, r.solved[0], r.solved[-1])
+    moved = position + (drive.ratio - 1) * places.along * along
+    torque = [torque_of(np.stack([clearance, twist - places.along * along, moved], axis=1)) for twist in at]
+    tables = {name: table[0] for name, table in r.at_clearances(np.zeros(1)).items()}
+    terms = np.array([[tables[term(*orders)][k, 36] for k in middle] for orders in TERMS])
+    expected = np.cov(torque)
+    assert terms.T @ terms == pytest.approx(expected, rel=0.04)
+    assert (terms[:2] ** 2).sum(axis=0)[0] < 0.9 * expected[0, 0]
+    mean = [tables[term(0, 0)][k, 36] for k in middle]
+    assert mean == pytest.approx(np.mean(torque, axis=1), rel=0.02)
+
+
+def test_a_bore_ahead_of_its_place_takes_twist_from_its_element_and_moves_it_on() -> None:
+    """Of fine tolerances, under which the torque is linear: the derivatives along both axes."""
+    drive = load_drive("drive_1", gear_tolerance="IT1", cage_tolerance="IT1")
+    r, along = element_responses(drive), place_deviations(drive).along
+    tables = {name: table[0] for name, table in r.at_clearances(np.zeros(1)).items()}
+    by_twist, by_position = np.gradient(tables[term(0, 0)], r.twist, r.position)
+    expected = along * ((drive.ratio - 1) * by_position - by_twist)
+    loaded = np.s_[36:44, 30:44]
+    error = np.abs(tables[term(0, 1)] - expected)[loaded].max()
+    assert error < 0.1 * np.abs(along * (drive.ratio - 1) * by_position[loaded]).max()
