@@ -13,6 +13,7 @@ from ..estimation.intervals import is_degenerate
 from ..estimation.least_squares import HELD_SIZE, Fit, by_cost
 from ..estimation.problem import Problem
 from ..estimation.residuals import remainder
+from ..estimation.shared_covariances import least_costs
 from ..estimation.weighting import INDIVIDUAL_SIZE, MEAN_DRIVE_SIZE
 from ..inference.dispersion import dispersion
 from ..inference.evidence import Evidence
@@ -61,6 +62,7 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
     mean_drive = [*_for_mean_drive(problem, base, best_fits)]
     off_curve = [*_with_curve_within_tolerance(problem, base, best_fits)]
     plain = (*best_fits, *mean_drive, *off_curve)
+    nothing = least_costs(problem, [base], best_fits)[0]
     compared = [fit_beside_term(problem, fit) for fit in plain]
     explanations = [*((fit, None) for fit in plain), *compared]
     divided = dispersion(problem, explanations, max(base.cost - fits[0].cost, 0.0) if _scatter(fits[0]) else 0.0)
@@ -74,19 +76,21 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
             chance[size] = gain_by_chance(problem, base, records, size)
         return chance[size]
 
-    def row(fit: Fit, beside: TermFit | None = None) -> Row:
+    def row(fit: Fit, cost: float, beside: TermFit | None = None) -> Row:
         effects = material_effects(problem, fit, sizes, LEAST_SIZE)
-        gain = base.cost - fit.cost + (max(0.0, beside.gain) - by_chance(fit) if beside else 0.0)
+        gain = nothing - cost + (max(0.0, beside.gain) - by_chance(fit) if beside else 0.0)
         log_evidence = gain / (2 * divided) + log_volume(problem, fit, sizes, divided)
         rms = 0.0 if beside is None else beside.rms if _scatter(fit) else max(beside.rms, remainder(problem, fit))
         share = rms / problem.base.full_torque
         return Row(effects, beside is not None, log_evidence, fit, beside, share)
 
-    rows = [row(fit) for fit in (*fits, *off_curve)]
+    rows = [row(fit, fit.cost) for fit in (*fits, *off_curve)]
+    rows += [row(*both) for both in zip(best_fits, least_costs(problem, best_fits), strict=True)]
     likeliest = max(rows, key=lambda r: r.log_evidence).fit
-    exchanged = exchanged_fits(problem, likeliest)
-    rows += [row(fit) for fit in exchanged]
-    rows += [row(*both) for both in (*compared, *(fit_beside_term(problem, fit) for fit in exchanged))]
+    exchanged = [*exchanged_fits(problem, likeliest)]
+    rows += [row(*both) for both in zip(exchanged, least_costs(problem, exchanged, best_fits), strict=True)]
+    compared += [fit_beside_term(problem, fit) for fit in exchanged]
+    rows += [row(fit, fit.cost, beside) for fit, beside in compared]
     best: dict[tuple[frozenset[str], bool], Row] = {}
     for found in rows:
         key = found.effects, found.unnamed

@@ -1,0 +1,45 @@
+"""Costs of several fits, each under whichever of their covariances is likeliest for it.
+
+Every fit of an individual has the scatter of its own contacts, and that of elements at other places on the profile is
+likelier or less likely by chance, whatever the effects: steps of single elements fall on blocks or between them. A fit
+must gain by its effects and not by such a covariance, which is therefore open to all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..forward.parameter_layout import N_RIG
+from .least_squares import Fit
+from .problem import Problem
+from .score_test import absorbing_basis
+from .weighting import INDIVIDUAL_SIZE, Weighting
+
+
+def least_costs(problem: Problem, fits: Sequence[Fit], others: Sequence[Fit] = ()) -> list[float]:
+    """The least cost of each fit under its own covariance and those of all fits, `others` among them.
+
+    Under another covariance the parameters of the rig and of the base curve follow, to first order, those of effects do
+    not. Fits of a mean drive keep their cost: their covariance is the noise.
+    """
+    covariances = {id(fit.weighting.basis): fit.weighting for fit in (*fits, *others) if is_individual(fit)}
+    found: list[float] = []
+    for fit in fits:
+        foreign = [w for key, w in covariances.items() if key != id(fit.weighting.basis)] if is_individual(fit) else []
+        found.append(min([fit.cost, *(_cost_under(problem, fit, weights) for weights in foreign)]))
+    return found
+
+
+def is_individual(fit: Fit) -> bool:
+    """Whether a fit has the scatter of an individual drive."""
+    return len(fit.weighting.eigenvalues) > 0 and fit.weighting.size >= INDIVIDUAL_SIZE
+
+
+def _cost_under(problem: Problem, fit: Fit, weights: Weighting) -> float:
+    residual = problem.torque - fit.prediction.torque
+    weights = weights.with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
+    own = slice(0, N_RIG + problem.base.shape.size)
+    basis = absorbing_basis(weights, fit.prediction.sensitivities[:, own], fit.bounds.prior_deviation[own])
+    white = weights.whiten(residual)
+    of_priors = fit.chi_square - float((fit.weighting.whiten(residual) ** 2).sum())
+    return float(((white - basis @ (basis.T @ white)) ** 2).sum()) + of_priors + weights.log_determinant

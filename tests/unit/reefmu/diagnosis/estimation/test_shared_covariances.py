@@ -1,0 +1,61 @@
+"""Costs under the covariances of other fits, compared with fits under them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from reefmu.diagnosis.estimation.problem import Problem
+from reefmu.diagnosis.estimation.search import base_fit
+from reefmu.diagnosis.estimation.shared_covariances import is_individual, least_costs
+from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
+from reefmu.diagnosis.preprocessing.trace import make_trace
+from stiffness_model.numerics.arrays import Array
+from tests.individual_records import record_of_individual, seated_drive
+
+EFFECT = ("kinematic_error",)
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    """Of an individual without effects."""
+    drive = seated_drive(29)
+    record = record_of_individual(drive)
+    trace = make_trace(record, drive.ratio)
+    return prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace))
+
+
+def with_kinematic_error(problem: Problem, start: Array) -> Array:
+    """Parameters of a fit without effects and a kinematic error of 0.1 mrad."""
+    where = problem.layout(EFFECT).effects[EFFECT[0]]
+    found = problem.bounds(EFFECT).prior_mean.copy()
+    found[: len(start)] = start
+    found[where] = 0.0
+    found[where.start] = 1e-4
+    return found
+
+
+def test_a_covariance_of_one_fit_is_open_to_all(problem: Problem) -> None:
+    """To nothing as well: what it gains by the scatter that a kinematic error would make is none of the effect's."""
+    nothing = base_fit(problem)
+    effect = problem.fit_from(EFFECT, with_kinematic_error(problem, nothing.parameters))
+    # Half as in the record itself.
+    own = nothing.weighting
+    shown = (own.basis.T @ ((problem.torque - nothing.prediction.torque) * own.scale)) ** 2 / own.size**2
+    likelier = replace(own, eigenvalues=(own.eigenvalues + shown) / 2, basis=own.basis.copy())
+    effect = problem.fit_from(EFFECT, effect.parameters, likelier)
+    refitted = problem.fit_from((), nothing.parameters, likelier)
+    assert is_individual(nothing)
+    assert is_individual(effect)
+    costs = least_costs(problem, [nothing, effect])
+    assert costs[0] < nothing.cost - 1.0
+    assert costs[0] == pytest.approx(refitted.cost, abs=0.05)
+    assert least_costs(problem, [nothing], [effect]) == costs[:1]
+    assert costs[1] <= effect.cost
+
+
+def test_a_mean_drive_keeps_its_cost(problem: Problem) -> None:
+    nothing = base_fit(problem)
+    mean = replace(nothing, weighting=nothing.weighting.for_mean_drive(), cost=1e9)
+    assert least_costs(problem, [mean], [nothing]) == [1e9]
