@@ -113,12 +113,13 @@ def artefacts() -> dict[str, bytes]:
 
 
 def without_probabilities(content: bytes) -> bytes:
-    """diagnosis.json without what simulations count, without the order of alternatives, which is that of their
+    """diagnosis.json without what simulations count, without the alternatives of an ambiguous record, of which two that
+    act alike may be on either side of the last percent, without the order of others, which is that of their
     probabilities, and without intervals, which average over explanations: a last digit decides on which side of a limit
     a draw is and where a fit of two effects that act alike ends, and it depends on the processor's kernels of linear
     algebra."""
     whole = json.loads(content)
-    whole["alternatives"] = sorted(whole["alternatives"])
+    whole["alternatives"] = [] if whole["verdict"] == "ambiguous" else sorted(whole["alternatives"])
     for key in ("hypotheses", "global_p", "isolability"):
         del whole[key]
     for effect in whole["effects"]:

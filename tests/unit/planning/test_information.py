@@ -109,11 +109,6 @@ def test_a_clearance_is_no_easier_to_see_in_the_library_than_in_a_record(held_of
     assert min(held_of_promised) > 0.8
 
 
-@pytest.mark.xfail(
-    reason="blocks of the library's record have three samples, over which the step of a clearance at zero torque is "
-    "averaged: it promises 20 where records hold 24 and 27; with blocks of one sample 26",
-    strict=True,
-)
 def test_a_clearance_is_no_harder_to_see_in_the_library_than_in_a_record(held_of_promised: list[float]) -> None:
     assert max(held_of_promised) < 1.2
 

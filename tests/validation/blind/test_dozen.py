@@ -39,12 +39,12 @@ DOZEN = (
     # drive, which a modulus error on an individual would imitate.
     case(44, seed=161),
     case(139, seed=161),
+    # An individual whose play is larger in the fitted runs than in the held-out ones.
+    case(72, seed=131),
 )
 
 
 OPEN = (
-    # An individual whose play is larger in the fitted runs than in the held-out ones.
-    case(72, seed=131),
     # A creep whose fastest part resembles a spring.
     case(61, seed=171),
 )
@@ -70,7 +70,7 @@ def test_hidden_effects_are_named_and_no_others(what: Case) -> None:
         assert found.exact, (found.verdict, found.named)
 
 
-@pytest.mark.xfail(reason="a small play, and a load-dependent friction beside the creep, are as likely", strict=True)
+@pytest.mark.xfail(reason="a load-dependent friction beside the creep is as likely", strict=True)
 @pytest.mark.parametrize("what", OPEN, ids=_name)
 def test_cases_that_are_left_open_are_decided(what: Case) -> None:
     assert outcome(what).exact
