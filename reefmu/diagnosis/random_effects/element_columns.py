@@ -35,7 +35,7 @@ from .seating import Seating
 
 CLEARANCE_BIN = 0.3
 """Range of clearances, in standard deviations of single elements, that share one interpolation of the tables. Chosen by
-judgement, half the step of the tables."""
+judgement, less than the step of the tables."""
 MIN_BORE_SHARE = 0.002
 """Least variance from the bores, over the variance from the clearances, for the bores to have columns. Chosen by
 judgement."""

@@ -33,10 +33,11 @@ N_TWISTS, N_POSITIONS = 49, 49
 TWIST_MARGIN = 1.4
 """Greatest twist of the tables over the drawing's max_twist; beyond, they are held. Chosen by judgement."""
 CLEARANCE_STEP = 0.6
-"""Step between clearances of the tables, in standard deviations. Chosen by judgement for linear interpolation."""
+"""Step between clearances of the tables, in standard deviations by sizes. Chosen by judgement for linear
+interpolation."""
 MAX_DEVIATION = 4.8
-"""Deviation, in standard deviations, to which single elements are solved beyond the clearances: eight steps. Chosen by
-judgement; 1.6 in a million deviations exceed it."""
+"""Deviation, in standard deviations, to which single elements are solved beyond the clearances. Chosen by judgement;
+1.6 in a million deviations exceed it."""
 MAX_CLEARANCES = 61
 """Greatest number of clearances of the tables. Chosen by judgement to bound their size."""
 _CLEARANCE_PER_RADIUS = {"element": -2.0, "crank": -1.0, "gear": 1.0}
