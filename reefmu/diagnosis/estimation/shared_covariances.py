@@ -22,17 +22,13 @@ def least_costs(problem: Problem, fits: Sequence[Fit], others: Sequence[Fit] = (
     Under another covariance the parameters of the rig and of the base curve follow, to first order, those of effects do
     not. Fits of a mean drive keep their cost: their covariance is the noise.
     """
-    covariances = {id(fit.weighting.basis): fit.weighting for fit in (*fits, *others) if is_individual(fit)}
+    covariances = {id(fit.weighting.basis): fit.weighting for fit in (*fits, *others) if fit.weighting.is_individual}
     found: list[float] = []
     for fit in fits:
-        foreign = [w for key, w in covariances.items() if key != id(fit.weighting.basis)] if is_individual(fit) else []
+        own = fit.weighting
+        foreign = [w for key, w in covariances.items() if own.is_individual and key != id(own.basis)]
         found.append(min([fit.cost, *(_cost_under(problem, fit, weights) for weights in foreign)]))
     return found
-
-
-def is_individual(fit: Fit) -> bool:
-    """Whether a fit has the scatter of an individual drive."""
-    return len(fit.weighting.eigenvalues) > 0 and fit.weighting.size >= INDIVIDUAL_SIZE
 
 
 def _cost_under(problem: Problem, fit: Fit, weights: Weighting) -> float:

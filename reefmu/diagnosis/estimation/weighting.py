@@ -61,6 +61,11 @@ class Weighting:
         """(m, n) N.m, what one standard deviation of each principal component of the scatter does."""
         return (self.basis * np.sqrt(self.eigenvalues)).T / self.scale
 
+    @property
+    def is_individual(self) -> bool:
+        """Whether there are random effects, as wide as those of an individual drive."""
+        return len(self.eigenvalues) > 0 and self.size >= INDIVIDUAL_SIZE
+
     def whiten(self, values: Array) -> Array:
         """Values (n,) or (n, k), N.m, transformed so that residuals are independent with variance 1."""
         v = values * (self.scale if values.ndim == 1 else self.scale[:, None])

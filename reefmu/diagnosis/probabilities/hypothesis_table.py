@@ -14,7 +14,7 @@ from ..estimation.least_squares import HELD_SIZE, Fit, by_cost
 from ..estimation.problem import Problem
 from ..estimation.residuals import remainder
 from ..estimation.shared_covariances import least_costs
-from ..estimation.weighting import INDIVIDUAL_SIZE, MEAN_DRIVE_SIZE
+from ..estimation.weighting import MEAN_DRIVE_SIZE
 from ..inference.dispersion import dispersion
 from ..inference.evidence import Evidence
 from ..inference.exchanges import exchanged_fits
@@ -65,13 +65,14 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
     nothing = least_costs(problem, [base], best_fits)[0]
     compared = [fit_beside_term(problem, fit) for fit in plain]
     explanations = [*((fit, None) for fit in plain), *compared]
-    divided = dispersion(problem, explanations, max(base.cost - fits[0].cost, 0.0) if _scatter(fits[0]) else 0.0)
+    gain_of_individual = max(base.cost - fits[0].cost, 0.0) if fits[0].weighting.is_individual else 0.0
+    divided = dispersion(problem, explanations, gain_of_individual)
 
     records, chance = simulate_records(problem, N_WITH_TERMS, seed=0), dict[float, float]()
 
     def by_chance(fit: Fit) -> float:
         # A fit without what is missing has a wider scatter than the drive, which is taken to be as it is drawn.
-        size = 1.0 if _scatter(fit) else fit.weighting.size
+        size = 1.0 if fit.weighting.is_individual else fit.weighting.size
         if size not in chance:
             chance[size] = gain_by_chance(problem, base, records, size)
         return chance[size]
@@ -80,7 +81,9 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
         effects = material_effects(problem, fit, sizes, LEAST_SIZE)
         gain = nothing - cost + (max(0.0, beside.gain) - by_chance(fit) if beside else 0.0)
         log_evidence = gain / (2 * divided) + log_volume(problem, fit, sizes, divided)
-        rms = 0.0 if beside is None else beside.rms if _scatter(fit) else max(beside.rms, remainder(problem, fit))
+        rms = beside.rms if beside else 0.0
+        if beside and not fit.weighting.is_individual:
+            rms = max(rms, remainder(problem, fit))
         share = rms / problem.base.full_torque
         return Row(effects, beside is not None, log_evidence, fit, beside, share)
 
@@ -126,17 +129,16 @@ def _for_mean_drive(problem: Problem, base: Fit, fits: Sequence[Fit]) -> Iterato
 def _with_curve_within_tolerance(problem: Problem, base: Fit, fits: Sequence[Fit]) -> Iterator[Fit]:
     """The best sets for a mean drive whose curve is off within its tolerances, and the fit without effects."""
     weights = weights_of_curve_within_tolerance(problem, base.prediction.torque)
-    own = [fit for fit in fits if fit.names and not _scatter(fit, MEAN_DRIVE_SIZE)]
+    own = [fit for fit in fits if fit.names and not _scatters(fit)]
     for fit in (*own, *_scattering(fits), base) if weights is not None else ():
         yield problem.fit_from(fit.names, fit.parameters, weights, HELD_SIZE)
 
 
 def _scattering(fits: Sequence[Fit]) -> list[Fit]:
     """The best sets that scatter more than a mean drive."""
-    return [fit for fit in fits if fit.names and _scatter(fit, MEAN_DRIVE_SIZE)][:N_MEAN_DRIVE]
+    return [fit for fit in fits if fit.names and _scatters(fit)][:N_MEAN_DRIVE]
 
 
-def _scatter(fit: Fit, least: float = INDIVIDUAL_SIZE) -> float:
-    """Size of a fit's scatter, 0 below `least` or without random effects."""
-    size = fit.weighting.size
-    return size if len(fit.weighting.eigenvalues) and size >= least else 0.0
+def _scatters(fit: Fit) -> bool:
+    """Whether a fit scatters more than a mean drive."""
+    return len(fit.weighting.eigenvalues) > 0 and fit.weighting.size >= MEAN_DRIVE_SIZE

@@ -8,7 +8,7 @@ import pytest
 
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
-from reefmu.diagnosis.estimation.shared_covariances import is_individual, least_costs
+from reefmu.diagnosis.estimation.shared_covariances import least_costs
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from stiffness_model.numerics.arrays import Array
@@ -46,8 +46,8 @@ def test_a_covariance_of_one_fit_is_open_to_all(problem: Problem) -> None:
     likelier = replace(own, eigenvalues=(own.eigenvalues + shown) / 2, basis=own.basis.copy())
     effect = problem.fit_from(EFFECT, effect.parameters, likelier)
     refitted = problem.fit_from((), nothing.parameters, likelier)
-    assert is_individual(nothing)
-    assert is_individual(effect)
+    assert nothing.weighting.is_individual
+    assert effect.weighting.is_individual
     costs = least_costs(problem, [nothing, effect])
     assert costs[0] < nothing.cost - 1.0
     assert costs[0] == pytest.approx(refitted.cost, abs=0.05)
