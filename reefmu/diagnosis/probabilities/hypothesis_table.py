@@ -18,10 +18,10 @@ from ..estimation.weighting import MEAN_DRIVE_SIZE
 from ..inference.dispersion import dispersion
 from ..inference.evidence import Evidence
 from ..inference.exchanges import exchanged_fits
-from ..inference.fit_beside_term import fit_beside_term
 from ..inference.nonparametric import TermFit
 from ..inference.simulated_records import N_WITH_TERMS, gain_by_chance, simulate_records
 from ..inference.tolerance_curve import weights_of_curve_within_tolerance
+from ..inference.unnamed import fit_beside_term
 from .marginal_likelihood import log_volume, material_effects
 
 LEAST_SIZE = 0.1

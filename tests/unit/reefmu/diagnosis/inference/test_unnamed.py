@@ -11,8 +11,8 @@ from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
-from reefmu.diagnosis.inference.fit_beside_term import fit_beside_term
 from reefmu.diagnosis.inference.nonparametric import fit_terms
+from reefmu.diagnosis.inference.unnamed import fit_beside_term
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.model.contacts.tables import cached_lookup
