@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ..forward.parameter_layout import N_RIG
 from .least_squares import Fit
 from .problem import Problem
@@ -34,7 +36,8 @@ def least_costs(problem: Problem, fits: Sequence[Fit], others: Sequence[Fit] = (
 def _cost_under(problem: Problem, fit: Fit, weights: Weighting) -> float:
     residual = problem.torque - fit.prediction.torque
     weights = weights.with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
-    own = slice(0, N_RIG + problem.base.shape.size)
+    # A parameter at its bound does not follow: beyond it there is another record.
+    own = np.flatnonzero(~fit.at_bound[: N_RIG + problem.base.shape.size])
     basis = absorbing_basis(weights, fit.prediction.sensitivities[:, own], fit.bounds.prior_deviation[own])
     white = weights.whiten(residual)
     of_priors = fit.chi_square - float((fit.weighting.whiten(residual) ** 2).sum())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from reefmu.diagnosis.estimation.problem import Problem
@@ -59,3 +60,19 @@ def test_a_mean_drive_keeps_its_cost(problem: Problem) -> None:
     nothing = base_fit(problem)
     mean = replace(nothing, weighting=nothing.weighting.for_mean_drive(), cost=1e9)
     assert least_costs(problem, [mean], [nothing]) == [1e9]
+
+
+def test_a_parameter_at_its_bound_stays_there(problem: Problem) -> None:
+    """Beyond its bound it would explain what no drive does: here a zero of the twist that is off by a hundredth."""
+    nothing = base_fit(problem)
+    other = replace(nothing, weighting=replace(nothing.weighting, basis=nothing.weighting.basis.copy()))
+    off = nothing.parameters + np.array([0.01 * problem.base.max_twist, *np.zeros(len(nothing.parameters) - 1)])
+    prediction = problem.predictor(())(off)
+    added = nothing.weighting.cost(problem.torque - prediction.torque)
+    added -= nothing.weighting.cost(problem.torque - nothing.prediction.torque)
+    costs = {"cost": nothing.cost + added, "chi_square": nothing.chi_square + added}
+    moved = replace(nothing, parameters=off, prediction=prediction, **costs)
+    at_bound = replace(moved, at_bound=np.ones(len(off), bool))
+    (followed,), (held,) = (least_costs(problem, [fit], [other]) for fit in (moved, at_bound))
+    assert held == pytest.approx(moved.cost, abs=2.0)
+    assert followed < held - 50.0
