@@ -15,9 +15,10 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-SCATTER_SIZES = (0.007, 0.02, 0.06, 0.12, 0.25, 0.5, 0.75, 1.0, 1.4, 2.0, 2.8)
+SCATTER_SIZES = (0.007, 0.02, 0.06, 0.12, 0.25, 0.5, 0.75, 1.0)
 """Grid on which the size of the scatter is estimated. The mean of N drives scatters by 1/sqrt(N): 0.06 stands for 250
-drives, 0.02 for 2500; 0.007 is about the error of the tables. The spacing was chosen by judgement."""
+drives, 0.02 for 2500; 0.007 is about the error of the tables. It ends at 1: a tolerance is a limit, and a drive that
+scatters more than its drawing allows has something that is missing. The spacing was chosen by judgement."""
 MEAN_DRIVE_SIZE = 0.15
 """Greatest size of the scatter at which a drive counts as the mean drive. Chosen by judgement, between the mean of a
 few dozen drives and an individual drive."""
@@ -108,6 +109,17 @@ class Weighting:
     def with_variance(self, variance: Array) -> Weighting:
         """With another noise, variance (n,) in (N.m)^2."""
         return make_weighting(variance, self.components, self.size)
+
+    def with_random_effects(self, columns: Array) -> Weighting:
+        """With further random effects, whose standard deviations do `columns` (n, k), N.m; at size 1."""
+        scaled = columns * self.scale[:, None]
+        inside = self.basis.T @ scaled
+        across, outside = np.linalg.qr(scaled - self.basis @ inside)
+        both = np.concatenate([inside, outside])
+        spread = np.concatenate([self.size**2 * self.eigenvalues, np.zeros(len(outside))])
+        values, vectors = np.linalg.eigh(np.diag(spread) + both @ both.T)
+        basis = np.concatenate([self.basis, across], axis=1) @ vectors
+        return replace(self, basis=basis, eigenvalues=values.clip(0.0), size=1.0)
 
     def with_likeliest_scatter(
         self, residuals: Array, least: float = SCATTER_SIZES[0], most: float = SCATTER_SIZES[-1]

@@ -4,7 +4,7 @@
 * `exchanges`: sets that a record hardly tells from another.
 * `simulated_records`: without effects, along this one, and what gains there by chance; `dispersion`: by how much this
   one deviates more than the covariance says.
-* `nonparametric`: terms without a name; `unnamed`: effects beside them; `law_errors`: which of them errors of
-  laws make; `tolerance_curve`: how far tolerances let a curve be off.
+* `nonparametric`: terms without a name; `law_errors`: which of them errors of laws make; `unnamed`: these terms, what
+  exceeds noise and tolerances, and effects beside both; `tolerance_curve`: how far tolerances let a curve be off.
 * `evidence`: what a conclusion is drawn from.
 """

@@ -60,11 +60,12 @@ class NonparametricTerm:
 @dataclass(frozen=True)
 class TermFit:
     """A term fitted beside a set of effects. gain: in -2 log marginal likelihood; torque: (n,) N.m, its part of the
-    residual."""
+    residual; strength: standard deviation of its coefficients, as a share of full torque."""
 
     term: NonparametricTerm
     gain: float
     torque: Array
+    strength: float = 0.0
 
     @property
     def rms(self) -> float:
@@ -97,26 +98,26 @@ def fit_terms_to(problem: Problem, fit: Fit, residual: Array, terms: Sequence[No
     first = 0
     for term, own in zip(terms, columns, strict=True):
         some = slice(first, first := first + own.shape[1])
-        gain, coefficients = _marginal_gain(free[:, some], white[:, some], residual)
+        gain, strength, coefficients = _marginal_gain(free[:, some], white[:, some], residual)
         # The cost of a uniform prior over the alternatives.
         penalty = 2 * float(np.log(term.n_scanned))
-        fits.append(TermFit(term, gain - penalty, own @ coefficients * full_torque))
+        fits.append(TermFit(term, gain - penalty, own @ coefficients * full_torque, strength))
     return sorted(fits, key=lambda f: -f.gain)
 
 
-def _marginal_gain(free: Array, white: Array, residual: Array) -> tuple[float, Array]:
-    """Greatest gain over the strengths, and coefficients (k,), of whitened columns `white` (n, k), of which `free` (n,
-    k) is the part that the fit's parameters cannot absorb."""
+def _marginal_gain(free: Array, white: Array, residual: Array) -> tuple[float, float, Array]:
+    """Greatest gain over the strengths, with its strength and the coefficients (k,), of whitened columns `white`
+    (n, k), of which `free` (n, k) is the part that the fit's parameters cannot absorb."""
     values, vectors = np.linalg.eigh(free.T @ free)
     along = vectors.T @ (free.T @ residual)
     prior = np.linalg.eigvalsh(white.T @ white).clip(0)
-    best, coefficients = -np.inf, np.zeros(free.shape[1])
+    best, strongest, coefficients = -np.inf, 0.0, np.zeros(free.shape[1])
     for strength in STRENGTHS:
         inverse = 1 / (values.clip(0) + 1 / strength**2)
         gain = float((along**2 * inverse).sum() - np.log1p(strength**2 * prior).sum())
         if gain > best:
-            best, coefficients = gain, vectors @ (along * inverse)
-    return best, coefficients
+            best, strongest, coefficients = gain, strength, vectors @ (along * inverse)
+    return best, strongest, coefficients
 
 
 def possible_terms(problem: Problem, residual: Array) -> Iterator[NonparametricTerm]:

@@ -12,7 +12,7 @@ from stiffness_model.numerics.arrays import Array
 from ..estimation.least_squares import Fit, fit
 from ..estimation.problem import Problem
 from ..estimation.weighting import INDIVIDUAL_SIZE, Weighting
-from .nonparametric import fit_terms_to
+from .unnamed import strongest_term
 
 N_WITH_TERMS = 8
 """Simulated records to which nonparametric terms are fitted. Chosen by judgement to bound the time."""
@@ -45,7 +45,7 @@ def simulate_records(problem: Problem, count: int, seed: int) -> SimulatedRecord
 
 
 def gain_by_chance(problem: Problem, base: Fit, records: SimulatedRecords, size: float) -> float:
-    """Greatest gain in -2 log likelihood of any nonparametric term along some records, each beside the base curve and
+    """Greatest gain in -2 log likelihood of anything unnamed along some records, each beside the base curve and
     the scatter that fit it best.
 
     base: fit without effects; size: of the scatter of the simulated drives, 1 for individuals as drawn.
@@ -54,7 +54,7 @@ def gain_by_chance(problem: Problem, base: Fit, records: SimulatedRecords, size:
     for record in records.under(base.weighting.with_size(size)).T:
         torque = base.prediction.torque + record
         found = fit(problem.predictor(()), torque, problem.weights, problem.bounds(()), base.parameters)
-        gains.append(fit_terms_to(problem, found, torque - found.prediction.torque)[0].gain)
+        gains.append(strongest_term(problem, found, torque - found.prediction.torque).gain)
     return max(gains)
 
 

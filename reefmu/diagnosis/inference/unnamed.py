@@ -1,34 +1,158 @@
-"""Effects and something unnamed that are fitted beside each other."""
+"""Something unnamed: what no named effect explains, and the effects that are fitted beside it.
+
+Either it varies with something that the record holds, as one of the nonparametric terms, or it shows in no coordinate
+but only as more than noise and tolerances allow. Neither noise nor scatter may grow for a set of effects: the noise is
+estimated from the record, and tolerances are limits. What exceeds them is therefore evidence of something unnamed.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from ..estimation.least_squares import HELD_SIZE, Fit, fit
+import numpy as np
+
+from stiffness_model.numerics.arrays import Array
+
+from ..estimation.least_squares import HELD_SIZE, Fit, FitOptions, fit
 from ..estimation.problem import Problem
-from ..estimation.weighting import INDIVIDUAL_SIZE
-from .nonparametric import TermFit, fit_terms
+from ..estimation.search import MIN_GAIN
+from ..estimation.weighting import Weighting
+from .nonparametric import NonparametricTerm, TermFit, curve_over_torque, fit_terms_to
+
+FURTHER_SCATTER = (0.0, 1.0, 1.7, 2.6)
+"""Standard deviations, over those that the tolerances allow, of deviations beyond the tolerances that are tried. Chosen
+by judgement: with those of the tolerances they come to 1, 1.4, 2 and 2.8."""
+FURTHER_NOISE = (0.0, *np.geomspace(0.3, 30.0, 9).tolist())
+"""The same of deviations from block to block, over the noise. Chosen by judgement, from what barely shows to what
+exceeds the noise by far; the likelihood changes little between neighbours."""
+EXCESS = NonparametricTerm("no coordinate of the record", curve_over_torque)
+"""What exceeds noise and tolerances."""
 
 
-def fit_beside_term(problem: Problem, found: Fit) -> tuple[Fit, TermFit]:
-    """The set of effects of a fit and the nonparametric term that gains most, each fitted beside the other.
+@dataclass(frozen=True)
+class Excess:
+    """Standard deviations beyond noise and tolerances, over those of the noise (`noise`, of every block) and over those
+    that the tolerances allow (`further`, of elements and lobes)."""
 
-    A large term distorts the parameters of a fit that does not know it, and widens its scatter. The cost of the fit is
-    that of the whole residual, of which the term is a part. Without a gain the fit is as it was; a mean drive remains
-    one.
+    further: float
+    noise: float
+
+    def spread(self, weights: Weighting) -> Array:
+        """(m,) variances beyond those of a weighting along its principal components, in units of the noise."""
+        return self.noise**2 + self.further**2 * weights.eigenvalues
+
+    def added_to(self, weights: Weighting) -> Weighting:
+        """The weighting of all deviations together."""
+        wider, noise = 1 + (self.further / weights.size) ** 2, 1 + self.noise**2
+        return replace(weights, scale=weights.scale / np.sqrt(noise), eigenvalues=weights.eigenvalues * wider / noise)
+
+
+AS_IT_IS = FitOptions(steps=0, estimate_size=False)
+"""No step of a fit: the cost of the parameters that are given."""
+NO_EXCESS = Excess(0.0, 0.0)
+"""Noise and tolerances alone."""
+
+
+@dataclass(frozen=True)
+class UnnamedFit(TermFit):
+    """Something unnamed fitted beside a set of effects: a nonparametric term, an excess, or both."""
+
+    excess: Excess = NO_EXCESS
+
+    def weighting(self, problem: Problem, found: Fit) -> Weighting:
+        """The weighting of a fit with what is unnamed among its random effects."""
+        weights, full_torque = self.excess.added_to(found.weighting), problem.base.full_torque
+        if not self.strength:
+            return weights
+        columns = self.term.columns(found.prediction.torque / full_torque)
+        return weights.with_random_effects(columns * full_torque * self.strength)
+
+
+def strongest_term(problem: Problem, found: Fit, residual: Array) -> UnnamedFit:
+    """What gains most as something unnamed beside a fit; residual: (n,) N.m.
+
+    It is a nonparametric term, an excess over noise and tolerances, or both, where the term gains beside the excess.
     """
-    beside = fit_terms(problem, found)[0]
-    if beside.gain <= 0:
-        return found, beside
-    own = _fit_without(problem, found, beside)
-    again = fit_terms(problem, own)[0]
-    return (own, again) if own.cost - again.gain < found.cost - beside.gain else (found, beside)
+    term, weights = fit_terms_to(problem, found, residual)[0], found.weighting
+    gain, alone = likeliest_excess(weights, residual)
+    fits = [
+        UnnamedFit(term.term, term.gain, term.torque, term.strength),
+        UnnamedFit(EXCESS, gain, excess_part(weights, residual, alone), 0.0, alone),
+    ]
+    left = likeliest_excess(weights, residual - term.torque)[1] if term.gain > 0 else NO_EXCESS
+    if left != NO_EXCESS:
+        beside = fit_terms_to(problem, replace(found, weighting=left.added_to(weights)), residual)[0]
+        if beside.gain > MIN_GAIN:
+            torque = beside.torque + excess_part(weights, residual - beside.torque, left)
+            both = beside.gain + excess_gain(weights, residual, left)
+            fits.append(UnnamedFit(beside.term, both, torque, beside.strength, left))
+    return max(fits, key=lambda f: f.gain)
 
 
-def _fit_without(problem: Problem, found: Fit, beside: TermFit) -> Fit:
-    """The set of effects of a fit, fitted to the torque without a term, with the cost of the whole residual."""
-    rest, options = problem.torque - beside.torque, HELD_SIZE if found.weighting.size < INDIVIDUAL_SIZE else None
-    own = fit(problem.predictor(found.names), rest, found.weighting, found.bounds, found.parameters, options)
-    left, whiten = rest - own.prediction.torque, own.weighting.whiten
-    added = float((whiten(left + beside.torque) ** 2).sum() - (whiten(left) ** 2).sum())
-    return replace(own, cost=own.cost + added, chi_square=own.chi_square + added)
+def likeliest_excess(weights: Weighting, residual: Array) -> tuple[float, Excess]:
+    """The excess of a residual (n,), N.m, that is likeliest, and its gain in -2 log likelihood."""
+    energy = _energy(weights, residual)
+    further = FURTHER_SCATTER if weights.is_individual else FURTHER_SCATTER[:1]
+    tried = [Excess(scatter, noise) for scatter in further for noise in FURTHER_NOISE]
+    gains = [_excess_gain(weights, energy, excess) for excess in tried]
+    best = int(np.argmax(gains))
+    return gains[best], tried[best]
+
+
+def excess_gain(weights: Weighting, residual: Array, excess: Excess) -> float:
+    """Gain in -2 log likelihood of a residual (n,), N.m, by an excess."""
+    return _excess_gain(weights, _energy(weights, residual), excess)
+
+
+def _energy(weights: Weighting, residual: Array) -> tuple[Array, float]:
+    """Squares (m,) of a residual (n,), N.m, along the principal components, and the sum of those across them, in units
+    of the noise: under every excess the covariance stays diagonal."""
+    scaled = residual * weights.scale
+    along = (weights.basis.T @ scaled) ** 2
+    return along, float(scaled @ scaled - along.sum())
+
+
+def _excess_gain(weights: Weighting, energy: tuple[Array, float], excess: Excess) -> float:
+    along, across = energy
+    allowed, spread = 1 + weights.size**2 * weights.eigenvalues, excess.spread(weights)
+    inside = float((along * spread / (allowed * (allowed + spread)) - np.log1p(spread / allowed)).sum())
+    n_across, noise = len(weights.scale) - len(along), excess.noise**2
+    return inside + across * noise / (1 + noise) - n_across * float(np.log1p(noise))
+
+
+def excess_part(weights: Weighting, residual: Array, excess: Excess) -> Array:
+    """(n,) N.m, the part of a residual (n,) that an excess is expected to have."""
+    scaled = residual * weights.scale
+    along = weights.basis.T @ scaled
+    allowed, spread = 1 + weights.size**2 * weights.eigenvalues, excess.spread(weights)
+    share = excess.noise**2 / (1 + excess.noise**2)
+    return (share * scaled + weights.basis @ ((spread / (allowed + spread) - share) * along)) / weights.scale
+
+
+def strongest_beside(problem: Problem, found: Fit) -> UnnamedFit:
+    """What gains most as something unnamed beside a fit."""
+    return strongest_term(problem, found, problem.torque - found.prediction.torque)
+
+
+def fit_beside(problem: Problem, found: Fit, beside: UnnamedFit) -> tuple[Fit, UnnamedFit]:
+    """The set of effects of a fit and what gains most as something unnamed, each fitted beside the other; beside: what
+    gains most beside the fit that is given.
+
+    What is unnamed distorts the parameters of a fit that does not know it, and widens its scatter: here they are fitted
+    with it among the random effects. The cost of the fit remains that without it, from which its gain is taken. Where
+    that is no better, the fit is as it was; a mean drive remains one.
+    """
+    best = found, beside
+    if beside.gain <= MIN_GAIN:
+        return best
+    predictor, bounds, weights = problem.predictor(found.names), found.bounds, found.weighting
+    joint = fit(predictor, problem.torque, beside.weighting(problem, found), bounds, found.parameters, HELD_SIZE)
+    for _ in range(2):
+        own = fit(predictor, problem.torque, weights, bounds, joint.parameters, AS_IT_IS)
+        again = strongest_beside(problem, own)
+        best = min(best, (own, again), key=lambda b: b[0].cost - b[1].gain)
+        narrower = weights.with_likeliest_scatter(problem.torque - own.prediction.torque - again.torque)
+        if not weights.is_individual or narrower.size == weights.size:
+            break
+        weights = narrower
+    return best
