@@ -111,7 +111,7 @@ def main() -> None:
         print(
             " ".join(f"{cell:>11s}" for cell in cells)
             + f"  {names}"
-            + (f"; or {sets_text(found.alternatives, 2)}" if found.alternatives else ""),
+            + (f"; or {sets_text(found.shown_alternatives, 2)}" if found.shown_alternatives else ""),
             flush=True,
         )
         rows.append((loose, play, constant, share, found.remainder, gap.noise))

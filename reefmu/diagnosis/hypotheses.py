@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 MAX_LEFT_OUT = 0.01
@@ -64,6 +64,19 @@ class IsolabilityMatrix:
         """The entry in diagnosis.json."""
         rows = [[round(float(p), MATRIX_DIGITS) for p in row] for row in self.matrix]
         return {"names": list(self.names), "matrix": rows}
+
+
+def merged(hypotheses: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
+    """Every hypothesis once, with the sum of its probabilities: whether something unnamed shows makes no other one.
+
+    >>> [h.probability for h in merged([Hypothesis(("wear",), True, 0.25), Hypothesis(("wear",), True, 0.5)])]
+    [0.75]
+    """
+    total: dict[tuple[frozenset[str], bool], Hypothesis] = {}
+    for h in hypotheses:
+        key = frozenset(h.effects), h.unnamed
+        total[key] = replace(h, probability=h.probability + (total[key].probability if key in total else 0.0))
+    return tuple(total.values())
 
 
 def ranked(hypotheses: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:

@@ -19,6 +19,7 @@ from .hypotheses import (
     effect_probability,
     hypothesis_text,
     likeliest,
+    merged,
     probability_text,
     ranked,
     reported_hypotheses,
@@ -83,7 +84,8 @@ class Diagnosis:
     amplitudes: sizes in small and large cycles. seconds: computing time. hypotheses: every explanation with its
     probability, of sum 1; empty where none were compared. global_p: p-value of the chosen model, whether it explains
     the record. isolability: which effects this record tells apart. losses: friction at the crank, of a record with the
-    torques of crank and output.
+    torques of crank and output. shown_alternatives: the alternatives of which every effect shows in the record; in the
+    others one may be missing that is too small for it.
     """
 
     verdict: str
@@ -106,13 +108,16 @@ class Diagnosis:
     global_p: float | None = None
     isolability: IsolabilityMatrix | None = None
     losses: CrankLosses | None = None
+    shown_alternatives: tuple[tuple[str, ...], ...] = ()
 
     def with_probabilities(
         self, hypotheses: Sequence[Hypothesis], global_p: float | None, isolability: IsolabilityMatrix | None
     ) -> Diagnosis:
         """The same diagnosis with probabilities; every effect gets the sum over the hypotheses that contain it."""
         effects = tuple(replace(e, probability=effect_probability(e.name, hypotheses)) for e in self.effects)
-        return replace(self, effects=effects, hypotheses=ranked(hypotheses), global_p=global_p, isolability=isolability)
+        return replace(
+            self, effects=effects, hypotheses=ranked(merged(hypotheses)), global_p=global_p, isolability=isolability
+        )
 
     @property
     def has_model(self) -> bool:
@@ -210,6 +215,7 @@ class Diagnosis:
             **(probabilities if compared else {}),
             "effects": effects,
             "alternatives": [list(a) for a in self.alternatives],
+            "shown_alternatives": [list(a) for a in self.shown_alternatives],
             "where": [_location(p) for p in self.where],
             "gap": asdict(self.gap),
             "next_experiment": list(self.next_experiment),

@@ -34,8 +34,9 @@ by judgement: a protocol would hold fifty such pieces before one pair is separat
 NEGLIGIBLE = 3e-4
 """Change of the criterion, whose greatest value is 1, for which no piece is added and a chosen one is removed. Chosen
 by judgement: a tenth of what one pair of 17 effects contributes."""
-OCCAM = math.log(10 * AMPLITUDE_DEVIATION)
-"""Logarithm of prior over posterior width of one amplitude of typical size at the limit of detection, 10 deviations."""
+OCCAM = math.log(10 * AMPLITUDE_DEVIATION) + 0.5 / AMPLITUDE_DEVIATION**2
+"""What one amplitude of typical size at the limit of detection, 10 deviations, costs in log evidence: the logarithm of
+prior over posterior width, and the fall of the prior from its middle."""
 
 
 @dataclass(frozen=True)

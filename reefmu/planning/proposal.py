@@ -54,7 +54,7 @@ def open_explanations(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
     likely = sorted((names for names, p in probability.items() if names and p >= OPEN), key=lambda n: -probability[n])
     reported: list[tuple[str, ...]] = []
     if diagnosis.verdict == "ambiguous":
-        sets = [tuple(effect.name for effect in diagnosis.effects), *diagnosis.alternatives]
+        sets = [tuple(effect.name for effect in diagnosis.effects), *diagnosis.shown_alternatives]
         reported = [tuple(sorted(names)) for names in sets if names]
     return tuple(dict.fromkeys((*reported, *likely)))[:MAX_RIVALS]
 

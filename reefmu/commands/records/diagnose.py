@@ -17,6 +17,7 @@ from reefmu.diagnosis.report.text import (
     DISAGREEMENT,
     amplitude_text,
     bound_text,
+    faint_alternatives_text,
     losses_text,
     no_model_text,
     sensor_text,
@@ -144,7 +145,8 @@ def diagnosis_text(name: str, diagnosis: Diagnosis) -> str:
         lines = [verdict, f"  {diagnosis.sentence}"]
     if diagnosis.alternatives:
         head = "or" if diagnosis.verdict == "ambiguous" else "not excluded"
-        lines.append(f"  {head}: {sets_text(diagnosis.alternatives)}")
+        told = [sets_text(diagnosis.shown_alternatives), faint_alternatives_text(diagnosis)]
+        lines.append(f"  {head}: {'; or '.join(text for text in told if text)}")
     lines += [f"  {refusal}"] if (refusal := no_model_text(diagnosis)) else []
     lines += [f"  {bound_text(found)}" for found in diagnosis.at_bounds]
     lines += [f"  {amplitude_text(test)}" for test in diagnosis.amplitudes if test.p < DISAGREEMENT]

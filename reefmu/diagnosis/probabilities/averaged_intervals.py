@@ -59,7 +59,7 @@ def rivals_of(problem: Problem, chosen: Fit, rows: Sequence[Row], hypotheses: Se
         odds = hypothesis.probability / own
         if row.effects != frozenset(chosen.names) and row.effects & set(chosen.names) and odds > LEAST_ODDS:
             fit = row.fit
-            at = {name: problem.layout(fit.names).effects[name].start for name in row.effects}
+            at = {name: problem.layout(fit.names).effects[name].start for name in row.effects & set(fit.names)}
             found.append(Rival(odds, at, fit.bounds.to_free(fit.parameters), standard_errors(problem, fit)))
     return found
 

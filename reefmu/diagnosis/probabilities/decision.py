@@ -9,7 +9,7 @@ from ..calibrated_odds import NAMED
 from ..estimation.least_squares import HELD_SIZE, Fit
 from ..estimation.residuals import remainder
 from ..estimation.search import restrict_fit
-from ..hypotheses import PROBABILITY_DIGITS, Hypothesis, ranked
+from ..hypotheses import PROBABILITY_DIGITS, Hypothesis, merged, ranked
 from ..inference.evidence import Evidence
 from ..inference.nonparametric import TermFit
 from ..inference.tolerance_curve import CurveDeviation, curve_deviation
@@ -33,7 +33,8 @@ class Conclusion:
     """What is concluded from a record.
 
     chosen: the fit of the named effects, or without effects; alternatives: the other sets of effects that the record
-    does not exclude, () where nothing may be missing, none of a verdict that finds no effect; remainder: N.m rms;
+    does not exclude, () where nothing may be missing, none of a verdict that finds no effect; shown_alternatives: those
+    of which every effect shows in the record; remainder: N.m rms;
     unnamed: nonparametric term of something unnamed; curve_deviation: what the tolerances of the drive explain as well
     as a modulus that is off, where the record shows it.
     """
@@ -41,6 +42,7 @@ class Conclusion:
     verdict: str
     chosen: Fit
     alternatives: tuple[tuple[str, ...], ...]
+    shown_alternatives: tuple[tuple[str, ...], ...]
     remainder: float
     unnamed: TermFit | None = None
     curve_deviation: CurveDeviation | None = None
@@ -60,7 +62,7 @@ class Decision:
 
 
 def decide_by_probability(hypotheses: Sequence[Hypothesis]) -> Decision:
-    """The verdict that probabilities allow.
+    """The verdict that the probabilities of what a record shows allow.
 
     Effects are named where they are the missing ones, with or without something unnamed beside them, with a probability
     of `NAMED`. Otherwise, unless it is `CERTAIN` that effects are, something unnamed is missing where its probability,
@@ -90,10 +92,15 @@ def decide_by_probability(hypotheses: Sequence[Hypothesis]) -> Decision:
 
 
 def conclude(evidence: Evidence, rows: Sequence[Row], hypotheses: Sequence[Hypothesis]) -> Conclusion:
-    """The conclusion from the probabilities of the rows of a table."""
-    problem, decision = evidence.problem, decide_by_probability(hypotheses)
-    matching = [row for row in rows if row.effects == decision.effects]
-    row = max(matching, key=lambda r: (r.unnamed == decision.unnamed, r.log_evidence))
+    """The conclusion from the probabilities of the rows of a table.
+
+    The verdict is of what the record shows; what may be missing but does not show is among the alternatives.
+    """
+    shown = [(row, row.shown_as(h.probability)) for row, h in zip(rows, hypotheses, strict=True)]
+    told = merged([h for _, h in shown])
+    problem, decision = evidence.problem, decide_by_probability(told)
+    matching = [row for row, h in shown if frozenset(h.effects) == row.effects == decision.effects]
+    row = max(matching, key=lambda r: (r.unnamed == decision.unnamed, not r.is_hidden, r.log_evidence))
     chosen, beside = _without_small_effects(evidence, row), row.beside
     rest = remainder(problem, chosen)
     has_alternatives = decision.verdict in ("named", "partly", "ambiguous")
@@ -101,6 +108,7 @@ def conclude(evidence: Evidence, rows: Sequence[Row], hypotheses: Sequence[Hypot
         decision.verdict,
         chosen,
         _credible_sets(hypotheses, decision.effects) if has_alternatives else (),
+        _credible_sets(told, decision.effects) if has_alternatives else (),
         max(rest, beside.rms) if decision.unnamed and beside else rest,
         beside if decision.unnamed else None,
         None if decision.unnamed else curve_deviation(problem, chosen),

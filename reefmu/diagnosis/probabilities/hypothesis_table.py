@@ -1,5 +1,8 @@
 """The table of hypotheses: every fitted set of effects, with and without something unnamed beside it.
 
+What is unnamed shows in the record, as a term that is fitted beside the effects, or it is too small to show: then the
+record says as much of it as without.
+
 Each row has the logarithm of its marginal likelihood over that of nothing. Fits of several kinds serve one row: that of
 an individual and that of the mean drive, and sets that differ by effects too small to matter. The best of them counts.
 """
@@ -7,29 +10,36 @@ an individual and that of the mean drive, and sets that differ by effects too sm
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from ...effects import find_effect
+from ..calibrated_odds import log_odds
 from ..estimation.intervals import is_degenerate
 from ..estimation.least_squares import HELD_SIZE, Fit, by_cost
 from ..estimation.problem import Problem
 from ..estimation.residuals import remainder
 from ..estimation.shared_covariances import least_costs
 from ..estimation.weighting import MEAN_DRIVE_SIZE
+from ..hypotheses import Hypothesis
 from ..inference.dispersion import dispersion
 from ..inference.evidence import Evidence
 from ..inference.exchanges import exchanged_fits
 from ..inference.nonparametric import TermFit
 from ..inference.simulated_records import N_WITH_TERMS, gain_by_chance, simulate_records
 from ..inference.tolerance_curve import weights_of_curve_within_tolerance
-from ..inference.unnamed import fit_beside_term
-from .marginal_likelihood import log_volume, material_effects
+from ..inference.unnamed import UnnamedFit, fit_beside, strongest_beside
+from .marginal_likelihood import log_evidence_of_faint, log_volume, material_effects
 
 LEAST_SIZE = 0.1
 """Smallest amplitude, over the typical size, that counts as an effect: a tenth of a tolerance's deviation is within
 what every drive deviates by."""
-N_BEST, N_BEST_BY_SIZE, N_MEAN_DRIVE = 8, 4, 4
-"""Fits that are compared with nonparametric terms: the best of all, of every number of effects, and refitted for the
-mean drive. Chosen by judgement to bound the time at a tenth of a diagnosis."""
+N_BEST, N_BEST_BY_SIZE, N_MEAN_DRIVE, N_BESIDE = 8, 4, 4, 4
+"""Fits that are compared with something unnamed: the best of all, of every number of effects, refitted for the mean
+drive, and refitted beside what is unnamed. Chosen by judgement to bound the time."""
+
+
+Key = tuple[frozenset[str], bool]
+"""Effects of a hypothesis, and whether something unnamed is missing as well."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +47,10 @@ class Row:
     """One hypothesis.
 
     effects: that are missing; unnamed: whether something without a name is missing as well; log_evidence: log marginal
-    likelihood over that of nothing missing; fit: of the effects; beside: the nonparametric term of something unnamed,
-    None where there is none; unnamed_share: rms of what is unnamed, over full torque, 0 where nothing is, on the mean
-    drive of all that is left and not only of what the term fits.
+    likelihood over that of nothing missing; fit: of the effects; beside: the term of something unnamed, None where
+    there is none or where it is too small to show; unnamed_share: rms of what is unnamed, over full torque, 0 without
+    such a term, on the mean drive of all that is left and not only of what the term fits; faint: those of the effects
+    that the record does not show.
     """
 
     effects: frozenset[str]
@@ -48,11 +59,22 @@ class Row:
     fit: Fit
     beside: TermFit | None = None
     unnamed_share: float = 0.0
+    faint: frozenset[str] = frozenset()
+
+    @property
+    def is_hidden(self) -> bool:
+        """Whether something unnamed is missing that is too small to show."""
+        return self.unnamed and self.unnamed_share == 0.0
+
+    def shown_as(self, probability: float) -> Hypothesis:
+        """What the record shows of the hypothesis, with a probability."""
+        return Hypothesis(tuple(sorted(self.effects - self.faint)), self.unnamed and not self.is_hidden, probability)
 
 
 def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Row, ...]:
-    """The rows of all fitted sets, and of those that the record hardly tells from the likeliest of them, each
-    hypothesis once; nothing is always among them.
+    """The rows of all fitted sets, and of those that the record hardly tells from the likeliest of them; nothing is
+    always among them. Each is there once without anything unnamed, once with something that is too small to show and,
+    where that was tried and gains, once with something that shows.
 
     sizes: typical ones, SI, by `effect.parameter`, where they are stated: no other effect is too small.
     """
@@ -63,7 +85,7 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
     off_curve = [*_with_curve_within_tolerance(problem, base, best_fits)]
     plain = (*best_fits, *mean_drive, *off_curve)
     nothing = least_costs(problem, [base], best_fits)[0]
-    compared = [fit_beside_term(problem, fit) for fit in plain]
+    compared = _beside_unnamed(problem, plain)
     explanations = [*((fit, None) for fit in plain), *compared]
     gain_of_individual = max(base.cost - fits[0].cost, 0.0) if fits[0].weighting.is_individual else 0.0
     divided = dispersion(problem, explanations, gain_of_individual)
@@ -79,7 +101,7 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
 
     def row(fit: Fit, cost: float, beside: TermFit | None = None) -> Row:
         effects = material_effects(problem, fit, sizes, LEAST_SIZE)
-        gain = nothing - cost + (max(0.0, beside.gain) - by_chance(fit) if beside else 0.0)
+        gain = nothing - cost + (beside.gain - by_chance(fit) if beside else 0.0)
         log_evidence = gain / (2 * divided) + log_volume(problem, fit, sizes, divided)
         rms = beside.rms if beside else 0.0
         if beside and not fit.weighting.is_individual:
@@ -92,14 +114,52 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
     likeliest = max(rows, key=lambda r: r.log_evidence).fit
     exchanged = [*exchanged_fits(problem, likeliest)]
     rows += [row(*both) for both in zip(exchanged, least_costs(problem, exchanged, best_fits), strict=True)]
-    compared += [fit_beside_term(problem, fit) for fit in exchanged]
-    rows += [row(fit, fit.cost, beside) for fit, beside in compared]
-    best: dict[tuple[frozenset[str], bool], Row] = {}
+    compared += _beside_unnamed(problem, exchanged)
+    rows += [row(fit, fit.cost, beside) for fit, beside in compared if beside.gain > 0]
+    best: dict[Key, Row] = {}
     for found in rows:
         key = found.effects, found.unnamed
         if key not in best or found.log_evidence > best[key].log_evidence:
             best[key] = found
-    return tuple(best.values())
+    best |= {(r.effects, False): r for r in _with_faint_effects(problem, best, sizes, divided)}
+    table = [replace(r, faint=_faint(best, r)) for r in best.values()]
+    return (*table, *(replace(r, unnamed=True) for r in table if not r.unnamed))
+
+
+def _with_faint_effects(
+    problem: Problem, rows: Mapping[Key, Row], sizes: Mapping[str, float], divided: float
+) -> Iterator[Row]:
+    """The likeliest set with one more effect, of all that were not fitted because the record does not show them."""
+    known = [row for row in rows.values() if not row.unnamed]
+    greatest = max(row.log_evidence for row in known)
+    row = max(known, key=lambda r: log_odds(greatest - r.log_evidence, len(r.effects)))
+    for name in problem.candidates:
+        effects = row.effects | {name}
+        if (effects, False) not in rows and find_effect(name).identification.sign_pair not in effects:
+            log = log_evidence_of_faint(problem, row.fit, name, sizes, LEAST_SIZE, divided)
+            # What gains was fitted.
+            yield Row(effects, False, row.log_evidence + min(log, 0.0), row.fit)
+
+
+def _faint(rows: Mapping[Key, Row], row: Row) -> frozenset[str]:
+    """The effects of a row without which there is as much evidence."""
+    shown = row.effects
+    while shown:
+        without = {shown - {name} for name in shown} & {effects for effects, unnamed in rows if unnamed == row.unnamed}
+        best = max(without, key=lambda e: rows[e, row.unnamed].log_evidence, default=None)
+        if best is None or rows[best, row.unnamed].log_evidence < rows[shown, row.unnamed].log_evidence:
+            break
+        shown = best
+    return row.effects - shown
+
+
+def _beside_unnamed(problem: Problem, fits: Sequence[Fit]) -> list[tuple[Fit, UnnamedFit]]:
+    """Every fit with what gains most as something unnamed; the likeliest of them, and those without effects, are fitted
+    anew beside it."""
+    first = [(fit, strongest_beside(problem, fit)) for fit in fits]
+    order = sorted(range(len(first)), key=lambda k: first[k][0].cost - first[k][1].gain)
+    likeliest = {*order[:N_BESIDE], *(k for k, fit in enumerate(fits) if not fit.names)}
+    return [fit_beside(problem, *both) if k in likeliest else both for k, both in enumerate(first)]
 
 
 def _fits(evidence: Evidence) -> list[Fit]:

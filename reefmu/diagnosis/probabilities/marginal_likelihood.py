@@ -11,16 +11,21 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.special import logsumexp
 
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import Parameter, find_effect
 from ..calibrated_odds import PRIOR_WIDTH
-from ..estimation.least_squares import Fit, is_logarithmic
+from ..estimation.least_squares import PRIORS, Fit, is_logarithmic
 from ..estimation.problem import Problem
+from ..estimation.score_test import absorbing_basis, linearise
 
 LOGARITHMIC_RANGE = 2 * math.log(10.0)
 """Range of the logarithm of a time, length or speed that is as likely as any: two decades, chosen by judgement."""
+LARGEST_FAINT, N_FAINT = 1e3, 300
+"""Largest amplitude of an effect that the record hardly shows, in typical sizes, and the number of those that are
+tried, in steps of a thirtieth; the prior leaves less than a thousandth beyond."""
 SINGULAR = 1e-9
 """Curvature, over the mean of the diagonal, that is added where the base curve's parameters have none: rounding."""
 
@@ -48,6 +53,46 @@ def log_volume(problem: Problem, fit: Fit, sizes: Mapping[str, float], dispersio
     beside_base = _log_determinant(curvature) - _log_determinant(curvature[:n_base, :n_base])
     n_effect_parameters = len(fit.parameters) - n_base
     return log_prior + 0.5 * (n_effect_parameters * math.log(2 * math.pi) - beside_base)
+
+
+def log_evidence_of_faint(
+    problem: Problem, fit: Fit, name: str, sizes: Mapping[str, float], least: float, dispersion: float
+) -> float:
+    """Log marginal likelihood of one more effect beside a fit, over that of the fit, to first order: for effects that
+    the record hardly shows.
+
+    least: smallest amplitude that counts, in typical sizes. All variants of phases, lengths, times and speeds are as
+    likely. The priors of several amplitudes are Gaussian, with the density at zero of those of `log_volume`.
+    """
+    weights, parameters = fit.weighting, find_effect(name).parameters
+    basis = absorbing_basis(weights, fit.prediction.sensitivities, fit.bounds.prior_deviation)
+    residual = weights.whiten(problem.torque - fit.prediction.torque)
+    found: list[float] = []
+    for direction in linearise(problem, name, fit):
+        typical = [sizes.get(f"{name}.{parameters[k].name}") or parameters[k].nominal for k in direction.sizes]
+        white = weights.whiten(direction.columns * np.tile(typical, 2 if direction.paired else 1))
+        free = white - basis @ (basis.T @ white)
+        score, information = free.T @ residual / dispersion, free.T @ free / dispersion
+        if len(typical) == 1 and not direction.paired:
+            x, log_weight = _amplitudes(name, parameters[direction.sizes[0]], typical[0], least, direction.one_sided)
+            found.append(float(logsumexp(score[0] * x - information[0, 0] * x**2 / 2 + log_weight)))
+        else:
+            precision = 2 / (math.pi * PRIOR_WIDTH) if direction.paired else 2 / (math.pi * PRIOR_WIDTH**2)
+            inside = information + precision * np.eye(len(score))
+            log_width = _log_determinant(inside / precision)
+            found.append(0.5 * float(score @ np.linalg.solve(inside, score)) - 0.5 * log_width)
+    return float(logsumexp(found)) - math.log(len(found))
+
+
+def _amplitudes(name: str, parameter: Parameter, size: float, least: float, one_sided: bool) -> tuple[Array, Array]:
+    """Amplitudes over a typical size, from the least that counts, and the logarithm of each one's prior probability."""
+    ends = np.geomspace(least, LARGEST_FAINT, N_FAINT + 1)
+    x, step = np.sqrt(ends[1:] * ends[:-1]), np.diff(ends)
+    if (key := f"{name}.{parameter.name}") in PRIORS:
+        mean, deviation = (value / size for value in PRIORS[key])
+        return x, -0.5 * ((x - mean) / deviation) ** 2 - math.log(deviation * math.sqrt(2 * math.pi)) + np.log(step)
+    log = np.log(step) - np.log(math.pi * PRIOR_WIDTH * (1 + (x / PRIOR_WIDTH) ** 2))
+    return (x, log + math.log(2.0)) if one_sided else (np.concatenate([-x, x]), np.concatenate([log, log]))
 
 
 def material_effects(problem: Problem, fit: Fit, sizes: Mapping[str, float], least: float) -> frozenset[str]:

@@ -70,6 +70,7 @@ def assemble_diagnosis(
         _base_parameters(problem, written.corrected),
         parameters_at_bounds(problem, chosen),
         compare_amplitudes(problem, chosen),
+        shown_alternatives=conclusion.shown_alternatives,
     )
 
 
@@ -130,7 +131,7 @@ def _next_experiments(
     names = conclusion.chosen.names
     found: list[str] = []
     if conclusion.verdict == "ambiguous":
-        found += separating_experiments([names, *conclusion.alternatives])
+        found += separating_experiments([names, *conclusion.shown_alternatives])
     if conclusion.verdict in ("partly", "unknown") and remainder_where:
         first = remainder_where[0]
         found.append(

@@ -43,7 +43,7 @@ def relevant_effects(diagnosis: Diagnosis) -> tuple[str, ...]:
     index = {name: k for k, name in enumerate(isolability.names)}
     sets = [h.effects for h in rivals(diagnosis)]
     if diagnosis.verdict == "ambiguous":
-        sets += list(diagnosis.alternatives)
+        sets += list(diagnosis.shown_alternatives)
     first = [e.name for e in diagnosis.effects] + [name for names in sets for name in names]
     chosen = [name for name in dict.fromkeys(first) if name in index]
 

@@ -24,8 +24,8 @@ def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
                 f"explains{where}{_tolerances(conclusion)}."
             )
         case "ambiguous":
-            others = [names for names in conclusion.alternatives if names]
-            doubt = "which" if names and len(others) == len(conclusion.alternatives) else "whether an"
+            others = [names for names in conclusion.shown_alternatives if names]
+            doubt = "which" if names and len(others) == len(conclusion.shown_alternatives) else "whether an"
             doubt = f"This record cannot tell {doubt} effect is missing"
             if not names:
                 return f"{doubt}: perhaps none is, perhaps {sets_text(others) or 'something unnamed'}."

@@ -54,6 +54,15 @@ def sets_text(alternatives: Sequence[Sequence[str]], most: int = MAX_LISTED) -> 
     return ", or ".join(words)
 
 
+def faint_alternatives_text(diagnosis: Diagnosis) -> str:
+    """How many of the alternatives hold an effect that does not show; empty without one."""
+    count = len(diagnosis.alternatives) - len(diagnosis.shown_alternatives)
+    if count < 1:
+        return ""
+    sets = "another set of effects" if count == 1 else f"{count} other sets of effects"
+    return f"{sets} with one that is too small for this record to show"
+
+
 def main_parameter_text(effect: NamedEffect) -> str:
     """The parameter that is the size of an effect, with its interval; of a kinematic error the largest order."""
     sizes = {name: v for name, v in effect.parameters.items() if not name.startswith("phase")}

@@ -69,7 +69,7 @@ def test_a_choice_says_whether_time_or_rig_ended_it(choose: Choose) -> None:
     short = choose(0.05, 0.6)
     assert short.ended is Ended.TIME
     assert short.schedule.seconds <= 3.0
-    hopeless = choose(600.0, 0.05)
+    hopeless = choose(600.0, 0.02)
     assert hopeless.ended is Ended.NOTHING
     assert min(hopeless.checked.named_right()) < 0.9
 

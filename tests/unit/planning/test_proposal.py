@@ -29,7 +29,8 @@ COLUMNS = {
 
 def verdict(name: str, *effects: str, alternatives: tuple[tuple[str, ...], ...] = ()) -> Diagnosis:
     named = tuple(NamedEffect(effect, {}, 0.5) for effect in effects)
-    return Diagnosis(name, "", named, alternatives, (), Gap(1.0, 1.0, 1.0), ())
+    gap = Gap(1.0, 1.0, 1.0)
+    return Diagnosis(name, "", named, alternatives, (), gap, (), shown_alternatives=alternatives)
 
 
 def test_open_explanations_are_the_likely_ones_and_those_of_an_ambiguous_verdict() -> None:
@@ -85,7 +86,9 @@ def test_a_rig_that_can_decide_gets_a_protocol(one_loop: Analysis) -> None:
 def _proposed(found: Analysis, *sets: tuple[str, ...]) -> ProposedExperiment:
     """What is proposed where these sets of effects are open explanations, equally likely."""
     open_ones = [Hypothesis(names, False, 1 / len(sets)) for names in sets]
-    diagnosis = replace(found.diagnosis, alternatives=()).with_probabilities(open_ones, None, None)
+    diagnosis = replace(found.diagnosis, alternatives=(), shown_alternatives=()).with_probabilities(
+        open_ones, None, None
+    )
     proposed = propose_protocol(replace(found, diagnosis=diagnosis))
     assert proposed is not None
     return proposed
@@ -93,7 +96,12 @@ def _proposed(found: Analysis, *sets: tuple[str, ...]) -> ProposedExperiment:
 
 def test_a_decided_record_and_a_gear_without_drawing_get_no_proposal(one_loop: Analysis) -> None:
     sure = one_loop.diagnosis.with_probabilities([Hypothesis(("hysteresis",), False, 1.0)], None, None)
-    assert propose_protocol(replace(one_loop, diagnosis=replace(sure, verdict="named", alternatives=()))) is None
+    assert (
+        propose_protocol(
+            replace(one_loop, diagnosis=replace(sure, verdict="named", alternatives=(), shown_alternatives=()))
+        )
+        is None
+    )
     undrawn = analyse(one_loop.record, BaseCurveSource())
     assert isinstance(undrawn, Analysis)
     assert propose_protocol(undrawn) is None
@@ -120,5 +128,5 @@ def test_the_protocol_is_a_file_beside_the_report(one_loop: Analysis, tmp_path: 
 
 def _for_two_that_a_loop_tells_apart(found: Analysis) -> ProposedExperiment | None:
     hypotheses = [Hypothesis(("hysteresis",), False, 0.5), Hypothesis(("backlash",), False, 0.5)]
-    diagnosis = replace(found.diagnosis, verdict="unknown", effects=(), alternatives=())
+    diagnosis = replace(found.diagnosis, verdict="unknown", effects=(), alternatives=(), shown_alternatives=())
     return propose_protocol(replace(found, diagnosis=diagnosis.with_probabilities(hypotheses, None, None)))

@@ -68,7 +68,7 @@ def _export(ratio_known: bool) -> NextCommand:
 def _effects_to_separate(diagnosis: Diagnosis) -> list[str]:
     """The named effects and those of the explanations that compete with them; empty where none does."""
     ambiguous = diagnosis.verdict == "ambiguous"
-    others = [name for names in diagnosis.alternatives for name in names] if ambiguous else []
+    others = [name for names in diagnosis.shown_alternatives for name in names] if ambiguous else []
     others += [name for hypothesis in rivals(diagnosis) for name in hypothesis.effects]
     if diagnosis.verdict in ("none", "unknown"):
         others += may_be_named(diagnosis.not_candidates)[:4]

@@ -11,7 +11,7 @@ from ....effects import find_effect
 from ...analysis import Analysis
 from ...fitted_values import NamedEffect
 from ...schema import Diagnosis
-from ..text import MEANING, cautions, file_name, location_text, main_parameter_text
+from ..text import MEANING, cautions, faint_alternatives_text, file_name, location_text, main_parameter_text
 from .elements import (
     amplitude_table,
     breakable,
@@ -61,7 +61,9 @@ def report_html(found: Analysis | Diagnosis, origin: Origin | None = None, recor
         parts += losses_section(diagnosis.losses)
     if diagnosis.alternatives:
         title = "Other explanations" if diagnosis.verdict == "ambiguous" else "What the record does not exclude"
-        parts += section_list(title, [_names(a) for a in diagnosis.alternatives])
+        faint = faint_alternatives_text(diagnosis)
+        shown = [_names(a) for a in diagnosis.shown_alternatives]
+        parts += section_list(title, [*shown, *([faint] if faint else [])])
     if not diagnosis.hypotheses:
         parts += section_list("What to measure next", diagnosis.next_experiment)
     parts += _details(diagnosis)

@@ -37,6 +37,7 @@ PLAIN = Diagnosis(
     (Location("direction", "growing", 0.9),),
     Gap(5.0, 1.0, 0.9, 5.1, 1.1),
     ("hold the drive still",),
+    shown_alternatives=(("hysteresis", "preload"),),
 )
 MADE = PLAIN.with_probabilities(HYPOTHESES, 0.31, MATRIX)
 
@@ -188,7 +189,10 @@ def test_the_command_line_lists_a_few_alternatives() -> None:
     assert "  or: hysteresis and preload" in diagnosis_text("gear", PLAIN).splitlines()
     assert (
         "  or: creep, or damping, or preload"
-        in diagnosis_text("gear", replace(PLAIN, alternatives=four[:3])).splitlines()
+        in diagnosis_text("gear", replace(PLAIN, alternatives=four[:3], shown_alternatives=four[:3])).splitlines()
     )
-    found = diagnosis_text("gear", replace(PLAIN, alternatives=four)).splitlines()
+    found = diagnosis_text("gear", replace(PLAIN, alternatives=(*four, ("wear", "creep")))).splitlines()
+    hidden = "4 other sets of effects with one that is too small for this record to show"
+    assert f"  or: hysteresis and preload; or {hidden}" in found
+    found = diagnosis_text("gear", replace(PLAIN, alternatives=four, shown_alternatives=four)).splitlines()
     assert "  or: creep, or damping, or preload, or one of 1 other" in found

@@ -42,7 +42,8 @@ def test_an_effect_that_is_present_or_absent_has_its_own_prior() -> None:
         for name in ("missing_ball", "creep")
     )
     assert ball == pytest.approx(50.0, abs=0.5)
-    assert other == pytest.approx(50.0 - np.log(10 * AMPLITUDE_DEVIATION), abs=0.1)
+    prior = 0.5 / AMPLITUDE_DEVIATION**2 + np.log(10 * AMPLITUDE_DEVIATION)
+    assert other == pytest.approx(50.0 - prior, abs=0.1)
 
 
 @given(st.integers(0, 10**6))

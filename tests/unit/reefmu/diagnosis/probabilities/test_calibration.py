@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reefmu.diagnosis.calibrated_odds import CALIBRATED, log_odds
+from reefmu.diagnosis.calibrated_odds import CALIBRATED, FEW, log_odds
 from reefmu.diagnosis.hypotheses import Hypothesis
 from reefmu.diagnosis.probabilities.calibration import probabilities
 from reefmu.diagnosis.probabilities.hypothesis_table import Row
@@ -40,7 +40,7 @@ def test_they_sum_to_one_and_depend_on_differences_of_evidence_alone(logs: list[
 def test_odds_follow_the_weights() -> None:
     """Two hypotheses: the odds are those of their evidence, flattened, and of their number."""
     rows = [make_row(CREEP, False, 50.0), make_row(WEAR, False, 20.0)]
-    odds = math.exp(CALIBRATED.evidence * (math.sqrt(31.0) - 1))
+    odds = (1 + 30.0 / FEW) ** (CALIBRATED.evidence * FEW)
     assert probability(rows, CREEP) == pytest.approx(odds / (1 + odds))
     rows[1] = make_row(CREEP | WEAR, False, 20.0)
     odds *= math.exp(-CALIBRATED.effect)
@@ -63,6 +63,14 @@ def test_something_unnamed_is_likelier_the_larger_it_is() -> None:
         unnamed = probability(rows, NOTHING, True)
         odds.append(unnamed / (1 - unnamed))
     assert odds[1] / odds[0] == pytest.approx(5**CALIBRATED.unnamed_size)
+
+
+def test_something_unnamed_that_does_not_show_has_odds_of_its_own() -> None:
+    """Whatever the record, they are those to the same effects alone."""
+    for log in (0.0, -30.0):
+        rows = [make_row(NOTHING, False, 0.0), make_row(CREEP, False, log), make_row(CREEP, True, log)]
+        odds = probability(rows, CREEP, True) / probability(rows, CREEP)
+        assert odds == pytest.approx(math.exp(CALIBRATED.hidden))
 
 
 def test_more_effects_and_something_unnamed_cost_probability() -> None:

@@ -47,7 +47,7 @@ def hypotheses_of(probability: Shares) -> list[Hypothesis]:
 def concluded(evidence: Evidence, probability: Shares) -> Conclusion:
     friction = evidence.search.best[1][0]
     fits = {NOTHING: evidence.search.base, FRICTION: friction, SHAFT: replace(friction, names=SHAFT)}
-    rows = [Row(frozenset(names), unnamed, 0.0, fits[names]) for names, unnamed in KEYS]
+    rows = [Row(frozenset(names), unnamed, 0.0, fits[names], None, 0.01 * unnamed) for names, unnamed in KEYS]
     return conclude(evidence, rows, hypotheses_of(probability))
 
 
@@ -115,10 +115,29 @@ def test_a_named_effect_comes_with_the_sets_that_are_not_excluded(evidence: Evid
     assert (found.verdict, found.alternatives) == ("none", ())
 
 
+def test_what_does_not_show_is_an_alternative_and_no_finding(evidence: Evidence) -> None:
+    """Neither an effect without evidence nor something unnamed that is too small takes from what the record shows."""
+    base, friction = evidence.search.base, evidence.search.best[1][0]
+    both = ("hysteresis", "wear")
+    rows = [
+        Row(frozenset(FRICTION), False, 0.0, friction),
+        Row(frozenset(both), False, -1.0, friction, faint=frozenset({"wear"})),
+        Row(frozenset(FRICTION), True, 0.0, friction),
+        Row(frozenset(), False, -5.0, base),
+    ]
+    assert [row.is_hidden for row in rows] == [False, False, True, False]
+    shares = (0.4, 0.3, 0.2, 0.1)
+    told = [Hypothesis(tuple(r.effects), r.unnamed, p) for r, p in zip(rows, shares, strict=True)]
+    found = conclude(evidence, rows, told)
+    assert (found.verdict, found.chosen.names) == ("named", FRICTION)
+    assert found.alternatives == (both, NOTHING)
+    assert found.shown_alternatives == (NOTHING,)
+
+
 @pytest.mark.parametrize("unnamed", [False, True])
 def test_something_unnamed_beside_the_effects_is_a_remainder(evidence: Evidence, unnamed: bool) -> None:
     term = TermFit(NonparametricTerm("torque", curve_over_torque), 40.0, 3.0 * np.ones(len(evidence.problem.torque)))
-    rows = [Row(frozenset(FRICTION), unnamed, 0.0, evidence.search.best[1][0], beside=term)]
+    rows = [Row(frozenset(FRICTION), unnamed, 0.0, evidence.search.best[1][0], term, 0.03 * unnamed)]
     found = conclude(evidence, rows, [Hypothesis(FRICTION, unnamed, 1.0)])
     assert found.verdict == ("partly" if unnamed else "named")
     assert found.unnamed is (term if unnamed else None)

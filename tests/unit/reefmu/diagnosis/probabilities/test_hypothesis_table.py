@@ -10,11 +10,14 @@ import pytest
 from scipy.integrate import dblquad, quad
 
 from reefmu.diagnosis.calibrated_odds import PRIOR_WIDTH
+from reefmu.diagnosis.estimation.least_squares import HELD_SIZE
 from reefmu.diagnosis.estimation.residuals import remainder
 from reefmu.diagnosis.estimation.search import Search
+from reefmu.diagnosis.hypotheses import Hypothesis
 from reefmu.diagnosis.probabilities.assessment import record_isolability, record_sizes
 from reefmu.diagnosis.probabilities.hypothesis_table import hypothesis_table
 from reefmu.diagnosis.probabilities.marginal_likelihood import (
+    log_evidence_of_faint,
     log_volume,
     material_effects,
     parameter_prior,
@@ -28,7 +31,7 @@ NOTHING, HYSTERESIS = frozenset[str](), frozenset({"hysteresis"})
 
 def test_the_volume_is_the_integral_of_likelihood_times_prior(fitted: Fitted) -> None:
     """One amplitude beside one base parameter, which covary: Laplace's approximation against quadrature."""
-    problem, size = fitted.problem, 0.7
+    problem, size = fitted.problem, 14.0
     curvature = np.array([[9.0, 4.0], [4.0, 6.0]])
     n_base = problem.layout(()).n_base
     whole, parameters = np.eye(n_base + 1), np.zeros(n_base + 1)
@@ -95,6 +98,48 @@ def test_a_record_that_tells_little_leaves_a_larger_volume(fitted: Fitted) -> No
     assert log_volume(fitted.problem, fitted.base, sizes, 1.0) == 0.0
 
 
+def test_the_evidence_of_a_faint_effect_is_that_of_its_fit(fitted: Fitted) -> None:
+    """An offset is linear, so that what its score says is what a fit says."""
+    problem, size = fitted.problem, {"torque_sensor_offset.torque": 0.5}
+    problem = replace(problem, trace=replace(problem.trace, torque=problem.trace.torque + 1.2))
+    base = fitted.hysteresis
+    names = (*base.names, "torque_sensor_offset")
+    found = problem.fit_from(names, np.append(base.parameters, 0.0), base.weighting, HELD_SIZE)
+    again = problem.fit_from(base.names, base.parameters, base.weighting, HELD_SIZE)
+    volume = log_volume(problem, found, size, 2.0) - log_volume(problem, again, size, 2.0)
+    expected = (again.cost - found.cost) / (2 * 2.0) + volume
+    assert expected > 10
+    assert log_evidence_of_faint(problem, again, names[-1], size, 0.1, 2.0) == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("torque_sensor_offset", math.log(1 - 2 / math.pi * math.atan(0.1 / PRIOR_WIDTH))),
+        ("hysteresis", math.log(1 - 2 / math.pi * math.atan(0.1 / PRIOR_WIDTH))),
+        ("kinematic_error", 0.0),
+    ],
+)
+def test_a_record_that_says_nothing_leaves_the_prior(fitted: Fitted, name: str, expected: float) -> None:
+    """That of amplitudes that are large enough to count."""
+    sizes = record_sizes(fitted.problem)
+    found = log_evidence_of_faint(fitted.problem, fitted.base, name, sizes, 0.1, 1e30)
+    assert found == pytest.approx(expected, abs=2e-3)
+
+
+def test_what_has_no_evidence_does_not_show(fitted: Fitted) -> None:
+    """Beside the true effect every other one may be missing, and none of these shows. (Of friction inside and at the
+    output, which are one here, either shows.)"""
+    rows = hypothesis_table(evidence_of(fitted), record_sizes(fitted.problem))
+    beside = [r for r in rows if len(r.effects) == 2 and not r.unnamed]
+    assert {name for r in beside for name in r.effects - HYSTERESIS} == set(fitted.problem.candidates) - HYSTERESIS
+    beside = [r for r in beside if r.effects != HYSTERESIS | {"coulomb_friction"}]
+    assert all(r.faint == r.effects - HYSTERESIS for r in beside)
+    assert all(r.shown_as(0.1) == Hypothesis(("hysteresis",), False, 0.1) for r in beside)
+    (own,) = (r for r in rows if r.effects == HYSTERESIS and not r.unnamed)
+    assert not own.faint
+
+
 def test_small_effects_are_immaterial(fitted: Fitted) -> None:
     fit = fitted.hysteresis
     size = float(fit.parameters[fitted.problem.layout(fit.names).effects["hysteresis"].start])
@@ -105,12 +150,20 @@ def test_small_effects_are_immaterial(fitted: Fitted) -> None:
 
 def test_each_hypothesis_has_one_row_and_the_truth_the_most_evidence(fitted: Fitted) -> None:
     rows = hypothesis_table(evidence_of(fitted), record_sizes(fitted.problem))
-    keys = [(r.effects, r.unnamed) for r in rows]
+    keys = [(r.effects, r.unnamed) for r in rows if not r.is_hidden]
     assert len(keys) == len(set(keys))
-    assert set(keys) >= {(n, u) for n in (NOTHING, HYSTERESIS) for u in (False, True)}
-    evidence = {key: r.log_evidence for key, r in zip(keys, rows, strict=True)}
+    assert set(keys) >= {(NOTHING, False), (HYSTERESIS, False), (NOTHING, True)}
+    assert all(r.beside is None or r.beside.gain > 0 for r in rows)
+    evidence = {(r.effects, r.unnamed): r.log_evidence for r in rows if not r.is_hidden}
     assert evidence[HYSTERESIS, False] > evidence[NOTHING, True]
     assert evidence[HYSTERESIS, False] > evidence[NOTHING, False] + 50
+
+
+def test_something_unnamed_that_does_not_show_has_the_evidence_of_the_effects_alone(fitted: Fitted) -> None:
+    rows = hypothesis_table(evidence_of(fitted), record_sizes(fitted.problem))
+    alone = {r.effects: r.log_evidence for r in rows if not r.unnamed}
+    assert {r.effects: r.log_evidence for r in rows if r.is_hidden} == alone
+    assert all(r.unnamed for r in rows if r.is_hidden)
 
 
 def test_what_is_too_small_to_matter_is_nothing(fitted: Fitted) -> None:
@@ -118,7 +171,8 @@ def test_what_is_too_small_to_matter_is_nothing(fitted: Fitted) -> None:
     evidence = evidence_of(fitted)
     assert HYSTERESIS in {r.effects for r in hypothesis_table(evidence, sizes)}
     large = sizes | {"hysteresis.torque": 1e3}
-    assert HYSTERESIS not in {r.effects for r in hypothesis_table(evidence, large)}
+    log = {r.effects: r.log_evidence for r in hypothesis_table(evidence, large) if not r.unnamed}
+    assert log.get(HYSTERESIS, -np.inf) < log[NOTHING] - 50
 
 
 def test_a_set_that_the_record_hardly_tells_from_the_likeliest_is_a_hypothesis(fitted: Fitted) -> None:

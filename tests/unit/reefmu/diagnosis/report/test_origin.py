@@ -25,7 +25,16 @@ def diagnosis(verdict: str) -> Diagnosis:
     others = (("preload",),) if verdict == "ambiguous" else ()
     rivals = (Hypothesis(("backlash", "hysteresis"), False, 0.9), Hypothesis(("wear",), False, 0.1))
     return Diagnosis(
-        verdict, "A sentence.", effects, others, (), Gap(2.0, 1.0, 0.9), (), hypotheses=rivals, not_candidates={}
+        verdict,
+        "A sentence.",
+        effects,
+        others,
+        (),
+        Gap(2.0, 1.0, 0.9),
+        (),
+        hypotheses=rivals,
+        not_candidates={},
+        shown_alternatives=others,
     )
 
 
