@@ -27,7 +27,8 @@ and the other two are there again with effects of any size."""
 SIZES = (0.1, 12.0)
 """Range of these sizes, over noise or scatter, whichever is greater; every order of magnitude is as likely."""
 RARE = {"base": 20, "outside_and": 20, "outside": 10, "poor": 26}
-"""Further cases of situations that are rare; `poor` stands for any limited protocol. One in three is left as drawn."""
+"""Further cases of situations that are rare; `poor` stands for any limited protocol. One in three is left as drawn, and
+where something unnamed is missing one in three has any of `SIZES`."""
 FIRST_RARE = 1000
 """Number from which the rare cases are taken."""
 SEVERAL, FIRST_SEVERAL, PERIOD_SEVERAL = 40, 3000, 6
@@ -62,7 +63,9 @@ def rare_cases() -> Iterator[Case]:
             return
         if left.get(group):
             left[group] -= 1
-            yield drawn if left[group] % 3 == 0 else individual(drawn, _generator(number))
+            rng = _generator(number)
+            single = drawn if left[group] % 3 == 0 else individual(drawn, rng)
+            yield of_any_size(single, rng) if "outside" in group and left[group] % 3 == 1 else single
 
 
 def several_cases() -> Iterator[Case]:

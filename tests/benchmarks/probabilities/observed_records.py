@@ -21,7 +21,11 @@ from reefmu.record import read_record
 from stiffness_model import DoesNotFitWarning, load_drive
 from stiffness_model.errors import InputError
 from tests.validation.blind.records import Case, Truth, make
+from tests.validation.blind_individuals.catalogue import case as case_of_individuals
+from tests.validation.blind_individuals.records import make as make_sealed
 
+SECOND_SEED = 1
+"""Seed of the catalogue of the second generator to which the weights are fitted; those of its scores are others."""
 ALIKE = frozenset({"modulus_error", "structural_compliance"})
 """Effects that the catalogue calls alike where its truth is not separable."""
 Sizes = Mapping[str, float]
@@ -54,6 +58,24 @@ def observe(what: Case) -> dict[str, Any]:
     return {} if found is None else _observed(found, truth, is_true)
 
 
+def observe_second(number: int) -> dict[str, Any]:
+    """The same of a record of the second generator; empty where there is no diagnosis."""
+    warnings.simplefilter("ignore", DoesNotFitWarning)
+    sealed = make_sealed(case_of_individuals(number, SECOND_SEED), bounds=False)
+    with tempfile.TemporaryDirectory() as folder:
+        record, drawing = Path(folder, "record.csv"), Path(folder, "drive.toml")
+        record.write_text(sealed.record, "utf-8")
+        drawing.write_text(sealed.drawing, "utf-8")
+        found = analyse(read_record(record), BaseCurveSource(load_drive(drawing)))
+    if not isinstance(found, Analysis):
+        return {}
+    truth = sealed.truth.to_dict()
+    hidden = frozenset(truth["names"]), bool(truth["foreign"])
+    rows = _rows(found)
+    about = {"case": f"second {number}", "individual": truth["individual"], "missing": [*truth["names"]]}
+    return about | _features(found, rows, [(row.effects, row.unnamed) == hidden for row in rows])
+
+
 def observe_without_drawing(what: Case) -> dict[str, Any]:
     """The same where no drawing is known, so that the base curve is a power law."""
     found, truth = analysed(what, BaseCurveSource())
@@ -64,19 +86,28 @@ def observe_without_drawing(what: Case) -> dict[str, Any]:
 
 
 def _observed(found: Analysis, truth: Truth, judge: Callable[[Row, Truth, Sizes, Pairs], bool]) -> dict[str, Any]:
-    evidence, what = found.evidence, truth.case
-    sizes = stated_sizes(evidence.problem)
-    rows = hypothesis_table(evidence, sizes)
+    what, rows = truth.case, _rows(found)
+    sizes = stated_sizes(found.evidence.problem)
     pairs = [frozenset(pair) for pair in found.isolability.indistinguishable]
-    return {
+    about = {
         "case": f"{what.number} {what.category} {' '.join(name for name, _ in what.effects)}",
         "individual": what.individual,
+        "missing": [*truth.effects, *truth.outside],
+    }
+    return about | _features(found, rows, [judge(row, truth, sizes, pairs) for row in rows])
+
+
+def _rows(found: Analysis) -> Sequence[Row]:
+    return hypothesis_table(found.evidence, stated_sizes(found.evidence.problem))
+
+
+def _features(found: Analysis, rows: Sequence[Row], true: Sequence[bool]) -> dict[str, Any]:
+    return {
         "verdict": found.conclusion.verdict,
         "named": sorted(found.conclusion.chosen.names),
-        "missing": [*truth.effects, *truth.outside],
         "rows": [[*sorted(row.effects), *(["unnamed"] if row.unnamed else [])] for row in rows],
         "features": features(rows).tolist(),
-        "true": [judge(row, truth, sizes, pairs) for row in rows],
+        "true": list(true),
     }
 
 
