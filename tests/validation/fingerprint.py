@@ -113,13 +113,17 @@ def artefacts() -> dict[str, bytes]:
 
 
 def without_probabilities(content: bytes) -> bytes:
-    """diagnosis.json without what simulations count, without the alternatives of an ambiguous record, of which two that
-    act alike may be on either side of the last percent, without the order of others, which is that of their
-    probabilities, and without intervals, which average over explanations: a last digit decides on which side of a limit
-    a draw is and where a fit of two effects that act alike ends, and it depends on the processor's kernels of linear
-    algebra."""
+    """diagnosis.json without what simulations count and without intervals, which average over explanations; without the
+    alternatives, of which two that are as likely may be on either side of the last percent, nor those that show of an
+    ambiguous record, and without the order of others, which is that of their probabilities.
+
+    A last digit decides on which side of a limit a draw is and where a fit of two effects that act alike ends, and it
+    depends on the processor's kernels of linear algebra.
+    """
     whole = json.loads(content)
-    whole["alternatives"] = [] if whole["verdict"] == "ambiguous" else sorted(whole["alternatives"])
+    del whole["alternatives"]
+    shown = whole["shown_alternatives"]
+    whole["shown_alternatives"] = [] if whole["verdict"] == "ambiguous" else sorted(shown)
     for key in ("hypotheses", "global_p", "isolability"):
         del whole[key]
     for effect in whole["effects"]:
