@@ -46,16 +46,17 @@ def propose_protocol(found: Analysis) -> ProposedExperiment | None:
 
 def open_explanations(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
     """Sets of effects that may be the missing ones, with or without something unnamed beside, the likeliest first; of
-    an ambiguous verdict all its sets."""
+    an ambiguous verdict all its sets. Named effects with one more that does not show are no other explanation."""
     probability: dict[tuple[str, ...], float] = {}
     for hypothesis in diagnosis.hypotheses:
         names = tuple(sorted(hypothesis.effects))
         probability[names] = probability.get(names, 0.0) + hypothesis.probability
-    likely = sorted((names for names, p in probability.items() if names and p >= OPEN), key=lambda n: -probability[n])
-    reported: list[tuple[str, ...]] = []
-    if diagnosis.verdict == "ambiguous":
-        sets = [tuple(effect.name for effect in diagnosis.effects), *diagnosis.shown_alternatives]
-        reported = [tuple(sorted(names)) for names in sets if names]
+    own = tuple(sorted(effect.name for effect in diagnosis.effects))
+    shown = [tuple(sorted(names)) for names in (own, *diagnosis.shown_alternatives) if names]
+    hidden = {names for names in probability if own and set(names) > set(own) and names not in shown}
+    possible = [names for names, p in probability.items() if names and p >= OPEN and names not in hidden]
+    likely = sorted(possible, key=lambda names: -probability[names])
+    reported = shown if diagnosis.verdict == "ambiguous" else []
     return tuple(dict.fromkeys((*reported, *likely)))[:MAX_RIVALS]
 
 

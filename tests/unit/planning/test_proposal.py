@@ -44,6 +44,14 @@ def test_open_explanations_are_the_likely_ones_and_those_of_an_ambiguous_verdict
     ]
     named = verdict("named", "creep", "wear").with_probabilities(hypotheses, None, None)
     assert open_explanations(named) == (("creep", "wear"), ("damping",))
+    more = [
+        *hypotheses[1:],
+        Hypothesis(("wear", "creep"), False, 0.4),
+        Hypothesis(("wear", "creep", "damping"), False, 0.1),
+    ]
+    assert open_explanations(named.with_probabilities(more, None, None)) == (("creep", "wear"), ("damping",))
+    shown = replace(named, shown_alternatives=(("creep", "damping", "wear"),)).with_probabilities(more, None, None)
+    assert open_explanations(shown) == (("creep", "wear"), ("creep", "damping", "wear"), ("damping",))
     ambiguous = verdict("ambiguous", "preload", alternatives=(("wear",), ("modulus_error",)))
     found = open_explanations(ambiguous.with_probabilities(hypotheses, None, None))
     assert found == (("preload",), ("wear",), ("modulus_error",), ("creep", "wear"))
