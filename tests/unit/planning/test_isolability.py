@@ -127,7 +127,6 @@ def between_sets(drive: Drive) -> NextProtocol:
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="hysteresis is named in 74 % of the records that are simulated along it: 0.87", strict=True)
 def test_the_next_protocol_names_the_right_set_in_nine_of_ten_records(between_sets: NextProtocol) -> None:
     assert between_sets.told_apart > 0.9
 
