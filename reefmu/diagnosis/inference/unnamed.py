@@ -26,7 +26,12 @@ FURTHER_NOISE = (0.0, *np.geomspace(0.3, 30.0, 9).tolist())
 """The same of deviations from block to block, over the noise. Chosen by judgement, from what barely shows to what
 exceeds the noise by far; the likelihood changes little between neighbours."""
 EXCESS = NonparametricTerm("no coordinate of the record", curve_over_torque)
-"""What exceeds noise and tolerances."""
+"""What exceeds noise and tolerances; it has no columns that anyone uses."""
+
+
+def varies_with_something(found: TermFit) -> bool:
+    """Whether what is unnamed varies with something that the record holds, and is no mere excess."""
+    return found.term.coordinate != EXCESS.coordinate
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from ..estimation.residuals import predicted_scatter
 from ..forward.parameter_layout import DELAY, ZERO
 from ..inference.evidence import Evidence
 from ..inference.isolability import Isolability, separating_experiments, separating_line
+from ..inference.unnamed import varies_with_something
 from ..preprocessing.audit import Audit
 from ..probabilities.assessment import Assessment
 from ..probabilities.decision import Conclusion
@@ -26,6 +27,11 @@ from .location import locate_gap
 from .play import as_rotational_play
 from .summary import summarise
 
+REPEAT = (
+    "the remainder varies with nothing that the record holds: repeat a run unchanged, to see whether the remainder "
+    "repeats, and record what else changes"
+)
+"""The test for something unnamed that shows in no coordinate."""
 MAX_PROPOSED = 4
 """Experiments for effects that a record cannot show, proposed at most, for a reader's sake."""
 MAX_PAIRS = 3
@@ -114,7 +120,7 @@ def _locate_remainder(problem: Problem, conclusion: Conclusion) -> tuple[Locatio
     rest = problem.torque - chosen.prediction.torque
     rest = rest - predicted_scatter(problem, chosen, rest)
     locations = locate_gap(problem, rest, conclusion.remainder**2) if conclusion.remainder > 0 else ()
-    if unnamed is None:
+    if unnamed is None or not varies_with_something(unnamed):
         return locations
     share = min(1.0, unnamed.rms**2 / max(conclusion.remainder**2, unnamed.rms**2, 1e-300))
     smooth = Location(unnamed.term.coordinate, f"as a smooth function, {unnamed.rms:.3g} N.m rms", share)
@@ -132,7 +138,9 @@ def _next_experiments(
     found: list[str] = []
     if conclusion.verdict == "ambiguous":
         found += separating_experiments([names, *conclusion.shown_alternatives])
-    if conclusion.verdict in ("partly", "unknown") and remainder_where:
+    if conclusion.unnamed and not varies_with_something(conclusion.unnamed):
+        found.append(REPEAT)
+    elif conclusion.verdict in ("partly", "unknown") and remainder_where:
         first = remainder_where[0]
         found.append(
             f"the remainder varies with {first.coordinate} ({first.region}): repeat the test there in finer steps"

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from ...effects import find_effect
+from ..inference.unnamed import varies_with_something
 from ..probabilities.decision import Conclusion
 from ..schema import Gap
 from .text import sets_text
+
+NOTHING_RECORDED = "nothing that the record holds"
+"""With what a remainder varies that shows in no coordinate."""
 
 
 def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
@@ -14,7 +18,10 @@ def summarise(conclusion: Conclusion, gap: Gap, full_torque: float) -> str:
     verb = "shrinks" if gap.shrinks else "changes"
     change = f"the gap {verb} from {gap.before:.3g} to {gap.after:.3g} N.m, the noise is {gap.noise:.3g} N.m"
     rest = f"{conclusion.remainder:.3g} N.m ({100 * conclusion.remainder / full_torque:.2g} % of full torque)"
-    where = "" if conclusion.unnamed is None else f"; it varies with {conclusion.unnamed.term.coordinate}"
+    where = ""
+    if conclusion.unnamed:
+        found = conclusion.unnamed.term.coordinate if varies_with_something(conclusion.unnamed) else NOTHING_RECORDED
+        where = f"; it varies with {found}"
     match conclusion.verdict:
         case "named":
             return f"What is missing is {names}: {change}{_tolerances(conclusion)}."

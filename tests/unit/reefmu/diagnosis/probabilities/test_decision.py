@@ -14,6 +14,7 @@ from reefmu.diagnosis.hypotheses import Hypothesis
 from reefmu.diagnosis.inference.evidence import Evidence
 from reefmu.diagnosis.inference.nonparametric import NonparametricTerm, TermFit, curve_over_torque
 from reefmu.diagnosis.inference.tolerance_curve import CurveDeviation
+from reefmu.diagnosis.inference.unnamed import EXCESS
 from reefmu.diagnosis.probabilities.decision import (
     CREDIBLE,
     UNNAMED,
@@ -144,6 +145,15 @@ def test_something_unnamed_beside_the_effects_is_a_remainder(evidence: Evidence,
     assert (found.remainder >= 3.0) is unnamed
     sentence = summarise(found, Gap(5.0, 1.0, 0.5), 100.0)
     assert ("it varies with torque" in sentence) is unnamed
+
+
+def test_a_remainder_that_shows_in_no_coordinate_is_told_as_such(evidence: Evidence) -> None:
+    term = TermFit(EXCESS, 40.0, 3.0 * np.ones(len(evidence.problem.torque)))
+    rows = [Row(frozenset(), True, 0.0, evidence.search.base, term, 0.03)]
+    found = conclude(evidence, rows, [Hypothesis(NOTHING, True, 1.0)])
+    assert found.verdict == "unknown"
+    sentence = summarise(found, Gap(5.0, 5.0, 0.5), 100.0)
+    assert sentence.endswith("no known effect explains it; it varies with nothing that the record holds.")
 
 
 def test_a_curve_within_the_tolerances_is_told_with_the_modulus_that_would_make_it(evidence: Evidence) -> None:
