@@ -36,11 +36,11 @@ CALIBRATED = HypothesisWeights(1.08, -2.57, 1.77, -2.42)
 generator and 90 of another, whose individuals deviate in other ways: by themselves they give 1.00, -2.71, 2.33 and
 -2.48, and 1.23, -2.28, 1.39 and -2.14. Further weights, of nothing missing, of something unnamed that shows and of
 effects beside what does not, change the log score by 0.01."""
-FEW = 2.0
-"""Difference of the log evidence up to which log odds grow in proportion to it; beyond it they grow with its logarithm.
-So do those of residuals with Student's distribution of four degrees of freedom: the variance of noise and scatter, and
-the laws of effects, are known no better. Chosen among 0.5, 1, 2, 4, 8 and 16 by the log score of the same records:
--1.17, -1.15, -1.15, -1.16, -1.18 and -1.22; the root in its place has -1.19, the evidence itself -1.31."""
+DEGREES_OF_FREEDOM = 4.0
+"""Of Student's distribution, by which log odds grow with the logarithm of a large difference of the log evidence: the
+variance of noise and scatter, and the laws of effects, are known no better than from so many residuals. Chosen among 1,
+2, 4, 8, 16 and 32 by the log score of the same records: -1.17, -1.15, -1.15, -1.16, -1.18 and -1.22; the root of the
+evidence in its place has -1.19, the evidence itself -1.31."""
 PRIOR_WIDTH = 1.0
 """Half-width of the prior of an amplitude, over its typical size: by definition of that size."""
 NAMED = 0.6
@@ -51,7 +51,8 @@ left undecided, so that naming pays where it is wrong in less than two cases of 
 def flattened(below: Array | float) -> Array:
     """Differences of the log evidence, of any shape, as they count in log odds: themselves where they are small, and
     their logarithms where they are large."""
-    return FEW * np.log1p(np.asarray(below, float) / FEW)
+    half = DEGREES_OF_FREEDOM / 2
+    return half * np.log1p(np.asarray(below, float) / half)
 
 
 def log_odds(below: Array | float, effects: Array | int) -> Array:
@@ -69,4 +70,5 @@ def least_evidence(wanted: float) -> float:
     >>> round(CALIBRATED.evidence * float(flattened(least_evidence(3.0))), 6)
     3.0
     """
-    return FEW * float(np.expm1(max(wanted, 0.0) / (FEW * CALIBRATED.evidence)))
+    half = DEGREES_OF_FREEDOM / 2
+    return half * float(np.expm1(max(wanted, 0.0) / (half * CALIBRATED.evidence)))

@@ -17,7 +17,7 @@ from ..estimation.least_squares import HELD_SIZE, Fit, FitOptions, fit
 from ..estimation.problem import Problem
 from ..estimation.search import MIN_GAIN
 from ..estimation.weighting import Weighting
-from .nonparametric import NonparametricTerm, TermFit, curve_over_torque, fit_terms_to
+from .nonparametric import NonparametricTerm, TermFit, fit_terms_to
 
 FURTHER_SCATTER = (0.0, 1.0, 1.7, 2.6)
 """Standard deviations, over those that the tolerances allow, of deviations beyond the tolerances that are tried. Chosen
@@ -25,8 +25,14 @@ by judgement: with those of the tolerances they come to 1, 1.4, 2 and 2.8."""
 FURTHER_NOISE = (0.0, *np.geomspace(0.3, 30.0, 9).tolist())
 """The same of deviations from block to block, over the noise. Chosen by judgement, from what barely shows to what
 exceeds the noise by far; the likelihood changes little between neighbours."""
-EXCESS = NonparametricTerm("no coordinate of the record", curve_over_torque)
-"""What exceeds noise and tolerances; it has no columns that anyone uses."""
+
+
+def _no_columns(torque: Array) -> Array:
+    return np.zeros((len(torque), 0))
+
+
+EXCESS = NonparametricTerm("no coordinate of the record", _no_columns)
+"""What exceeds noise and tolerances."""
 
 
 def varies_with_something(found: TermFit) -> bool:
@@ -152,6 +158,7 @@ def fit_beside(problem: Problem, found: Fit, beside: UnnamedFit) -> tuple[Fit, U
         return best
     predictor, bounds, weights = problem.predictor(found.names), found.bounds, found.weighting
     joint = fit(predictor, problem.torque, beside.weighting(problem, found), bounds, found.parameters, HELD_SIZE)
+    # Once more where the scatter is narrower beside what is unnamed.
     for _ in range(2):
         own = fit(predictor, problem.torque, weights, bounds, joint.parameters, AS_IT_IS)
         again = strongest_beside(problem, own)

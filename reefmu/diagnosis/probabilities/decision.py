@@ -34,9 +34,8 @@ class Conclusion:
 
     chosen: the fit of the named effects, or without effects; alternatives: the other sets of effects that the record
     does not exclude, () where nothing may be missing, none of a verdict that finds no effect; shown_alternatives: those
-    of which every effect shows in the record; remainder: N.m rms;
-    unnamed: nonparametric term of something unnamed; curve_deviation: what the tolerances of the drive explain as well
-    as a modulus that is off, where the record shows it.
+    of which every effect shows in the record; remainder: N.m rms; unnamed: term of something unnamed; curve_deviation:
+    what the tolerances of the drive explain as well as a modulus that is off, where the record shows it.
     """
 
     verdict: str

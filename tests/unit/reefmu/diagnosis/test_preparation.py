@@ -12,7 +12,6 @@ from reefmu.diagnosis.analysis import Analysis
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.forward.parameter_layout import DELAY
-from reefmu.diagnosis.inference.unnamed import Excess
 from reefmu.diagnosis.pipeline import analyse
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
@@ -34,10 +33,26 @@ def test_a_late_torque_is_known_whether_the_rig_holds_twist_or_torque(made: Call
     fit = base_fit(problem)
     assert fit.parameters[DELAY] == pytest.approx(late, abs=3e-4)
     assert fit.weighting.size == pytest.approx(1.0, abs=0.5)
-    # This drive happens to deviate by 1.2 times its tolerances, which the diagnosis takes to be limits.
-    weights = Excess(1.0, 0.0).added_to(fit.weighting)
-    left = weights.whiten(problem.torque - fit.prediction.torque)
-    assert left @ left < 1.3 * problem.expected_chi_square
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "made",
+    [
+        pytest.param(
+            record_of_individual,
+            marks=pytest.mark.xfail(
+                reason="this drive deviates by 1.2 times its tolerances, which are limits: 1.50", strict=True
+            ),
+        ),
+        record_at_held_torque,
+    ],
+)
+def test_what_passing_elements_add_to_a_late_torque_is_scatter(made: Callable[..., Record]) -> None:
+    drive = seated_drive(24)
+    record = made(drive, late=0.004)
+    problem = prepare_problem(record, make_trace(record, drive.ratio), drawing_base(drive, mean_lookup(drive)))
+    assert base_fit(problem).chi_square < 1.3 * problem.expected_chi_square
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reefmu.diagnosis.calibrated_odds import CALIBRATED, FEW, log_odds
+from reefmu.diagnosis.calibrated_odds import CALIBRATED, DEGREES_OF_FREEDOM, log_odds
 from reefmu.diagnosis.hypotheses import Hypothesis
 from reefmu.diagnosis.probabilities.calibration import probabilities
 from reefmu.diagnosis.probabilities.hypothesis_table import Row
@@ -40,7 +40,8 @@ def test_they_sum_to_one_and_depend_on_differences_of_evidence_alone(logs: list[
 def test_odds_follow_the_weights() -> None:
     """Two hypotheses: the odds are those of their evidence, flattened, and of their number."""
     rows = [make_row(CREEP, False, 50.0), make_row(WEAR, False, 20.0)]
-    odds = (1 + 30.0 / FEW) ** (CALIBRATED.evidence * FEW)
+    half = DEGREES_OF_FREEDOM / 2
+    odds = (1 + 30.0 / half) ** (CALIBRATED.evidence * half)
     assert probability(rows, CREEP) == pytest.approx(odds / (1 + odds))
     rows[1] = make_row(CREEP | WEAR, False, 20.0)
     odds *= math.exp(-CALIBRATED.effect)
