@@ -17,14 +17,14 @@ from ..model.chosen_effects import inherent_effects
 from ..model.contacts.tables import cached_lookup
 from ..record import Record
 from .estimation.least_squares import Fit
-from .estimation.problem import Problem, block_variances, make_weights, search_blocks, select_candidates
+from .estimation.problem import Problem, make_weights, search_blocks, select_candidates
 from .estimation.search import base_fit
 from .forward.base_curve import BaseCurve, curve_base, drawing_base, lookup_base, power_base, table_base
 from .losses.crank_losses import CRANK_FRICTION
 from .preprocessing.audit import ratio_from_angles
 from .preprocessing.cycle_scatter import estimate_cycle_scatter
 from .preprocessing.cycles import find_cycles
-from .preprocessing.noise import estimate_noise
+from .preprocessing.noise import block_variances, estimate_noise
 from .preprocessing.trace import Trace
 from .preprocessing.twist_noise import at_twist_of_neighbours
 from .random_effects.cycloidal_scatter import cycloidal_scatter

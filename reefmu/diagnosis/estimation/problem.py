@@ -148,18 +148,36 @@ class Problem:
 
         A drive with backlash scatters where its contacts carry load; a preloaded one scatters at zero torque too.
         """
+        if (known := self.known_weights(found)) is None:
+            known = self.weights_of_contacts(found)
+            self.remember(found, known)
+        return known.with_size(found.weighting.size)
+
+    def known_weights(self, found: Fit) -> Weighting | None:
+        """The weights of `weights_at` but for their size; None where the scatter must be computed anew."""
         if self.scatter is None or found.weighting.size < INDIVIDUAL_SIZE:
-            return self.weights.with_size(found.weighting.size)
-        twist, clearance = found.prediction.contact, found.prediction.clearance
+            return self.weights
+        known = (self.scatter.twist, np.zeros(1), self.weights), *self.weights_cache
+        return next((weights for at, play, weights in known if self.are_contacts_at(found, at, play)), None)
+
+    def are_contacts_at(self, found: Fit, twist: Array, clearance: Array) -> bool:
+        """Whether the scatter at the contacts of a fit is that at a twist (n,), rad, and a clearance, m."""
+        if self.scatter is None:
+            return True
         near, alike = SAME_TWIST * self.base.max_twist, SAME_CLEARANCE * self.scatter.clearance_deviation
-        for other, play, weights in ((self.scatter.twist, 0.0, self.weights), *self.weights_cache):
-            if np.abs(twist - other).max() < near and np.abs(clearance - play).max() < alike:
-                return weights.with_size(found.weighting.size)
+        at = found.prediction
+        return bool(np.abs(at.contact - twist).max() < near and np.abs(at.clearance - clearance).max() < alike)
+
+    def weights_of_contacts(self, found: Fit) -> Weighting:
+        """Weights with the scatter at the contacts of a fit, computed anew."""
+        assert self.scatter is not None
         beside = self.predictor(found.names).twist_beside_sensors(found.parameters)
-        covariance = self.scatter.covariance_at(twist, clearance, beside)
-        weights = weighting_of_covariance(self.variance, covariance, found.weighting.size)
-        self.weights_cache.append((twist, clearance, weights))
-        return weights
+        covariance = self.scatter.covariance_at(found.prediction.contact, found.prediction.clearance, beside)
+        return weighting_of_covariance(self.variance, covariance)
+
+    def remember(self, found: Fit, weights: Weighting) -> None:
+        """Keep the weights at the contacts of a fit for `weights_at`."""
+        self.weights_cache.append((found.prediction.contact, found.prediction.clearance, weights))
 
     def fit_from(
         self, names: Sequence[str], start: Array, weights: Weighting | None = None, options: FitOptions | None = None
@@ -167,10 +185,6 @@ class Problem:
         """Fit a set of effects from `start` (k,), under the problem's weights unless others are given."""
         weights = self.weights if weights is None else weights
         return fit(self.predictor(names), self.torque, weights, self.bounds(names), start, options)
-
-    def fit_again(self, found: Fit) -> Fit:
-        """The fit of the same effects from another fit, with the scatter at its contacts."""
-        return self.fit_from(found.names, found.parameters, self.weights_at(found))
 
     def without_weights(self, found: Fit) -> Fit:
         """A fit to send to another process, whose problem has the same weights; others are sent along."""
@@ -201,21 +215,6 @@ class Problem:
 def search_blocks(trace: Trace) -> Blocks:
     """The blocks on which sets of effects are searched."""
     return make_blocks(trace, max(1, round(len(trace) / SEARCH_BLOCKS)))
-
-
-def block_variances(noise: Noise, slope: Array, count: Array) -> tuple[Array, Array]:
-    """Variances of block means, (n,) (N.m)^2 each.
-
-    slope: (n,) N.m/rad, stiffness; count: (n,) samples of the blocks. The first counts the whole autocorrelation of the
-    noise and weights sums over many blocks, the second only that within a block and is its actual variance.
-    """
-    single = noise.variance(slope)
-    weighting_variance = single * noise.correlation_time / count
-    # The autocorrelation within a block is that of a first-order autoregression with the same correlation time.
-    rho = (noise.correlation_time - 1) / (noise.correlation_time + 1)
-    lags = np.arange(1, int(count.max()) + 1)
-    inside = 1 + 2 * ((1 - lags[None, :] / count[:, None]).clip(0) * rho ** lags[None, :]).sum(axis=1)
-    return weighting_variance, single * inside / count
 
 
 def select_candidates(missing: Sequence[str], base_kind: str) -> tuple[tuple[str, ...], dict[str, str]]:

@@ -14,7 +14,7 @@ from ...effects import find_effect
 from .least_squares import Fit, FitOptions, by_cost
 from .problem import Problem
 from .score_test import Direction, linearise, rank_directions
-from .weighting import SCATTER_SIZES
+from .weighting import SCATTER_SIZES, Weighting
 from .worker_pool import WorkerPool
 
 BEAM_WIDTH = 4
@@ -114,7 +114,7 @@ def several_effects(
 def _fit_sets(pool: WorkerPool, starts: Sequence[Start], report: Callable[[float], None] | None = None) -> list[Fit]:
     """The best fit of every set of some starts, the first `N_REFINED` to the full tolerance, lowest cost first."""
     ranked = sorted(_best_by_set(fit_starts(pool, starts, report)).values(), key=by_cost)
-    return sorted([refine(pool.problem, fit) for fit in ranked[:N_REFINED]] + ranked[N_REFINED:], key=by_cost)
+    return sorted(refine(pool, ranked[:N_REFINED]) + ranked[N_REFINED:], key=by_cost)
 
 
 def _report(progress: Callable[[str, float], None] | None, size: int, most: int, share: float) -> None:
@@ -139,8 +139,9 @@ def exchange_effects(pool: WorkerPool, fits: list[Fit], smaller: list[Fit], pare
             break
         extended.update(new)
         bases = [parts[part] if part in parts else problem.fit_from(*restrict_fit(problem, best, part)) for part in new]
-        for names, fit in _best_by_set(fit_starts(pool, _extensions(pool, bases, frozenset(known)))).items():
-            known[names] = refine(problem, fit) if fit.cost < best.cost else fit
+        found = list(_best_by_set(fit_starts(pool, _extensions(pool, bases, frozenset(known)))).values())
+        better = refine(pool, [fit for fit in found if fit.cost < best.cost])
+        known |= {frozenset(fit.names): fit for fit in (*found, *better)}
     return sorted(known.values(), key=by_cost)
 
 
@@ -227,8 +228,23 @@ def _best_by_set(fits: Sequence[Fit]) -> dict[frozenset[str], Fit]:
     return best
 
 
-def refine(problem: Problem, fit: Fit) -> Fit:
-    """The set fitted to all samples and to the full tolerance, with the scatter at the twist that its contacts have."""
-    weights = problem.weights_at(fit)
-    better = problem.fit_from(fit.names, fit.parameters, weights if weights is not problem.weights else None)
+def refine(pool: WorkerPool, fits: Sequence[Fit]) -> list[Fit]:
+    """Sets fitted to all samples and to the full tolerance, with the scatter at the twist that their contacts have."""
+    problem, new = pool.problem, list[Fit]()
+    for fit in fits:
+        others = ((other.prediction.contact, other.prediction.clearance) for other in new)
+        if problem.known_weights(fit) is None and not any(problem.are_contacts_at(fit, *other) for other in others):
+            new.append(fit)
+    sent = [problem.without_weights(fit) for fit in new]
+    for fit, weights in zip(new, pool.map(_weights_of_contacts, sent), strict=True):
+        problem.remember(fit, weights)
+    return [_refine(problem, fit) for fit in fits]
+
+
+def _weights_of_contacts(problem: Problem, found: Fit) -> Weighting:
+    return problem.weights_of_contacts(found)
+
+
+def _refine(problem: Problem, fit: Fit) -> Fit:
+    better = problem.fit_from(fit.names, fit.parameters, problem.weights_at(fit))
     return better if problem.for_ranking is not problem or better.cost < fit.cost else fit

@@ -50,14 +50,13 @@ class WorkerPool:
 
 @contextmanager
 def open_pool(problem: Problem, executor: Executor | None) -> Generator[WorkerPool]:
-    """A pool for one problem; what only the inference needs is not sent to the processes."""
+    """A pool for one problem, which the processes read from a file."""
     if executor is None:
         yield WorkerPool(problem)
         return
     with scratch_folder() as folder:
         file = folder / "problem"
-        sent = replace(problem, scatter=None, weights_cache=[])
-        file.write_bytes(pickle.dumps(sent))
+        file.write_bytes(pickle.dumps(replace(problem, weights_cache=[])))
         yield WorkerPool(problem, executor, str(file))
 
 

@@ -86,6 +86,21 @@ def estimate_noise(trace: Trace, slope: Array) -> Noise:
     )
 
 
+def block_variances(noise: Noise, slope: Array, count: Array) -> tuple[Array, Array]:
+    """Variances of block means, (n,) (N.m)^2 each.
+
+    slope: (n,) N.m/rad, stiffness; count: (n,) samples of the blocks. The first counts the whole autocorrelation of the
+    noise and weights sums over many blocks, the second only that within a block and is its actual variance.
+    """
+    single = noise.variance(slope)
+    weighting_variance = single * noise.correlation_time / count
+    # The autocorrelation within a block is that of a first-order autoregression with the same correlation time.
+    rho = (noise.correlation_time - 1) / (noise.correlation_time + 1)
+    lags = np.arange(1, int(count.max()) + 1)
+    inside = 1 + 2 * ((1 - lags[None, :] / count[:, None]).clip(0) * rho ** lags[None, :]).sum(axis=1)
+    return weighting_variance, single * inside / count
+
+
 def _without_outliers(pairs: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
     """Pairs without those whose difference is far larger than most: their cycles were not equal."""
     squares = np.array([float(np.mean(d**2)) for d, _ in pairs])

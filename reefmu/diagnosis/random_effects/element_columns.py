@@ -77,20 +77,17 @@ class SeatedElements:
         columns = np.concatenate(found)
         return columns[columns.any(axis=1)]
 
-    def of_pairs(self) -> Array:
-        """(n, n) (N.m)^2, covariance of what products of the deviations of an element and of the lobe that it meets do:
-        random effects of every pair."""
+    def of_pairs(self) -> csr_array:
+        """(m, n) N.m, columns of what products of the deviations of an element and of the lobe that it meets do: random
+        effects of every pair."""
         shares = [1 - self._of_elements(o) - self._of_lobes(o) - self._of_cranks(o) for o in TERMS]
         terms = [share**0.5 * self._responses[term(*o)] for share, o in zip(shares, TERMS, strict=True) if share > 0]
-        values = [of_term for of_term in terms if self._counts(1.0, of_term)]
-        if not values:
-            return np.zeros((len(self.twist), len(self.twist)))
         on = self._elements
+        values = np.array([of_term for of_term in terms if self._counts(1.0, of_term)]).reshape(-1, len(on.part))
         met, pair = np.unique(on.element * self.drive.lobes * self.drive.eccentrics + on.lobe, return_inverse=True)
-        rows = np.concatenate([pair + number * len(met) for number in range(len(values))])
-        at = rows, np.tile(self.motion.block[on.part], len(values))
-        columns = csr_array((np.concatenate(values), at), (len(values) * len(met), len(self.twist)))
-        return np.asarray((columns.T @ columns).toarray(), float)
+        rows = len(met) * np.arange(len(values))[:, None] + pair
+        at = rows.ravel(), np.tile(self.motion.block[on.part], len(values))
+        return csr_array((values.ravel(), at), (len(values) * len(met), len(self.twist)))
 
     @cached_property
     def _responses(self) -> dict[str, Array]:
