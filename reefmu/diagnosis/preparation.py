@@ -71,6 +71,18 @@ class BaseCurveSource:
 
 def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
     """The problem with all candidates that the record's columns allow, without simulated individuals of a drawing."""
+    problem = _without_scatter(record, trace, base)
+    return _with_scatter(problem, base_fit(problem))
+
+
+def prepare_same_motion(record: Record, trace: Trace, other: Problem) -> Problem:
+    """The problem of a record of the same drive and the same motion as that of another problem, whose scatter it has:
+    only its noise and its torque are its own."""
+    problem = _without_scatter(record, trace, other.base)
+    return replace(problem, scatter=other.scatter, weights=other.weights.with_variance(problem.variance))
+
+
+def _without_scatter(record: Record, trace: Trace, base: BaseCurve) -> Problem:
     slope = _slope(trace, base)
     noise = estimate_noise(trace, slope)
     blocks = search_blocks(trace)
@@ -94,8 +106,7 @@ def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
         cycles=find_cycles(record, blocks),
     )
     trace = at_twist_of_neighbours(trace, blocks, base_fit(problem).prediction.slope)
-    problem = replace(problem, trace=trace)
-    return _with_scatter(problem, base_fit(problem))
+    return replace(problem, trace=trace)
 
 
 def with_individuals(problem: Problem, count: int = N_INDIVIDUALS) -> Problem:

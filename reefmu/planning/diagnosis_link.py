@@ -14,7 +14,7 @@ from ..diagnosis.discrimination.effect_columns import Sensitivities
 from ..diagnosis.estimation.least_squares import Fit
 from ..diagnosis.estimation.problem import Problem, select_candidates
 from ..diagnosis.estimation.weighting import MIN_EIGENVALUE
-from ..diagnosis.preparation import BaseCurveSource, prepare_problem
+from ..diagnosis.preparation import BaseCurveSource, prepare_problem, prepare_same_motion
 from ..diagnosis.preprocessing.trace import make_trace
 from ..record import Record
 from .protocols.rig import RigNoise
@@ -32,9 +32,15 @@ def excluded_effects(missing: Sequence[str]) -> dict[str, str]:
 
 def record_problem(drive: Drive, record: Record) -> tuple[Problem, Fit]:
     """The diagnosis' problem for the record of a simulated drive, and its fit without effects."""
-    trace = make_trace(record, drive.ratio)
-    problem = prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace))
-    return problem, problem.fit_from((), problem.start(0.0))
+    return problems_of_records(drive, [record])[0]
+
+
+def problems_of_records(drive: Drive, records: Sequence[Record]) -> list[tuple[Problem, Fit]]:
+    """The same for records of one motion: they share the scatter of individual drives, which takes most of the time."""
+    traces = [make_trace(record, drive.ratio) for record in records]
+    first = prepare_problem(records[0], traces[0], BaseCurveSource(drive).base_curve(traces[0]))
+    others = [prepare_same_motion(*both, first) for both in zip(records[1:], traces[1:], strict=True)]
+    return [(problem, problem.fit_from((), problem.start(0.0))) for problem in (first, *others)]
 
 
 def noise_whitened(s: Sensitivities, noise: RigNoise) -> tuple[Array, Array, Array]:

@@ -19,7 +19,7 @@ from ..diagnosis.preparation import with_individuals
 from ..diagnosis.probabilities.typical_sizes import typical_sizes
 from ..model.contacts.tables import cached_lookup
 from .design import Candidates
-from .diagnosis_link import record_problem
+from .diagnosis_link import problems_of_records, record_problem
 from .information import piece_information, record_information
 from .protocols.motion_pieces import Piece, motion_library
 from .protocols.rig import Rig, rig_noise
@@ -124,8 +124,8 @@ def check_schedule(
     own, noise = has_individuals(drive), rig_noise(rig, drive.ratio)
     found: list[PredictedIsolability] = []
     apart: list[list[Array]] = []
-    for seed in PROTOCOL_SEEDS:
-        problem, fit = record_problem(drive, measured_record(drive, rig, schedule, seed, individual=own))
+    records = [measured_record(drive, rig, schedule, seed, individual=own) for seed in PROTOCOL_SEEDS]
+    for seed, (problem, fit) in zip(PROTOCOL_SEEDS, problems_of_records(drive, records), strict=True):
         columns = sensitivities(with_individuals(problem, N_INDIVIDUALS), fit, setting.sizes, setting.names)
         if own:
             divided = dispersion(problem, [(fit, None)], 0.0)

@@ -94,10 +94,8 @@ def test_a_rig_that_can_decide_gets_a_protocol(one_loop: Analysis) -> None:
 def _proposed(found: Analysis, *sets: tuple[str, ...]) -> ProposedExperiment:
     """What is proposed where these sets of effects are open explanations, equally likely."""
     open_ones = [Hypothesis(names, False, 1 / len(sets)) for names in sets]
-    diagnosis = replace(found.diagnosis, alternatives=(), shown_alternatives=()).with_probabilities(
-        open_ones, None, None
-    )
-    proposed = propose_protocol(replace(found, diagnosis=diagnosis))
+    diagnosis = replace(found.diagnosis, effects=(), alternatives=(), shown_alternatives=())
+    proposed = propose_protocol(replace(found, diagnosis=diagnosis.with_probabilities(open_ones, None, None)))
     assert proposed is not None
     return proposed
 
