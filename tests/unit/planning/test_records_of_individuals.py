@@ -10,7 +10,7 @@ from reefmu.diagnosis.discrimination.effect_columns import ACCUMULATING, linear_
 from reefmu.diagnosis.discrimination.simulated_scores import information_under, scores_of_records
 from reefmu.diagnosis.inference.nonparametric import fit_terms
 from reefmu.diagnosis.preparation import with_individuals
-from reefmu.planning.diagnosis_link import record_problem
+from reefmu.planning.diagnosis_link import problems_of_records, record_problem
 from reefmu.planning.protocols.schedule import Schedule, make_schedule, measured_record
 from reefmu.planning.setting import Setting
 
@@ -36,6 +36,18 @@ def test_the_noise_of_the_twist_is_nothing_unnamed(setting: Setting, schedule: S
     terms = [term for term in fit_terms(problem, fit) if term.term.coordinate.startswith("speed of the output")]
     assert terms
     assert terms[0].gain < 5
+
+
+def test_records_of_one_motion_share_the_scatter_and_not_the_noise(setting: Setting, schedule: Schedule) -> None:
+    """What was shared changes -2 log likelihood by less than a record's noise in the angles does."""
+    records = [measured_record(setting.drive, setting.rig, schedule, seed, individual=True) for seed in (1, 2)]
+    (first, _), (second, fit) = problems_of_records(setting.drive, records)
+    alone, own = record_problem(setting.drive, records[1])
+    assert second.scatter is first.scatter
+    assert second.noise == alone.noise != first.noise
+    np.testing.assert_array_equal(second.variance, alone.variance)
+    assert fit.weighting.size == own.weighting.size
+    assert fit.cost == pytest.approx(own.cost, rel=0.01)
 
 
 def test_simulated_scores_have_the_covariance_that_is_assumed(setting: Setting, schedule: Schedule) -> None:

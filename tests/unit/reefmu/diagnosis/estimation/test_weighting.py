@@ -84,6 +84,20 @@ def test_random_effects_and_their_covariance_make_the_same_weighting(seed: int, 
     np.testing.assert_allclose(white.T @ white, weights.whiten(values).T @ weights.whiten(values), rtol=1e-9, atol=1e-9)
 
 
+def test_components_of_a_covariance_of_full_rank_are_those_of_its_eigenvalues() -> None:
+    """Many of them lie about the least one that is kept: -2 log likelihoods are those of all eigenvalues."""
+    place = np.arange(200.0)
+    apart = np.abs(place[:, None] - place) / 3
+    covariance = 20 * (1 + apart) * np.exp(-apart)
+    values, vectors = np.linalg.eigh(covariance)
+    kept = values > MIN_EIGENVALUE
+    assert 10 < (~kept).sum() < kept.sum()
+    expected = Weighting(np.ones(len(place)), vectors[:, kept], values[kept], 1.0)
+    found = weighting_of_covariance(np.ones(len(place)), covariance)
+    for residual in np.random.default_rng(0).standard_normal((5, len(place))):
+        assert found.cost(residual) == pytest.approx(expected.cost(residual), abs=0.01)
+
+
 @given(st.integers(0, 1000), SIZES)
 def test_another_noise_leaves_the_scatter_as_it_is(seed: int, size: float) -> None:
     weights, dense, values = example(seed, size)

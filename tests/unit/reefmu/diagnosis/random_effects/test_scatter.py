@@ -13,12 +13,13 @@ from reefmu.diagnosis.estimation.weighting import weighting_of_covariance
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.preparation import prepare_problem, with_individuals
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
+from reefmu.diagnosis.random_effects.curve_columns import curve_columns
 from reefmu.diagnosis.random_effects.element_columns import SeatedElements, average_torque
 from reefmu.diagnosis.random_effects.element_motion import element_motion
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.responses import PLACES, element_responses, place_deviations, term
-from reefmu.diagnosis.random_effects.scatter import Scatter
-from reefmu.diagnosis.random_effects.seating import Seating, even_seats
+from reefmu.diagnosis.random_effects.scatter import N_SEATINGS, PAIRS_EVERY, Scatter
+from reefmu.diagnosis.random_effects.seating import Seating, even_seats, spread_seatings
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.record import Record
 from stiffness_model import load_drive
@@ -54,6 +55,20 @@ def test_the_covariance_is_that_of_individuals(scatter: Scatter) -> None:
     apart = weighting_of_covariance(np.full(len(variance), noise), np.diag(variance))
     gain = [apart.cost(one) - weights.cost(one) for one in noisy]
     assert min(gain) > 1000
+
+
+def test_the_covariance_is_the_mean_product_of_the_columns_of_all_seatings(scatter: Scatter) -> None:
+    parts = scatter.drive, scatter.responses, scatter.motion, scatter.twist, np.zeros(len(scatter.motion.block))
+    average = average_torque(*parts)
+    seated = [SeatedElements(*parts, seating) for seating in spread_seatings(scatter.drive, N_SEATINGS)]
+    expected = np.mean([(rows := one.columns(average)).T @ rows for one in seated], axis=0)
+    pairs = [one.of_pairs().toarray() for one in seated[::PAIRS_EVERY]]
+    of_pairs = np.mean([rows.T @ rows for rows in pairs], axis=0)
+    assert of_pairs.max() > 1e-4 * expected.max()
+    expected += of_pairs
+    curves = curve_columns(average[0], expected)
+    expected += curves.T @ curves
+    np.testing.assert_allclose(scatter.covariance_at(scatter.twist), expected, atol=1e-12 * expected.max())
 
 
 def test_the_covariance_is_exact_where_elements_lift_off() -> None:

@@ -1,0 +1,40 @@
+"""Refined sets: the scatter at the contacts of each, computed once for those that are alike."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from reefmu.diagnosis.estimation.least_squares import Fit, FitOptions
+from reefmu.diagnosis.estimation.problem import Problem
+from reefmu.diagnosis.estimation.search import base_fit, refine
+from reefmu.diagnosis.estimation.worker_pool import WorkerPool
+from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
+from reefmu.diagnosis.preprocessing.trace import make_trace
+from tests.individual_records import record_of_individual, seated_drive
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    """Of an individual without effects."""
+    drive = seated_drive(29)
+    record = record_of_individual(drive)
+    trace = make_trace(record, drive.ratio)
+    return prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace))
+
+
+def at_clearance(problem: Problem, clearance: float) -> Fit:
+    """The base curve with a clearance, m, beyond the drawn one."""
+    start = np.append(base_fit(problem).parameters, clearance)
+    return problem.fit_from(("backlash",), start, problem.weights, FitOptions(steps=0))
+
+
+def test_sets_of_the_same_contacts_share_one_scatter_of_their_own(problem: Problem) -> None:
+    assert problem.scatter is not None
+    nothing, moved = base_fit(problem), at_clearance(problem, 5 * problem.scatter.clearance_deviation)
+    first, *others = refine(WorkerPool(problem), [nothing, moved, moved])
+    assert first.weighting.basis is problem.weights.basis
+    assert all(other.cost <= moved.cost for other in others)
+    ((_, clearance, weights),) = problem.weights_cache
+    np.testing.assert_array_equal(clearance, moved.prediction.clearance)
+    np.testing.assert_array_equal(weights.basis, problem.weights_of_contacts(moved).basis)
