@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
 
 from stiffness_model.numerics.arrays import Array
 
@@ -61,17 +60,25 @@ def gain_by_chance(problem: Problem, base: Fit, records: SimulatedRecords, size:
 def simulate_noise(problem: Problem, count: int, rng: np.random.Generator) -> Array:
     """(n, count) N.m, block means of the noise of `count` records, with scatter between cycles where there is one.
 
-    The noise of the blocks is a first-order autoregression with the correlation time that was estimated; the level of
-    each record deviates by the standard error of that estimate.
+    Each record has one of the autocorrelations that the noise of this one allows, by its probability, and a level that
+    deviates by the standard error of the estimate.
     """
-    noise = problem.noise
-    per_sample = (noise.correlation_time - 1) / (noise.correlation_time + 1)
-    rho = per_sample ** float(np.median(problem.blocks.count))
-    white = rng.standard_normal((len(problem.torque), count))
-    white[0] /= np.sqrt(1 - rho**2)
-    series = np.asarray(lfilter([np.sqrt(1 - rho**2)], [1.0, -rho], white, axis=0))
-    level = np.exp(np.sqrt(noise.correlation_time / len(problem.trace)) * rng.standard_normal(count))
+    samples = round(float(np.median(problem.blocks.count)))
+    known, n = problem.noise.correlation, len(problem.torque)
+    drawn = known.draw_of_means(samples, n, count, rng) / known.of_means(samples, 1)
+    # That of a variance from so many samples, halved for its root and doubled because differences of cycles gave it.
+    level = np.exp(rng.standard_normal(count) / np.sqrt(problem.noise.samples))
+    series = _stationary(drawn, rng) * level
     if problem.cycle_scatter is None:
-        return np.sqrt(problem.block_variance)[:, None] * series * level
+        return np.sqrt(problem.block_variance)[:, None] * series
     variance = np.maximum(problem.block_variance - problem.cycle_scatter.variance, 0.0)
-    return np.sqrt(variance)[:, None] * series * level + problem.cycle_scatter.simulate(count, rng)
+    return np.sqrt(variance)[:, None] * series + problem.cycle_scatter.simulate(count, rng)
+
+
+def _stationary(covariance: Array, rng: np.random.Generator) -> Array:
+    """(n, k) Gaussian series with autocovariances (n, k), by circulant embedding (Dietrich and Newsam, Fast and Exact
+    Simulation of Stationary Gaussian Processes through Circulant Embedding of the Covariance Matrix, 1997)."""
+    circle = np.concatenate([covariance, covariance[-2:0:-1]])
+    amplitude = np.sqrt(np.fft.fft(circle, axis=0).real.clip(0.0) / len(circle))
+    white = rng.standard_normal((2, *circle.shape))
+    return np.fft.fft(amplitude * (white[0] + 1j * white[1]), axis=0)[: len(covariance)].real

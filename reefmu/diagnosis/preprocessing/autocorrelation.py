@@ -10,7 +10,7 @@ are averages over the likelihood, not its maximum.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -28,12 +28,45 @@ ITERATIONS = 60
 
 @dataclass(frozen=True)
 class Autocorrelation:
-    """variance: of a sample; lag_one: correlation of neighbouring samples; correlation_time: samples, sum of the
-    autocorrelation over all lags, 1 for white noise."""
+    """Of noise that is a sum of first-order autoregressions, of which a record does not tell the shares exactly.
+
+    variance: of a sample; shares: (m, r) of the r autoregressions with `LAG_ONE_CORRELATIONS`, over the variance of a
+    sample, for m mixtures of them; probability: (m,) of each mixture. White noise if they are not given.
+    """
 
     variance: float
-    lag_one: float
-    correlation_time: float
+    shares: Array = field(default_factory=lambda: np.eye(1, len(LAG_ONE_CORRELATIONS)))
+    probability: Array = field(default_factory=lambda: np.ones(1))
+
+    @property
+    def lag_one(self) -> float:
+        """Correlation of neighbouring samples."""
+        return float(self.probability @ self.shares @ np.array(LAG_ONE_CORRELATIONS))
+
+    @property
+    def correlation_time(self) -> float:
+        """Samples, sum of the autocorrelation over all lags, 1 for white noise."""
+        rho = np.array(LAG_ONE_CORRELATIONS)
+        return float(self.probability @ self.shares @ ((1 + rho) / (1 - rho)))
+
+    def of_means(self, count: int, lags: int) -> Array:
+        """(lags,) autocovariance of the means of `count` neighbouring samples each, over the variance of a sample.
+
+        >>> Autocorrelation(2.0).of_means(4, 2).tolist()
+        [0.25, 0.0]
+        """
+        return self._of_mixtures(count, lags) @ self.probability
+
+    def draw_of_means(self, count: int, lags: int, number: int, rng: np.random.Generator) -> Array:
+        """(lags, number), the same of so many mixtures, drawn by their probability."""
+        return self._of_mixtures(count, lags)[:, rng.choice(len(self.probability), number, p=self.probability)]
+
+    def _of_mixtures(self, count: int, lags: int) -> Array:
+        rho = np.array(LAG_ONE_CORRELATIONS)
+        summed = (1 - rho**count) / (1 - rho)
+        alone = count * (1 + rho) / (1 - rho) - 2 * rho * summed / (1 - rho)
+        apart = rho ** (count * np.arange(lags - 1)[:, None] + 1) * summed**2
+        return np.concatenate([alone[None], apart]) @ self.shares.T / count**2
 
 
 def autocorrelation(segments: list[Array], min_length: int = 24) -> Autocorrelation:
@@ -52,7 +85,7 @@ def autocorrelation(segments: list[Array], min_length: int = 24) -> Autocorrelat
     block = np.stack(parts)
     size = float(np.mean(block**2))
     if length < min_length or size <= 0:
-        return Autocorrelation(max(size, 1e-300), 0.0, 1.0)
+        return Autocorrelation(max(size, 1e-300))
     contrasts, spectra = _contrasts(length)
     energy = ((block @ contrasts) ** 2).mean(axis=0) / size
     # White noise, a slow autoregression and one between: such short segments do not tell more of them apart.
@@ -73,10 +106,11 @@ def autocorrelation(segments: list[Array], min_length: int = 24) -> Autocorrelat
     likelihood = likelihood - np.log(scaled_time)
     weight = np.exp(likelihood - likelihood.max())
     weight /= weight.sum()
-    total = float(weight @ share.sum(axis=1))
-    # Errors of sums depend on variance times correlation time, so that the average of the product must be right.
-    product = float(weight @ scaled_time)
-    return Autocorrelation(total * size, float(weight @ (share * rho).sum(axis=1)) / total, max(product / total, 1.0))
+    # Errors of sums depend on variance times correlation time, so that shares of the variance are averaged.
+    shares = np.zeros((len(mixtures), len(LAG_ONE_CORRELATIONS)))
+    np.put_along_axis(shares, mixtures, share, axis=1)
+    total = float(weight @ shares.sum(axis=1))
+    return Autocorrelation(total * size, shares / total, weight)
 
 
 @lru_cache(maxsize=64)

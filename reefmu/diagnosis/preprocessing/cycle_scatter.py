@@ -111,7 +111,7 @@ def _variance_parts(group: Sequence[TorqueBranch], lags: Array, length: float, n
     shape = np.exp(-np.array(NEAR_LAGS) / length)
     long = max(float(lags[list(NEAR_LAGS)].mean() / shape.mean()), 0.0)
     in_level = float(np.mean([branch.past - branch.first for branch in group])) / LEVELS
-    white = noise.torque**2 * min(noise.correlation_time / max(in_level, 1.0), 1.0)
+    white = noise.torque**2 * min(noise.correlation.correlation_time / max(in_level, 1.0), 1.0)
     return long, max(float(lags[0]) - long - white, 0.0)
 
 

@@ -16,7 +16,7 @@ from scipy.optimize import nnls
 
 from stiffness_model.numerics.arrays import Array
 
-from .autocorrelation import autocorrelation
+from .autocorrelation import Autocorrelation, autocorrelation
 from .trace import Trace
 
 MIN_CYCLE = 24
@@ -45,16 +45,16 @@ noise of the twist cannot be told from that of the torque. Chosen by judgement."
 
 @dataclass(frozen=True)
 class Noise:
-    """torque: N.m, standard deviation of the torque sensor; twist: rad, of the twist sensor; correlation_time: samples,
-    sum of the autocorrelation over all lags, 1 for white noise; lag_one: correlation of neighbouring samples; pairs: of
-    cycles compared; repeated: whether cycles repeat; without, the figures rest on the smoothness of the torque alone.
+    """torque: N.m, standard deviation of the torque sensor; twist: rad, of the twist sensor; correlation: over samples;
+    pairs: of cycles compared; samples: compared in all; repeated: whether cycles repeat; without, the figures rest on
+    the smoothness of the torque alone.
     """
 
     torque: float
     twist: float
-    correlation_time: float
-    lag_one: float
+    correlation: Autocorrelation
     pairs: int
+    samples: int
     repeated: bool
 
     def variance(self, slope: Array) -> Array:
@@ -71,7 +71,7 @@ def estimate_noise(trace: Trace, slope: Array) -> Noise:
     pairs = _without_outliers(pairs)
     if not pairs:
         spread = float(np.std(trace.torque)) or 1.0
-        return Noise(spread, 0.0, 1.0, 0.0, 0, False)
+        return Noise(spread, 0.0, Autocorrelation(1.0), 0, 1, False)
     # In units of a first estimate of the local noise, so that steep and flat segments count equally.
     constant, rate = _variance_parts(np.concatenate([d**2 for d, _ in pairs]), np.concatenate([s for _, s in pairs]))
     units = [np.sqrt(constant + rate * s**2) for _, s in pairs]
@@ -79,9 +79,9 @@ def estimate_noise(trace: Trace, slope: Array) -> Noise:
     return Noise(
         float(np.sqrt(constant * found.variance)),
         float(np.sqrt(rate * found.variance)),
-        found.correlation_time,
-        found.lag_one,
+        found,
         len(pairs),
+        sum(len(d) for d, _ in pairs),
         repeated,
     )
 
@@ -93,12 +93,9 @@ def block_variances(noise: Noise, slope: Array, count: Array) -> tuple[Array, Ar
     noise and weights sums over many blocks, the second only that within a block and is its actual variance.
     """
     single = noise.variance(slope)
-    weighting_variance = single * noise.correlation_time / count
-    # The autocorrelation within a block is that of a first-order autoregression with the same correlation time.
-    rho = (noise.correlation_time - 1) / (noise.correlation_time + 1)
-    lags = np.arange(1, int(count.max()) + 1)
-    inside = 1 + 2 * ((1 - lags[None, :] / count[:, None]).clip(0) * rho ** lags[None, :]).sum(axis=1)
-    return weighting_variance, single * inside / count
+    sizes, which = np.unique(count, return_inverse=True)
+    inside = np.array([noise.correlation.of_means(int(size), 1)[0] for size in sizes])
+    return single * noise.correlation.correlation_time / count, single * inside[which]
 
 
 def _without_outliers(pairs: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:

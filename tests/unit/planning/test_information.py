@@ -125,7 +125,7 @@ def test_the_covariance_is_that_of_the_diagnosis(setting: Setting) -> None:
     assert big.sum() > 20
     # The diagnosis may count the noise as correlated; shares of scatter and noise are then the same to a third.
     ratio = ours[big] / of_diagnosis[big]
-    assert np.median(np.abs(np.log(ratio / noise.correlation_time))) < 0.3
+    assert np.median(np.abs(np.log(ratio / noise.correlation.correlation_time))) < 0.3
     assert np.log(ratio).std() < 0.2
 
 

@@ -44,7 +44,7 @@ def test_records_of_one_motion_share_the_scatter_and_not_the_noise(setting: Sett
     (first, _), (second, fit) = problems_of_records(setting.drive, records)
     alone, own = record_problem(setting.drive, records[1])
     assert second.scatter is first.scatter
-    assert second.noise == alone.noise != first.noise
+    assert second.noise.torque == alone.noise.torque != first.noise.torque
     np.testing.assert_array_equal(second.variance, alone.variance)
     assert fit.weighting.size == own.weighting.size
     assert fit.cost == pytest.approx(own.cost, rel=0.01)

@@ -224,7 +224,7 @@ def _method(found: Analysis) -> list[str]:
         f"{len(found.record)} samples in {runs} run{'s' if runs > 1 else ''}; base curve: {problem.base.kind} "
         f"{file_name(problem.base.source)}",
         f"noise {noise.torque:.3g} N.m and {quantity_text(noise.twist, 'rad')}, integrated autocorrelation "
-        f"{noise.correlation_time:.3g} samples, from {kind}",
+        f"{noise.correlation.correlation_time:.3g} samples, from {kind}",
     ]
     if problem.scatter is not None:
         lines.append(

@@ -4,9 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from reefmu.diagnosis.preprocessing.autocorrelation import autocorrelation
-from reefmu.diagnosis.preprocessing.noise import cycle_period, estimate_noise
+from reefmu.diagnosis.preprocessing.autocorrelation import (
+    LAG_ONE_CORRELATIONS,
+    Autocorrelation,
+    autocorrelation,
+)
+from reefmu.diagnosis.preprocessing.noise import Noise, block_variances, cycle_period, estimate_noise
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.model.contacts.tables import cached_lookup
 from tests import diagnosis_rig as rig
@@ -20,7 +26,7 @@ def test_repeated_cycles_give_size_and_correlation_time(correlation: float) -> N
     size = float(np.sqrt(np.mean(found.variance(cached_lookup(rig.drive()).stiffness(trace.twist)))))
     assert found.repeated
     assert size == pytest.approx(0.8, rel=0.2)
-    assert found.correlation_time == pytest.approx((1 + correlation) / (1 - correlation), rel=0.45)
+    assert found.correlation.correlation_time == pytest.approx((1 + correlation) / (1 - correlation), rel=0.45)
 
 
 def test_without_repeated_cycles_the_estimate_is_marked() -> None:
@@ -56,6 +62,34 @@ def test_slow_noise_is_not_underestimated(correlation: float) -> None:
     truth = sum(a**2 * (1 + r) / (1 - r) for a, r in ((0.9, correlation), (0.436, 0.6 * correlation)))
     assert np.mean(sizes) == pytest.approx(1.0, abs=0.1)
     assert 0.5 * truth < np.mean(sums) < 2 * truth
+
+
+@given(st.integers(1, 12), st.integers(1, 6), st.integers(0, 1000))
+def test_means_of_neighbours_have_the_covariance_of_their_samples(count: int, lags: int, seed: int) -> None:
+    """Against sums over the autocorrelation of all samples, for any mixtures."""
+    rng = np.random.default_rng(seed)
+    rho = np.array(LAG_ONE_CORRELATIONS)
+    shares, probability = rng.dirichlet(np.ones(len(rho)), 3), rng.dirichlet(np.ones(3))
+    lag = np.abs(np.subtract.outer(np.arange(count * lags), np.arange(count * lags)))
+    of_samples = (rho ** lag[..., None]) @ shares.T
+    means = np.kron(np.eye(lags), np.full(count, 1 / count))
+    expected = np.stack([(means @ of_samples[..., k] @ means.T)[0] for k in range(3)], axis=1)
+    found = Autocorrelation(2.0, shares, probability)
+    np.testing.assert_allclose(found.of_means(count, lags), expected @ probability, rtol=1e-9)
+    drawn = found.draw_of_means(count, lags, 50, rng)
+    assert all(any(np.allclose(one, some) for some in expected.T) for one in drawn.T)
+    assert found.lag_one == pytest.approx(float(probability @ shares @ rho))
+
+
+def test_a_block_of_white_and_slow_noise_has_less_variance_than_one_of_slow_noise() -> None:
+    """White noise averages out, and the block mean keeps the slow part alone."""
+    slow = np.eye(1, len(LAG_ONE_CORRELATIONS), LAG_ONE_CORRELATIONS.index(0.97))
+    white = np.eye(1, len(LAG_ONE_CORRELATIONS))
+    noise = Noise(2.0, 0.0, Autocorrelation(4.0, 0.5 * slow + 0.5 * white), 4, 400, True)
+    whole, own = block_variances(noise, np.ones(2), np.array([1.0, 10.0]))
+    assert own[0] == pytest.approx(4.0)
+    assert 2.0 * 0.9 + 0.2 < own[1] < 2.0 + 0.2
+    assert whole[1] == pytest.approx(4.0 * (0.5 + 0.5 * 1.97 / 0.03) / 10)
 
 
 def test_loops_of_growing_amplitude_have_a_period() -> None:

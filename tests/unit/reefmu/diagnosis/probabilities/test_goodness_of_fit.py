@@ -11,6 +11,7 @@ from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.inference.simulated_records import simulate_noise
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem, with_individuals
+from reefmu.diagnosis.preprocessing.autocorrelation import LAG_ONE_CORRELATIONS, Autocorrelation
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.probabilities.goodness_of_fit import (
     N_RECORDS,
@@ -40,12 +41,15 @@ def test_p_values_of_records_that_the_model_makes_are_uniform(fitted: Fitted) ->
 
 
 def test_simulated_noise_has_the_variance_and_the_correlation_that_were_estimated(fitted: Fitted) -> None:
-    slow = replace(fitted.problem, noise=replace(fitted.problem.noise, correlation_time=9.0))
-    noise = simulate_noise(slow, 4000, np.random.default_rng(0))
-    assert np.allclose(np.var(noise, axis=1), slow.block_variance, rtol=0.15)
-    expected = (8 / 10) ** float(np.median(slow.blocks.count))
-    neighbours = np.mean(noise[1:] * noise[:-1], axis=1) / np.sqrt(slow.block_variance[1:] * slow.block_variance[:-1])
-    assert abs(float(np.mean(neighbours)) - expected) < 0.02
+    """Slow noise beside white noise, as an encoder adds to that of a torque sensor."""
+    slow, white = (np.eye(1, len(LAG_ONE_CORRELATIONS), LAG_ONE_CORRELATIONS.index(rho)) for rho in (0.97, 0.0))
+    noise = replace(fitted.problem.noise, correlation=Autocorrelation(1.0, 0.6 * slow + 0.4 * white))
+    found = simulate_noise(replace(fitted.problem, noise=noise), 4000, np.random.default_rng(0))
+    assert np.allclose(np.var(found, axis=1), fitted.problem.block_variance, rtol=0.15)
+    expected = noise.correlation.of_means(round(float(np.median(fitted.problem.blocks.count))), 4)
+    scaled = found / np.sqrt(fitted.problem.block_variance)[:, None]
+    for lag in range(1, 4):
+        assert np.mean(scaled[lag:] * scaled[:-lag]) == pytest.approx(expected[lag] / expected[0], abs=0.02)
 
 
 @pytest.fixture(scope="module")
