@@ -47,6 +47,7 @@ def _choose(setting: Setting, minutes: float, kept: float, sets: Sequence[tuple[
     return choose_protocol(candidates, check, lambda stage, share: None, 0.9)
 
 
+@pytest.mark.slow
 def test_a_choice_goes_on_until_records_name_every_effect(choose: Choose) -> None:
     easy, hard = choose(30.0, 1.0), choose(30.0, 0.6)
     assert (easy.ended, hard.ended) == (Ended.REACHED, Ended.REACHED)
