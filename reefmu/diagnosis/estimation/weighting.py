@@ -29,8 +29,8 @@ MIN_EIGENVALUE = 0.3
 """Least variance of a principal component, over that of the noise, that is kept. Chosen by judgement: a component well
 below the noise changes no decision."""
 LEFT_OUT = MIN_EIGENVALUE / 1000
-"""Greatest variance of a block, over that of the noise, that principal components leave out besides small ones: it
-changes -2 log likelihoods by less than 0.01, ten times as much by up to 0.6."""
+"""Variance of every block, over that of the noise, below which the decomposition of a covariance ends. -2 log
+likelihoods change by less than 0.01, and by up to 0.6 where it is ten times as large."""
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ def make_weighting(variance: Array, scatter: Array, size: float = 1.0) -> Weight
 def weighting_of_covariance(variance: Array, scatter: Array, size: float = 1.0) -> Weighting:
     """The same from the covariance of the scatter, (n, n) (N.m)^2.
 
-    The scatter of few blocks fixes that of all others: a Cholesky decomposition with pivots stops where no block has
+    The scatter of few blocks fixes that of all others: a Cholesky decomposition with pivots ends where no block has
     more than `LEFT_OUT` left (Harbrecht, Peters and Schneider, On the Low-Rank Approximation by the Pivoted Cholesky
     Decomposition, 2012), and the principal components are those of its few columns.
     """

@@ -82,8 +82,8 @@ class SeatedElements:
         effects of every pair."""
         shares = [1 - self._of_elements(o) - self._of_lobes(o) - self._of_cranks(o) for o in TERMS]
         terms = [share**0.5 * self._responses[term(*o)] for share, o in zip(shares, TERMS, strict=True) if share > 0]
-        on = self._elements
-        values = np.array([of_term for of_term in terms if self._counts(1.0, of_term)]).reshape(-1, len(on.part))
+        on, counted = self._elements, [of_term for of_term in terms if self._counts(1.0, of_term)]
+        values = np.array(counted).reshape(len(counted), len(on.part))
         met, pair = np.unique(on.element * self.drive.lobes * self.drive.eccentrics + on.lobe, return_inverse=True)
         rows = len(met) * np.arange(len(values))[:, None] + pair
         at = rows.ravel(), np.tile(self.motion.block[on.part], len(values))

@@ -98,6 +98,12 @@ def test_components_of_a_covariance_of_full_rank_are_those_of_its_eigenvalues() 
         assert found.cost(residual) == pytest.approx(expected.cost(residual), abs=0.01)
 
 
+def test_a_covariance_without_scatter_is_that_of_the_noise() -> None:
+    found = weighting_of_covariance(np.full(N, 4.0), np.zeros((N, N)))
+    assert len(found.eigenvalues) == 0
+    assert found.cost(np.full(N, 2.0)) == pytest.approx(N)
+
+
 @given(st.integers(0, 1000), SIZES)
 def test_another_noise_leaves_the_scatter_as_it_is(seed: int, size: float) -> None:
     weights, dense, values = example(seed, size)
