@@ -76,7 +76,7 @@ def test_a_rig_that_cannot_decide_is_told_so(one_loop: Analysis) -> None:
 
 @pytest.mark.slow
 def test_a_rig_that_decides_too_rarely_is_told_so(one_loop: Analysis) -> None:
-    """Another rate tells damping, which is one of three explanations: a protocol would name the right one too rarely."""
+    """Another rate tells damping, one of three explanations: a protocol would name the right one too rarely."""
     beside_damping = _proposed(one_loop, ("coulomb_friction",), ("hysteresis",), ("damping",))
     shown = re.search(r"the best one would name the right one in at most (\d+) %", beside_damping.sentence)
     assert shown is not None
