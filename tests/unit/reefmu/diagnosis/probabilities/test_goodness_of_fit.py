@@ -41,15 +41,24 @@ def test_p_values_of_records_that_the_model_makes_are_uniform(fitted: Fitted) ->
 
 
 def test_simulated_noise_has_the_variance_and_the_correlation_that_were_estimated(fitted: Fitted) -> None:
-    """Slow noise beside white noise, as an encoder adds to that of a torque sensor."""
+    """Slow noise beside white noise, as an encoder adds to that of a torque sensor, in blocks of four samples."""
     slow, white = (np.eye(1, len(LAG_ONE_CORRELATIONS), LAG_ONE_CORRELATIONS.index(rho)) for rho in (0.97, 0.0))
-    noise = replace(fitted.problem.noise, correlation=Autocorrelation(1.0, 0.6 * slow + 0.4 * white))
-    found = simulate_noise(replace(fitted.problem, noise=noise), 4000, np.random.default_rng(0))
-    assert np.allclose(np.var(found, axis=1), fitted.problem.block_variance, rtol=0.15)
-    expected = noise.correlation.of_means(round(float(np.median(fitted.problem.blocks.count))), 4)
-    scaled = found / np.sqrt(fitted.problem.block_variance)[:, None]
+    problem = fitted.problem
+    noise = replace(problem.noise, correlation=Autocorrelation(1.0, 0.6 * slow + 0.4 * white))
+    blocks = replace(problem.blocks, count=np.full(len(problem.torque), 4.0))
+    found = simulate_noise(replace(problem, noise=noise, blocks=blocks), 4000, np.random.default_rng(0))
+    assert np.allclose(np.var(found, axis=1), problem.block_variance, rtol=0.15)
+    expected = noise.correlation.of_means(4, 4)
+    scaled = found / np.sqrt(problem.block_variance)[:, None]
     for lag in range(1, 4):
         assert np.mean(scaled[lag:] * scaled[:-lag]) == pytest.approx(expected[lag] / expected[0], abs=0.02)
+
+
+def test_simulated_noise_has_the_error_of_its_level(fitted: Fitted) -> None:
+    noise = replace(fitted.problem.noise, correlation=Autocorrelation(1.0), samples=50)
+    found = simulate_noise(replace(fitted.problem, noise=noise), 400, np.random.default_rng(0))
+    level = np.log(np.sqrt(np.mean(found**2 / fitted.problem.block_variance[:, None], axis=0)))
+    assert float(np.std(level)) == pytest.approx(50**-0.5, rel=0.15)
 
 
 @pytest.fixture(scope="module")
