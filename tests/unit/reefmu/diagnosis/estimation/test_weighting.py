@@ -87,11 +87,11 @@ def test_random_effects_and_their_covariance_make_the_same_weighting(seed: int, 
 def test_components_of_a_covariance_of_full_rank_are_those_of_its_eigenvalues() -> None:
     """Many of them lie about the least one that is kept: -2 log likelihoods are those of all eigenvalues."""
     place = np.arange(200.0)
-    apart = np.abs(place[:, None] - place) / 3
-    covariance = 20 * (1 + apart) * np.exp(-apart)
+    apart = np.abs(place[:, None] - place) / 5
+    covariance = 20 * (1 + apart + apart**2 / 3) * np.exp(-apart)
     values, vectors = np.linalg.eigh(covariance)
     kept = values > MIN_EIGENVALUE
-    assert 10 < (~kept).sum() < kept.sum()
+    assert 0 < values[~kept].max() < MIN_EIGENVALUE < values[kept].min() < 2 * MIN_EIGENVALUE
     expected = Weighting(np.ones(len(place)), vectors[:, kept], values[kept], 1.0)
     found = weighting_of_covariance(np.ones(len(place)), covariance)
     for residual in np.random.default_rng(0).standard_normal((5, len(place))):
