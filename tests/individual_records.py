@@ -8,6 +8,8 @@ from functools import cache
 
 import numpy as np
 
+from reefmu.diagnosis.estimation.problem import Problem
+from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
 from reefmu.diagnosis.random_effects.element_motion import element_motion
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
@@ -50,6 +52,14 @@ def record_of_individual(drive: Drive, late: float = 0.0, noise: float = 0.3) ->
     (own,) = simulate_individuals(scatter, 1, seed=4, places=(0.0, 0.0))
     added = noise * np.random.default_rng(0).standard_normal(len(record))
     return replace(record, output_torque=mean_lookup(drive).torque(trace.twist) + own + added)
+
+
+def problem_of_individual(per_row: int) -> Problem:
+    """The problem of an individual without effects, with so many elements in a row of 29 seats."""
+    drive = seated_drive(per_row)
+    record = record_of_individual(drive)
+    trace = make_trace(record, drive.ratio)
+    return prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace))
 
 
 def record_at_held_torque(drive: Drive, late: float) -> Record:

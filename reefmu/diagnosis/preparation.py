@@ -79,7 +79,8 @@ def prepare_same_motion(record: Record, trace: Trace, other: Problem) -> Problem
     """The problem of a record of the same drive and the same motion as that of another problem, whose scatter it has:
     only its noise and its torque are its own."""
     problem = _without_scatter(record, trace, other.base)
-    return replace(problem, scatter=other.scatter, weights=other.weights.with_variance(problem.variance))
+    weights = other.weights.with_variance(problem.variance)
+    return replace(problem, scatter=other.scatter, individuals=other.individuals, weights=weights)
 
 
 def _without_scatter(record: Record, trace: Trace, base: BaseCurve) -> Problem:

@@ -143,18 +143,12 @@ class Problem:
         margin = ZERO_MARGIN * (high - low) if has_both_signs else self.base.max_twist
         return low - margin, high + margin
 
-    def weights_at(self, found: Fit) -> Weighting:
-        """Weights with the scatter at the twist and clearance that the contacts have under a fit's effects.
+    def weights_at(self, found: Fit) -> Weighting | None:
+        """Weights with the scatter at the twist and clearance that the contacts have under a fit's effects; None where
+        it is not known yet (`weights_of_contacts`, `remember`).
 
         A drive with backlash scatters where its contacts carry load; a preloaded one scatters at zero torque too.
         """
-        if (known := self.known_weights(found)) is None:
-            known = self.weights_of_contacts(found)
-            self.remember(found, known)
-        return known.with_size(found.weighting.size)
-
-    def known_weights(self, found: Fit) -> Weighting | None:
-        """The weights of `weights_at` but for their size; None where the scatter must be computed anew."""
         if self.scatter is None or found.weighting.size < INDIVIDUAL_SIZE:
             return self.weights
         known = (self.scatter.twist, np.zeros(1), self.weights), *self.weights_cache
@@ -162,8 +156,7 @@ class Problem:
 
     def are_contacts_at(self, found: Fit, twist: Array, clearance: Array) -> bool:
         """Whether the scatter at the contacts of a fit is that at a twist (n,), rad, and a clearance, m."""
-        if self.scatter is None:
-            return True
+        assert self.scatter is not None
         near, alike = SAME_TWIST * self.base.max_twist, SAME_CLEARANCE * self.scatter.clearance_deviation
         at = found.prediction
         return bool(np.abs(at.contact - twist).max() < near and np.abs(at.clearance - clearance).max() < alike)

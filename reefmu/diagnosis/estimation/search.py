@@ -14,7 +14,7 @@ from ...effects import find_effect
 from .least_squares import Fit, FitOptions, by_cost
 from .problem import Problem
 from .score_test import Direction, linearise, rank_directions
-from .weighting import SCATTER_SIZES, Weighting
+from .weighting import SCATTER_SIZES
 from .worker_pool import WorkerPool
 
 BEAM_WIDTH = 4
@@ -233,18 +233,16 @@ def refine(pool: WorkerPool, fits: Sequence[Fit]) -> list[Fit]:
     problem, new = pool.problem, list[Fit]()
     for fit in fits:
         others = ((other.prediction.contact, other.prediction.clearance) for other in new)
-        if problem.known_weights(fit) is None and not any(problem.are_contacts_at(fit, *other) for other in others):
+        if problem.weights_at(fit) is None and not any(problem.are_contacts_at(fit, *other) for other in others):
             new.append(fit)
     sent = [problem.without_weights(fit) for fit in new]
-    for fit, weights in zip(new, pool.map(_weights_of_contacts, sent), strict=True):
+    for fit, weights in zip(new, pool.map(Problem.weights_of_contacts, sent), strict=True):
         problem.remember(fit, weights)
     return [_refine(problem, fit) for fit in fits]
 
 
-def _weights_of_contacts(problem: Problem, found: Fit) -> Weighting:
-    return problem.weights_of_contacts(found)
-
-
 def _refine(problem: Problem, fit: Fit) -> Fit:
-    better = problem.fit_from(fit.names, fit.parameters, problem.weights_at(fit))
+    weights = problem.weights_at(fit)
+    assert weights is not None, "the scatter at the contacts of every set was computed before"
+    better = problem.fit_from(fit.names, fit.parameters, weights)
     return better if problem.for_ranking is not problem or better.cost < fit.cost else fit

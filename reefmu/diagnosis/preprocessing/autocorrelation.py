@@ -39,11 +39,6 @@ class Autocorrelation:
     probability: Array = field(default_factory=lambda: np.ones(1))
 
     @property
-    def lag_one(self) -> float:
-        """Correlation of neighbouring samples."""
-        return float(self.probability @ self.shares @ np.array(LAG_ONE_CORRELATIONS))
-
-    @property
     def correlation_time(self) -> float:
         """Samples, sum of the autocorrelation over all lags, 1 for white noise."""
         rho = np.array(LAG_ONE_CORRELATIONS)
@@ -74,8 +69,8 @@ def autocorrelation(segments: list[Array], min_length: int = 24) -> Autocorrelat
 
     >>> rng = np.random.default_rng(0)
     >>> found = autocorrelation([2 * rng.standard_normal(100) for _ in range(40)])
-    >>> round(found.variance, 1), round(found.lag_one, 1)
-    (4.0, 0.0)
+    >>> round(found.variance, 1), found.of_means(1, 2).round(1).tolist()
+    (4.0, [1.0, 0.0])
     """
     length = min(MAX_SEGMENT, int(np.median([len(p) for p in segments])))
     parts = [p[k : k + length] for p in segments for k in range(0, len(p) - length + 1, length)]

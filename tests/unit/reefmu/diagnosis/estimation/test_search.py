@@ -9,18 +9,12 @@ from reefmu.diagnosis.estimation.least_squares import Fit, FitOptions
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit, refine
 from reefmu.diagnosis.estimation.worker_pool import WorkerPool
-from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
-from reefmu.diagnosis.preprocessing.trace import make_trace
-from tests.individual_records import record_of_individual, seated_drive
+from tests.individual_records import problem_of_individual
 
 
 @pytest.fixture(scope="module")
 def problem() -> Problem:
-    """Of an individual without effects."""
-    drive = seated_drive(29)
-    record = record_of_individual(drive)
-    trace = make_trace(record, drive.ratio)
-    return prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace))
+    return problem_of_individual(29)
 
 
 def at_clearance(problem: Problem, clearance: float) -> Fit:

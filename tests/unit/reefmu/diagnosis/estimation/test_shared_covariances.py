@@ -10,21 +10,15 @@ import pytest
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.estimation.shared_covariances import least_costs
-from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
-from reefmu.diagnosis.preprocessing.trace import make_trace
 from stiffness_model.numerics.arrays import Array
-from tests.individual_records import record_of_individual, seated_drive
+from tests.individual_records import problem_of_individual
 
 EFFECT = ("kinematic_error",)
 
 
 @pytest.fixture(scope="module")
 def problem() -> Problem:
-    """Of an individual without effects."""
-    drive = seated_drive(29)
-    record = record_of_individual(drive)
-    trace = make_trace(record, drive.ratio)
-    return prepare_problem(record, trace, BaseCurveSource(drive).base_curve(trace))
+    return problem_of_individual(29)
 
 
 def with_kinematic_error(problem: Problem, start: Array) -> Array:

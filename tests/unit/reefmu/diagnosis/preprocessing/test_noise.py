@@ -78,7 +78,6 @@ def test_means_of_neighbours_have_the_covariance_of_their_samples(count: int, la
     np.testing.assert_allclose(found.of_means(count, lags), expected @ probability, rtol=1e-9)
     drawn = found.draw_of_means(count, lags, 50, rng)
     assert all(any(np.allclose(one, some) for some in expected.T) for one in drawn.T)
-    assert found.lag_one == pytest.approx(float(probability @ shares @ rho))
 
 
 def test_a_block_of_white_and_slow_noise_has_less_variance_than_one_of_slow_noise() -> None:
