@@ -1,11 +1,14 @@
 """How far the information in a record allows its missing effects to be named, and how often the diagnosis names them.
 
-Run as `python tests/benchmarks/probabilities/bench_naming_power.py --count 120 --workers 2`. The records are those of
-`calibrate_probabilities` that lack known effects alone. The separation d of a record is the distance, in standard
-deviations of noise and scatter, of the torque that its true effects make from what the nearest other set makes, fitted
-to it: the true set without one effect, or with another effect in its place. To a judge who knows laws, covariance and
-all sets but these two excluded, the log likelihood ratio of both is Gaussian with mean d^2/2 and variance d^2 (Neyman
-and Pearson), so that no rule that names at a probability p names the truth more often than Phi((d^2/2 - logit p) / d).
+Run as `python tests/benchmarks/probabilities/bench_naming_power.py --count 120 --workers 2`, or with
+`--second 90 --seed 3` for records of the second generator. The records are those that lack known effects alone, of the
+second generator those whose effects its Cramer-Rao bounds call separable. The separation d of a record is the distance,
+in standard deviations of noise and scatter, of the torque that its true effects make from what another set makes,
+fitted to it: the true set without one effect, or with another effect in its place. To a judge who knows laws and
+covariance and has excluded all sets but these two, the log likelihood ratio of both is Gaussian with mean d^2/2 and
+variance d^2 (Neyman and Pearson), and their log odds are higher by a, what the priors of the diagnosis say of their
+parameters and their number of effects. So no rule that names at a probability p names the truth more often than
+Phi((d^2/2 + a - logit p) / d); of all other sets that for which this is least counts.
 """
 
 from __future__ import annotations
@@ -14,9 +17,11 @@ import argparse
 import itertools
 import json
 import sys
-from collections.abc import Sequence
+import tempfile
+import warnings
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, astuple, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -26,31 +31,46 @@ from scipy.stats import norm
 sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
 from reefmu.diagnosis.analysis import Analysis  # noqa: E402
-from reefmu.diagnosis.calibrated_odds import NAMED  # noqa: E402
+from reefmu.diagnosis.calibrated_odds import CALIBRATED, NAMED  # noqa: E402
 from reefmu.diagnosis.estimation.least_squares import HELD_SIZE, Fit  # noqa: E402
 from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
 from reefmu.diagnosis.estimation.search import base_fit, promising_starts, restrict_fit  # noqa: E402
 from reefmu.diagnosis.forward.predictor import Predictor  # noqa: E402
+from reefmu.diagnosis.pipeline import analyse  # noqa: E402
+from reefmu.diagnosis.preparation import BaseCurveSource  # noqa: E402
+from reefmu.diagnosis.probabilities.assessment import stated_sizes  # noqa: E402
+from reefmu.diagnosis.probabilities.marginal_likelihood import log_volume  # noqa: E402
 from reefmu.effects import find_effect  # noqa: E402
+from reefmu.record import read_record  # noqa: E402
+from stiffness_model import DoesNotFitWarning, load_drive  # noqa: E402
 from tests.benchmarks.probabilities.cases import drawn_cases  # noqa: E402
 from tests.benchmarks.probabilities.observed_records import analysed  # noqa: E402
 from tests.validation.blind.outside import KINDS  # noqa: E402
 from tests.validation.blind.records import Case, Truth  # noqa: E402
+from tests.validation.blind_individuals.catalogue import case as case_of_individuals  # noqa: E402
+from tests.validation.blind_individuals.judging import judge  # noqa: E402
+from tests.validation.blind_individuals.records import make as make_sealed  # noqa: E402
 
 EDGES = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, np.inf)
 """Edges of the bins of the separation."""
+SURE = 0.95
+"""Probability of a name for which the bound is given as well."""
+CLEAR = 3.0
+"""Effects over the scatter of individuals from which a single one counts as clear, as the examiner does."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """One record. effects: that are missing; separation: d; lost: the effect that is then least sure; rival: what takes
-    its place, empty where nothing does; exact: whether the missing effects are named and no other; within: whether they
-    are the named ones or among the alternatives."""
+    """One record. kind: of its truth; effects: that are missing; separation: d; advantage: a; lost: the effect that is
+    then least sure; rival: what takes its place, empty where nothing does; exact: whether the missing effects are named
+    and no other; within: whether they are the named ones or among the alternatives."""
 
     case: str
+    kind: str
     individual: bool
     effects: tuple[str, ...]
     separation: float
+    advantage: float
     lost: str
     rival: str
     verdict: str
@@ -58,9 +78,9 @@ class Outcome:
     within: bool
 
 
-def bound(separation: float) -> float:
-    """Greatest probability with which a rule that names from a probability of `NAMED` names the truth."""
-    return float(norm.cdf((separation**2 / 2 - logit(NAMED)) / max(separation, 1e-9)))
+def bound(separation: float, advantage: float, least: float = NAMED) -> float:
+    """Greatest probability with which a rule that names from a probability of `least` names the truth."""
+    return float(norm.cdf((separation**2 / 2 + advantage - logit(least)) / max(separation, 1e-9)))
 
 
 def outcome(what: Case) -> Outcome | None:
@@ -71,68 +91,116 @@ def outcome(what: Case) -> Outcome | None:
     return None if found is None else judged(found, truth)
 
 
+def outcome_of_second(place: tuple[int, int]) -> Outcome | None:
+    """The same of a record of the second generator, by seed and number, where its names can be told apart at all."""
+    warnings.simplefilter("ignore", DoesNotFitWarning)
+    seed, number = place
+    what = case_of_individuals(number, seed)
+    sealed = make_sealed(what, bounds=True)
+    truth = sealed.truth.to_dict()
+    if not truth["names"] or truth["foreign"] or not truth["separable"]:
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        record, drawing = Path(folder, "record.csv"), Path(folder, "drive.toml")
+        record.write_text(sealed.record, "utf-8")
+        drawing.write_text(sealed.drawing, "utf-8")
+        found = analyse(read_record(record), BaseCurveSource(load_drive(drawing)))
+    missing = frozenset(truth["names"])
+    if not isinstance(found, Analysis) or missing & frozenset(found.evidence.problem.excluded):
+        return None
+    problem = found.evidence.problem
+    rival = nearest(problem, true_fit(problem, tuple(truth["names"]), truth["parameters"]))
+    answer = {"truth": truth, "answer": found.diagnosis.to_dict(), "seconds": 0.0, "processor": 0.0}
+    seen = judge(answer)
+    clear = ", clear" if len(missing) == 1 and min(truth["over_scatter"].values()) >= CLEAR else ""
+    return Outcome(
+        f"{seed}/{number} {truth['category']}",
+        truth["category"] + clear,
+        truth["individual"],
+        tuple(truth["names"]),
+        *astuple(rival),
+        found.diagnosis.verdict,
+        seen.exact,
+        seen.within,
+    )
+
+
 def judged(found: Analysis, truth: Truth) -> Outcome | None:
     """The outcome of a diagnosis; None where an effect that is missing is no candidate with the columns of the
     record."""
     problem, missing, conclusion = found.evidence.problem, frozenset(truth.effects), found.conclusion
     if missing & frozenset(problem.excluded):
         return None
-    separation, lost, rival = nearest(problem, true_fit(problem, truth))
+    rival = nearest(problem, true_fit(problem, truth.effects, truth.parameters))
     named = frozenset(conclusion.chosen.names)
     sets = {named, *map(frozenset, conclusion.alternatives)}
-    kind = f"{truth.case.number} {truth.case.category}"
     exact = conclusion.verdict == "named" and named == missing
     return Outcome(
-        kind,
+        f"{truth.case.number} {truth.case.category}",
+        truth.case.category,
         truth.case.individual,
         truth.effects,
-        separation,
-        lost,
-        rival,
+        *astuple(rival),
         conclusion.verdict,
         exact,
         missing in sets and conclusion.verdict != "none",
     )
 
 
-def true_fit(problem: Problem, truth: Truth) -> Fit:
-    """The fit of the true set, which begins at the true parameters."""
+def true_fit(problem: Problem, names: tuple[str, ...], known: Mapping[str, Mapping[str, float]]) -> Fit:
+    """The fit of the true set, which begins at the true parameters, `known` by effect."""
     start = [base_fit(problem).parameters]
-    for name in truth.effects:
-        true = truth.parameters.get(name, {})
+    for name in names:
+        true = known.get(name, {})
         start.append(np.array([true.get(p.name, p.nominal) for p in find_effect(name).parameters]))
-    return problem.fit_from(truth.effects, np.concatenate(start))
+    return problem.fit_from(names, np.concatenate(start))
 
 
-def nearest(problem: Problem, true: Fit) -> tuple[float, str, str]:
-    """The separation of a fit's set from the nearest other, the effect that this lacks, and the one in its place."""
+@dataclass(frozen=True)
+class Rival:
+    """The other set that is hardest to exclude; fields as of `Outcome`."""
+
+    separation: float
+    advantage: float
+    lost: str
+    rival: str
+
+
+def nearest(problem: Problem, true: Fit) -> Rival:
+    """The rival of a fit's set."""
     torque = Predictor(problem.trace, problem.base, true.names)(true.parameters).torque
     expected = replace(problem, trace=replace(problem.trace, torque=torque), weights=true.weighting, weights_cache=[])
-    found: list[tuple[float, str, str]] = []
+    sizes = stated_sizes(problem)
+
+    def prior(found: Fit) -> float:
+        return log_volume(problem, found, sizes, 1.0) + CALIBRATED.effect * len(found.names)
+
+    rivals: list[Rival] = []
     for lost in true.names:
         names, parameters = restrict_fit(problem, true, frozenset(true.names) - {lost})
         without = expected.fit_from(names, parameters, true.weighting, HELD_SIZE)
-        found.append((without.chi_square, lost, ""))
         others = [name for name in problem.candidates if name not in true.names]
-        for start in promising_starts(expected, without, others):
-            other = expected.fit_from(start.names, start.parameters, true.weighting, HELD_SIZE)
-            found.append((other.chi_square, lost, start.names[-1]))
-    least, lost, rival = min(found)
-    return float(np.sqrt(least)), lost, rival
+        starts = promising_starts(expected, without, others)
+        fits = [without, *(expected.fit_from(s.names, s.parameters, true.weighting, HELD_SIZE) for s in starts)]
+        for found in fits:
+            taken = "".join(set(found.names) - set(true.names))
+            rivals.append(Rival(float(np.sqrt(found.chi_square)), prior(true) - prior(found), lost, taken))
+    return min(rivals, key=lambda r: (r.separation**2 / 2 + r.advantage - logit(NAMED)) / max(r.separation, 1e-9))
 
 
 def report(outcomes: Sequence[Outcome]) -> None:
-    """Print how many records of each separation are named exactly, and the most that the information allows."""
-    print("separation  records  at most  exact  within")
-    for low, high in itertools.pairwise(EDGES):
-        some = [o for o in outcomes if low <= o.separation < high]
-        if some:
-            most = np.mean([bound(o.separation) for o in some])
-            exact, within = np.mean([o.exact for o in some]), np.mean([o.within for o in some])
-            print(f"{low:4g}..{high:<5g} {len(some):7} {most:8.2f} {exact:6.2f} {within:7.2f}")
+    """Print how many records of each separation and of each kind are named exactly, and the most that the information
+    allows."""
+    groups = [(f"{low:g} to {high:g}", low, high) for low, high in itertools.pairwise(EDGES)]
+    print(f"{'separation':28} records  at most  at {SURE:g}  exact  within")
+    for title, low, high in groups:
+        _print_share(title, [o for o in outcomes if low <= o.separation < high])
+    for kind in sorted({o.kind for o in outcomes}):
+        _print_share(kind, [o for o in outcomes if o.kind == kind])
+    _print_share("all", outcomes)
     rivals: dict[str, int] = {}
     for o in outcomes:
-        if bound(o.separation) < NAMED:
+        if bound(o.separation, o.advantage) < NAMED:
             key = f"{o.lost} / {o.rival or 'nothing'}"
             rivals[key] = rivals.get(key, 0) + 1
     print("pairs that the record does not tell apart:")
@@ -140,24 +208,34 @@ def report(outcomes: Sequence[Outcome]) -> None:
         print(f"  {count:3}  {key}")
 
 
+def _print_share(title: str, some: Sequence[Outcome]) -> None:
+    if some:
+        most, sure = (np.mean([bound(o.separation, o.advantage, least) for o in some]) for least in (NAMED, SURE))
+        exact, within = np.mean([o.exact for o in some]), np.mean([o.within for o in some])
+        print(f"{title:28} {len(some):7} {most:8.2f} {sure:8.2f} {exact:6.2f} {within:7.2f}")
+
+
 def main() -> None:
     """Diagnose the records and print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("--count", type=int, default=120, help="cases, drawn from those of the calibration")
+    parser.add_argument("--second", type=int, default=0, help="records of the second generator in their place")
+    parser.add_argument("--seed", type=int, default=3, help="of the catalogue of the second generator")
     parser.add_argument("--workers", type=int, default=2, help="processes")
     parser.add_argument("--out", type=Path, help="file for the outcomes, one JSON object a line")
-    parser.add_argument("--outcomes", type=Path, help="such a file, in place of new records")
+    parser.add_argument("--outcomes", type=Path, nargs="+", help="such files, in place of new records")
     given = parser.parse_args()
     if given.outcomes is not None:
-        report([Outcome(**json.loads(line)) for line in given.outcomes.read_text("utf-8").splitlines()])
+        lines = [line for file in given.outcomes for line in file.read_text("utf-8").splitlines()]
+        report([Outcome(**json.loads(line)) for line in lines])
         return
     outcomes: list[Outcome] = []
     with ProcessPoolExecutor(given.workers) as pool:
-        for found in pool.map(outcome, drawn_cases(given.count)):
+        places = [(given.seed, number) for number in range(given.second)]
+        for found in pool.map(outcome_of_second, places) if places else pool.map(outcome, drawn_cases(given.count)):
             if found is not None:
-                print(
-                    f"{found.case} {found.effects} d {found.separation:.1f} {found.rival} {found.verdict}", flush=True
-                )
+                apart = f"d {found.separation:.1f} a {found.advantage:.1f}"
+                print(f"{found.case} {found.effects} {apart} {found.rival} {found.verdict}", flush=True)
                 outcomes.append(found)
     if given.out is not None:
         given.out.write_text("".join(json.dumps(asdict(o)) + "\n" for o in outcomes), "utf-8")
