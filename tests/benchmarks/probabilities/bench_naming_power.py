@@ -17,8 +17,6 @@ import argparse
 import itertools
 import json
 import sys
-import tempfile
-import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, astuple, dataclass, replace
@@ -36,20 +34,14 @@ from reefmu.diagnosis.estimation.least_squares import HELD_SIZE, Fit  # noqa: E4
 from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
 from reefmu.diagnosis.estimation.search import base_fit, promising_starts, restrict_fit  # noqa: E402
 from reefmu.diagnosis.forward.predictor import Predictor  # noqa: E402
-from reefmu.diagnosis.pipeline import analyse  # noqa: E402
-from reefmu.diagnosis.preparation import BaseCurveSource  # noqa: E402
 from reefmu.diagnosis.probabilities.assessment import stated_sizes  # noqa: E402
 from reefmu.diagnosis.probabilities.marginal_likelihood import log_volume  # noqa: E402
 from reefmu.effects import find_effect  # noqa: E402
-from reefmu.record import read_record  # noqa: E402
-from stiffness_model import DoesNotFitWarning, load_drive  # noqa: E402
 from tests.benchmarks.probabilities.cases import drawn_cases  # noqa: E402
-from tests.benchmarks.probabilities.observed_records import analysed  # noqa: E402
+from tests.benchmarks.probabilities.observed_records import analysed, analysed_second  # noqa: E402
 from tests.validation.blind.outside import KINDS  # noqa: E402
 from tests.validation.blind.records import Case, Truth  # noqa: E402
-from tests.validation.blind_individuals.catalogue import case as case_of_individuals  # noqa: E402
 from tests.validation.blind_individuals.judging import judge  # noqa: E402
-from tests.validation.blind_individuals.records import make as make_sealed  # noqa: E402
 
 EDGES = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, np.inf)
 """Edges of the bins of the separation."""
@@ -93,20 +85,12 @@ def outcome(what: Case) -> Outcome | None:
 
 def outcome_of_second(place: tuple[int, int]) -> Outcome | None:
     """The same of a record of the second generator, by seed and number, where its names can be told apart at all."""
-    warnings.simplefilter("ignore", DoesNotFitWarning)
     seed, number = place
-    what = case_of_individuals(number, seed)
-    sealed = make_sealed(what, bounds=True)
-    truth = sealed.truth.to_dict()
-    if not truth["names"] or truth["foreign"] or not truth["separable"]:
-        return None
-    with tempfile.TemporaryDirectory() as folder:
-        record, drawing = Path(folder, "record.csv"), Path(folder, "drive.toml")
-        record.write_text(sealed.record, "utf-8")
-        drawing.write_text(sealed.drawing, "utf-8")
-        found = analyse(read_record(record), BaseCurveSource(load_drive(drawing)))
+    found, truth = analysed_second(number, seed, bounds=True)
     missing = frozenset(truth["names"])
-    if not isinstance(found, Analysis) or missing & frozenset(found.evidence.problem.excluded):
+    if found is None or truth["foreign"] or not truth["separable"] or not missing:
+        return None
+    if missing & frozenset(found.evidence.problem.excluded):
         return None
     problem = found.evidence.problem
     rival = nearest(problem, true_fit(problem, tuple(truth["names"]), truth["parameters"]))

@@ -58,18 +58,24 @@ def observe(what: Case) -> dict[str, Any]:
     return {} if found is None else _observed(found, truth, is_true)
 
 
-def observe_second(number: int) -> dict[str, Any]:
-    """The same of a record of the second generator; empty where there is no diagnosis."""
+def analysed_second(number: int, seed: int, *, bounds: bool) -> tuple[Analysis | None, dict[str, Any]]:
+    """The analysis of a record of the second generator, None where there is no diagnosis, and the truth; bounds:
+    whether the truth has the Cramer-Rao bounds of its effects."""
     warnings.simplefilter("ignore", DoesNotFitWarning)
-    sealed = make_sealed(case_of_individuals(number, SECOND_SEED), bounds=False)
+    sealed = make_sealed(case_of_individuals(number, seed), bounds=bounds)
     with tempfile.TemporaryDirectory() as folder:
         record, drawing = Path(folder, "record.csv"), Path(folder, "drive.toml")
         record.write_text(sealed.record, "utf-8")
         drawing.write_text(sealed.drawing, "utf-8")
         found = analyse(read_record(record), BaseCurveSource(load_drive(drawing)))
-    if not isinstance(found, Analysis):
+    return found if isinstance(found, Analysis) else None, sealed.truth.to_dict()
+
+
+def observe_second(number: int) -> dict[str, Any]:
+    """What `observe` says, of a record of the second generator; empty where there is no diagnosis."""
+    found, truth = analysed_second(number, SECOND_SEED, bounds=False)
+    if found is None:
         return {}
-    truth = sealed.truth.to_dict()
     hidden = frozenset(truth["names"]), bool(truth["foreign"])
     rows = _rows(found)
     about = {"case": f"second {number}", "individual": truth["individual"], "missing": [*truth["names"]]}
