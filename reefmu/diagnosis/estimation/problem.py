@@ -191,18 +191,18 @@ class Problem:
         return replace(found, weighting=self.weights.with_size(found.weighting.size))
 
     @property
-    def expected_chi_square(self) -> float:
-        """Expected sum of squares of whitened noise and scatter."""
-        return float(self.expected_chi_square_by_block.sum())
-
-    @property
-    def expected_chi_square_by_block(self) -> Array:
-        """The same for every block, (n,)."""
+    def noise_of_blocks(self) -> Array:
+        """(n,) variance of each block alone, over that of its weight."""
         return self.block_variance / self.variance
+
+    def expected_squares(self, weights: Weighting) -> Array:
+        """(n,) expected squares of whitened noise and scatter, by block."""
+        return weights.expected_squares(self.noise_of_blocks)
 
     def excess_cost(self, found: Fit) -> float:
         """The cost of a fit beyond its expectation under noise and scatter alone."""
-        return found.cost - self.expected_chi_square - found.weighting.log_determinant
+        weights = found.weighting
+        return found.cost - float(self.expected_squares(weights).sum()) - weights.log_determinant
 
 
 def search_blocks(trace: Trace) -> Blocks:

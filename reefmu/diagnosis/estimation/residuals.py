@@ -64,7 +64,7 @@ def estimate_overdispersion(problem: Problem, fit: Fit, residual: Array | None =
     """
     residual = problem.torque - fit.prediction.torque if residual is None else residual
     number, white = segments(problem), fit.weighting.whiten(residual)
-    expected = np.bincount(number, problem.expected_chi_square_by_block)
+    expected = np.bincount(number, problem.expected_squares(fit.weighting))
     whole = float(np.median(np.bincount(number, white**2) / expected))
     longer = [part for k in range(len(expected)) if len(part := white[number == k]) > 2 * N_SLOW_MODES]
     slow = [np.asarray(dct(part, norm="ortho"))[:N_SLOW_MODES] ** 2 for part in longer]

@@ -15,30 +15,36 @@ from ..forward.parameter_layout import N_RIG
 from .least_squares import Fit
 from .problem import Problem
 from .score_test import absorbing_basis
-from .weighting import INDIVIDUAL_SIZE, Weighting
+from .weighting import INDIVIDUAL_SIZE
 
 
 def least_costs(problem: Problem, fits: Sequence[Fit], others: Sequence[Fit] = ()) -> list[float]:
     """The least cost of each fit under its own covariance and those of all fits, `others` among them.
 
     Under another covariance the parameters of the rig and of the base curve follow, to first order, those of effects do
-    not. Fits of a mean drive keep their cost: their covariance is the noise.
+    not. A covariance at another clearance is that of drives whose mean clearance deviates as much, by their tolerances:
+    the cost grows by the square of that deviation over its standard deviation. Fits of a mean drive keep their cost:
+    their covariance is the noise.
     """
-    covariances = {id(fit.weighting.basis): fit.weighting for fit in (*fits, *others) if fit.weighting.is_individual}
+    sources = {id(fit.weighting.basis): fit for fit in (*fits, *others) if fit.weighting.is_individual}
     found: list[float] = []
     for fit in fits:
         own = fit.weighting
-        foreign = [w for key, w in covariances.items() if own.is_individual and key != id(own.basis)]
-        found.append(min([fit.cost, *(_cost_under(problem, fit, weights) for weights in foreign)]))
+        foreign = [at for key, at in sources.items() if own.is_individual and key != id(own.basis)]
+        found.append(min([fit.cost, *(_cost_under(problem, fit, at) for at in foreign)]))
     return found
 
 
-def _cost_under(problem: Problem, fit: Fit, weights: Weighting) -> float:
+def _cost_under(problem: Problem, fit: Fit, other: Fit) -> float:
+    """The cost of a fit under the covariance of another one."""
+    assert problem.scatter is not None, "without scatter there is one covariance"
     residual = problem.torque - fit.prediction.torque
-    weights = weights.with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
+    weights = other.weighting.with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
     # A parameter at its bound does not follow: beyond it there is another record.
     own = np.flatnonzero(~fit.at_bound[: N_RIG + problem.base.shape.size])
     basis = absorbing_basis(weights, fit.prediction.sensitivities[:, own], fit.bounds.prior_deviation[own])
     white = weights.whiten(residual)
     of_priors = fit.chi_square - float((fit.weighting.whiten(residual) ** 2).sum())
-    return float(((white - basis @ (basis.T @ white)) ** 2).sum()) + of_priors + weights.log_determinant
+    deviation = (fit.prediction.clearance - other.prediction.clearance) / problem.scatter.mean_clearance_deviation
+    of_clearance = float(np.mean(deviation**2))
+    return float(((white - basis @ (basis.T @ white)) ** 2).sum()) + of_priors + of_clearance + weights.log_determinant

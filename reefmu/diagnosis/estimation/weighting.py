@@ -93,6 +93,17 @@ class Weighting:
         spreads = [size**2 * self.eigenvalues for size in sizes]
         return [across - along.T @ (along * (spread / (1 + spread))[:, None]) for spread in spreads]
 
+    def expected_squares(self, noise: Array) -> Array:
+        """(n,) expected squares of what `whiten` makes of noise and scatter.
+
+        noise: (n,) variance of each block alone, over that of the weights, which count the whole autocorrelation; taken
+        as alike in the blocks that a principal component joins. What the scatter spans has the variance 1 of noise and
+        scatter together, whatever the noise there; the rest has that of the noise.
+        """
+        spread = self.size**2 * self.eigenvalues
+        spanned = self.basis**2 @ (spread / (1 + spread))
+        return noise * (1 - spanned) + spanned
+
     @property
     def log_determinant(self) -> float:
         """Logarithm of the determinant of the covariance over that of the noise alone."""

@@ -54,6 +54,11 @@ class CycloidalScatter:
     clearance_deviation: float
 
     @property
+    def mean_clearance_deviation(self) -> float:
+        """m, `clearance_deviation`: the play of a drive is one."""
+        return self.clearance_deviation
+
+    @property
     def crank_stands(self) -> bool:
         """Whether every individual has one curve along the whole record."""
         return len(self.grid) > 0

@@ -76,6 +76,11 @@ class Scatter:
         """m, standard deviation of a single element's clearance."""
         return self.responses.deviation
 
+    @property
+    def mean_clearance_deviation(self) -> float:
+        """m, standard deviation of the mean over all elements of a drive."""
+        return self.responses.deviation / float(np.sqrt(self.drive.eccentrics * self.drive.elements_per_row))
+
 
 def add_products(total: Array, columns: Array, factor: float) -> None:
     """Add the products of columns (m, n), times a factor, to the lower triangle of `total` (n, n), of column order."""

@@ -20,6 +20,11 @@ class ToleranceScatter(Protocol):
         """m, standard deviation of a clearance, the unit of changes that alter the scatter."""
         ...
 
+    @property
+    def mean_clearance_deviation(self) -> float:
+        """m, standard deviation of the mean clearance of a drive."""
+        ...
+
     def covariance_at(self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None) -> Array:
         """(n, n) (N.m)^2, covariance of the torque of individual drives less that of the mean drive.
 

@@ -50,6 +50,24 @@ def test_a_covariance_of_one_fit_is_open_to_all(problem: Problem) -> None:
     assert costs[1] <= effect.cost
 
 
+@pytest.mark.parametrize("clearances", [0.5, 3.0])
+def test_a_covariance_at_another_clearance_costs_as_much_as_that_clearance(problem: Problem, clearances: float) -> None:
+    """Its probability by the tolerances: a drive without effects is no preloaded one. clearances: in standard
+    deviations of the mean clearance."""
+    assert problem.scatter is not None
+    nothing = base_fit(problem)
+    likelier = replace(
+        nothing.weighting, basis=nothing.weighting.basis.copy(), eigenvalues=nothing.weighting.eigenvalues / 2
+    )
+    beside = nothing.prediction.clearance - clearances * problem.scatter.mean_clearance_deviation
+    alike, apart = (
+        replace(nothing, weighting=likelier, prediction=replace(nothing.prediction, clearance=clearance))
+        for clearance in (nothing.prediction.clearance, beside)
+    )
+    (shared,), (moved,) = (least_costs(problem, [replace(nothing, cost=1e9)], [other]) for other in (alike, apart))
+    assert moved - shared == pytest.approx(clearances**2, rel=1e-9)
+
+
 def test_a_mean_drive_keeps_its_cost(problem: Problem) -> None:
     nothing = base_fit(problem)
     mean = replace(nothing, weighting=nothing.weighting.for_mean_drive(), cost=1e9)

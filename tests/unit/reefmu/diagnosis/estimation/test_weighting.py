@@ -62,6 +62,17 @@ def test_the_cost_is_the_likelihood_of_the_covariance(seed: int, size: float) ->
     assert weights.cost(values[:, 0]) == pytest.approx(dense_cost(weights, dense, values[:, 0]), rel=1e-9)
 
 
+@given(st.integers(0, 1000), SIZES, st.sampled_from([0.1, 1.0]))
+def test_expected_squares_are_those_of_noise_and_scatter(seed: int, size: float, noise: float) -> None:
+    """Against the dense covariance of blocks whose noise alone is that share of what the weights count."""
+    weights, dense, _ = example(seed, size)
+    of_noise = np.diag(1 / weights.scale**2)
+    covariance = dense - (1 - noise) * of_noise
+    whitening = weights.whiten(np.eye(N))
+    expected = np.diag(whitening @ covariance @ whitening.T)
+    np.testing.assert_allclose(weights.expected_squares(np.full(N, noise)), expected, rtol=1e-9, atol=1e-9)
+
+
 @given(st.integers(0, 1000), st.sampled_from([0.1, 0.5, 2.0]), st.sampled_from([0.02, 0.5, 1.0]))
 def test_the_size_is_that_of_the_greatest_likelihood(seed: int, largest: float, least: float) -> None:
     """Against the likelihood of every size by itself, for one residual and for several at once."""

@@ -37,6 +37,8 @@ from tests.friction_record import fitted_friction
 
 ERROR, NAMES = 0.05, ("modulus_error",)
 BLOCKS, COMPONENTS = 200, 20
+ALONE = np.ones(BLOCKS)
+"""Variance of blocks alone over that of the weights, where the noise is white."""
 
 
 def _weighting(seed: int, size: float) -> tuple[Weighting, Array, Array, np.random.Generator]:
@@ -63,11 +65,11 @@ def test_an_excess_is_a_wider_covariance(seed: int, size: float, further: float,
     allowed, excess = of_noise + size**2 * of_scatter, noise**2 * of_noise + further**2 * of_scatter
     values, found = 3.0 * rng.standard_normal(BLOCKS), Excess(further, noise)
     gain = _cost(allowed, values) - _cost(allowed + excess, values)
-    assert excess_gain(weights, values, found) == pytest.approx(gain, rel=1e-8, abs=1e-8)
+    assert excess_gain(weights, values, ALONE, found) == pytest.approx(gain, rel=1e-8, abs=1e-8)
     white = found.added_to(weights).whiten(values)
     assert white @ white == pytest.approx(values @ np.linalg.solve(allowed + excess, values), rel=1e-8)
     expected = excess @ np.linalg.solve(allowed + excess, values)
-    np.testing.assert_allclose(excess_part(weights, values, found), expected, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(excess_part(weights, values, ALONE, found), expected, rtol=1e-7, atol=1e-9)
 
 
 @pytest.mark.parametrize("excess", [NO_EXCESS, Excess(2.6, 0.0), Excess(0.0, FURTHER_NOISE[4]), Excess(1.7, 3.0)])
@@ -75,16 +77,32 @@ def test_the_likeliest_excess_is_the_true_one(excess: Excess) -> None:
     """To a step of the grid, and with none where there is none."""
     weights, of_noise, of_scatter, rng = _weighting(1, 1.0)
     covariance = (1 + excess.noise**2) * of_noise + (1 + excess.further**2) * of_scatter
-    gain, found = likeliest_excess(weights, np.linalg.cholesky(covariance) @ rng.standard_normal(BLOCKS))
+    gain, found = likeliest_excess(weights, np.linalg.cholesky(covariance) @ rng.standard_normal(BLOCKS), ALONE)
     assert (gain > 10.0) is (excess != NO_EXCESS)
     for true, fitted in ((excess.noise, found.noise), (excess.further, found.further)):
         assert np.hypot(1, fitted) == pytest.approx(np.hypot(1, true), rel=0.45)
 
 
+@pytest.mark.parametrize("level", [1.0, 2.0])
+def test_slow_noise_counts_as_fewer_blocks(level: float) -> None:
+    """Weights that count the whole autocorrelation leave each block a small part of its variance: noise of twice the
+    level exceeds that part, not the weights."""
+    rng, correlation, n = np.random.default_rng(4), 0.8, 2000
+    alone = np.full(n, (1 - correlation) / (1 + correlation))
+    weights = make_weighting(1 / alone, 3.0 * rng.standard_normal((COMPONENTS, n)), 1.0)
+    lags = np.abs(np.arange(n)[:, None] - np.arange(n))
+    noise = np.linalg.cholesky(correlation**lags) @ rng.standard_normal(n)
+    values = level * noise + rng.standard_normal(COMPONENTS) @ weights.components
+    gain, found = likeliest_excess(weights, values, alone)
+    assert np.hypot(1, found.noise) == pytest.approx(level, rel=0.25)
+    assert (gain > 50.0) is (level > 1.0)
+    assert likeliest_excess(weights, values, np.ones(n))[1].noise == 0.0
+
+
 def test_a_mean_drive_has_no_wider_tolerances() -> None:
     weights, _, of_scatter, rng = _weighting(2, 0.007)
     values = np.linalg.cholesky(of_scatter + 1e-9 * np.eye(BLOCKS)) @ rng.standard_normal(BLOCKS)
-    assert likeliest_excess(weights, values)[1].further == 0.0
+    assert likeliest_excess(weights, values, ALONE)[1].further == 0.0
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +131,7 @@ def test_a_coordinate_is_found_beside_an_excess(friction: tuple[Problem, Fit]) -
     term = strongest_term(problem, fit, residual)
     assert term.term.coordinate.startswith("time, period")
     assert term.gain > fit_terms_to(problem, fit, residual)[0].gain + 100
-    assert term.gain > likeliest_excess(fit.weighting, residual)[0] + 100
+    assert term.gain > likeliest_excess(fit.weighting, residual, problem.noise_of_blocks)[0] + 100
     assert np.std(term.torque - added) < 0.5 * np.std(added - wave)
 
 
