@@ -97,7 +97,7 @@ def _without_scatter(record: Record, trace: Trace, base: BaseCurve) -> Problem:
         trace,
         blocks,
         noise,
-        make_weights(variance, None),
+        make_weights(variance, None, base.full_torque),
         variance,
         block_variance,
         candidates,
@@ -123,12 +123,12 @@ def _with_scatter(problem: Problem, without_effects: Fit) -> Problem:
     base, trace, blocks, twist = problem.base, problem.trace, problem.blocks, without_effects.prediction.contact
     if base.cycloidal is not None:
         scatter, individuals = cycloidal_scatter(base.cycloidal, trace, blocks, twist, base.lever)
-        weights = make_weights(problem.variance, scatter)
+        weights = make_weights(problem.variance, scatter, base.full_torque)
         return replace(problem, scatter=scatter, weights=weights, individuals=individuals)
     if base.drive is None:
         return problem
     scatter = Scatter(base.drive, element_responses(base.drive), element_motion(base.drive, trace, blocks), twist)
-    return replace(problem, scatter=scatter, weights=make_weights(problem.variance, scatter))
+    return replace(problem, scatter=scatter, weights=make_weights(problem.variance, scatter, base.full_torque))
 
 
 def _slope(trace: Trace, base: BaseCurve) -> Array:

@@ -166,7 +166,7 @@ class Problem:
         assert self.scatter is not None
         beside = self.predictor(found.names).twist_beside_sensors(found.parameters)
         covariance = self.scatter.covariance_at(found.prediction.contact, found.prediction.clearance, beside)
-        return weighting_of_covariance(self.variance, covariance)
+        return weighting_of_covariance(self.variance, covariance).with_unknown_forms(self.base.full_torque)
 
     def remember(self, found: Fit, weights: Weighting) -> None:
         """Keep the weights at the contacts of a fit for `weights_at`."""
@@ -233,9 +233,10 @@ def select_candidates(missing: Sequence[str], base_kind: str) -> tuple[tuple[str
     return tuple(name for name in EFFECTS if name not in excluded), excluded
 
 
-def make_weights(variance: Array, scatter: ToleranceScatter | None) -> Weighting:
+def make_weights(variance: Array, scatter: ToleranceScatter | None, full_torque: float) -> Weighting:
     """Weights of blocks with a noise `variance` (n,), (N.m)^2; without a drawing `scatter` is None and there are no
-    random effects."""
+    random effects. full_torque: N.m, of the base curve."""
     if scatter is None:
         return make_weighting(variance, np.zeros((0, len(variance))))
-    return weighting_of_covariance(variance, scatter.covariance_at(scatter.twist))
+    covariance = scatter.covariance_at(scatter.twist)
+    return weighting_of_covariance(variance, covariance).with_unknown_forms(full_torque)

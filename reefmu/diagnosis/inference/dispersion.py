@@ -13,7 +13,7 @@ from ..estimation.problem import Problem
 from ..estimation.residuals import estimate_overdispersion
 from .nonparametric import TermFit
 
-COVARIANCE_ERROR = 0.005
+COVARIANCE_ERROR = 0.01
 """Error of the trace of large effects on an individual, over the trace: the laws of effects and the scatter beside them
 are no better known. Chosen among five values from 0 to 0.005 by the calibration of the probabilities, whose log score
 is -0.83 without it, -0.70 with 0.003 and -0.67 with 0.005."""

@@ -11,6 +11,7 @@ from reefmu.diagnosis.estimation.score_test import absorbing_basis
 from reefmu.diagnosis.estimation.weighting import (
     MIN_EIGENVALUE,
     SCATTER_SIZES,
+    UNKNOWN_FORMS,
     Weighting,
     make_weighting,
     weighting_of_covariance,
@@ -113,6 +114,18 @@ def test_a_covariance_without_scatter_is_that_of_the_noise() -> None:
     found = weighting_of_covariance(np.full(N, 4.0), np.zeros((N, N)))
     assert len(found.eigenvalues) == 0
     assert found.cost(np.full(N, 2.0)) == pytest.approx(N)
+
+
+@pytest.mark.parametrize("noise", [0.5, 2.0])
+def test_other_forms_widen_small_components_the_most(noise: float) -> None:
+    """Two components of 1 and 100 N.m at a full torque of 200 N.m, whatever the noise."""
+    columns = np.zeros((2, N))
+    columns[0, 0], columns[1, 1] = 1.0, 100.0
+    weights = make_weighting(np.full(N, noise**2), columns)
+    found = weights.with_unknown_forms(200.0)
+    variances = np.sort(found.eigenvalues * noise**2)
+    np.testing.assert_allclose(variances, [1.0 + UNKNOWN_FORMS * 200.0, 1e4 + UNKNOWN_FORMS * 200.0 * 100.0])
+    assert found.basis is weights.basis
 
 
 @given(st.integers(0, 1000), SIZES)
