@@ -15,6 +15,7 @@ from reefmu.diagnosis.inference.dispersion import COVARIANCE_ERROR, dispersion
 from reefmu.diagnosis.inference.nonparametric import CURVE_TERM, TermFit
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
+from tests.individual_records import problem_of_individual
 from tests.unit.reefmu.diagnosis.preprocessing.test_cycle_scatter import ramps
 
 LOOPS = {"hysteresis": [2.0, 1e-3], "damping": [1.0]}
@@ -68,3 +69,17 @@ def test_a_misfit_of_a_part_of_the_record_is_dispersion(friction: tuple[Problem,
     likelier = replace(fit, chi_square=5 * expected, cost=fit.cost - 10.0)
     both = [(replace(fit, chi_square=7 * expected), None), (likelier, None)]
     assert dispersion(problem, both, 0.0) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize("alone", [0.1, 1.0])
+def test_an_individual_in_slow_noise_is_no_dispersion(alone: float) -> None:
+    """What the scatter spans has the variance of noise and scatter together, however little noise a block has alone."""
+    made = problem_of_individual(29)
+    problem = replace(made, block_variance=alone * made.variance)
+    rng, weights = np.random.default_rng(0), problem.weights
+    residual = np.sqrt(problem.block_variance) * rng.standard_normal(len(weights.scale))
+    residual += rng.standard_normal(len(weights.eigenvalues)) @ weights.components
+    base, square = base_fit(problem), float((weights.whiten(residual) ** 2).sum())
+    prediction = replace(base.prediction, torque=problem.torque - residual)
+    fit = replace(base, weighting=weights, prediction=prediction, chi_square=square)
+    assert dispersion(problem, [(fit, None)], 0.0) == pytest.approx(1.0, abs=0.12)
