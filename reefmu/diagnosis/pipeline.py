@@ -14,7 +14,7 @@ from ..record import TORQUE_SIDES, Record
 from .analysis import Analysis, WrittenFits
 from .estimation.problem import Problem
 from .estimation.search import base_fit, linearise_candidates, several_effects, single_effects
-from .estimation.worker_pool import open_pool
+from .estimation.worker_pool import open_pool, spread_over
 from .fitted_values import CrankLosses
 from .inference.evidence import Evidence
 from .inference.isolability import Isolability, isolability
@@ -93,7 +93,7 @@ def _analyse(
     report("base curve", 0.0)
     losses = None if record.crank_torque is None else crank_losses(record, ratio)
     trace = make_trace(record, ratio)
-    problem = prepare_problem(record, trace, source.base_curve(trace))
+    problem = prepare_problem(record, trace, source.base_curve(trace), spread_over(executor))
     if too_noisy := _excessive_noise(problem):
         return _timed(insufficient_diagnosis(audited, [too_noisy]), started)
     evidence, isolated = _collect_evidence(problem, report, executor)

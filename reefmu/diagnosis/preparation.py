@@ -32,6 +32,7 @@ from .random_effects.element_motion import element_motion
 from .random_effects.individuals import N_INDIVIDUALS, simulate_individuals
 from .random_effects.responses import element_responses
 from .random_effects.scatter import Scatter
+from .random_effects.tolerance_scatter import Spread, in_turn
 
 UNLOADED_SHARE = 0.05
 """Share of full torque below which a sample counts as unloaded when the zero of the twist is guessed; chosen by
@@ -69,10 +70,11 @@ class BaseCurveSource:
         return power_base(trace) if self.curve is None else curve_base(self.curve, trace.ratio)
 
 
-def prepare_problem(record: Record, trace: Trace, base: BaseCurve) -> Problem:
-    """The problem with all candidates that the record's columns allow, without simulated individuals of a drawing."""
+def prepare_problem(record: Record, trace: Trace, base: BaseCurve, spread: Spread = in_turn) -> Problem:
+    """The problem with all candidates that the record's columns allow, without simulated individuals of a drawing;
+    spread: shares the work among processes."""
     problem = _without_scatter(record, trace, base)
-    return _with_scatter(problem, base_fit(problem))
+    return _with_scatter(problem, base_fit(problem), spread)
 
 
 def prepare_same_motion(record: Record, trace: Trace, other: Problem) -> Problem:
@@ -117,7 +119,7 @@ def with_individuals(problem: Problem, count: int = N_INDIVIDUALS) -> Problem:
     return replace(problem, individuals=simulate_individuals(problem.scatter, count))
 
 
-def _with_scatter(problem: Problem, without_effects: Fit) -> Problem:
+def _with_scatter(problem: Problem, without_effects: Fit, spread: Spread) -> Problem:
     """The problem with the scatter of its population, at the twist of the contacts in the fit without effects; itself
     without tolerances."""
     base, trace, blocks, twist = problem.base, problem.trace, problem.blocks, without_effects.prediction.contact
@@ -128,7 +130,7 @@ def _with_scatter(problem: Problem, without_effects: Fit) -> Problem:
     if base.drive is None:
         return problem
     scatter = Scatter(base.drive, element_responses(base.drive), element_motion(base.drive, trace, blocks), twist)
-    return replace(problem, scatter=scatter, weights=make_weights(problem.variance, scatter, base.full_torque))
+    return replace(problem, scatter=scatter, weights=make_weights(problem.variance, scatter, base.full_torque, spread))
 
 
 def _slope(trace: Trace, base: BaseCurve) -> Array:

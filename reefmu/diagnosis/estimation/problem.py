@@ -19,7 +19,7 @@ from ..preprocessing.cycles import Cycles
 from ..preprocessing.noise import Noise
 from ..preprocessing.thinning import thin_trace
 from ..preprocessing.trace import Blocks, Trace, make_blocks
-from ..random_effects.tolerance_scatter import ToleranceScatter
+from ..random_effects.tolerance_scatter import Spread, ToleranceScatter, in_turn
 from .least_squares import Fit, FitOptions, ParameterBounds, fit, make_bounds
 from .weighting import (
     INDIVIDUAL_SIZE,
@@ -161,11 +161,11 @@ class Problem:
         at = found.prediction
         return bool(np.abs(at.contact - twist).max() < near and np.abs(at.clearance - clearance).max() < alike)
 
-    def weights_of_contacts(self, found: Fit) -> Weighting:
-        """Weights with the scatter at the contacts of a fit, computed anew."""
+    def weights_of_contacts(self, found: Fit, spread: Spread = in_turn) -> Weighting:
+        """Weights with the scatter at the contacts of a fit, computed anew; spread: as in `ToleranceScatter`."""
         assert self.scatter is not None
         beside = self.predictor(found.names).twist_beside_sensors(found.parameters)
-        covariance = self.scatter.covariance_at(found.prediction.contact, found.prediction.clearance, beside)
+        covariance = self.scatter.covariance_at(found.prediction.contact, found.prediction.clearance, beside, spread)
         return weighting_of_covariance(self.variance, covariance).with_unknown_forms(self.base.full_torque)
 
     def remember(self, found: Fit, weights: Weighting) -> None:
@@ -233,10 +233,12 @@ def select_candidates(missing: Sequence[str], base_kind: str) -> tuple[tuple[str
     return tuple(name for name in EFFECTS if name not in excluded), excluded
 
 
-def make_weights(variance: Array, scatter: ToleranceScatter | None, full_torque: float) -> Weighting:
+def make_weights(
+    variance: Array, scatter: ToleranceScatter | None, full_torque: float, spread: Spread = in_turn
+) -> Weighting:
     """Weights of blocks with a noise `variance` (n,), (N.m)^2; without a drawing `scatter` is None and there are no
-    random effects. full_torque: N.m, of the base curve."""
+    random effects. full_torque: N.m, of the base curve; spread: as in `ToleranceScatter`."""
     if scatter is None:
         return make_weighting(variance, np.zeros((0, len(variance))))
-    covariance = scatter.covariance_at(scatter.twist)
+    covariance = scatter.covariance_at(scatter.twist, spread=spread)
     return weighting_of_covariance(variance, covariance).with_unknown_forms(full_torque)

@@ -235,8 +235,7 @@ def refine(pool: WorkerPool, fits: Sequence[Fit]) -> list[Fit]:
         others = ((other.prediction.contact, other.prediction.clearance) for other in new)
         if problem.weights_at(fit) is None and not any(problem.are_contacts_at(fit, *other) for other in others):
             new.append(fit)
-    sent = [problem.without_weights(fit) for fit in new]
-    for fit, weights in zip(new, pool.map(Problem.weights_of_contacts, sent), strict=True):
+    for fit, weights in zip(new, pool.weights_of_contacts(new), strict=True):
         problem.remember(fit, weights)
     return [_refine(problem, fit) for fit in fits]
 

@@ -14,7 +14,10 @@ import numpy as np
 
 from stiffness_model.io.atomic_files import scratch_folder
 
+from ..random_effects.tolerance_scatter import Spread, in_turn
+from .least_squares import Fit
 from .problem import Problem
+from .weighting import Weighting
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -46,6 +49,17 @@ class WorkerPool:
         if self.executor is None:
             return map(function, [self.problem] * len(jobs), jobs)
         return self.executor.map(_work, [function] * len(jobs), [self.file] * len(jobs), jobs)
+
+    def weights_of_contacts(self, fits: Sequence[Fit]) -> Iterator[Weighting]:
+        """`Problem.weights_of_contacts` of each fit: those of several fits side by side, those of one by parts."""
+        if len(fits) == 1:
+            return iter([self.problem.weights_of_contacts(fits[0], spread_over(self.executor))])
+        return self.map(Problem.weights_of_contacts, [self.problem.without_weights(fit) for fit in fits])
+
+
+def spread_over(executor: Executor | None) -> Spread:
+    """Shares jobs among the processes of an executor; None to work in this one."""
+    return in_turn if executor is None else executor.map
 
 
 @contextmanager

@@ -15,8 +15,8 @@ from .nonparametric import TermFit
 
 COVARIANCE_ERROR = 0.01
 """Error of the trace of large effects on an individual, over the trace: the laws of effects and the scatter beside them
-are no better known. Chosen among 0.005, 0.01 and 0.015 by the calibration of the probabilities on 165 records, whose log
-score is -1.15, -1.13 and -1.15."""
+are no better known. Chosen among 0.005, 0.01 and 0.015 by the calibration of the probabilities on 165 records, with the
+log scores -1.15, -1.13 and -1.15."""
 
 
 def dispersion(problem: Problem, explanations: Sequence[tuple[Fit, TermFit | None]], gain: float) -> float:

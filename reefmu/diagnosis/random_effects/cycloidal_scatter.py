@@ -22,6 +22,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ..preprocessing.trace import Blocks, Trace
 from .drawing_key import DrawingKey
+from .tolerance_scatter import Spread, in_turn
 
 N_COMPONENT_DRIVES, N_INDIVIDUALS = 96, 48
 """Individuals whose principal components are the random effects, and individuals that show how far drives without
@@ -63,7 +64,9 @@ class CycloidalScatter:
         """Whether every individual has one curve along the whole record."""
         return len(self.grid) > 0
 
-    def covariance_at(self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None) -> Array:
+    def covariance_at(
+        self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None, spread: Spread = in_turn
+    ) -> Array:
         """See `ToleranceScatter`. A clearance shifts the flanks; where the crank turns, nothing is shifted."""
         if not self.crank_stands:
             return self.components.T @ self.components + np.diag(self.unspanned)

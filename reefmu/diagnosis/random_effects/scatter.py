@@ -9,6 +9,8 @@ between them, and on which lobes they then face.
 
 from __future__ import annotations
 
+import functools
+import operator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +26,7 @@ from .element_columns import SeatedElements, average_torque
 from .element_motion import ElementMotion
 from .responses import ElementResponses
 from .seating import spread_seatings
+from .tolerance_scatter import Spread, in_turn
 
 N_SEATINGS = 12
 """Seatings over which the covariance is averaged. Chosen by the likelihood of records of individuals: 96 change their
@@ -31,6 +34,9 @@ N_SEATINGS = 12
 PAIRS_EVERY = 3
 """One of so many seatings stands for the products of elements and lobes, which take most of the time. Chosen by the
 likelihood of individuals, which the products of all seatings change by less than 40."""
+N_JOBS = 2
+"""Parts of the seatings that processes share; chosen by judgement: the sum of each part is sent as a whole, which takes
+a tenth of its time."""
 NEIGHBOURS = 128
 """Neighbouring blocks of a covariance that are worked on at once; 64 to 200 take the same time."""
 
@@ -45,19 +51,17 @@ class Scatter:
     motion: ElementMotion
     twist: Array
 
-    def covariance_at(self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None) -> Array:
+    def covariance_at(
+        self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None, spread: Spread = in_turn
+    ) -> Array:
         """See `ToleranceScatter`."""
         if twist is not self.twist:
-            return self._moved(twist, beside).covariance_at(twist, clearance)
+            return self._moved(twist, beside).covariance_at(twist, clearance, spread=spread)
         clearance = np.broadcast_to(np.asarray(clearance, float), twist.shape)[self.motion.block]
-        parts = self.drive, self.responses, self.motion, twist, clearance
-        average = average_torque(*parts)
-        found = np.zeros((len(twist), len(twist)), order="F")
-        for number, seating in enumerate(spread_seatings(self.drive, N_SEATINGS)):
-            elements = SeatedElements(*parts, seating)
-            add_products(found, elements.columns(average), 1 / N_SEATINGS)
-            if number % PAIRS_EVERY == 0:
-                add_products_of_sparse(found, elements.of_pairs(), PAIRS_EVERY / N_SEATINGS)
+        average = average_torque(self.drive, self.responses, self.motion, twist, clearance)
+        seatings = np.arange(N_SEATINGS).reshape(N_JOBS, -1)
+        parts = spread(_products, [_SomeSeatings(self, clearance, average, some) for some in seatings])
+        found = functools.reduce(operator.iadd, parts)
         mirror_lower_triangle(found)
         curves = curve_columns(average[0], found)
         return found + curves.T @ curves
@@ -80,6 +84,29 @@ class Scatter:
     def mean_clearance_deviation(self) -> float:
         """m, standard deviation of the mean over all elements of a drive."""
         return self.responses.deviation / float(np.sqrt(self.drive.eccentrics * self.drive.elements_per_row))
+
+
+@dataclass(frozen=True)
+class _SomeSeatings:
+    """scatter: at the twist of the contacts; clearance: (p,) m, of the parts of the motion; average: (2, n) N.m, of
+    `average_torque`; numbers: of the seatings."""
+
+    scatter: Scatter
+    clearance: Array
+    average: Array
+    numbers: NDArray[np.intp]
+
+
+def _products(what: _SomeSeatings) -> Array:
+    """(n, n) (N.m)^2, lower triangle of what some seatings contribute to the covariance."""
+    of, count = what.scatter, len(what.scatter.twist)
+    found, seatings = np.zeros((count, count), order="F"), spread_seatings(of.drive, N_SEATINGS)
+    for number in what.numbers:
+        elements = SeatedElements(of.drive, of.responses, of.motion, of.twist, what.clearance, seatings[number])
+        add_products(found, elements.columns(what.average), 1 / N_SEATINGS)
+        if number % PAIRS_EVERY == 0:
+            add_products_of_sparse(found, elements.of_pairs(), PAIRS_EVERY / N_SEATINGS)
+    return found
 
 
 def add_products(total: Array, columns: Array, factor: float) -> None:

@@ -2,9 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable, Iterable
+from typing import Protocol, TypeVar
 
 from stiffness_model.numerics.arrays import Array
+
+Job = TypeVar("Job")
+Result = TypeVar("Result")
+
+
+class Spread(Protocol):
+    """Calls a function for every job, in this process or in others, and gives the results in the order of the jobs."""
+
+    def __call__(self, function: Callable[[Job], Result], jobs: Iterable[Job], /) -> Iterable[Result]: ...
+
+
+def in_turn(function: Callable[[Job], Result], jobs: Iterable[Job], /) -> Iterable[Result]:
+    """One job after the other in this process."""
+    return map(function, jobs)
 
 
 class ToleranceScatter(Protocol):
@@ -25,10 +40,13 @@ class ToleranceScatter(Protocol):
         """m, standard deviation of the mean clearance of a drive."""
         ...
 
-    def covariance_at(self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None) -> Array:
+    def covariance_at(
+        self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None, spread: Spread = in_turn
+    ) -> Array:
         """(n, n) (N.m)^2, covariance of the torque of individual drives less that of the mean drive.
 
         twist: (n,) rad, at the contacts; clearance: (n,) m, beyond the drawn one; beside: rad, at all samples of the
-        record, what effects add to the twist of the contacts beyond that of the sensors, nothing if None.
+        record, what effects add to the twist of the contacts beyond that of the sensors, nothing if None; spread:
+        shares the work among processes, with the same result.
         """
         ...

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import pickle
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,6 +23,7 @@ from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.responses import PLACES, element_responses, place_deviations, term
 from reefmu.diagnosis.random_effects.scatter import N_SEATINGS, PAIRS_EVERY, Scatter
 from reefmu.diagnosis.random_effects.seating import Seating, even_seats, spread_seatings
+from reefmu.diagnosis.random_effects.tolerance_scatter import Job, Result
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.record import Record
 from stiffness_model import load_drive
@@ -69,6 +73,20 @@ def test_the_covariance_is_the_mean_product_of_the_columns_of_all_seatings(scatt
     curves = curve_columns(average[0], expected)
     expected += curves.T @ curves
     np.testing.assert_allclose(scatter.covariance_at(scatter.twist), expected, atol=1e-12 * expected.max())
+
+
+def test_parts_of_the_covariance_that_other_processes_compute_make_the_same_sum(scatter: Scatter) -> None:
+    """To the last digit, so that no diagnosis depends on the number of workers."""
+    sent: list[Any] = []
+
+    def elsewhere(function: Callable[[Job], Result], jobs: Iterable[Job], /) -> Iterator[Result]:
+        for job in jobs:
+            sent.append(job)
+            yield pickle.loads(pickle.dumps(function))(pickle.loads(pickle.dumps(job)))
+
+    shared = scatter.covariance_at(scatter.twist, spread=elsewhere)
+    np.testing.assert_array_equal(shared, scatter.covariance_at(scatter.twist))
+    assert len(sent) > 1
 
 
 def test_the_covariance_is_exact_where_elements_lift_off() -> None:
