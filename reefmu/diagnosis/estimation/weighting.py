@@ -31,8 +31,8 @@ below the noise changes no decision."""
 UNKNOWN_FORMS = 0.001
 """Torque, over full torque, that times a principal component's standard deviation is added to its variance: tolerances
 say how much parts deviate and not in which forms, and what is not as it is taken to be shows most in small components.
-Chosen among 0, 0.0003, 0.0006, 0.001, 0.002, 0.003 and 0.005 by the likelihood of 98 blind records of individuals,
-whose scatter has the size 1: its -2 logarithm is less by 10, 15, 18, 13, 2 and more by 24 a record than with 0."""
+Chosen among 0, 0.0003, 0.0006, 0.001, 0.002, 0.003 and 0.005 by the likelihood of records of individuals
+(`tests/benchmarks/probabilities/bench_unknown_forms.py`), which is greatest for it in two catalogues."""
 LEFT_OUT = MIN_EIGENVALUE / 1000
 """Variance of every block, over that of the noise, below which the decomposition of a covariance ends. -2 log
 likelihoods change by less than 0.01, and by up to 0.6 where it is ten times as large."""
