@@ -48,10 +48,9 @@ class Excess:
     further: float
     noise: float
 
-    def spread(self, weights: Weighting, noise: Array) -> Array:
-        """(m,) variances beyond those of a weighting along its principal components; noise: (m,) that of blocks alone
-        along them. Both are in units of the weights' noise."""
-        return self.noise**2 * noise + self.further**2 * weights.eigenvalues
+    def spread(self, weights: Weighting) -> Array:
+        """(m,) variances beyond those of a weighting along its principal components, in units of the noise."""
+        return self.noise**2 + self.further**2 * weights.eigenvalues
 
     def added_to(self, weights: Weighting) -> Weighting:
         """The weighting of all deviations together."""
@@ -85,29 +84,25 @@ def strongest_term(problem: Problem, found: Fit, residual: Array) -> UnnamedFit:
 
     It is a nonparametric term, an excess over noise and tolerances, or both, where the term gains beside the excess.
     """
-    term, weights, alone = fit_terms_to(problem, found, residual)[0], found.weighting, problem.noise_of_blocks
-    gain, excess = likeliest_excess(weights, residual, alone)
+    term, weights = fit_terms_to(problem, found, residual)[0], found.weighting
+    gain, alone = likeliest_excess(weights, residual)
     fits = [
         UnnamedFit(term.term, term.gain, term.torque, term.strength),
-        UnnamedFit(EXCESS, gain, excess_part(weights, residual, alone, excess), 0.0, excess),
+        UnnamedFit(EXCESS, gain, excess_part(weights, residual, alone), 0.0, alone),
     ]
-    left = likeliest_excess(weights, residual - term.torque, alone)[1] if term.gain > 0 else NO_EXCESS
+    left = likeliest_excess(weights, residual - term.torque)[1] if term.gain > 0 else NO_EXCESS
     if left != NO_EXCESS:
         beside = fit_terms_to(problem, replace(found, weighting=left.added_to(weights)), residual)[0]
         if beside.gain > MIN_GAIN:
-            torque = beside.torque + excess_part(weights, residual - beside.torque, alone, left)
-            both = beside.gain + excess_gain(weights, residual, alone, left)
+            torque = beside.torque + excess_part(weights, residual - beside.torque, left)
+            both = beside.gain + excess_gain(weights, residual, left)
             fits.append(UnnamedFit(beside.term, both, torque, beside.strength, left))
     return max(fits, key=lambda f: f.gain)
 
 
-def likeliest_excess(weights: Weighting, residual: Array, alone: Array) -> tuple[float, Excess]:
-    """The excess of a residual (n,), N.m, that is likeliest, and its gain in -2 log likelihood.
-
-    alone: (n,) variance of each block alone, over that of the weights, which count the whole autocorrelation of the
-    noise. So many independent blocks stand for those that the scatter does not span.
-    """
-    energy = _energy(weights, residual, alone)
+def likeliest_excess(weights: Weighting, residual: Array) -> tuple[float, Excess]:
+    """The excess of a residual (n,), N.m, that is likeliest, and its gain in -2 log likelihood."""
+    energy = _energy(weights, residual)
     further = FURTHER_SCATTER if weights.is_individual else FURTHER_SCATTER[:1]
     tried = [Excess(scatter, noise) for scatter in further for noise in FURTHER_NOISE]
     gains = [_excess_gain(weights, energy, excess) for excess in tried]
@@ -115,41 +110,33 @@ def likeliest_excess(weights: Weighting, residual: Array, alone: Array) -> tuple
     return gains[best], tried[best]
 
 
-def excess_gain(weights: Weighting, residual: Array, alone: Array, excess: Excess) -> float:
-    """Gain in -2 log likelihood of a residual (n,), N.m, by an excess; alone: as in `likeliest_excess`."""
-    return _excess_gain(weights, _energy(weights, residual, alone), excess)
+def excess_gain(weights: Weighting, residual: Array, excess: Excess) -> float:
+    """Gain in -2 log likelihood of a residual (n,), N.m, by an excess."""
+    return _excess_gain(weights, _energy(weights, residual), excess)
 
 
-@dataclass(frozen=True)
-class _Energy:
-    """Squares of a residual in units of the weights' noise: along the principal components, (m,), and the sum of those
-    across them; noise_along, noise_across: what is expected of the noise of blocks alone. Under every excess the
-    covariance stays diagonal."""
-
-    along: Array
-    across: float
-    noise_along: Array
-    noise_across: float
-
-
-def _energy(weights: Weighting, residual: Array, alone: Array) -> _Energy:
+def _energy(weights: Weighting, residual: Array) -> tuple[Array, float]:
+    """Squares (m,) of a residual (n,), N.m, along the principal components, and the sum of those across them, in units
+    of the noise: under every excess the covariance stays diagonal."""
     scaled = residual * weights.scale
-    along, noise = (weights.basis.T @ scaled) ** 2, alone @ weights.basis**2
-    return _Energy(along, float(scaled @ scaled - along.sum()), noise, float(alone.sum() - noise.sum()))
+    along = (weights.basis.T @ scaled) ** 2
+    return along, float(scaled @ scaled - along.sum())
 
 
-def _excess_gain(weights: Weighting, energy: _Energy, excess: Excess) -> float:
-    allowed, spread = 1 + weights.size**2 * weights.eigenvalues, excess.spread(weights, energy.noise_along)
-    inside = float((energy.along * spread / (allowed * (allowed + spread)) - np.log1p(spread / allowed)).sum())
-    noise = excess.noise**2
-    return inside + energy.across * noise / (1 + noise) - energy.noise_across * float(np.log1p(noise))
+def _excess_gain(weights: Weighting, energy: tuple[Array, float], excess: Excess) -> float:
+    along, across = energy
+    allowed, spread = 1 + weights.size**2 * weights.eigenvalues, excess.spread(weights)
+    inside = float((along * spread / (allowed * (allowed + spread)) - np.log1p(spread / allowed)).sum())
+    n_across, noise = len(weights.scale) - len(along), excess.noise**2
+    return inside + across * noise / (1 + noise) - n_across * float(np.log1p(noise))
 
 
-def excess_part(weights: Weighting, residual: Array, alone: Array, excess: Excess) -> Array:
-    """(n,) N.m, the part of a residual (n,) that an excess is expected to have; alone: as in `likeliest_excess`."""
+def excess_part(weights: Weighting, residual: Array, excess: Excess) -> Array:
+    """(n,) N.m, the part of a residual (n,) that an excess is expected to have."""
     scaled = residual * weights.scale
-    along, spread = weights.basis.T @ scaled, excess.spread(weights, alone @ weights.basis**2)
-    allowed, share = 1 + weights.size**2 * weights.eigenvalues, excess.noise**2 / (1 + excess.noise**2)
+    along = weights.basis.T @ scaled
+    allowed, spread = 1 + weights.size**2 * weights.eigenvalues, excess.spread(weights)
+    share = excess.noise**2 / (1 + excess.noise**2)
     return (share * scaled + weights.basis @ ((spread / (allowed + spread) - share) * along)) / weights.scale
 
 

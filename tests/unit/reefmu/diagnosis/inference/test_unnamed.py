@@ -37,8 +37,6 @@ from tests.friction_record import fitted_friction
 
 ERROR, NAMES = 0.05, ("modulus_error",)
 BLOCKS, COMPONENTS = 200, 20
-ALONE = np.ones(BLOCKS)
-"""Variance of blocks alone over that of the weights, where the noise is white."""
 
 
 def _weighting(seed: int, size: float) -> tuple[Weighting, Array, Array, np.random.Generator]:
@@ -65,11 +63,11 @@ def test_an_excess_is_a_wider_covariance(seed: int, size: float, further: float,
     allowed, excess = of_noise + size**2 * of_scatter, noise**2 * of_noise + further**2 * of_scatter
     values, found = 3.0 * rng.standard_normal(BLOCKS), Excess(further, noise)
     gain = _cost(allowed, values) - _cost(allowed + excess, values)
-    assert excess_gain(weights, values, ALONE, found) == pytest.approx(gain, rel=1e-8, abs=1e-8)
+    assert excess_gain(weights, values, found) == pytest.approx(gain, rel=1e-8, abs=1e-8)
     white = found.added_to(weights).whiten(values)
     assert white @ white == pytest.approx(values @ np.linalg.solve(allowed + excess, values), rel=1e-8)
     expected = excess @ np.linalg.solve(allowed + excess, values)
-    np.testing.assert_allclose(excess_part(weights, values, ALONE, found), expected, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(excess_part(weights, values, found), expected, rtol=1e-7, atol=1e-9)
 
 
 @pytest.mark.parametrize("excess", [NO_EXCESS, Excess(2.6, 0.0), Excess(0.0, FURTHER_NOISE[4]), Excess(1.7, 3.0)])
@@ -77,32 +75,16 @@ def test_the_likeliest_excess_is_the_true_one(excess: Excess) -> None:
     """To a step of the grid, and with none where there is none."""
     weights, of_noise, of_scatter, rng = _weighting(1, 1.0)
     covariance = (1 + excess.noise**2) * of_noise + (1 + excess.further**2) * of_scatter
-    gain, found = likeliest_excess(weights, np.linalg.cholesky(covariance) @ rng.standard_normal(BLOCKS), ALONE)
+    gain, found = likeliest_excess(weights, np.linalg.cholesky(covariance) @ rng.standard_normal(BLOCKS))
     assert (gain > 10.0) is (excess != NO_EXCESS)
     for true, fitted in ((excess.noise, found.noise), (excess.further, found.further)):
         assert np.hypot(1, fitted) == pytest.approx(np.hypot(1, true), rel=0.45)
 
 
-@pytest.mark.parametrize("level", [1.0, 2.0])
-def test_slow_noise_counts_as_fewer_blocks(level: float) -> None:
-    """Weights that count the whole autocorrelation leave each block a small part of its variance: noise of twice the
-    level exceeds that part, not the weights."""
-    rng, correlation, n = np.random.default_rng(4), 0.8, 2000
-    alone = np.full(n, (1 - correlation) / (1 + correlation))
-    weights = make_weighting(1 / alone, 3.0 * rng.standard_normal((COMPONENTS, n)), 1.0)
-    lags = np.abs(np.arange(n)[:, None] - np.arange(n))
-    noise = np.linalg.cholesky(correlation**lags) @ rng.standard_normal(n)
-    values = level * noise + rng.standard_normal(COMPONENTS) @ weights.components
-    gain, found = likeliest_excess(weights, values, alone)
-    assert np.hypot(1, found.noise) == pytest.approx(level, rel=0.25)
-    assert (gain > 50.0) is (level > 1.0)
-    assert likeliest_excess(weights, values, np.ones(n))[1].noise == 0.0
-
-
 def test_a_mean_drive_has_no_wider_tolerances() -> None:
     weights, _, of_scatter, rng = _weighting(2, 0.007)
     values = np.linalg.cholesky(of_scatter + 1e-9 * np.eye(BLOCKS)) @ rng.standard_normal(BLOCKS)
-    assert likeliest_excess(weights, values, ALONE)[1].further == 0.0
+    assert likeliest_excess(weights, values)[1].further == 0.0
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +113,7 @@ def test_a_coordinate_is_found_beside_an_excess(friction: tuple[Problem, Fit]) -
     term = strongest_term(problem, fit, residual)
     assert term.term.coordinate.startswith("time, period")
     assert term.gain > fit_terms_to(problem, fit, residual)[0].gain + 100
-    assert term.gain > likeliest_excess(fit.weighting, residual, problem.noise_of_blocks)[0] + 100
+    assert term.gain > likeliest_excess(fit.weighting, residual)[0] + 100
     assert np.std(term.torque - added) < 0.5 * np.std(added - wave)
 
 
@@ -148,15 +130,11 @@ def _fitted(ripple: float) -> tuple[Problem, Fit]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("ripple", "mean_drive"), [(3.0, True), (9.0, False)])
-def test_a_ripple_does_not_distort_the_effects_beside_it(ripple: float, mean_drive: bool) -> None:
-    """mean_drive: whether the record is that of a mean drive again beside the ripple. Of one of 30 times the noise its
-    term leaves as much as the scatter of an individual."""
-    problem, alone = _fitted(ripple)
+def test_a_ripple_does_not_distort_the_effects_beside_it() -> None:
+    problem, alone = _fitted(9.0)
     own, term = fit_beside(problem, alone, strongest_beside(problem, alone))
     assert own.cost - term.gain < alone.cost - fit_terms(problem, alone)[0].gain - 10
-    assert alone.weighting.is_individual
-    assert own.weighting.is_individual is not mean_drive
+    assert own.weighting.size < alone.weighting.size
     found, before = (problem.layout(NAMES).by_effect(fit.parameters)["modulus_error"]["error"] for fit in (own, alone))
     assert abs(found - ERROR) < 0.5 * abs(before - ERROR)
     # The cost is that of the whole residual, which the fit does not minimise.
