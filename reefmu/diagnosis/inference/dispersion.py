@@ -15,8 +15,8 @@ from .nonparametric import TermFit
 
 COVARIANCE_ERROR = 0.005
 """Error of the trace of large effects on an individual, over the trace: the laws of effects and the scatter beside them
-are no better known. Chosen among 0.005 and 0.01 by the calibration of the probabilities on 183 records, whose log score
-is -1.14 and -1.15."""
+are no better known. Chosen before 0.01 by the calibration of the probabilities on 183 records, whose log score is
+greater by 0.01."""
 
 
 def dispersion(problem: Problem, explanations: Sequence[tuple[Fit, TermFit | None]], gain: float) -> float:
