@@ -69,7 +69,7 @@ def wanted_separations(power: float) -> tuple[float, float]:
     must exceed what the calibrated odds of a name take, with the probability `power`.
 
     >>> [round(q, 1) for q in wanted_separations(0.9)]
-    [31.3, 8.1]
+    [33.7, 8.2]
     """
     z = float(ndtri(power))
     odds = float(logit(NAMED))

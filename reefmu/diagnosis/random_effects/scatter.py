@@ -35,8 +35,7 @@ PAIRS_EVERY = 3
 """One of so many seatings stands for the products of elements and lobes, which take most of the time. Chosen by the
 likelihood of individuals, which the products of all seatings change by less than 40."""
 N_JOBS = 2
-"""Parts of the seatings that processes share; chosen by judgement: the sum of each part is sent as a whole, which takes
-a tenth of its time."""
+"""Parts of the seatings that processes share; chosen by judgement, few because the sum of each is sent as a whole."""
 NEIGHBOURS = 128
 """Neighbouring blocks of a covariance that are worked on at once; 64 to 200 take the same time."""
 
@@ -83,7 +82,7 @@ class Scatter:
     @property
     def mean_clearance_deviation(self) -> float:
         """m, standard deviation of the mean over all elements of a drive."""
-        return self.responses.deviation / float(np.sqrt(self.drive.eccentrics * self.drive.elements_per_row))
+        return self.responses.deviation / float(np.sqrt(self.drive.elements))
 
 
 @dataclass(frozen=True)
