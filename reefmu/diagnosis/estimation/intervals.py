@@ -112,7 +112,7 @@ def standard_errors(problem: Problem, fit: Fit) -> Array:
     scale = np.sqrt(np.maximum(np.diag(fit.curvature), 1e-300))
     correlation = fit.curvature / scale / scale[:, None]
     inverse = np.linalg.pinv(correlation + 1e-10 * np.eye(len(scale)), hermitian=True)
-    misfit = max(1.0, fit.chi_square / float(problem.expected_squares(fit.weighting).sum()))
+    misfit = max(1.0, fit.chi_square / problem.expected_chi_square(fit.weighting))
     by_curvature = np.maximum(np.diag(inverse), 0.0) * misfit
     residual = fit.weighting.whiten(problem.torque - fit.prediction.torque)
     scores = fit.weighting.whiten(fit.prediction.sensitivities) * fit.bounds.slope(fit.parameters) / scale

@@ -199,10 +199,13 @@ class Problem:
         """(n,) expected squares of whitened noise and scatter, by block."""
         return weights.expected_squares(self.noise_of_blocks)
 
+    def expected_chi_square(self, weights: Weighting) -> float:
+        """Their sum over all blocks."""
+        return float(self.expected_squares(weights).sum())
+
     def excess_cost(self, found: Fit) -> float:
         """The cost of a fit beyond its expectation under noise and scatter alone."""
-        weights = found.weighting
-        return found.cost - float(self.expected_squares(weights).sum()) - weights.log_determinant
+        return found.cost - self.expected_chi_square(found.weighting) - found.weighting.log_determinant
 
 
 def search_blocks(trace: Trace) -> Blocks:

@@ -32,7 +32,7 @@ def dispersion(problem: Problem, explanations: Sequence[tuple[Fit, TermFit | Non
         return max(0.0, beside.gain) if beside else 0.0
 
     fit, beside = min(explanations, key=lambda e: e[0].cost - explained(e[1]))
-    in_all = (fit.chi_square - explained(beside)) / float(problem.expected_squares(fit.weighting).sum())
+    in_all = (fit.chi_square - explained(beside)) / problem.expected_chi_square(fit.weighting)
     everywhere = min(
         estimate_overdispersion(problem, one, problem.torque - one.prediction.torque - (term.torque if term else 0))
         for one, term in explanations

@@ -65,7 +65,7 @@ def left(problem: Problem, weights: Weighting, residual: Array) -> Left:
     by_size = [float((squares / expected)[some].mean()) if some.any() else np.nan for some in bins]
     step = full_torque * float(np.sqrt(np.mean(drawn.scale**2))) * np.sqrt(drawn.eigenvalues)
     costs = [replace(drawn, eigenvalues=drawn.eigenvalues + share * step).cost(residual) for share in SHARES]
-    misfit = float((weights.whiten(residual) ** 2).sum() / problem.expected_squares(weights).sum())
+    misfit = float((weights.whiten(residual) ** 2).sum() / problem.expected_chi_square(weights))
     return Left(misfit, float(problem.noise_of_blocks.mean()), np.array(by_size), np.array(costs) - costs[0])
 
 

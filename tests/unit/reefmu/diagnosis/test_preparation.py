@@ -53,7 +53,7 @@ def test_what_passing_elements_add_to_a_late_torque_is_scatter(made: Callable[..
     record = made(drive, late=0.004)
     problem = prepare_problem(record, make_trace(record, drive.ratio), drawing_base(drive, mean_lookup(drive)))
     base = base_fit(problem)
-    assert base.chi_square < 1.3 * problem.expected_squares(base.weighting).sum()
+    assert base.chi_square < 1.3 * problem.expected_chi_square(base.weighting)
 
 
 @pytest.mark.slow

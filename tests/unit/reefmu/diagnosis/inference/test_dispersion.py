@@ -64,7 +64,7 @@ def test_a_misfit_of_a_part_of_the_record_is_dispersion(friction: tuple[Problem,
     """It is no noise of the whole record, which the median segment would show, but the likeliest explanation leaves
     it."""
     problem, _, fit = friction
-    expected = float(problem.expected_squares(problem.weights).sum())
+    expected = problem.expected_chi_square(problem.weights)
     assert dispersion(problem, [(replace(fit, chi_square=7 * expected), None)], 0.0) == pytest.approx(7.0)
     likelier = replace(fit, chi_square=5 * expected, cost=fit.cost - 10.0)
     both = [(replace(fit, chi_square=7 * expected), None), (likelier, None)]
