@@ -20,8 +20,6 @@ from .least_squares import COST_DIGITS, Fit, is_logarithmic, may_be_infinite
 from .problem import Problem
 from .weighting import Weighting
 
-N_PHASES = 12
-"""Values of a phase over one turn that are tried. Chosen by judgement: no true phase is farther than 15 degrees."""
 LARGE_CRANK_TWIST = 0.15
 """Twist, rad at the crank, from which the wind-up of the crank is also started at its upper end. Chosen by judgement:
 below, the position of a missing ball hardly depends on it."""
@@ -61,14 +59,15 @@ def amplitudes(effect: Effect) -> list[int]:
     ]
 
 
-def start_variants(effect: Effect, trace: Trace, max_twist: float) -> list[Array]:
+def start_variants(effect: Effect, trace: Trace, max_twist: float, elements: int) -> list[Array]:
     """Parameter vectors of an effect with neutral amplitudes and varied lengths, times, speeds and phases.
 
-    max_twist: rad, of the base curve.
+    max_twist: rad, of the base curve; elements: of the drive, whose distance is the step of a phase: the trace of one
+    element is like that of its neighbour, and unlike all others beside the scatter.
     """
     variants: list[dict[str, float]] = [{}]
     if any(p.name == "phase" for p in effect.parameters):
-        variants = [{"phase": float(phase)} for phase in 2 * np.pi * np.arange(N_PHASES) / N_PHASES - np.pi]
+        variants = [{"phase": float(phase)} for phase in 2 * np.pi * np.arange(elements) / elements - np.pi]
     if any(p.name == "windup" for p in effect.parameters):
         # Where the crank hardly winds up a fit converges from either end.
         ends = (0.0, 1.0) if max_twist * abs(trace.crank_factor) > LARGE_CRANK_TWIST else (0.0,)
@@ -98,7 +97,8 @@ def linearise(problem: Problem, name: str, at: Fit, further: Iterable[Array] = (
     predictor = problem.for_ranking.predictor((*at.names, name))
     paired = any(p.name.startswith("phase_") for p in effect.parameters)
     found = []
-    for start in (*start_variants(effect, problem.trace, problem.base.max_twist), *further):
+    elements = 1 if problem.base.drive is None else problem.base.drive.elements
+    for start in (*start_variants(effect, problem.trace, problem.base.max_twist, elements), *further):
         first = len(at.parameters)
         parts = []
         for phase in (0.0, np.pi / 2) if paired else (0.0,):
